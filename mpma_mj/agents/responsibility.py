@@ -1,0 +1,84 @@
+"""Who controls: likelihoods, responsibilities, and what responsibility predictors learn.
+
+Wolpert & Kawato 1998 and Haruno, Wolpert & Kawato 2001 (MOSAIC), as taken up by the paper.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["commitment_target", "likelihood", "prediction_errors", "responsibilities"]
+
+Array = NDArray[np.float64]
+
+# Least prior of a module, so that none is shut out for ever (choice).
+LEAST_PRIOR = 0.01
+
+
+def prediction_errors(predictions: Array, posture: Array) -> Array:
+    """Compute each module's error: mean over d of (x_d - x̂ⁱ_d)².
+
+    Args:
+        predictions: What the forward models expected, x̂, shape (..., M, 12).
+        posture: What came, x, shape (..., 12).
+
+    Returns:
+        Mean squared errors, shape (..., M).
+    """
+    errors: Array = np.mean((predictions - posture[..., None, :]) ** 2, axis=-1)
+    return errors
+
+
+def likelihood(errors: Array, sigma: float) -> Array:
+    """Compute how likely each module's prediction makes what came.
+
+        ℓⁱ = exp(-(errⁱ - min_j errʲ) / 2σ²)
+
+    Subtracting the least error changes no responsibility and keeps the exponential from
+    vanishing for all modules at once.
+
+    Args:
+        errors: Mean squared prediction errors, shape (..., M).
+        sigma: Error at which a module begins to lose, in units of posture.
+
+    Returns:
+        Likelihoods, shape (..., M), in [0, 1], the best module's 1.
+    """
+    return np.exp((errors.min(axis=-1, keepdims=True) - errors) / (2.0 * sigma**2))
+
+
+def responsibilities(prior: Array, likelihoods: Array) -> Array:
+    """Compute the responsibilities, λⁱ = pⁱ ℓⁱ / Σ_j pʲ ℓʲ.
+
+    Args:
+        prior: Output p of the responsibility predictors, shape (..., M), above 0.
+        likelihoods: Likelihoods, shape (..., M).
+
+    Returns:
+        Responsibilities, shape (..., M), that sum to 1.
+    """
+    joint = prior * likelihoods
+    shares: Array = joint / joint.sum(axis=-1, keepdims=True)
+    return shares
+
+
+def commitment_target(responsibility: Array, commitment: float, conscience: float) -> Array:
+    """Compute what responsibility predictors learn under the weighted rule (choice).
+
+        y ∝ (λⁱ)^γ / (ūⁱ)^β        ūⁱ = mean responsibility of module i in the epoch
+
+    γ > 1 makes modules commit; β > 0 is a conscience that keeps one from winning everything.
+
+    Args:
+        responsibility: Responsibilities of an epoch, shape (T, M).
+        commitment: γ.
+        conscience: β.
+
+    Returns:
+        Targets, shape (T, M), that sum to 1 over modules.
+    """
+    usage = np.maximum(responsibility.mean(axis=0), LEAST_PRIOR)
+    raw = responsibility**commitment / usage**conscience
+    targets: Array = raw / raw.sum(axis=1, keepdims=True)
+    return targets

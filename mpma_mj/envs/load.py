@@ -1,0 +1,70 @@
+"""The factory of environments."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Literal, get_args
+
+from dm_control.rl import control
+
+from mpma_mj.envs.physics import KinematicArms, PhysicsArms
+from mpma_mj.envs.task import TwoArmImitation
+from mpma_mj.errors import BadOptionError
+from mpma_mj.motions import Motion, read_motion
+
+__all__ = ["ARMS", "Arms", "load"]
+
+Arms = Literal["physics", "kinematic"]
+ARMS: tuple[Arms, ...] = get_args(Arms)
+_KINDS = {"physics": PhysicsArms, "kinematic": KinematicArms}
+
+
+def load(
+    motion: Motion | str | Path = "ymca",
+    *,
+    arms: Arms = "physics",
+    repeats: int = 3,
+    noise: float = 0.01,
+    seed: int = 0,
+) -> control.Environment:
+    """Return an environment in which two arms imitate a movement.
+
+    The control step is one posture of the movement, 0.05 s at the usual 20 Hz.
+
+    Args:
+        motion: The movement, or what `read_motion` takes: "ymca", or a recording's path.
+        arms: "physics" for simulated arms, "kinematic" for arms that move ideally.
+        repeats: How often the movement is danced in an episode.
+        noise: Standard deviation of the noise on the demonstrated unit vectors.
+        seed: Seed of the noise.
+
+    Returns:
+        A `dm_env.Environment`; see `TwoArmImitation` for observation, action and reward.
+
+    Raises:
+        BadOptionError: An option is outside what it may be.
+        MpmaError: The movement cannot be read, or is faster than the arms.
+    """
+    if arms not in _KINDS:
+        raise BadOptionError(f"arms is '{arms}'; expected {' or '.join(ARMS)}")
+    if repeats < 1:
+        raise BadOptionError(f"repeats is {repeats}; expected at least 1")
+    if not (math.isfinite(noise) and noise >= 0):
+        raise BadOptionError(f"noise is {noise:g}; expected a number from 0 up, such as 0.01")
+    if seed < 0:
+        raise BadOptionError(f"seed is {seed}; expected a whole number from 0 up")
+    if not isinstance(motion, Motion):
+        motion = read_motion(motion)
+    physics = _KINDS[arms].make()
+    task = TwoArmImitation(
+        motion, max_joint_speed=physics.max_joint_speed, repeats=repeats, noise=noise, seed=seed
+    )
+    try:
+        return control.Environment(physics, task, control_timestep=1.0 / motion.rate)
+    except ValueError:
+        raise BadOptionError(
+            f"rate is {motion.rate:g} Hz; one control step, {1000 / motion.rate:g} ms, has to be"
+            f" a whole number of physics steps of {1000 * physics.timestep():g} ms:"
+            " 10, 20, 40, 50 or 100 Hz"
+        ) from None

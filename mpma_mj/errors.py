@@ -1,0 +1,62 @@
+"""Everything that can go wrong and that a user can mend.
+
+Each message is one line: where (file, row, joint, option), what was expected, and what to
+do about it. `exit_code` is what the command line returns: 2 for input that has to be mended,
+1 for a run that failed.
+"""
+
+from __future__ import annotations
+
+__all__ = [
+    "BadOptionError",
+    "CheckpointError",
+    "DivergedError",
+    "MotionFileError",
+    "MotionTooFastError",
+    "MpmaError",
+    "RenderingError",
+    "RunFolderError",
+    "UnknownMotionError",
+]
+
+
+class MpmaError(Exception):
+    """Base of all errors that this package raises on purpose."""
+
+    exit_code = 2
+
+
+class BadOptionError(MpmaError, ValueError):
+    """An option or argument is outside what it may be."""
+
+
+class UnknownMotionError(MpmaError):
+    """Neither a built-in motion nor a file that exists."""
+
+
+class MotionFileError(MpmaError):
+    """A recording cannot be read, or not as the movement of two arms."""
+
+
+class MotionTooFastError(MpmaError):
+    """A demonstration asks for more speed than the actuators have."""
+
+
+class RunFolderError(MpmaError):
+    """A run folder cannot be written, or must not be overwritten."""
+
+
+class CheckpointError(MpmaError):
+    """A checkpoint is damaged, or belongs to something else."""
+
+
+class DivergedError(MpmaError):
+    """A simulation or a readout no longer holds finite numbers."""
+
+    exit_code = 1
+
+
+class RenderingError(MpmaError):
+    """No OpenGL backend can draw."""
+
+    exit_code = 1

@@ -1,0 +1,6 @@
+"""Echo state networks: banks of reservoirs and their readouts."""
+
+from mpma_mj.esn.bank import ReservoirBank
+from mpma_mj.esn.readout import ReadoutBank
+
+__all__ = ["ReadoutBank", "ReservoirBank"]

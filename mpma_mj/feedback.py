@@ -1,0 +1,53 @@
+"""The feedback controller: what joint velocities would undo the present error."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj import arm
+
+__all__ = ["feedback_action", "joint_error"]
+
+Array = NDArray[np.float64]
+
+
+def joint_error(joint_angles: Array, reference: Array) -> Array:
+    """Compute the way from the joint angles that are to those of the demonstrated posture.
+
+        e = wrap(q' - q)        rotation weighted by sin(elbow)
+
+    The weight is a choice of ours: rotation is undefined for a straight elbow, and noise on
+    the posture becomes noise of 1/sin(elbow) on it.
+
+    Args:
+        joint_angles: Joint angles q, shape (..., 8), rad.
+        reference: Demonstrated posture, shape (..., 12).
+
+    Returns:
+        Error, shape (..., 8), rad, in [-π, π), on the branch that is the shorter way.
+    """
+    wanted = arm.angles_from_posture(reference, near=joint_angles)
+    weight = np.ones_like(wanted)
+    weight[..., 2::4] = np.abs(np.sin(wanted[..., 3::4]))
+    return weight * (wanted - joint_angles)
+
+
+def feedback_action(
+    joint_angles: Array, reference: Array, max_joint_speed: Array, control_timestep: float
+) -> Array:
+    """Compute the action that would undo the error within one control step.
+
+        u_fb = clip(e / (Δt · v_max), -1, 1)
+
+    Args:
+        joint_angles: Joint angles, shape (..., 8), rad.
+        reference: Demonstrated posture, shape (..., 12).
+        max_joint_speed: Speed of each joint at action 1, shape (8,), rad/s.
+        control_timestep: Δt, s.
+
+    Returns:
+        Action, shape (..., 8), in [-1, 1].
+    """
+    error = joint_error(joint_angles, reference)
+    return np.clip(error / (control_timestep * max_joint_speed), -1.0, 1.0)

@@ -1,0 +1,69 @@
+"""What is imitated: a movement of two arms with its context."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.errors import MotionFileError
+
+__all__ = ["Motion"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """A demonstrated movement.
+
+    Attributes:
+        posture: Postures in the order of time, shape (T, 12): four unit vectors, see `arm`.
+        context: Context signal, "the music", shape (T, C), in [0, 1].
+        labels: Names of the context's C entries, such as the letters that are danced.
+        rate: Postures per second, Hz.
+        name: Short name, used for folders and titles.
+        source: Where the movement comes from, one sentence.
+
+    Raises:
+        MotionFileError: Shapes do not fit, a value is not finite, a vector has not length 1,
+            or there are fewer than two postures.
+    """
+
+    posture: Array
+    context: Array
+    labels: tuple[str, ...]
+    rate: float
+    name: str
+    source: str
+
+    def __post_init__(self) -> None:
+        """Check what every user of a motion relies on."""
+        frames = len(self.posture)
+        if frames < 2:
+            raise MotionFileError(
+                f"{self.name}: has {frames} posture(s) at {self.rate:g} Hz; a movement needs at"
+                " least two, so record for longer or read at a higher rate"
+            )
+        expected = {"posture": (frames, 12), "context": (frames, len(self.labels))}
+        for field, shape in expected.items():
+            value: Array = getattr(self, field)
+            if value.shape != shape:
+                raise MotionFileError(
+                    f"{self.name}: {field} has shape {value.shape}, expected {shape}"
+                )
+            if not np.isfinite(value).all():
+                raise MotionFileError(f"{self.name}: {field} holds a value that is not finite")
+        lengths = np.linalg.norm(self.posture.reshape(frames, 4, 3), axis=-1)
+        if not np.allclose(lengths, 1.0, atol=1e-6):
+            raise MotionFileError(f"{self.name}: posture holds vectors that have not length 1")
+
+    def __len__(self) -> int:
+        """Return the number of postures."""
+        return len(self.posture)
+
+    @property
+    def duration(self) -> float:
+        """Duration, s."""
+        return len(self) / self.rate

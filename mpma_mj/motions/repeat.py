@@ -1,0 +1,52 @@
+"""A movement danced several times in a row."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj import arm
+from mpma_mj.motions.minimum_jerk import PEAK_SPEED, minimum_jerk
+from mpma_mj.motions.motion import Motion
+
+__all__ = ["repeat"]
+
+Array = NDArray[np.float64]
+
+# Share of the joints' top speed at which arms return to the start of the movement.
+_RETURN_SPEED = 0.5
+
+
+def repeat(motion: Motion, times: int, max_joint_speed: Array) -> tuple[Array, Array]:
+    """Join repetitions of a movement.
+
+    Where it ends elsewhere than it starts, the arms return by a minimum-jerk move, as long as
+    it takes at half the joints' top speed; its context is that of the movement's first posture.
+    A movement whose end leads into its start within one sample is joined as it is.
+
+    Args:
+        motion: The movement, T postures.
+        times: How often it is danced.
+        max_joint_speed: Fastest that each joint can turn, shape (8,), rad/s.
+
+    Returns:
+        Posture, shape (T', 12), and context, shape (T', C).
+    """
+    way_back = _return_move(motion, max_joint_speed)
+    back_context = np.repeat(motion.context[:1], len(way_back), axis=0)
+    posture = [motion.posture, way_back] * times
+    context = [motion.context, back_context] * times
+    return np.concatenate(posture[:-1]), np.concatenate(context[:-1])
+
+
+def _return_move(motion: Motion, max_joint_speed: Array) -> Array:
+    """Return the postures between the last and the first, shape (N, 12), N ≥ 0."""
+    angles = arm.continuous_angles(motion.posture)
+    end = angles[-1]
+    way = arm.angles_from_posture(motion.posture[0], near=end) - end
+    time = PEAK_SPEED * np.max(np.abs(way) / max_joint_speed) / _RETURN_SPEED  # s
+    count = int(np.ceil(time * motion.rate))
+    if count <= 1:
+        return np.empty((0, 12))
+    share = minimum_jerk(np.arange(1, count) / count)[:, None]
+    return arm.posture_from_angles(end + share * way)
