@@ -1,0 +1,41 @@
+"""Two simulated arms learn to dance from recordings.
+
+A MuJoCo environment in which two arms imitate recorded dances, and the Multiple Paired Models
+Architecture of Tidemann & Öztürk (2008), which learns them.
+
+    env = mpma_mj.load("ymca", arms="physics", seed=0)      # a dm_env.Environment
+    motion = mpma_mj.read_motion("dance.tsv")
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from mpma_mj.envs.gl import choose_backend
+
+if TYPE_CHECKING:
+    from mpma_mj.envs.load import load
+    from mpma_mj.motions import Motion, read_motion
+    from mpma_mj.training.imitate import make_agent
+
+__all__ = ["Motion", "__version__", "load", "make_agent", "read_motion"]
+
+__version__ = "0.1.0"
+
+choose_backend()  # before anything imports MuJoCo, which reads the choice when imported
+
+_HOMES = {
+    "Motion": "mpma_mj.motions",
+    "load": "mpma_mj.envs.load",
+    "make_agent": "mpma_mj.training.imitate",
+    "read_motion": "mpma_mj.motions",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Import what is asked for, so that `import mpma_mj` itself costs next to nothing."""
+    if name not in _HOMES:
+        raise AttributeError(f"module 'mpma_mj' has no attribute '{name}'")
+    import importlib
+
+    return getattr(importlib.import_module(_HOMES[name]), name)

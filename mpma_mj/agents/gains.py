@@ -4,16 +4,27 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["Gains"]
+import numpy as np
 
-# From the paper: K from 1 until K < 0.15, L from 0.01 to 1.
+__all__ = ["CRITERION", "FINAL_FEEDBACK", "Gains", "performance"]
+
+# From the paper: K starts at 1 and has to fall below 0.15, L goes from 0.01 to 1.
 _FEEDBACK_START, _FEEDBACK_END = 1.0, 0.14
 _INVERSE_START, _INVERSE_END = 0.01, 1.0
+
+# Largest part of the way that is gone after one epoch (choice).
+_RATE = 0.2
+
+CRITERION = 3.0
+"""The paper's criterion for predictions and for tracking, percent."""
+
+FINAL_FEEDBACK = 0.15
+"""The paper's bound: training ends with K below it."""
 
 
 @dataclass(frozen=True)
 class Gains:
-    """Gains of one epoch.
+    """Gains K and L of an epoch, linear in the progress s made so far.
 
         K = 1 - 0.86 s        L = 0.01 + 0.99 s
 
@@ -33,10 +44,24 @@ class Gains:
         """Gain L of the inverse models."""
         return _INVERSE_START + (_INVERSE_END - _INVERSE_START) * self.progress
 
-    @property
-    def final(self) -> bool:
-        """Whether control has passed: L = 1 and K < 0.15, the paper's end of training."""
-        return self.progress >= 1.0
+    def after(self, performance: float) -> Gains:
+        """Return the next epoch's gains: s ← min(1, s + 0.2 · performance)."""
+        return Gains(min(1.0, self.progress + _RATE * performance))
 
-    def after(self, performance: float, rate: float) -> Gains:
-        return Gains(min(1.0, self.progress + rate * performance))
+
+def performance(prediction_error: float, untrained_error: float) -> float:
+    """Return how much of the way to good predictions is gone.
+
+    The paper lets the gains follow "performance" without defining it. It must not be p_e:
+    with K = 1 the feedback alone tracks well, and the schedule would end where it began. So
+    it is the forward models' error, 0 where it began and 1 at the paper's 3 % (choice).
+
+    Args:
+        prediction_error: Prediction error of this epoch, percent.
+        untrained_error: Prediction error of the first epoch, percent.
+
+    Returns:
+        Performance, in [0, 1].
+    """
+    way = max(untrained_error - CRITERION, 1e-9)
+    return float(np.clip((untrained_error - prediction_error) / way, 0.0, 1.0))

@@ -2,83 +2,291 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple, get_args
 
 import dm_env
 import numpy as np
 from numpy.typing import NDArray
 
+from mpma_mj import metrics
 from mpma_mj.agents import responsibility as gating
-from mpma_mj.agents.gains import Gains
+from mpma_mj.agents.agent import Observation
+from mpma_mj.agents.gains import Gains, performance
+from mpma_mj.agents.learning import RULES, Epoch, Readouts, RuleName
+from mpma_mj.errors import BadOptionError
 from mpma_mj.esn import ReadoutBank, ReservoirBank
 from mpma_mj.feedback import feedback_action
 from mpma_mj.randomness import stream
 
+__all__ = ["MPMA", "MPMAConfig"]
+
 Array = NDArray[np.float64]
 
-import os
-P=dict(phi=.7,rho=1e-3,gamma=2.,beta=1.5,rate=.15,g_sigma=.144,g_ridge=1e-2,perf='1',fwd='total',kw=1)
-for kv in os.environ.get('P','').split(','):
-    if kv:
-        k,v=kv.split('='); P[k]=type(P[k])(v)
+_JOINTS, _POSTURE = 8, 12
+
+
+@dataclass(frozen=True)
+class MPMAConfig:
+    """Settings of the architecture.
+
+    Attributes:
+        modules: Number of modules, M.
+        nodes: Neurons of each reservoir, N; each module has three.
+        rule: "weighted" (ours) or "gated" (the paper's); see `learning`.
+        forward_input: Which command forward models hear: "total" that was taken, or each
+            module's "own", as the paper's text says.
+        spectral_radius: Spectral radius of the reservoirs; the paper's 0.1.
+        reservoir_noise: Noise level ν of the reservoirs; the paper's 0.2.
+
+    Raises:
+        BadOptionError: A setting is outside what it may be.
+    """
+
+    modules: int = 4
+    nodes: int = 200
+    rule: RuleName = "weighted"
+    forward_input: Literal["total", "own"] = "total"
+    spectral_radius: float = 0.1
+    reservoir_noise: float = 0.2
+
+    def __post_init__(self) -> None:
+        """Check the settings."""
+        if self.modules < 1:
+            raise BadOptionError(f"modules is {self.modules}; expected at least 1")
+        if self.nodes < 1:
+            raise BadOptionError(f"nodes is {self.nodes}; expected at least 1")
+        if self.rule not in get_args(RuleName):
+            raise BadOptionError(f"rule is '{self.rule}'; expected weighted or gated")
+        if self.forward_input not in ("total", "own"):
+            raise BadOptionError(f"forward_input is '{self.forward_input}'; expected total or own")
+        for name in ("spectral_radius", "reservoir_noise"):
+            value = getattr(self, name)
+            if not 0.0 <= value < 1.0:
+                raise BadOptionError(f"{name} is {value:g}; expected 0 or more, below 1")
+
+
+class _Step(NamedTuple):
+    """What is remembered of a control step; stacked over the epoch, each (T, ...)."""
+
+    inverse_features: Array
+    forward_features: Array
+    predictor_features: Array
+    prior: Array
+    responsibility: Array
+    module_actions: Array
+    predictions: Array
+    action: Array
+    feedback: Array
+    posture: Array
+
 
 class MPMA:
-    def __init__(self, modules, nodes, context_size, rule, v, dt, seed):
-        self.M=modules; self.N=nodes; self.rule=rule; self.v=v; self.dt=dt; self.seed=seed
-        mk=lambda name,inp: ReservoirBank(modules,inp,nodes,radius=.1,noise=.2,rng=stream(seed,'weights',name))
-        self.im,self.fm,self.rp=mk('inverse',24),mk('forward',20),mk('rp',context_size)
-        kw=dict(forgetting=P['phi'],ridge=P['rho']) if rule=='weighted' else dict(forgetting=0.,ridge=P['g_ridge'])
-        self.imr=ReadoutBank(np.zeros((modules,8,nodes+24)),**kw)
-        self.fmr=ReadoutBank(np.zeros((modules,12,nodes+20)),**kw)
-        w=np.zeros((modules,1,nodes+context_size)); w[:,0,nodes:]=stream(seed,'rp0').random((modules,context_size))
-        self.rpr=ReadoutBank(w,**kw)
-        self.gains=Gains(); self.sigma=.5 if rule=='weighted' else P['g_sigma']
-    def reset(self, episode):
-        self.rng=stream(self.seed,'noise',episode)
-        for b in (self.im,self.fm,self.rp): b.reset()
-        self.rec=[]; self.pred=None
-    def act(self, o):
-        x=o['posture']
-        zr=self.rp.step(o['context'],self.rng); p=np.clip(self.rpr(zr)[:,0],.01,1)
-        l=np.ones(self.M) if self.pred is None else gating.likelihood(gating.prediction_errors(self.pred,x),self.sigma)
-        lam=gating.responsibilities(p,l)
-        zi=self.im.step(np.concatenate([x,o['target']]),self.rng); ui=np.clip(self.imr(zi),-1,1)
-        ufb=feedback_action(o['joint_angles'],o['reference'],self.v,self.dt)
-        u=np.clip(self.gains.inverse*(lam@ui)+self.gains.feedback*ufb,-1,1)
-        if P['fwd']=='total': fin=np.concatenate([u,x])
-        else: fin=np.concatenate([ui,np.broadcast_to(x,(self.M,12))],1)
-        zf=self.fm.step(fin,self.rng); self.pred=self.fmr(zf)
-        self.rec.append((p,lam,zr,zi,ui,ufb,u,zf,self.pred,x,o['joint_angles'],o['reference'],o['context']))
-        return u
-    def observe(self, ts): self.last=ts.observation
-    def learn(self):
-        p,lam,zr,zi,ui,ufb,u,zf,pred,x,q,ref,ctx=map(np.stack,zip(*self.rec))
-        o=self.last
-        x1=np.concatenate([x[1:],o['posture'][None]]); r1=np.concatenate([ref[1:],o['reference'][None]])
-        fb1=np.concatenate([ufb[1:],feedback_action(o['joint_angles'],o['reference'],self.v,self.dt)[None]])
-        K=self.gains.feedback;L=self.gains.inverse
-        pe=100*np.abs(x1-r1).mean()/2
-        mix=np.einsum('tm,tmd->td',lam,pred); perr=100*np.abs(mix-x1).mean()/2
-        rpe=100*np.abs(p/p.sum(1,keepdims=True)-lam).mean()
-        ratio=np.abs(K*ufb).sum()/np.abs(u).sum()
-        C=ctx.shape[1]; lab=ctx.argmax(1); dom=lam.argmax(1)
-        act=[sum((lam[lab==c,m]>.1).mean()>=.25 for m in range(self.M)) for c in range(C)]
-        J=np.zeros((C,self.M)); np.add.at(J,(lab,dom),1); J/=J.sum(); 
-        a=J.sum(1,keepdims=True);b=J.sum(0,keepdims=True); nz=J>0
-        nmi=(J[nz]*np.log((J/(a@b))[nz])).sum()/np.log(C)
-        used=len({int(np.bincount(dom[lab==c],minlength=self.M).argmax()) for c in range(C)})
-        m=dict(pe=pe,perr=perr,rpe=rpe,ratio=ratio,K=K,L=L,sigma=self.sigma,act=act,nmi=nmi,used=used,final=self.gains.final)
-        if self.rule=='weighted':
-            self.fmr.fit(zf,x1[:,None],lam)
-            self.imr.fit(zi,np.clip(u+fb1,-1,1)[:,None],lam)
-            self.rpr.fit(zr,gating.commitment_target(lam,P['gamma'],P['beta'])[:,:,None])
-            self.sigma=max(.02,float(np.sqrt((lam*gating.prediction_errors(pred,x1)).sum(1).mean())))
-        else:
-            self.fmr.fit(zf,pred+lam[:,:,None]*(x1[:,None]-pred))
-            self.imr.fit(zi,ui+lam[:,:,None]*(K*fb1)[:,None])
-            self.rpr.fit(zr,lam[:,:,None])
-        if P['perf']=='1': perf=1.
-        elif P['perf']=='pred': perf=float(np.clip((8-perr)/5,0,1))
-        self.gains=self.gains.after(perf,P['rate'])
-        return m
+    """Modules of inverse model, forward model and responsibility predictor that share a task.
+
+    One step: the forward models' last predictions are held against the posture that came
+    (likelihood ℓ), the context says beforehand who should be suited (prior p); both give the
+    responsibilities λ, which mix the inverse models' actions. The feedback controller is added.
+
+        p^i = clip(RP_i(y), p_min, 1)           λ^i = p^i ℓ^i / Σ_j p^j ℓ^j
+        u^i = clip(IM_i([x ; x'_{t+1}]), -1, 1)
+        u   = clip(L Σ_i λ^i u^i + K u_fb, -1, 1)
+        x̂^i = FM_i([u ; x])
+
+    After an epoch the learning rule refits all readouts, and K and L move on.
+
+    Attributes:
+        gains: K and L of the present epoch.
+    """
+
+    def __init__(
+        self,
+        config: MPMAConfig,
+        *,
+        context_size: int,
+        max_joint_speed: Array,
+        control_timestep: float,
+        seed: int = 0,
+    ) -> None:
+        """Draw the reservoirs.
+
+        Args:
+            config: Settings.
+            context_size: Size of the observation's context, C.
+            max_joint_speed: Joint speeds that action 1 commands, shape (8,), rad/s.
+            control_timestep: Time between two actions, s.
+            seed: Seed of weights and noise.
+        """
+        self.config = config
+        self.gains = Gains()
+        self._rule = RULES[config.rule]
+        self._sigma = self._rule.first_sigma
+        self._untrained_error = float("nan")
+        self._max_joint_speed = max_joint_speed
+        self._control_timestep = control_timestep
+        self._seed = seed
+        self._inverse = self._reservoirs("inverse", 2 * _POSTURE)
+        self._forward = self._reservoirs("forward", _JOINTS + _POSTURE)
+        self._predictor = self._reservoirs("predictor", context_size)
+        self._readouts = Readouts(
+            inverse=self._readout(self._inverse, _JOINTS),
+            forward=self._readout(self._forward, _POSTURE),
+            predictor=self._readout(self._predictor, 1),
+        )
+        # Random preferences for contexts, so that modules differ from the first step (choice).
+        preference = stream(seed, "preference").random((config.modules, context_size))
+        self._readouts.predictor.weights[:, 0, config.nodes :] = preference
+        self.reset(0)
+
+    def reset(self, episode: int) -> None:
+        """Begin an episode with reservoirs at rest and that episode's own noise."""
+        for bank in (self._inverse, self._forward, self._predictor):
+            bank.reset()
+        self._rng = stream(self._seed, "reservoir_noise", episode)
+        self._steps: list[_Step] = []
+        self._epoch: Epoch | None = None
+        self._last: Observation = {}
+
+    def act(self, observation: Observation) -> Array:
+        """Return the action, shape (8,), in [-1, 1]."""
+        posture, rng = observation["posture"], self._rng
+        modules = self.config.modules
+
+        predictor_features = self._predictor.step(observation["context"], rng)
+        predicted = self._readouts.predictor(predictor_features)[:, 0]
+        prior = np.clip(predicted, gating.LEAST_PRIOR, 1.0)
+        likelihood = np.ones(modules)
+        if self._steps:
+            errors = gating.prediction_errors(self._steps[-1].predictions, posture)
+            likelihood = gating.likelihood(errors, self._sigma)
+        responsibility = gating.responsibilities(prior, likelihood)
+
+        inverse_features = self._inverse.step(
+            np.concatenate([posture, observation["target"]]), rng
+        )
+        module_actions = np.clip(self._readouts.inverse(inverse_features), -1.0, 1.0)
+        feedback = self._feedback(observation)
+        mixed = responsibility @ module_actions
+        action = np.clip(self.gains.inverse * mixed + self.gains.feedback * feedback, -1.0, 1.0)
+
+        heard = action if self.config.forward_input == "total" else module_actions
+        heard = np.broadcast_to(heard, (modules, _JOINTS))
+        seen = np.broadcast_to(posture, (modules, _POSTURE))
+        forward_features = self._forward.step(np.concatenate([heard, seen], axis=1), rng)
+        predictions = self._readouts.forward(forward_features)
+
+        self._steps.append(
+            _Step(
+                inverse_features,
+                forward_features,
+                predictor_features,
+                prior,
+                responsibility,
+                module_actions,
+                predictions,
+                action,
+                feedback,
+                posture,
+            )
+        )
+        return action
+
+    def observe(self, timestep: dm_env.TimeStep) -> None:
+        """Take in what the action led to."""
+        self._last = timestep.observation
+
+    def learn(self) -> dict[str, float]:
+        """Refit all readouts to the episode and let the gains follow.
+
+        Returns:
+            Gains K and L and width σ of the episode, by name.
+        """
+        epoch = self._close_epoch()
+        logged = {
+            "gain_feedback": self.gains.feedback,
+            "gain_inverse": self.gains.inverse,
+            "sigma": self._sigma,
+        }
+        mixed = np.einsum("tm,tmd->td", epoch.responsibility, epoch.predictions)
+        error = metrics.posture_error_percent(mixed, epoch.next_posture)
+        if np.isnan(self._untrained_error):
+            self._untrained_error = error
+        self._rule.fit(self._readouts, epoch)
+        self._sigma = self._rule.next_sigma(epoch, self._sigma)
+        self.gains = self.gains.after(performance(error, self._untrained_error))
+        return logged
+
+    def signals(self) -> dict[str, Array]:
+        """Return the signals of the episode that was learned last.
+
+        Returns:
+            `responsibility` and `prior` (T, M), `module_actions` (T, M, 8), `predictions`
+            (T, M, 12) of the next posture, `feedback` (T, 8) with its gain.
+        """
+        epoch = self._close_epoch()
+        return {
+            "responsibility": epoch.responsibility,
+            "prior": epoch.prior,
+            "module_actions": epoch.module_actions,
+            "predictions": epoch.predictions,
+            "feedback": epoch.feedback_gain * epoch.feedback,
+        }
+
+    def state_dict(self) -> dict[str, Array]:
+        """Return all that learning has changed, as arrays by name."""
+        state = {
+            "progress": np.array(self.gains.progress),
+            "sigma": np.array(self._sigma),
+            "untrained_error": np.array(self._untrained_error),
+        }
+        for part, readout in self._readouts._asdict().items():
+            state |= {f"{part}.{name}": value for name, value in readout.state_dict().items()}
+        return state
+
+    def load_state_dict(self, state: Mapping[str, Array]) -> None:
+        """Continue from what `state_dict` returned."""
+        self.gains = Gains(float(state["progress"]))
+        self._sigma = float(state["sigma"])
+        self._untrained_error = float(state["untrained_error"])
+        for part, readout in self._readouts._asdict().items():
+            readout.load_state_dict({name: state[f"{part}.{name}"] for name in readout.state_dict()})
+
+    def _reservoirs(self, name: str, inputs: int) -> ReservoirBank:
+        return ReservoirBank(
+            self.config.modules,
+            inputs,
+            self.config.nodes,
+            radius=self.config.spectral_radius,
+            noise=self.config.reservoir_noise,
+            rng=stream(self._seed, "reservoir", name),
+        )
+
+    def _readout(self, bank: ReservoirBank, outputs: int) -> ReadoutBank:
+        return ReadoutBank(
+            np.zeros((self.config.modules, outputs, bank.features)),
+            forgetting=self._rule.forgetting,
+            ridge=self._rule.ridge,
+        )
+
+    def _feedback(self, observation: Observation) -> Array:
+        return feedback_action(
+            observation["joint_angles"],
+            observation["reference"],
+            self._max_joint_speed,
+            self._control_timestep,
+        )
+
+    def _close_epoch(self) -> Epoch:
+        """Stack what was remembered, once an episode."""
+        if self._epoch is None:
+            steps = _Step(*map(np.stack, zip(*self._steps, strict=True)))._asdict()
+            posture, feedback = steps.pop("posture"), steps["feedback"]
+            last = self._feedback(self._last)
+            self._epoch = Epoch(
+                **steps,
+                next_posture=np.concatenate([posture[1:], self._last["posture"][None]]),
+                next_feedback=np.concatenate([feedback[1:], last[None]]),
+                feedback_gain=self.gains.feedback,
+            )
+        return self._epoch

@@ -68,6 +68,7 @@ class TwoArmImitation(control.Task):
         self.motion = motion
         self.max_joint_speed = max_joint_speed
         self.episode = 0
+        self._repeats = repeats
         self._noise = noise
         self._seed = seed
         self._clean, self._context = repeat(motion, repeats, max_joint_speed)
@@ -79,6 +80,11 @@ class TwoArmImitation(control.Task):
     def steps(self) -> int:
         """Number of steps of an episode."""
         return len(self._clean) - 1
+
+    @property
+    def period(self) -> int:
+        """Number of steps from one repetition to the next."""
+        return (len(self._clean) - len(self.motion)) // max(self._repeats - 1, 1) or len(self._clean)
 
     def initialize_episode(self, physics: PhysicsArms) -> None:
         """Put the arms into the first posture and draw this episode's demonstration."""

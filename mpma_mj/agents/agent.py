@@ -1,0 +1,44 @@
+"""What an agent is to a training loop."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Protocol
+
+import dm_env
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Agent", "Observation"]
+
+Array = NDArray[np.float64]
+Observation = Mapping[str, Array]
+
+
+class Agent(Protocol):
+    """Something that acts in episodes and learns between them.
+
+    A loop calls `reset`, then `act` and `observe` in turn until the episode ends, then `learn`.
+    Agents know no environment: they see observations and give actions.
+    """
+
+    def reset(self, episode: int) -> None:
+        """Begin an episode; what is random in it depends on the agent's seed and its number."""
+
+    def act(self, observation: Observation) -> Array:
+        """Return the action, shape (8,), in [-1, 1]."""
+
+    def observe(self, timestep: dm_env.TimeStep) -> None:
+        """Take in what the action led to."""
+
+    def learn(self) -> dict[str, float]:
+        """Learn from the episode that ended; return what is worth logging, by name."""
+
+    def signals(self) -> dict[str, Array]:
+        """Return the agent's inner signals of the last episode by name, each (T, ...)."""
+
+    def state_dict(self) -> dict[str, Array]:
+        """Return all that learning has changed, as arrays by name."""
+
+    def load_state_dict(self, state: Mapping[str, Array]) -> None:
+        """Continue from what `state_dict` returned."""

@@ -1,0 +1,142 @@
+"""The two learning rules: what every readout of a module should have said."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.agents.responsibility import commitment_target, prediction_errors
+from mpma_mj.esn import ReadoutBank
+
+__all__ = ["RULES", "Epoch", "GatedRule", "LearningRule", "Readouts", "RuleName", "WeightedRule"]
+
+Array = NDArray[np.float64]
+RuleName = Literal["weighted", "gated"]
+
+
+class Readouts(NamedTuple):
+    """The three readouts of all modules."""
+
+    inverse: ReadoutBank
+    forward: ReadoutBank
+    predictor: ReadoutBank
+
+
+@dataclass(frozen=True, eq=False)
+class Epoch:
+    """What happened to M modules in the T steps of an epoch.
+
+    Attributes:
+        inverse_features: Reservoir features of the inverse models, shape (T, M, F).
+        forward_features: Of the forward models, shape (T, M, F').
+        predictor_features: Of the responsibility predictors, shape (T, M, F'').
+        prior: Outputs p of the responsibility predictors, shape (T, M).
+        responsibility: Responsibilities λ, shape (T, M).
+        module_actions: Actions u^i of the inverse models, shape (T, M, 8).
+        predictions: Predicted next postures x̂^i, shape (T, M, 12).
+        action: Action u that was taken, shape (T, 8).
+        next_posture: Posture that came of it, shape (T, 12).
+        feedback: Feedback action u_fb before its gain, shape (T, 8).
+        next_feedback: The same one step later, shape (T, 8).
+        feedback_gain: K.
+    """
+
+    inverse_features: Array
+    forward_features: Array
+    predictor_features: Array
+    prior: Array
+    responsibility: Array
+    module_actions: Array
+    predictions: Array
+    action: Array
+    next_posture: Array
+    feedback: Array
+    next_feedback: Array
+    feedback_gain: float
+
+
+class LearningRule(Protocol):
+    """A way to refit the readouts after an epoch."""
+
+    forgetting: float
+    ridge: float
+    first_sigma: float
+
+    def fit(self, readouts: Readouts, epoch: Epoch) -> None:
+        """Refit all readouts."""
+
+    def next_sigma(self, epoch: Epoch, sigma: float) -> float:
+        """Return the width σ of the likelihood for the next epoch."""
+
+
+@dataclass(frozen=True)
+class GatedRule:
+    """The paper's process: every error is multiplied by the responsibility.
+
+        forward models           x̂^i + λ^i (x_{t+1} - x̂^i)
+        inverse models           u^i + λ^i (K u_fb)_{t+1}
+        responsibility pred.     λ^i
+
+    fitted by ridge regression over the last epoch. The paper says neither whether training is
+    in batches nor σ (choice); the window of σ in which it converges is narrow.
+    """
+
+    forgetting: float = 0.0
+    ridge: float = 1e-2
+    first_sigma: float = 0.144
+
+    def fit(self, readouts: Readouts, epoch: Epoch) -> None:
+        """Refit all readouts."""
+        gate = epoch.responsibility[:, :, None]
+        forward_error = epoch.next_posture[:, None, :] - epoch.predictions
+        inverse_error = epoch.feedback_gain * epoch.next_feedback[:, None, :]
+        readouts.forward.fit(epoch.forward_features, epoch.predictions + gate * forward_error)
+        readouts.inverse.fit(epoch.inverse_features, epoch.module_actions + gate * inverse_error)
+        readouts.predictor.fit(epoch.predictor_features, gate)
+
+    def next_sigma(self, epoch: Epoch, sigma: float) -> float:
+        """Return σ unchanged."""
+        return sigma
+
+
+@dataclass(frozen=True)
+class WeightedRule:
+    """Ours: least squares weighted by responsibility, remembering earlier epochs (choice).
+
+    It is the fixed point of gated gradient steps, reached at once:
+
+        forward models           x_{t+1}                              weight λ^i
+        inverse models           clip(u_t + u_fb,t+1, -1, 1)          weight λ^i
+        responsibility pred.     y ∝ (λ^i)^γ / ū_i^β                  weight 1
+
+    where the inverse models' target is the command that would have hit. After each epoch σ is
+    the responsible modules' rms prediction error, but not under `least_sigma`.
+    """
+
+    forgetting: float = 0.7
+    ridge: float = 1e-4
+    first_sigma: float = 0.5
+    least_sigma: float = 0.02
+    commitment: float = 2.0
+    conscience: float = 1.5
+
+    def fit(self, readouts: Readouts, epoch: Epoch) -> None:
+        """Refit all readouts."""
+        weight = epoch.responsibility
+        hit = np.clip(epoch.action + epoch.next_feedback, -1.0, 1.0)
+        share = commitment_target(weight, self.commitment, self.conscience)
+        readouts.forward.fit(epoch.forward_features, epoch.next_posture[:, None, :], weight)
+        readouts.inverse.fit(epoch.inverse_features, hit[:, None, :], weight)
+        readouts.predictor.fit(epoch.predictor_features, share[:, :, None])
+
+    def next_sigma(self, epoch: Epoch, sigma: float) -> float:
+        """Return the rms prediction error, weighted by responsibility."""
+        errors = prediction_errors(epoch.predictions, epoch.next_posture)
+        rms = np.sqrt(np.mean(np.sum(epoch.responsibility * errors, axis=1)))
+        return max(self.least_sigma, float(rms))
+
+
+RULES: dict[RuleName, LearningRule] = {"weighted": WeightedRule(), "gated": GatedRule()}

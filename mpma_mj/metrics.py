@@ -1,0 +1,152 @@
+"""The measures of an epoch, as pure functions of what was recorded."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = [
+    "active_modules",
+    "dominant_module",
+    "feedback_ratio",
+    "modules_used",
+    "mpkpe",
+    "nmi",
+    "posture_error_percent",
+    "repeatability",
+    "rp_error_percent",
+]
+
+Array = NDArray[np.float64]
+
+# From the paper: a module is active during a letter if λ > 0.1 for at least 25 % of it.
+_ACTIVE_LEVEL, _ACTIVE_SHARE = 0.1, 0.25
+
+
+def posture_error_percent(posture: Array, other: Array) -> float:
+    """Return the mean distance of two courses of postures, in percent of the range.
+
+        100 · mean_{t,d} |x_t - x'_t| / 2
+
+    With the demonstration as the other it is p_e, with the forward models' predictions the
+    prediction error. The range of a coordinate, [-1, 1], is 2 wide; the paper does not say how
+    it defines p_e (choice).
+
+    Args:
+        posture: Postures x, shape (T, 12).
+        other: Postures x', shape (T, 12).
+    """
+    return float(50.0 * np.mean(np.abs(posture - other)))
+
+
+def rp_error_percent(prior: Array, responsibility: Array) -> float:
+    """Return how far the responsibility predictors are from the responsibilities.
+
+        100 · mean_{t,i} |p^i / Σp - λ^i|
+
+    Args:
+        prior: Outputs p of the predictors, shape (T, M), above 0.
+        responsibility: Responsibilities λ, shape (T, M).
+    """
+    share = prior / prior.sum(axis=1, keepdims=True)
+    return float(100.0 * np.mean(np.abs(share - responsibility)))
+
+
+def feedback_ratio(feedback: Array, action: Array) -> float:
+    """Return the feedback controller's share, Σ|K u_fb| / Σ|u|; both of shape (T, 8)."""
+    total = float(np.sum(np.abs(action)))
+    return float(np.sum(np.abs(feedback))) / total if total > 0 else 0.0
+
+
+def active_modules(responsibility: Array, context: Array) -> list[int]:
+    """Count the modules that are active during each label.
+
+    Args:
+        responsibility: Responsibilities λ, shape (T, M).
+        context: Context, shape (T, C); the largest entry says which label is danced.
+
+    Returns:
+        For each of the C labels the number of modules with λ > 0.1 for at least 25 % of its
+        steps.
+    """
+    label = context.argmax(axis=1)
+    active = responsibility > _ACTIVE_LEVEL
+    return [
+        int(np.sum(active[label == c].mean(axis=0) >= _ACTIVE_SHARE)) if (label == c).any() else 0
+        for c in range(context.shape[1])
+    ]
+
+
+def dominant_module(responsibility: Array, context: Array) -> list[int]:
+    """Return for each label the module that most often has the largest λ; -1 if not danced."""
+    label, dominant = context.argmax(axis=1), responsibility.argmax(axis=1)
+    modules = responsibility.shape[1]
+    return [
+        int(np.bincount(dominant[label == c], minlength=modules).argmax())
+        if (label == c).any()
+        else -1
+        for c in range(context.shape[1])
+    ]
+
+
+def modules_used(responsibility: Array, context: Array) -> int:
+    """Return the number of modules that are dominant in at least one label."""
+    return len(set(dominant_module(responsibility, context)) - {-1})
+
+
+def nmi(responsibility: Array, context: Array) -> float:
+    """Return the mutual information of label and dominant module over log(number of labels).
+
+    Args:
+        responsibility: Responsibilities λ, shape (T, M).
+        context: Context, shape (T, C).
+
+    Returns:
+        1 where the module tells the label, 0 where it tells nothing, or there is one label.
+    """
+    labels = context.shape[1]
+    if labels == 1:
+        return 0.0
+    joint = np.zeros((labels, responsibility.shape[1]))
+    np.add.at(joint, (context.argmax(axis=1), responsibility.argmax(axis=1)), 1.0 / len(context))
+    independent = joint.sum(axis=1, keepdims=True) * joint.sum(axis=0, keepdims=True)
+    seen = joint > 0
+    information = np.sum(joint[seen] * np.log(joint[seen] / independent[seen]))
+    return float(information / np.log(labels))
+
+
+def repeatability(signal: Array, period: int) -> float:
+    """Return how alike a signal is from repetition to repetition.
+
+    Args:
+        signal: Signal, shape (T, ...).
+        period: Steps of one repetition.
+
+    Returns:
+        Mean correlation between successive repetitions over all channels that vary; NaN where
+        there is no second whole repetition or nothing varies.
+    """
+    channels = signal.reshape(len(signal), -1)
+    count = len(channels) // period
+    repetitions = channels[: count * period].reshape(count, period, -1)
+    centred = repetitions - repetitions.mean(axis=1, keepdims=True)
+    scale = np.sqrt(np.mean(centred**2, axis=1))  # (count, channels)
+    product = np.mean(centred[1:] * centred[:-1], axis=1)
+    varies = (scale[1:] > 1e-6) & (scale[:-1] > 1e-6)
+    if not varies.any():
+        return float("nan")
+    return float(np.mean(product[varies] / (scale[1:] * scale[:-1])[varies]))
+
+
+def mpkpe(sites: Array, demonstrated_sites: Array) -> float:
+    """Return the mean per-keypoint position error of elbows and wrists.
+
+    Args:
+        sites: Where the arms are, shape (T, 2, 3, 3), m: arm; shoulder, elbow, wrist; xyz.
+        demonstrated_sites: Where the demonstrated posture puts them on the same arms.
+
+    Returns:
+        Mean distance, m.
+    """
+    offset = (sites - demonstrated_sites)[:, :, 1:]
+    return float(np.mean(np.linalg.norm(offset, axis=-1)))

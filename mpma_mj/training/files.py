@@ -1,0 +1,110 @@
+"""Files that are either whole or not there: written beside their place, then renamed."""
+
+from __future__ import annotations
+
+import json
+import os
+import zipfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.errors import CheckpointError, RunFolderError
+
+__all__ = ["FORMAT", "read_arrays", "write_arrays", "write_json", "write_text", "write_whole"]
+
+FORMAT = 1
+"""Version of the files' format; what another version wrote is refused."""
+
+_META = "meta"
+
+
+def write_whole(path: Path, write: Callable[[Path], None]) -> None:
+    """Write a file under a temporary name and rename it.
+
+    Args:
+        path: Where it is to be; folders on the way are made.
+        write: Called with the temporary path, which has the same suffix.
+
+    Raises:
+        RunFolderError: The folder cannot be written.
+    """
+    temporary = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write(temporary)
+        temporary.replace(path)
+    except OSError as error:
+        raise RunFolderError(
+            f"{path}: cannot be written ({error.strerror}); choose another folder with --out"
+        ) from None
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file."""
+    write_whole(path, lambda p: p.write_text(text, encoding="utf-8") and None)
+
+
+def write_json(path: Path, content: Mapping[str, Any]) -> None:
+    """Write a JSON file; what is not a number becomes null."""
+    write_text(path, json.dumps(_finite(content), indent=2) + "\n")
+
+
+def write_arrays(
+    path: Path, kind: str, arrays: Mapping[str, NDArray[Any]], meta: Mapping[str, Any]
+) -> None:
+    """Write arrays by name with what describes them.
+
+    Args:
+        path: The `.npz` file.
+        kind: What the file is, such as "checkpoint"; checked when it is read.
+        arrays: Arrays of numbers by name.
+        meta: What JSON can hold.
+    """
+    header = json.dumps({"format": FORMAT, "kind": kind} | dict(meta))
+    write_whole(path, lambda p: np.savez(p, **{_META: np.array(header)}, **arrays))
+
+
+def read_arrays(path: Path, kind: str) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+    """Read what `write_arrays` wrote.
+
+    Args:
+        path: The `.npz` file.
+        kind: What the file has to be.
+
+    Returns:
+        Arrays by name, and the description.
+
+    Raises:
+        CheckpointError: There is no such file, or it is damaged, or something else.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+        meta = json.loads(str(arrays.pop(_META)))
+    except FileNotFoundError:
+        raise CheckpointError(f"{path}: no such file; is the folder a run of this program?") from None
+    except (OSError, EOFError, KeyError, ValueError, zipfile.BadZipFile):
+        raise CheckpointError(
+            f"{path}: damaged, or not a {kind} of this program; train anew with --overwrite"
+        ) from None
+    if not isinstance(meta, dict) or meta.get("kind") != kind or meta.get("format") != FORMAT:
+        raise CheckpointError(
+            f"{path}: not a {kind} of format {FORMAT}; train anew with this version"
+        )
+    return arrays, meta
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(key): _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    if isinstance(value, float | np.floating):
+        return float(value) if np.isfinite(value) else None
+    return value

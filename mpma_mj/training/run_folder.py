@@ -1,0 +1,158 @@
+"""The folder of a run: what is in it, how it is made, how it is read again."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.errors import CheckpointError, RunFolderError
+from mpma_mj.motions import Motion
+from mpma_mj.training import files
+from mpma_mj.training.config import RunConfig, versions
+
+__all__ = ["RunFolder"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class RunFolder:
+    """Paths and contents of a run.
+
+    Attributes:
+        path: The folder.
+    """
+
+    path: Path
+
+    @property
+    def video(self) -> Path:
+        """Where the video is."""
+        return self.path / "dance.mp4"
+
+    @property
+    def figures(self) -> Path:
+        """Where the figures are."""
+        return self.path / "figures"
+
+    def create(self, config: RunConfig, motion: Motion, *, overwrite: bool) -> None:
+        """Make the folder for a new run.
+
+        Args:
+            config: Settings, written into it.
+            motion: The movement, kept so that the run can go on without the recording.
+            overwrite: Whether an earlier run in its place may be removed.
+
+        Raises:
+            RunFolderError: The folder exists, is no run, or cannot be written.
+        """
+        if self.path.exists():
+            self._remove(overwrite)
+        config_dict = config.as_dict()
+        content = {"format": files.FORMAT, "config": config_dict, "versions": versions()}
+        files.write_arrays(
+            self.path / "checkpoint" / "motion.npz",
+            "motion",
+            {"posture": motion.posture, "context": motion.context},
+            {k: getattr(motion, k) for k in ("labels", "rate", "name", "source")},
+        )
+        files.write_json(self.path / "config.json", content)
+
+    def _remove(self, overwrite: bool) -> None:
+        if not self.path.is_dir():
+            raise RunFolderError(f"{self.path}: is a file; choose another folder with --out")
+        if not any(self.path.iterdir()):
+            return
+        if not (self.path / "config.json").exists():
+            raise RunFolderError(
+                f"{self.path}: is not empty and not a run; choose another folder with --out"
+            )
+        if not overwrite:
+            raise RunFolderError(
+                f"{self.path}: a run is there; --overwrite replaces it, --resume continues it"
+            )
+        try:
+            shutil.rmtree(self.path)
+        except OSError as error:
+            raise RunFolderError(f"{self.path}: cannot be replaced ({error.strerror})") from None
+
+    def read_config(self) -> RunConfig:
+        """Read the settings.
+
+        Raises:
+            RunFolderError: There is no run.
+            CheckpointError: The settings are damaged or of another version.
+        """
+        path = self.path / "config.json"
+        try:
+            content = json.loads(path.read_text(encoding="utf-8"))
+            if content["format"] != files.FORMAT:
+                raise CheckpointError(f"{path}: of another version; train anew with this one")
+            return RunConfig(**content["config"])
+        except OSError:
+            raise RunFolderError(f"{self.path}: no run there (no readable config.json)") from None
+        except (ValueError, KeyError, TypeError):
+            raise CheckpointError(f"{path}: damaged, or not of a run; train anew") from None
+
+    def read_motion(self) -> Motion:
+        """Read the movement that the run imitates."""
+        path = self.path / "checkpoint" / "motion.npz"
+        arrays, meta = files.read_arrays(path, "motion")
+        try:
+            return Motion(
+                arrays["posture"],
+                arrays["context"],
+                tuple(meta["labels"]),
+                *(meta[k] for k in ("rate", "name", "source")),
+            )
+        except KeyError as error:
+            raise CheckpointError(f"{path}: lacks {error.args[0]}; train anew") from None
+
+    def write_checkpoint(
+        self, name: str, config: RunConfig, state: dict[str, Array], meta: dict[str, Any]
+    ) -> None:
+        """Write an agent's state as `checkpoint/NAME.npz`."""
+        path = self.path / "checkpoint" / f"{name}.npz"
+        files.write_arrays(path, "checkpoint", state, {"config": config.as_dict()} | meta)
+
+    def read_checkpoint(self, name: str, config: RunConfig) -> tuple[dict[str, Array], dict[str, Any]]:
+        """Read what `write_checkpoint` wrote.
+
+        Raises:
+            CheckpointError: It is damaged, or belongs to a run with other settings.
+        """
+        path = self.path / "checkpoint" / f"{name}.npz"
+        state, meta = files.read_arrays(path, "checkpoint")
+        if meta.get("config") != config.as_dict():
+            raise CheckpointError(f"{path}: belongs to a run with other settings; train anew")
+        return state, meta
+
+    def write_trace(self, trace: dict[str, Array], epoch: int) -> None:
+        """Write the signals of the kept epoch."""
+        files.write_arrays(self.path / "trace.npz", "trace", trace, {"epoch": epoch})
+
+    def read_trace(self) -> dict[str, Array]:
+        """Read the signals of the kept epoch."""
+        return files.read_arrays(self.path / "trace.npz", "trace")[0]
+
+    def write_metrics(self, rows: list[dict[str, float]]) -> None:
+        """Write a row for every epoch."""
+        text = io.StringIO()
+        writer = csv.DictWriter(text, rows[0].keys(), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+        files.write_text(self.path / "metrics.csv", text.getvalue())
+
+    def write_summary(self, summary: dict[str, Any]) -> None:
+        """Write what the run came to."""
+        files.write_json(self.path / "summary.json", summary)
+
+

@@ -1,0 +1,89 @@
+"""What is recorded of an epoch, and what it amounts to."""
+
+from __future__ import annotations
+
+import numpy as np
+from dm_control.rl import control
+from numpy.typing import NDArray
+
+from mpma_mj import metrics
+from mpma_mj.agents import Agent
+from mpma_mj.errors import DivergedError
+
+__all__ = ["EPOCH_METRICS", "epoch_metrics", "record_epoch"]
+
+Array = NDArray[np.float64]
+
+_OBSERVED = ("posture", "reference", "context", "joint_angles", "joint_velocities")
+EPOCH_METRICS = (
+    "p_e_percent",
+    "prediction_error_percent",
+    "rp_error_percent",
+    "feedback_ratio",
+    "nmi",
+    "modules_used",
+    "mpkpe_m",
+    "mean_reward",
+)
+
+
+def record_epoch(env: control.Environment, agent: Agent, epoch: int) -> dict[str, Array]:
+    """Dance one episode and record every signal of it.
+
+    Args:
+        env: Environment; its next episode becomes number `epoch`.
+        agent: Agent; it acts and observes, but does not learn here.
+        epoch: Number of the epoch, from 0.
+
+    Returns:
+        Signals by name. Observations of the T + 1 moments, shape (T + 1, ...); `action` (T, 8),
+        `reward` (T,); and the agent's own signals, each (T, ...).
+
+    Raises:
+        DivergedError: The simulation did not stay finite.
+    """
+    env.task.episode = epoch
+    agent.reset(epoch)
+    timestep = env.reset()
+    observations, actions, rewards = [timestep.observation], [], []
+    while not timestep.last():
+        actions.append(agent.act(timestep.observation))
+        timestep = env.step(actions[-1])
+        agent.observe(timestep)
+        observations.append(timestep.observation)
+        rewards.append(timestep.reward)
+    if timestep.discount == 0.0:
+        raise DivergedError(
+            f"epoch {epoch + 1}: the simulation diverged at step {len(actions)};"
+            " try a slower --tempo or another --seed"
+        )
+    trace = {name: np.stack([o[name] for o in observations]) for name in _OBSERVED}
+    trace |= {"action": np.stack(actions), "reward": np.array(rewards)}
+    return trace | agent.signals()
+
+
+def epoch_metrics(env: control.Environment, trace: dict[str, Array]) -> dict[str, float]:
+    """Compute the measures of an epoch.
+
+    Args:
+        env: Environment in which it was danced, for the arms' own lengths.
+        trace: What `record_epoch` returned, of an agent of modules.
+
+    Returns:
+        The measures of `EPOCH_METRICS`.
+    """
+    posture, reference = trace["posture"][1:], trace["reference"][1:]
+    responsibility, context = trace["responsibility"], trace["context"][:-1]
+    predicted = np.einsum("tm,tmd->td", responsibility, trace["predictions"])
+    sites = env.physics.site_positions
+    values = (
+        metrics.posture_error_percent(posture, reference),
+        metrics.posture_error_percent(predicted, posture),
+        metrics.rp_error_percent(trace["prior"], responsibility),
+        metrics.feedback_ratio(trace["feedback"], trace["action"]),
+        metrics.nmi(responsibility, context),
+        metrics.modules_used(responsibility, context),
+        metrics.mpkpe(sites(posture), sites(reference)),
+        float(np.mean(trace["reward"])),
+    )
+    return dict(zip(EPOCH_METRICS, values, strict=True))
