@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.agents.responsibility import commitment_target, prediction_errors
 from mpma_mj.esn import ReadoutBank
+from mpma_mj.options import RuleName
 
-__all__ = ["RULES", "Epoch", "GatedRule", "LearningRule", "Readouts", "RuleName", "WeightedRule"]
+__all__ = ["RULES", "Epoch", "GatedRule", "LearningRule", "Readouts", "WeightedRule"]
 
 Array = NDArray[np.float64]
-RuleName = Literal["weighted", "gated"]
 
 
 class Readouts(NamedTuple):

@@ -14,10 +14,11 @@ from mpma_mj import metrics
 from mpma_mj.agents import responsibility as gating
 from mpma_mj.agents.agent import Observation
 from mpma_mj.agents.gains import Gains, performance
-from mpma_mj.agents.learning import RULES, Epoch, Readouts, RuleName
+from mpma_mj.agents.learning import RULES, Epoch, Readouts
 from mpma_mj.errors import BadOptionError
 from mpma_mj.esn import ReadoutBank, ReservoirBank
 from mpma_mj.feedback import feedback_action
+from mpma_mj.options import RuleName
 from mpma_mj.randomness import stream
 
 __all__ = ["MPMA", "MPMAConfig"]

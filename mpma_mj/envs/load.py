@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Literal, get_args
+from typing import get_args
 
 from dm_control.rl import control
 
 from mpma_mj.envs.physics import KinematicArms, PhysicsArms
 from mpma_mj.envs.task import TwoArmImitation
 from mpma_mj.errors import BadOptionError
+from mpma_mj.options import Arms
 from mpma_mj.motions import Motion, read_motion
 
-__all__ = ["ARMS", "Arms", "load"]
+__all__ = ["load"]
 
-Arms = Literal["physics", "kinematic"]
-ARMS: tuple[Arms, ...] = get_args(Arms)
 _KINDS = {"physics": PhysicsArms, "kinematic": KinematicArms}
 
 
@@ -47,7 +46,7 @@ def load(
         MpmaError: The movement cannot be read, or is faster than the arms.
     """
     if arms not in _KINDS:
-        raise BadOptionError(f"arms is '{arms}'; expected {' or '.join(ARMS)}")
+        raise BadOptionError(f"arms is '{arms}'; expected {' or '.join(get_args(Arms))}")
     if repeats < 1:
         raise BadOptionError(f"repeats is {repeats}; expected at least 1")
     if not (math.isfinite(noise) and noise >= 0):

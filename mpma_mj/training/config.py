@@ -9,31 +9,28 @@ from dataclasses import dataclass
 from typing import Any
 
 from mpma_mj import __version__
-from mpma_mj.agents.learning import RuleName
-from mpma_mj.envs.load import Arms
+from mpma_mj.options import Arms, RuleName
 
-__all__ = ["RunConfig", "versions"]
+__all__ = ["RunConfig", "Settings", "versions"]
 
 
-@dataclass(frozen=True)
-class RunConfig:
-    """Everything that decides the result of a run.
+@dataclass(frozen=True, kw_only=True)
+class Settings:
+    """What decides the result of a run, apart from the movement.
 
     Attributes:
-        motion: What is imitated: "ymca" or the path of a recording.
-        arms: Simulated or kinematic arms.
+        arms: Simulated arms, or arms that move ideally.
         modules: Number of modules.
-        nodes: Neurons of each reservoir.
-        rule: Learning rule.
+        nodes: Neurons of each of a module's three reservoirs.
+        rule: Learning rule: ours, or the paper's.
         seed: Seed of everything random.
-        segments: Equal parts that label a recording without labels.
-        tempo: Speed relative to the original.
-        max_gap: Longest gap in a marker's trajectory that is bridged, s.
+        segments: Number of equal parts that label a recording.
+        tempo: Speed relative to the original; 0.5 takes twice as long.
+        max_gap: Longest gap in a marker's trajectory that is bridged, in seconds.
         repeats: How often the movement is danced in an epoch.
-        noise: Noise on the demonstration.
+        noise: Standard deviation of the noise on the demonstration, 0.01 is 1 %.
     """
 
-    motion: str = "ymca"
     arms: Arms = "physics"
     modules: int = 4
     nodes: int = 200
@@ -44,6 +41,17 @@ class RunConfig:
     max_gap: float = 0.25
     repeats: int = 3
     noise: float = 0.01
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunConfig(Settings):
+    """Everything that decides the result of a run.
+
+    Attributes:
+        motion: What is imitated: "ymca" or the path of a recording.
+    """
+
+    motion: str = "ymca"
 
     def as_dict(self) -> dict[str, Any]:
         """Return the settings by name, as JSON can hold them."""

@@ -10,6 +10,8 @@ from dm_control.rl import control
 from numpy.typing import NDArray
 
 from mpma_mj import metrics
+from threadpoolctl import threadpool_limits
+
 from mpma_mj.agents import MPMA, MPMAConfig
 from mpma_mj.envs.load import load
 from mpma_mj.errors import BadOptionError, CheckpointError
@@ -150,7 +152,9 @@ def _train(
 ) -> dict[str, Any]:
     """Train to the end, writing after every epoch what a later resume needs."""
     while len(trainer.rows) < epochs and not trainer.converged:
-        improved = trainer.run_epoch()
+        # The matrices are small: with more threads BLAS takes twice as long.
+        with threadpool_limits(1, user_api="blas"):
+            improved = trainer.run_epoch()
         if improved and trainer.kept is not None:
             folder.write_trace(trainer.kept.trace, int(trainer.kept.row["epoch"]))
             folder.write_checkpoint("best", config, trainer.kept.state, {"row": trainer.kept.row})

@@ -1,0 +1,187 @@
+"""The command `mpma`."""
+
+from __future__ import annotations
+
+import dataclasses
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import tyro
+
+from mpma_mj import __version__
+from mpma_mj.envs.gl import require_backend
+from mpma_mj.errors import BadOptionError, MpmaError, RenderingError
+from mpma_mj.training.config import RunConfig, Settings
+
+__all__ = ["main"]
+
+_INTERRUPTED = 130  # what shells expect of a command that was stopped by Ctrl-C
+
+
+@dataclass(frozen=True)
+class Imitate:
+    """Train the arms on a movement, save the run, make figures and a video."""
+
+    motion: Annotated[str | None, tyro.conf.Positional] = None
+    """"ymca", or the path of a Qualisys TSV recording."""
+    settings: tyro.conf.OmitArgPrefixes[Settings] = Settings()
+    epochs: int = 30
+    """Most epochs to train; training ends earlier when it has converged."""
+    out: Path | None = None
+    """Folder of the run; runs/MOTION-TIME if not given."""
+    video: bool = True
+    """Make a video of the trained arms; needs OpenGL."""
+    overwrite: bool = False
+    """Replace the run that is in the folder."""
+    resume: Path | None = None
+    """Folder of a run to go on with; its own settings hold."""
+
+    def run(self) -> Path:
+        """Do it and return the folder."""
+        missing_gl = _try_backend() if self.video else None
+        from mpma_mj.training import imitate
+        from mpma_mj.training.progress import EpochDisplay
+        from mpma_mj.training.run_folder import RunFolder
+
+        with EpochDisplay(self.epochs) as display:
+            if self.resume is not None:
+                folder = RunFolder(self.resume)
+                self._check_resumed(folder.read_config())
+                summary = imitate.resume(folder, self.epochs, on_epoch=display.show)
+            else:
+                config = self._config()
+                folder = RunFolder(self.out or _default_folder(config.motion))
+                summary = imitate.start(
+                    config, folder, self.epochs, overwrite=self.overwrite, on_epoch=display.show
+                )
+        self._make_pictures(folder, draw_video=self.video and missing_gl is None)
+        _print_summary(summary)
+        if missing_gl is not None:
+            print(missing_gl, file=sys.stderr)
+        return folder.path
+
+    def _config(self) -> RunConfig:
+        if self.motion is None:
+            raise BadOptionError("no motion given; try: mpma imitate ymca")
+        return RunConfig(motion=self.motion, **dataclasses.asdict(self.settings))
+
+    def _check_resumed(self, saved: RunConfig) -> None:
+        """Refuse options that contradict the run that goes on."""
+        if self.overwrite or self.out is not None:
+            raise BadOptionError("--resume goes on in the run's own folder; drop --overwrite, --out")
+        default = Settings()
+        given = {
+            field.name: getattr(self.settings, field.name)
+            for field in dataclasses.fields(Settings)
+            if getattr(self.settings, field.name) != getattr(default, field.name)
+        }
+        if self.motion is not None:
+            given["motion"] = self.motion
+        for name, value in given.items():
+            if value != getattr(saved, name):
+                raise BadOptionError(
+                    f"{name.replace('_', '-')} is {value}, but the run to resume has"
+                    f" {getattr(saved, name)}; leave it out, or start another run"
+                )
+
+    def _make_pictures(self, folder: Any, *, draw_video: bool) -> None:
+        from mpma_mj.training.figures import write_figures
+
+        trace, motion = folder.read_trace(), folder.read_motion()
+        write_figures(folder.figures, trace, motion)
+        if draw_video:
+            _draw_video(folder, "front")
+
+
+@dataclass(frozen=True)
+class Render:
+    """Make the video of a trained run, anew or from another side."""
+
+    run_folder: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
+    """Folder of the run."""
+    camera: Literal["front", "side", "three_quarter"] = "front"
+    """Where to look from."""
+
+    def run(self) -> Path:
+        """Do it and return the video's path."""
+        require_backend()
+        from mpma_mj.training.run_folder import RunFolder
+
+        folder = RunFolder(self.run_folder)
+        folder.read_config()
+        _draw_video(folder, self.camera)
+        return folder.video
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line.
+
+    Args:
+        arguments: Words after the command's name; those of the process if not given.
+
+    Returns:
+        Exit code: 0, 2 for something that the user has to mend, 1 for a run that failed.
+    """
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    if words == ["--version"]:
+        print(f"mpma {__version__}")
+        return 0
+    command = tyro.extras.subcommand_cli_from_dict(
+        {"imitate": Imitate, "render": Render},
+        prog="mpma",
+        description="Two simulated arms learn to dance from recordings.",
+        args=words,
+    )
+    try:
+        print(command.run())
+    except MpmaError as error:
+        print(f"mpma: {error}", file=sys.stderr)
+        return error.exit_code
+    except KeyboardInterrupt:
+        print("mpma: interrupted; --resume goes on with a run that was saved", file=sys.stderr)
+        return _INTERRUPTED
+    return 0
+
+
+def _try_backend() -> str | None:
+    """Look for OpenGL before training; return what to say if there is none."""
+    try:
+        require_backend()
+    except RenderingError as error:
+        return f"mpma: {error}"
+    return None
+
+
+def _default_folder(motion: str) -> Path:
+    return Path("runs") / f"{Path(motion).stem}-{time.strftime('%Y%m%d-%H%M%S')}"
+
+
+def _draw_video(folder: Any, camera: str) -> None:
+    from mpma_mj.training.progress import track_frames
+    from mpma_mj.training.video import write_video
+
+    write_video(
+        folder.video,
+        folder.read_trace(),
+        folder.read_motion(),
+        camera=camera,
+        progress=track_frames,
+    )
+
+
+def _print_summary(summary: dict[str, Any]) -> None:
+    modules = ", ".join(f"{k} {v + 1}" for k, v in summary["dominant_module"].items())
+    state = "converged" if summary["converged"] else "not converged"
+    print(
+        f"{state} after {summary['epochs']} epochs; kept epoch {summary['kept_epoch']:.0f}:"
+        f" p_e {summary['p_e_percent']:.2f} %, feedback ratio {summary['feedback_ratio']:.3f},"
+        f" dominant module: {modules}"
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main())

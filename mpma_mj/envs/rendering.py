@@ -1,0 +1,105 @@
+"""Pictures of the arms beside the demonstration's ghost."""
+
+from __future__ import annotations
+
+from types import TracebackType
+from typing import Self
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.envs.physics import PhysicsArms
+from mpma_mj.errors import RenderingError
+
+__all__ = ["ArmRenderer"]
+
+Array = NDArray[np.float64]
+Picture = NDArray[np.uint8]
+
+_GHOST = np.array([0.10, 0.12, 0.18, 0.35], np.float32)  # rgba
+_GHOST_LIMB, _GHOST_JOINT = 0.014, 0.058  # radii, m
+_UPRIGHT = np.eye(3).ravel()
+
+
+class ArmRenderer:
+    """Draws one environment's arms; makes its OpenGL context at the first picture."""
+
+    def __init__(
+        self, physics: PhysicsArms, *, width: int = 640, height: int = 480, camera: str = "front"
+    ) -> None:
+        """Prepare to draw.
+
+        Args:
+            physics: The arms.
+            width: Width of pictures, pixels.
+            height: Height of pictures, pixels.
+            camera: Name of a camera of the model: front, side or three_quarter.
+        """
+        self._physics = physics
+        self._size = (height, width)
+        self._camera = camera
+        self._renderer: mujoco.Renderer | None = None
+
+    def picture(self, ghost: Array | None = None) -> Picture:
+        """Draw the arms as they are now.
+
+        Args:
+            ghost: Demonstrated posture, shape (12,), drawn translucent at the arms' own size.
+
+        Returns:
+            Picture, shape (height, width, 3).
+
+        Raises:
+            RenderingError: OpenGL does not draw.
+        """
+        renderer = self._renderer = self._renderer or self._make()
+        renderer.update_scene(self._physics.data.ptr, self._camera)
+        if ghost is not None:
+            self._add_ghost(renderer.scene, ghost)
+        picture: Picture = renderer.render()
+        return picture
+
+    def close(self) -> None:
+        """Give the OpenGL context back."""
+        if self._renderer is not None:
+            self._renderer.close()
+            self._renderer = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _make(self) -> mujoco.Renderer:
+        try:
+            return mujoco.Renderer(self._physics.model.ptr, *self._size)
+        except (ImportError, AttributeError, RuntimeError, mujoco.FatalError) as error:
+            first_line = (str(error).strip() or type(error).__name__).splitlines()[0]
+            raise RenderingError(
+                f"OpenGL does not draw here ({first_line}); install libegl1 and libgl1-mesa-dri,"
+                " or libosmesa6, or do without pictures"
+            ) from None
+
+    def _add_ghost(self, scene: mujoco.MjvScene, posture: Array) -> None:
+        for shoulder, elbow, wrist in self._physics.site_positions(posture):
+            for start, end in ((shoulder, elbow), (elbow, wrist)):
+                limb = _new_geom(scene, mujoco.mjtGeom.mjGEOM_CAPSULE, _GHOST_LIMB, start)
+                mujoco.mjv_connector(limb, mujoco.mjtGeom.mjGEOM_CAPSULE, _GHOST_LIMB, start, end)
+            for joint in (elbow, wrist):
+                _new_geom(scene, mujoco.mjtGeom.mjGEOM_SPHERE, _GHOST_JOINT, joint)
+
+
+def _new_geom(
+    scene: mujoco.MjvScene, kind: mujoco.mjtGeom, radius: float, position: Array
+) -> mujoco.MjvGeom:
+    geom = scene.geoms[scene.ngeom]
+    mujoco.mjv_initGeom(geom, kind, np.full(3, radius), position, _UPRIGHT, _GHOST)
+    scene.ngeom += 1
+    return geom

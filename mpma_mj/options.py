@@ -1,0 +1,10 @@
+"""Names that options may take; apart from all else so that they cost nothing to import."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+__all__ = ["Arms", "RuleName"]
+
+Arms = Literal["physics", "kinematic"]
+RuleName = Literal["weighted", "gated"]

@@ -1,0 +1,132 @@
+"""The paper's figures 3a, 3b and 4 of a run.
+
+Drawn with matplotlib's objects alone, without its global state.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from mpma_mj.arm import JOINT_NAMES, SIDES
+from mpma_mj.motions import Motion
+from mpma_mj.training.colours import DEMONSTRATED, module_colours
+from mpma_mj.training.files import write_whole
+from mpma_mj.training.strip import label_runs
+
+__all__ = ["write_figures"]
+
+Array = NDArray[np.float64]
+
+_DPI = 110
+# A longer dance is drawn on the same paper; with more runs of labels than this their names
+# would run into each other.
+_MOST_NAMED_RUNS = 40
+
+
+def write_figures(folder: Path, trace: dict[str, Array], motion: Motion) -> None:
+    """Write the figures of the kept epoch.
+
+    `responsibility.png` is the paper's figure 3a (λ and the responsibility predictors' output
+    over time), `module_output.png` 3b (each module's share of the motor output) and
+    `trajectory.png` 4 (desired against actual trajectories).
+
+    Args:
+        folder: Where they go.
+        trace: Signals of the epoch.
+        motion: The movement that was imitated.
+    """
+    drawings: dict[str, Callable[[dict[str, Array], Motion], Figure]] = {
+        "responsibility": _responsibility,
+        "module_output": _module_output,
+        "trajectory": _trajectory,
+    }
+    for name, draw in drawings.items():
+        figure = draw(trace, motion)
+        write_whole(folder / f"{name}.png", lambda path, f=figure: f.savefig(path, dpi=_DPI))
+
+
+def _responsibility(trace: dict[str, Array], motion: Motion) -> Figure:
+    """Draw figure 3a: a row for each module."""
+    responsibility, prior = trace["responsibility"], trace["prior"]
+    share = prior / prior.sum(axis=1, keepdims=True)
+    steps, modules = responsibility.shape
+    time = np.arange(steps) / motion.rate
+    figure, axes = _rows(modules, 1.1)
+    for i, (axis, colour) in enumerate(zip(axes, module_colours(modules), strict=True)):
+        axis.fill_between(time, responsibility[:, i], color=colour, alpha=0.35, linewidth=0)
+        axis.plot(time, responsibility[:, i], color=colour, linewidth=1.2, label="λ")
+        axis.plot(time, share[:, i], "--", color="black", linewidth=0.8, label="RP output")
+        axis.set(ylim=(-0.03, 1.03), ylabel=f"module {i + 1}")
+    axes[0].legend(loc="lower right", ncols=2, fontsize="small", framealpha=0.9)
+    _finish(axes, trace, motion, "Responsibility λ and responsibility predictors' output")
+    return figure
+
+
+def _module_output(trace: dict[str, Array], motion: Motion) -> Figure:
+    """Draw figure 3b: a row for each module, a line for each joint."""
+    output = trace["responsibility"][:, :, None] * trace["module_actions"]
+    steps, modules, joints = output.shape
+    time = np.arange(steps) / motion.rate
+    colours = [f"C{j}" for j in range(joints // 2)] * 2
+    figure, axes = _rows(modules, 1.3)
+    limit = 1.05 * float(np.max(np.abs(output)))
+    for i, axis in enumerate(axes):
+        for j in range(joints):
+            style = "-" if j < joints // 2 else ":"
+            label = JOINT_NAMES[j].replace("_", " ")
+            axis.plot(time, output[:, i, j], style, color=colours[j], linewidth=1, label=label)
+        axis.set(ylim=(-limit, limit), ylabel=f"module {i + 1}")
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize="small")
+    _finish(axes, trace, motion, "Motor output of the modules, λ times action")
+    return figure
+
+
+def _trajectory(trace: dict[str, Array], motion: Motion) -> Figure:
+    """Draw figure 4: elbow and wrist direction of both arms, desired against actual."""
+    posture, reference = trace["posture"], trace["reference"]
+    time = np.arange(len(posture)) / motion.rate
+    figure, axes = _rows(4, 1.5)
+    names = [f"{side} {point}" for side in SIDES for point in ("elbow", "wrist")]
+    for i, (axis, name) in enumerate(zip(axes, names, strict=True)):
+        for d, colour in enumerate(("C3", "C2", "C0")):
+            column = 3 * i + d
+            axis.plot(time, reference[:, column], color=DEMONSTRATED, linewidth=3, alpha=0.6)
+            axis.plot(time, posture[:, column], color=colour, linewidth=1, label="xyz"[d])
+        axis.set(ylim=(-1.08, 1.08), ylabel=name)
+    axes[0].plot([], color=DEMONSTRATED, linewidth=3, alpha=0.6, label="desired")
+    axes[0].legend(loc="lower right", ncols=4, fontsize="small", framealpha=0.9)
+    _finish(axes, trace, motion, "Desired and actual trajectory, as directions of the segments")
+    return figure
+
+
+def _rows(count: int, height: float) -> tuple[Figure, list[Axes]]:
+    figure = Figure(figsize=(9.0, 1.2 + height * count), layout="constrained")
+    axes = figure.subplots(count, 1, sharex=True, squeeze=False)
+    return figure, list(axes[:, 0])
+
+
+def _finish(axes: list[Axes], trace: dict[str, Array], motion: Motion, title: str) -> None:
+    """Draw the labels as bands behind all rows, and what all figures share."""
+    runs = label_runs(trace["context"][:-1])
+    for axis in axes:
+        for number, (_, start, end) in enumerate(runs):
+            if number % 2:
+                axis.axvspan(start / motion.rate, end / motion.rate, color="0.92", zorder=0)
+        axis.margins(x=0)
+        axis.spines[["top", "right"]].set_visible(False)
+    if len(runs) <= _MOST_NAMED_RUNS:
+        top = axes[0].get_xaxis_transform()
+        for label, start, end in runs:
+            middle = 0.5 * (start + end) / motion.rate
+            name = motion.labels[label]
+            axes[0].text(middle, 1.02, name, transform=top, ha="center", va="bottom")
+    axes[0].set_title(f"{title} ({motion.name})", pad=20, fontsize="medium")
+    axes[-1].set_xlabel("time, s")
+
+

@@ -1,0 +1,116 @@
+"""The strip under a video's picture: who was responsible when, and which letter was danced."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageDraw, ImageFont
+
+from mpma_mj.training.colours import INK, PAPER, hex_to_rgb, module_colours
+
+__all__ = ["LABEL_SIZE", "Strip", "label_runs"]
+
+Array = NDArray[np.float64]
+Picture = NDArray[np.uint8]
+
+_BAND = 22  # height of the row of letters, pixels
+_LEGEND = 18  # height of the row that names the modules, pixels
+LABEL_SIZE = 72
+"""Size of the letter that is shown in the picture, pixels."""
+
+
+class Strip:
+    """Responsibilities as stacked bands in module colours over time, letters above them.
+
+    Everything but the mark of the present moment is drawn once.
+    """
+
+    def __init__(
+        self,
+        responsibility: Array,
+        context: Array,
+        labels: tuple[str, ...],
+        *,
+        width: int = 640,
+        height: int = 96,
+    ) -> None:
+        """Draw the whole epoch.
+
+        Args:
+            responsibility: Responsibilities λ, shape (T, M).
+            context: Context, shape (T, C).
+            labels: Names of the context's entries.
+            width: Width, pixels.
+            height: Height, pixels.
+        """
+        self._steps = len(responsibility)
+        self._label = context.argmax(axis=1)
+        self._strip = _drawn(responsibility, context, labels, width, height)
+        self._letters = [_letter(label) for label in labels]
+
+    def under(self, picture: Picture, step: int) -> Picture:
+        """Return a picture with the strip below it and the present letter in its corner.
+
+        Args:
+            picture: Picture, shape (H, W, 3); W as wide as the strip.
+            step: The present step, from 0.
+
+        Returns:
+            Picture, shape (H + height, W, 3).
+        """
+        frame = np.concatenate([picture, self._strip])
+        now = round((step + 0.5) / self._steps * (frame.shape[1] - 1))
+        frame[len(picture) + _BAND : -_LEGEND, max(now - 1, 0) : now + 2] = hex_to_rgb(INK)
+        opacity = self._letters[self._label[step]]
+        corner = frame[16 : 16 + opacity.shape[0], 20 : 20 + opacity.shape[1]]
+        blended = corner * (1.0 - opacity) + np.array(hex_to_rgb(INK)) * opacity
+        corner[...] = blended.astype(np.uint8)
+        return frame
+
+
+def label_runs(context: Array) -> list[tuple[int, int, int]]:
+    """Return the stretches of one label as (label, first step, step after the last)."""
+    label = context.argmax(axis=1)
+    starts = np.flatnonzero(np.diff(label, prepend=-1))
+    ends = np.append(starts[1:], len(label))
+    return [(int(label[s]), int(s), int(e)) for s, e in zip(starts, ends, strict=True)]
+
+
+def _drawn(
+    responsibility: Array, context: Array, labels: tuple[str, ...], width: int, height: int
+) -> Picture:
+    steps, modules = responsibility.shape
+    colours = module_colours(modules)
+    image = Image.new("RGB", (width, height), PAPER)
+    image.paste(_bands(responsibility, colours, width, height - _BAND - _LEGEND), (0, _BAND))
+    draw = ImageDraw.Draw(image)
+    small = ImageFont.load_default(13)
+    for label, start, end in label_runs(context):
+        left, right = (start / steps * width, end / steps * width)
+        draw.line((left, 0, left, height - _LEGEND), fill=INK)
+        draw.text(((left + right) / 2, _BAND / 2), labels[label], INK, small, anchor="mm")
+    x = 8.0
+    for number, colour in enumerate(colours, start=1):
+        draw.rectangle((x, height - 14, x + 10, height - 4), fill=colour)
+        draw.text((x + 15, height - _LEGEND / 2), f"module {number}", INK, small, anchor="lm")
+        x += 24 + draw.textlength(f"module {number}", small)
+    return np.asarray(image)
+
+
+def _bands(responsibility: Array, colours: list[str], width: int, height: int) -> Image.Image:
+    """Return stacked bands: at each column the module whose share covers each height."""
+    step = np.arange(width) * len(responsibility) // width
+    tops = np.cumsum(responsibility[step], axis=1)  # (width, M)
+    level = (np.arange(height)[::-1] + 0.5) / height
+    module = (level[:, None, None] > tops[None]).sum(axis=2)  # (height, width)
+    palette = np.array([hex_to_rgb(colour) for colour in colours], np.uint8)
+    return Image.fromarray(palette[np.minimum(module, len(colours) - 1)])
+
+
+def _letter(label: str) -> Array:
+    """Return the opacity of a label drawn large, shape (h, w, 1), in [0, 1]."""
+    font = ImageFont.load_default(LABEL_SIZE)
+    left, top, right, bottom = font.getbbox(label)
+    image = Image.new("L", (round(right - left), round(bottom - top)))
+    ImageDraw.Draw(image).text((-left, -top), label, 255, font)
+    return np.asarray(image, np.float64)[:, :, None] / 255.0
