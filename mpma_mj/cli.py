@@ -28,7 +28,7 @@ class Imitate:
 
     motion: Annotated[str | None, tyro.conf.Positional] = None
     """"ymca", or the path of a Qualisys TSV recording."""
-    settings: tyro.conf.OmitArgPrefixes[Settings] = Settings()
+    settings: tyro.conf.OmitArgPrefixes[Settings] = Settings()  # noqa: RUF009, frozen
     epochs: int = 30
     """Most epochs to train; training ends earlier when it has converged."""
     out: Path | None = None
@@ -72,7 +72,9 @@ class Imitate:
     def _check_resumed(self, saved: RunConfig) -> None:
         """Refuse options that contradict the run that goes on."""
         if self.overwrite or self.out is not None:
-            raise BadOptionError("--resume goes on in the run's own folder; drop --overwrite, --out")
+            raise BadOptionError(
+                "--resume goes on in the run's own folder; drop --overwrite, --out"
+            )
         default = Settings()
         given = {
             field.name: getattr(self.settings, field.name)

@@ -61,9 +61,17 @@ class Epoch:
 class LearningRule(Protocol):
     """A way to refit the readouts after an epoch."""
 
-    forgetting: float
-    ridge: float
-    first_sigma: float
+    @property
+    def forgetting(self) -> float:
+        """Forgetting φ of the readouts."""
+
+    @property
+    def ridge(self) -> float:
+        """Ridge ρ of the readouts."""
+
+    @property
+    def first_sigma(self) -> float:
+        """Width σ of the likelihood in the first epoch."""
 
     def fit(self, readouts: Readouts, epoch: Epoch) -> None:
         """Refit all readouts."""

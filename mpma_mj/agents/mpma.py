@@ -163,9 +163,7 @@ class MPMA:
             likelihood = gating.likelihood(errors, self._sigma)
         responsibility = gating.responsibilities(prior, likelihood)
 
-        inverse_features = self._inverse.step(
-            np.concatenate([posture, observation["target"]]), rng
-        )
+        inverse_features = self._inverse.step(np.concatenate([posture, observation["target"]]), rng)
         module_actions = np.clip(self._readouts.inverse(inverse_features), -1.0, 1.0)
         feedback = self._feedback(observation)
         mixed = responsibility @ module_actions
@@ -251,7 +249,9 @@ class MPMA:
         self._sigma = float(state["sigma"])
         self._untrained_error = float(state["untrained_error"])
         for part, readout in self._readouts._asdict().items():
-            readout.load_state_dict({name: state[f"{part}.{name}"] for name in readout.state_dict()})
+            readout.load_state_dict(
+                {name: state[f"{part}.{name}"] for name in readout.state_dict()}
+            )
 
     def _reservoirs(self, name: str, inputs: int) -> ReservoirBank:
         return ReservoirBank(

@@ -26,8 +26,7 @@ def prediction_errors(predictions: Array, posture: Array) -> Array:
     Returns:
         Mean squared errors, shape (..., M).
     """
-    errors: Array = np.mean((predictions - posture[..., None, :]) ** 2, axis=-1)
-    return errors
+    return np.mean((predictions - posture[..., None, :]) ** 2, axis=-1)
 
 
 def likelihood(errors: Array, sigma: float) -> Array:
@@ -59,8 +58,7 @@ def responsibilities(prior: Array, likelihoods: Array) -> Array:
         Responsibilities, shape (..., M), that sum to 1.
     """
     joint = prior * likelihoods
-    shares: Array = joint / joint.sum(axis=-1, keepdims=True)
-    return shares
+    return joint / joint.sum(axis=-1, keepdims=True)
 
 
 def commitment_target(responsibility: Array, commitment: float, conscience: float) -> Array:
@@ -80,5 +78,4 @@ def commitment_target(responsibility: Array, commitment: float, conscience: floa
     """
     usage = np.maximum(responsibility.mean(axis=0), LEAST_PRIOR)
     raw = responsibility**commitment / usage**conscience
-    targets: Array = raw / raw.sum(axis=1, keepdims=True)
-    return targets
+    return raw / raw.sum(axis=1, keepdims=True)

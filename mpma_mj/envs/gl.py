@@ -14,6 +14,7 @@ __all__ = ["choose_backend", "require_backend"]
 _VARIABLE = "MUJOCO_GL"
 _LIBRARIES = {"egl": "libEGL.so.1", "osmesa": "libOSMesa.so.8"}
 _NONE = "disable"
+_KNOWN = {*_LIBRARIES, "glfw", "", "cgl", "wgl", "glx", _NONE, "disabled", "off", "false", "0"}
 
 _HOW_TO_MEND = (
     "install libegl1 and libgl1-mesa-dri, or libosmesa6 (Debian's and Ubuntu's names), or train"
@@ -39,10 +40,15 @@ def choose_backend() -> None:
 
     MuJoCo and dm_control read it once, when they are imported, and fail there if it names a
     library that is missing. On Linux without a display: EGL, else OSMesa, else none, by
-    whether the library loads. Elsewhere MuJoCo's own choice is right.
+    whether the library loads. Elsewhere MuJoCo's own choice is right. A choice of the user's
+    that cannot work is replaced by none; `require_backend` says so when something is drawn.
     """
-    if _users_choice is None and _headless():
-        os.environ[_VARIABLE] = next(filter(_loads, _LIBRARIES), _NONE)
+    if _users_choice is None:
+        if _headless():
+            os.environ[_VARIABLE] = next(filter(_loads, _LIBRARIES), _NONE)
+    elif _users_choice not in _KNOWN or not _loads(_users_choice):
+        # MuJoCo could not even be imported; without OpenGL, all but drawing works.
+        os.environ[_VARIABLE] = _NONE
 
 
 def require_backend() -> str:
@@ -75,6 +81,8 @@ def _headless() -> bool:
 
 
 def _loads(backend: str) -> bool:
+    if backend not in _LIBRARIES:
+        return True
     try:
         ctypes.CDLL(_LIBRARIES[backend])
     except OSError:
@@ -83,11 +91,10 @@ def _loads(backend: str) -> bool:
 
 
 def _draws(backend: str) -> bool:
-    trial = subprocess.run(
-        [sys.executable, "-c", _TRIAL],
-        env=os.environ | {_VARIABLE: backend},
-        capture_output=True,
-        timeout=60,
-        check=False,
-    )
-    return trial.returncode == 0
+    command = [sys.executable, "-c", _TRIAL]
+    environment = os.environ | {_VARIABLE: backend}
+    try:
+        subprocess.run(command, env=environment, capture_output=True, timeout=60, check=True)
+    except subprocess.SubprocessError:
+        return False
+    return True

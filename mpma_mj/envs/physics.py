@@ -24,6 +24,9 @@ MODEL_PATH = Path(__file__).parent.parent / "assets" / "two_arm.xml"
 class PhysicsArms(dm_mujoco.Physics):
     """Arms with mass, gravity, and velocity actuators of limited force."""
 
+    diverged = False
+    """Whether the simulation has failed since the last reset."""
+
     @classmethod
     def make(cls) -> Self:
         """Return arms made from the package's own model."""
@@ -89,8 +92,6 @@ class PhysicsArms(dm_mujoco.Physics):
         except control.PhysicsError:
             self.diverged = True
 
-    diverged = False
-
     def after_reset(self) -> None:
         """Bring all positions up to date with the initial joint angles."""
         self.diverged = False
@@ -100,15 +101,23 @@ class PhysicsArms(dm_mujoco.Physics):
 class KinematicArms(PhysicsArms):
     """Ideal arms: joints move at exactly the commanded velocities, within their ranges."""
 
+    def forward(self) -> None:
+        """Compute where everything is; there are no forces."""
+        mujoco.mj_kinematics(self.model.ptr, self.data.ptr)
+        mujoco.mj_camlight(self.model.ptr, self.data.ptr)
+
     def step(self, nstep: int = 1) -> None:
-        """Integrate the commanded joint velocities: q ← clip(q + Δt·u); no forces."""
-        data, model = self.data, self.model
+        """Integrate the commanded joint velocities: q ← clip(q + Δt·u)."""
+        data = self.data
+        if not np.isfinite(data.ctrl).all():
+            self.diverged = True
+            return
         before = data.qpos.copy()
         elapsed = nstep * self.timestep()
         np.clip(before + elapsed * data.ctrl, *self._joint_range, out=data.qpos)
         data.qvel[:] = (data.qpos - before) / elapsed
         data.time += elapsed
-        mujoco.mj_kinematics(model.ptr, data.ptr)
+        mujoco.mj_kinematics(self.model.ptr, data.ptr)
 
     @functools.cached_property
     def _joint_range(self) -> tuple[Array, Array]:

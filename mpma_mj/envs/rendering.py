@@ -57,8 +57,7 @@ class ArmRenderer:
         renderer.update_scene(self._physics.data.ptr, self._camera)
         if ghost is not None:
             self._add_ghost(renderer.scene, ghost)
-        picture: Picture = renderer.render()
-        return picture
+        return renderer.render()
 
     def close(self) -> None:
         """Give the OpenGL context back."""

@@ -25,9 +25,7 @@ class ReadoutBank:
         weights: W_out, shape (M, K, F).
     """
 
-    def __init__(
-        self, weights: Array, *, forgetting: float, ridge: float
-    ) -> None:
+    def __init__(self, weights: Array, *, forgetting: float, ridge: float) -> None:
         """Start from given readouts and no memory.
 
         Args:
@@ -45,8 +43,7 @@ class ReadoutBank:
 
     def __call__(self, features: Array) -> Array:
         """Read the reservoirs: features (M, F) to outputs (M, K)."""
-        outputs: Array = (self.weights @ features[..., None])[..., 0]
-        return outputs
+        return (self.weights @ features[..., None])[..., 0]
 
     def fit(self, features: Array, targets: Array, step_weights: Array | None = None) -> None:
         """Learn an epoch.

@@ -16,7 +16,9 @@ CUTOFF = 6.0
 Biomechanics and Motor Control of Human Movement, 4th ed., §3.4."""
 
 
-def fill_gaps(points: dict[str, Array], rate: float, max_gap: float, where: str) -> dict[str, Array]:
+def fill_gaps(
+    points: dict[str, Array], rate: float, max_gap: float, where: str
+) -> dict[str, Array]:
     """Bridge short gaps by shape-preserving interpolation.
 
     Args:
@@ -83,8 +85,7 @@ def low_pass(points: Array, rate: float, cutoff: float) -> Array:
 
     sections = signal.butter(2, cutoff, fs=rate, output="sos")
     padding = min(3 * (2 * len(sections) + 1), len(points) - 1)
-    filtered: Array = signal.sosfiltfilt(sections, points, axis=0, padlen=padding)
-    return filtered
+    return signal.sosfiltfilt(sections, points, axis=0, padlen=padding)
 
 
 def resample(points: Array, rate: float, new_rate: float) -> Array:
@@ -106,5 +107,4 @@ def resample(points: Array, rate: float, new_rate: float) -> Array:
     time = np.arange(count) / new_rate
     if len(points) < 2:
         return points[:count]
-    resampled: Array = CubicSpline(np.arange(len(points)) / rate, points, axis=0)(time)
-    return resampled
+    return CubicSpline(np.arange(len(points)) / rate, points, axis=0)(time)

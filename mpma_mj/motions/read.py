@@ -64,6 +64,10 @@ def read_motion(
     }
     points = {p: np.mean([clean[name] for name in group], axis=0) for p, group in arms.items()}
     posture = posture_from_points(points, str(path))
+    if segments > len(posture):
+        raise BadOptionError(
+            f"segments is {segments}, but {path} gives {len(posture)} postures; expected fewer"
+        )
     context, labels = equal_segments(len(posture), segments)
     return Motion(
         posture, context, labels, rate, name=path.stem, source=f"Qualisys recording {path.name}"

@@ -5,6 +5,7 @@ Drawn with matplotlib's objects alone, without its global state.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from pathlib import Path
 
@@ -48,7 +49,7 @@ def write_figures(folder: Path, trace: dict[str, Array], motion: Motion) -> None
     }
     for name, draw in drawings.items():
         figure = draw(trace, motion)
-        write_whole(folder / f"{name}.png", lambda path, f=figure: f.savefig(path, dpi=_DPI))
+        write_whole(folder / f"{name}.png", functools.partial(figure.savefig, dpi=_DPI))
 
 
 def _responsibility(trace: dict[str, Array], motion: Motion) -> Figure:
@@ -63,8 +64,7 @@ def _responsibility(trace: dict[str, Array], motion: Motion) -> Figure:
         axis.plot(time, responsibility[:, i], color=colour, linewidth=1.2, label="λ")
         axis.plot(time, share[:, i], "--", color="black", linewidth=0.8, label="RP output")
         axis.set(ylim=(-0.03, 1.03), ylabel=f"module {i + 1}")
-    axes[0].legend(loc="lower right", ncols=2, fontsize="small", framealpha=0.9)
-    _finish(axes, trace, motion, "Responsibility λ and responsibility predictors' output")
+    _finish(figure, axes, trace, motion, "Responsibility λ and responsibility predictors' output")
     return figure
 
 
@@ -82,8 +82,7 @@ def _module_output(trace: dict[str, Array], motion: Motion) -> Figure:
             label = JOINT_NAMES[j].replace("_", " ")
             axis.plot(time, output[:, i, j], style, color=colours[j], linewidth=1, label=label)
         axis.set(ylim=(-limit, limit), ylabel=f"module {i + 1}")
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4, fontsize="small")
-    _finish(axes, trace, motion, "Motor output of the modules, λ times action")
+    _finish(figure, axes, trace, motion, "Motor output of the modules, λ times action")
     return figure
 
 
@@ -100,8 +99,7 @@ def _trajectory(trace: dict[str, Array], motion: Motion) -> Figure:
             axis.plot(time, posture[:, column], color=colour, linewidth=1, label="xyz"[d])
         axis.set(ylim=(-1.08, 1.08), ylabel=name)
     axes[0].plot([], color=DEMONSTRATED, linewidth=3, alpha=0.6, label="desired")
-    axes[0].legend(loc="lower right", ncols=4, fontsize="small", framealpha=0.9)
-    _finish(axes, trace, motion, "Desired and actual trajectory, as directions of the segments")
+    _finish(figure, axes, trace, motion, "Desired and actual trajectory, as directions of the segments")
     return figure
 
 
@@ -111,7 +109,9 @@ def _rows(count: int, height: float) -> tuple[Figure, list[Axes]]:
     return figure, list(axes[:, 0])
 
 
-def _finish(axes: list[Axes], trace: dict[str, Array], motion: Motion, title: str) -> None:
+def _finish(
+    figure: Figure, axes: list[Axes], trace: dict[str, Array], motion: Motion, title: str
+) -> None:
     """Draw the labels as bands behind all rows, and what all figures share."""
     runs = label_runs(trace["context"][:-1])
     for axis in axes:
@@ -128,5 +128,7 @@ def _finish(axes: list[Axes], trace: dict[str, Array], motion: Motion, title: st
             axes[0].text(middle, 1.02, name, transform=top, ha="center", va="bottom")
     axes[0].set_title(f"{title} ({motion.name})", pad=20, fontsize="medium")
     axes[-1].set_xlabel("time, s")
+    handles, names = axes[0].get_legend_handles_labels()
+    figure.legend(handles, names, loc="outside lower center", ncols=4, fontsize="small")
 
 

@@ -47,7 +47,11 @@ def write_whole(path: Path, write: Callable[[Path], None]) -> None:
 
 def write_text(path: Path, text: str) -> None:
     """Write a text file."""
-    write_whole(path, lambda p: p.write_text(text, encoding="utf-8") and None)
+
+    def write(temporary: Path) -> None:
+        temporary.write_text(text, encoding="utf-8")
+
+    write_whole(path, write)
 
 
 def write_json(path: Path, content: Mapping[str, Any]) -> None:
@@ -67,7 +71,8 @@ def write_arrays(
         meta: What JSON can hold.
     """
     header = json.dumps({"format": FORMAT, "kind": kind} | dict(meta))
-    write_whole(path, lambda p: np.savez(p, **{_META: np.array(header)}, **arrays))
+    content: dict[str, Any] = {_META: np.array(header), **arrays}
+    write_whole(path, lambda temporary: np.savez(temporary, **content))
 
 
 def read_arrays(path: Path, kind: str) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:

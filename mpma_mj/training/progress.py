@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable
 from types import TracebackType
 from typing import Self
 
@@ -54,7 +54,7 @@ class EpochDisplay:
         self._bar.advance(self._task)
 
 
-def track_frames(steps: range) -> Iterator[int]:
+def track_frames(steps: range) -> Iterable[int]:
     """Count the frames of a video on a bar."""
     console = Console(stderr=True)
     return track(

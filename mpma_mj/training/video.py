@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
-import imageio
+import imageio.v2 as imageio
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
