@@ -64,7 +64,7 @@ def read_motion(
     }
     points = {p: np.mean([clean[name] for name in group], axis=0) for p, group in arms.items()}
     posture = posture_from_points(points, str(path))
-    if segments > len(posture):
+    if segments > len(posture) > 1:
         raise BadOptionError(
             f"segments is {segments}, but {path} gives {len(posture)} postures; expected fewer"
         )

@@ -49,7 +49,7 @@ def write_video(
     def encode(temporary: Path) -> None:
         with imageio.get_writer(temporary, fps=motion.rate, codec="libx264", quality=7) as writer:
             for frame in dance_frames(trace, motion, camera=camera, progress=progress):
-                writer.append_data(frame)
+                writer.append_data(frame)  # type: ignore[attr-defined] # of its stubs
 
     write_whole(path, encode)
 

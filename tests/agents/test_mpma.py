@@ -1,0 +1,148 @@
+from typing import Any
+
+import dm_env
+import numpy as np
+import pytest
+
+from mpma_mj.agents import MPMA, MPMAConfig
+from mpma_mj.agents.learning import RULES
+from mpma_mj.envs.load import load
+from mpma_mj.errors import BadOptionError
+from mpma_mj.feedback import feedback_action
+
+SPEED = np.array([12.0, 12.0, 20.0, 15.0] * 2)
+
+
+def agent(seed: int = 0, **config: Any) -> MPMA:
+    settings = MPMAConfig(**({"nodes": 20, "modules": 3} | config))
+    return MPMA(settings, context_size=4, max_joint_speed=SPEED, control_timestep=0.05, seed=seed)
+
+
+def dance(player: MPMA, epochs: int = 1, seed: int = 0) -> list[np.ndarray]:
+    """Return the actions of the last epoch."""
+    env = load("ymca", arms="kinematic", repeats=1, seed=seed)
+    for epoch in range(epochs):
+        actions = []
+        player.reset(epoch)
+        timestep = env.reset()
+        while not timestep.last():
+            actions.append(player.act(timestep.observation))
+            timestep = env.step(actions[-1])
+            player.observe(timestep)
+        player.learn()
+    return actions
+
+
+def test_untrained_it_is_the_feedback_controller() -> None:
+    env = load("ymca", noise=0.05)
+    observation = env.reset().observation
+    player = agent()
+    expected = feedback_action(observation["joint_angles"], observation["reference"], SPEED, 0.05)
+    np.testing.assert_allclose(player.act(observation), expected, atol=1e-15)
+
+
+@pytest.mark.parametrize("rule", ["weighted", "gated"])
+@pytest.mark.parametrize("forward_input", ["total", "own"])
+def test_signals_obey_the_equations(rule: str, forward_input: str) -> None:
+    player = agent(rule=rule, forward_input=forward_input)
+    actions = np.array(dance(player, epochs=4))
+    signals = player.signals()
+    responsibility = signals["responsibility"]
+    np.testing.assert_allclose(responsibility.sum(axis=1), 1.0)
+    assert (responsibility >= 0).all()
+    assert (signals["prior"] >= 0.01).all()
+    assert (signals["prior"] <= 1.0).all()
+    assert np.abs(signals["module_actions"]).max() <= 1.0
+    mixed = np.einsum("tm,tmj->tj", responsibility, signals["module_actions"])
+    gain = 0.01 + 0.99 * (1 - player_feedback_gain(signals, actions, mixed)) / 0.86
+    np.testing.assert_allclose(
+        actions, np.clip(gain * mixed + signals["feedback"], -1, 1), atol=1e-6
+    )
+
+
+def player_feedback_gain(
+    signals: dict[str, np.ndarray], actions: np.ndarray, mixed: np.ndarray
+) -> float:
+    """Find K from u = L·mix + K·u_fb, given that L and K are linear in the same progress."""
+    inside = np.abs(actions) < 1
+    gain = np.sum(((actions - signals["feedback"]) * mixed)[inside]) / np.sum(mixed[inside] ** 2)
+    return float(1 - 0.86 * (gain - 0.01) / 0.99)
+
+
+def test_equal_seeds_dance_alike_and_others_differ() -> None:
+    np.testing.assert_array_equal(dance(agent(0), 2), dance(agent(0), 2))
+    assert not np.array_equal(dance(agent(0), 2), dance(agent(1), 2))
+
+
+def test_state_goes_round() -> None:
+    trained, copy = agent(), agent()
+    dance(trained, 3)
+    copy.load_state_dict(trained.state_dict())
+    np.testing.assert_array_equal(dance(trained), dance(copy))
+    for name, value in trained.state_dict().items():
+        np.testing.assert_array_equal(value, copy.state_dict()[name])
+
+
+def test_learning_does_not_reach_back_into_a_state() -> None:
+    player = agent()
+    dance(player)
+    state = player.state_dict()
+    kept = {name: value.copy() for name, value in state.items()}
+    dance(player)
+    for name, value in kept.items():
+        np.testing.assert_array_equal(state[name], value)
+
+
+def test_a_module_without_responsibility_learns_nothing_under_the_gated_rule() -> None:
+    player = agent(rule="gated")
+    dance(player)
+    epoch = player._close_epoch()
+    alone = np.zeros_like(epoch.responsibility)
+    alone[:, 0] = 1.0
+    import dataclasses
+
+    RULES["gated"].fit(player._readouts, dataclasses.replace(epoch, responsibility=alone))
+    assert np.abs(player._readouts.forward.weights[0]).max() > 0.01
+    assert np.abs(player._readouts.forward.weights[1:]).max() < 1e-12
+
+
+def test_forward_models_learn_what_actions_lead_to() -> None:
+    player = agent(modules=1, nodes=50)
+    dance(player, 3)
+    epoch = player._close_epoch()
+    error = np.abs(epoch.predictions[:, 0] - epoch.next_posture).mean()
+    assert error < 0.03
+
+
+def test_one_module_is_always_responsible() -> None:
+    player = agent(modules=1)
+    dance(player, 2)
+    np.testing.assert_array_equal(player.signals()["responsibility"], 1.0)
+
+
+@pytest.mark.parametrize(
+    ("setting", "message"),
+    [
+        ({"modules": 0}, "modules is 0"),
+        ({"nodes": 0}, "nodes is 0"),
+        ({"rule": "magic"}, "rule is 'magic'"),
+        ({"forward_input": "none"}, "forward_input is 'none'"),
+        ({"spectral_radius": 1.0}, "spectral_radius is 1"),
+        ({"reservoir_noise": -0.1}, "reservoir_noise is -0.1"),
+    ],
+)
+def test_bad_settings_are_named(setting: dict[str, Any], message: str) -> None:
+    with pytest.raises(BadOptionError, match=message):
+        MPMAConfig(**setting)
+
+
+def test_an_agent_needs_no_environment() -> None:
+    rng = np.random.default_rng(0)
+    unit = np.tile([0.0, 0.6, -0.8], 4)
+    observation = {"posture": unit, "reference": unit, "target": unit, "context": np.eye(4)[0]}
+    observation |= {"joint_angles": rng.normal(size=8), "joint_velocities": np.zeros(8)}
+    player = agent()
+    action = player.act(observation)
+    player.observe(dm_env.transition(0.0, observation))
+    assert action.shape == (8,)
+    assert player.learn().keys() == {"gain_feedback", "gain_inverse", "sigma"}

@@ -1,0 +1,65 @@
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from mpma_mj.agents.responsibility import (
+    commitment_target,
+    likelihood,
+    prediction_errors,
+    responsibilities,
+)
+
+priors = arrays(np.float64, 4, elements=st.floats(0.01, 1.0))
+errors = arrays(np.float64, 4, elements=st.floats(0.0, 4.0))
+
+
+@given(priors, errors, st.floats(0.02, 1.0))
+def test_responsibilities_are_shares(prior: np.ndarray, error: np.ndarray, sigma: float) -> None:
+    share = responsibilities(prior, likelihood(error, sigma))
+    assert np.isclose(share.sum(), 1.0)
+    assert (share >= 0).all()
+
+
+@given(priors, errors, st.floats(0.1, 1.0), st.floats(0.0, 0.5))
+def test_the_least_error_cancels(
+    prior: np.ndarray, error: np.ndarray, sigma: float, offset: float
+) -> None:
+    # λ of the plain likelihoods exp(-err / 2σ²), wherever those do not vanish
+    plain = np.exp(-(error + offset) / (2 * sigma**2))
+    if plain.max() > 1e-200:
+        expected = prior * plain / (prior * plain).sum()
+        np.testing.assert_allclose(
+            responsibilities(prior, likelihood(error, sigma)), expected, atol=1e-12
+        )
+
+
+def test_equal_errors_leave_the_prior() -> None:
+    prior = np.array([0.2, 0.6, 0.1, 0.1])
+    np.testing.assert_allclose(responsibilities(prior, likelihood(np.ones(4), 0.1)), prior)
+
+
+def test_a_better_prediction_takes_over() -> None:
+    share = responsibilities(np.array([0.9, 0.1]), likelihood(np.array([1.0, 0.0]), 0.1))
+    assert share[1] > 0.999
+
+
+def test_hopeless_predictions_still_give_numbers() -> None:
+    assert (likelihood(np.array([1e6, 2e6]), 0.02) == [1.0, 0.0]).all()
+
+
+def test_prediction_error_is_the_mean_square() -> None:
+    predictions = np.zeros((7, 3, 12))
+    predictions[:, 1] = 0.5
+    np.testing.assert_allclose(
+        prediction_errors(predictions, np.zeros((7, 12))), np.tile([0, 0.25, 0], (7, 1))
+    )
+
+
+def test_commitment_sharpens_and_conscience_evens_out() -> None:
+    responsibility = np.tile([0.6, 0.3, 0.1], (10, 1))
+    plain = commitment_target(responsibility, 1.0, 0.0)
+    np.testing.assert_allclose(plain, responsibility)
+    assert commitment_target(responsibility, 2.0, 0.0)[0, 0] > 0.6
+    assert commitment_target(responsibility, 1.0, 0.5)[0, 0] < 0.6
+    np.testing.assert_allclose(commitment_target(responsibility, 1.0, 1.0), 1 / 3)

@@ -1,0 +1,98 @@
+"""What several tests need: a synthetic dancer on file, real recordings, a trained run."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from mpma_mj.arm import SIDES
+from mpma_mj.cli import main
+from mpma_mj.motions import ymca
+
+Array = NDArray[np.float64]
+WriteTsv = Callable[..., Path]
+
+QUALISYS_NAMES = {
+    f"{side}_{point}": tuple(f"{name}_{side[0].upper()}" for name in names)
+    for side in SIDES
+    for point, names in {
+        "shoulder": ("Shoulder",),
+        "elbow": ("Elbow",),
+        "wrist": ("Radius", "Ulna"),
+    }.items()
+}
+
+
+def dancer(posture: Array) -> dict[str, Array]:
+    """Return points, mm, of a dancer who stands, faces +x, and has arms in these postures."""
+    lengths = np.array([300.0, 250.0])[:, None]
+    points = {}
+    for i, side in enumerate(SIDES):
+        segments = posture.reshape(-1, 2, 2, 3)[:, i] * lengths
+        shoulder = np.tile([0.0, 180.0 - 360.0 * i, 1400.0], (len(posture), 1))
+        points[f"{side}_shoulder"] = shoulder
+        points[f"{side}_elbow"] = shoulder + segments[:, 0]
+        points[f"{side}_wrist"] = points[f"{side}_elbow"] + segments[:, 1]
+    return points
+
+
+def markers_of(points: dict[str, Array]) -> dict[str, Array]:
+    """Return Qualisys-named markers whose means are the points."""
+    markers = {}
+    for point, names in QUALISYS_NAMES.items():
+        spread = np.linspace(-20.0, 20.0, len(names)) if len(names) > 1 else [0.0]
+        for name, offset in zip(names, spread, strict=True):
+            markers[name] = points[point] + [0.0, 0.0, offset]
+    return markers
+
+
+@pytest.fixture
+def write_tsv(tmp_path: Path) -> WriteTsv:
+    """Return a function that writes markers as a Qualisys export."""
+
+    def write(
+        markers: dict[str, Array] | None = None,
+        *,
+        rate: str = "60",
+        name: str = "dance.tsv",
+        edit: Callable[[str], str] = lambda text: text,
+    ) -> Path:
+        if markers is None:
+            markers = markers_of(dancer(ymca(rate=60.0).posture))
+        table = np.concatenate(list(markers.values()), axis=1)
+        rows = ["\t".join("" if np.isnan(v) else f"{v:.6f}" for v in row) for row in table]
+        header = [
+            f"NO_OF_FRAMES\t{len(table)}",
+            f"NO_OF_MARKERS\t{len(markers)}",
+            f"FREQUENCY\t{rate}",
+            "MARKER_NAMES\t" + "\t".join(markers),
+        ]
+        path = tmp_path / name
+        path.write_text(edit("\n".join(header + rows) + "\n"))
+        return path
+
+    return write
+
+
+@pytest.fixture(scope="session")
+def mocap() -> Path:
+    """Return the folder of real recordings; skip where MPMA_MOCAP does not name one."""
+    folder = os.environ.get("MPMA_MOCAP")
+    if folder is None:
+        pytest.skip("MPMA_MOCAP does not name a folder of real recordings")
+    assert Path(folder).is_dir(), f"MPMA_MOCAP={folder} is no folder"
+    return Path(folder)
+
+
+@pytest.fixture(scope="session")
+def small_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder of a finished run of small networks, made by the command line."""
+    folder = tmp_path_factory.mktemp("runs") / "small"
+    words = f"imitate ymca --nodes 30 --modules 3 --no-video --out {folder}"
+    assert main(words.split()) == 0
+    return folder

@@ -1,0 +1,70 @@
+import numpy as np
+import pytest
+
+from mpma_mj.esn.bank import ReservoirBank, random_recurrence
+
+
+def rng(seed: int = 0) -> np.random.Generator:
+    return np.random.default_rng(seed)
+
+
+def bank(count: int = 3, inputs: int = 4, nodes: int = 20, noise: float = 0.0) -> ReservoirBank:
+    return ReservoirBank(count, inputs, nodes, radius=0.9, noise=noise, rng=rng())
+
+
+@pytest.mark.parametrize("nodes", [1, 5, 50, 200])
+def test_recurrence_has_the_spectral_radius_and_few_connections(nodes: int) -> None:
+    matrix = random_recurrence(nodes, 0.1, rng())
+    eigenvalues = np.linalg.eigvals(matrix.toarray())
+    assert np.abs(eigenvalues).max() == pytest.approx(0.1)
+    assert (np.diff(matrix.indptr) == min(10, nodes)).all()
+
+
+def test_a_bank_is_what_its_reservoirs_are_one_by_one() -> None:
+    together = bank()
+    recurrence, weights = together._recurrence.toarray(), together._input_weights
+    states = np.zeros((3, 20))
+    for t in range(5):
+        v = rng(t).normal(size=(3, 4))
+        features = together.step(v, rng())
+        for i in range(3):
+            block = recurrence[20 * i : 20 * (i + 1), 20 * i : 20 * (i + 1)]
+            states[i] = np.tanh(block @ states[i] + weights[i] @ v[i])
+        np.testing.assert_allclose(features[:, :20], states, atol=1e-14)
+        np.testing.assert_array_equal(features[:, 20:], v)
+
+
+def test_one_input_for_all_is_the_same_as_one_for_each() -> None:
+    v = rng(1).normal(size=4)
+    shared, each = bank().step(v, rng()), bank().step(np.tile(v, (3, 1)), rng())
+    np.testing.assert_allclose(shared, each, atol=1e-15)
+
+
+def test_reservoirs_differ() -> None:
+    features = bank().step(np.ones(4), rng())
+    assert not np.allclose(features[0], features[1])
+
+
+def test_states_forget_where_they_began() -> None:
+    one, other = bank(), bank()
+    other.step(np.full(4, 3.0), rng())
+    for t in range(200):
+        v = rng(t).normal(size=4)
+        difference = one.step(v, rng()) - other.step(v, rng())
+    assert np.abs(difference).max() < 1e-6
+
+
+def test_noise_is_uniform_of_the_given_width() -> None:
+    quiet, noisy = bank(nodes=400), bank(nodes=400, noise=0.2)
+    difference = noisy.step(np.ones(4), rng(5)) - quiet.step(np.ones(4), rng(5))
+    assert np.abs(difference).max() <= 0.1
+    assert difference[:, :400].std() == pytest.approx(0.2 / np.sqrt(12), rel=0.05)
+    assert (difference[:, 400:] == 0).all()
+
+
+def test_reset_brings_rest() -> None:
+    used = bank()
+    first = used.step(np.ones(4), rng())
+    used.step(np.ones(4), rng())
+    used.reset()
+    np.testing.assert_array_equal(used.step(np.ones(4), rng()), first)

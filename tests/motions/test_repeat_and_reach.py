@@ -1,0 +1,75 @@
+import dataclasses
+
+import numpy as np
+import pytest
+
+from mpma_mj import arm
+from mpma_mj.errors import MotionTooFastError
+from mpma_mj.motions import Motion, ymca
+from mpma_mj.motions.context import equal_segments
+from mpma_mj.motions.reach import check_speed, joint_speeds
+from mpma_mj.motions.repeat import repeat
+
+SPEED = np.array([12.0, 12.0, 20.0, 15.0] * 2)
+
+
+def moving(angles: np.ndarray, rate: float = 20.0) -> Motion:
+    context, labels = equal_segments(len(angles), 2)
+    return Motion(arm.posture_from_angles(angles), context, labels, rate, "moving", "a test")
+
+
+def raising(speed: float, joint: int = 0, frames: int = 10) -> Motion:
+    angles = np.tile([0.3, 0.1, 0.2, 0.5] * 2, (frames, 1))
+    angles[:, joint] += np.arange(frames) * speed / 20.0
+    return moving(angles)
+
+
+def test_a_movement_that_ends_where_it_starts_is_joined_as_it_is() -> None:
+    motion = ymca()
+    posture, context = repeat(motion, 3, SPEED)
+    np.testing.assert_array_equal(posture, np.tile(motion.posture, (3, 1)))
+    np.testing.assert_array_equal(context, np.tile(motion.context, (3, 1)))
+
+
+def test_arms_return_within_reach_where_a_movement_ends_elsewhere() -> None:
+    motion = raising(4.0, frames=20)
+    posture, context = repeat(motion, 3, SPEED)
+    assert len(posture) > 60
+    assert len(posture) == len(context)
+    speed = np.abs(np.diff(arm.continuous_angles(posture), axis=0)) * 20.0
+    assert (speed.max(axis=0) <= 0.55 * SPEED).all()
+    np.testing.assert_array_equal(posture[-20:], motion.posture)
+    np.testing.assert_array_equal(posture[:20], motion.posture)
+    np.testing.assert_array_equal(context[20], motion.context[0])
+
+
+def test_once_is_the_movement_itself() -> None:
+    np.testing.assert_array_equal(repeat(raising(4.0), 1, SPEED)[0], raising(4.0).posture)
+
+
+def test_speed_is_that_of_the_joint() -> None:
+    np.testing.assert_allclose(joint_speeds(raising(4.0, joint=3))[:, 3], 4.0, rtol=1e-9)
+    assert joint_speeds(raising(4.0, joint=3))[:, :3].max() < 1e-9
+
+
+def test_rotation_of_a_straight_arm_is_not_counted() -> None:
+    angles = np.tile([0.3, 0.1, 0.0, 1e-4] * 2, (10, 1))
+    angles[:, 2] = np.arange(10) * 1.5  # 30 rad/s
+    assert joint_speeds(moving(angles)).max() < 0.01
+
+
+def test_what_is_too_fast_is_refused_with_joint_frame_and_speed() -> None:
+    motion = raising(5.0, frames=15)
+    jump = motion.posture.copy()
+    jump[6:] = raising(5.0 + 40.0 / 5, frames=15).posture[6:]
+    with pytest.raises(
+        MotionTooFastError, match=r"left_shoulder_abduction .* at frame 6 .*--tempo 0\.\d+"
+    ):
+        check_speed(dataclasses.replace(motion, posture=jump), SPEED)
+
+
+def test_the_tempo_that_is_proposed_would_do() -> None:
+    with pytest.raises(MotionTooFastError) as caught:
+        check_speed(raising(20.0), SPEED)
+    tempo = float(str(caught.value).rsplit(" ", 1)[1])
+    check_speed(raising(20.0 * tempo), SPEED)

@@ -1,0 +1,74 @@
+import numpy as np
+import pytest
+
+from mpma_mj import metrics
+
+EYE = np.eye(4)
+
+
+def test_posture_error_is_zero_when_equal_and_known_for_an_offset() -> None:
+    x = np.zeros((5, 12))
+    assert metrics.posture_error_percent(x, x) == 0.0
+    assert metrics.posture_error_percent(x, x + 0.02) == pytest.approx(1.0)
+    assert metrics.posture_error_percent(x - 1, x + 1) == pytest.approx(100.0)
+
+
+def test_rp_error_compares_shares() -> None:
+    prior = np.array([[0.2, 0.2], [0.9, 0.1]])
+    assert metrics.rp_error_percent(prior, np.array([[0.5, 0.5], [0.9, 0.1]])) == pytest.approx(0)
+    assert metrics.rp_error_percent(prior, np.array([[0.5, 0.5], [0.7, 0.3]])) == pytest.approx(10)
+
+
+def test_feedback_ratio() -> None:
+    assert metrics.feedback_ratio(np.full((3, 8), 0.1), np.full((3, 8), -0.4)) == pytest.approx(
+        0.25
+    )
+    assert metrics.feedback_ratio(np.zeros((3, 8)), np.zeros((3, 8))) == 0.0
+
+
+def test_uniform_responsibility_makes_every_module_active() -> None:
+    context = np.repeat(EYE, 10, axis=0)
+    assert metrics.active_modules(np.full((40, 4), 0.25), context) == [4, 4, 4, 4]
+
+
+def test_short_bursts_are_not_activity() -> None:
+    context = np.ones((100, 1))
+    responsibility = np.tile([1.0, 0.0], (100, 1))
+    responsibility[:24] = [0.5, 0.5]
+    assert metrics.active_modules(responsibility, context) == [1]
+    responsibility[:25] = [0.5, 0.5]
+    assert metrics.active_modules(responsibility, context) == [2]
+
+
+def test_a_label_that_is_never_danced_has_no_module() -> None:
+    context = np.tile([1.0, 0.0], (10, 1))
+    responsibility = np.tile([0.9, 0.1], (10, 1))
+    assert metrics.active_modules(responsibility, context) == [1, 0]
+    assert metrics.dominant_module(responsibility, context) == [0, -1]
+    assert metrics.modules_used(responsibility, context) == 1
+
+
+def test_nmi_is_one_for_one_module_a_label_and_zero_for_one_module() -> None:
+    context = np.repeat(EYE, 10, axis=0)
+    assert metrics.nmi(context[:, [2, 0, 3, 1]], context) == pytest.approx(1.0)
+    assert metrics.nmi(np.tile(EYE[0], (40, 1)), context) == pytest.approx(0.0)
+    halves = np.repeat(EYE[[0, 0, 1, 1]], 10, axis=0)
+    assert metrics.nmi(halves, context) == pytest.approx(0.5)
+    assert metrics.nmi(np.ones((40, 1)), np.ones((40, 1))) == 0.0
+
+
+def test_repeatability_of_a_repeated_an_inverted_and_a_constant_signal() -> None:
+    wave = np.sin(np.linspace(0, 6, 50))
+    assert metrics.repeatability(np.tile(wave, 3), 50) == pytest.approx(1.0)
+    assert metrics.repeatability(np.concatenate([wave, -wave]), 50) == pytest.approx(-1.0)
+    assert np.isnan(metrics.repeatability(np.ones(150), 50))
+    assert np.isnan(metrics.repeatability(wave, 50))
+
+
+def test_mpkpe_leaves_out_shoulders() -> None:
+    sites = np.zeros((7, 2, 3, 3))
+    moved = sites.copy()
+    moved[:, :, 0, 0] = 5.0
+    assert metrics.mpkpe(sites, moved) == 0.0
+    moved[:, :, 1:, 2] = 0.03
+    assert metrics.mpkpe(sites, moved) == pytest.approx(0.03)
