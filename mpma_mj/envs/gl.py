@@ -32,7 +32,9 @@ with mujoco.Renderer(model, 16, 16) as renderer:
     assert renderer.render().any()
 """
 
-_users_choice = os.environ.get(_VARIABLE)
+# As the user left it: MuJoCo sets variables of its own when it is imported.
+_users_environment = dict(os.environ)
+_users_choice = _users_environment.get(_VARIABLE)
 
 
 def choose_backend() -> None:
@@ -92,7 +94,7 @@ def _loads(backend: str) -> bool:
 
 def _draws(backend: str) -> bool:
     command = [sys.executable, "-c", _TRIAL]
-    environment = os.environ | {_VARIABLE: backend}
+    environment = _users_environment | {_VARIABLE: backend}
     try:
         subprocess.run(command, env=environment, capture_output=True, timeout=60, check=True)
     except subprocess.SubprocessError:

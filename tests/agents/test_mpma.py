@@ -1,3 +1,4 @@
+import dataclasses
 from typing import Any
 
 import dm_env
@@ -18,8 +19,8 @@ def agent(seed: int = 0, **config: Any) -> MPMA:
     return MPMA(settings, context_size=4, max_joint_speed=SPEED, control_timestep=0.05, seed=seed)
 
 
-def dance(player: MPMA, epochs: int = 1, seed: int = 0) -> list[np.ndarray]:
-    """Return the actions of the last epoch."""
+def dance(player: MPMA, epochs: int = 1, seed: int = 0) -> np.ndarray:
+    """Dance and learn; return the actions of the last epoch, shape (T, 8)."""
     env = load("ymca", arms="kinematic", repeats=1, seed=seed)
     for epoch in range(epochs):
         actions = []
@@ -30,7 +31,7 @@ def dance(player: MPMA, epochs: int = 1, seed: int = 0) -> list[np.ndarray]:
             timestep = env.step(actions[-1])
             player.observe(timestep)
         player.learn()
-    return actions
+    return np.array(actions)
 
 
 def test_untrained_it_is_the_feedback_controller() -> None:
@@ -45,8 +46,9 @@ def test_untrained_it_is_the_feedback_controller() -> None:
 @pytest.mark.parametrize("forward_input", ["total", "own"])
 def test_signals_obey_the_equations(rule: str, forward_input: str) -> None:
     player = agent(rule=rule, forward_input=forward_input)
-    actions = np.array(dance(player, epochs=4))
-    signals = player.signals()
+    dance(player, epochs=3)
+    gains = player.gains
+    actions, signals = dance(player), player.signals()
     responsibility = signals["responsibility"]
     np.testing.assert_allclose(responsibility.sum(axis=1), 1.0)
     assert (responsibility >= 0).all()
@@ -54,19 +56,8 @@ def test_signals_obey_the_equations(rule: str, forward_input: str) -> None:
     assert (signals["prior"] <= 1.0).all()
     assert np.abs(signals["module_actions"]).max() <= 1.0
     mixed = np.einsum("tm,tmj->tj", responsibility, signals["module_actions"])
-    gain = 0.01 + 0.99 * (1 - player_feedback_gain(signals, actions, mixed)) / 0.86
-    np.testing.assert_allclose(
-        actions, np.clip(gain * mixed + signals["feedback"], -1, 1), atol=1e-6
-    )
-
-
-def player_feedback_gain(
-    signals: dict[str, np.ndarray], actions: np.ndarray, mixed: np.ndarray
-) -> float:
-    """Find K from u = L·mix + K·u_fb, given that L and K are linear in the same progress."""
-    inside = np.abs(actions) < 1
-    gain = np.sum(((actions - signals["feedback"]) * mixed)[inside]) / np.sum(mixed[inside] ** 2)
-    return float(1 - 0.86 * (gain - 0.01) / 0.99)
+    total = gains.inverse * mixed + signals["feedback"]
+    np.testing.assert_allclose(actions, np.clip(total, -1, 1), atol=1e-14)
 
 
 def test_equal_seeds_dance_alike_and_others_differ() -> None:
@@ -99,8 +90,6 @@ def test_a_module_without_responsibility_learns_nothing_under_the_gated_rule() -
     epoch = player._close_epoch()
     alone = np.zeros_like(epoch.responsibility)
     alone[:, 0] = 1.0
-    import dataclasses
-
     RULES["gated"].fit(player._readouts, dataclasses.replace(epoch, responsibility=alone))
     assert np.abs(player._readouts.forward.weights[0]).max() > 0.01
     assert np.abs(player._readouts.forward.weights[1:]).max() < 1e-12

@@ -1,0 +1,72 @@
+import os
+import subprocess
+import sys
+
+import pytest
+
+from mpma_mj.envs import gl
+
+
+def environment(**changes: str) -> dict[str, str]:
+    """Return this process's environment as a headless user's who chose nothing."""
+    chosen = ("MUJOCO_GL", "PYOPENGL_PLATFORM", "DISPLAY", "WAYLAND_DISPLAY")
+    return {k: v for k, v in os.environ.items() if k not in chosen} | changes
+
+
+def python(code: str, **changes: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-c", code],
+        env=environment(**changes),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def test_importing_the_package_imports_neither_mujoco_nor_numpy() -> None:
+    result = python("import mpma_mj, sys; print({'mujoco', 'numpy'} & set(sys.modules))")
+    assert result.stdout.strip() == "set()"
+
+
+@pytest.mark.parametrize("choice", ["disable", "osmesa", "egl"])
+def test_a_users_choice_that_can_work_is_respected(choice: str) -> None:
+    if not gl._loads(choice):
+        pytest.skip(f"no library for {choice}")
+    result = python("import mpma_mj, os; print(os.environ['MUJOCO_GL'])", MUJOCO_GL=choice)
+    assert result.stdout.strip() == choice
+
+
+@pytest.mark.parametrize("choice", ["nonsense", "disable"])
+def test_everything_but_drawing_works_without_opengl(choice: str) -> None:
+    code = "import mpma_mj; print(mpma_mj.load('ymca').reset().first())"
+    result = python(code, MUJOCO_GL=choice)
+    assert "True" in result.stdout, result.stderr
+
+
+def test_without_any_library_the_choice_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(gl, "_users_choice", None)
+    monkeypatch.setattr(gl, "_LIBRARIES", {"egl": "libnot-there.so", "osmesa": "libnor-this.so"})
+    monkeypatch.setattr(gl, "_headless", lambda: True)
+    monkeypatch.delenv("MUJOCO_GL", raising=False)
+    gl.choose_backend()
+    assert os.environ["MUJOCO_GL"] == "disable"
+
+
+def test_a_backend_that_does_not_draw_is_passed_over(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(gl, "_users_choice", None)
+    monkeypatch.setattr(gl, "_headless", lambda: True)
+    monkeypatch.setattr(gl, "_draws", lambda backend: backend == "osmesa")
+    monkeypatch.setenv("MUJOCO_GL", "egl")
+    assert gl.require_backend() == "osmesa"
+    assert os.environ["MUJOCO_GL"] == "osmesa"
+
+
+def test_with_none_that_draws_the_error_names_packages(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(gl, "_draws", lambda backend: False)
+    with pytest.raises(gl.RenderingError, match="libegl1.*libosmesa6") as caught:
+        gl.require_backend()
+    assert "\n" not in str(caught.value)
+
+
+def test_a_trial_without_opengl_does_not_draw() -> None:
+    assert not gl._draws("disable")

@@ -1,0 +1,77 @@
+"""The MJCF model: what it promises, whoever edits it."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from mpma_mj.arm import JOINT_NAMES, SIDES
+from mpma_mj.envs.physics import MODEL_PATH, PhysicsArms
+
+BODY_MASS = 73.0
+# de Leva (1996), table 4, men: length m, mass share, centre of mass, radii of gyration (x, y, z)
+DE_LEVA = {
+    "upper_arm": (0.2817, 0.0271, 0.5772, (0.285, 0.269, 0.158)),
+    "forearm": (0.2689, 0.0162, 0.4574, (0.276, 0.265, 0.121)),
+    "hand": (0.0862, 0.0061, 0.7900, (0.628, 0.513, 0.401)),
+}
+
+
+@pytest.fixture(scope="module")
+def model() -> mujoco.MjModel:
+    return mujoco.MjModel.from_xml_path(str(MODEL_PATH))
+
+
+def test_every_element_has_a_name(model: mujoco.MjModel) -> None:
+    kinds = ("body", "jnt", "geom", "site", "cam", "light", "actuator", "mat", "tex")
+    for kind in kinds:
+        addresses = getattr(model, f"name_{kind}adr")
+        names = [model.names[a : model.names.index(b"\0", a)] for a in addresses]
+        assert len(names) > 0
+        assert all(names), f"a {kind} has no name"
+
+
+@pytest.mark.parametrize("side", SIDES)
+@pytest.mark.parametrize("segment", DE_LEVA)
+def test_masses_and_inertias_are_de_levas(model: mujoco.MjModel, side: str, segment: str) -> None:
+    length, share, centre, radii = DE_LEVA[segment]
+    body = model.body(f"{side}_{segment}")
+    mass = share * BODY_MASS
+    assert body.mass[0] == pytest.approx(mass, rel=1e-3)
+    np.testing.assert_allclose(body.ipos, [0, 0, -centre * length], atol=1e-4)
+    np.testing.assert_allclose(body.inertia, mass * (np.array(radii) * length) ** 2, rtol=2e-3)
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_segments_have_their_lengths(side: str) -> None:
+    lengths = dict(zip(("upper_arm", "forearm"), PhysicsArms.make().segment_lengths, strict=False))
+    for segment, length in lengths.items():
+        assert length == pytest.approx(DE_LEVA[segment][0])
+
+
+def test_joints_and_actuators_are_the_eight_in_order(model: mujoco.MjModel) -> None:
+    assert tuple(model.joint(i).name for i in range(model.njnt)) == JOINT_NAMES
+    assert tuple(model.actuator(i).name for i in range(model.nu)) == JOINT_NAMES
+    assert (model.actuator_trnid[:, 0] == np.arange(8)).all()
+    assert model.nq == model.nv == 8
+
+
+def test_actuators_are_limited_and_alike_on_both_sides(model: mujoco.MjModel) -> None:
+    for limits in (model.actuator_ctrlrange, model.actuator_forcerange):
+        np.testing.assert_array_equal(limits[:4], limits[4:])
+        np.testing.assert_array_equal(limits[:, 0], -limits[:, 1])
+        assert (limits[:, 1] > 0).all()
+
+
+def test_simulation_is_as_the_actuators_need_it(model: mujoco.MjModel) -> None:
+    assert model.opt.integrator == mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    assert model.opt.timestep == 0.005
+    np.testing.assert_array_equal(model.opt.gravity, [0, 0, -9.81])
+
+
+@pytest.mark.parametrize("camera", ["front", "side", "three_quarter"])
+def test_cameras_look_at_the_torso(model: mujoco.MjModel, camera: str) -> None:
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    towards = np.array([0, 0, 1.4]) - data.camera(camera).xpos
+    forward = -data.camera(camera).xmat.reshape(3, 3)[:, 2]
+    assert forward @ towards / np.linalg.norm(towards) > 0.97

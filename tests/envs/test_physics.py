@@ -1,0 +1,114 @@
+import mujoco
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from mpma_mj import arm
+from mpma_mj.envs.physics import KinematicArms, PhysicsArms
+
+controls = arrays(np.float64, 8, elements=st.floats(-5.0, 5.0))
+
+
+def settled(physics: PhysicsArms, angles: np.ndarray) -> PhysicsArms:
+    with physics.reset_context():
+        physics.data.qpos[:] = angles
+    return physics
+
+
+@given(controls)
+def test_kinematic_arms_move_as_commanded(control: np.ndarray) -> None:
+    physics = settled(KinematicArms.make(), np.full(8, 1.0))
+    physics.set_control(control)
+    physics.step(10)
+    np.testing.assert_allclose(physics.joint_angles(), 1.0 + 0.05 * control, atol=1e-14)
+    np.testing.assert_allclose(physics.joint_velocities(), control, atol=1e-12)
+    np.testing.assert_allclose(
+        physics.posture(), arm.posture_from_angles(physics.joint_angles()), atol=1e-12
+    )
+    assert physics.time() == pytest.approx(0.05)
+
+
+def test_kinematic_arms_call_nothing_but_kinematics(monkeypatch: pytest.MonkeyPatch) -> None:
+    physics = settled(KinematicArms.make(), np.full(8, 1.0))
+
+    def forbidden(*_: object) -> None:
+        raise AssertionError("dynamics were called")
+
+    for name in ("mj_step", "mj_step1", "mj_step2", "mj_forward"):
+        monkeypatch.setattr(mujoco, name, forbidden)
+    physics.step(10)
+    with physics.reset_context():
+        pass
+
+
+@pytest.mark.parametrize("kind", [PhysicsArms, KinematicArms])
+def test_elbows_do_not_bend_backwards(kind: type[PhysicsArms]) -> None:
+    physics = settled(kind.make(), np.array([0.0, 0, 0, 0.2] * 2))
+    for _ in range(20):
+        physics.set_control(np.array([0.0, 0, 0, -5.0] * 2))
+        physics.step(10)
+    assert (physics.joint_angles()[3::4] > -0.05).all()
+
+
+def test_site_positions_are_up_to_date_after_a_step() -> None:
+    physics = settled(PhysicsArms.make(), np.full(8, 0.5))
+    physics.set_control(np.full(8, 2.0))
+    physics.step(10)
+    np.testing.assert_allclose(
+        physics.posture(), arm.posture_from_angles(physics.joint_angles()), atol=1e-12
+    )
+
+
+def test_hanging_arms_rest() -> None:
+    physics = settled(PhysicsArms.make(), np.zeros(8))
+    physics.step(400)
+    assert np.abs(physics.joint_angles()).max() < 0.01
+
+
+def test_gravity_pulls_an_arm_down() -> None:
+    physics = settled(PhysicsArms.make(), np.array([np.pi / 2, 0, 0, 0.1] * 2))
+    physics.step(200)
+    assert (physics.joint_angles()[::4] < np.pi / 2 - 0.05).all()
+
+
+def test_torque_holds_a_horizontal_arm_as_statics_say() -> None:
+    physics = settled(PhysicsArms.make(), np.array([np.pi / 2, 0, 0, 0.0] * 2))
+    masses = (1.9783, 1.1826, 0.4453)
+    levers = (0.1626, 0.2817 + 0.1230, 0.2817 + 0.2689 + 0.0681)
+    torque = 9.81 * sum(m * r for m, r in zip(masses, levers, strict=True))
+    assert physics.data.qfrc_bias[0] == pytest.approx(torque, rel=1e-3)
+
+
+def test_both_arms_are_mirror_images_in_motion() -> None:
+    physics = settled(PhysicsArms.make(), np.array([0.4, 0.3, 0.2, 0.6] * 2))
+    rng = np.random.default_rng(0)
+    for _ in range(40):
+        physics.set_control(np.tile(rng.uniform(-3, 3, 4), 2))
+        physics.step(10)
+    left, right = physics.joint_angles().reshape(2, 4)
+    np.testing.assert_allclose(left, right, atol=1e-9)
+
+
+@pytest.mark.parametrize("kind", [PhysicsArms, KinematicArms])
+def test_a_command_that_is_no_number_is_divergence_until_reset(kind: type[PhysicsArms]) -> None:
+    physics = settled(kind.make(), np.zeros(8))
+    physics.set_control(np.full(8, np.nan))
+    physics.step(10)
+    assert physics.diverged
+    assert np.isfinite(physics.posture()).all()
+    with physics.reset_context():
+        pass
+    assert not physics.diverged
+
+
+@given(arrays(np.float64, 8, elements=st.floats(-3.0, 3.0)))
+def test_site_positions_of_a_posture_are_those_of_the_arms(angles: np.ndarray) -> None:
+    physics = settled(KinematicArms.make(), angles)
+    sites = physics.site_positions(physics.posture())
+    for i, side in enumerate(arm.SIDES):
+        for j, point in enumerate(("shoulder", "elbow", "wrist")):
+            np.testing.assert_allclose(
+                sites[i, j], physics.named.data.site_xpos[f"{side}_{point}"], atol=1e-12
+            )
