@@ -62,8 +62,7 @@ def _totals(summaries: list[dict[str, Any]]) -> str:
     converged = sum(s["converged"] for s in summaries)
     three = sum(s["modules_used"] >= 3 for s in summaries)
     one_to_three = sum(
-        s["converged"] and all(1 <= n <= 3 for n in s["active_modules"].values())
-        for s in summaries
+        s["converged"] and all(1 <= n <= 3 for n in s["active_modules"].values()) for s in summaries
     )
     numbers = ", ".join(f"{name} {value:.4g}" for name, value in median.items())
     worst = max(s["p_e_percent"] for s in summaries)

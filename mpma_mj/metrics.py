@@ -112,7 +112,7 @@ def nmi(responsibility: Array, context: Array) -> float:
     independent = joint.sum(axis=1, keepdims=True) * joint.sum(axis=0, keepdims=True)
     seen = joint > 0
     information = np.sum(joint[seen] * np.log(joint[seen] / independent[seen]))
-    return float(information / np.log(labels))
+    return max(0.0, float(information / np.log(labels)))
 
 
 def repeatability(signal: Array, period: int) -> float:

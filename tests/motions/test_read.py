@@ -57,7 +57,9 @@ def test_half_the_tempo_gives_twice_the_postures(write_tsv: WriteTsv) -> None:
     path = write_tsv()
     original, slowed = read_motion(path), read_motion(path, tempo=0.5)
     assert abs(len(slowed) - 2 * len(original)) <= 1
-    np.testing.assert_allclose(slowed.posture[::2], original.posture[: len(slowed) // 2 + 1], atol=1e-6)
+    np.testing.assert_allclose(
+        slowed.posture[::2], original.posture[: len(slowed) // 2 + 1], atol=1e-6
+    )
 
 
 @pytest.mark.parametrize("columns", ["Frame", "Frame\tTime"])

@@ -1,0 +1,81 @@
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mpma_mj.errors import CheckpointError, RunFolderError
+from mpma_mj.training import files
+
+
+def test_arrays_and_their_description_go_round(tmp_path: Path) -> None:
+    path = tmp_path / "new" / "a.npz"
+    arrays = {"x": np.arange(6.0).reshape(2, 3), "n": np.array(3)}
+    files.write_arrays(path, "thing", arrays, {"labels": ["Y", "Ø"]})
+    again, meta = files.read_arrays(path, "thing")
+    np.testing.assert_array_equal(again["x"], arrays["x"])
+    assert again.keys() == arrays.keys()
+    assert meta["labels"] == ["Y", "Ø"]
+
+
+def test_a_write_that_fails_leaves_the_old_file_and_nothing_else(tmp_path: Path) -> None:
+    path = tmp_path / "a.txt"
+    files.write_text(path, "old")
+
+    def half(temporary: Path) -> None:
+        temporary.write_text("half")
+        raise OSError(28, "No space left on device")
+
+    with pytest.raises(RunFolderError, match="No space left on device"):
+        files.write_whole(path, half)
+    assert path.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_what_is_not_finite_becomes_null(tmp_path: Path) -> None:
+    files.write_json(tmp_path / "a.json", {"x": float("nan"), "y": {"z": [1.0, np.inf]}})
+    content = json.loads((tmp_path / "a.json").read_text())
+    assert content == {"x": None, "y": {"z": [1.0, None]}}
+
+
+def test_a_place_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(RunFolderError, match="cannot be written.*--out"):
+        files.write_text(tmp_path / "file" / "a.txt", "x")
+
+
+@pytest.mark.parametrize("share", [0.0, 0.1, 0.5, 0.9, 0.999])
+def test_a_truncated_file_is_refused(tmp_path: Path, share: float) -> None:
+    path = tmp_path / "a.npz"
+    files.write_arrays(path, "thing", {"x": np.arange(1000.0)}, {})
+    whole = path.read_bytes()
+    path.write_bytes(whole[: int(share * len(whole))])
+    with pytest.raises(CheckpointError, match="damaged"):
+        files.read_arrays(path, "thing")
+
+
+def test_flipped_bytes_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "a.npz"
+    files.write_arrays(path, "thing", {"x": np.arange(1000.0)}, {})
+    spoilt = bytearray(path.read_bytes())
+    spoilt[4000] ^= 0xFF
+    path.write_bytes(spoilt)
+    with pytest.raises(CheckpointError, match="damaged"):
+        files.read_arrays(path, "thing")
+
+
+def test_foreign_arrays_and_other_kinds_are_refused(tmp_path: Path) -> None:
+    np.savez(tmp_path / "foreign.npz", x=np.arange(3))
+    with pytest.raises(CheckpointError, match="not a thing"):
+        files.read_arrays(tmp_path / "foreign.npz", "thing")
+    files.write_arrays(tmp_path / "other.npz", "other", {}, {})
+    with pytest.raises(CheckpointError, match="not a thing"):
+        files.read_arrays(tmp_path / "other.npz", "thing")
+    with pytest.raises(CheckpointError, match="no such file"):
+        files.read_arrays(tmp_path / "gone.npz", "thing")
+
+
+def test_pickled_objects_are_refused(tmp_path: Path) -> None:
+    np.savez(tmp_path / "pickle.npz", meta=np.array("{}"), x=np.array([{}], dtype=object))
+    with pytest.raises(CheckpointError, match="damaged"):
+        files.read_arrays(tmp_path / "pickle.npz", "thing")

@@ -1,0 +1,204 @@
+"""Runs by the library: reproducible, resumable, and keeping the best epoch."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mpma_mj.errors import BadOptionError, CheckpointError, RunFolderError
+from mpma_mj.motions import ymca
+from mpma_mj.training.config import RunConfig
+from mpma_mj.training.imitate import make_agent, make_env, resume, start
+from mpma_mj.training.run_folder import RunFolder
+from mpma_mj.training.trainer import Trainer, has_converged
+
+SMALL = RunConfig(nodes=20, modules=2)
+# What two equal runs have to have in common, to the byte.
+RESULTS = (
+    "config.json",
+    "metrics.csv",
+    "summary.json",
+    "trace.npz",
+    "checkpoint/latest.npz",
+    "checkpoint/best.npz",
+    "checkpoint/motion.npz",
+)
+
+
+def run(path: Path, config: RunConfig = SMALL, epochs: int = 3, **options: Any) -> RunFolder:
+    folder = RunFolder(path)
+    start(config, folder, epochs, **options)
+    return folder
+
+
+def same(one: RunFolder, other: RunFolder) -> None:
+    for name in RESULTS:
+        assert (one.path / name).read_bytes() == (other.path / name).read_bytes(), name
+
+
+def test_equal_seeds_give_equal_runs_to_the_byte(tmp_path: Path) -> None:
+    same(run(tmp_path / "a"), run(tmp_path / "b"))
+
+
+def test_other_seeds_give_other_runs(tmp_path: Path) -> None:
+    one = run(tmp_path / "a")
+    other = run(tmp_path / "b", RunConfig(nodes=20, modules=2, seed=1))
+    metrics = [(folder.path / "metrics.csv").read_text() for folder in (one, other)]
+    assert metrics[0] != metrics[1]
+
+
+@pytest.mark.parametrize("rule", ["weighted", "gated"])
+@pytest.mark.parametrize("arms", ["physics", "kinematic"])
+def test_a_resumed_run_equals_an_uninterrupted_one(tmp_path: Path, rule: Any, arms: Any) -> None:
+    config = RunConfig(nodes=20, modules=2, rule=rule, arms=arms)
+    whole = run(tmp_path / "whole", config, epochs=5)
+    parts = run(tmp_path / "parts", config, epochs=2)
+    resume(parts, 3)
+    same(whole, parts)
+
+
+def test_a_converged_run_stays_as_it_is(tmp_path: Path) -> None:
+    folder = run(tmp_path / "a", RunConfig(nodes=50), epochs=30)
+    before = {name: (folder.path / name).read_bytes() for name in RESULTS}
+    summary = resume(folder, 5)
+    assert summary["converged"]
+    assert {name: (folder.path / name).read_bytes() for name in RESULTS} == before
+
+
+def test_training_ends_when_the_papers_criteria_hold(tmp_path: Path) -> None:
+    rows: list[dict[str, float]] = []
+    folder = RunFolder(tmp_path / "a")
+    summary = start(RunConfig(nodes=50), folder, 30, on_epoch=rows.append)
+    assert summary["converged"]
+    assert summary["epochs"] == len(rows) < 30
+    assert [has_converged(row) for row in rows] == [False] * (len(rows) - 1) + [True]
+    last = rows[-1]
+    assert last["gain_inverse"] == 1.0
+    assert last["gain_feedback"] < 0.15
+    assert last["rp_error_percent"] < 3
+    assert last["p_e_percent"] < 3
+
+
+def test_the_best_epoch_is_kept_not_the_last_nor_one_of_feedback_alone() -> None:
+    env = make_env(SMALL, ymca())
+    trainer = Trainer(env, make_agent(env, SMALL))
+    for _ in range(10):
+        trainer.run_epoch()
+    assert trainer.kept is not None
+    passed = [row for row in trainer.rows if row["gain_inverse"] == 1.0]
+    assert trainer.kept.row["p_e_percent"] == min(row["p_e_percent"] for row in passed)
+
+
+def test_the_kept_state_dances_the_kept_trace_again(tmp_path: Path) -> None:
+    folder = run(tmp_path / "a", epochs=4)
+    config, trace = folder.read_config(), folder.read_trace()
+    env = make_env(config, folder.read_motion())
+    agent = make_agent(env, config)
+    state, meta = folder.read_checkpoint("best", config)
+    agent.load_state_dict(state)
+    epoch = int(meta["row"]["epoch"]) - 1
+    env.task.episode = epoch
+    agent.reset(epoch)
+    timestep = env.reset()
+    for action in trace["action"]:
+        np.testing.assert_array_equal(agent.act(timestep.observation), action)
+        timestep = env.step(action)
+        agent.observe(timestep)
+
+
+def test_the_run_folder_holds_what_is_promised(tmp_path: Path) -> None:
+    folder = run(tmp_path / "a")
+    summary = json.loads((folder.path / "summary.json").read_text())
+    assert {
+        "p_e_percent",
+        "prediction_error_percent",
+        "rp_error_percent",
+        "feedback_ratio",
+        "active_modules",
+        "nmi",
+        "modules_used",
+        "repeatability",
+        "epochs",
+        "converged",
+        "mpkpe_m",
+    } <= summary.keys()
+    config = json.loads((folder.path / "config.json").read_text())
+    assert config["config"]["seed"] == 0
+    assert {"mujoco", "numpy", "mpma-mj"} <= config["versions"].keys()
+    lines = (folder.path / "metrics.csv").read_text().splitlines()
+    assert len(lines) == 1 + 3
+    trace = folder.read_trace()
+    assert trace["posture"].shape == (228, 12)
+    assert trace["responsibility"].shape == (227, 2)
+    assert trace["module_actions"].shape == (227, 2, 8)
+    assert not list(folder.path.rglob(".*"))
+
+
+def test_a_folder_in_use_is_not_touched_unless_told(tmp_path: Path) -> None:
+    folder = run(tmp_path / "a")
+    before = (folder.path / "metrics.csv").read_bytes()
+    with pytest.raises(RunFolderError, match="--overwrite replaces it, --resume continues it"):
+        run(tmp_path / "a", RunConfig(seed=9, nodes=20))
+    assert (folder.path / "metrics.csv").read_bytes() == before
+    run(tmp_path / "a", RunConfig(seed=9, nodes=20), overwrite=True)
+    assert (folder.path / "metrics.csv").read_bytes() != before
+
+
+def test_overwrite_replaces_runs_only(tmp_path: Path) -> None:
+    (tmp_path / "thesis.txt").write_text("precious")
+    with pytest.raises(RunFolderError, match="not empty and not a run"):
+        run(tmp_path, overwrite=True)
+    assert (tmp_path / "thesis.txt").read_text() == "precious"
+    with pytest.raises(RunFolderError, match="is a file"):
+        run(tmp_path / "thesis.txt", overwrite=True)
+
+
+def test_an_empty_folder_may_be_used(tmp_path: Path) -> None:
+    assert (run(tmp_path, epochs=1).path / "summary.json").exists()
+
+
+@pytest.mark.parametrize("name", ["latest", "best", "motion"])
+def test_a_damaged_checkpoint_is_refused(tmp_path: Path, name: str) -> None:
+    folder = run(tmp_path / "a", epochs=1)
+    (folder.path / "checkpoint" / f"{name}.npz").write_bytes(b"rubbish")
+    with pytest.raises(CheckpointError, match=f"{name}.npz: damaged"):
+        resume(folder, 1)
+
+
+def test_a_checkpoint_of_another_run_is_refused(tmp_path: Path) -> None:
+    folder = run(tmp_path / "a", epochs=1)
+    other = run(tmp_path / "b", RunConfig(nodes=30, modules=2), epochs=1)
+    foreign = (other.path / "checkpoint" / "latest.npz").read_bytes()
+    (folder.path / "checkpoint" / "latest.npz").write_bytes(foreign)
+    with pytest.raises(CheckpointError, match="other settings"):
+        resume(folder, 1)
+
+
+@pytest.mark.parametrize("text", ["{", "[]", '{"format": 1}', '{"format": 1, "config": {"x": 1}}'])
+def test_a_damaged_config_is_refused(tmp_path: Path, text: str) -> None:
+    folder = run(tmp_path / "a", epochs=1)
+    (folder.path / "config.json").write_text(text)
+    with pytest.raises(CheckpointError, match="config.json: damaged"):
+        resume(folder, 1)
+
+
+def test_a_run_of_another_version_is_refused(tmp_path: Path) -> None:
+    folder = run(tmp_path / "a", epochs=1)
+    path = folder.path / "config.json"
+    path.write_text(path.read_text().replace('"format": 1', '"format": 99'))
+    with pytest.raises(CheckpointError, match="another version"):
+        resume(folder, 1)
+
+
+def test_resuming_nothing_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(RunFolderError, match="no run there"):
+        resume(RunFolder(tmp_path / "gone"), 1)
+
+
+def test_no_epochs_are_refused_before_anything_is_written(tmp_path: Path) -> None:
+    with pytest.raises(BadOptionError, match="epochs is 0"):
+        run(tmp_path / "a", epochs=0)
+    assert not (tmp_path / "a").exists()
+

@@ -1,0 +1,92 @@
+"""Figures, strip and video: that they show what they should, not their exact pixels."""
+
+from pathlib import Path
+
+import imageio.v3 as iio
+import numpy as np
+import pytest
+
+from mpma_mj.envs import gl
+from mpma_mj.errors import RenderingError
+from mpma_mj.motions import ymca
+from mpma_mj.training.colours import hex_to_rgb, module_colours
+from mpma_mj.training.figures import write_figures
+from mpma_mj.training.run_folder import RunFolder
+from mpma_mj.training.strip import Strip, label_runs
+from mpma_mj.training.video import write_video
+
+LABELS = ("Y", "M", "C", "A")
+CONTEXT = np.repeat(np.eye(4), 10, axis=0)
+
+
+def test_runs_of_labels() -> None:
+    context = np.eye(3)[[0, 0, 1, 1, 1, 0]]
+    assert label_runs(context) == [(0, 0, 2), (1, 2, 5), (0, 5, 6)]
+
+
+def test_a_figure_a_file_and_nothing_else(small_run: Path, tmp_path: Path) -> None:
+    folder = RunFolder(small_run)
+    write_figures(tmp_path, folder.read_trace(), folder.read_motion())
+    names = {path.name for path in tmp_path.iterdir()}
+    assert names == {"responsibility.png", "module_output.png", "trajectory.png"}
+    for name in names:
+        assert iio.imread(tmp_path / name).std() > 10
+
+
+def test_the_strip_has_the_colour_of_the_responsible_module() -> None:
+    strip = Strip(CONTEXT[:, [1, 0, 2, 3]], CONTEXT, LABELS)
+    frame = strip.under(np.full((480, 640, 3), 200, np.uint8), 39)
+    assert frame.shape == (576, 640, 3)
+    middle = frame[480 + 50]
+    for label, module in enumerate([1, 0, 2, 3]):
+        expected = hex_to_rgb(module_colours(4)[module])
+        np.testing.assert_array_equal(middle[80 + 160 * label], expected)
+
+
+def test_equal_shares_have_bands_of_equal_height() -> None:
+    strip = Strip(np.full((40, 4), 0.25), CONTEXT, LABELS)
+    column = strip.under(np.zeros((480, 640, 3), np.uint8), 39)[480 + 22 : -18, 80]
+    colours, counts = np.unique(column, axis=0, return_counts=True)
+    assert len(colours) == 4
+    assert counts.max() - counts.min() <= 1
+
+
+def test_the_mark_moves_with_time_and_the_letter_with_the_label() -> None:
+    strip = Strip(CONTEXT, CONTEXT, LABELS)
+    picture = np.full((480, 640, 3), 200, np.uint8)
+    first, later = strip.under(picture, 0), strip.under(picture, 20)
+    assert (first[:480] != later[:480]).any()
+    changed = np.flatnonzero((first[480:] != later[480:]).any(axis=(0, 2)))
+    assert changed.min() < 16
+    assert 320 <= changed.max() < 336
+    assert (picture == 200).all()
+
+
+@pytest.fixture
+def _opengl() -> None:
+    try:
+        gl.require_backend()
+    except RenderingError as error:
+        pytest.skip(str(error))
+
+
+@pytest.mark.usefixtures("_opengl")
+def test_the_video_shows_every_step_at_the_speed_of_the_dance(
+    small_run: Path, tmp_path: Path
+) -> None:
+    folder, path = RunFolder(small_run), tmp_path / "dance.mp4"
+    counted: list[int] = []
+
+    def progress(steps: range) -> range:
+        counted.append(len(steps))
+        return steps
+
+    write_video(path, folder.read_trace(), folder.read_motion(), progress=progress)
+    properties = iio.immeta(path)
+    assert properties["fps"] == 20.0
+    assert properties["size"] == (640, 576)
+    assert counted == [3 * len(ymca()) - 1]
+    assert properties["duration"] == pytest.approx(counted[0] / 20.0, abs=0.1)
+    frame = iio.imread(path, index=40)
+    assert frame.std() > 20
+    assert list(tmp_path.iterdir()) == [path]
