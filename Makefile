@@ -3,7 +3,7 @@
 PYTHON ?= $(firstword $(foreach name,python3.12 python3.11 python3,$(shell command -v $(name) 2>/dev/null)))
 BIN := .venv/bin
 
-.PHONY: dance test test-slow check format build clean
+.PHONY: help dance test test-slow check format build clean
 
 dance: .venv/installed  ## train the built-in dance and make its video
 	$(BIN)/mpma imitate ymca --out runs/ymca --overwrite
@@ -25,6 +25,9 @@ format: .venv/installed-dev  ## rewrite to the house style
 
 build: .venv/installed-dev  ## wheel and sdist into dist/
 	$(BIN)/python -m build
+
+help:  ## this list
+	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' Makefile | expand -t 12
 
 clean:  ## everything that can be made again, except runs
 	rm -rf .venv build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis

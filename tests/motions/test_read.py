@@ -203,7 +203,7 @@ def test_a_segment_without_length_is_refused(write_tsv: WriteTsv) -> None:
     merged = markers()
     for name in ("Radius_L", "Ulna_L"):
         merged[name][50:100] = merged["Elbow_L"][50:100]
-    with pytest.raises(MotionFileError, match="the left forearm has length .* at frame"):
+    with pytest.raises(MotionFileError, match=r"the left forearm has length .* at frame"):
         read_motion(write_tsv(merged))
 
 

@@ -1,0 +1,47 @@
+"""Make the pictures of the README from a trained run.
+
+python docs/make_pictures.py runs/ymca
+"""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from pathlib import Path
+
+import imageio.v3 as iio
+import numpy as np
+from PIL import Image
+
+from mpma_mj.training.run_folder import RunFolder
+from mpma_mj.training.video import dance_frames
+
+PICTURES = Path(__file__).parent / "pictures"
+
+
+def main(run: Path) -> None:
+    """Write a clip of one pass through the movement, and copies of the figures."""
+    folder = RunFolder(run)
+    trace, motion = folder.read_trace(), folder.read_motion()
+    steps = len(motion)
+    clip = [
+        np.asarray(Image.fromarray(frame).resize((480, 432), Image.Resampling.LANCZOS))
+        for number, frame in enumerate(dance_frames(trace, motion))
+        if number < steps and number % 2 == 0
+    ]
+    PICTURES.mkdir(exist_ok=True)
+    small = [Image.fromarray(frame).quantize(128) for frame in clip]
+    small[0].save(
+        PICTURES / "ymca.gif",
+        save_all=True,
+        append_images=small[1:],
+        duration=round(2000 / motion.rate),
+        loop=0,
+    )
+    iio.imwrite(PICTURES / "ymca.png", clip[len(clip) // 8])
+    for figure in folder.figures.glob("*.png"):
+        shutil.copy(figure, PICTURES / figure.name)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))
