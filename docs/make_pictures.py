@@ -30,13 +30,14 @@ def main(run: Path) -> None:
         if number < steps and number % 2 == 0
     ]
     PICTURES.mkdir(exist_ok=True)
-    small = [Image.fromarray(frame).quantize(128) for frame in clip]
-    small[0].save(
-        PICTURES / "ymca.gif",
+    first, *rest = map(Image.fromarray, clip)
+    first.save(
+        PICTURES / "ymca.webp",
         save_all=True,
-        append_images=small[1:],
+        append_images=rest,
         duration=round(2000 / motion.rate),
         loop=0,
+        quality=85,
     )
     iio.imwrite(PICTURES / "ymca.png", clip[len(clip) // 8])
     for figure in folder.figures.glob("*.png"):
