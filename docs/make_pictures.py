@@ -9,7 +9,6 @@ import shutil
 import sys
 from pathlib import Path
 
-import imageio.v3 as iio
 import numpy as np
 from PIL import Image
 
@@ -39,7 +38,6 @@ def main(run: Path) -> None:
         loop=0,
         quality=85,
     )
-    iio.imwrite(PICTURES / "ymca.png", clip[len(clip) // 8])
     for figure in folder.figures.glob("*.png"):
         shutil.copy(figure, PICTURES / figure.name)
 
