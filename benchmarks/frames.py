@@ -6,6 +6,7 @@ MUJOCO_GL=osmesa python benchmarks/frames.py
 
 from __future__ import annotations
 
+import contextlib
 import os
 import statistics
 import time
@@ -25,7 +26,7 @@ def main() -> None:
 
     physics, postures = PhysicsArms.make(), ymca().posture
     print(f"{backend}, {os.cpu_count()} cores")
-    with ArmRenderer(physics) as renderer:
+    with contextlib.closing(ArmRenderer(physics)) as renderer:
         for name, ghosts in {"arms": [None], "arms and ghost": list(postures)}.items():
             rates = []
             for _ in range(ROUNDS):

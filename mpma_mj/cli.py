@@ -44,19 +44,19 @@ class Imitate:
         """Do it and return the folder."""
         missing_gl = _try_backend() if self.video else None
         from mpma_mj.training import imitate
-        from mpma_mj.training.progress import EpochDisplay
+        from mpma_mj.training.progress import show_epochs
         from mpma_mj.training.run_folder import RunFolder
 
-        with EpochDisplay(self.epochs) as display:
+        with show_epochs(self.epochs) as show:
             if self.resume is not None:
                 folder = RunFolder(self.resume)
                 self._check_resumed(folder.read_config())
-                summary = imitate.resume(folder, self.epochs, on_epoch=display.show)
+                summary = imitate.resume(folder, self.epochs, on_epoch=show)
             else:
                 config = self._config()
                 folder = RunFolder(self.out or _default_folder(config.motion))
                 summary = imitate.start(
-                    config, folder, self.epochs, overwrite=self.overwrite, on_epoch=display.show
+                    config, folder, self.epochs, overwrite=self.overwrite, on_epoch=show
                 )
         self._make_pictures(folder, draw_video=self.video and missing_gl is None)
         _print_summary(summary)
@@ -163,7 +163,7 @@ def _default_folder(motion: str) -> Path:
 
 
 def _draw_video(folder: Any, camera: str) -> None:
-    from mpma_mj.training.progress import track_frames
+    from mpma_mj.training.progress import show_frames
     from mpma_mj.training.video import write_video
 
     write_video(
@@ -171,7 +171,7 @@ def _draw_video(folder: Any, camera: str) -> None:
         folder.read_trace(),
         folder.read_motion(),
         camera=camera,
-        progress=track_frames,
+        progress=show_frames,
     )
 
 

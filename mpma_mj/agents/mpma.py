@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal, NamedTuple, get_args
+from typing import Literal, get_args
 
 import dm_env
 import numpy as np
@@ -66,21 +66,6 @@ class MPMAConfig:
             value = getattr(self, name)
             if not 0.0 <= value < 1.0:
                 raise BadOptionError(f"{name} is {value:g}; expected 0 or more, below 1")
-
-
-class _Step(NamedTuple):
-    """What is remembered of a control step; stacked over the epoch, each (T, ...)."""
-
-    inverse_features: Array
-    forward_features: Array
-    predictor_features: Array
-    prior: Array
-    responsibility: Array
-    module_actions: Array
-    predictions: Array
-    action: Array
-    feedback: Array
-    posture: Array
 
 
 class MPMA:
@@ -145,7 +130,7 @@ class MPMA:
         for bank in (self._inverse, self._forward, self._predictor):
             bank.reset()
         self._rng = stream(self._seed, "reservoir_noise", episode)
-        self._steps: list[_Step] = []
+        self._steps: list[dict[str, Array]] = []
         self._epoch: Epoch | None = None
         self._last: Observation = {}
 
@@ -159,7 +144,7 @@ class MPMA:
         prior = np.clip(predicted, gating.LEAST_PRIOR, 1.0)
         likelihood = np.ones(modules)
         if self._steps:
-            errors = gating.prediction_errors(self._steps[-1].predictions, posture)
+            errors = gating.prediction_errors(self._steps[-1]["predictions"], posture)
             likelihood = gating.likelihood(errors, self._sigma)
         responsibility = gating.responsibilities(prior, likelihood)
 
@@ -176,18 +161,18 @@ class MPMA:
         predictions = self._readouts.forward(forward_features)
 
         self._steps.append(
-            _Step(
-                inverse_features,
-                forward_features,
-                predictor_features,
-                prior,
-                responsibility,
-                module_actions,
-                predictions,
-                action,
-                feedback,
-                posture,
-            )
+            {
+                "inverse_features": inverse_features,
+                "forward_features": forward_features,
+                "predictor_features": predictor_features,
+                "prior": prior,
+                "responsibility": responsibility,
+                "module_actions": module_actions,
+                "predictions": predictions,
+                "action": action,
+                "posture": posture,
+                "feedback": feedback,
+            }
         )
         return action
 
@@ -281,13 +266,12 @@ class MPMA:
     def _close_epoch(self) -> Epoch:
         """Stack what was remembered, once an episode."""
         if self._epoch is None:
-            steps = _Step(*map(np.stack, zip(*self._steps, strict=True)))._asdict()
-            posture, feedback = steps.pop("posture"), steps["feedback"]
-            last = self._feedback(self._last)
+            steps = {n: np.stack([step[n] for step in self._steps]) for n in self._steps[0]}
+            posture, last_feedback = steps.pop("posture"), self._feedback(self._last)
             self._epoch = Epoch(
                 **steps,
                 next_posture=np.concatenate([posture[1:], self._last["posture"][None]]),
-                next_feedback=np.concatenate([feedback[1:], last[None]]),
+                next_feedback=np.concatenate([steps["feedback"][1:], last_feedback[None]]),
                 feedback_gain=self.gains.feedback,
             )
         return self._epoch

@@ -1,0 +1,1 @@
+"""Training: epochs, run folders, figures and videos."""

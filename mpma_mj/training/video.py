@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
@@ -70,7 +71,7 @@ def dance_frames(
     """
     strip = Strip(trace["responsibility"], trace["context"][:-1], motion.labels)
     physics = PhysicsArms.make()
-    with ArmRenderer(physics, camera=camera) as renderer:
+    with contextlib.closing(ArmRenderer(physics, camera=camera)) as renderer:
         for step in progress(range(len(trace["action"]))):
             physics.data.qpos[:] = trace["joint_angles"][step]
             mujoco.mj_kinematics(physics.model.ptr, physics.data.ptr)

@@ -1,5 +1,6 @@
 import subprocess
 import sys
+from contextlib import closing
 
 import numpy as np
 import pytest
@@ -24,7 +25,7 @@ def _needs_opengl() -> None:
 
 def test_pictures_show_the_arms_move() -> None:
     physics = PhysicsArms.make()
-    with ArmRenderer(physics) as renderer:
+    with closing(ArmRenderer(physics)) as renderer:
         before = renderer.picture()
         with physics.reset_context():
             physics.data.qpos[:] = 1.0
@@ -36,7 +37,7 @@ def test_pictures_show_the_arms_move() -> None:
 
 def test_the_ghost_is_seen_where_the_arms_are_not() -> None:
     physics = PhysicsArms.make()
-    with ArmRenderer(physics) as renderer:
+    with closing(ArmRenderer(physics)) as renderer:
         without = renderer.picture()
         hidden = renderer.picture(ghost=physics.posture())
         apart = renderer.picture(ghost=POSTURES[0])
@@ -52,7 +53,7 @@ def test_every_camera_sees_both_arms(kind: type[PhysicsArms], camera: str) -> No
     physics = kind.make()
     with physics.reset_context():
         physics.data.qpos[:] = [1.2, 0.4, 0, 0.2] * 2
-    with ArmRenderer(physics, camera=camera) as renderer:
+    with closing(ArmRenderer(physics, camera=camera)) as renderer:
         red, green, blue = np.moveaxis(renderer.picture().astype(int), -1, 0)
     assert ((blue - green > 50) & (blue - red > 30)).sum() > 100  # left arm
     assert ((red - green > 70) & (red - blue > 40)).sum() > 100  # right arm
