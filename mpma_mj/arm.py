@@ -78,36 +78,52 @@ def posture_from_angles(joint_angles: Array) -> Array:
     return posture.reshape(*joint_angles.shape[:-1], 12)
 
 
-def angles_from_posture(posture: Array, near: Array | None = None) -> Array:
+def angles_from_posture(
+    posture: Array, near: Array | None = None, *, pole_width: float = 0.0
+) -> Array:
     """Solve the inverse kinematics in closed form.
+
+    Near the poles, an upper arm straight forward or back, abduction has to turn far to move the
+    upper arm little. With a pole width ε, only the share min(1, cos²b / ε²) of its way from
+    `near` is gone, and the other angles are the best for that abduction: a solution that moves
+    smoothly, at the price of being inexact where cos b < ε.
 
     Args:
         posture: Posture, shape (..., 12); each of its four vectors of any length but 0.
         near: Joint angles, shape (..., 8), rad, that the solution has to be close to. Picks
             the branch and the multiple of 2π, and is held where an angle is undefined.
             Without it: the branch of |flexion| ≤ π/2, and 0 for undefined angles.
+        pole_width: ε, as a cosine of flexion; 0 solves exactly.
 
     Returns:
         Joint angles, shape (..., 8), rad.
     """
     arms = posture.reshape(*posture.shape[:-1], 2, 2, 3) * _MIRROR[:, None, :]
     arms = arms / np.linalg.norm(arms, axis=-1, keepdims=True)
+    cos_b = np.hypot(arms[..., 0, 1], arms[..., 0, 2])
+    regular = cos_b > _UNDEFINED
+    abduction = np.arctan2(arms[..., 0, 1], -arms[..., 0, 2])
     if near is None:
-        angles = _principal_branch(arms, np.zeros(arms.shape[:-2]))
-    else:
-        near = np.broadcast_to(near, (*posture.shape[:-1], 8)).reshape(*arms.shape[:-2], 4)
-        first = _principal_branch(arms, near[..., 0])
-        second = first * [1, -1, 1, 1] + [np.pi, np.pi, np.pi, 0]
-        angles = near + _shorter(wrap(first - near), wrap(second - near), np.sin(first[..., 3]))
-    return angles.reshape(*posture.shape[:-1], 8)
+        angles, bent = _angles_at_abduction(arms, np.where(regular, abduction, 0.0))
+        return np.where(bent, angles, 0.0).reshape(*posture.shape[:-1], 8)
+    near = np.broadcast_to(near, (*posture.shape[:-1], 8)).reshape(*arms.shape[:-2], 4)
+    way = wrap(abduction - near[..., 0])
+    share = regular * np.minimum(1.0, (cos_b / max(pole_width, _UNDEFINED)) ** 2)
+    branches = np.stack([way, way - np.copysign(np.pi, way)])
+    angles, bent = _angles_at_abduction(arms, near[..., 0] + share * branches)
+    steps = np.where(bent, wrap(angles - near), 0.0)  # (branch, ..., 2, 4)
+    return (near + _shorter(steps, np.sin(angles[..., 3]))).reshape(*posture.shape[:-1], 8)
 
 
-def continuous_angles(posture: Array, start: Array | None = None) -> Array:
+def continuous_angles(
+    posture: Array, start: Array | None = None, *, pole_width: float = 0.0
+) -> Array:
     """Solve the inverse kinematics of a movement without jumps between branches.
 
     Args:
         posture: Postures in the order of time, shape (T, 12).
         start: Joint angles, shape (8,), rad, that the first solution has to be close to.
+        pole_width: As for `angles_from_posture`.
 
     Returns:
         Joint angles, shape (T, 8), rad: each row on the branch nearest to the row before.
@@ -115,7 +131,7 @@ def continuous_angles(posture: Array, start: Array | None = None) -> Array:
     angles = np.empty((len(posture), 8))
     near = start
     for t, now in enumerate(posture):
-        near = angles[t] = angles_from_posture(now, near)
+        near = angles[t] = angles_from_posture(now, near, pole_width=pole_width)
     return angles
 
 
@@ -147,27 +163,31 @@ def _upper_arm_frame(a: Array, b: Array) -> tuple[Array, Array, Array]:
     return x_axis, y_axis, upper_arm
 
 
-def _principal_branch(arms: Array, abduction_if_undefined: Array) -> Array:
-    """Solve for |b| ≤ π/2; `arms` (..., 2, 2, 3) mirrored unit vectors; result (..., 2, 4)."""
+def _angles_at_abduction(arms: Array, a: Array) -> tuple[Array, Array]:
+    """Solve for the other angles, given abduction.
+
+    Exact where `a` is the abduction of either branch, else as near as the upper arm can come.
+
+    Args:
+        arms: Mirrored unit vectors, shape (..., 2, 2, 3).
+        a: Abduction, shape (..., 2), rad, perhaps with a leading axis of branches.
+
+    Returns:
+        Angles, shape (..., 2, 4), and which of them are defined: rotation needs a bent elbow.
+    """
     upper_arm, forearm = arms[..., 0, :], arms[..., 1, :]
-    cos_b = np.hypot(upper_arm[..., 1], upper_arm[..., 2])
-    b = np.arctan2(upper_arm[..., 0], cos_b)
-    a = np.where(
-        cos_b > _UNDEFINED,
-        np.arctan2(upper_arm[..., 1], -upper_arm[..., 2]),
-        abduction_if_undefined,
-    )
-    x_axis, y_axis, _ = _upper_arm_frame(a, b)
+    in_plane = upper_arm[..., 1] * np.sin(a) - upper_arm[..., 2] * np.cos(a)
+    b = np.arctan2(upper_arm[..., 0], in_plane)
+    x_axis, y_axis, axis = _upper_arm_frame(a, b)
     g_x = np.sum(forearm * x_axis, axis=-1)
     g_y = np.sum(forearm * y_axis, axis=-1)
-    e = np.arctan2(np.hypot(g_x, g_y), np.sum(forearm * upper_arm, axis=-1))
-    return np.stack([a, b, np.arctan2(g_y, g_x), e], axis=-1)
+    sin_e = np.hypot(g_x, g_y)
+    e = np.arctan2(sin_e, np.sum(forearm * axis, axis=-1))
+    angles = np.stack([a, b, np.arctan2(g_y, g_x), e], axis=-1)
+    return angles, (sin_e > _UNDEFINED)[..., None] | (np.arange(4) != 2)
 
 
-def _shorter(first: Array, second: Array, sin_e: Array) -> Array:
-    """Return the shorter way to a posture, (..., 4); a straight elbow holds its rotation."""
-    bent = (sin_e > _UNDEFINED)[..., None] | (np.arange(4) != 2)
-    counted = np.stack([np.ones_like(sin_e)] * 2 + [sin_e, np.ones_like(sin_e)], axis=-1)
-    length_1 = np.sum((counted * first) ** 2, axis=-1, keepdims=True)
-    length_2 = np.sum((counted * second) ** 2, axis=-1, keepdims=True)
-    return np.where(length_1 <= length_2, first, second) * bent
+def _shorter(steps: Array, sin_e: Array) -> Array:
+    """Return the shorter of two steps (2, ..., 4); rotation counts as the elbow is bent."""
+    length = np.sum(steps**2, axis=-1) - (1.0 - sin_e**2) * steps[..., 2] ** 2
+    return np.where((length[0] <= length[1])[..., None], steps[0], steps[1])

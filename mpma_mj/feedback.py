@@ -7,9 +7,15 @@ from numpy.typing import NDArray
 
 from mpma_mj import arm
 
-__all__ = ["feedback_action", "joint_error"]
+__all__ = ["POLE_WIDTH", "feedback_action", "joint_error"]
 
 Array = NDArray[np.float64]
+
+POLE_WIDTH = 0.2
+"""How close to a pole abduction is held back: see `arm.angles_from_posture` (choice).
+
+Arms that swing past straight forward are learned with 0.2, at every distance tried; with 0.1,
+or exact angles, not at all distances."""
 
 
 def joint_error(joint_angles: Array, reference: Array) -> Array:
@@ -17,8 +23,9 @@ def joint_error(joint_angles: Array, reference: Array) -> Array:
 
         e = wrap(q' - q)        rotation weighted by sin(elbow)
 
-    The weight is a choice of ours: rotation is undefined for a straight elbow, and noise on
-    the posture becomes noise of 1/sin(elbow) on it.
+    Two choices of ours keep noise on the posture from becoming large errors where angles are
+    nearly undefined: the weight, for rotation and a straight elbow, and `POLE_WIDTH`, for
+    abduction and an upper arm that points straight forward or back.
 
     Args:
         joint_angles: Joint angles q, shape (..., 8), rad.
@@ -27,7 +34,7 @@ def joint_error(joint_angles: Array, reference: Array) -> Array:
     Returns:
         Error, shape (..., 8), rad, in [-π, π), on the branch that is the shorter way.
     """
-    wanted = arm.angles_from_posture(reference, near=joint_angles)
+    wanted = arm.angles_from_posture(reference, near=joint_angles, pole_width=POLE_WIDTH)
     weight = np.ones_like(wanted)
     weight[..., 2::4] = np.abs(np.sin(wanted[..., 3::4]))
     return weight * (wanted - joint_angles)

@@ -109,6 +109,29 @@ def test_arms_that_swing_through_straight_forward_do_not_jump() -> None:
     np.testing.assert_allclose(found, swinging, atol=1e-9)
 
 
+@given(vectors, angles_anywhere, st.floats(0.05, 0.5))
+def test_held_back_abduction_changes_nothing_outside_the_poles(
+    v: np.ndarray, near: np.ndarray, width: float
+) -> None:
+    posture = unit(v)
+    regular = np.hypot(*posture.reshape(2, 2, 3)[:, 0, 1:].T) >= width
+    exact = arm.angles_from_posture(posture, near=near).reshape(2, 4)
+    held = arm.angles_from_posture(posture, near=near, pole_width=width).reshape(2, 4)
+    np.testing.assert_array_equal(held[regular], exact[regular])
+
+
+@given(st.floats(-0.1, 0.1), st.floats(-0.1, 0.1), angles_anywhere)
+def test_at_a_pole_abduction_is_held_and_the_upper_arm_hardly_off(
+    left: float, up: float, near: np.ndarray
+) -> None:
+    posture = unit(np.array([[1.0, left, up], [0.2, 0.5, 0.3]] * 2))
+    held = arm.angles_from_posture(posture, near=near, pole_width=0.2)
+    cos_b = np.hypot(left, up) / np.sqrt(1 + left**2 + up**2)
+    assert (np.abs(held[::4] - near[::4]) <= np.pi * (cos_b / 0.2) ** 2 + 1e-9).all()
+    off = np.linalg.norm((arm.posture_from_angles(held) - posture).reshape(4, 3), axis=1)
+    assert (off[::2] <= 1.01 * cos_b + 1e-9).all()
+
+
 def test_batches_are_what_single_postures_are() -> None:
     rng = np.random.default_rng(0)
     postures = np.stack([unit(rng.normal(size=(4, 3))) for _ in range(6)])

@@ -2,11 +2,16 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from mpma_mj.envs.load import load
+from mpma_mj.motions import Motion
+from mpma_mj.motions.context import equal_segments
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.imitate import start
+from mpma_mj.training.imitate import make_agent, start
 from mpma_mj.training.run_folder import RunFolder
+from mpma_mj.training.trainer import Trainer
 
 
 @pytest.mark.parametrize("arms", ["physics", "kinematic"])
@@ -31,6 +36,20 @@ def test_one_module_dances_too(tmp_path: Path) -> None:
     summary = start(RunConfig(nodes=100, modules=1), RunFolder(tmp_path / "run"), 30)
     assert summary["converged"]
     assert summary["nmi"] == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.05, 0.2])
+def test_arms_that_swing_past_straight_forward_are_learned(offset: float) -> None:
+    swing = np.pi / 2 + 1.4 * np.sin(np.linspace(0, 4 * np.pi, 100, endpoint=False))
+    upper_arm = np.stack([np.sin(swing), np.full(100, offset), -np.cos(swing)], axis=1)
+    posture = np.concatenate([upper_arm, upper_arm, *[upper_arm * [1, -1, 1]] * 2], axis=1)
+    posture /= np.sqrt(1 + offset**2)
+    context, labels = equal_segments(100, 4)
+    env = load(Motion(posture, context, labels, 20.0, "swing", "a test"))
+    trainer = Trainer(env, make_agent(env, RunConfig(nodes=100)))
+    while not trainer.converged and len(trainer.rows) < 20:
+        trainer.run_epoch()
+    assert trainer.converged
 
 
 @pytest.mark.slow

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from mpma_mj import arm
 from mpma_mj.errors import MotionTooFastError
+from mpma_mj.feedback import POLE_WIDTH
 from mpma_mj.motions.motion import Motion
 
 __all__ = ["check_speed", "joint_speeds"]
@@ -27,7 +28,7 @@ def joint_speeds(motion: Motion) -> Array:
     Returns:
         Speed between each posture and the next, shape (T-1, 8), rad/s.
     """
-    angles = arm.continuous_angles(motion.posture)
+    angles = arm.continuous_angles(motion.posture, pole_width=POLE_WIDTH)
     leverage = np.minimum(arm.segment_leverage(angles[1:]), arm.segment_leverage(angles[:-1]))
     return np.abs(np.diff(angles, axis=0)) * motion.rate * leverage
 
