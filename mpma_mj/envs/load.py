@@ -11,8 +11,8 @@ from dm_control.rl import control
 from mpma_mj.envs.physics import KinematicArms, PhysicsArms
 from mpma_mj.envs.task import TwoArmImitation
 from mpma_mj.errors import BadOptionError
-from mpma_mj.options import Arms
 from mpma_mj.motions import Motion, read_motion
+from mpma_mj.options import Arms
 
 __all__ = ["load"]
 

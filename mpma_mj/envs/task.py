@@ -39,7 +39,9 @@ class TwoArmImitation(control.Task):
 
     Attributes:
         motion: The movement.
+        max_joint_speed: Joint speeds that action 1 commands, shape (8,), rad/s.
         episode: Number of the episode that the next reset starts, from 0.
+        period: Number of steps from one repetition to the next.
     """
 
     def __init__(
@@ -68,10 +70,11 @@ class TwoArmImitation(control.Task):
         self.motion = motion
         self.max_joint_speed = max_joint_speed
         self.episode = 0
-        self._repeats = repeats
         self._noise = noise
         self._seed = seed
         self._clean, self._context = repeat(motion, repeats, max_joint_speed)
+        between = len(self._clean) - repeats * len(motion)  # postures of all return moves
+        self.period = len(motion) + between // max(repeats - 1, 1)
         self._start_angles = arm.angles_from_posture(self._clean[0], near=np.zeros(8))
         self._demonstration = self._clean
         self._step = 0
@@ -80,11 +83,6 @@ class TwoArmImitation(control.Task):
     def steps(self) -> int:
         """Number of steps of an episode."""
         return len(self._clean) - 1
-
-    @property
-    def period(self) -> int:
-        """Number of steps from one repetition to the next."""
-        return (len(self._clean) - len(self.motion)) // max(self._repeats - 1, 1) or len(self._clean)
 
     def initialize_episode(self, physics: PhysicsArms) -> None:
         """Put the arms into the first posture and draw this episode's demonstration."""
@@ -118,7 +116,8 @@ class TwoArmImitation(control.Task):
         """Return the terms of the reward by name, each in [0, 1]."""
         error = (physics.posture() - self._demonstration[self._step]).reshape(4, 3)
         distance = np.sqrt(np.einsum("ij,ij->i", error, error))
-        return dict(zip(arm.SEGMENT_NAMES, rewards.tolerance(distance, margin=_REWARD_MARGIN)))
+        terms = rewards.tolerance(distance, margin=_REWARD_MARGIN)
+        return dict(zip(arm.SEGMENT_NAMES, terms, strict=True))
 
     def get_reward(self, physics: PhysicsArms) -> float:
         """Return the mean of the reward's terms."""

@@ -99,7 +99,9 @@ def _trajectory(trace: dict[str, Array], motion: Motion) -> Figure:
             axis.plot(time, posture[:, column], color=colour, linewidth=1, label="xyz"[d])
         axis.set(ylim=(-1.08, 1.08), ylabel=name)
     axes[0].plot([], color=DEMONSTRATED, linewidth=3, alpha=0.6, label="desired")
-    _finish(figure, axes, trace, motion, "Desired and actual trajectory, as directions of the segments")
+    _finish(
+        figure, axes, trace, motion, "Desired and actual trajectory, as directions of the segments"
+    )
     return figure
 
 
@@ -130,5 +132,3 @@ def _finish(
     axes[-1].set_xlabel("time, s")
     handles, names = axes[0].get_legend_handles_labels()
     figure.legend(handles, names, loc="outside lower center", ncols=4, fontsize="small")
-
-

@@ -95,7 +95,9 @@ def read_arrays(path: Path, kind: str) -> tuple[dict[str, NDArray[Any]], dict[st
             arrays = {name: file[name] for name in file.files}
         meta = json.loads(str(arrays.pop(_META)))
     except FileNotFoundError:
-        raise CheckpointError(f"{path}: no such file; is the folder a run of this program?") from None
+        raise CheckpointError(
+            f"{path}: no such file; is the folder a run of this program?"
+        ) from None
     except (OSError, EOFError, KeyError, ValueError, zipfile.BadZipFile):
         raise CheckpointError(
             f"{path}: damaged, or not a {kind} of this program; train anew with --overwrite"

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 from dm_control.rl import control
 from numpy.typing import NDArray
-
-from mpma_mj import metrics
 from threadpoolctl import threadpool_limits
 
+from mpma_mj import metrics
 from mpma_mj.agents import MPMA, MPMAConfig
 from mpma_mj.envs.load import load
 from mpma_mj.errors import BadOptionError, CheckpointError

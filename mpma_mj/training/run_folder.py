@@ -22,6 +22,17 @@ __all__ = ["RunFolder"]
 
 Array = NDArray[np.float64]
 
+# What `--overwrite` removes; anything else in the folder is the user's own.
+_CONTENTS = (
+    "config.json",
+    "metrics.csv",
+    "summary.json",
+    "trace.npz",
+    "checkpoint",
+    "figures",
+    "dance.mp4",
+)
+
 
 @dataclass(frozen=True)
 class RunFolder:
@@ -80,7 +91,9 @@ class RunFolder:
                 f"{self.path}: a run is there; --overwrite replaces it, --resume continues it"
             )
         try:
-            shutil.rmtree(self.path)
+            for name in _CONTENTS:
+                content = self.path / name
+                shutil.rmtree(content) if content.is_dir() else content.unlink(missing_ok=True)
         except OSError as error:
             raise RunFolderError(f"{self.path}: cannot be replaced ({error.strerror})") from None
 
@@ -123,7 +136,9 @@ class RunFolder:
         path = self.path / "checkpoint" / f"{name}.npz"
         files.write_arrays(path, "checkpoint", state, {"config": config.as_dict()} | meta)
 
-    def read_checkpoint(self, name: str, config: RunConfig) -> tuple[dict[str, Array], dict[str, Any]]:
+    def read_checkpoint(
+        self, name: str, config: RunConfig
+    ) -> tuple[dict[str, Array], dict[str, Any]]:
         """Read what `write_checkpoint` wrote.
 
         Raises:
@@ -154,5 +169,3 @@ class RunFolder:
     def write_summary(self, summary: dict[str, Any]) -> None:
         """Write what the run came to."""
         files.write_json(self.path / "summary.json", summary)
-
-

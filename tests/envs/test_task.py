@@ -31,9 +31,7 @@ class TestKinematicConforms(test_utils.EnvironmentTestMixin, unittest.TestCase):
         return load("ymca", arms="kinematic", repeats=1)
 
 
-def play(
-    env: control.Environment, seed: int = 0, scale: float = 1.0
-) -> list[dm_env.TimeStep]:
+def play(env: control.Environment, seed: int = 0, scale: float = 1.0) -> list[dm_env.TimeStep]:
     rng = np.random.default_rng(seed)
     timesteps = [env.reset()]
     while not timesteps[-1].last():

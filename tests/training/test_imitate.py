@@ -146,6 +146,16 @@ def test_a_folder_in_use_is_not_touched_unless_told(tmp_path: Path) -> None:
     assert (folder.path / "metrics.csv").read_bytes() != before
 
 
+def test_overwrite_leaves_what_is_not_the_runs(tmp_path: Path) -> None:
+    folder = run(tmp_path / "a")
+    (folder.figures).mkdir()
+    (folder.figures / "old.png").write_text("")
+    (folder.path / "notes.txt").write_text("precious")
+    run(tmp_path / "a", overwrite=True, epochs=1)
+    assert (folder.path / "notes.txt").read_text() == "precious"
+    assert not folder.figures.exists()
+
+
 def test_overwrite_replaces_runs_only(tmp_path: Path) -> None:
     (tmp_path / "thesis.txt").write_text("precious")
     with pytest.raises(RunFolderError, match="not empty and not a run"):
@@ -201,4 +211,3 @@ def test_no_epochs_are_refused_before_anything_is_written(tmp_path: Path) -> Non
     with pytest.raises(BadOptionError, match="epochs is 0"):
         run(tmp_path / "a", epochs=0)
     assert not (tmp_path / "a").exists()
-
