@@ -39,8 +39,9 @@ def write_whole(path: Path, write: Callable[[Path], None]) -> None:
         write(temporary)
         temporary.replace(path)
     except OSError as error:
+        reason = error.strerror or error
         raise RunFolderError(
-            f"{path}: cannot be written ({error.strerror or error}); choose another folder with --out"
+            f"{path}: cannot be written ({reason}); choose another folder with --out"
         ) from None
     finally:
         with contextlib.suppress(OSError):

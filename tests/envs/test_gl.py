@@ -63,7 +63,7 @@ def test_a_backend_that_does_not_draw_is_passed_over(monkeypatch: pytest.MonkeyP
 
 def test_with_none_that_draws_the_error_names_packages(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(gl, "_draws", lambda backend: False)
-    with pytest.raises(gl.RenderingError, match="libegl1.*libosmesa6") as caught:
+    with pytest.raises(gl.RenderingError, match=r"libegl1.*libosmesa6") as caught:
         gl.require_backend()
     assert "\n" not in str(caught.value)
 

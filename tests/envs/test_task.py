@@ -1,5 +1,6 @@
 """Properties that dm_control's own suite is held to, and those of imitation."""
 
+import itertools
 import unittest
 
 import dm_env
@@ -121,7 +122,7 @@ def test_setting_the_episode_repeats_it(env: control.Environment) -> None:
 
 def test_the_target_is_the_next_reference(env: control.Environment) -> None:
     timesteps = play(env)
-    for now, after in zip(timesteps[:-1], timesteps[1:], strict=True):
+    for now, after in itertools.pairwise(timesteps):
         np.testing.assert_array_equal(now.observation["target"], after.observation["reference"])
 
 

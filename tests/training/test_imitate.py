@@ -190,7 +190,7 @@ def test_a_checkpoint_of_another_run_is_refused(tmp_path: Path) -> None:
 def test_a_damaged_config_is_refused(tmp_path: Path, text: str) -> None:
     folder = run(tmp_path / "a", epochs=1)
     (folder.path / "config.json").write_text(text)
-    with pytest.raises(CheckpointError, match="config.json: damaged"):
+    with pytest.raises(CheckpointError, match=r"config\.json: damaged"):
         resume(folder, 1)
 
 
