@@ -143,6 +143,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except MpmaError as error:
         print(f"mpma: {error}", file=sys.stderr)
         return error.exit_code
+    except MemoryError:
+        print("mpma: not enough memory; use fewer --modules, --nodes or --repeats", file=sys.stderr)
+        return 1
     except KeyboardInterrupt:
         print("mpma: interrupted; --resume goes on with a run that was saved", file=sys.stderr)
         return _INTERRUPTED
@@ -178,8 +181,9 @@ def _draw_video(folder: Any, camera: str) -> None:
 def _print_summary(summary: dict[str, Any]) -> None:
     modules = ", ".join(f"{k} {v + 1}" for k, v in summary["dominant_module"].items())
     state = "converged" if summary["converged"] else "not converged"
+    epochs = f"{summary['epochs']} epoch{'s' if summary['epochs'] > 1 else ''}"
     print(
-        f"{state} after {summary['epochs']} epochs; kept epoch {summary['kept_epoch']:.0f}:"
+        f"{state} after {epochs}; kept epoch {summary['kept_epoch']:.0f}:"
         f" p_e {summary['p_e_percent']:.2f} %, feedback ratio {summary['feedback_ratio']:.3f},"
         f" dominant module: {modules}"
     )

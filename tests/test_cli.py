@@ -111,6 +111,7 @@ def test_resume_goes_on_in_the_runs_folder(
         (["ymca", "--seed", "-1"], "seed is -1"),
         (["ymca", "--tempo", "0"], "tempo is 0"),
         (["ymca", "--tempo", "nan"], "tempo is nan"),
+        (["ymca", "--tempo", "1e-9"], "tempo is 1e-09; expected 0.01 to 100"),
         (["ymca", "--tempo", "5"], "slow the movement with --tempo"),
         (["ymca", "--segments", "0"], "segments is 0"),
         (["ymca", "--max-gap", "-1"], "max-gap is -1"),
@@ -209,6 +210,15 @@ def test_words_that_are_no_command_exit_2_without_a_traceback(words: list[str]) 
     result = mpma(*words)
     assert result.returncode == 2
     assert "Traceback" not in result.stderr
+
+
+def test_too_large_settings_are_one_line_and_exit_1(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["imitate", "ymca", "--modules", "1000000000", "--no-video"]
+    assert main([*words, "--out", str(tmp_path / "run")]) == 1
+    assert "not enough memory" in capsys.readouterr().err
+    assert not (tmp_path / "run").exists()
 
 
 def test_interrupting_is_no_traceback(

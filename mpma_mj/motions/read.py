@@ -17,6 +17,7 @@ from mpma_mj.motions.ymca import ymca
 __all__ = ["BUILT_IN", "read_motion"]
 
 BUILT_IN = {"ymca": ymca}
+_TEMPO = (0.01, 100.0)  # beyond, a movement has hardly a sample, or fills the memory
 
 
 def read_motion(
@@ -47,6 +48,8 @@ def read_motion(
     for option, value in {"rate": rate, "tempo": tempo, "max-gap": max_gap}.items():
         if not (math.isfinite(value) and value > 0):
             raise BadOptionError(f"{option} is {value:g}; expected a number above 0")
+    if not _TEMPO[0] <= tempo <= _TEMPO[1]:
+        raise BadOptionError(f"tempo is {tempo:g}; expected {_TEMPO[0]:g} to {_TEMPO[1]:g}")
     if segments < 1:
         raise BadOptionError(f"segments is {segments}; expected at least 1")
     if str(source) in BUILT_IN:

@@ -97,7 +97,8 @@ def read_arrays(path: Path, kind: str) -> tuple[dict[str, NDArray[Any]], dict[st
         meta = json.loads(str(arrays.pop(_META)))
     except FileNotFoundError:
         raise CheckpointError(
-            f"{path}: no such file; is the folder a run of this program?"
+            f"{path}: missing; the run stopped before its first epoch was over, or lost the file:"
+            " train anew with --overwrite"
         ) from None
     except (OSError, EOFError, KeyError, ValueError, zipfile.BadZipFile):
         raise CheckpointError(

@@ -71,7 +71,7 @@ def test_foreign_arrays_and_other_kinds_are_refused(tmp_path: Path) -> None:
     files.write_arrays(tmp_path / "other.npz", "other", {}, {})
     with pytest.raises(CheckpointError, match="not a thing"):
         files.read_arrays(tmp_path / "other.npz", "thing")
-    with pytest.raises(CheckpointError, match="no such file"):
+    with pytest.raises(CheckpointError, match="missing"):
         files.read_arrays(tmp_path / "gone.npz", "thing")
 
 
