@@ -1,6 +1,9 @@
 # Two commands for a fresh machine: `make dance` and `make test`. The rest is for developers.
 
-PYTHON ?= $(firstword $(foreach name,python3.12 python3.11 python3,$(shell command -v $(name) 2>/dev/null)))
+FITS := import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 12))
+# The first that runs and fits: a name may be there and lead to nothing.
+PYTHON ?= $(shell for name in python3.12 python3.11 python3 python; do \
+  $$name -c '$(FITS)' >/dev/null 2>&1 && echo $$name && break; done)
 BIN := .venv/bin
 
 .PHONY: help dance test test-slow check format build clean
@@ -41,9 +44,8 @@ clean:  ## everything that can be made again, except runs
 	touch $@ .venv/installed
 
 .venv/made:
-	@test -n "$(PYTHON)" || { echo "No Python found: install Python 3.11 or 3.12."; exit 1; }
-	@$(PYTHON) -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 12))' || { \
-	  echo "$(PYTHON) is not Python 3.11 or 3.12: install one, or say make PYTHON=/path/to/python3.11"; exit 1; }
+	@$(or $(PYTHON),false) -c '$(FITS)' || { \
+	  echo "Needs Python 3.11 or 3.12: install one, or say make PYTHON=/path/to/python3.11"; exit 1; }
 	@$(PYTHON) -m venv .venv || { \
 	  echo "No virtual environment: on Debian and Ubuntu, apt install python3-venv"; rm -rf .venv; exit 1; }
 	@touch $@

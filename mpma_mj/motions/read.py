@@ -86,6 +86,8 @@ def _read_text(path: Path) -> str:
         )
     if path.is_dir():
         raise MotionFileError(f"{path}: is a folder; give the path of a recording in it")
+    if not path.is_file():
+        raise MotionFileError(f"{path}: is not a file; give the path of a recording")
     try:
         text = path.read_text(encoding="utf-8", errors="replace")
     except OSError as error:
