@@ -47,6 +47,18 @@ def test_a_run_prints_its_folder_last_and_shows_its_epochs(tmp_path: Path) -> No
     assert not (out / "dance.mp4").exists()
 
 
+def test_without_out_a_run_goes_below_runs_by_motion_and_time(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    words = ["imitate", "ymca", "--nodes", "10", "--epochs", "1", "--no-video"]
+    assert main(words) == 0
+    folder = Path(capsys.readouterr().out.splitlines()[-1])
+    assert folder.parent == Path("runs")
+    assert folder.name.startswith("ymca-20")
+    assert (folder / "summary.json").exists()
+
+
 def test_training_without_opengl_works_and_says_how_to_get_video(tmp_path: Path) -> None:
     out = tmp_path / "run"
     words = ("imitate", "ymca", "--nodes", 20, "--epochs", 1, "--out", out)

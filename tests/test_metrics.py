@@ -54,6 +54,7 @@ def test_nmi_is_one_for_one_module_a_label_and_zero_for_one_module() -> None:
     assert metrics.nmi(np.tile(EYE[0], (40, 1)), context) == pytest.approx(0.0)
     halves = np.repeat(EYE[[0, 0, 1, 1]], 10, axis=0)
     assert metrics.nmi(halves, context) == pytest.approx(0.5)
+    assert metrics.nmi(halves[:, :2], context) == pytest.approx(0.5)
     assert metrics.nmi(np.ones((40, 1)), np.ones((40, 1))) == 0.0
 
 

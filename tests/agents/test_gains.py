@@ -18,8 +18,9 @@ def test_gains_are_linear_in_progress() -> None:
 
 def test_full_performance_arrives_in_five_epochs_and_stays() -> None:
     gains = Gains()
-    for _ in range(5):
+    for epoch in range(1, 6):
         gains = gains.after(1.0)
+        assert gains.progress == pytest.approx(epoch / 5)
     assert gains == Gains(1.0)
     assert gains.after(1.0) == Gains(1.0)
 

@@ -1,4 +1,5 @@
 import dataclasses
+import itertools
 from typing import Any
 
 import dm_env
@@ -34,6 +35,19 @@ def dance(player: MPMA, epochs: int = 1, seed: int = 0) -> np.ndarray:
     return np.array(actions)
 
 
+def watch(player: MPMA) -> list[dict[str, np.ndarray]]:
+    """Dance an episode without learning; return its observations, the last included."""
+    env = load("ymca", arms="kinematic", repeats=1)
+    player.reset(7)
+    timestep = env.reset()
+    observations = [timestep.observation]
+    while not timestep.last():
+        timestep = env.step(player.act(timestep.observation))
+        player.observe(timestep)
+        observations.append(timestep.observation)
+    return observations
+
+
 def test_untrained_it_is_the_feedback_controller() -> None:
     env = load("ymca", noise=0.05)
     observation = env.reset().observation
@@ -58,6 +72,74 @@ def test_signals_obey_the_equations(rule: str, forward_input: str) -> None:
     mixed = np.einsum("tm,tmj->tj", responsibility, signals["module_actions"])
     total = gains.inverse * mixed + signals["feedback"]
     np.testing.assert_allclose(actions, np.clip(total, -1, 1), atol=1e-14)
+
+
+@pytest.mark.parametrize("forward_input", ["total", "own"])
+def test_networks_hear_what_the_equations_say(forward_input: str) -> None:
+    player = agent(forward_input=forward_input)
+    dance(player, 2)
+    observations = watch(player)
+    epoch = player._close_epoch()
+    for t, seen in enumerate(observations[:-1]):
+        inverse = np.concatenate([seen["posture"], seen["target"]])
+        np.testing.assert_array_equal(epoch.inverse_features[t, 1, -24:], inverse)
+        np.testing.assert_array_equal(epoch.predictor_features[t, 1, -4:], seen["context"])
+        heard = epoch.action[t] if forward_input == "total" else epoch.module_actions[t, 1]
+        forward = np.concatenate([heard, seen["posture"]])
+        np.testing.assert_array_equal(epoch.forward_features[t, 1, -20:], forward)
+
+
+def test_what_is_learned_from_is_one_step_later_to_the_very_end() -> None:
+    player = agent()
+    observations = watch(player)
+    epoch = player._close_epoch()
+    for t, (seen, after) in enumerate(itertools.pairwise(observations)):
+        np.testing.assert_array_equal(epoch.next_posture[t], after["posture"])
+        for remembered, moment in ((epoch.feedback, seen), (epoch.next_feedback, after)):
+            expected = feedback_action(moment["joint_angles"], moment["reference"], SPEED, 0.05)
+            np.testing.assert_array_equal(remembered[t], expected)
+
+
+@pytest.mark.parametrize("rule", ["weighted", "gated"])
+def test_responsibility_is_prior_times_likelihood_of_the_last_prediction(rule: str) -> None:
+    player = agent(rule=rule)
+    dance(player, 2)
+    sigma = float(player.state_dict()["sigma"])
+    observations = watch(player)
+    epoch = player._close_epoch()
+    first = epoch.prior[0] / epoch.prior[0].sum()
+    np.testing.assert_allclose(epoch.responsibility[0], first)
+    for t in range(1, len(epoch.prior)):
+        error = np.mean((epoch.predictions[t - 1] - observations[t]["posture"]) ** 2, axis=1)
+        joint = epoch.prior[t] * np.exp(-(error - error.min()) / (2 * sigma**2))
+        np.testing.assert_allclose(epoch.responsibility[t], joint / joint.sum(), rtol=1e-9)
+    assert not np.allclose(epoch.responsibility, epoch.prior / epoch.prior.sum(1, keepdims=True))
+
+
+def test_each_episode_has_its_own_noise() -> None:
+    observation = load("ymca").reset().observation
+    player = agent()
+    features = []
+    for episode in (0, 1, 0):
+        player.reset(episode)
+        player.act(observation)
+        features.append(player._steps[0]["inverse_features"])
+    np.testing.assert_array_equal(features[0], features[2])
+    assert not np.array_equal(features[0], features[1])
+
+
+def test_the_three_banks_are_drawn_apart() -> None:
+    player = agent()
+    blocks = [b._recurrence.toarray() for b in (player._inverse, player._forward)]
+    assert not np.array_equal(blocks[0], blocks[1])
+
+
+def test_gains_wait_until_forward_models_predict() -> None:
+    player = agent(nodes=50)
+    dance(player)
+    assert player.gains.progress == 0.0  # the first epoch is the yardstick
+    dance(player)
+    assert player.gains.progress == pytest.approx(0.2)
 
 
 def test_equal_seeds_dance_alike_and_others_differ() -> None:

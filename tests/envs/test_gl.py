@@ -43,6 +43,19 @@ def test_everything_but_drawing_works_without_opengl(choice: str) -> None:
     assert "True" in result.stdout, result.stderr
 
 
+@pytest.mark.parametrize(
+    ("platform", "display", "headless"),
+    [("linux", "", True), ("linux", ":0", False), ("darwin", "", False), ("win32", "", False)],
+)
+def test_only_linux_without_a_display_is_headless(
+    monkeypatch: pytest.MonkeyPatch, platform: str, display: str, headless: bool
+) -> None:
+    monkeypatch.setattr(sys, "platform", platform)
+    monkeypatch.setenv("DISPLAY", display)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    assert gl._headless() is headless
+
+
 def test_without_any_library_the_choice_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(gl, "_users_choice", None)
     monkeypatch.setattr(gl, "_LIBRARIES", {"egl": "libnot-there.so", "osmesa": "libnor-this.so"})

@@ -81,6 +81,25 @@ def test_torque_holds_a_horizontal_arm_as_statics_say() -> None:
     assert physics.data.qfrc_bias[0] == pytest.approx(torque, rel=1e-3)
 
 
+def test_an_arm_that_is_held_at_zero_sinks_as_fast_as_kv_and_damping_let_it() -> None:
+    physics = settled(PhysicsArms.make(), np.array([np.pi / 2, 0, 0, 0.1] * 2))
+    torque = physics.data.qfrc_bias[0]
+    physics.step(10)
+    # Servo of 20 and damping of 0.3 N m s/rad against gravity, once inertia has yielded.
+    assert physics.joint_velocities()[0] == pytest.approx(-torque / 20.3, rel=0.1)
+
+
+def test_kinematic_elbows_stop_at_both_ends_of_their_range() -> None:
+    physics = settled(KinematicArms.make(), np.array([0.0, 0, 0, 2.6] * 2))
+    physics.set_control(np.array([0.0, 0, 0, 15.0] * 2))
+    physics.step(10)
+    np.testing.assert_array_equal(physics.joint_angles()[3::4], 2.7)
+    physics.set_control(np.array([0.0, 0, 0, -15.0] * 2))
+    for _ in range(10):
+        physics.step(10)
+    np.testing.assert_array_equal(physics.joint_angles()[3::4], 0.0)
+
+
 def test_both_arms_are_mirror_images_in_motion() -> None:
     physics = settled(PhysicsArms.make(), np.array([0.4, 0.3, 0.2, 0.6] * 2))
     rng = np.random.default_rng(0)

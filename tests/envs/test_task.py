@@ -167,6 +167,36 @@ def test_actions_out_of_bounds_are_clipped() -> None:
     )
 
 
+def test_kinematic_arms_clip_too() -> None:
+    env = load("ymca", arms="kinematic")
+    before = env.reset().observation["joint_angles"]
+    after = env.step(np.array([-5.0, 0, 0, 0] * 2)).observation["joint_angles"]
+    np.testing.assert_allclose((before - after)[::4], 12 * 0.05)
+
+
+def test_context_and_reference_are_of_the_same_moment() -> None:
+    motion = ymca()
+    env = load(motion, noise=0.0, repeats=1)
+    for t, timestep in enumerate(play(env)):
+        np.testing.assert_array_equal(timestep.observation["context"], motion.context[t])
+        np.testing.assert_allclose(timestep.observation["reference"], motion.posture[t], atol=1e-12)
+
+
+def test_rewards_are_a_tenth_half_a_unit_from_the_reference_that_is_seen() -> None:
+    env = load("ymca", noise=0.05)
+    env.reset()
+    for _ in range(5):
+        timestep = env.step(np.zeros(8))
+    seen = timestep.observation
+    distance = np.linalg.norm((seen["posture"] - seen["reference"]).reshape(4, 3), axis=1)
+    assert timestep.reward == pytest.approx(np.mean(0.1 ** ((distance / 0.5) ** 2)))
+
+
+def test_arms_start_at_rest(env: control.Environment) -> None:
+    play(env)
+    np.testing.assert_array_equal(env.reset().observation["joint_velocities"], 0.0)
+
+
 def test_action_one_is_the_joints_top_speed() -> None:
     env = load("ymca", arms="kinematic")
     before = env.reset().observation["joint_angles"]

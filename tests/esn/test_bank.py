@@ -40,6 +40,13 @@ def test_one_input_for_all_is_the_same_as_one_for_each() -> None:
     np.testing.assert_allclose(shared, each, atol=1e-15)
 
 
+def test_input_weights_are_uniform_between_minus_one_and_one() -> None:
+    weights = bank(nodes=400)._input_weights
+    assert np.abs(weights).max() <= 1.0
+    assert weights.mean() == pytest.approx(0.0, abs=0.03)
+    assert weights.std() == pytest.approx(1 / np.sqrt(3), rel=0.02)
+
+
 def test_reservoirs_differ() -> None:
     features = bank().step(np.ones(4), rng())
     assert not np.allclose(features[0], features[1])

@@ -10,6 +10,8 @@ from hypothesis import strategies as st
 
 from mpma_mj.errors import BadOptionError, MotionFileError, UnknownMotionError
 from mpma_mj.motions import read_motion, ymca
+from mpma_mj.motions.body import posture_from_points
+from mpma_mj.motions.cleaning import low_pass
 from tests.conftest import dancer, markers_of
 
 WriteTsv = Callable[..., Path]
@@ -46,8 +48,6 @@ def test_a_dancer_who_turns_and_walks_gives_the_same_arms(
     matrix = np.stack([cos, -sin, zero, sin, cos, zero, zero, zero, one], 1).reshape(-1, 3, 3)
     path = np.stack([walk * time, 300 * np.sin(time), 0 * time], axis=1)
     moving = {n: np.einsum("tij,tj->ti", matrix, p) + path for n, p in standing.items()}
-    from mpma_mj.motions.body import posture_from_points
-
     np.testing.assert_allclose(
         posture_from_points(moving, "moving"), posture_from_points(standing, "s"), atol=1e-9
     )
@@ -111,6 +111,34 @@ def test_noise_is_filtered(write_tsv: WriteTsv) -> None:
     noisy = {name: track + rng.normal(0, 5.0, track.shape) for name, track in clean.items()}
     error = read_motion(write_tsv(noisy)).posture - slow[::3]
     assert error.std() < 0.6 * 5.0 / 275  # unfiltered, 5 mm are this angle or more
+
+
+@pytest.mark.parametrize(("frequency", "gain"), [(2.0, 0.988), (6.0, 0.5), (12.0, 0.059)])
+def test_the_filter_is_butterworths_both_ways(frequency: float, gain: float) -> None:
+    time = np.arange(1200) / 60.0
+    wave = np.sin(2 * np.pi * frequency * time)
+    middle = low_pass(wave, 60.0, 6.0)[300:-300]
+    expected = 1 / (1 + (np.tan(np.pi * frequency / 60) / np.tan(np.pi * 0.1)) ** 4)
+    assert expected == pytest.approx(gain, abs=0.02)
+    assert np.sqrt(2) * middle.std() == pytest.approx(expected, rel=0.02)
+
+
+def test_what_a_faster_tempo_would_alias_is_filtered(write_tsv: WriteTsv) -> None:
+    shaking = markers_of(dancer(np.tile(ymca().posture[:1], (600, 1))))
+    for name in ("Radius_L", "Ulna_L"):
+        shaking[name][:, 0] += 30 * np.sin(2 * np.pi * 5.0 * np.arange(600) / 60)
+    path = write_tsv(shaking)
+    slow, fast = (read_motion(path, tempo=tempo).posture[:, 3].std() for tempo in (1.0, 2.0))
+    # At 5 Hz: cut off at 6 Hz, and at the 4 Hz that become 8 of 20 Hz.
+    assert fast / slow == pytest.approx((1 + (5 / 6) ** 4) / (1 + (5 / 4) ** 4), rel=0.1)
+
+
+def test_a_single_wrist_marker_will_do(write_tsv: WriteTsv) -> None:
+    points = markers()
+    for side in "LR":
+        points[f"Wrist_{side}"] = (points.pop(f"Radius_{side}") + points.pop(f"Ulna_{side}")) / 2
+    single, double = read_motion(write_tsv(points, name="1.tsv")), read_motion(write_tsv())
+    np.testing.assert_allclose(single.posture, double.posture, atol=1e-6)
 
 
 def test_a_recording_has_equal_segments_as_context(write_tsv: WriteTsv) -> None:

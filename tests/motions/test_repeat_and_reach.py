@@ -38,6 +38,7 @@ def test_arms_return_within_reach_where_a_movement_ends_elsewhere() -> None:
     assert len(posture) == len(context)
     speed = np.abs(np.diff(arm.continuous_angles(posture), axis=0)) * 20.0
     assert (speed.max(axis=0) <= 0.55 * SPEED).all()
+    assert speed[:, 0].max() > 0.4 * SPEED[0]
     np.testing.assert_array_equal(posture[-20:], motion.posture)
     np.testing.assert_array_equal(posture[:20], motion.posture)
     np.testing.assert_array_equal(context[20], motion.context[0])

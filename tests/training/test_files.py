@@ -75,6 +75,14 @@ def test_foreign_arrays_and_other_kinds_are_refused(tmp_path: Path) -> None:
         files.read_arrays(tmp_path / "gone.npz", "thing")
 
 
+def test_another_format_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(files, "FORMAT", 99)
+    files.write_arrays(tmp_path / "new.npz", "thing", {}, {})
+    monkeypatch.undo()
+    with pytest.raises(CheckpointError, match="not a thing of format 1"):
+        files.read_arrays(tmp_path / "new.npz", "thing")
+
+
 def test_pickled_objects_are_refused(tmp_path: Path) -> None:
     np.savez(tmp_path / "pickle.npz", meta=np.array("{}"), x=np.array([{}], dtype=object))
     with pytest.raises(CheckpointError, match="damaged"):

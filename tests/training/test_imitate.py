@@ -1,5 +1,6 @@
 """Runs by the library: reproducible, resumable, and keeping the best epoch."""
 
+import dataclasses
 import json
 from pathlib import Path
 from typing import Any
@@ -7,11 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mpma_mj.errors import BadOptionError, CheckpointError, RunFolderError
+from mpma_mj.agents import MPMAConfig
+from mpma_mj.envs.load import load
+from mpma_mj.errors import BadOptionError, CheckpointError, DivergedError, RunFolderError
 from mpma_mj.motions import ymca
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.imitate import make_agent, make_env, resume, start
 from mpma_mj.training.run_folder import RunFolder
+from mpma_mj.training.trace import epoch_metrics, record_epoch
 from mpma_mj.training.trainer import Trainer, has_converged
 
 SMALL = RunConfig(nodes=20, modules=2)
@@ -81,6 +85,59 @@ def test_training_ends_when_the_papers_criteria_hold(tmp_path: Path) -> None:
     assert last["p_e_percent"] < 3
 
 
+GOOD = {"gain_inverse": 1.0, "gain_feedback": 0.14, "rp_error_percent": 1.0, "p_e_percent": 1.0}
+
+
+@pytest.mark.parametrize(
+    ("change", "converged"),
+    [
+        ({}, True),
+        ({"gain_inverse": 0.99}, False),
+        ({"gain_feedback": 0.15}, False),
+        ({"rp_error_percent": 3.0}, False),
+        ({"p_e_percent": 3.0}, False),
+    ],
+)
+def test_every_criterion_counts(change: dict[str, float], converged: bool) -> None:
+    assert has_converged(GOOD | change) is converged
+
+
+def test_measures_compare_what_belongs_together() -> None:
+    env = make_env(SMALL, ymca())
+    trace = record_epoch(env, make_agent(env, SMALL), 0)
+    trace["predictions"] = np.repeat(trace["posture"][1:, None], 2, axis=1)
+    assert epoch_metrics(env, trace)["prediction_error_percent"] == pytest.approx(0.0, abs=1e-12)
+    trace["responsibility"] = trace["prior"] = np.clip(trace["context"][:-1], 0.01, 1)
+    trace["predictions"] = np.repeat(trace["posture"][1:, None], 4, axis=1)
+    assert epoch_metrics(env, trace)["nmi"] == pytest.approx(1.0)
+    trace["posture"] = trace["reference"]
+    measures = epoch_metrics(env, trace)
+    assert measures["p_e_percent"] == 0.0
+    assert measures["mpkpe_m"] == 0.0
+
+
+def test_settings_reach_agent_and_environment() -> None:
+    config = RunConfig(nodes=17, modules=3, rule="gated", seed=5, noise=0.02, repeats=2)
+    env = make_env(config, ymca())
+    agent = make_agent(env, config)
+    assert agent.config == MPMAConfig(nodes=17, modules=3, rule="gated")
+    assert env.task.steps == 2 * len(ymca()) - 1
+    same = load(ymca(), seed=5, noise=0.02, repeats=2).reset().observation
+    np.testing.assert_array_equal(env.reset().observation["target"], same["target"])
+    other = make_agent(env, dataclasses.replace(config, seed=6)).state_dict()
+    assert not np.array_equal(other["predictor.weights"], agent.state_dict()["predictor.weights"])
+
+
+def test_a_simulation_that_diverges_is_a_failed_run(tmp_path: Path) -> None:
+    class Wild:
+        def __getattr__(self, name: str) -> Any:
+            return lambda *_: np.full(8, np.nan)
+
+    with pytest.raises(DivergedError, match="epoch 3: the simulation diverged at step 1") as caught:
+        record_epoch(make_env(SMALL, ymca()), Wild(), 2)  # type: ignore[arg-type]
+    assert caught.value.exit_code == 1
+
+
 def test_the_best_epoch_is_kept_not_the_last_nor_one_of_feedback_alone() -> None:
     env = make_env(SMALL, ymca())
     trainer = Trainer(env, make_agent(env, SMALL))
@@ -127,6 +184,7 @@ def test_the_run_folder_holds_what_is_promised(tmp_path: Path) -> None:
     config = json.loads((folder.path / "config.json").read_text())
     assert config["config"]["seed"] == 0
     assert {"mujoco", "numpy", "mpma-mj"} <= config["versions"].keys()
+    assert summary["environment_steps"] == 3 * 227
     lines = (folder.path / "metrics.csv").read_text().splitlines()
     assert len(lines) == 1 + 3
     trace = folder.read_trace()

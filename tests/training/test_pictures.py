@@ -13,7 +13,7 @@ from mpma_mj.training.colours import hex_to_rgb, module_colours
 from mpma_mj.training.figures import write_figures
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.training.strip import Strip, label_runs
-from mpma_mj.training.video import write_video
+from mpma_mj.training.video import dance_frames, write_video
 
 LABELS = ("Y", "M", "C", "A")
 CONTEXT = np.repeat(np.eye(4), 10, axis=0)
@@ -68,6 +68,22 @@ def _opengl() -> None:
         gl.require_backend()
     except RenderingError as error:
         pytest.skip(str(error))
+
+
+@pytest.mark.usefixtures("_opengl")
+def test_frames_show_arms_ghost_and_side(small_run: Path) -> None:
+    folder = RunFolder(small_run)
+    trace, motion = folder.read_trace(), folder.read_motion()
+    for name in trace:
+        trace[name] = trace[name][:3]
+
+    def first(camera: str = "front", **changes: np.ndarray) -> np.ndarray:
+        return next(dance_frames(trace | changes, motion, camera=camera))[:480].astype(int)
+
+    assert np.abs(first() - first("side")).mean() > 3
+    elsewhere = trace["reference"] * np.tile([1, 1, -1], 4)
+    assert (first() != first(reference=elsewhere)).any(axis=2).mean() > 0.003
+    assert (first() != first(joint_angles=trace["joint_angles"] * 0.2)).any(axis=2).mean() > 0.01
 
 
 @pytest.mark.usefixtures("_opengl")

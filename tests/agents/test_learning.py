@@ -1,0 +1,114 @@
+"""The learning rules: what each readout is told, held against the equations."""
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mpma_mj.agents.learning import Epoch, GatedRule, Readouts, WeightedRule
+
+T, M = 40, 3
+
+
+class Spy:
+    """Stands for a readout bank and remembers what it was told."""
+
+    def fit(self, features: np.ndarray, targets: np.ndarray, weights: Any = None) -> None:
+        self.features, self.targets, self.weights = features, targets, weights
+
+
+@pytest.fixture
+def epoch() -> Epoch:
+    rng = np.random.default_rng(0)
+    shapes = {
+        "inverse_features": (T, M, 5),
+        "forward_features": (T, M, 6),
+        "predictor_features": (T, M, 7),
+        "prior": (T, M),
+        "responsibility": (T, M),
+        "module_actions": (T, M, 8),
+        "predictions": (T, M, 12),
+        "action": (T, 8),
+        "next_posture": (T, 12),
+        "feedback": (T, 8),
+        "next_feedback": (T, 8),
+    }
+    arrays = {name: rng.uniform(-1, 1, shape) for name, shape in shapes.items()}
+    share = rng.uniform(0.1, 1, (T, M))
+    arrays["responsibility"] = share / share.sum(axis=1, keepdims=True)
+    return Epoch(**arrays, feedback_gain=0.3)
+
+
+def told(rule: WeightedRule | GatedRule, epoch: Epoch) -> tuple[Spy, Spy, Spy]:
+    spies = Spy(), Spy(), Spy()
+    rule.fit(Readouts(*spies), epoch)  # type: ignore[arg-type]
+    inverse, forward, predictor = spies
+    assert inverse.features is epoch.inverse_features
+    assert forward.features is epoch.forward_features
+    assert predictor.features is epoch.predictor_features
+    return inverse, forward, predictor
+
+
+def each(targets: np.ndarray) -> np.ndarray:
+    """Return targets for every module, shape (T, M, K)."""
+    return np.broadcast_to(targets, (T, M, targets.shape[2]))
+
+
+def test_weighted_forward_models_learn_what_came_weighted_by_responsibility(epoch: Epoch) -> None:
+    _, forward, _ = told(WeightedRule(), epoch)
+    np.testing.assert_array_equal(each(forward.targets)[:, 1], epoch.next_posture)
+    np.testing.assert_array_equal(forward.weights, epoch.responsibility)
+
+
+def test_weighted_inverse_models_learn_the_command_that_would_have_hit(epoch: Epoch) -> None:
+    inverse, _, _ = told(WeightedRule(), epoch)
+    hit = np.clip(epoch.action + epoch.next_feedback, -1, 1)
+    assert np.abs(epoch.action + epoch.next_feedback).max() > 1
+    np.testing.assert_array_equal(each(inverse.targets)[:, 2], hit)
+    np.testing.assert_array_equal(inverse.weights, epoch.responsibility)
+
+
+def test_weighted_predictors_learn_commitment_with_a_conscience(epoch: Epoch) -> None:
+    _, _, predictor = told(WeightedRule(), epoch)
+    usage = epoch.responsibility.mean(axis=0)
+    raw = epoch.responsibility**2.0 / usage**1.5
+    np.testing.assert_allclose(
+        predictor.targets[:, :, 0], raw / raw.sum(axis=1, keepdims=True), rtol=1e-12
+    )
+    assert predictor.weights is None
+
+
+def test_weighted_sigma_is_the_responsible_modules_rms_error(epoch: Epoch) -> None:
+    square = np.mean((epoch.predictions - epoch.next_posture[:, None]) ** 2, axis=2)
+    expected = np.sqrt(np.mean(np.sum(epoch.responsibility * square, axis=1)))
+    assert WeightedRule().next_sigma(epoch, 9.0) == pytest.approx(expected)
+    perfect = np.repeat(epoch.next_posture[:, None], M, axis=1)
+    exact = dataclasses.replace(epoch, predictions=perfect)
+    assert WeightedRule().next_sigma(exact, 9.0) == WeightedRule().least_sigma
+
+
+def test_gated_errors_are_multiplied_by_responsibility(epoch: Epoch) -> None:
+    inverse, forward, predictor = told(GatedRule(), epoch)
+    for i in range(M):
+        gate = epoch.responsibility[:, i, None]
+        came = epoch.predictions[:, i]
+        np.testing.assert_allclose(
+            forward.targets[:, i], came + gate * (epoch.next_posture - came), rtol=1e-12
+        )
+        np.testing.assert_allclose(
+            inverse.targets[:, i],
+            epoch.module_actions[:, i] + gate * 0.3 * epoch.next_feedback,
+            rtol=1e-12,
+        )
+    np.testing.assert_array_equal(predictor.targets[:, :, 0], epoch.responsibility)
+    assert inverse.weights is forward.weights is predictor.weights is None
+
+
+def test_gated_sigma_stays(epoch: Epoch) -> None:
+    assert GatedRule().next_sigma(epoch, 0.144) == 0.144
+
+
+def test_only_the_weighted_rule_remembers() -> None:
+    assert GatedRule().forgetting == 0.0
+    assert 0.0 < WeightedRule().forgetting < 1.0
