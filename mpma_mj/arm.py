@@ -78,52 +78,39 @@ def posture_from_angles(joint_angles: Array) -> Array:
     return posture.reshape(*joint_angles.shape[:-1], 12)
 
 
-def angles_from_posture(
-    posture: Array, near: Array | None = None, *, pole_width: float = 0.0
-) -> Array:
+def angles_from_posture(posture: Array, near: Array | None = None) -> Array:
     """Solve the inverse kinematics in closed form.
-
-    Near the poles, an upper arm straight forward or back, abduction has to turn far to move the
-    upper arm little. With a pole width ε, only the share min(1, cos²b / ε²) of its way from
-    `near` is gone, and the other angles are the best for that abduction: a solution that moves
-    smoothly, at the price of being inexact where cos b < ε.
 
     Args:
         posture: Posture, shape (..., 12); each of its four vectors of any length but 0.
         near: Joint angles, shape (..., 8), rad, that the solution has to be close to. Picks
             the branch and the multiple of 2π, and is held where an angle is undefined.
             Without it: the branch of |flexion| ≤ π/2, and 0 for undefined angles.
-        pole_width: ε, as a cosine of flexion; 0 solves exactly.
 
     Returns:
         Joint angles, shape (..., 8), rad.
     """
     arms = posture.reshape(*posture.shape[:-1], 2, 2, 3) * _MIRROR[:, None, :]
     arms = arms / np.linalg.norm(arms, axis=-1, keepdims=True)
-    cos_b = np.hypot(arms[..., 0, 1], arms[..., 0, 2])
-    regular = cos_b > _UNDEFINED
+    regular = np.hypot(arms[..., 0, 1], arms[..., 0, 2]) > _UNDEFINED
     abduction = np.arctan2(arms[..., 0, 1], -arms[..., 0, 2])
     if near is None:
         angles, bent = _angles_at_abduction(arms, np.where(regular, abduction, 0.0))
         return np.where(bent, angles, 0.0).reshape(*posture.shape[:-1], 8)
     near = np.broadcast_to(near, (*posture.shape[:-1], 8)).reshape(*arms.shape[:-2], 4)
-    way = wrap(abduction - near[..., 0])
-    share = regular * np.minimum(1.0, (cos_b / max(pole_width, _UNDEFINED)) ** 2)
-    branches = np.stack([way, way - np.copysign(np.pi, way)])
-    angles, bent = _angles_at_abduction(arms, near[..., 0] + share * branches)
+    way = np.where(regular, wrap(abduction - near[..., 0]), 0.0)
+    branches = near[..., 0] + np.stack([way, np.where(regular, way + np.pi, 0.0)])
+    angles, bent = _angles_at_abduction(arms, branches)
     steps = np.where(bent, wrap(angles - near), 0.0)  # (branch, ..., 2, 4)
     return (near + _shorter(steps, np.sin(angles[..., 3]))).reshape(*posture.shape[:-1], 8)
 
 
-def continuous_angles(
-    posture: Array, start: Array | None = None, *, pole_width: float = 0.0
-) -> Array:
+def continuous_angles(posture: Array, start: Array | None = None) -> Array:
     """Solve the inverse kinematics of a movement without jumps between branches.
 
     Args:
         posture: Postures in the order of time, shape (T, 12).
         start: Joint angles, shape (8,), rad, that the first solution has to be close to.
-        pole_width: As for `angles_from_posture`.
 
     Returns:
         Joint angles, shape (T, 8), rad: each row on the branch nearest to the row before.
@@ -131,7 +118,7 @@ def continuous_angles(
     angles = np.empty((len(posture), 8))
     near = start
     for t, now in enumerate(posture):
-        near = angles[t] = angles_from_posture(now, near, pole_width=pole_width)
+        near = angles[t] = angles_from_posture(now, near)
     return angles
 
 
@@ -164,9 +151,7 @@ def _upper_arm_frame(a: Array, b: Array) -> tuple[Array, Array, Array]:
 
 
 def _angles_at_abduction(arms: Array, a: Array) -> tuple[Array, Array]:
-    """Solve for the other angles, given abduction.
-
-    Exact where `a` is the abduction of either branch, else as near as the upper arm can come.
+    """Solve for the other angles, given abduction, which picks the branch.
 
     Args:
         arms: Mirrored unit vectors, shape (..., 2, 2, 3).

@@ -12,7 +12,7 @@ __all__ = [
     "CheckpointError",
     "DivergedError",
     "MotionFileError",
-    "MotionTooFastError",
+    "MotionReachError",
     "MpmaError",
     "RenderingError",
     "RunFolderError",
@@ -38,8 +38,8 @@ class MotionFileError(MpmaError):
     """A recording cannot be read, or not as the movement of two arms."""
 
 
-class MotionTooFastError(MpmaError):
-    """A demonstration asks for more speed than the actuators have."""
+class MotionReachError(MpmaError):
+    """A demonstration asks for more speed or bend than the arms have."""
 
 
 class RunFolderError(MpmaError):
@@ -51,7 +51,7 @@ class CheckpointError(MpmaError):
 
 
 class DivergedError(MpmaError):
-    """A simulation or a readout no longer holds finite numbers."""
+    """A simulation no longer holds finite numbers."""
 
     exit_code = 1
 

@@ -7,25 +7,18 @@ from numpy.typing import NDArray
 
 from mpma_mj import arm
 
-__all__ = ["POLE_WIDTH", "feedback_action", "joint_error"]
+__all__ = ["feedback_action", "joint_error"]
 
 Array = NDArray[np.float64]
-
-POLE_WIDTH = 0.2
-"""How close to a pole abduction is held back: see `arm.angles_from_posture` (choice).
-
-Arms that swing past straight forward are learned with 0.2, at every distance tried; with 0.1,
-or exact angles, not at all distances."""
 
 
 def joint_error(joint_angles: Array, reference: Array) -> Array:
     """Compute the way from the joint angles that are to those of the demonstrated posture.
 
-        e = wrap(q' - q)        rotation weighted by sin(elbow)
+        e = wrap(q' - q)        abduction weighted by cos²(flexion), rotation by sin(elbow)
 
-    Two choices of ours keep noise on the posture from becoming large errors where angles are
-    nearly undefined: the weight, for rotation and a straight elbow, and `POLE_WIDTH`, for
-    abduction and an upper arm that points straight forward or back.
+    Where an angle is nearly undefined, noise on the posture becomes a large error of the angle
+    that would hardly move the arm. The weights keep the arms from chasing it (choice).
 
     Args:
         joint_angles: Joint angles q, shape (..., 8), rad.
@@ -34,9 +27,9 @@ def joint_error(joint_angles: Array, reference: Array) -> Array:
     Returns:
         Error, shape (..., 8), rad, in [-π, π), on the branch that is the shorter way.
     """
-    wanted = arm.angles_from_posture(reference, near=joint_angles, pole_width=POLE_WIDTH)
-    weight = np.ones_like(wanted)
-    weight[..., 2::4] = np.abs(np.sin(wanted[..., 3::4]))
+    wanted = arm.angles_from_posture(reference, near=joint_angles)
+    weight = arm.segment_leverage(wanted)
+    weight[..., ::4] **= 2
     return weight * (wanted - joint_angles)
 
 

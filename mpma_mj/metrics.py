@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 # From the paper: a module is active during a letter if λ > 0.1 for at least 25 % of it.
 _ACTIVE_LEVEL, _ACTIVE_SHARE = 0.1, 0.25
 
+_CONSTANT = 1e-12  # a variance under it is rounding
+
 
 def posture_error_percent(posture: Array, other: Array) -> float:
     """Return the mean distance of two courses of postures, in percent of the range.
@@ -123,19 +125,19 @@ def repeatability(signal: Array, period: int) -> float:
         period: Steps of one repetition.
 
     Returns:
-        Mean correlation between successive repetitions over all channels that vary; NaN where
-        there is no second whole repetition or nothing varies.
+        Mean correlation between successive repetitions over all channels that vary; the last
+        may be cut short. NaN where there is only one, or nothing varies.
     """
     channels = signal.reshape(len(signal), -1)
-    count = len(channels) // period
-    repetitions = channels[: count * period].reshape(count, period, -1)
-    centred = repetitions - repetitions.mean(axis=1, keepdims=True)
-    scale = np.sqrt(np.mean(centred**2, axis=1))  # (count, channels)
-    product = np.mean(centred[1:] * centred[:-1], axis=1)
-    varies = (scale[1:] > 1e-6) & (scale[:-1] > 1e-6)
-    if not varies.any():
-        return float("nan")
-    return float(np.mean(product[varies] / (scale[1:] * scale[:-1])[varies]))
+    correlations = []
+    for start in range(0, len(channels) - period - 1, period):
+        after = channels[start + period : start + 2 * period]
+        before = channels[start : start + len(after)]
+        before, after = before - before.mean(axis=0), after - after.mean(axis=0)
+        scale = np.sqrt(np.mean(before**2, axis=0) * np.mean(after**2, axis=0))
+        varies = scale > _CONSTANT
+        correlations.extend(np.mean(before * after, axis=0)[varies] / scale[varies])
+    return float(np.mean(correlations)) if correlations else float("nan")
 
 
 def mpkpe(sites: Array, demonstrated_sites: Array) -> float:

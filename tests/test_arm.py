@@ -22,14 +22,14 @@ def unit(v: np.ndarray) -> np.ndarray:
 def test_posture_to_angles_and_back_is_exact(v: np.ndarray) -> None:
     posture = unit(v)
     again = arm.posture_from_angles(arm.angles_from_posture(posture))
-    np.testing.assert_allclose(again, posture, atol=1e-14)
+    # Below 1e-9 an angle counts as undefined, which costs as much.
+    np.testing.assert_allclose(again, posture, atol=3e-9)
 
 
 @given(vectors, angles_anywhere)
 def test_posture_to_angles_near_any_angles_and_back(v: np.ndarray, near: np.ndarray) -> None:
     posture = unit(v)
     angles = arm.angles_from_posture(posture, near=near)
-    # Below 1e-9 a rotation counts as undefined, which costs as much.
     np.testing.assert_allclose(arm.posture_from_angles(angles), posture, atol=3e-9)
     assert (np.abs(angles - near) <= np.pi + 1e-9).all()
 
@@ -107,29 +107,6 @@ def test_arms_that_swing_through_straight_forward_do_not_jump() -> None:
     swinging[:, 1] = swinging[:, 5] = np.linspace(0.0, np.pi, 200)
     found = arm.continuous_angles(arm.posture_from_angles(swinging), start=swinging[0])
     np.testing.assert_allclose(found, swinging, atol=1e-9)
-
-
-@given(vectors, angles_anywhere, st.floats(0.05, 0.5))
-def test_held_back_abduction_changes_nothing_outside_the_poles(
-    v: np.ndarray, near: np.ndarray, width: float
-) -> None:
-    posture = unit(v)
-    regular = np.hypot(*posture.reshape(2, 2, 3)[:, 0, 1:].T) >= width
-    exact = arm.angles_from_posture(posture, near=near).reshape(2, 4)
-    held = arm.angles_from_posture(posture, near=near, pole_width=width).reshape(2, 4)
-    np.testing.assert_array_equal(held[regular], exact[regular])
-
-
-@given(st.floats(-0.1, 0.1), st.floats(-0.1, 0.1), angles_anywhere)
-def test_at_a_pole_abduction_is_held_and_the_upper_arm_hardly_off(
-    left: float, up: float, near: np.ndarray
-) -> None:
-    posture = unit(np.array([[1.0, left, up], [0.2, 0.5, 0.3]] * 2))
-    held = arm.angles_from_posture(posture, near=near, pole_width=0.2)
-    cos_b = np.hypot(left, up) / np.sqrt(1 + left**2 + up**2)
-    assert (np.abs(held[::4] - near[::4]) <= np.pi * (cos_b / 0.2) ** 2 + 1e-9).all()
-    off = np.linalg.norm((arm.posture_from_angles(held) - posture).reshape(4, 3), axis=1)
-    assert (off[::2] <= 1.01 * cos_b + 1e-9).all()
 
 
 def test_batches_are_what_single_postures_are() -> None:

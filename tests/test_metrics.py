@@ -66,6 +66,14 @@ def test_repeatability_of_a_repeated_an_inverted_and_a_constant_signal() -> None
     assert np.isnan(metrics.repeatability(wave, 50))
 
 
+def test_a_last_repetition_that_is_cut_short_counts() -> None:
+    wave = np.sin(np.linspace(0, 6, 50))
+    two = np.concatenate([wave, -wave])[:-1]
+    assert metrics.repeatability(two, 50) == pytest.approx(-1.0, abs=0.01)
+    three = np.concatenate([wave, wave, -wave])[:-1]
+    assert metrics.repeatability(three, 50) == pytest.approx(0.0, abs=0.01)
+
+
 def test_mpkpe_leaves_out_shoulders() -> None:
     sites = np.zeros((7, 2, 3, 3))
     moved = sites.copy()

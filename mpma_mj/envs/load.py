@@ -57,13 +57,19 @@ def load(
         motion = read_motion(motion)
     physics = _KINDS[arms].make()
     task = TwoArmImitation(
-        motion, max_joint_speed=physics.max_joint_speed, repeats=repeats, noise=noise, seed=seed
+        motion,
+        max_joint_speed=physics.max_joint_speed,
+        max_elbow=float(physics.joint_range[1][3]),
+        repeats=repeats,
+        noise=noise,
+        seed=seed,
     )
     try:
-        return control.Environment(physics, task, control_timestep=1.0 / motion.rate)
+        steps = control.compute_n_steps(1.0 / motion.rate, physics.timestep())
     except ValueError:
         raise BadOptionError(
             f"rate is {motion.rate:g} Hz; one control step, {1000 / motion.rate:g} ms, has to be"
-            f" a whole number of physics steps of {1000 * physics.timestep():g} ms:"
-            " 10, 20, 40, 50 or 100 Hz"
+            f" a whole number of physics steps of {1000 * physics.timestep():g} ms, as at 20, 25,"
+            " 40 or 50 Hz"
         ) from None
+    return control.Environment(physics, task, n_sub_steps=steps)

@@ -38,6 +38,13 @@ class PhysicsArms(dm_mujoco.Physics):
         return self.named.model.actuator_ctrlrange[list(JOINT_NAMES), 1].copy()
 
     @functools.cached_property
+    def joint_range(self) -> tuple[Array, Array]:
+        """Lowest and highest joint angles, each shape (8,), rad; infinite where unlimited."""
+        limited = self.model.jnt_limited.astype(bool)
+        low, high = self.model.jnt_range.T
+        return np.where(limited, low, -np.inf), np.where(limited, high, np.inf)
+
+    @functools.cached_property
     def segment_lengths(self) -> Array:
         """Lengths of the four segments, shape (4,), m, in the order of `SEGMENT_NAMES`."""
         return np.linalg.norm(self._segments @ self.data.site_xpos, axis=1)
@@ -114,14 +121,7 @@ class KinematicArms(PhysicsArms):
             return
         before = data.qpos.copy()
         elapsed = nstep * self.timestep()
-        np.clip(before + elapsed * data.ctrl, *self._joint_range, out=data.qpos)
+        np.clip(before + elapsed * data.ctrl, *self.joint_range, out=data.qpos)
         data.qvel[:] = (data.qpos - before) / elapsed
         data.time += elapsed
         mujoco.mj_kinematics(self.model.ptr, data.ptr)
-
-    @functools.cached_property
-    def _joint_range(self) -> tuple[Array, Array]:
-        """Lowest and highest joint angles, each shape (8,), rad; infinite where unlimited."""
-        limited = self.model.jnt_limited.astype(bool)
-        low, high = self.model.jnt_range.T
-        return np.where(limited, low, -np.inf), np.where(limited, high, np.inf)

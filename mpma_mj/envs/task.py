@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mpma_mj import arm
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.motions import Motion
-from mpma_mj.motions.reach import check_speed
+from mpma_mj.motions.reach import check_reach
 from mpma_mj.motions.repeat import repeat
 from mpma_mj.randomness import stream
 
@@ -49,6 +49,7 @@ class TwoArmImitation(control.Task):
         motion: Motion,
         *,
         max_joint_speed: Array,
+        max_elbow: float,
         repeats: int = 3,
         noise: float = 0.01,
         seed: int = 0,
@@ -58,15 +59,16 @@ class TwoArmImitation(control.Task):
         Args:
             motion: The movement.
             max_joint_speed: Joint speeds that action 1 commands, shape (8,), rad/s.
+            max_elbow: Farthest that an elbow bends, rad.
             repeats: How often the movement is danced in an episode.
             noise: Standard deviation of the noise on each coordinate of the demonstrated unit
                 vectors, which are then made unit vectors again; the paper's 1 % is 0.01.
             seed: Seed of the noise.
 
         Raises:
-            MotionTooFastError: The movement is faster than the joints.
+            MotionReachError: The arms cannot follow the movement.
         """
-        check_speed(motion, max_joint_speed)
+        check_reach(motion, max_joint_speed, max_elbow)
         self.motion = motion
         self.max_joint_speed = max_joint_speed
         self.episode = 0
@@ -90,7 +92,6 @@ class TwoArmImitation(control.Task):
         self.episode += 1
         self._step = 0
         physics.data.qpos[:] = self._start_angles
-        physics.data.qvel[:] = 0.0
 
     def before_step(self, action: Array, physics: PhysicsArms) -> None:
         """Command joint velocities."""

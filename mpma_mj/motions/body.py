@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from mpma_mj.arm import SIDES
 from mpma_mj.errors import MotionFileError
 
-__all__ = ["ARM_POINTS", "posture_from_points"]
+__all__ = ["ARM_POINTS", "check_segments", "posture_from_points"]
 
 Array = NDArray[np.float64]
 
@@ -19,7 +19,7 @@ ARM_POINTS = tuple(f"{side}_{point}" for side in SIDES for point in ("shoulder",
 _SHORTEST = 0.05
 
 
-def posture_from_points(points: dict[str, Array], where: str) -> Array:
+def posture_from_points(points: dict[str, Array]) -> Array:
     """Compute the directions of upper arms and forearms as the dancer's torso sees them.
 
     The torso frame has y from the right to the left shoulder, made horizontal, and z up, so
@@ -28,34 +28,55 @@ def posture_from_points(points: dict[str, Array], where: str) -> Array:
 
     Args:
         points: The points of `ARM_POINTS`, each shape (T, 3), any unit, z up.
-        where: What an error calls the recording.
 
     Returns:
         Posture, shape (T, 12).
-
-    Raises:
-        MotionFileError: A segment has no length, or the shoulders are above each other.
     """
-    across = points["left_shoulder"] - points["right_shoulder"]
-    across = across * [1.0, 1.0, 0.0]
-    y_axis = _directions(across, "line between the shoulders, seen from above,", where)
+    y_axis = _unit(_across(points))
     z_axis = np.broadcast_to([0.0, 0.0, 1.0], y_axis.shape)
     to_torso = np.stack([np.cross(y_axis, z_axis), y_axis, z_axis], axis=1)  # (T, 3, 3)
-    segments = []
-    for side in SIDES:
-        shoulder, elbow, wrist = (points[f"{side}_{p}"] for p in ("shoulder", "elbow", "wrist"))
-        segments.append(_directions(elbow - shoulder, f"{side} upper arm", where))
-        segments.append(_directions(wrist - elbow, f"{side} forearm", where))
-    return np.concatenate([np.einsum("tij,tj->ti", to_torso, s) for s in segments], axis=1)
+    segments = _segments(points).values()
+    return np.concatenate([np.einsum("tij,tj->ti", to_torso, _unit(s)) for s in segments], axis=1)
 
 
-def _directions(vectors: Array, name: str, where: str) -> Array:
-    length = np.linalg.norm(vectors, axis=1)
-    too_short = length <= _SHORTEST * np.median(length)
-    if too_short.any():
-        frame = int(np.argmax(too_short))
-        raise MotionFileError(
-            f"{where}: the {name} has length {length[frame]:.3g} at frame {frame + 1} (median"
-            f" {np.median(length):.3g}); two markers lie in one place, so mend or cut that frame"
-        )
-    return vectors / length[:, None]
+def check_segments(points: dict[str, Array], where: str) -> None:
+    """Refuse points that show no arms.
+
+    Args:
+        points: The points of `ARM_POINTS`, each shape (T, 3), frames as in the recording.
+        where: What an error calls the recording.
+
+    Raises:
+        MotionFileError: A segment has no length, or the shoulders are above each other; names
+            the frame.
+    """
+    shoulders = {"line between the shoulders, seen from above,": _across(points)}
+    for name, vectors in (shoulders | _segments(points)).items():
+        length = np.linalg.norm(vectors, axis=1)
+        too_short = length <= _SHORTEST * np.median(length)
+        if too_short.any():
+            frame = int(np.argmax(too_short))
+            raise MotionFileError(
+                f"{where}: the {name} has length {length[frame]:.3g} at frame {frame + 1} (median"
+                f" {np.median(length):.3g}); two markers lie in one place, so mend or cut that"
+                " frame"
+            )
+
+
+def _across(points: dict[str, Array]) -> Array:
+    """Return the way from the right to the left shoulder, made horizontal, (T, 3)."""
+    return (points["left_shoulder"] - points["right_shoulder"]) * [1.0, 1.0, 0.0]
+
+
+def _segments(points: dict[str, Array]) -> dict[str, Array]:
+    """Return the segments' vectors by name, in the order of a posture, each (T, 3)."""
+    ends = {"upper arm": ("shoulder", "elbow"), "forearm": ("elbow", "wrist")}
+    return {
+        f"{side} {name}": points[f"{side}_{end}"] - points[f"{side}_{start}"]
+        for side in SIDES
+        for name, (start, end) in ends.items()
+    }
+
+
+def _unit(vectors: Array) -> Array:
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)

@@ -12,8 +12,8 @@ __all__ = ["CUTOFF", "fill_gaps", "low_pass", "resample"]
 Array = NDArray[np.float64]
 
 CUTOFF = 6.0
-"""Cut-off frequency of the low-pass filter, Hz: usual for human movement; see Winter (2009),
-Biomechanics and Motor Control of Human Movement, 4th ed., §3.4."""
+"""Cut-off frequency of the low-pass filter, Hz: usual for human movement (choice); see
+Winter (2009), Biomechanics and Motor Control of Human Movement, 4th ed., §3.4."""
 
 
 def fill_gaps(
@@ -49,16 +49,16 @@ def _filled(name: str, track: Array, rate: float, max_gap: float, where: str) ->
     edges = np.flatnonzero(np.diff(np.concatenate([[0], missing, [0]])))
     for first, end in edges.reshape(-1, 2):
         frames = f"frames {first + 1} to {end}"
-        if (end - first) / rate > max_gap:
-            raise MotionFileError(
-                f"{where}: marker {name} is missing in {frames} ({(end - first) / rate:.2f} s);"
-                f" gaps up to {max_gap:g} s are bridged, --max-gap changes that"
-            )
         if first == 0 or end == len(track):
             raise MotionFileError(
                 f"{where}: marker {name} is missing in {frames}, at the"
                 f" {'start' if first == 0 else 'end'} of the recording, where nothing can be"
                 " interpolated; cut these frames off"
+            )
+        if (end - first) / rate > max_gap:
+            raise MotionFileError(
+                f"{where}: marker {name} is missing in {frames} ({(end - first) / rate:.2f} s);"
+                f" gaps up to {max_gap:g} s are bridged, --max-gap changes that"
             )
     from scipy.interpolate import PchipInterpolator  # slow to import, needed by few runs
 

@@ -25,10 +25,11 @@ class Motion:
         rate: Postures per second, Hz.
         name: Short name, used for folders and titles.
         source: Where the movement comes from, one sentence.
+        tempo: Speed relative to the original.
 
     Raises:
         MotionFileError: Shapes do not fit, a value is not finite, a vector has not length 1,
-            or there are fewer than two postures.
+            there are fewer than two postures, no label, or no rate above 0.
     """
 
     posture: Array
@@ -37,10 +38,15 @@ class Motion:
     rate: float
     name: str
     source: str
+    tempo: float = 1.0
 
     def __post_init__(self) -> None:
         """Check what every user of a motion relies on."""
         frames = len(self.posture)
+        if not (np.isfinite(self.rate) and self.rate > 0):
+            raise MotionFileError(f"{self.name}: rate is {self.rate:g}; expected Hz above 0")
+        if not self.labels:
+            raise MotionFileError(f"{self.name}: has no label; a context needs at least one")
         if frames < 2:
             raise MotionFileError(
                 f"{self.name}: has {frames} posture(s) at {self.rate:g} Hz; a movement needs at"
@@ -48,7 +54,9 @@ class Motion:
             )
         expected = {"posture": (frames, 12), "context": (frames, len(self.labels))}
         for field, shape in expected.items():
-            value: Array = getattr(self, field)
+            value = np.array(getattr(self, field), np.float64)  # a copy, which stays as it is
+            value.setflags(write=False)
+            object.__setattr__(self, field, value)
             if value.shape != shape:
                 raise MotionFileError(
                     f"{self.name}: {field} has shape {value.shape}, expected {shape}"

@@ -8,6 +8,7 @@ is an empty cell, NaN, or exactly 0, 0, 0.
 
 from __future__ import annotations
 
+import statistics
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -106,9 +107,9 @@ def _read_header(path: Path, lines: list[str]) -> tuple[dict[str, str], list[str
         key, _, value = line.partition("\t")
         header[key.strip()] = value.strip()
         if key.strip() == "MARKER_NAMES":
-            names = value.split()  # Qualisys allows no blanks in marker names
-            if not names:
-                raise MotionFileError(f"{path}: line {index + 1}: MARKER_NAMES names no marker")
+            names = [name.strip() for name in value.strip().split("\t")]
+            if not all(names):
+                raise MotionFileError(f"{path}: line {index + 1}: MARKER_NAMES lacks a name")
             if len(set(names)) < len(names):
                 twice = next(n for n in names if names.count(n) > 1)
                 raise MotionFileError(
@@ -139,11 +140,12 @@ def _read_table(path: Path, lines: list[str], first: int, columns: int) -> Array
     rows = {n: _cells(line) for n, line in enumerate(lines[first:], first + 1) if line.strip()}
     if not rows:
         raise MotionFileError(f"{path}: has a header but no frames; export the 3D data too")
-    extra = len(next(iter(rows.values()))) - columns
+    usual = statistics.mode(len(cells) for cells in rows.values())
+    extra = usual - columns if usual - columns in (0, 1, 2) else 0  # frame number, time
     for number, cells in rows.items():
-        if extra not in (0, 1, 2) or len(cells) - columns != extra:
+        if len(cells) != columns + extra:
             raise MotionFileError(
-                f"{path}: line {number} has {len(cells)} columns, expected {columns}:"
+                f"{path}: line {number} has {len(cells)} columns, expected {columns + extra}:"
                 f" x, y, z for each of {columns // 3} markers; export the file anew"
             )
     try:

@@ -6,11 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj import arm
-from mpma_mj.errors import MotionTooFastError
-from mpma_mj.feedback import POLE_WIDTH
+from mpma_mj.errors import MotionReachError
 from mpma_mj.motions.motion import Motion
 
-__all__ = ["check_speed", "joint_speeds"]
+__all__ = ["check_reach", "joint_speeds"]
 
 Array = NDArray[np.float64]
 
@@ -28,29 +27,44 @@ def joint_speeds(motion: Motion) -> Array:
     Returns:
         Speed between each posture and the next, shape (T-1, 8), rad/s.
     """
-    angles = arm.continuous_angles(motion.posture, pole_width=POLE_WIDTH)
+    angles = arm.continuous_angles(motion.posture)
     leverage = np.minimum(arm.segment_leverage(angles[1:]), arm.segment_leverage(angles[:-1]))
     return np.abs(np.diff(angles, axis=0)) * motion.rate * leverage
 
 
-def check_speed(motion: Motion, max_joint_speed: Array) -> None:
-    """Refuse a movement that is faster than the arms.
+def check_reach(motion: Motion, max_joint_speed: Array, max_elbow: float) -> None:
+    """Refuse a movement that the arms cannot follow.
 
     Args:
         motion: The movement.
         max_joint_speed: Fastest that each joint can turn, shape (8,), rad/s.
+        max_elbow: Farthest that an elbow bends, rad.
 
     Raises:
-        MotionTooFastError: Names the joint, the frame, the speed, and a tempo that would do.
+        MotionReachError: Names joint and frame, what is asked and what can be, and a tempo
+            that would do where speed is the matter.
     """
+    elbows = arm.angles_from_posture(motion.posture)[:, 3::4]
+    frame, side = np.unravel_index(np.argmax(elbows), elbows.shape)
+    if elbows[frame, side] > max_elbow:
+        raise MotionReachError(
+            f"{motion.name}: {arm.SIDES[side]}_elbow would have to bend by"
+            f" {elbows[frame, side]:.2f} rad at {_place(motion, int(frame))}, it bends up to"
+            f" {max_elbow:g}; check that side's elbow and wrist markers"
+        )
     ratio = joint_speeds(motion) / max_joint_speed
     frame, joint = np.unravel_index(np.argmax(ratio), ratio.shape)
     worst = ratio[frame, joint]
     if worst > 1.0:
-        tempo = np.floor(95.0 / worst) / 100.0
-        raise MotionTooFastError(
+        tempo = max(np.floor(95.0 * motion.tempo / worst) / 100.0, 0.01)
+        raise MotionReachError(
             f"{motion.name}: {arm.JOINT_NAMES[joint]} would have to turn at"
-            f" {worst * max_joint_speed[joint]:.1f} rad/s at frame {frame + 1}"
-            f" ({frame / motion.rate:.2f} s), its actuator reaches {max_joint_speed[joint]:g};"
-            f" slow the movement with --tempo {max(tempo, 0.01):g}"
+            f" {worst * max_joint_speed[joint]:.1f} rad/s at {_place(motion, int(frame))}, its"
+            f" actuator reaches {max_joint_speed[joint]:g}; slow the movement with"
+            f" --tempo {tempo:g}"
         )
+
+
+def _place(motion: Motion, frame: int) -> str:
+    seconds = frame / motion.rate * motion.tempo
+    return f"frame {frame + 1} of {len(motion)} ({seconds:.2f} s into the original)"

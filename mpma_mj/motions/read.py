@@ -9,7 +9,7 @@ import numpy as np
 
 from mpma_mj.errors import BadOptionError, MotionFileError, UnknownMotionError
 from mpma_mj.motions import cleaning, qualisys
-from mpma_mj.motions.body import posture_from_points
+from mpma_mj.motions.body import check_segments, posture_from_points
 from mpma_mj.motions.context import equal_segments
 from mpma_mj.motions.motion import Motion
 from mpma_mj.motions.ymca import ymca
@@ -58,22 +58,25 @@ def read_motion(
     recording = _read_recording(path, _read_text(path))
     arms = qualisys.arm_points(path, recording.markers)
     needed = {name: recording.markers[name] for group in arms.values() for name in group}
+    whole = cleaning.fill_gaps(needed, recording.rate, max_gap, str(path))
+    points = {p: np.mean([whole[name] for name in group], axis=0) for p, group in arms.items()}
+    check_segments(points, str(path))
     cutoff = min(cleaning.CUTOFF, 0.4 * rate / tempo)
-    clean = {
-        name: cleaning.resample(
-            cleaning.low_pass(track, recording.rate, cutoff), recording.rate * tempo, rate
-        )
-        for name, track in cleaning.fill_gaps(needed, recording.rate, max_gap, str(path)).items()
-    }
-    points = {p: np.mean([clean[name] for name in group], axis=0) for p, group in arms.items()}
-    posture = posture_from_points(points, str(path))
+    posture = posture_from_points(
+        {
+            name: cleaning.resample(
+                cleaning.low_pass(track, recording.rate, cutoff), recording.rate * tempo, rate
+            )
+            for name, track in points.items()
+        }
+    )
     if segments > len(posture) > 1:
         raise BadOptionError(
             f"segments is {segments}, but {path} gives {len(posture)} postures; expected fewer"
         )
     context, labels = equal_segments(len(posture), segments)
     return Motion(
-        posture, context, labels, rate, name=path.stem, source=f"Qualisys recording {path.name}"
+        posture, context, labels, rate, path.stem, f"Qualisys recording {path.name}", tempo
     )
 
 

@@ -64,6 +64,7 @@ def ymca(rate: float = 20.0, tempo: float = 1.0) -> Motion:
         rate=rate,
         name="ymca",
         source="synthetic: hand-drawn key poses of the letters Y, M, C, A, minimum-jerk moves",
+        tempo=tempo,
     )
 
 

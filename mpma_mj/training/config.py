@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
 import importlib.metadata
 import platform
 from dataclasses import dataclass
-from typing import Any
 
 from mpma_mj import __version__
 from mpma_mj.options import Arms, RuleName
@@ -52,10 +50,6 @@ class RunConfig(Settings):
     """
 
     motion: str = "ymca"
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the settings by name, as JSON can hold them."""
-        return dataclasses.asdict(self)
 
 
 def versions() -> dict[str, str]:

@@ -6,7 +6,7 @@ import csv
 import io
 import json
 import shutil
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -22,15 +22,16 @@ __all__ = ["RunFolder"]
 
 Array = NDArray[np.float64]
 
-# What `--overwrite` removes; anything else in the folder is the user's own.
+# What `--overwrite` removes; anything else in the folder is the user's own. What makes it a run
+# comes last, so that a removal that was cut short can be done again.
 _CONTENTS = (
-    "config.json",
     "metrics.csv",
     "summary.json",
     "trace.npz",
     "checkpoint",
     "figures",
     "dance.mp4",
+    "config.json",
 )
 
 
@@ -67,25 +68,27 @@ class RunFolder:
         """
         if self.path.exists():
             self._remove(overwrite)
-        config_dict = config.as_dict()
-        content = {"format": files.FORMAT, "config": config_dict, "versions": versions()}
+        content = {"format": files.FORMAT, "config": asdict(config), "versions": versions()}
+        files.write_json(self.path / "config.json", content)
         files.write_arrays(
             self.path / "checkpoint" / "motion.npz",
             "motion",
             {"posture": motion.posture, "context": motion.context},
-            {k: getattr(motion, k) for k in ("labels", "rate", "name", "source")},
+            {k: getattr(motion, k) for k in ("labels", "rate", "name", "source", "tempo")},
         )
-        files.write_json(self.path / "config.json", content)
 
     def _remove(self, overwrite: bool) -> None:
         if not self.path.is_dir():
             raise RunFolderError(f"{self.path}: is a file; choose another folder with --out")
         if not any(self.path.iterdir()):
             return
-        if not (self.path / "config.json").exists():
+        try:
+            self.read_config()
+        except (RunFolderError, CheckpointError):
             raise RunFolderError(
-                f"{self.path}: is not empty and not a run; choose another folder with --out"
-            )
+                f"{self.path}: is not empty and not a run of this version; choose another folder"
+                " with --out"
+            ) from None
         if not overwrite:
             raise RunFolderError(
                 f"{self.path}: a run is there; --overwrite replaces it, --resume continues it"
@@ -124,7 +127,7 @@ class RunFolder:
                 arrays["posture"],
                 arrays["context"],
                 tuple(meta["labels"]),
-                *(meta[k] for k in ("rate", "name", "source")),
+                *(meta[k] for k in ("rate", "name", "source", "tempo")),
             )
         except KeyError as error:
             raise CheckpointError(f"{path}: lacks {error.args[0]}; train anew") from None
@@ -134,7 +137,7 @@ class RunFolder:
     ) -> None:
         """Write an agent's state as `checkpoint/NAME.npz`."""
         path = self.path / "checkpoint" / f"{name}.npz"
-        files.write_arrays(path, "checkpoint", state, {"config": config.as_dict()} | meta)
+        files.write_arrays(path, "checkpoint", state, {"config": asdict(config)} | meta)
 
     def read_checkpoint(
         self, name: str, config: RunConfig
@@ -146,7 +149,7 @@ class RunFolder:
         """
         path = self.path / "checkpoint" / f"{name}.npz"
         state, meta = files.read_arrays(path, "checkpoint")
-        if meta.get("config") != config.as_dict():
+        if meta.get("config") != asdict(config):
             raise CheckpointError(f"{path}: belongs to a run with other settings; train anew")
         return state, meta
 

@@ -86,14 +86,14 @@ def test_an_arm_that_is_held_at_zero_sinks_as_fast_as_kv_and_damping_let_it() ->
     torque = physics.data.qfrc_bias[0]
     physics.step(10)
     # Servo of 20 and damping of 0.3 N m s/rad against gravity, once inertia has yielded.
-    assert physics.joint_velocities()[0] == pytest.approx(-torque / 20.3, rel=0.1)
+    assert physics.joint_velocities()[0] == pytest.approx(-torque / 20.3, rel=0.15)
 
 
 def test_kinematic_elbows_stop_at_both_ends_of_their_range() -> None:
     physics = settled(KinematicArms.make(), np.array([0.0, 0, 0, 2.6] * 2))
     physics.set_control(np.array([0.0, 0, 0, 15.0] * 2))
     physics.step(10)
-    np.testing.assert_array_equal(physics.joint_angles()[3::4], 2.7)
+    np.testing.assert_array_equal(physics.joint_angles()[3::4], 2.8)
     physics.set_control(np.array([0.0, 0, 0, -15.0] * 2))
     for _ in range(10):
         physics.step(10)

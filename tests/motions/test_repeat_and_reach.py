@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from mpma_mj import arm
-from mpma_mj.errors import MotionTooFastError
+from mpma_mj.errors import MotionReachError
 from mpma_mj.motions import Motion, ymca
 from mpma_mj.motions.context import equal_segments
-from mpma_mj.motions.reach import check_speed, joint_speeds
+from mpma_mj.motions.reach import check_reach, joint_speeds
 from mpma_mj.motions.repeat import repeat
 
 SPEED = np.array([12.0, 12.0, 20.0, 15.0] * 2)
@@ -64,13 +64,21 @@ def test_what_is_too_fast_is_refused_with_joint_frame_and_speed() -> None:
     jump = motion.posture.copy()
     jump[6:] = raising(5.0 + 40.0 / 5, frames=15).posture[6:]
     with pytest.raises(
-        MotionTooFastError, match=r"left_shoulder_abduction .* at frame 6 .*--tempo 0\.\d+"
+        MotionReachError, match=r"left_shoulder_abduction .* at frame 6 of 15 .*--tempo 0\.\d+"
     ):
-        check_speed(dataclasses.replace(motion, posture=jump), SPEED)
+        check_reach(dataclasses.replace(motion, posture=jump), SPEED, 2.8)
 
 
-def test_the_tempo_that_is_proposed_would_do() -> None:
-    with pytest.raises(MotionTooFastError) as caught:
-        check_speed(raising(20.0), SPEED)
-    tempo = float(str(caught.value).rsplit(" ", 1)[1])
-    check_speed(raising(20.0 * tempo), SPEED)
+@pytest.mark.parametrize("tempo", [0.5, 1.0, 2.0])
+def test_the_tempo_that_is_proposed_would_do(tempo: float) -> None:
+    with pytest.raises(MotionReachError, match="left_shoulder_abduction") as caught:
+        check_reach(dataclasses.replace(raising(20.0), tempo=tempo), SPEED, 2.8)
+    proposed = float(str(caught.value).rsplit(" ", 1)[1])
+    check_reach(raising(20.0 * proposed / tempo), SPEED, 2.8)
+
+
+def test_an_elbow_that_bends_too_far_is_refused_by_name_and_frame() -> None:
+    angles = np.tile([0.3, 0.1, 0.2, 0.5] * 2, (10, 1))
+    angles[4, 7] = 2.9
+    with pytest.raises(MotionReachError, match=r"right_elbow .* by 2\.90 rad at frame 5 of 10"):
+        check_reach(moving(angles), SPEED * 10, 2.8)
