@@ -5,6 +5,7 @@ python docs/make_pictures.py runs/ymca
 
 from __future__ import annotations
 
+import itertools
 import shutil
 import sys
 from pathlib import Path
@@ -22,11 +23,9 @@ def main(run: Path) -> None:
     """Write a clip of one pass through the movement, and copies of the figures."""
     folder = RunFolder(run)
     trace, motion = folder.read_trace(), folder.read_motion()
-    steps = len(motion)
     clip = [
         np.asarray(Image.fromarray(frame).resize((480, 432), Image.Resampling.LANCZOS))
-        for number, frame in enumerate(dance_frames(trace, motion))
-        if number < steps and number % 2 == 0
+        for frame in itertools.islice(dance_frames(trace, motion), 0, len(motion), 2)
     ]
     PICTURES.mkdir(exist_ok=True)
     first, *rest = map(Image.fromarray, clip)

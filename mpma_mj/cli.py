@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import sys
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
@@ -16,6 +17,9 @@ from mpma_mj import __version__
 from mpma_mj.envs.gl import require_backend
 from mpma_mj.errors import BadOptionError, MpmaError, RenderingError
 from mpma_mj.training.config import RunConfig, Settings
+
+if TYPE_CHECKING:
+    from mpma_mj.training.run_folder import RunFolder
 
 __all__ = ["main"]
 
@@ -26,11 +30,12 @@ _INTERRUPTED = 130  # what shells expect of a command that was stopped by Ctrl-C
 class Imitate:
     """Train the arms on a movement, save the run, make figures and a video."""
 
-    motion: Annotated[str | None, tyro.conf.Positional] = None
+    motion: Annotated[str | None, tyro.conf.Positional, tyro.conf.arg(metavar="MOTION")] = None
     """"ymca", or the path of a Qualisys TSV recording."""
-    settings: tyro.conf.OmitArgPrefixes[Settings] = Settings()  # noqa: RUF009, frozen
+    settings: tyro.conf.OmitArgPrefixes[Settings] = dataclasses.field(default_factory=Settings)
+    """What decides the result."""
     epochs: int = 30
-    """Most epochs to train; training ends earlier when it has converged."""
+    """Most epochs to train, with --resume most further ones; it ends when it has converged."""
     out: Path | None = None
     """Folder of the run; runs/MOTION-TIME if not given."""
     video: bool = True
@@ -50,7 +55,6 @@ class Imitate:
         with show_epochs(self.epochs) as show:
             if self.resume is not None:
                 folder = RunFolder(self.resume)
-                self._check_resumed(folder.read_config())
                 summary = imitate.resume(folder, self.epochs, on_epoch=show)
             else:
                 config = self._config()
@@ -58,29 +62,31 @@ class Imitate:
                 summary = imitate.start(
                     config, folder, self.epochs, overwrite=self.overwrite, on_epoch=show
                 )
-        self._make_pictures(folder, draw_video=self.video and missing_gl is None)
         _print_summary(summary)
+        _draw_figures(folder)
         if missing_gl is not None:
             print(missing_gl, file=sys.stderr)
+        elif self.video:
+            _draw_video(folder, "front")
         return folder.path
 
-    def _config(self) -> RunConfig:
-        if self.motion is None:
-            raise BadOptionError("no motion given; try: mpma imitate ymca")
-        return RunConfig(motion=self.motion, **dataclasses.asdict(self.settings))
+    def check_resumed(self, words: Sequence[str]) -> None:
+        """Refuse options that contradict the run that goes on.
 
-    def _check_resumed(self, saved: RunConfig) -> None:
-        """Refuse options that contradict the run that goes on."""
+        Args:
+            words: What was typed; options that were left out contradict nothing.
+        """
+        if self.resume is None:
+            return
+        from mpma_mj.training.run_folder import RunFolder
+
         if self.overwrite or self.out is not None:
             raise BadOptionError(
                 "--resume goes on in the run's own folder; drop --overwrite, --out"
             )
-        default = Settings()
-        given = {
-            field.name: getattr(self.settings, field.name)
-            for field in dataclasses.fields(Settings)
-            if getattr(self.settings, field.name) != getattr(default, field.name)
-        }
+        saved = RunFolder(self.resume).read_config()
+        typed = {w.split("=")[0].removeprefix("--").replace("-", "_") for w in words}
+        given = {n: v for n, v in dataclasses.asdict(self.settings).items() if n in typed}
         if self.motion is not None:
             given["motion"] = self.motion
         for name, value in given.items():
@@ -90,13 +96,10 @@ class Imitate:
                     f" {getattr(saved, name)}; leave it out, or start another run"
                 )
 
-    def _make_pictures(self, folder: Any, *, draw_video: bool) -> None:
-        from mpma_mj.training.figures import write_figures
-
-        trace, motion = folder.read_trace(), folder.read_motion()
-        write_figures(folder.figures, trace, motion)
-        if draw_video:
-            _draw_video(folder, "front")
+    def _config(self) -> RunConfig:
+        if self.motion is None:
+            raise BadOptionError("no motion given; try: mpma imitate ymca")
+        return RunConfig(motion=self.motion, **dataclasses.asdict(self.settings))
 
 
 @dataclass(frozen=True)
@@ -139,6 +142,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         args=words,
     )
     try:
+        if isinstance(command, Imitate):
+            command.check_resumed(words)
         print(command.run())
     except MpmaError as error:
         print(f"mpma: {error}", file=sys.stderr)
@@ -146,8 +151,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except MemoryError:
         print("mpma: not enough memory; use fewer --modules, --nodes or --repeats", file=sys.stderr)
         return 1
+    except OSError as error:
+        place = f"{error.filename}: " if error.filename else ""
+        print(f"mpma: {place}{error.strerror or error}; check path and rights", file=sys.stderr)
+        return 2
     except KeyboardInterrupt:
-        print("mpma: interrupted; --resume goes on with a run that was saved", file=sys.stderr)
+        print(
+            "mpma: interrupted; finished epochs are saved, --resume FOLDER goes on", file=sys.stderr
+        )
         return _INTERRUPTED
     return 0
 
@@ -162,10 +173,18 @@ def _try_backend() -> str | None:
 
 
 def _default_folder(motion: str) -> Path:
-    return Path("runs") / f"{Path(motion).stem}-{time.strftime('%Y%m%d-%H%M%S')}"
+    name = f"{Path(motion).stem}-{time.strftime('%Y%m%d-%H%M%S')}"
+    names = itertools.chain([name], (f"{name}-{i}" for i in itertools.count(2)))
+    return next(path for path in (Path("runs") / n for n in names) if not path.exists())
 
 
-def _draw_video(folder: Any, camera: str) -> None:
+def _draw_figures(folder: RunFolder) -> None:
+    from mpma_mj.training.figures import write_figures
+
+    write_figures(folder.figures, folder.read_trace(), folder.read_motion())
+
+
+def _draw_video(folder: RunFolder, camera: str) -> None:
     from mpma_mj.training.progress import show_frames
     from mpma_mj.training.video import write_video
 

@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
+import hypothesis
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -13,6 +14,9 @@ from numpy.typing import NDArray
 from mpma_mj.arm import SIDES
 from mpma_mj.cli import main
 from mpma_mj.motions import ymca
+
+hypothesis.settings.register_profile("steady", deadline=None)
+hypothesis.settings.load_profile("steady")
 
 Array = NDArray[np.float64]
 WriteTsv = Callable[..., Path]

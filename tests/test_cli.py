@@ -194,6 +194,7 @@ def test_a_run_that_exists_is_not_replaced(
     ("words", "message"),
     [
         (["ymca", "--nodes", "77"], "nodes is 77, but the run to resume has 30"),
+        (["ymca", "--nodes=200"], "nodes is 200, but the run to resume has 30"),
         (["dance.tsv"], "motion is dance.tsv, but the run to resume has ymca"),
         (["--overwrite"], "drop --overwrite"),
         (["--out", "elsewhere"], "drop --overwrite, --out"),
@@ -225,13 +226,15 @@ def test_words_that_are_no_command_exit_2_without_a_traceback(words: list[str]) 
     assert "Traceback" not in result.stderr
 
 
-def test_too_large_settings_are_one_line_and_exit_1(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_too_little_memory_is_one_line_and_exit_1(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    words = ["imitate", "ymca", "--modules", "1000000000", "--no-video"]
-    assert main([*words, "--out", str(tmp_path / "run")]) == 1
-    assert "not enough memory" in capsys.readouterr().err
-    assert not (tmp_path / "run").exists()
+    def exhausted(self: cli.Imitate) -> Path:
+        raise MemoryError
+
+    monkeypatch.setattr(cli.Imitate, "run", exhausted)
+    assert main(["imitate", "ymca"]) == 1
+    assert capsys.readouterr().err.startswith("mpma: not enough memory")
 
 
 def test_interrupting_is_no_traceback(

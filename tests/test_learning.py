@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mpma_mj.agents import MPMAConfig
 from mpma_mj.envs.load import load
 from mpma_mj.motions import Motion
 from mpma_mj.motions.context import equal_segments
@@ -46,7 +47,7 @@ def test_arms_that_swing_past_straight_forward_are_learned(offset: float) -> Non
     posture /= np.sqrt(1 + offset**2)
     context, labels = equal_segments(100, 4)
     env = load(Motion(posture, context, labels, 20.0, "swing", "a test"))
-    trainer = Trainer(env, make_agent(env, RunConfig(nodes=100)))
+    trainer = Trainer(env, make_agent(env, MPMAConfig(nodes=100)))
     while not trainer.converged and len(trainer.rows) < 20:
         trainer.run_epoch()
     assert trainer.converged

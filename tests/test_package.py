@@ -49,7 +49,7 @@ def install(
         site = next(folder.glob("lib/python*/site-packages"))
         (site / "borrowed.pth").write_text(sysconfig.get_path("purelib") + "\n")
     return subprocess.run(
-        [python, "-c", LOAD], capture_output=True, text=True, check=False, cwd=folder
+        [python, "-I", "-c", LOAD], capture_output=True, text=True, check=False, cwd=folder
     )
 
 

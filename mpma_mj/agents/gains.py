@@ -8,7 +8,8 @@ import numpy as np
 
 __all__ = ["CRITERION", "FINAL_FEEDBACK", "Gains", "performance"]
 
-# From the paper: K starts at 1 and has to fall below 0.15, L goes from 0.01 to 1.
+# From the paper: K starts at 1 and has to fall below 0.15 (0.14 is a choice), L goes from 0.01
+# to 1.
 _FEEDBACK_START, _FEEDBACK_END = 1.0, 0.14
 _INVERSE_START, _INVERSE_END = 0.01, 1.0
 

@@ -26,6 +26,8 @@ __all__ = ["MPMA", "MPMAConfig"]
 Array = NDArray[np.float64]
 
 _JOINTS, _POSTURE = 8, 12
+_LEAST_PRIOR = 0.01  # p_min: no module is shut out for ever (choice)
+_NEEDED_LAST = ("posture", "joint_angles", "reference")
 
 
 @dataclass(frozen=True)
@@ -54,10 +56,10 @@ class MPMAConfig:
 
     def __post_init__(self) -> None:
         """Check the settings."""
-        if self.modules < 1:
-            raise BadOptionError(f"modules is {self.modules}; expected at least 1")
-        if self.nodes < 1:
-            raise BadOptionError(f"nodes is {self.nodes}; expected at least 1")
+        for name, most in {"modules": 1000, "nodes": 20000}.items():
+            count = getattr(self, name)
+            if not 1 <= count <= most:
+                raise BadOptionError(f"{name} is {count}; expected 1 to {most}")
         if self.rule not in get_args(RuleName):
             raise BadOptionError(f"rule is '{self.rule}'; expected weighted or gated")
         if self.forward_input not in ("total", "own"):
@@ -115,14 +117,16 @@ class MPMA:
         self._inverse = self._reservoirs("inverse", 2 * _POSTURE)
         self._forward = self._reservoirs("forward", _JOINTS + _POSTURE)
         self._predictor = self._reservoirs("predictor", context_size)
-        self._readouts = Readouts(
-            inverse=self._readout(self._inverse, _JOINTS),
-            forward=self._readout(self._forward, _POSTURE),
-            predictor=self._readout(self._predictor, 1),
-        )
         # Random preferences for contexts, so that modules differ from the first step (choice).
-        preference = stream(seed, "preference").random((config.modules, context_size))
-        self._readouts.predictor.weights[:, 0, config.nodes :] = preference
+        preference = np.zeros((config.modules, 1, self._predictor.features))
+        preference[:, 0, config.nodes :] = stream(seed, "preference").random(
+            (config.modules, context_size)
+        )
+        self._readouts = Readouts(
+            inverse=self._readout(np.zeros((config.modules, _JOINTS, self._inverse.features))),
+            forward=self._readout(np.zeros((config.modules, _POSTURE, self._forward.features))),
+            predictor=self._readout(preference),
+        )
         self.reset(0)
 
     def reset(self, episode: int) -> None:
@@ -141,7 +145,7 @@ class MPMA:
 
         predictor_features = self._predictor.step(observation["context"], rng)
         predicted = self._readouts.predictor(predictor_features)[:, 0]
-        prior = np.clip(predicted, gating.LEAST_PRIOR, 1.0)
+        prior = np.clip(predicted, _LEAST_PRIOR, 1.0)
         likelihood = np.ones(modules)
         if self._steps:
             errors = gating.prediction_errors(self._steps[-1]["predictions"], posture)
@@ -170,7 +174,7 @@ class MPMA:
                 "module_actions": module_actions,
                 "predictions": predictions,
                 "action": action,
-                "posture": posture,
+                "posture": posture.copy(),
                 "feedback": feedback,
             }
         )
@@ -178,7 +182,7 @@ class MPMA:
 
     def observe(self, timestep: dm_env.TimeStep) -> None:
         """Take in what the action led to."""
-        self._last = timestep.observation
+        self._last = {n: np.copy(timestep.observation[n]) for n in _NEEDED_LAST}
 
     def learn(self) -> dict[str, float]:
         """Refit all readouts to the episode and let the gains follow.
@@ -202,7 +206,7 @@ class MPMA:
         return logged
 
     def signals(self) -> dict[str, Array]:
-        """Return the signals of the episode that was learned last.
+        """Return the signals of the episode that ended.
 
         Returns:
             `responsibility` and `prior` (T, M), `module_actions` (T, M, 8), `predictions`
@@ -248,12 +252,8 @@ class MPMA:
             rng=stream(self._seed, "reservoir", name),
         )
 
-    def _readout(self, bank: ReservoirBank, outputs: int) -> ReadoutBank:
-        return ReadoutBank(
-            np.zeros((self.config.modules, outputs, bank.features)),
-            forgetting=self._rule.forgetting,
-            ridge=self._rule.ridge,
-        )
+    def _readout(self, weights: Array) -> ReadoutBank:
+        return ReadoutBank(weights, forgetting=self._rule.forgetting, ridge=self._rule.ridge)
 
     def _feedback(self, observation: Observation) -> Array:
         return feedback_action(

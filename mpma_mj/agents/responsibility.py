@@ -12,8 +12,7 @@ __all__ = ["commitment_target", "likelihood", "prediction_errors", "responsibili
 
 Array = NDArray[np.float64]
 
-# Least prior of a module, so that none is shut out for ever (choice).
-LEAST_PRIOR = 0.01
+_LEAST_USAGE = 0.01  # a module that is never used does not get all at once (choice)
 
 
 def prediction_errors(predictions: Array, posture: Array) -> Array:
@@ -76,6 +75,6 @@ def commitment_target(responsibility: Array, commitment: float, conscience: floa
     Returns:
         Targets, shape (T, M), that sum to 1 over modules.
     """
-    usage = np.maximum(responsibility.mean(axis=0), LEAST_PRIOR)
+    usage = np.maximum(responsibility.mean(axis=0), _LEAST_USAGE)
     raw = responsibility**commitment / usage**conscience
     return raw / raw.sum(axis=1, keepdims=True)

@@ -9,16 +9,19 @@ import sys
 
 from mpma_mj.errors import RenderingError
 
-__all__ = ["choose_backend", "require_backend"]
+__all__ = ["HOW_TO_MEND", "choose_backend", "require_backend"]
 
 _VARIABLE = "MUJOCO_GL"
 _LIBRARIES = {"egl": "libEGL.so.1", "osmesa": "libOSMesa.so.8"}
 _NONE = "disable"
-_KNOWN = {*_LIBRARIES, "glfw", "", "cgl", "wgl", "glx", _NONE, "disabled", "off", "false", "0"}
+# What MuJoCo and dm_control both take, in lower case, besides the libraries above.
+_KNOWN = {"glfw", "on", "enable", "enabled", "true", "1", ""} | {
+    *(_NONE, "disabled", "off", "false", "0")
+}
 
-_HOW_TO_MEND = (
-    "install libegl1 and libgl1-mesa-dri, or libosmesa6 (Debian's and Ubuntu's names), or train"
-    " with --no-video"
+HOW_TO_MEND = (
+    "install libegl1 and libgl1-mesa-dri, or libosmesa6 (Debian's and Ubuntu's names), or do"
+    " without pictures: --no-video"
 )
 
 # A context that can be made may still fail to draw, so the trial draws.
@@ -35,6 +38,8 @@ with mujoco.Renderer(model, 16, 16) as renderer:
 # As the user left it: MuJoCo sets variables of its own when it is imported.
 _users_environment = dict(os.environ)
 _users_choice = _users_environment.get(_VARIABLE)
+if _users_choice is not None:
+    _users_choice = _users_choice.strip().lower()  # as MuJoCo reads it; dm_control does not
 
 
 def choose_backend() -> None:
@@ -48,9 +53,9 @@ def choose_backend() -> None:
     if _users_choice is None:
         if _headless():
             os.environ[_VARIABLE] = next(filter(_loads, _LIBRARIES), _NONE)
-    elif _users_choice not in _KNOWN or not _loads(_users_choice):
-        # MuJoCo could not even be imported; without OpenGL, all but drawing works.
-        os.environ[_VARIABLE] = _NONE
+    else:
+        # Where MuJoCo could not even be imported, all but drawing works without OpenGL.
+        os.environ[_VARIABLE] = _users_choice if _can_be_imported(_users_choice) else _NONE
 
 
 def require_backend() -> str:
@@ -67,14 +72,20 @@ def require_backend() -> str:
     """
     if _users_choice is not None:
         candidates = [_users_choice]
+    elif sys.platform.startswith("linux"):
+        candidates = [*([] if _headless() else ["glfw"]), *_LIBRARIES]
     else:
-        candidates = list(_LIBRARIES) if _headless() else ["glfw"]
+        candidates = [""]  # MuJoCo's own choice
     for backend in candidates:
         if _draws(backend):
             os.environ[_VARIABLE] = backend
             return backend
-    tried = ", ".join(candidates)
-    raise RenderingError(f"no video: OpenGL does not draw here (tried {tried}); {_HOW_TO_MEND}")
+    tried = ", ".join(candidates) or "MuJoCo's own choice"
+    if _users_choice is not None:
+        raise RenderingError(
+            f"no video: MUJOCO_GL={_users_choice} does not draw here; unset it, or {HOW_TO_MEND}"
+        )
+    raise RenderingError(f"no video: OpenGL does not draw here (tried {tried}); {HOW_TO_MEND}")
 
 
 def _headless() -> bool:
@@ -82,9 +93,14 @@ def _headless() -> bool:
     return sys.platform.startswith("linux") and not display
 
 
-def _loads(backend: str) -> bool:
-    if backend not in _LIBRARIES:
+def _can_be_imported(choice: str) -> bool:
+    """Tell whether MuJoCo and dm_control can be imported with a choice of the user's."""
+    if not sys.platform.startswith("linux"):
         return True
+    return _loads(choice) if choice in _LIBRARIES else choice in _KNOWN
+
+
+def _loads(backend: str) -> bool:
     try:
         ctypes.CDLL(_LIBRARIES[backend])
     except OSError:

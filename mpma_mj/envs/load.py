@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import get_args
 
@@ -47,10 +46,10 @@ def load(
     """
     if arms not in _KINDS:
         raise BadOptionError(f"arms is '{arms}'; expected {' or '.join(get_args(Arms))}")
-    if repeats < 1:
-        raise BadOptionError(f"repeats is {repeats}; expected at least 1")
-    if not (math.isfinite(noise) and noise >= 0):
-        raise BadOptionError(f"noise is {noise:g}; expected a number from 0 up, such as 0.01")
+    if not 1 <= repeats <= 1000:
+        raise BadOptionError(f"repeats is {repeats}; expected 1 to 1000")
+    if not 0.0 <= noise <= 1.0:
+        raise BadOptionError(f"noise is {noise:g}; expected 0 to 1, such as 0.01")
     if seed < 0:
         raise BadOptionError(f"seed is {seed}; expected a whole number from 0 up")
     if not isinstance(motion, Motion):

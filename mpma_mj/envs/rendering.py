@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from mpma_mj.envs.gl import HOW_TO_MEND
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.errors import RenderingError
 
@@ -66,11 +67,7 @@ class ArmRenderer:
         try:
             return mujoco.Renderer(self._physics.model.ptr, *self._size)
         except (ImportError, AttributeError, RuntimeError, mujoco.FatalError) as error:
-            first_line = (str(error).strip() or type(error).__name__).splitlines()[0]
-            raise RenderingError(
-                f"OpenGL does not draw here ({first_line}); install libegl1 and libgl1-mesa-dri,"
-                " or libosmesa6, or do without pictures"
-            ) from None
+            raise RenderingError(f"OpenGL does not draw here; {HOW_TO_MEND}") from error
 
     def _add_ghost(self, scene: mujoco.MjvScene, posture: Array) -> None:
         for shoulder, elbow, wrist in self._physics.site_positions(posture):

@@ -121,7 +121,9 @@ class TwoArmImitation(control.Task):
         return dict(zip(arm.SEGMENT_NAMES, terms, strict=True))
 
     def get_reward(self, physics: PhysicsArms) -> float:
-        """Return the mean of the reward's terms."""
+        """Return the mean of the reward's terms, 0 where the simulation has diverged."""
+        if physics.diverged:
+            return 0.0
         return float(sum(self.reward_terms(physics).values())) / 4.0
 
     def get_termination(self, physics: PhysicsArms) -> float | None:

@@ -34,7 +34,7 @@ class ReadoutBank:
             ridge: ρ, above 0.
         """
         count, outputs, features = weights.shape
-        self.weights = weights
+        self.weights = weights.copy()
         self._forgetting = forgetting
         self._ridge = ridge
         self._gram = np.zeros((count, features, features))

@@ -50,7 +50,7 @@ class Motion:
         if frames < 2:
             raise MotionFileError(
                 f"{self.name}: has {frames} posture(s) at {self.rate:g} Hz; a movement needs at"
-                " least two, so record for longer or read at a higher rate"
+                " least two, so record for longer"
             )
         expected = {"posture": (frames, 12), "context": (frames, len(self.labels))}
         for field, shape in expected.items():

@@ -8,6 +8,7 @@ is an empty cell, NaN, or exactly 0, 0, 0.
 
 from __future__ import annotations
 
+import contextlib
 import statistics
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,12 +22,15 @@ __all__ = ["MarkerRecording", "arm_points", "is_qualisys", "read_qualisys"]
 
 Array = NDArray[np.float64]
 
-# Names of the markers whose mean is the point, one line a known marker set; {s} is the side.
-_MARKER_SETS = (
-    {"shoulder": ("Shoulder_{s}",), "elbow": ("Elbow_{s}",), "wrist": ("Radius_{s}", "Ulna_{s}")},
-    {"shoulder": ("Shoulder_{s}",), "elbow": ("Elbow_{s}",), "wrist": ("Wrist_{s}",)},
-)
+# For each point the groups of markers whose mean it is, the first that is there; {s} is the side.
+_MARKERS = {
+    "shoulder": (("Shoulder_{s}",),),
+    "elbow": (("Elbow_{s}",),),
+    "wrist": (("Radius_{s}", "Ulna_{s}"), ("Wrist_{s}",)),
+}
 _SIDE_LETTER = {"left": "L", "right": "R"}
+
+_FARTHEST = 1e9  # what is farther away, in any unit, is no coordinate
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,21 +87,19 @@ def arm_points(path: Path, markers: dict[str, Array]) -> dict[str, tuple[str, ..
     Raises:
         MotionFileError: A marker is missing; says which, and which the file has.
     """
-    missing: list[list[str]] = []
-    for marker_set in _MARKER_SETS:
-        points = {
-            f"{side}_{point}": tuple(name.format(s=letter) for name in names)
-            for side, letter in _SIDE_LETTER.items()
-            for point, names in marker_set.items()
-        }
-        missing.append([n for group in points.values() for n in group if n not in markers])
-        if not missing[-1]:
-            return points
-    fewest = min(missing, key=len)
-    raise MotionFileError(
-        f"{path}: no marker {', '.join(fewest)}; the arms need it, and the file has"
-        f" {', '.join(markers)}: rename the marker, or export with it"
-    )
+    points = {}
+    for side, letter in _SIDE_LETTER.items():
+        for point, choices in _MARKERS.items():
+            groups = [tuple(name.format(s=letter) for name in group) for group in choices]
+            there = [group for group in groups if all(name in markers for name in group)]
+            if not there:
+                wanted = ", or ".join(" and ".join(group) for group in groups)
+                raise MotionFileError(
+                    f"{path}: no marker {wanted}; the {side} {point} needs it, and the file has"
+                    f" {', '.join(markers)}: rename the marker, or export with it"
+                )
+            points[f"{side}_{point}"] = there[0]
+    return points
 
 
 def _read_header(path: Path, lines: list[str]) -> tuple[dict[str, str], list[str], int]:
@@ -115,10 +117,9 @@ def _read_header(path: Path, lines: list[str]) -> tuple[dict[str, str], list[str
                 raise MotionFileError(
                     f"{path}: line {index + 1}: marker {twice} stands twice; names must differ"
                 )
-            first = index + 1
-            if first < len(lines) and lines[first].startswith(("Frame", f"{names[0]} X")):
-                first += 1  # column titles
-            return header, names, first
+            # Column titles and the like may follow; a row of the table has a number in it.
+            numbers = (i for i in range(index + 1, len(lines)) if _has_number(lines[i]))
+            return header, names, next(numbers, len(lines))
     raise MotionFileError(f"{path}: no line MARKER_NAMES; expected a Qualisys TSV export")
 
 
@@ -137,7 +138,9 @@ def _read_rate(path: Path, header: dict[str, str]) -> float:
 
 def _read_table(path: Path, lines: list[str], first: int, columns: int) -> Array:
     """Return the coordinates, shape (T, columns), without frame number and time."""
-    rows = {n: _cells(line) for n, line in enumerate(lines[first:], first + 1) if line.strip()}
+    while lines and not lines[-1].strip():
+        lines = lines[:-1]
+    rows = {number: _cells(line) for number, line in enumerate(lines[first:], first + 1)}
     if not rows:
         raise MotionFileError(f"{path}: has a header but no frames; export the 3D data too")
     usual = statistics.mode(len(cells) for cells in rows.values())
@@ -152,7 +155,22 @@ def _read_table(path: Path, lines: list[str], first: int, columns: int) -> Array
         table = np.array([[cell or "nan" for cell in row] for row in rows.values()], np.float64)
     except ValueError:
         raise MotionFileError(f"{path}: {_first_text(rows)}") from None
+    wild = np.abs(table) > _FARTHEST
+    if wild.any():
+        row, column = np.argwhere(wild)[0]
+        raise MotionFileError(
+            f"{path}: line {first + 1 + row}, column {column + 1}: {table[row, column]:g} is no"
+            " coordinate; mend that cell, or empty it"
+        )
     return table[:, extra:]
+
+
+def _has_number(line: str) -> bool:
+    for cell in line.split("\t"):
+        with contextlib.suppress(ValueError):
+            float(cell)
+            return True
+    return False
 
 
 def _cells(line: str) -> list[str]:

@@ -45,7 +45,9 @@ def read_motion(
         UnknownMotionError: No built-in movement and no file of that name.
         MotionFileError: The file cannot be read as the movement of two arms.
     """
-    for option, value in {"rate": rate, "tempo": tempo, "max-gap": max_gap}.items():
+    if not (math.isfinite(max_gap) and max_gap >= 0):
+        raise BadOptionError(f"max-gap is {max_gap:g}; expected seconds, 0 or more")
+    for option, value in {"rate": rate, "tempo": tempo}.items():
         if not (math.isfinite(value) and value > 0):
             raise BadOptionError(f"{option} is {value:g}; expected a number above 0")
     if not _TEMPO[0] <= tempo <= _TEMPO[1]:

@@ -13,7 +13,7 @@ __all__ = ["repeat"]
 
 Array = NDArray[np.float64]
 
-# Share of the joints' top speed at which arms return to the start of the movement.
+# Share of the joints' top speed at which arms return to the start of the movement (choice).
 _RETURN_SPEED = 0.5
 
 

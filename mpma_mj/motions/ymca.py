@@ -16,7 +16,7 @@ __all__ = ["ymca"]
 LETTERS = ("Y", "M", "C", "A")
 BEATS_PER_MINUTE = 127.0  # tempo of the Village People's recording of 1978
 BEATS_PER_LETTER = 2.0
-BEATS_PER_MOVE = 1.5  # the rest of a letter is held
+BEATS_PER_MOVE = 1.5  # the rest of a letter is held (choice)
 
 # Key poses as seen by the audience: for each arm the direction of upper arm and forearm in the
 # torso frame (forward, left, up), not yet of length 1.

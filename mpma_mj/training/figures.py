@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from mpma_mj.arm import JOINT_NAMES, SIDES
+from mpma_mj.arm import JOINT_NAMES, SEGMENT_NAMES
 from mpma_mj.motions import Motion
 from mpma_mj.training.colours import DEMONSTRATED, module_colours
 from mpma_mj.training.files import write_whole
@@ -75,7 +75,7 @@ def _module_output(trace: dict[str, Array], motion: Motion) -> Figure:
     time = np.arange(steps) / motion.rate
     colours = [f"C{j}" for j in range(joints // 2)] * 2
     figure, axes = _rows(modules, 1.3)
-    limit = 1.05 * float(np.max(np.abs(output)))
+    limit = 1.05 * max(0.1, float(np.max(np.abs(output))))
     for i, axis in enumerate(axes):
         for j in range(joints):
             style = "-" if j < joints // 2 else ":"
@@ -87,12 +87,12 @@ def _module_output(trace: dict[str, Array], motion: Motion) -> Figure:
 
 
 def _trajectory(trace: dict[str, Array], motion: Motion) -> Figure:
-    """Draw figure 4: elbow and wrist direction of both arms, desired against actual."""
+    """Draw figure 4: direction of all segments, desired against actual."""
     posture, reference = trace["posture"], trace["reference"]
     time = np.arange(len(posture)) / motion.rate
     figure, axes = _rows(4, 1.5)
-    names = [f"{side} {point}" for side in SIDES for point in ("elbow", "wrist")]
-    for i, (axis, name) in enumerate(zip(axes, names, strict=True)):
+    for i, (axis, segment) in enumerate(zip(axes, SEGMENT_NAMES, strict=True)):
+        name = segment.replace("_", " ")
         for d, colour in enumerate(("C3", "C2", "C0")):
             column = 3 * i + d
             axis.plot(time, reference[:, column], color=DEMONSTRATED, linewidth=3, alpha=0.6)

@@ -21,6 +21,11 @@ FORMAT = 1
 """Version of the files' format; what another version wrote is refused."""
 
 _META = "meta"
+# What damaged archives make numpy, zipfile and json raise.
+_UNREADABLE = (
+    *(OSError, EOFError, KeyError, TypeError, ValueError),
+    *(NotImplementedError, RuntimeError, zipfile.BadZipFile),
+)
 
 
 def write_whole(path: Path, write: Callable[[Path], None]) -> None:
@@ -41,7 +46,7 @@ def write_whole(path: Path, write: Callable[[Path], None]) -> None:
     except OSError as error:
         reason = error.strerror or error
         raise RunFolderError(
-            f"{path}: cannot be written ({reason}); choose another folder with --out"
+            f"{path}: cannot be written ({reason}); mend that, or choose another folder"
         ) from None
     finally:
         with contextlib.suppress(OSError):
@@ -100,7 +105,7 @@ def read_arrays(path: Path, kind: str) -> tuple[dict[str, NDArray[Any]], dict[st
             f"{path}: missing; the run stopped before its first epoch was over, or lost the file:"
             " train anew with --overwrite"
         ) from None
-    except (OSError, EOFError, KeyError, ValueError, zipfile.BadZipFile):
+    except _UNREADABLE:
         raise CheckpointError(
             f"{path}: damaged, or not a {kind} of this program; train anew with --overwrite"
         ) from None

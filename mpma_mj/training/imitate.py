@@ -10,7 +10,6 @@ from dm_control.rl import control
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from mpma_mj import metrics
 from mpma_mj.agents import MPMA, MPMAConfig
 from mpma_mj.envs.load import load
 from mpma_mj.errors import BadOptionError, CheckpointError
@@ -19,7 +18,7 @@ from mpma_mj.training.config import RunConfig
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.training.trainer import Kept, Row, Trainer
 
-__all__ = ["make_agent", "make_env", "resume", "start", "summarize"]
+__all__ = ["make_agent", "resume", "start"]
 
 Array = NDArray[np.float64]
 OnEpoch = Callable[[Row], None]
@@ -53,10 +52,10 @@ def start(
         config.motion, tempo=config.tempo, segments=config.segments, max_gap=config.max_gap
     )
     _check_epochs(epochs)
-    env = make_env(config, motion)
-    agent = make_agent(env, config)
-    folder.create(config, motion, overwrite=overwrite)
-    return _train(Trainer(env, agent), env, agent, config, folder, epochs, on_epoch)
+    with _one_thread():
+        trainer = _trainer(config, motion)
+        folder.create(config, motion, overwrite=overwrite)
+        return _train(trainer, config, folder, epochs, on_epoch)
 
 
 def resume(
@@ -80,87 +79,79 @@ def resume(
     """
     _check_epochs(epochs)
     config = folder.read_config()
-    env = make_env(config, folder.read_motion())
-    agent = make_agent(env, config)
-    trainer = Trainer(env, agent)
+    motion = folder.read_motion()
     state, meta = folder.read_checkpoint("latest", config)
     best_state, best_meta = folder.read_checkpoint("best", config)
-    try:
-        agent.load_state_dict(state)
-        trainer.rows = meta["rows"]
-        trainer.kept = Kept(best_meta["row"], best_state, folder.read_trace())
-    except KeyError as error:
-        raise CheckpointError(
-            f"{folder.path}: the checkpoint lacks {error.args[0]}; train anew"
-        ) from None
-    return _train(trainer, env, agent, config, folder, len(trainer.rows) + epochs, on_epoch)
+    trace = folder.read_trace()
+    with _one_thread():
+        trainer = _trainer(config, motion)
+        try:
+            trainer.agent.load_state_dict(state)
+            trainer.rows = meta["rows"]
+            trainer.kept = Kept(best_meta["row"], best_state, trace)
+        except KeyError as error:
+            raise CheckpointError(
+                f"{folder.path}: the checkpoint lacks {error.args[0]}; train anew"
+            ) from None
+        return _train(trainer, config, folder, len(trainer.rows) + epochs, on_epoch)
 
 
-def make_env(config: RunConfig, motion: Motion) -> control.Environment:
-    """Return the environment of a run."""
-    return load(
-        motion, arms=config.arms, repeats=config.repeats, noise=config.noise, seed=config.seed
-    )
+def make_agent(
+    env: control.Environment,
+    config: MPMAConfig = MPMAConfig(),  # noqa: B008, frozen
+    *,
+    seed: int = 0,
+) -> MPMA:
+    """Return an untrained agent that fits an environment.
 
-
-def make_agent(env: control.Environment, config: RunConfig) -> MPMA:
-    """Return the untrained agent of a run, fitted to its environment."""
+    Args:
+        env: Environment that `load` returned.
+        config: Settings of the architecture.
+        seed: Seed of weights and noise.
+    """
     return MPMA(
-        MPMAConfig(modules=config.modules, nodes=config.nodes, rule=config.rule),
+        config,
         context_size=env.observation_spec()["context"].shape[0],
         max_joint_speed=env.task.max_joint_speed,
         control_timestep=env.control_timestep(),
-        seed=config.seed,
+        seed=seed,
     )
 
 
-def summarize(env: control.Environment, trainer: Trainer) -> dict[str, Any]:
-    """Return what training came to: the measures of the kept epoch, and when it stopped."""
-    assert trainer.kept is not None
-    row, trace = trainer.kept.row, trainer.kept.trace
-    responsibility, context = trace["responsibility"], trace["context"][:-1]
-    output = responsibility[:, :, None] * trace["module_actions"]
-    labels = env.task.motion.labels
-    return {
-        "epochs": len(trainer.rows),
-        "converged": trainer.converged,
-        "kept_epoch": row["epoch"],
-        **{name: value for name, value in row.items() if name != "epoch"},
-        "active_modules": dict(
-            zip(labels, metrics.active_modules(responsibility, context), strict=True)
-        ),
-        "dominant_module": dict(
-            zip(labels, metrics.dominant_module(responsibility, context), strict=True)
-        ),
-        "repeatability": {
-            "responsibility": metrics.repeatability(responsibility, env.task.period),
-            "module_output": metrics.repeatability(output, env.task.period),
-        },
-        "environment_steps": len(trainer.rows) * env.task.steps,
-    }
+def _one_thread() -> threadpool_limits:
+    """Keep BLAS to one thread.
+
+    The matrices are small: with two threads training takes twice as long. And results do not
+    depend on the number of cores.
+    """
+    return threadpool_limits(1, user_api="blas")
+
+
+def _trainer(config: RunConfig, motion: Motion) -> Trainer:
+    env = load(
+        motion, arms=config.arms, repeats=config.repeats, noise=config.noise, seed=config.seed
+    )
+    architecture = MPMAConfig(modules=config.modules, nodes=config.nodes, rule=config.rule)
+    return Trainer(env, make_agent(env, architecture, seed=config.seed))
 
 
 def _train(
-    trainer: Trainer,
-    env: control.Environment,
-    agent: MPMA,
-    config: RunConfig,
-    folder: RunFolder,
-    epochs: int,
-    on_epoch: OnEpoch,
+    trainer: Trainer, config: RunConfig, folder: RunFolder, epochs: int, on_epoch: OnEpoch
 ) -> dict[str, Any]:
-    """Train to the end, writing after every epoch what a later resume needs."""
+    """Train to the end, writing after every epoch what a later resume needs.
+
+    `latest` is written last: a run that is killed in between does that epoch again.
+    """
     while len(trainer.rows) < epochs and not trainer.converged:
-        # The matrices are small: with more threads BLAS takes twice as long.
-        with threadpool_limits(1, user_api="blas"):
-            improved = trainer.run_epoch()
-        if improved and trainer.kept is not None:
+        if trainer.run_epoch() and trainer.kept is not None:
+            folder.video.unlink(missing_ok=True)  # it shows an epoch that is not kept any more
             folder.write_trace(trainer.kept.trace, int(trainer.kept.row["epoch"]))
             folder.write_checkpoint("best", config, trainer.kept.state, {"row": trainer.kept.row})
-        folder.write_checkpoint("latest", config, agent.state_dict(), {"rows": trainer.rows})
         folder.write_metrics(trainer.rows)
+        state = trainer.agent.state_dict()
+        folder.write_checkpoint("latest", config, state, {"rows": trainer.rows})
         on_epoch(trainer.rows[-1])
-    summary = summarize(env, trainer)
+    summary = trainer.summary()
     folder.write_summary(summary)
     return summary
 

@@ -45,6 +45,8 @@ def show_epochs(epochs: int) -> Iterator[Callable[[dict[str, float]], None]]:
 
 def show_frames(steps: range) -> Iterable[int]:
     """Count the frames of a video on a bar."""
-    console = Console(stderr=True)
+    console = Console(stderr=True, highlight=False)
     disable = not console.is_terminal
+    if disable:
+        console.print(f"drawing {len(steps)} frames")
     return track(steps, "drawing ", console=console, transient=True, disable=disable)

@@ -22,6 +22,11 @@ __all__ = ["RunFolder"]
 
 Array = NDArray[np.float64]
 
+# Signals without which neither figures nor video can be drawn.
+_DRAWN = {"posture", "reference", "context", "joint_angles", "action"} | {
+    *("responsibility", "prior", "module_actions"),
+}
+
 # What `--overwrite` removes; anything else in the folder is the user's own. What makes it a run
 # comes last, so that a removal that was cut short can be done again.
 _CONTENTS = (
@@ -112,7 +117,11 @@ class RunFolder:
             content = json.loads(path.read_text(encoding="utf-8"))
             if content["format"] != files.FORMAT:
                 raise CheckpointError(f"{path}: of another version; train anew with this one")
-            return RunConfig(**content["config"])
+            config = RunConfig(**content["config"])
+            for name, default in asdict(RunConfig()).items():
+                if type(getattr(config, name)) is not type(default):
+                    raise TypeError(name)
+            return config
         except OSError:
             raise RunFolderError(f"{self.path}: no run there (no readable config.json)") from None
         except (ValueError, KeyError, TypeError):
@@ -159,7 +168,14 @@ class RunFolder:
 
     def read_trace(self) -> dict[str, Array]:
         """Read the signals of the kept epoch."""
-        return files.read_arrays(self.path / "trace.npz", "trace")[0]
+        path = self.path / "trace.npz"
+        trace = files.read_arrays(path, "trace")[0]
+        missing = _DRAWN - trace.keys()
+        if missing:
+            raise CheckpointError(
+                f"{path}: lacks {', '.join(sorted(missing))}; train anew with --overwrite"
+            )
+        return trace
 
     def write_metrics(self, rows: list[dict[str, float]]) -> None:
         """Write a row for every epoch."""

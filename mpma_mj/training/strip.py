@@ -15,6 +15,7 @@ Picture = NDArray[np.uint8]
 
 _BAND = 22  # height of the row of letters, pixels
 _LEGEND = 18  # height of the row that names the modules, pixels
+_SPELLED_OUT = 7  # with more modules the legend has their numbers alone
 LABEL_SIZE = 72
 """Size of the letter that is shown in the picture, pixels."""
 
@@ -88,12 +89,14 @@ def _drawn(
     for label, start, end in label_runs(context):
         left, right = (start / steps * width, end / steps * width)
         draw.line((left, 0, left, height - _LEGEND), fill=INK)
-        draw.text(((left + right) / 2, _BAND / 2), labels[label], INK, small, anchor="mm")
+        if draw.textlength(labels[label], small) < right - left:
+            draw.text(((left + right) / 2, _BAND / 2), labels[label], INK, small, anchor="mm")
     x = 8.0
     for number, colour in enumerate(colours, start=1):
+        name = f"module {number}" if modules <= _SPELLED_OUT else str(number)
         draw.rectangle((x, height - 14, x + 10, height - 4), fill=colour)
-        draw.text((x + 15, height - _LEGEND / 2), f"module {number}", INK, small, anchor="lm")
-        x += 24 + draw.textlength(f"module {number}", small)
+        draw.text((x + 15, height - _LEGEND / 2), name, INK, small, anchor="lm")
+        x += 24 + draw.textlength(name, small)
     return np.asarray(image)
 
 

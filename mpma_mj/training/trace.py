@@ -10,21 +10,11 @@ from mpma_mj import metrics
 from mpma_mj.agents import Agent
 from mpma_mj.errors import DivergedError
 
-__all__ = ["EPOCH_METRICS", "epoch_metrics", "record_epoch"]
+__all__ = ["epoch_metrics", "record_epoch"]
 
 Array = NDArray[np.float64]
 
 _OBSERVED = ("posture", "reference", "context", "joint_angles", "joint_velocities")
-EPOCH_METRICS = (
-    "p_e_percent",
-    "prediction_error_percent",
-    "rp_error_percent",
-    "feedback_ratio",
-    "nmi",
-    "modules_used",
-    "mpkpe_m",
-    "mean_reward",
-)
 
 
 def record_epoch(env: control.Environment, agent: Agent, epoch: int) -> dict[str, Array]:
@@ -70,20 +60,19 @@ def epoch_metrics(env: control.Environment, trace: dict[str, Array]) -> dict[str
         trace: What `record_epoch` returned, of an agent of modules.
 
     Returns:
-        The measures of `EPOCH_METRICS`.
+        The measures by name; see `metrics` for their definitions.
     """
     posture, reference = trace["posture"][1:], trace["reference"][1:]
     responsibility, context = trace["responsibility"], trace["context"][:-1]
     predicted = np.einsum("tm,tmd->td", responsibility, trace["predictions"])
     sites = env.physics.site_positions
-    values = (
-        metrics.posture_error_percent(posture, reference),
-        metrics.posture_error_percent(predicted, posture),
-        metrics.rp_error_percent(trace["prior"], responsibility),
-        metrics.feedback_ratio(trace["feedback"], trace["action"]),
-        metrics.nmi(responsibility, context),
-        metrics.modules_used(responsibility, context),
-        metrics.mpkpe(sites(posture), sites(reference)),
-        float(np.mean(trace["reward"])),
-    )
-    return dict(zip(EPOCH_METRICS, values, strict=True))
+    return {
+        "p_e_percent": metrics.posture_error_percent(posture, reference),
+        "prediction_error_percent": metrics.posture_error_percent(predicted, posture),
+        "rp_error_percent": metrics.rp_error_percent(trace["prior"], responsibility),
+        "feedback_ratio": metrics.feedback_ratio(trace["feedback"], trace["action"]),
+        "nmi": metrics.nmi(responsibility, context),
+        "modules_used": metrics.modules_used(responsibility, context),
+        "mpkpe_m": metrics.mpkpe(sites(posture), sites(reference)),
+        "mean_reward": float(np.mean(trace["reward"])),
+    }

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from dm_control.rl import control
 from numpy.typing import NDArray
 
+from mpma_mj import metrics
 from mpma_mj.agents import Agent
 from mpma_mj.agents.gains import CRITERION, FINAL_FEEDBACK
 from mpma_mj.training.trace import epoch_metrics, record_epoch
@@ -37,6 +39,8 @@ class Trainer:
     """Trains an agent in an environment and keeps the best epoch.
 
     Attributes:
+        env: Environment.
+        agent: Agent.
         rows: Measures of all epochs so far.
         kept: The best epoch so far.
     """
@@ -45,8 +49,8 @@ class Trainer:
         """Begin with no epoch danced."""
         self.rows: list[Row] = []
         self.kept: Kept | None = None
-        self._env = env
-        self._agent = agent
+        self.env = env
+        self.agent = agent
 
     @property
     def converged(self) -> bool:
@@ -59,15 +63,38 @@ class Trainer:
         Returns:
             Whether it is the new best.
         """
-        state = self._agent.state_dict()
+        state = self.agent.state_dict()
         number = len(self.rows)
-        trace = record_epoch(self._env, self._agent, number)
-        row = {"epoch": number + 1} | epoch_metrics(self._env, trace) | self._agent.learn()
+        trace = record_epoch(self.env, self.agent, number)
+        row = {"epoch": number + 1} | epoch_metrics(self.env, trace) | self.agent.learn()
         self.rows.append(row)
         if self.kept is not None and _rank(row) >= _rank(self.kept.row):
             return False
         self.kept = Kept(row, state, trace)
         return True
+
+    def summary(self) -> dict[str, Any]:
+        """Return what training came to: the measures of the kept epoch, and when it stopped."""
+        assert self.kept is not None, "no epoch has been run"
+        row, trace = self.kept.row, self.kept.trace
+        responsibility, context = trace["responsibility"], trace["context"][:-1]
+        output = responsibility[:, :, None] * trace["module_actions"]
+        labels, period = self.env.task.motion.labels, self.env.task.period
+        active = metrics.active_modules(responsibility, context)
+        dominant = metrics.dominant_module(responsibility, context)
+        return {
+            "epochs": len(self.rows),
+            "converged": self.converged,
+            "kept_epoch": row["epoch"],
+            **{name: value for name, value in row.items() if name != "epoch"},
+            "active_modules": dict(zip(labels, active, strict=True)),
+            "dominant_module": dict(zip(labels, dominant, strict=True)),
+            "repeatability": {
+                "responsibility": metrics.repeatability(responsibility, period),
+                "module_output": metrics.repeatability(output, period),
+            },
+            "environment_steps": len(self.rows) * self.env.task.steps,
+        }
 
 
 def has_converged(row: Row) -> bool:
@@ -84,6 +111,6 @@ def _control_has_passed(row: Row) -> bool:
     return row["gain_inverse"] >= 1.0 and row["gain_feedback"] < FINAL_FEEDBACK
 
 
-def _rank(row: Row) -> tuple[bool, float]:
+def _rank(row: Row) -> tuple[bool, bool, float]:
     """Order epochs, the best first: feedback alone tracks well too, so it does not count."""
-    return (not _control_has_passed(row), row["p_e_percent"])
+    return (not has_converged(row), not _control_has_passed(row), row["p_e_percent"])

@@ -153,6 +153,7 @@ def test_divergence_ends_the_episode_with_discount_zero(env: control.Environment
     timestep = env.step(np.full(8, np.nan))
     assert timestep.last()
     assert timestep.discount == 0.0
+    assert timestep.reward == 0.0
     assert all(np.isfinite(value).all() for value in timestep.observation.values())
     assert env.reset().first()
     assert env.step(np.zeros(8)).mid()

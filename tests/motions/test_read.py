@@ -62,6 +62,14 @@ def test_half_the_tempo_gives_twice_the_postures(write_tsv: WriteTsv) -> None:
     )
 
 
+def test_lines_between_names_and_numbers_are_skipped(write_tsv: WriteTsv) -> None:
+    def add_line(text: str) -> str:
+        return text.replace("\tUlna_R\n", "\tUlna_R\nTRAJECTORY_TYPES\tMeasured\tMixed\n")
+
+    more, plain = write_tsv(name="more.tsv", edit=add_line), write_tsv()
+    np.testing.assert_array_equal(read_motion(more).posture, read_motion(plain).posture)
+
+
 @pytest.mark.parametrize("columns", ["Frame", "Frame\tTime"])
 def test_frame_and_time_columns_are_skipped(write_tsv: WriteTsv, columns: str) -> None:
     def add_columns(text: str) -> str:
@@ -135,8 +143,7 @@ def test_what_a_faster_tempo_would_alias_is_filtered(write_tsv: WriteTsv) -> Non
 
 def test_a_single_wrist_marker_will_do(write_tsv: WriteTsv) -> None:
     points = markers()
-    for side in "LR":
-        points[f"Wrist_{side}"] = (points.pop(f"Radius_{side}") + points.pop(f"Ulna_{side}")) / 2
+    points["Wrist_L"] = (points.pop("Radius_L") + points.pop("Ulna_L")) / 2  # one side only
     single, double = read_motion(write_tsv(points, name="1.tsv")), read_motion(write_tsv())
     np.testing.assert_allclose(single.posture, double.posture, atol=1e-6)
 
@@ -162,6 +169,13 @@ def edit_row(row: int, change: Callable[[list[str]], list[str]]) -> Callable[[st
     ("edit", "message"),
     [
         (lambda t: t.replace("Elbow_L", "Ellbow"), "no marker Elbow_L;.*has Shoulder_L, Ellbow"),
+        (lambda t: t.replace("Ulna_R", "Una"), "no marker Radius_R and Ulna_R, or Wrist_R;"),
+        (edit_row(12, lambda c: []), "line 12 has 0 columns, expected 24"),
+        (
+            edit_row(12, lambda c: [*c[:4], "1e308", *c[5:]]),
+            "line 12, column 5: 1e.308 is no coord",
+        ),
+        (edit_row(12, lambda c: [*c[:4], "inf", *c[5:]]), "line 12, column 5: inf is no coord"),
         (edit_row(9, lambda c: c[:-1]), "line 9 has 23 columns, expected 24"),
         (edit_row(7, lambda c: [*c, "1.0"]), "line 7 has 25 columns, expected 24"),
         (edit_row(5, lambda c: [*c, "1.0"]), "line 5 has 25 columns, expected 24"),
@@ -242,7 +256,7 @@ def test_a_segment_without_length_is_refused(write_tsv: WriteTsv) -> None:
         ({"rate": 0.0}, "rate is 0"),
         ({"rate": float("nan")}, "rate is nan"),
         ({"tempo": -1.0}, "tempo is -1"),
-        ({"max_gap": 0.0}, "max-gap is 0"),
+        ({"max_gap": -0.1}, "max-gap is -0.1"),
         ({"segments": 0}, "segments is 0"),
         ({"segments": 1000}, "segments is 1000"),
     ],

@@ -40,7 +40,7 @@ def test_what_is_not_finite_becomes_null(tmp_path: Path) -> None:
 
 def test_a_place_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    with pytest.raises(RunFolderError, match=r"cannot be written.*--out"):
+    with pytest.raises(RunFolderError, match="cannot be written"):
         files.write_text(tmp_path / "file" / "a.txt", "x")
 
 

@@ -1,6 +1,5 @@
 """Runs by the library: reproducible, resumable, and keeping the best epoch."""
 
-import dataclasses
 import json
 from pathlib import Path
 from typing import Any
@@ -13,12 +12,13 @@ from mpma_mj.envs.load import load
 from mpma_mj.errors import BadOptionError, CheckpointError, DivergedError, RunFolderError
 from mpma_mj.motions import ymca
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.imitate import make_agent, make_env, resume, start
+from mpma_mj.training.imitate import _trainer, make_agent, resume, start
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.training.trace import epoch_metrics, record_epoch
 from mpma_mj.training.trainer import Trainer, has_converged
 
 SMALL = RunConfig(nodes=20, modules=2)
+SMALL_AGENT = MPMAConfig(nodes=20, modules=2)
 # What two equal runs have to have in common, to the byte.
 RESULTS = (
     "config.json",
@@ -103,8 +103,8 @@ def test_every_criterion_counts(change: dict[str, float], converged: bool) -> No
 
 
 def test_measures_compare_what_belongs_together() -> None:
-    env = make_env(SMALL, ymca())
-    trace = record_epoch(env, make_agent(env, SMALL), 0)
+    env = load("ymca")
+    trace = record_epoch(env, make_agent(env, SMALL_AGENT), 0)
     trace["predictions"] = np.repeat(trace["posture"][1:, None], 2, axis=1)
     assert epoch_metrics(env, trace)["prediction_error_percent"] == pytest.approx(0.0, abs=1e-12)
     trace["responsibility"] = trace["prior"] = np.clip(trace["context"][:-1], 0.01, 1)
@@ -118,14 +118,18 @@ def test_measures_compare_what_belongs_together() -> None:
 
 def test_settings_reach_agent_and_environment() -> None:
     config = RunConfig(nodes=17, modules=3, rule="gated", seed=5, noise=0.02, repeats=2)
-    env = make_env(config, ymca())
-    agent = make_agent(env, config)
-    assert agent.config == MPMAConfig(nodes=17, modules=3, rule="gated")
-    assert env.task.steps == 2 * len(ymca()) - 1
-    same = load(ymca(), seed=5, noise=0.02, repeats=2).reset().observation
-    np.testing.assert_array_equal(env.reset().observation["target"], same["target"])
-    other = make_agent(env, dataclasses.replace(config, seed=6)).state_dict()
-    assert not np.array_equal(other["predictor.weights"], agent.state_dict()["predictor.weights"])
+    trainer = _trainer(config, ymca())
+    architecture = MPMAConfig(nodes=17, modules=3, rule="gated")
+    assert trainer.agent.config == architecture
+    env = load(ymca(), seed=5, noise=0.02, repeats=2)
+    assert trainer.env.task.steps == env.task.steps == 2 * len(ymca()) - 1
+    for name, value in env.reset().observation.items():
+        np.testing.assert_array_equal(trainer.env.reset().observation[name], value)
+        trainer.env.task.episode = 0
+    state = make_agent(env, architecture, seed=5).state_dict()
+    np.testing.assert_array_equal(
+        trainer.agent.state_dict()["predictor.weights"], state["predictor.weights"]
+    )
 
 
 def test_a_simulation_that_diverges_is_a_failed_run(tmp_path: Path) -> None:
@@ -134,13 +138,12 @@ def test_a_simulation_that_diverges_is_a_failed_run(tmp_path: Path) -> None:
             return lambda *_: np.full(8, np.nan)
 
     with pytest.raises(DivergedError, match="epoch 3: the simulation diverged at step 1") as caught:
-        record_epoch(make_env(SMALL, ymca()), Wild(), 2)  # type: ignore[arg-type]
+        record_epoch(load("ymca"), Wild(), 2)  # type: ignore[arg-type]
     assert caught.value.exit_code == 1
 
 
 def test_the_best_epoch_is_kept_not_the_last_nor_one_of_feedback_alone() -> None:
-    env = make_env(SMALL, ymca())
-    trainer = Trainer(env, make_agent(env, SMALL))
+    trainer = Trainer(load("ymca"), make_agent(load("ymca"), SMALL_AGENT))
     for _ in range(10):
         trainer.run_epoch()
     assert trainer.kept is not None
@@ -151,8 +154,8 @@ def test_the_best_epoch_is_kept_not_the_last_nor_one_of_feedback_alone() -> None
 def test_the_kept_state_dances_the_kept_trace_again(tmp_path: Path) -> None:
     folder = run(tmp_path / "a", epochs=4)
     config, trace = folder.read_config(), folder.read_trace()
-    env = make_env(config, folder.read_motion())
-    agent = make_agent(env, config)
+    trainer = _trainer(config, folder.read_motion())
+    env, agent = trainer.env, trainer.agent
     state, meta = folder.read_checkpoint("best", config)
     agent.load_state_dict(state)
     epoch = int(meta["row"]["epoch"]) - 1
@@ -194,6 +197,28 @@ def test_the_run_folder_holds_what_is_promised(tmp_path: Path) -> None:
     assert not list(folder.path.rglob(".*"))
 
 
+def test_once_through_the_movement_is_enough(tmp_path: Path) -> None:
+    folder = run(tmp_path / "a", RunConfig(nodes=20, modules=2, repeats=1))
+    summary = json.loads((folder.path / "summary.json").read_text())
+    assert summary["repeatability"] == {"responsibility": None, "module_output": None}
+
+
+def test_a_video_of_an_epoch_that_is_not_kept_any_more_goes(tmp_path: Path) -> None:
+    folder = run(tmp_path / "a", epochs=2)
+    folder.video.write_bytes(b"of epoch 2")
+    resume(folder, 3)
+    assert not folder.video.exists()
+
+
+def test_a_trace_that_lacks_a_signal_is_refused(tmp_path: Path) -> None:
+    folder = run(tmp_path / "a", epochs=1)
+    trace = folder.read_trace()
+    del trace["prior"]
+    folder.write_trace(trace, 1)
+    with pytest.raises(CheckpointError, match=r"trace\.npz: lacks prior"):
+        folder.read_trace()
+
+
 def test_a_folder_in_use_is_not_touched_unless_told(tmp_path: Path) -> None:
     folder = run(tmp_path / "a")
     before = (folder.path / "metrics.csv").read_bytes()
@@ -212,6 +237,15 @@ def test_overwrite_leaves_what_is_not_the_runs(tmp_path: Path) -> None:
     run(tmp_path / "a", overwrite=True, epochs=1)
     assert (folder.path / "notes.txt").read_text() == "precious"
     assert not folder.figures.exists()
+
+
+def test_a_foreign_config_is_not_overwritten(tmp_path: Path) -> None:
+    (tmp_path / "config.json").write_text('{"precious": 1}')
+    (tmp_path / "figures").mkdir()
+    with pytest.raises(RunFolderError, match="not a run"):
+        run(tmp_path, overwrite=True)
+    assert (tmp_path / "figures").exists()
+    assert (tmp_path / "config.json").read_text() == '{"precious": 1}'
 
 
 def test_overwrite_replaces_runs_only(tmp_path: Path) -> None:
@@ -244,7 +278,16 @@ def test_a_checkpoint_of_another_run_is_refused(tmp_path: Path) -> None:
         resume(folder, 1)
 
 
-@pytest.mark.parametrize("text", ["{", "[]", '{"format": 1}', '{"format": 1, "config": {"x": 1}}'])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "{",
+        "[]",
+        '{"format": 1}',
+        '{"format": 1, "config": {"x": 1}}',
+        '{"format": 1, "config": {"nodes": "x"}}',
+    ],
+)
 def test_a_damaged_config_is_refused(tmp_path: Path, text: str) -> None:
     folder = run(tmp_path / "a", epochs=1)
     (folder.path / "config.json").write_text(text)
