@@ -131,6 +131,7 @@ def test_resume_goes_on_in_the_runs_folder(
         (["ymca", "--repeats", "0"], "repeats is 0"),
         (["ymca", "--noise", "-0.1"], "noise is -0.1"),
         (["ymca", "--resume", "nowhere"], "nowhere: no run there"),
+        (["ymca", "--out", "x" * 300], "File name too long; check path and rights"),
     ],
 )
 def test_bad_input_is_one_line_exit_2_and_no_folder(
