@@ -14,17 +14,19 @@ from typing import TYPE_CHECKING, Any
 from mpma_mj.envs.gl import choose_backend
 
 if TYPE_CHECKING:
+    from mpma_mj.agents import MPMAConfig
     from mpma_mj.envs.load import load
     from mpma_mj.motions import Motion, read_motion
     from mpma_mj.training.imitate import make_agent
 
-__all__ = ["Motion", "__version__", "load", "make_agent", "read_motion"]
+__all__ = ["MPMAConfig", "Motion", "__version__", "load", "make_agent", "read_motion"]
 
 __version__ = "0.1.0"
 
 choose_backend()  # before anything imports MuJoCo, which reads the choice when imported
 
 _HOMES = {
+    "MPMAConfig": "mpma_mj.agents",
     "Motion": "mpma_mj.motions",
     "load": "mpma_mj.envs.load",
     "make_agent": "mpma_mj.training.imitate",
