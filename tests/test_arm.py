@@ -92,6 +92,13 @@ def test_a_straight_elbow_holds_its_rotation() -> None:
     np.testing.assert_allclose(np.delete(angles, [2, 6]), 0.0, atol=1e-15)
 
 
+def test_the_branch_is_not_chosen_by_the_rotation_of_a_straight_arm() -> None:
+    near = np.array([0.0, 1.3, 0.0, 0.01] * 2)
+    wanted = np.array([1.5, 1.2, 3.1, 0.01] * 2)
+    found = arm.angles_from_posture(arm.posture_from_angles(wanted), near=near)
+    np.testing.assert_allclose(found, wanted, atol=1e-9)
+
+
 def test_arms_that_circle_overhead_do_not_jump() -> None:
     turn = np.linspace(0.0, 4 * np.pi, 400)
     circling = np.zeros((400, 8))

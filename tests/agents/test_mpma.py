@@ -130,8 +130,10 @@ def test_each_episode_has_its_own_noise() -> None:
 
 def test_the_three_banks_are_drawn_apart() -> None:
     player = agent()
-    blocks = [b._recurrence.toarray() for b in (player._inverse, player._forward)]
-    assert not np.array_equal(blocks[0], blocks[1])
+    banks = (player._inverse, player._forward, player._predictor)
+    drawn = [bank._input_weights.ravel()[:20] for bank in banks]
+    for one, other in itertools.combinations(drawn, 2):
+        assert not np.array_equal(one, other)
 
 
 def test_gains_wait_until_forward_models_predict() -> None:

@@ -56,6 +56,13 @@ def test_prediction_error_is_the_mean_square() -> None:
     )
 
 
+def test_a_module_that_was_never_used_gets_nothing_and_breaks_nothing() -> None:
+    responsibility = np.tile([0.7, 0.3, 0.0], (10, 1))
+    target = commitment_target(responsibility, 2.0, 1.5)
+    np.testing.assert_allclose(target.sum(axis=1), 1.0)
+    np.testing.assert_array_equal(target[:, 2], 0.0)
+
+
 def test_commitment_sharpens_and_conscience_evens_out() -> None:
     responsibility = np.tile([0.6, 0.3, 0.1], (10, 1))
     plain = commitment_target(responsibility, 1.0, 0.0)

@@ -6,7 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
 
+from mpma_mj import metrics
 from mpma_mj.agents import MPMAConfig
 from mpma_mj.envs.load import load
 from mpma_mj.errors import BadOptionError, CheckpointError, DivergedError, RunFolderError
@@ -15,7 +17,7 @@ from mpma_mj.training.config import RunConfig
 from mpma_mj.training.imitate import _trainer, make_agent, resume, start
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.training.trace import epoch_metrics, record_epoch
-from mpma_mj.training.trainer import Trainer, has_converged
+from mpma_mj.training.trainer import Trainer, _rank, has_converged
 
 SMALL = RunConfig(nodes=20, modules=2)
 SMALL_AGENT = MPMAConfig(nodes=20, modules=2)
@@ -49,8 +51,8 @@ def test_equal_seeds_give_equal_runs_to_the_byte(tmp_path: Path) -> None:
 def test_other_seeds_give_other_runs(tmp_path: Path) -> None:
     one = run(tmp_path / "a")
     other = run(tmp_path / "b", RunConfig(nodes=20, modules=2, seed=1))
-    metrics = [(folder.path / "metrics.csv").read_text() for folder in (one, other)]
-    assert metrics[0] != metrics[1]
+    texts = [(folder.path / "metrics.csv").read_text() for folder in (one, other)]
+    assert texts[0] != texts[1]
 
 
 @pytest.mark.parametrize("rule", ["weighted", "gated"])
@@ -100,6 +102,24 @@ GOOD = {"gain_inverse": 1.0, "gain_feedback": 0.14, "rp_error_percent": 1.0, "p_
 )
 def test_every_criterion_counts(change: dict[str, float], converged: bool) -> None:
     assert has_converged(GOOD | change) is converged
+
+
+def test_feedback_that_tracks_well_ranks_below_modules_that_track() -> None:
+    by_feedback = GOOD | {"gain_inverse": 0.5, "gain_feedback": 0.5, "p_e_percent": 0.1}
+    uncertain = GOOD | {"rp_error_percent": 4.0, "p_e_percent": 0.5}
+    order = [GOOD | {"p_e_percent": 0.9}, GOOD, uncertain, by_feedback]
+    assert sorted(reversed(order), key=_rank) == order
+
+
+def test_blas_runs_on_one_thread_while_training(tmp_path: Path) -> None:
+    threads: list[int] = []
+
+    def look(row: dict[str, float]) -> None:
+        threads.extend(p["num_threads"] for p in threadpool_info() if p["user_api"] == "blas")
+
+    with threadpool_limits(2, user_api="blas"):
+        run(tmp_path / "a", epochs=1, on_epoch=look)
+    assert set(threads) == {1}
 
 
 def test_measures_compare_what_belongs_together() -> None:
@@ -188,6 +208,9 @@ def test_the_run_folder_holds_what_is_promised(tmp_path: Path) -> None:
     assert config["config"]["seed"] == 0
     assert {"mujoco", "numpy", "mpma-mj"} <= config["versions"].keys()
     assert summary["environment_steps"] == 3 * 227
+    signals = folder.read_trace()
+    output = signals["responsibility"][:, :, None] * signals["module_actions"]
+    assert summary["repeatability"]["module_output"] == metrics.repeatability(output, 76)
     lines = (folder.path / "metrics.csv").read_text().splitlines()
     assert len(lines) == 1 + 3
     trace = folder.read_trace()
