@@ -227,26 +227,25 @@ def test_words_that_are_no_command_exit_2_without_a_traceback(words: list[str]) 
     assert "Traceback" not in result.stderr
 
 
-def test_too_little_memory_is_one_line_and_exit_1(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize(
+    ("error", "code", "message"),
+    [(MemoryError, 1, "mpma: not enough memory"), (KeyboardInterrupt, 130, "mpma: interrupted")],
+)
+def test_what_stops_a_run_from_outside_is_one_line(
+    error: type[BaseException],
+    code: int,
+    message: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
-    def exhausted(self: cli.Imitate) -> Path:
-        raise MemoryError
+    def stopped(self: cli.Imitate) -> Path:
+        raise error
 
-    monkeypatch.setattr(cli.Imitate, "run", exhausted)
-    assert main(["imitate", "ymca"]) == 1
-    assert capsys.readouterr().err.startswith("mpma: not enough memory")
-
-
-def test_interrupting_is_no_traceback(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    def interrupted(self: cli.Imitate) -> Path:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(cli.Imitate, "run", interrupted)
-    assert main(["imitate", "ymca"]) == 130
-    assert "interrupted" in capsys.readouterr().err
+    monkeypatch.setattr(cli.Imitate, "run", stopped)
+    assert main(["imitate", "ymca"]) == code
+    printed = capsys.readouterr().err
+    assert printed.startswith(message)
+    assert len(printed.splitlines()) == 1
 
 
 def test_version(capsys: pytest.CaptureFixture[str]) -> None:
