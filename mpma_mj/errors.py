@@ -14,6 +14,7 @@ __all__ = [
     "MotionFileError",
     "MotionReachError",
     "MpmaError",
+    "RecordingWarning",
     "RenderingError",
     "RunFolderError",
     "UnknownMotionError",
@@ -60,3 +61,7 @@ class RenderingError(MpmaError):
     """No OpenGL backend can draw."""
 
     exit_code = 1
+
+
+class RecordingWarning(UserWarning):
+    """Something about a recording may be wrong; says what was used instead."""

@@ -8,11 +8,19 @@ from numpy.typing import NDArray
 from mpma_mj.arm import SIDES
 from mpma_mj.errors import MotionFileError
 
-__all__ = ["ARM_POINTS", "check_segments", "posture_from_points"]
+__all__ = [
+    "ARM_POINTS",
+    "TORSO_POINTS",
+    "check_segments",
+    "posture_from_points",
+    "segments",
+    "trunk",
+]
 
 Array = NDArray[np.float64]
 
 ARM_POINTS = tuple(f"{side}_{point}" for side in SIDES for point in ("shoulder", "elbow", "wrist"))
+TORSO_POINTS = ("pelvis", "neck")
 
 # A segment under this share of its usual length is a tracking fault, not an arm. Skin markers
 # slide by a tenth, so the share is far from what a body can do.
@@ -22,60 +30,75 @@ _SHORTEST = 0.05
 def posture_from_points(points: dict[str, Array]) -> Array:
     """Compute the directions of upper arms and forearms as the dancer's torso sees them.
 
-    The torso frame has y from the right to the left shoulder, made horizontal, and z up, so
-    that a dancer who turns or walks does not move the robot's arms. Dividing by the segments'
-    lengths removes the dancer's proportions.
+    The torso frame has z along the trunk, from pelvis to neck, or upwards where these are not
+    known, y from the right to the left shoulder, made perpendicular to it, and x = y × z
+    forward: a dancer who turns, walks or (with a trunk) bends does not move the robot's arms.
+    Dividing by the segments' lengths removes the dancer's proportions.
 
     Args:
-        points: The points of `ARM_POINTS`, each shape (T, 3), any unit, z up.
+        points: The points of `ARM_POINTS` and perhaps of `TORSO_POINTS`, each shape (T, 3), any
+            unit, z up.
 
     Returns:
         Posture, shape (T, 12).
     """
+    z_axis = _unit(trunk(points))
     y_axis = _unit(_across(points))
-    z_axis = np.broadcast_to([0.0, 0.0, 1.0], y_axis.shape)
     to_torso = np.stack([np.cross(y_axis, z_axis), y_axis, z_axis], axis=1)  # (T, 3, 3)
-    segments = _segments(points).values()
-    return np.concatenate([np.einsum("tij,tj->ti", to_torso, _unit(s)) for s in segments], axis=1)
+    arms = segments(points).values()
+    return np.concatenate([np.einsum("tij,tj->ti", to_torso, _unit(s)) for s in arms], axis=1)
 
 
-def check_segments(points: dict[str, Array], where: str) -> None:
+def check_segments(points: dict[str, Array], where: str, first: int = 0) -> None:
     """Refuse points that show no arms.
 
     Args:
-        points: The points of `ARM_POINTS`, each shape (T, 3), frames as in the recording.
+        points: As for `posture_from_points`, frames as in the recording.
         where: What an error calls the recording.
+        first: Index of the first frame in the file.
 
     Raises:
         MotionFileError: A segment has no length, or the shoulders are above each other; names
             the frame.
     """
-    shoulders = {"line between the shoulders, seen from above,": _across(points)}
-    for name, vectors in (shoulders | _segments(points)).items():
+    lines = {
+        "trunk": trunk(points),
+        "line between the shoulders, seen from above,": _across(points),
+    }
+    for name, vectors in (lines | segments(points)).items():
         length = np.linalg.norm(vectors, axis=1)
         too_short = length <= _SHORTEST * np.median(length)
         if too_short.any():
             frame = int(np.argmax(too_short))
             raise MotionFileError(
-                f"{where}: the {name} has length {length[frame]:.3g} at frame {frame + 1} (median"
-                f" {np.median(length):.3g}); two markers lie in one place, so mend or cut that"
-                " frame"
+                f"{where}: the {name} has length {length[frame]:.3g} at frame {first + frame + 1} (median"
+                f" {np.median(length):.3g}); two markers lie in one place, so mend that frame, or"
+                " cut it with --from and --to"
             )
 
 
-def _across(points: dict[str, Array]) -> Array:
-    """Return the way from the right to the left shoulder, made horizontal, (T, 3)."""
-    return (points["left_shoulder"] - points["right_shoulder"]) * [1.0, 1.0, 0.0]
+def trunk(points: dict[str, Array]) -> Array:
+    """Return the way from pelvis to neck, or up where these are not known, shape (T, 3)."""
+    if "pelvis" in points:
+        return points["neck"] - points["pelvis"]
+    return np.broadcast_to([0.0, 0.0, 1.0], points["left_shoulder"].shape)
 
 
-def _segments(points: dict[str, Array]) -> dict[str, Array]:
-    """Return the segments' vectors by name, in the order of a posture, each (T, 3)."""
+def segments(points: dict[str, Array]) -> dict[str, Array]:
+    """Return the arms' segments by name, in the order of a posture, each shape (T, 3)."""
     ends = {"upper arm": ("shoulder", "elbow"), "forearm": ("elbow", "wrist")}
     return {
         f"{side} {name}": points[f"{side}_{end}"] - points[f"{side}_{start}"]
         for side in SIDES
         for name, (start, end) in ends.items()
     }
+
+
+def _across(points: dict[str, Array]) -> Array:
+    """Return the way from the right to the left shoulder, perpendicular to the trunk, (T, 3)."""
+    across = points["left_shoulder"] - points["right_shoulder"]
+    up = _unit(trunk(points))
+    return across - np.sum(across * up, axis=1, keepdims=True) * up
 
 
 def _unit(vectors: Array) -> Array:

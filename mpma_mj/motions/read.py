@@ -3,39 +3,87 @@
 from __future__ import annotations
 
 import math
+import os
+import warnings
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from mpma_mj.errors import BadOptionError, MotionFileError, UnknownMotionError
-from mpma_mj.motions import cleaning, qualisys
-from mpma_mj.motions.body import check_segments, posture_from_points
-from mpma_mj.motions.context import equal_segments
+from mpma_mj.errors import BadOptionError, MotionFileError, RecordingWarning, UnknownMotionError
+from mpma_mj.motions import filtering, motion_file
+from mpma_mj.motions.body import ARM_POINTS, check_segments, posture_from_points, segments
+from mpma_mj.motions.cleaning import Cleaner
+from mpma_mj.motions.findings import Findings
+from mpma_mj.motions.label import label
+from mpma_mj.motions.loop import close_loop
+from mpma_mj.motions.markers import Groups, choose_markers, parse_mapping
 from mpma_mj.motions.motion import Motion
+from mpma_mj.motions.options import ReadingOptions
+from mpma_mj.motions.orientation import arm_length, find_unit, find_up, turn_z_up
+from mpma_mj.motions.readers import open_recording
+from mpma_mj.motions.recording import UNITS, Recording, Tracks
+from mpma_mj.motions.sides import check_sides
+from mpma_mj.motions.startup import startup_frames
 from mpma_mj.motions.ymca import ymca
 
-__all__ = ["BUILT_IN", "read_motion"]
+__all__ = ["BUILT_IN", "Reading", "read_motion", "read_with_findings"]
+
+Array = NDArray[np.float64]
 
 BUILT_IN = {"ymca": ymca}
-_TEMPO = (0.01, 100.0)  # beyond, a movement has hardly a sample, or fills the memory
+_RATE = 20.0  # Hz, of the paper's control step
+# Options that a movement which is already one of arms has no use for.
+_FOR_RECORDINGS = {
+    *("map", "skeleton", "unit", "up", "rate_in", "max_gap", "longest", "repair", "cutoff"),
+}
+_BAND = 0.4  # share of the new rate up to which the low-pass filter lets pass
 
 
-def read_motion(
-    source: str | Path,
-    *,
-    rate: float = 20.0,
-    tempo: float = 1.0,
-    segments: int = 4,
-    max_gap: float = 0.25,
-) -> Motion:
+@dataclass(frozen=True, eq=False)
+class Reading:
+    """A movement, and what became of its recording on the way.
+
+    Attributes:
+        motion: The movement.
+        findings: What was found and done.
+        format: Kind of the file.
+        groups: Which markers show which point of the body.
+        names: All points that the file has.
+        frames: Number of frames in the file.
+        rate: Frames per second of the file, Hz.
+        lengths: Mean and standard deviation of each arm segment's length, in m, or in the
+            file's unit where that is unknown.
+        metric: Whether the lengths are in m.
+        times: When each posture was taken, shape (T,), s from the recording's first frame.
+        gaps: Stretches that were bridged, by marker, each from and to in such seconds.
+    """
+
+    motion: Motion
+    findings: Findings
+    format: str
+    groups: Groups
+    names: tuple[str, ...]
+    frames: int
+    rate: float
+    lengths: dict[str, tuple[float, float]]
+    metric: bool
+    times: Array
+    gaps: dict[str, list[tuple[float, float]]]
+
+
+def read_motion(source: str | Path, *, rate: float = _RATE, **options: Any) -> Motion:
     """Read a movement: a built-in one by name, or a recording by its file.
 
+    What may be wrong with a recording is told by a `RecordingWarning`.
+
     Args:
-        source: "ymca", or the path of a Qualisys TSV export.
+        source: "ymca", or the path of a recording: C3D, BVH, ASF/AMC, TRC, Qualisys TSV, a
+            table with a header, or npz.
         rate: Postures per second that are wanted, Hz.
-        tempo: Speed relative to the original; 0.5 takes twice as long.
-        segments: Number of equal parts that label a recording, which has no labels.
-        max_gap: Longest gap in a marker's trajectory that is bridged, s.
+        **options: The fields of `ReadingOptions`, such as tempo=0.5 or max_gap=0.3.
 
     Returns:
         The movement.
@@ -45,44 +93,167 @@ def read_motion(
         UnknownMotionError: No built-in movement and no file of that name.
         MotionFileError: The file cannot be read as the movement of two arms.
     """
-    if not (math.isfinite(max_gap) and max_gap >= 0):
-        raise BadOptionError(f"max-gap is {max_gap:g}; expected seconds, 0 or more")
-    for option, value in {"rate": rate, "tempo": tempo}.items():
-        if not (math.isfinite(value) and value > 0):
-            raise BadOptionError(f"{option} is {value:g}; expected a number above 0")
-    if not _TEMPO[0] <= tempo <= _TEMPO[1]:
-        raise BadOptionError(f"tempo is {tempo:g}; expected {_TEMPO[0]:g} to {_TEMPO[1]:g}")
-    if segments < 1:
-        raise BadOptionError(f"segments is {segments}; expected at least 1")
+    known = [field.name for field in fields(ReadingOptions)]
+    unknown = [name for name in options if name not in known]
+    if unknown:
+        raise BadOptionError(f"no option {unknown[0]}; expected {', '.join(known)}")
+    reading = read_with_findings(source, ReadingOptions(**options), rate=rate)
+    for warning in reading.findings.warnings:
+        warnings.warn(f"{source}: {warning}", RecordingWarning, stacklevel=2)
+    return reading.motion
+
+
+def read_with_findings(
+    source: str | Path, options: ReadingOptions, *, rate: float = _RATE
+) -> Reading:
+    """Read a movement, and tell what was found and done.
+
+    Args:
+        source: As for `read_motion`.
+        options: How to read it.
+        rate: Postures per second that are wanted, Hz.
+
+    Raises:
+        MpmaError: As for `read_motion`.
+    """
+    options.check()
+    if not (math.isfinite(rate) and rate > 0):
+        raise BadOptionError(f"rate is {rate:g}; expected a number above 0")
+    findings = Findings()
     if str(source) in BUILT_IN:
-        return BUILT_IN[str(source)](rate, tempo)
+        motion = BUILT_IN[str(source)](rate, options.tempo)
+        return _as_it_is(motion, "built in", options, findings)
     path = Path(source)
-    recording = _read_recording(path, _read_text(path))
-    arms = qualisys.arm_points(path, recording.markers)
-    needed = {name: recording.markers[name] for group in arms.values() for name in group}
-    whole = cleaning.fill_gaps(needed, recording.rate, max_gap, str(path))
-    points = {p: np.mean([whole[name] for name in group], axis=0) for p, group in arms.items()}
-    check_segments(points, str(path))
-    cutoff = min(cleaning.CUTOFF, 0.4 * rate / tempo)
-    posture = posture_from_points(
-        {
-            name: cleaning.resample(
-                cleaning.low_pass(track, recording.rate, cutoff), recording.rate * tempo, rate
-            )
-            for name, track in points.items()
-        }
-    )
-    if segments > len(posture) > 1:
-        raise BadOptionError(
-            f"segments is {segments}, but {path} gives {len(posture)} postures; expected fewer"
+    _check_file(path)
+    stored = motion_file.read(path)
+    if stored is not None:
+        motion = motion_file.at_rate(stored, rate, options.tempo)
+        return _as_it_is(motion, "npz", options, findings)
+    skeleton = None if options.skeleton is None else Path(options.skeleton)
+    recording = open_recording(path, findings, skeleton=skeleton)
+    return _read(recording, options, rate, findings)
+
+
+def _read(
+    recording: Recording, options: ReadingOptions, rate: float, findings: Findings
+) -> Reading:
+    """Read the trajectories of a recording and make a movement of them."""
+    path, where = recording.path, str(recording.path)
+    mapping = parse_mapping(options.map) if options.map else {}
+    groups = choose_markers(path, recording.names, mapping)
+    tracks = recording.load(list(dict.fromkeys(n for group in groups.values() for n in group)))
+    frames = len(next(iter(tracks.values())))
+    if recording.frames not in (None, frames):
+        findings.warn(
+            f"the file says {recording.frames} frames and holds {frames}; {frames} are used"
         )
-    context, labels = equal_segments(len(posture), segments)
-    return Motion(
-        posture, context, labels, rate, path.stem, f"Qualisys recording {path.name}", tempo
+    own_rate = _source_rate(recording, options, findings)
+    cleaner = Cleaner(tracks, groups, own_rate, where, findings)
+    del tracks
+    cleaner.clean(options)
+    points = cleaner.points()
+    check_segments(points, where, cleaner.first)
+    up = find_up(points, recording.up, options.up, where, findings)
+    points = {name: turn_z_up(track, up) for name, track in points.items()}
+    given = None if options.unit is None else UNITS[options.unit]
+    unit = find_unit(arm_length(points), recording.unit, given, findings)
+    lengths = {
+        name: (float(length.mean()) * (unit or 1.0), float(length.std()) * (unit or 1.0))
+        for name, length in ((n, np.linalg.norm(v, axis=1)) for n, v in segments(points).items())
+    }
+    first = startup_frames(points, own_rate)
+    if first:
+        findings.note(f"cut {first} frames of a start-up pose")
+        points = {name: track[first:] for name, track in points.items()}
+    cutoff = _cutoff(points, own_rate, rate, options, findings)
+    for name in list(points):
+        smooth = filtering.low_pass(points[name], own_rate, cutoff)
+        points[name] = filtering.resample(smooth, own_rate * options.tempo, rate)
+    posture = posture_from_points(points)
+    check_sides(points, posture, findings)
+    if options.loop and len(posture) > 1:
+        posture = close_loop(posture, rate)
+    begins = (cleaner.first + first) / own_rate
+    times = begins + np.arange(len(posture)) / rate * options.tempo
+    context, labels = label(posture, times, recording.spans, options, path, findings)
+    source = f"{recording.format} recording {path.name}"
+    return Reading(
+        Motion(posture, context, labels, rate, path.stem, source, options.tempo),
+        findings,
+        recording.format,
+        cleaner.groups,
+        recording.names,
+        frames,
+        own_rate,
+        lengths,
+        unit is not None,
+        times,
+        {n: [(f / own_rate, e / own_rate) for f, e in g] for n, g in cleaner.gaps.items()},
     )
 
 
-def _read_text(path: Path) -> str:
+def _as_it_is(motion: Motion, kind: str, options: ReadingOptions, findings: Findings) -> Reading:
+    """Return a movement that needs no cleaning, cut and labelled as the options say.
+
+    Raises:
+        BadOptionError: An option is given that only the recording of a dancer has a use for.
+    """
+    for field in fields(ReadingOptions):
+        if field.name in _FOR_RECORDINGS and getattr(options, field.name) != field.default:
+            raise BadOptionError(
+                f"{field.name.replace('_', '-')} is for recordings; {motion.name} is a finished"
+                " movement: leave it out"
+            )
+    times = np.arange(len(motion)) / motion.rate * options.tempo
+    end = math.inf if options.end is None else options.end
+    kept = np.flatnonzero((times >= (options.start or 0.0)) & (times < end))
+    if len(kept) < len(times):
+        if not len(kept):
+            raise BadOptionError(
+                f"from is {options.start or 0:g}, but {motion.name} lasts {times[-1]:.2f} s;"
+                " expected less"
+            )
+        findings.note(f"cut to {times[kept[0]]:g}-{times[kept[-1]]:.2f} s, as asked")
+    times, posture = times[kept], motion.posture[kept]
+    if options.loop:
+        posture = close_loop(posture, motion.rate)
+    context, labels = motion.context[kept], motion.labels
+    if options.context != "auto" or options.labels is not None or options.audio is not None:
+        context, labels = label(posture, times, (), options, motion.name, findings)
+    motion = replace(motion, posture=posture, context=context, labels=labels)
+    return Reading(motion, findings, kind, {}, (), len(motion), motion.rate, {}, True, times, {})
+
+
+def _source_rate(recording: Recording, options: ReadingOptions, findings: Findings) -> float:
+    if options.rate_in is not None:
+        told = "no rate" if recording.rate is None else f"{recording.rate:g} Hz"
+        findings.note(f"{options.rate_in:g} Hz, as given (the file says {told})")
+        return options.rate_in
+    if recording.rate is None:
+        raise MotionFileError(
+            f"{recording.path}: does not say how many frames a second it has; give it with"
+            " --rate-in, such as --rate-in 50"
+        )
+    return recording.rate
+
+
+def _cutoff(
+    points: Tracks, own_rate: float, rate: float, options: ReadingOptions, findings: Findings
+) -> float:
+    """Return the cut-off frequency: what is asked for or the data show, and no aliasing."""
+    if options.cutoff is not None:
+        wanted, how = options.cutoff, "as given"
+    else:
+        arms = np.concatenate([points[name] for name in ARM_POINTS], axis=1)
+        wanted, how = filtering.data_cutoff(arms, own_rate), "from the data"
+    most = _BAND * rate / options.tempo
+    if wanted > most:
+        wanted, how = most, f"the most that {rate:g} Hz can show"
+    findings.note(f"low-pass filter at {wanted:.3g} Hz, {how}; {own_rate:g} Hz to {rate:g} Hz")
+    return wanted
+
+
+def _check_file(path: Path) -> None:
     if not path.exists():
         if path.suffix or len(path.parts) > 1:
             raise UnknownMotionError(f"{path}: no such file; give the path of a recording")
@@ -93,19 +264,5 @@ def _read_text(path: Path) -> str:
         raise MotionFileError(f"{path}: is a folder; give the path of a recording in it")
     if not path.is_file():
         raise MotionFileError(f"{path}: is not a file; give the path of a recording")
-    try:
-        text = path.read_text(encoding="utf-8", errors="replace")
-    except OSError as error:
-        raise MotionFileError(f"{path}: cannot be read ({error.strerror})") from None
-    if not text.strip():
-        raise MotionFileError(f"{path}: is empty; export the recording anew")
-    return text
-
-
-def _read_recording(path: Path, text: str) -> qualisys.MarkerRecording:
-    if not qualisys.is_qualisys(text):
-        raise MotionFileError(
-            f"{path}: not a Qualisys TSV export (no line MARKER_NAMES), which is what can be"
-            " read so far; export the recording as TSV with its header"
-        )
-    return qualisys.read_qualisys(path, text)
+    if not os.access(path, os.R_OK):
+        raise MotionFileError(f"{path}: cannot be read; check its rights")

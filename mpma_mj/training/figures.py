@@ -15,9 +15,9 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from mpma_mj.arm import JOINT_NAMES, SEGMENT_NAMES
+from mpma_mj.files import write_whole
 from mpma_mj.motions import Motion
 from mpma_mj.training.colours import DEMONSTRATED, module_colours
-from mpma_mj.training.files import write_whole
 from mpma_mj.training.strip import label_runs
 
 __all__ = ["write_figures"]

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mpma_mj import files
 from mpma_mj.errors import CheckpointError, RunFolderError
 from mpma_mj.motions import Motion
-from mpma_mj.training import files
 from mpma_mj.training.config import RunConfig, versions
 
 __all__ = ["RunFolder"]

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.envs.rendering import ArmRenderer
+from mpma_mj.files import write_whole
 from mpma_mj.motions import Motion
-from mpma_mj.training.files import write_whole
 from mpma_mj.training.strip import Strip
 
 __all__ = ["dance_frames", "write_video"]

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from mpma_mj.errors import CheckpointError, RunFolderError
-from mpma_mj.training import files
+from mpma_mj import files
 
 
 def test_arrays_and_their_description_go_round(tmp_path: Path) -> None:

@@ -1,0 +1,93 @@
+"""From noisy points to smooth ones at another rate."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["data_cutoff", "low_pass", "resample"]
+
+Array = NDArray[np.float64]
+
+_CUTOFFS = np.arange(2.0, 20.25, 0.5)  # Hz, that are tried
+_HUMAN = (4.0, 10.0)  # Hz: slower cuts movement, faster keeps noise (choice, after Winter)
+_LONGEST = 60.0  # s that are looked at for a cut-off
+_AT_ONCE = 4096  # samples
+_REACH = 40  # frames
+
+
+def data_cutoff(points: Array, rate: float) -> float:
+    """Choose the cut-off frequency by what filtering leaves over.
+
+    The residual R(f) between raw and filtered data falls along a line where only noise is
+    taken away; extended to f = 0 the line shows the noise that movement is mixed with, and the
+    cut-off is where R comes down to that. Residual analysis: Winter (2009), Biomechanics and
+    Motor Control of Human Movement, 4th ed., §3.4.4.3.
+
+    Args:
+        points: Trajectories, shape (T, D).
+        rate: Frames per second, Hz.
+
+    Returns:
+        Cut-off frequency, 4 to 10 Hz.
+    """
+    tried = _CUTOFFS[0.45 * rate > _CUTOFFS]
+    some = points[: int(_LONGEST * rate)]
+    if len(tried) < 8 or len(some) < rate:
+        return _HUMAN[0] if len(tried) < 8 else sum(_HUMAN) / 2
+    some = some - some.mean(axis=0)
+    residual = np.array([np.sqrt(np.mean((some - low_pass(some, rate, f)) ** 2)) for f in tried])
+    tail = tried >= 0.6 * tried[-1]
+    noise = np.polyval(np.polyfit(tried[tail], residual[tail], 1), 0.0)
+    enough = np.flatnonzero(residual <= max(noise, residual[-1]))
+    return float(np.clip(tried[enough[0]], *_HUMAN))
+
+
+def low_pass(points: Array, rate: float, cutoff: float) -> Array:
+    """Filter without delay: Butterworth of second order, forwards and backwards.
+
+    Args:
+        points: Trajectories, shape (T, ...).
+        rate: Frames per second, Hz.
+        cutoff: Cut-off frequency, Hz. From half the rate on there is nothing to remove.
+
+    Returns:
+        The filtered trajectories, same shape.
+    """
+    if cutoff >= 0.5 * rate:
+        return points
+    from scipy import signal  # slow to import, needed by few runs
+
+    sections = signal.butter(2, cutoff, fs=rate, output="sos")
+    padding = min(3 * (2 * len(sections) + 1), len(points) - 1)
+    return signal.sosfiltfilt(sections, points, axis=0, padlen=padding)
+
+
+def resample(points: Array, rate: float, new_rate: float) -> Array:
+    """Read trajectories at other times, by cubic interpolation.
+
+    Args:
+        points: Trajectories, shape (T, ...), free of what is faster than half of `new_rate`.
+        rate: Frames per second that they have, Hz.
+        new_rate: Frames per second that are wanted, Hz.
+
+    Returns:
+        Trajectories, shape (T', ...), over the same time.
+    """
+    if new_rate == rate:
+        return points
+    from scipy.interpolate import CubicSpline  # slow to import, needed by few runs
+
+    count = int(np.floor((len(points) - 1) / rate * new_rate + 1e-9)) + 1
+    if len(points) < 2:
+        return points[:count]
+    at = np.arange(count) * (rate / new_rate)  # in frames
+    resampled = np.empty((count, *points.shape[1:]))
+    # A spline's coefficients take many times the memory of its points; what is farther than
+    # some frames away no longer matters (a factor of 0.27 a frame).
+    for first in range(0, count, _AT_ONCE):
+        times = at[first : first + _AT_ONCE]
+        start = max(0, int(times[0]) - _REACH)
+        frames = np.arange(start, min(len(points), int(times[-1]) + _REACH + 2))
+        resampled[first : first + _AT_ONCE] = CubicSpline(frames, points[frames])(times)
+    return resampled

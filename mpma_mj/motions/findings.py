@@ -1,0 +1,28 @@
+"""What was found in a recording, and what was done to it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+__all__ = ["Findings"]
+
+
+@dataclass
+class Findings:
+    """Lines for whoever wants to know what became of their recording.
+
+    Attributes:
+        steps: What was found or done, in the order of doing.
+        warnings: What may be wrong, each with what was used instead.
+    """
+
+    steps: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+
+    def note(self, step: str) -> None:
+        """Add a step."""
+        self.steps.append(step)
+
+    def warn(self, warning: str) -> None:
+        """Add a warning."""
+        self.warnings.append(warning)

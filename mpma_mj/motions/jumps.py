@@ -1,0 +1,39 @@
+"""Frames in which a marker is elsewhere for one frame: a wrong match, or a flicker."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["single_frame_jumps"]
+
+Array = NDArray[np.float64]
+
+# A jump is at least this share of the arm's length (choice) ...
+_SHARE = 0.1
+# ... and so many times farther from between its neighbours than these are from each other or
+# than the marker usually is (choice): fast arms move on, a jump comes back.
+_TIMES = 4.0
+_USUAL = 15.0
+
+
+def single_frame_jumps(track: Array, arm_length: float) -> NDArray[np.int_]:
+    """Find the frames in which a marker leaves its way and comes back at once.
+
+    Args:
+        track: Trajectory, shape (T, 3), NaN where not seen.
+        arm_length: Upper arm and forearm, in the unit of the trajectory.
+
+    Returns:
+        Indices of the frames, in order.
+    """
+    if len(track) < 3:
+        return np.empty(0, int)
+    before, here, after = track[:-2], track[1:-1], track[2:]
+    away = np.linalg.norm(here - 0.5 * (before + after), axis=1)  # NaN next to gaps
+    onward = np.linalg.norm(after - before, axis=1)
+    if not np.isfinite(away).any():
+        return np.empty(0, int)
+    usual = float(np.nanmedian(away))
+    far = (away > _SHARE * arm_length) & (away > _TIMES * onward) & (away > _USUAL * usual)
+    return np.flatnonzero(far) + 1

@@ -1,0 +1,92 @@
+"""Which context goes with a movement."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.errors import BadOptionError, MotionFileError
+from mpma_mj.motions.context import Span, context_of_spans, equal_segments, one_hot
+from mpma_mj.motions.findings import Findings
+from mpma_mj.motions.options import ReadingOptions
+
+__all__ = ["label"]
+
+Array = NDArray[np.float64]
+
+
+def label(
+    posture: Array,
+    times: Array,
+    events: Sequence[Span],
+    options: ReadingOptions,
+    where: str | Path,
+    findings: Findings,
+) -> tuple[Array, tuple[str, ...]]:
+    """Return the context of a movement.
+
+    Args:
+        posture: Postures, shape (T, 12).
+        times: When each was taken, shape (T,), s from the recording's first frame.
+        events: Labelled stretches that the recording has.
+        options: Says where the labels come from.
+        where: What an error calls the recording.
+        findings: Is told about the context.
+
+    Returns:
+        Context, shape (T, C), and its labels.
+
+    Raises:
+        BadOptionError: There are more parts than postures.
+        MotionFileError: There are no labels where they should come from.
+    """
+    spans = _spans(events, options, where)
+    if spans is not None:
+        context, labels = context_of_spans(spans, times)
+        if not labels:
+            raise MotionFileError(
+                f"{options.labels or options.audio or where}: no label falls between"
+                f" {times[0]:.2f} and {times[-1]:.2f} s, where the movement is; times count from"
+                " the recording's first frame"
+            )
+        silent = float(np.mean(context.sum(axis=1) == 0))
+        if silent:
+            findings.warn(f"{100 * silent:.0f} % of the movement has no label; its context is 0")
+        findings.note(f"{len(labels)} labels")
+        return context, labels
+    if options.segments > len(posture) > 1:
+        raise BadOptionError(
+            f"segments is {options.segments}, but {where} gives {len(posture)} postures; expected"
+            " fewer"
+        )
+    if options.context == "changes":
+        from mpma_mj.motions.changes import change_points
+
+        index = change_points(posture, options.segments)
+        starts = times[np.flatnonzero(np.diff(index)) + 1]
+        findings.note(f"the movement changes at {', '.join(f'{t:.2f}' for t in starts)} s")
+        return one_hot(index, options.segments), tuple(str(i + 1) for i in range(options.segments))
+    return equal_segments(len(posture), options.segments)
+
+
+def _spans(
+    events: Sequence[Span], options: ReadingOptions, where: str | Path
+) -> Sequence[Span] | None:
+    """Return the labelled stretches; None where the movement is to be divided instead."""
+    if options.labels is not None:
+        from mpma_mj.motions.labels import read_labels
+
+        return read_labels(Path(options.labels))
+    if options.audio is not None:
+        from mpma_mj.motions import music
+
+        find = music.sections if options.context == "sections" else music.bars
+        return find(Path(options.audio))
+    if options.context == "events":
+        if not events:
+            raise MotionFileError(f"{where}: has no events; label it with --labels or --segments")
+        return events
+    return None

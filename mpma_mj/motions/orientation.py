@@ -1,0 +1,126 @@
+"""How long a file's unit is, and which of its axes points up."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.errors import MotionFileError
+from mpma_mj.motions.body import segments, trunk
+from mpma_mj.motions.findings import Findings
+from mpma_mj.motions.recording import UNITS, UPS, Up
+
+__all__ = ["arm_length", "find_unit", "find_up", "turn_z_up"]
+
+Array = NDArray[np.float64]
+
+_ARM = 0.55  # m: upper arm and forearm of an adult
+_ARMS = (0.25, 0.9)  # m: of children and giants
+# Acclaim skeletons count in inches divided by 0.45, which BVH files made of them keep.
+_LENGTHS = {**UNITS, "inch/0.45": UNITS["inch"] / 0.45}
+_CLEAR = 0.7  # share of a direction along one axis from which it decides
+
+
+def arm_length(points: dict[str, Array]) -> float:
+    """Return the usual length of upper arm and forearm, the longer side, in the file's unit."""
+    length = {k: np.nanmedian(np.linalg.norm(v, axis=1)) for k, v in segments(points).items()}
+    return float(
+        max(length[f"{side} upper arm"] + length[f"{side} forearm"] for side in ("left", "right"))
+    )
+
+
+def find_unit(
+    arm: float, declared: float | None, given: float | None, findings: Findings
+) -> float | None:
+    """Find the length of a recording's unit by that of the arms.
+
+    Args:
+        arm: Length of an arm, in the unit.
+        declared: What the file says, m.
+        given: What the user says, m.
+        findings: Is told what is taken, and if the file must be wrong.
+
+    Returns:
+        Length of the unit, m; None if no usual one fits arms. Postures do not depend on it.
+    """
+    if given is not None:
+        findings.note(f"unit {_name(given)}, as given")
+        return given
+    if declared is not None and _ARMS[0] <= arm * declared <= _ARMS[1]:
+        findings.note(f"unit {_name(declared)}, as the file says")
+        return declared
+    best = min(_LENGTHS.values(), key=lambda unit: abs(np.log(arm * unit / _ARM)))
+    fits = _ARMS[0] <= arm * best <= _ARMS[1]
+    if declared is not None:
+        findings.warn(
+            f"the file says {_name(declared)}, which makes arms of {arm * declared:.3g} m;"
+            f" {_name(best) + ' is used' if fits else 'no usual unit fits'} (--unit overrides it)"
+        )
+    elif fits:
+        findings.note(f"unit {_name(best)}, by the length of the arms")
+    else:
+        findings.warn(f"arms are {arm:.3g} long, which fits no usual unit (--unit gives one)")
+    return best if fits else None
+
+
+def find_up(
+    points: dict[str, Array], declared: Up | None, given: Up | None, where: str, findings: Findings
+) -> Up:
+    """Find the axis that points up, by the trunk, else by what the file says or how arms hang.
+
+    Args:
+        points: The points of `body.ARM_POINTS` and perhaps of `body.TORSO_POINTS`, each shape
+            (T, 3), without gaps.
+        declared: What the file or its format says.
+        given: What the user says.
+        where: What an error calls the recording.
+        findings: Is told what is taken, and if the file must be wrong.
+
+    Raises:
+        MotionFileError: Nothing tells.
+    """
+    if given is not None:
+        findings.note(f"{given} is up, as given")
+        return given
+    if "pelvis" in points:
+        shown, how = _axis_of(trunk(points)), "by the trunk"
+    else:
+        hanging = [-vectors for name, vectors in segments(points).items() if "upper" in name]
+        shown, how = _axis_of(np.concatenate(hanging)), "by the hanging upper arms"
+    if declared is not None and (shown in (declared, None) or "pelvis" not in points):
+        findings.note(f"{declared} is up, as the file or its format says")
+        return declared
+    if shown is None:
+        raise MotionFileError(
+            f"{where}: cannot tell which axis is up: the file does not say, and the arms do not"
+            " hang; give it with --up, such as --up z"
+        )
+    if declared is not None:
+        findings.warn(
+            f"{declared} should be up by the file or its format, but trunks stand along {shown};"
+            f" {shown} is used (--up overrides it)"
+        )
+    else:
+        findings.note(f"{shown} is up, {how}")
+    return shown
+
+
+def turn_z_up(track: Array, up: Up) -> Array:
+    """Turn a trajectory, shape (T, 3), so that its up axis is z."""
+    axis = "xyz".index(up[-1])
+    turned = track[:, [(axis + 1) % 3, (axis + 2) % 3, axis]]
+    return turned * [1.0, -1.0, -1.0] if up.startswith("-") else turned
+
+
+def _axis_of(vectors: Array) -> Up | None:
+    """Return the axis along which vectors, shape (N, 3), mostly point, if there is a clear one."""
+    mean = np.mean(vectors / np.linalg.norm(vectors, axis=1, keepdims=True), axis=0)
+    axis = int(np.argmax(np.abs(mean)))
+    if abs(mean[axis]) < _CLEAR:
+        return None
+    name = f"{'-' if mean[axis] < 0 else ''}{'xyz'[axis]}"
+    return next(up for up in UPS if up == name)
+
+
+def _name(unit: float) -> str:
+    return next((n for n, length in _LENGTHS.items() if length == unit), f"of {unit:g} m")

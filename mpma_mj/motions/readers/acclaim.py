@@ -1,0 +1,237 @@
+"""Reader for ASF/AMC, Acclaim's pair of a skeleton and its motion, as CMU and HDM05 use it."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from mpma_mj.errors import MotionFileError
+from mpma_mj.motions.findings import Findings
+from mpma_mj.motions.readers.skeleton import Joint, ancestry, joint_positions
+from mpma_mj.motions.readers.text import TextFile, is_number, stack
+from mpma_mj.motions.recording import Recording, Tracks
+
+__all__ = ["is_amc", "is_asf", "read_acclaim"]
+
+Array = NDArray[np.float64]
+
+_USUAL_RATE = 120.0  # Hz: of CMU's and HDM05's recordings; the format has no place for it
+_BLOCK = 2048  # frames that are turned into places at once
+
+
+@dataclass(frozen=True)
+class _Skeleton:
+    """The joints of an ASF. A bone's joint is where it begins; NAME_end is where it ends."""
+
+    joints: dict[str, Joint]
+    channels: dict[str, tuple[str, ...]]  # for each bone what a row of it holds: tx, rx, …
+    degrees: bool
+
+
+def is_asf(head: list[str]) -> bool:
+    """Tell by the first lines whether a file is an ASF."""
+    return any(line.split()[:1] in ([":bonedata"], [":units"], [":root"]) for line in head)
+
+
+def is_amc(head: list[str]) -> bool:
+    """Tell by the first lines whether a file is an AMC."""
+    return any(line.strip().upper() in (":FULLY-SPECIFIED", ":DEGREES") for line in head)
+
+
+def read_acclaim(file: TextFile, skeleton: Path | None, findings: Findings) -> Recording:
+    """Read the skeleton of an AMC.
+
+    Args:
+        file: The AMC.
+        skeleton: Its ASF; looked for beside it if not given.
+        findings: Is told which skeleton is taken, and what is odd.
+
+    Raises:
+        MotionFileError: There is no skeleton, or it is damaged.
+    """
+    path = skeleton or _skeleton_beside(file.path)
+    try:
+        asf = TextFile.open(path)
+    except OSError as error:
+        raise MotionFileError(f"{path}: cannot be read ({error.strerror})") from None
+    if asf is None or not is_asf(asf.head(60)):
+        raise MotionFileError(f"{path}: is no ASF skeleton; give another one with --skeleton")
+    try:
+        bones = _read_skeleton(asf)
+    except (ValueError, IndexError, KeyError) as error:
+        raise MotionFileError(
+            f"{path}: is damaged or cut short ({error}); give another one with --skeleton"
+        ) from None
+    findings.note(f"skeleton {path.name}")
+    findings.warn(f"AMC files carry no rate; {_USUAL_RATE:g} Hz is used (--rate-in overrides it)")
+    return Recording(
+        file.path,
+        "ASF/AMC",
+        tuple(bones.joints),
+        lambda wanted: _load(file, bones, wanted, findings),
+        rate=_USUAL_RATE,
+        up="y",
+    )
+
+
+def _skeleton_beside(path: Path) -> Path:
+    """Return the ASF in the same folder whose name begins the AMC's, or the only one."""
+    there = sorted(p for p in path.parent.iterdir() if p.suffix.lower() == ".asf")
+    fitting = [p for p in there if path.stem.startswith(p.stem)] or there
+    if not fitting or (len(fitting) > 1 and not path.stem.startswith(fitting[0].stem)):
+        names = f" ({', '.join(p.name for p in there)} are there)" if there else ""
+        raise MotionFileError(
+            f"{path}: needs its skeleton, an .asf file, which is not beside it{names}; give it"
+            " with --skeleton"
+        )
+    return max(fitting, key=lambda p: len(p.stem))
+
+
+def _read_skeleton(file: TextFile) -> _Skeleton:
+    sections: dict[str, list[list[str]]] = {}
+    section: list[list[str]] = []
+    for line in file.lines():
+        words = line.split("#")[0].split()
+        if words and words[0].startswith(":"):
+            section = sections.setdefault(words[0].lower(), [])
+        elif words:
+            section.append(words)
+    units = {words[0].lower(): words[1].lower() for words in sections[":units"]}
+    degrees = units.get("angle", "deg").startswith("deg")
+    root = {words[0].lower(): words[1:] for words in sections[":root"]}
+    bones = dict(_read_bones(sections[":bonedata"]))
+    parents = {}
+    if sections[":hierarchy"][-1] != ["end"]:
+        raise ValueError("no end of the hierarchy")
+    for words in sections[":hierarchy"][1:-1]:
+        parents.update(dict.fromkeys(words[1:], words[0]))
+    turn = 180.0 / np.pi if not degrees else 1.0
+    frame = _frame([turn * float(a) for a in root["orientation"]], root["axis"][0])
+    order = tuple(word.lower() for word in root["order"])
+    joints = {"root": Joint("root", None, np.zeros(3), _axes(order), frame)}
+    channels = {"root": order}
+    while parents:
+        ready = [name for name, parent in parents.items() if parent == "root" or parent in channels]
+        if not ready:
+            raise ValueError(f"bone {next(iter(parents))} hangs on nothing")
+        for name in ready:
+            parent, bone = parents.pop(name), bones[name]
+            dof = tuple(word.lower() for word in bone.get("dof", []))
+            axis = [turn * float(a) for a in bone["axis"][:3]]
+            way = np.array(bone["direction"], float) * float(bone["length"][0])
+            begins = joints.get(f"{parent}_end", joints["root"])
+            joints[name] = Joint(
+                name, parent, begins.offset, _axes(dof), _frame(axis, bone["axis"][3])
+            )
+            joints[f"{name}_end"] = Joint(f"{name}_end", name, way, "", np.eye(3))
+            channels[name] = dof
+    return _Skeleton(joints, channels, degrees)
+
+
+def _read_bones(section: list[list[str]]) -> Iterator[tuple[str, dict[str, list[str]]]]:
+    """Iterate over the bones' names and entries."""
+    bone: dict[str, list[str]] = {}
+    for words in section:
+        if words == ["begin"]:
+            bone = {}
+        elif words == ["end"]:
+            yield bone["name"][0], bone
+        else:
+            bone[words[0].lower()] = words[1:]
+
+
+def _axes(channels: Sequence[str]) -> str:
+    """Return the axes of a bone's rotation channels, the one that turns last first."""
+    return "".join(c[1].upper() for c in reversed(channels) if c.startswith("r"))
+
+
+def _frame(angles: Sequence[float], order: str) -> Array:
+    """Return the rotation of a bone's axes from angles in degrees, about fixed axes in order."""
+    return Rotation.from_euler(order.lower(), angles, degrees=True).as_matrix()
+
+
+def _load(file: TextFile, skeleton: _Skeleton, names: Sequence[str], findings: Findings) -> Tracks:
+    """Compute where joints are, each shape (T, 3)."""
+    chain = ancestry(skeleton.joints, names)
+    bones = {name: skeleton.channels[name] for name in chain if skeleton.channels.get(name)}
+    places = {}
+    column = 0
+    for name, channels in bones.items():
+        places[name] = {channel: column + i for i, channel in enumerate(channels)}
+        column += len(channels)
+    unit = np.pi / 180.0 if skeleton.degrees else 1.0
+
+    def positions(rows: list[list[float]]) -> Array:
+        block = np.array(rows)
+        angles = {
+            name: unit * block[:, [place[c] for c in reversed(place) if c.startswith("r")]]
+            for name, place in places.items()
+        }
+        shift = [places["root"][axis] for axis in ("tx", "ty", "tz")]
+        return joint_positions(skeleton.joints, names, angles, {"root": block[:, shift]})
+
+    frames = _frames(file, bones, findings)
+    blocks = iter(lambda: list(itertools.islice(frames, _BLOCK)), [])
+    table = stack((positions(block) for block in blocks), 3 * len(names))
+    if not len(table):
+        raise MotionFileError(f"{file.path}: has no frames; export the motion anew")
+    return {name: table[:, 3 * i : 3 * i + 3] for i, name in enumerate(names)}
+
+
+def _frames(
+    file: TextFile, bones: dict[str, tuple[str, ...]], findings: Findings
+) -> Iterator[list[float]]:
+    """Iterate over the frames' values of some bones."""
+    values: dict[str, list[float]] = {}
+    rows = bones_a_frame = 0
+    number = ""
+    for index, line in enumerate(file.lines(), 1):
+        words = line.split()
+        if len(words) == 1 and words[0].isdigit():
+            if number:
+                yield _frame_values(file.path, number, bones, values)
+                bones_a_frame = bones_a_frame or rows
+            number, values, rows = words[0], {}, 0
+        elif number and words:
+            rows += 1
+            if words[0] in bones:
+                values[words[0]] = _row(file.path, index, words, bones[words[0]])
+    if number and rows < bones_a_frame:
+        raise MotionFileError(
+            f"{file.path}: frame {number}, where the file ends, has {rows} of {bones_a_frame}"
+            " bones; export it anew, or delete that frame"
+        )
+    if number and file.ends_whole:
+        yield _frame_values(file.path, number, bones, values)
+    elif number:
+        findings.warn(
+            f"the file ends in frame {number} without an end of line, perhaps within a number;"
+            " that frame is not used"
+        )
+
+
+def _row(path: Path, index: int, words: list[str], channels: Sequence[str]) -> list[float]:
+    if len(words) != 1 + len(channels) or not all(map(is_number, words[1:])):
+        raise MotionFileError(
+            f"{path}: line {index}: expected {words[0]} and {len(channels)} numbers, found"
+            f" '{' '.join(words)[:60]}'; export it anew, or give the right --skeleton"
+        )
+    return [float(word) for word in words[1:]]
+
+
+def _frame_values(
+    path: Path, number: str, bones: dict[str, tuple[str, ...]], values: dict[str, list[float]]
+) -> list[float]:
+    missing = [name for name in bones if name not in values]
+    if missing:
+        raise MotionFileError(
+            f"{path}: frame {number} lacks {missing[0]}; export it anew, or give the right"
+            " --skeleton"
+        )
+    return [value for name in bones for value in values[name]]

@@ -1,0 +1,71 @@
+"""Reader for points in a NumPy archive (.npz): an array of shape (T, 3) for each."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.errors import MotionFileError
+from mpma_mj.motions.recording import UNITS, UPS, Recording, Tracks
+
+__all__ = ["is_archive", "read_archive", "read_points"]
+
+
+def is_archive(head: bytes) -> bool:
+    """Tell by its first bytes whether a file is a NumPy archive."""
+    return head.startswith(b"PK\x03\x04")
+
+
+def read_archive(path: Path) -> dict[str, NDArray[Any]]:
+    """Read all arrays of an archive.
+
+    Raises:
+        MotionFileError: It is damaged, or holds more than numbers and texts.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            return {name: file[name] for name in file.files}
+    except (OSError, EOFError, KeyError, ValueError, RuntimeError, zipfile.BadZipFile):
+        raise MotionFileError(
+            f"{path}: is a damaged archive, or none of NumPy arrays; write it anew"
+        ) from None
+
+
+def read_points(path: Path, arrays: dict[str, NDArray[Any]]) -> Recording:
+    """Read points by name, with `rate`, and perhaps `unit` and `up`.
+
+    Raises:
+        MotionFileError: An array has not the shape that it needs.
+    """
+    points = {
+        name: np.asarray(array, np.float64)
+        for name, array in arrays.items()
+        if array.ndim == 2 and array.shape[1] == 3 and array.dtype.kind in "fiu"
+    }
+    if not points or len({len(track) for track in points.values()}) > 1:
+        raise MotionFileError(
+            f"{path}: expected arrays of shape (T, 3) with one T, named like left_wrist, and rate;"
+            f" it has {', '.join(f'{n} {a.shape}' for n, a in arrays.items()) or 'nothing'}"
+        )
+
+    def text(name: str) -> str:
+        return str(arrays[name]) if name in arrays and arrays[name].ndim == 0 else ""
+
+    def load(names: Sequence[str]) -> Tracks:
+        return {name: points[name] for name in names}
+
+    rate = text("rate")
+    return Recording(
+        path,
+        "npz",
+        tuple(points),
+        load,
+        rate=float(rate) if rate else None,
+        unit=UNITS.get(text("unit")),
+        up=next((up for up in UPS if up == text("up")), None),
+    )

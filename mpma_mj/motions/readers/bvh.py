@@ -1,0 +1,183 @@
+"""Reader for BVH, Biovision's hierarchy of joints with a row of channels for every frame."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.errors import MotionFileError
+from mpma_mj.motions.findings import Findings
+from mpma_mj.motions.readers.skeleton import Joint, ancestry, joint_positions
+from mpma_mj.motions.readers.text import Grid, TextFile, is_number, stack
+from mpma_mj.motions.recording import Recording, Tracks
+
+__all__ = ["is_bvh", "read_bvh"]
+
+Array = NDArray[np.float64]
+
+_MOST_LINES = 50_000  # of a hierarchy: hands and faces have hundreds of joints
+
+
+@dataclass
+class _Skeleton:
+    """A hierarchy, and which column of a row turns or moves which joint."""
+
+    joints: dict[str, Joint] = field(default_factory=dict)
+    names: list[str] = field(default_factory=list)  # in the file's order, double ones twice
+    turning: dict[str, list[int]] = field(default_factory=dict)
+    moving: dict[str, list[int]] = field(default_factory=dict)  # columns of x, y, z
+    columns: int = 0
+
+
+def is_bvh(head: list[str]) -> bool:
+    """Tell by the first lines whether a file is a BVH."""
+    return next((line.strip() for line in head if line.strip()), "").upper() == "HIERARCHY"
+
+
+def read_bvh(file: TextFile, findings: Findings) -> Recording:
+    """Read the hierarchy of a BVH.
+
+    The points are the joints; NAME_end is where the bone of the last joint NAME ends.
+
+    Args:
+        file: The file.
+        findings: Is told what is odd.
+
+    Raises:
+        MotionFileError: The hierarchy is damaged.
+    """
+    lines = enumerate(itertools.islice(file.lines(), _MOST_LINES), 1)
+    try:
+        skeleton = _read_hierarchy(lines)
+        frames = _header_number(lines, "FRAMES")
+        seconds = _header_number(lines, "FRAME TIME")
+    except StopIteration:
+        raise MotionFileError(
+            f"{file.path}: ends within the hierarchy or before the first frame; export it anew"
+        ) from None
+    except (ValueError, IndexError) as error:
+        raise MotionFileError(f"{file.path}: {error}; export the BVH anew") from None
+    number, row = next(((n, row) for n, row in lines if row.strip()), (0, ""))
+    if row and len(row.split()) != skeleton.columns:
+        raise MotionFileError(
+            f"{file.path}: line {number} has {len(row.split())} values, but the hierarchy has"
+            f" {skeleton.columns} channels; export the BVH anew"
+        )
+    grid = Grid(file, number - 1, None, skeleton.columns)
+    rate = 1.0 / seconds if seconds > 0 else None
+    if rate and abs(rate - round(rate)) < 2e-3 * rate:
+        rate = float(round(rate))  # frame times are rounded
+    return Recording(
+        file.path,
+        "BVH",
+        tuple(skeleton.names),
+        lambda wanted: _load(file.path, grid if row else None, skeleton, wanted, findings),
+        rate=rate,
+        up="y",
+        frames=int(frames),
+    )
+
+
+def _read_hierarchy(lines: Iterator[tuple[int, str]]) -> _Skeleton:
+    """Read from HIERARCHY up to MOTION."""
+    skeleton = _Skeleton()
+    open_joints: list[str] = []  # whose braces are open
+    name = ""
+    for number, line in lines:
+        words = line.replace("{", " { ").replace("}", " } ").split()
+        key = words[0].upper() if words else ""
+        if key in ("ROOT", "JOINT"):
+            name = " ".join(word for word in words[1:] if word != "{")
+            skeleton.names.append(name)
+        elif key == "END":
+            name = f"{open_joints[-1]}_end"
+            skeleton.names.append(name)
+        elif key == "OFFSET":
+            offset = np.array([_number(word, number) for word in words[1:4]])
+            if len(offset) < 3:
+                raise ValueError(f"line {number}: expected three numbers after OFFSET")
+            parent = open_joints[-2] if len(open_joints) > 1 else None
+            skeleton.joints[name] = Joint(name, parent, offset, "", np.eye(3))
+        elif key == "CHANNELS":
+            _add_channels(skeleton, name, words, number)
+        elif key == "MOTION":
+            return skeleton
+        if "{" in words:
+            open_joints.append(name)
+        if "}" in words:
+            open_joints.pop()
+    raise StopIteration
+
+
+def _add_channels(skeleton: _Skeleton, name: str, words: list[str], number: int) -> None:
+    channels = [word.upper() for word in words[2:]]
+    known = [f"{axis}{kind}" for axis in "XYZ" for kind in ("POSITION", "ROTATION")]
+    if len(words) < 2 or str(len(channels)) != words[1] or not set(channels) <= set(known):
+        raise ValueError(f"line {number}: '{' '.join(words)[:60]}' is no list of channels")
+    if len(set(channels)) < len(channels):
+        raise ValueError(f"line {number}: a channel stands twice")
+    place = {channel: skeleton.columns + i for i, channel in enumerate(channels)}
+    skeleton.columns += len(channels)
+    turns = [channel for channel in channels if channel.endswith("ROTATION")]
+    joint = skeleton.joints[name]
+    axes = "".join(channel[0] for channel in turns)
+    skeleton.joints[name] = Joint(name, joint.parent, joint.offset, axes, joint.frame)
+    skeleton.turning[name] = [place[channel] for channel in turns]
+    if all(f"{axis}POSITION" in place for axis in "XYZ"):
+        skeleton.moving[name] = [place[f"{axis}POSITION"] for axis in "XYZ"]
+
+
+def _header_number(lines: Iterator[tuple[int, str]], key: str) -> float:
+    """Return the number of the next line, which is `KEY: number`."""
+    number, line = next((n, line) for n, line in lines if line.strip())
+    found, _, value = line.partition(":")
+    if " ".join(found.upper().split()) != key:
+        raise ValueError(f"line {number}: expected '{key.capitalize()}:', found '{line[:40]}'")
+    return _number(value, number)
+
+
+def _number(word: str, number: int) -> float:
+    if not is_number(word) or not np.isfinite(float(word)):
+        raise ValueError(f"line {number}: '{word.strip()[:40]}' is not a number")
+    return float(word)
+
+
+def _load(
+    path: Path,
+    grid: Grid | None,
+    skeleton: _Skeleton,
+    names: Sequence[str],
+    findings: Findings,
+) -> Tracks:
+    """Compute where joints are, each shape (T, 3)."""
+    chain = ancestry(skeleton.joints, names)
+    columns = sorted(
+        {
+            c
+            for name in chain
+            for of in (skeleton.turning, skeleton.moving)
+            for c in of.get(name, ())
+        }
+    )
+    place = {column: i for i, column in enumerate(columns)}
+    turning, moving = (
+        {name: [place[c] for c in of[name]] for name in chain if of.get(name)}
+        for of in (skeleton.turning, skeleton.moving)
+    )
+
+    def positions(block: Array) -> Array:
+        angles = {name: np.radians(block[:, where]) for name, where in turning.items()}
+        translations = {name: block[:, where] for name, where in moving.items()}
+        translations.setdefault(chain[0], np.zeros((len(block), 3)))
+        return joint_positions(skeleton.joints, names, angles, translations)
+
+    if grid is None:
+        raise MotionFileError(f"{path}: has a hierarchy but no frames; export the motion too")
+    blocks = grid.blocks(columns, findings)
+    rows = stack((positions(block) for block in blocks), 3 * len(names))
+    return {name: rows[:, 3 * i : 3 * i + 3] for i, name in enumerate(names)}

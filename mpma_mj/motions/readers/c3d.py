@@ -1,0 +1,255 @@
+"""Reader for C3D, the binary format of biomechanics (www.c3d.org).
+
+Blocks of 512 bytes: a header, parameters in named groups, then the frames, each with four
+numbers for every point (x, y, z and a residual, below 0 where the point was not seen) and the
+analog samples taken meanwhile. Numbers are 4-byte floats, or 2-byte integers times POINT:SCALE,
+in the byte order of the processor that wrote them.
+
+This is our own reader because files come damaged and long. The usual library reads every
+coordinate and analog sample into memory, and a file that is cut short can end the whole process;
+the tests hold this reader against it.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.errors import MotionFileError
+from mpma_mj.motions.context import Span
+from mpma_mj.motions.findings import Findings
+from mpma_mj.motions.recording import UNITS, UPS, Recording, Tracks
+
+__all__ = ["is_c3d", "read_c3d"]
+
+_BLOCK = 512  # bytes
+_KEY = 80  # second byte of every C3D
+_DEC, _MIPS = 85, 86  # processors; any other stores as Intel does
+_BYTES_AT_ONCE = 1 << 24
+# What parameters list points that are computed values, not places.
+_NO_PLACES = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS")
+_CHAR, _BYTE, _INTEGER, _FLOAT = -1, 1, 2, 4  # types of a parameter
+_LONG = 65535  # frames from which on the header's 2-byte numbers do not suffice
+
+Parameters = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class _Layout:
+    """Where the frames lie in the file, and how a point's numbers are stored."""
+
+    start: int  # byte of the first frame
+    points: int
+    analog: int  # numbers a frame, after the points'
+    scale: float  # below 0 for floats
+    processor: int
+    frames: int
+
+    @property
+    def item(self) -> int:
+        """Size of a number, bytes."""
+        return 4 if self.scale < 0 else 2
+
+    @property
+    def frame_bytes(self) -> int:
+        return self.item * (4 * self.points + self.analog)
+
+
+def is_c3d(head: bytes) -> bool:
+    """Tell by its first bytes whether a file is a C3D."""
+    return len(head) > 1 and head[1] == _KEY and 0 < head[0] < 128
+
+
+def read_c3d(path: Path, findings: Findings) -> Recording:
+    """Read header and parameters of a C3D.
+
+    Args:
+        path: The file.
+        findings: Is told what is odd.
+
+    Raises:
+        MotionFileError: Header or parameters are damaged.
+    """
+    size = path.stat().st_size
+    with path.open("rb") as file:
+        header = file.read(_BLOCK)
+        file.seek((header[0] - 1) * _BLOCK)
+        start = file.read(4)
+        section = start + file.read(max(start[2] * _BLOCK - 4, 0) if len(start) == 4 else 0)
+    if len(header) < _BLOCK or len(section) < max(4, section[2] * _BLOCK if section[2:] else 4):
+        raise MotionFileError(f"{path}: ends within its parameters; export the C3D anew")
+    processor = section[3]
+    try:
+        parameters = _read_parameters(section, processor)
+        layout, rate, first = _read_layout(header, parameters, processor)
+        names = _names(parameters, layout.points)
+        spans = _spans(parameters, (first - 1) / rate if rate else 0.0)
+    except (struct.error, IndexError, ValueError, TypeError, KeyError) as error:
+        raise MotionFileError(f"{path}: has damaged parameters ({error}); export it anew") from None
+    if layout.frame_bytes == 0 or not layout.points:
+        raise MotionFileError(f"{path}: has no points; export the C3D with its trajectories")
+    held = max(0, size - layout.start) // layout.frame_bytes
+    indices = {name: i for i, name in reversed([*enumerate(names)]) if name}
+    unit = str(_first(parameters, "POINT:UNITS", "")).lower()
+    # Exporters agree on the axis that points up on the screen, not on its sign.
+    screen = str(_first(parameters, "POINT:Y_SCREEN", "")).lower().strip("+-")
+    return Recording(
+        path,
+        "C3D",
+        tuple(name for name in names if name),
+        lambda wanted: _load(path, layout, min(held, layout.frames), indices, wanted),
+        rate=rate,
+        unit=UNITS.get(unit),
+        up=next((up for up in UPS if up == screen), None),
+        frames=layout.frames,
+        spans=spans,
+    )
+
+
+def _read_parameters(section: bytes, processor: int) -> Parameters:
+    """Return the parameters' values by "GROUP:NAME"; texts are lists of strings."""
+    order = ">" if processor == _MIPS else "<"
+    groups: dict[int, str] = {}
+    found: list[tuple[int, str, Any]] = []
+    position = 4
+    while position + 2 < len(section) and section[position]:
+        length, group = struct.unpack_from("bb", section, position)
+        name_end = position + 2 + abs(length)
+        name = section[position + 2 : name_end].decode("latin-1").strip().upper()
+        (offset,) = struct.unpack_from(f"{order}h", section, name_end)
+        if group < 0:
+            groups[-group] = name
+        else:
+            found.append((group, name, _value(section, name_end + 2, order, processor)))
+        if offset <= 0:
+            break
+        position = name_end + offset
+    return {f"{groups.get(group, group)}:{name}": value for group, name, value in found}
+
+
+def _value(section: bytes, position: int, order: str, processor: int) -> Any:
+    """Return a parameter's value: an array, or a list of strings."""
+    kind, count = struct.unpack_from("bB", section, position)
+    shape = list(section[position + 2 : position + 2 + count])
+    number = int(np.prod(shape, dtype=int)) if shape else 1
+    data = section[position + 2 + count :][: number * abs(kind)]
+    if len(shape) < count or len(data) < number * abs(kind):
+        raise ValueError("a parameter reaches past their end")
+    if kind == _CHAR:
+        width = shape[0] if shape else 1
+        cells = (data[i * width : (i + 1) * width] for i in range(number // width if width else 0))
+        return [_text(cell) for cell in cells]
+    if kind == _FLOAT:
+        return _floats(data, processor)
+    if kind in (_BYTE, _INTEGER):
+        return np.frombuffer(data, f"{order}u{kind}").astype(int)
+    raise ValueError(f"a parameter of unknown type {kind}")
+
+
+def _text(cell: bytes) -> str:
+    try:
+        return cell.decode("utf-8").strip(" \0")
+    except UnicodeDecodeError:
+        return cell.decode("latin-1").strip(" \0")
+
+
+def _floats(data: bytes, processor: int) -> NDArray[np.float32]:
+    """Return 4-byte floats. DEC's have their halves swapped and an exponent greater by 2."""
+    if processor == _DEC:
+        halves = np.frombuffer(data, "<u2").reshape(-1, 2)[:, ::-1]
+        return np.ascontiguousarray(halves).view("<f4")[:, 0] * np.float32(0.25)
+    return np.frombuffer(data, ">f4" if processor == _MIPS else "<f4")
+
+
+def _first(parameters: Parameters, name: str, default: Any) -> Any:
+    """Return the first entry of a parameter, if it is there and has one."""
+    value = parameters.get(name, ())
+    return value[0] if len(value) else default
+
+
+def _read_layout(
+    header: bytes, parameters: Parameters, processor: int
+) -> tuple[_Layout, float | None, int]:
+    """Return where the frames lie, their rate and the number of the first."""
+    order = ">" if processor == _MIPS else "<"
+    points, analog, first, last = struct.unpack_from(f"{order}4H", header, 2)
+    (start,) = struct.unpack_from(f"{order}H", header, 16)
+    scale = float(_first(parameters, "POINT:SCALE", _floats(header[12:16], processor)[0]))
+    rate = float(_first(parameters, "POINT:RATE", _floats(header[20:24], processor)[0]))
+    frames = last - first + 1
+    if last >= _LONG:  # then it is one of these that tells
+        ends = [parameters.get(f"TRIAL:ACTUAL_{end}_FIELD", ()) for end in ("START", "END")]
+        if all(len(end) == 2 for end in ends):
+            first, last = (int(end[0]) + (int(end[1]) << 16) for end in ends)
+            frames = last - first + 1
+        frames = int(_first(parameters, "POINT:LONG_FRAMES", frames))
+    layout = _Layout((start - 1) * _BLOCK, points, analog, scale, processor, frames)
+    if start < 2 or frames < 1 or scale == 0 or not np.isfinite(scale):
+        raise ValueError(f"{frames} frames from block {start}, scale {scale:g}")
+    return layout, rate if np.isfinite(rate) and rate > 0 else None, first
+
+
+def _names(parameters: Parameters, points: int) -> list[str]:
+    """Return a name for each point; "" for what has none or is no place."""
+    names = list(parameters["POINT:LABELS"])
+    for more in (f"POINT:LABELS{i}" for i in range(2, 100)):
+        names += parameters.get(more, [])
+    no_place = {n for p in _NO_PLACES for n in parameters.get(f"POINT:{p}", ())}
+    names = ["" if name in no_place or name.startswith("*") else name for name in names]
+    return (names + [""] * points)[:points]
+
+
+def _spans(parameters: Parameters, offset: float) -> tuple[Span, ...]:
+    """Return the stretches from each event to the next; the last one ends with the recording."""
+    labels = parameters.get("EVENT:LABELS", [])
+    times = parameters.get("EVENT:TIMES", np.empty(0)).reshape(-1, 2) @ [60.0, 1.0] - offset
+    contexts = parameters.get("EVENT:CONTEXTS", [])
+    if not len(times) or len(labels) < len(times):
+        return ()
+    sides = (contexts + [""] * len(times))[: len(times)]
+    events = sorted(
+        (float(time), " ".join(filter(None, [side, label])))
+        for time, side, label in zip(times, sides, labels, strict=False)
+    )
+    edges = [*events, (np.inf, "")]
+    spans = [Span(t, end, label) for (t, label), (end, _) in zip(edges, edges[1:], strict=False)]
+    return (Span(-np.inf, events[0][0], "start"), *spans)
+
+
+def _load(
+    path: Path, layout: _Layout, frames: int, indices: dict[str, int], names: Sequence[str]
+) -> Tracks:
+    """Read the trajectories of some points, each shape (T, 3), NaN where not seen."""
+    if not frames:
+        raise MotionFileError(f"{path}: ends before its first frame; export it anew")
+    points = np.empty((len(names), frames, 3))
+    wanted = [indices[name] for name in names]
+    at_once = max(1, _BYTES_AT_ONCE // layout.frame_bytes)
+    with path.open("rb") as file:
+        file.seek(layout.start)
+        for first in range(0, frames, at_once):
+            count = min(at_once, frames - first)
+            block = _block(file.read(count * layout.frame_bytes), layout)[:, wanted]
+            seen = (block[..., 3] >= 0) & (block[..., :3] != 0).any(axis=2)
+            places = block[..., :3] * (layout.scale if layout.scale > 0 else 1.0)
+            points[:, first : first + count] = np.where(seen[..., None], places, np.nan).swapaxes(
+                0, 1
+            )
+    points[~(np.abs(points) < np.finfo(np.float32).max)] = np.nan
+    return dict(zip(names, points, strict=True))
+
+
+def _block(data: bytes, layout: _Layout) -> NDArray[Any]:
+    """Return the points' numbers in some frames, shape (T, points, 4)."""
+    if layout.scale > 0:
+        numbers: NDArray[Any] = np.frombuffer(data, ">i2" if layout.processor == _MIPS else "<i2")
+    else:
+        numbers = _floats(data, layout.processor)
+    numbers = numbers.reshape(-1, 4 * layout.points + layout.analog)[:, : 4 * layout.points]
+    return numbers.reshape(len(numbers), layout.points, 4)

@@ -1,0 +1,76 @@
+"""Which reader a file is for."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from mpma_mj.errors import BadOptionError, MotionFileError
+from mpma_mj.motions.findings import Findings
+from mpma_mj.motions.readers import acclaim, arrays, bvh, c3d, qualisys, table, trc
+from mpma_mj.motions.readers.text import TextFile
+from mpma_mj.motions.recording import Recording
+
+__all__ = ["open_recording"]
+
+_HEAD = 40  # lines in which a text file says what it is
+# Formats that are met and cannot be read, by their first bytes, and what to do.
+_FOREIGN = {
+    b"Kaydara FBX": "an FBX scene; export it as BVH",
+    b"glTF": "a glTF scene; export it as BVH",
+    b"\x89HDF": "an HDF5 or MATLAB file; export the points as C3D or CSV",
+    b"MATLAB": "a MATLAB file; export the points as C3D or CSV",
+    b"RIFF": "sound or video; give a recording, and sound with --audio",
+    b"\x80": "a Python pickle, which can run code and is never opened; save an npz instead",
+}
+
+
+def open_recording(path: Path, findings: Findings, *, skeleton: Path | None = None) -> Recording:
+    """Read the header of a recording of any known format.
+
+    Args:
+        path: The file.
+        findings: Is told what is odd.
+        skeleton: The ASF of an AMC, where it is not beside it.
+
+    Raises:
+        BadOptionError: A skeleton is given for a file that has its own.
+        MotionFileError: The file cannot be read as a recording.
+    """
+    try:
+        with path.open("rb") as file:
+            head = file.read(64)
+        recording = _open(path, head, findings, skeleton)
+    except OSError as error:
+        raise MotionFileError(f"{path}: cannot be read ({error.strerror or error})") from None
+    if skeleton is not None and recording.format != "ASF/AMC":
+        raise BadOptionError(f"{path}: is {recording.format}; --skeleton is for AMC, leave it out")
+    if not recording.names:
+        raise MotionFileError(f"{path}: names no point at all; export the recording with names")
+    return recording
+
+
+def _open(path: Path, head: bytes, findings: Findings, skeleton: Path | None) -> Recording:
+    if not head.strip():
+        raise MotionFileError(f"{path}: is empty; export the recording anew")
+    for start, what in _FOREIGN.items():
+        if head.startswith(start):
+            raise MotionFileError(f"{path}: is {what}")
+    if arrays.is_archive(head):
+        return arrays.read_points(path, arrays.read_archive(path))
+    if c3d.is_c3d(head):
+        return c3d.read_c3d(path, findings)
+    text = TextFile.open(path)
+    if text is None:
+        raise MotionFileError(f"{path}: is binary and no C3D or npz; export it as one of those")
+    lines = text.head(_HEAD)
+    if bvh.is_bvh(lines):
+        return bvh.read_bvh(text, findings)
+    if acclaim.is_asf(lines):
+        raise MotionFileError(f"{path}: is a skeleton; give the .amc with the motion instead")
+    if acclaim.is_amc(lines):
+        return acclaim.read_acclaim(text, skeleton, findings)
+    if trc.is_trc(lines):
+        return trc.read_trc(text, findings)
+    if qualisys.is_qualisys(lines):
+        return qualisys.read_qualisys(text, findings)
+    return table.read_table(text, findings)

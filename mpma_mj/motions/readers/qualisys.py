@@ -1,0 +1,89 @@
+"""Reader for the text export (TSV) of Qualisys Track Manager, the paper's recording system.
+
+A file is a header of `KEY<tab>value` lines up to MARKER_NAMES, perhaps lines of column titles,
+then a row of x, y, z for every marker a frame, in millimetres, z up. Some exports put the frame
+number, or frame number and time, before the first marker.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mpma_mj.errors import MotionFileError
+from mpma_mj.motions.findings import Findings
+from mpma_mj.motions.readers.columns import load_columns
+from mpma_mj.motions.readers.text import Grid, TextFile, is_number
+from mpma_mj.motions.recording import UNITS, Recording
+
+__all__ = ["is_qualisys", "read_qualisys"]
+
+_LONGEST_HEADER = 60  # lines
+
+
+def is_qualisys(head: list[str]) -> bool:
+    """Tell by the first lines whether a file is a Qualisys export."""
+    return any(line.split("\t")[0].strip() in ("NO_OF_FRAMES", "MARKER_NAMES") for line in head)
+
+
+def read_qualisys(file: TextFile, findings: Findings) -> Recording:
+    """Read the header of a Qualisys export.
+
+    Args:
+        file: The file.
+        findings: Is told what is odd.
+
+    Raises:
+        MotionFileError: The header is incomplete.
+    """
+    path = file.path
+    header: dict[str, str] = {}
+    lines = file.head(_LONGEST_HEADER)
+    for index, line in enumerate(lines):
+        key, _, value = line.partition("\t")
+        header[key.strip()] = value.strip()
+        if key.strip() == "MARKER_NAMES":
+            break
+    else:
+        raise MotionFileError(f"{path}: no line MARKER_NAMES; export the file with its header")
+    names = [name.strip() for name in header["MARKER_NAMES"].split("\t")]
+    if not all(names):
+        raise MotionFileError(f"{path}: line {index + 1}: MARKER_NAMES lacks a name")
+    # Column titles and the like may follow; a row of the table has a number in it.
+    first = index + 1
+    while first < len(lines) and not any(is_number(cell) for cell in lines[first].split("\t")):
+        first += 1
+    grid = Grid.starting(file, first, columns=3 * len(names))
+    extra = grid.width - 3 * len(names)  # frame number, time
+    if first < len(lines) and extra not in (0, 1, 2):
+        raise MotionFileError(
+            f"{path}: line {first + 1} has {grid.width} columns, expected {3 * len(names)}: x, y,"
+            f" z for each of {len(names)} markers; export the file anew"
+        )
+    columns = {name: extra + 3 * i for i, name in reversed([*enumerate(names)])}
+    counted = 0 if extra and _counts(grid) else None
+    return Recording(
+        path,
+        "Qualisys TSV",
+        tuple(names),
+        lambda wanted: load_columns(grid, columns, wanted, findings, frame_column=counted),
+        rate=_number(path, header, "FREQUENCY"),
+        unit=UNITS["mm"],
+        up="z",
+        frames=int(_number(path, header, "NO_OF_FRAMES") or 0) or None,
+    )
+
+
+def _counts(grid: Grid) -> bool:
+    """Tell whether the first column has whole numbers: the frame's, where time has none."""
+    column = next(grid.blocks([0], Findings()))
+    return bool((column == np.round(column)).all())
+
+
+def _number(path: object, header: dict[str, str], key: str) -> float | None:
+    """Return a number of the header, if it is there."""
+    value = header.get(key)
+    if value is None:
+        return None
+    if not (is_number(value) and 0 < float(value) < np.inf):
+        raise MotionFileError(f"{path}: {key} is '{value}'; expected a number above 0")
+    return float(value)

@@ -1,0 +1,90 @@
+"""Forward kinematics of skeletons, which BVH and ASF/AMC files describe by joint angles."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+__all__ = ["Joint", "ancestry", "joint_positions"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """A joint, or the end of a bone.
+
+    Attributes:
+        name: Its name.
+        parent: Name of the joint before it; None for the root.
+        offset: From the parent, in the parent's frame, shape (3,), in the file's unit.
+        axes: Axes that it turns about, such as "ZXY": R = Rz Rx Ry.
+        frame: Rotation C of the axes themselves, shape (3, 3): the joint turns by C R Cᵀ.
+    """
+
+    name: str
+    parent: str | None
+    offset: Array
+    axes: str
+    frame: Array
+
+
+def ancestry(joints: Mapping[str, Joint], names: Sequence[str]) -> list[str]:
+    """Return the joints on the way from the root to some joints, parents first."""
+    found: dict[str, None] = {}
+    for name in names:
+        chain = [name]
+        while (parent := joints[chain[-1]].parent) is not None:
+            chain.append(parent)
+        found.update(dict.fromkeys(reversed(chain)))
+    return list(found)
+
+
+def joint_positions(
+    joints: Mapping[str, Joint],
+    names: Sequence[str],
+    angles: Mapping[str, Array],
+    translations: Mapping[str, Array],
+) -> Array:
+    """Compute where joints are.
+
+        R_j = R_parent C_j R(angles_j) C_jᵀ        x_j = x_parent + R_parent offset_j
+
+    Args:
+        joints: The skeleton, by name.
+        names: Joints that are wanted.
+        angles: For each joint that turns the angles about its axes, each shape (T, axes), rad.
+        translations: For each joint that moves its place in the parent's frame, shape (T, 3),
+            which stands instead of the offset.
+
+    Returns:
+        Positions, shape (T, 3 · number of `names`), in the file's unit.
+    """
+    frames = len(next(iter(translations.values())))
+    turned: dict[str, Array] = {}
+    places: dict[str, Array] = {}
+    for name in ancestry(joints, names):
+        joint = joints[name]
+        way = translations.get(name, joint.offset)
+        turn = _turn(joint, angles.get(name))
+        if joint.parent is None:
+            places[name] = np.broadcast_to(way, (frames, 3))
+            turned[name] = np.broadcast_to(turn, (frames, 3, 3))
+        else:
+            before = turned[joint.parent]
+            step = np.matmul(before, np.broadcast_to(way, (frames, 3))[:, :, None])[:, :, 0]
+            places[name] = places[joint.parent] + step
+            turned[name] = before @ turn
+    return np.concatenate([places[name] for name in names], axis=1)
+
+
+def _turn(joint: Joint, angles: Array | None) -> Array:
+    """Return C R Cᵀ, shape (T, 3, 3), or (3, 3) where the joint does not turn."""
+    if angles is None or not joint.axes:
+        return np.eye(3)
+    turn = Rotation.from_euler(joint.axes, angles).as_matrix()
+    return joint.frame @ turn @ joint.frame.T

@@ -1,0 +1,245 @@
+"""Text files of numbers, read row by row: a long recording need not fit into memory."""
+
+from __future__ import annotations
+
+import codecs
+import itertools
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.errors import MotionFileError
+from mpma_mj.motions.findings import Findings
+
+__all__ = ["Grid", "TextFile", "is_number", "stack"]
+
+Array = NDArray[np.float64]
+
+_HEAD = 65536  # bytes from which the encoding is told
+_BLOCK = 4096  # rows that are turned into numbers at once
+_FARTHEST = 1e9  # what is farther away, in any unit, is no coordinate
+_MISSING = {"", "nan", "null", "none", "n/a", "na", "-", "--"}
+_BYTE_ORDER_MARKS = {
+    codecs.BOM_UTF8: "utf-8-sig",
+    codecs.BOM_UTF16_LE: "utf-16",
+    codecs.BOM_UTF16_BE: "utf-16",
+}
+
+
+@dataclass(frozen=True)
+class TextFile:
+    """A text file and how its letters are stored.
+
+    Attributes:
+        path: The file.
+        encoding: Name of the encoding.
+        ends_whole: Whether its last line has an end; where not, the line may be cut.
+    """
+
+    path: Path
+    encoding: str
+    ends_whole: bool
+
+    @classmethod
+    def open(cls, path: Path) -> TextFile | None:
+        """Return the file, or None if it holds no text."""
+        with path.open("rb") as file:
+            head = file.read(_HEAD)
+            file.seek(max(0, file.seek(0, 2) - 2))
+            tail = file.read()
+        encoding = next((n for mark, n in _BYTE_ORDER_MARKS.items() if head.startswith(mark)), "")
+        if not encoding:
+            if b"\0" in head:
+                return None
+            try:
+                codecs.getincrementaldecoder("utf-8")().decode(head)
+                encoding = "utf-8"
+            except UnicodeDecodeError:
+                encoding = "latin-1"
+        return cls(path, encoding, b"\n" in tail or b"\r" in tail)
+
+    def lines(self, first: int = 0) -> Iterator[str]:
+        """Iterate over the lines, without their ends, from the one with index `first`."""
+        with self.path.open(encoding=self.encoding, errors="replace") as file:
+            for line in itertools.islice(file, first, None):
+                yield line.rstrip("\n")
+
+    def head(self, count: int) -> list[str]:
+        """Return the first lines."""
+        return list(itertools.islice(self.lines(), count))
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Rows of numbers in a text file.
+
+    Attributes:
+        file: The file.
+        first: Index of the first row's line.
+        separator: What is between cells; None for white space.
+        width: Number of cells in a row.
+        decimal_comma: Whether numbers are written like 1,5.
+    """
+
+    file: TextFile
+    first: int
+    separator: str | None
+    width: int
+    decimal_comma: bool = False
+
+    @classmethod
+    def starting(cls, file: TextFile, first: int, *, columns: int = 0) -> Grid:
+        """Return the grid whose first row is at a line, told from that row.
+
+        Args:
+            file: The file.
+            first: Index of the line.
+            columns: Number of coordinates that a row has at least, for telling a separator that
+                ends the row from an empty cell.
+        """
+        row = next(file.lines(first), "").replace('"', "")
+        separator = next((s for s in "\t;," if s in row), None)
+        if separator is None:
+            return cls(file, first, None, len(row.split()))
+        cells = [cell.strip() for cell in row.split(separator)]
+        comma = separator != "," and any(re.fullmatch(r"[-+]?\d*,\d+", cell) for cell in cells)
+        empty = len(cells) - max((i + 1 for i, cell in enumerate(cells) if cell), default=0)
+        # A point that was not seen leaves three empty cells: one more ends the row.
+        ending = empty % 3 == 1 and len(cells) > columns
+        return cls(file, first, separator, len(cells) - ending, comma)
+
+    def blocks(self, columns: Sequence[int], findings: Findings) -> Iterator[Array]:
+        """Iterate over blocks of rows.
+
+        Args:
+            columns: Which cells of each row are wanted, by index.
+            findings: Is told if rows had to be left out.
+
+        Yields:
+            Numbers, shape (rows, number of `columns`); a missing one is NaN.
+
+        Raises:
+            MotionFileError: A row has too few or too many cells, or a wanted cell is no number;
+                names line and column.
+        """
+        rows = self._rows(findings)
+        start = self.first
+        while lines := list(itertools.islice(rows, _BLOCK)):
+            block = self._numbers(lines, start, columns)
+            wild = np.abs(block) > _FARTHEST
+            if wild.any():
+                row, column = np.argwhere(wild)[0]
+                raise MotionFileError(
+                    f"{self.file.path}: line {start + row + 1}, column {columns[column] + 1}:"
+                    f" {block[row, column]:g} is no coordinate; mend that cell, or empty it"
+                )
+            yield block
+            start += len(lines)
+
+    def _rows(self, findings: Findings) -> Iterator[str]:
+        """Iterate over the rows' lines, checked for their number of cells."""
+        before = None
+        for index, raw in enumerate(self.file.lines(self.first), self.first):
+            line = raw.replace('"', "")
+            if not line.strip():
+                yield from filter(None, [before])
+                rest = sum(bool(line.strip()) for line in self.file.lines(index))
+                if rest:
+                    findings.warn(
+                        f"line {index + 1} is empty; the {rest} lines after it are not read"
+                    )
+                return
+            if before is not None:
+                yield before
+            if self.decimal_comma:
+                line = line.replace(",", ".")
+            before = self._checked(line, index)
+        if before is None:
+            return
+        if self.file.ends_whole or not self._may_be_cut(before):
+            yield before
+        else:
+            findings.warn(
+                f"the file ends in line {index + 1} without an end of line, perhaps within a"
+                " number; that row is not used"
+            )
+
+    def _checked(self, line: str, index: int) -> str:
+        separator = self.separator
+        if separator is None:
+            cells = len(line.split())
+        else:
+            cells = line.count(separator) + 1
+            if cells == self.width + 1 and not line.rpartition(separator)[2].strip():
+                line, cells = line.rpartition(separator)[0], self.width
+        if cells != self.width:
+            last = not self.file.ends_whole and next(self.file.lines(index + 1), None) is None
+            where = ", where the file ends," if last else ""
+            raise MotionFileError(
+                f"{self.file.path}: line {index + 1}{where} has {cells} columns, expected"
+                f" {self.width}; export the file anew, or delete that line"
+            )
+        if separator and (separator * 2 in line or line[0] == separator or line[-1] == separator):
+            return separator.join(cell.strip() or "nan" for cell in line.split(separator))
+        return line
+
+    def _may_be_cut(self, line: str) -> bool:
+        """Tell whether the last row has fewer decimals than the first one."""
+        first = next(self.file.lines(self.first))
+        digits = [len(row.rstrip().rpartition(".")[2]) for row in (first, line)]
+        return "." not in line[line.rfind(self.separator or " ") :] or digits[1] < digits[0]
+
+    def _numbers(self, lines: list[str], start: int, columns: Sequence[int]) -> Array:
+        try:
+            return np.loadtxt(
+                lines, delimiter=self.separator, usecols=columns, ndmin=2, comments=None
+            )
+        except ValueError:
+            return np.array([self._row_numbers(r, start + i, columns) for i, r in enumerate(lines)])
+
+    def _row_numbers(self, line: str, index: int, columns: Sequence[int]) -> list[float]:
+        cells = line.split(self.separator)
+        numbers = []
+        for column in columns:
+            cell = cells[column].strip()
+            if not (is_number(cell) or cell.lower() in _MISSING):
+                raise MotionFileError(
+                    f"{self.file.path}: line {index + 1}, column {column + 1}: '{cell[:40]}' is"
+                    " not a number; mend that cell, or empty it"
+                )
+            numbers.append(float(cell) if is_number(cell) else np.nan)
+        return numbers
+
+
+def is_number(cell: str) -> bool:
+    """Tell whether a cell holds a number."""
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return "_" not in cell  # which Python allows between digits, and no file means
+
+
+def stack(blocks: Iterator[Array], width: int) -> Array:
+    """Join blocks of rows without holding them twice.
+
+    Args:
+        blocks: Blocks, each shape (rows, width).
+        width: Number of columns.
+
+    Returns:
+        All rows, shape (T, width).
+    """
+    rows = np.empty((0, width))
+    count = 0
+    for block in blocks:
+        if count + len(block) > len(rows):
+            rows.resize((int(1.2 * count) + len(block), width), refcheck=False)
+        rows[count : count + len(block)] = block
+        count += len(block)
+    rows.resize((count, width), refcheck=False)
+    return rows
