@@ -69,9 +69,9 @@ def check_segments(points: dict[str, Array], where: str, first: int = 0) -> None
         length = np.linalg.norm(vectors, axis=1)
         too_short = length <= _SHORTEST * np.median(length)
         if too_short.any():
-            frame = int(np.argmax(too_short))
+            i = int(np.argmax(too_short))
             raise MotionFileError(
-                f"{where}: the {name} has length {length[frame]:.3g} at frame {first + frame + 1} (median"
+                f"{where}: the {name} has length {length[i]:.3g} at frame {first + i + 1} (median"
                 f" {np.median(length):.3g}); two markers lie in one place, so mend that frame, or"
                 " cut it with --from and --to"
             )

@@ -22,8 +22,7 @@ def missing(track: Array) -> Mask:
     Returns:
         Shape (T,).
     """
-    gone: Mask = np.isnan(track).any(axis=1)
-    return gone
+    return np.any(np.isnan(track), axis=1)
 
 
 def runs(mask: Mask) -> list[tuple[int, int]]:

@@ -12,6 +12,7 @@ the tests hold this reader against it.
 
 from __future__ import annotations
 
+import itertools
 import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -218,7 +219,7 @@ def _spans(parameters: Parameters, offset: float) -> tuple[Span, ...]:
         for time, side, label in zip(times, sides, labels, strict=False)
     )
     edges = [*events, (np.inf, "")]
-    spans = [Span(t, end, label) for (t, label), (end, _) in zip(edges, edges[1:], strict=False)]
+    spans = [Span(t, end, label) for (t, label), (end, _) in itertools.pairwise(edges)]
     return (Span(-np.inf, events[0][0], "start"), *spans)
 
 

@@ -38,18 +38,17 @@ def read_qualisys(file: TextFile, findings: Findings) -> Recording:
     path = file.path
     header: dict[str, str] = {}
     lines = file.head(_LONGEST_HEADER)
-    for index, line in enumerate(lines):
-        key, _, value = line.partition("\t")
+    first = 0
+    while first < len(lines) and "MARKER_NAMES" not in header:
+        key, _, value = lines[first].partition("\t")
         header[key.strip()] = value.strip()
-        if key.strip() == "MARKER_NAMES":
-            break
-    else:
+        first += 1
+    if "MARKER_NAMES" not in header:
         raise MotionFileError(f"{path}: no line MARKER_NAMES; export the file with its header")
     names = [name.strip() for name in header["MARKER_NAMES"].split("\t")]
     if not all(names):
-        raise MotionFileError(f"{path}: line {index + 1}: MARKER_NAMES lacks a name")
+        raise MotionFileError(f"{path}: line {first}: MARKER_NAMES lacks a name")
     # Column titles and the like may follow; a row of the table has a number in it.
-    first = index + 1
     while first < len(lines) and not any(is_number(cell) for cell in lines[first].split("\t")):
         first += 1
     grid = Grid.starting(file, first, columns=3 * len(names))

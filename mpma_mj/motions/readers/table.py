@@ -8,6 +8,7 @@ numbers.
 
 from __future__ import annotations
 
+import itertools
 import re
 from dataclasses import dataclass
 
@@ -191,7 +192,7 @@ def _unit(header: _Header, columns: dict[str, int], first: int) -> float | None:
     titles = [header.cell(header.axes, x) for x in columns.values()]
     cells += [word for title in titles for word in re.findall(r"[(\[](\w+)[)\]]", title)]
     for row in header.rows[: header.axes]:
-        cells += [v for k, v in zip(row, row[1:], strict=False) if k.lower() == "length units"]
+        cells += [v for k, v in itertools.pairwise(row) if k.lower() == "length units"]
     return next((UNITS[_LENGTHS[c.lower()]] for c in cells if c.lower() in _LENGTHS), None)
 
 
