@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import itertools
 import sys
 import time
-from collections.abc import Sequence
+import warnings
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -15,7 +17,7 @@ import tyro
 
 from mpma_mj import __version__
 from mpma_mj.envs.gl import require_backend
-from mpma_mj.errors import BadOptionError, MpmaError, RenderingError
+from mpma_mj.errors import BadOptionError, MpmaError, RecordingWarning, RenderingError
 from mpma_mj.training.config import RunConfig, Settings
 
 if TYPE_CHECKING:
@@ -30,8 +32,9 @@ _INTERRUPTED = 130  # what shells expect of a command that was stopped by Ctrl-C
 class Imitate:
     """Train the arms on a movement, save the run, make figures and a video."""
 
-    motion: Annotated[str | None, tyro.conf.Positional, tyro.conf.arg(metavar="MOTION")] = None
-    """"ymca", or the path of a Qualisys TSV recording."""
+    motions: Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="MOTION")] = ()
+    """"ymca", or a recording: C3D, BVH, AMC, TRC, TSV, CSV, npz; several, or a folder, are a
+    repertoire that is learned together."""
     settings: tyro.conf.OmitArgPrefixes[Settings] = dataclasses.field(default_factory=Settings)
     """What decides the result."""
     epochs: int = 30
@@ -58,7 +61,7 @@ class Imitate:
                 summary = imitate.resume(folder, self.epochs, on_epoch=show)
             else:
                 config = self._config()
-                folder = RunFolder(self.out or _default_folder(config.motion))
+                folder = RunFolder(self.out or _default_folder(config.motions))
                 summary = imitate.start(
                     config, folder, self.epochs, overwrite=self.overwrite, on_epoch=show
                 )
@@ -78,6 +81,7 @@ class Imitate:
         """
         if self.resume is None:
             return
+        from mpma_mj.training.movements import expand_folders
         from mpma_mj.training.run_folder import RunFolder
 
         if self.overwrite or self.out is not None:
@@ -85,21 +89,25 @@ class Imitate:
                 "--resume goes on in the run's own folder; drop --overwrite, --out"
             )
         saved = RunFolder(self.resume).read_config()
-        typed = {w.split("=")[0].removeprefix("--").replace("-", "_") for w in words}
-        given = {n: v for n, v in dataclasses.asdict(self.settings).items() if n in typed}
-        if self.motion is not None:
-            given["motion"] = self.motion
+        typed = {word.split("=")[0].removeprefix("--").removeprefix("no-") for word in words}
+        settings = dataclasses.asdict(self.settings)
+        given = {name: value for name, value in settings.items() if _option(name) in typed}
+        if self.motions:
+            given["motions"] = expand_folders(self.motions)
         for name, value in given.items():
             if value != getattr(saved, name):
                 raise BadOptionError(
-                    f"{name.replace('_', '-')} is {value}, but the run to resume has"
-                    f" {getattr(saved, name)}; leave it out, or start another run"
+                    f"{_option(name)} is {_shown(value)}, but the run to resume has"
+                    f" {_shown(getattr(saved, name))}; leave it out, or start another run"
                 )
 
     def _config(self) -> RunConfig:
-        if self.motion is None:
+        from mpma_mj.training.movements import expand_folders
+
+        if not self.motions:
             raise BadOptionError("no motion given; try: mpma imitate ymca")
-        return RunConfig(motion=self.motion, **dataclasses.asdict(self.settings))
+        motions = expand_folders(self.motions)
+        return RunConfig(motions=motions, **dataclasses.asdict(self.settings))
 
 
 @dataclass(frozen=True)
@@ -144,7 +152,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         if isinstance(command, Imitate):
             command.check_resumed(words)
-        print(command.run())
+        with _warnings_as_lines():
+            print(command.run())
     except MpmaError as error:
         print(f"mpma: {error}", file=sys.stderr)
         return error.exit_code
@@ -163,6 +172,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
+@contextlib.contextmanager
+def _warnings_as_lines() -> Iterator[None]:
+    """Show what may be wrong with a recording as one line each, without where in the code."""
+
+    def show(message: Warning | str, *_: object, **__: object) -> None:
+        print(f"mpma: warning: {message}", file=sys.stderr)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", RecordingWarning)
+        warnings.showwarning = show
+        yield
+
+
 def _try_backend() -> str | None:
     """Look for OpenGL before training; return what to say if there is none."""
     try:
@@ -172,8 +194,18 @@ def _try_backend() -> str | None:
     return None
 
 
-def _default_folder(motion: str) -> Path:
-    name = f"{Path(motion).stem}-{time.strftime('%Y%m%d-%H%M%S')}"
+def _option(name: str) -> str:
+    """Return what a setting is called on the command line."""
+    return {"start": "from", "end": "to"}.get(name, name.replace("_", "-"))
+
+
+def _shown(value: object) -> str:
+    return " ".join(value) if isinstance(value, tuple) else str(value)
+
+
+def _default_folder(motions: Sequence[str]) -> Path:
+    stem = Path(motions[0]).stem if len(motions) == 1 else "repertoire"
+    name = f"{stem}-{time.strftime('%Y%m%d-%H%M%S')}"
     names = itertools.chain([name], (f"{name}-{i}" for i in itertools.count(2)))
     return next(path for path in (Path("runs") / n for n in names) if not path.exists())
 

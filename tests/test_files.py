@@ -4,8 +4,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mpma_mj.errors import CheckpointError, RunFolderError
 from mpma_mj import files
+from mpma_mj.errors import CheckpointError, RunFolderError
 
 
 def test_arrays_and_their_description_go_round(tmp_path: Path) -> None:

@@ -5,7 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import get_args
 
+import numpy as np
 from dm_control.rl import control
+from numpy.typing import NDArray
 
 from mpma_mj.envs.physics import KinematicArms, PhysicsArms
 from mpma_mj.envs.task import TwoArmImitation
@@ -13,9 +15,19 @@ from mpma_mj.errors import BadOptionError
 from mpma_mj.motions import Motion, read_motion
 from mpma_mj.options import Arms
 
-__all__ = ["load"]
+__all__ = ["arm_limits", "load"]
 
 _KINDS = {"physics": PhysicsArms, "kinematic": KinematicArms}
+
+
+def arm_limits(arms: Arms) -> tuple[NDArray[np.float64], float]:
+    """Return what arms can do.
+
+    Returns:
+        Fastest that each joint can turn, shape (8,), rad/s, and how far an elbow bends, rad.
+    """
+    physics = _KINDS[arms].make()
+    return physics.max_joint_speed, float(physics.joint_range[1][3])
 
 
 def load(

@@ -161,7 +161,12 @@ def _bar_starts(samples: Samples, path: Path) -> Array:
     phases = min(_BEATS, len(times) - _BEATS + 1)  # that leave a whole bar
     if phases < 1:
         raise MotionFileError(
-            f"{path}: {len(times)} beats found, a bar needs {_BEATS}; give music with a clear beat"
+            f"{path}: has {len(times)} beat(s), and a bar needs {_BEATS};"
+            " give music with a clear beat"
+        )
+    if np.median(onsets[frames]) <= onsets.mean():
+        raise MotionFileError(
+            f"{path}: no more sets in on its beats than between; give music with a clear beat"
         )
     phase = max(range(phases), key=lambda k: float(onsets[frames[k::_BEATS]].mean()))
     return times[phase : len(times) - _BEATS + 1 : _BEATS]

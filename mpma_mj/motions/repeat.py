@@ -9,12 +9,12 @@ from mpma_mj import arm
 from mpma_mj.motions.minimum_jerk import PEAK_SPEED, minimum_jerk
 from mpma_mj.motions.motion import Motion
 
-__all__ = ["repeat"]
+__all__ = ["repeat", "way_between"]
 
 Array = NDArray[np.float64]
 
-# Share of the joints' top speed at which arms return to the start of the movement (choice).
-_RETURN_SPEED = 0.5
+# Share of the joints' top speed at which arms go from one movement to the next (choice).
+_SPEED = 0.5
 
 
 def repeat(motion: Motion, times: int, max_joint_speed: Array) -> tuple[Array, Array]:
@@ -32,20 +32,29 @@ def repeat(motion: Motion, times: int, max_joint_speed: Array) -> tuple[Array, A
     Returns:
         Posture, shape (T', 12), and context, shape (T', C).
     """
-    way_back = _return_move(motion, max_joint_speed)
+    way_back = way_between(motion.posture, motion.posture[0], motion.rate, max_joint_speed)
     back_context = np.repeat(motion.context[:1], len(way_back), axis=0)
     posture = [motion.posture, way_back] * times
     context = [motion.context, back_context] * times
     return np.concatenate(posture[:-1]), np.concatenate(context[:-1])
 
 
-def _return_move(motion: Motion, max_joint_speed: Array) -> Array:
-    """Return the postures between the last and the first, shape (N, 12), N ≥ 0."""
-    angles = arm.continuous_angles(motion.posture)
-    end = angles[-1]
-    way = arm.angles_from_posture(motion.posture[0], near=end) - end
-    time = PEAK_SPEED * np.max(np.abs(way) / max_joint_speed) / _RETURN_SPEED  # s
-    count = int(np.ceil(time * motion.rate))
+def way_between(posture: Array, after: Array, rate: float, max_joint_speed: Array) -> Array:
+    """Return a minimum-jerk move from the end of a movement to another posture.
+
+    Args:
+        posture: The movement, shape (T, 12).
+        after: Where the move leads, shape (12,).
+        rate: Postures per second, Hz.
+        max_joint_speed: Fastest that each joint can turn, shape (8,), rad/s.
+
+    Returns:
+        The postures in between, shape (N, 12); N is 0 where one sample is enough.
+    """
+    end = arm.continuous_angles(posture)[-1]
+    way = arm.angles_from_posture(after, near=end) - end
+    time = PEAK_SPEED * np.max(np.abs(way) / max_joint_speed) / _SPEED  # s
+    count = int(np.ceil(time * rate))
     if count <= 1:
         return np.empty((0, 12))
     share = minimum_jerk(np.arange(1, count) / count)[:, None]

@@ -4,17 +4,34 @@ from __future__ import annotations
 
 import importlib.metadata
 import platform
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
+
+import tyro
 
 from mpma_mj import __version__
+from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.options import Arms, RuleName
 
-__all__ = ["RunConfig", "Settings", "versions"]
+__all__ = ["ReadingArguments", "RunConfig", "Settings", "versions"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Settings:
-    """What decides the result of a run, apart from the movement.
+class ReadingArguments(ReadingOptions):
+    """How a recording is to be read, as options of a command: --from and --to."""
+
+    start: Annotated[float | None, tyro.conf.arg(name="from")] = None
+    end: Annotated[float | None, tyro.conf.arg(name="to")] = None
+
+    @property
+    def reading(self) -> ReadingOptions:
+        """The same without what makes them options of a command."""
+        return ReadingOptions(**{f.name: getattr(self, f.name) for f in fields(ReadingOptions)})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings(ReadingArguments):
+    """What decides the result of a run, apart from the movement: also how it is read.
 
     Attributes:
         arms: Simulated arms, or arms that move ideally.
@@ -22,9 +39,6 @@ class Settings:
         nodes: Neurons of each of a module's three reservoirs.
         rule: Learning rule: ours, or the paper's.
         seed: Seed of everything random.
-        segments: Number of equal parts that label a recording.
-        tempo: Speed relative to the original; 0.5 takes twice as long.
-        max_gap: Longest gap in a marker's trajectory that is bridged, in seconds.
         repeats: How often the movement is danced in an epoch.
         noise: Standard deviation of the noise on the demonstration, 0.01 is 1 %.
     """
@@ -34,9 +48,6 @@ class Settings:
     nodes: int = 200
     rule: RuleName = "weighted"
     seed: int = 0
-    segments: int = 4
-    tempo: float = 1.0
-    max_gap: float = 0.25
     repeats: int = 3
     noise: float = 0.01
 
@@ -46,10 +57,37 @@ class RunConfig(Settings):
     """Everything that decides the result of a run.
 
     Attributes:
-        motion: What is imitated: "ymca" or the path of a recording.
+        motions: What is imitated: "ymca", paths of recordings; several are a repertoire.
     """
 
-    motion: str = "ymca"
+    motions: tuple[str, ...] = ("ymca",)
+
+    @classmethod
+    def from_json(cls, content: dict[str, Any]) -> RunConfig:
+        """Return what `dataclasses.asdict` and JSON made of settings.
+
+        Raises:
+            TypeError: A setting is missing, unknown, or of another type.
+        """
+        if content.keys() != {field.name for field in fields(cls)}:
+            raise TypeError("other settings than these")
+        config = cls(**content | {"motions": tuple(content["motions"])})
+        for name, hint in get_type_hints(cls).items():
+            value = getattr(config, name)
+            if not _fits(value, hint):
+                raise TypeError(name)
+        return config
+
+
+def _fits(value: object, hint: Any) -> bool:
+    """Tell whether a value is of a type: a plain one, a literal, a union, or names."""
+    if get_origin(hint) is Literal:
+        return value in get_args(hint)
+    if get_origin(hint) is tuple:
+        return isinstance(value, tuple) and all(isinstance(entry, str) for entry in value)
+    if get_args(hint):
+        return any(_fits(value, choice) for choice in get_args(hint))
+    return type(value) is hint or (hint is float and type(value) is int)
 
 
 def versions() -> dict[str, str]:

@@ -13,9 +13,11 @@ from threadpoolctl import threadpool_limits
 from mpma_mj.agents import MPMA, MPMAConfig
 from mpma_mj.envs.load import load
 from mpma_mj.errors import BadOptionError, CheckpointError
-from mpma_mj.motions import Motion, read_motion
+from mpma_mj.motions import Motion
 from mpma_mj.training.config import RunConfig
+from mpma_mj.training.movements import read_movements
 from mpma_mj.training.run_folder import RunFolder
+from mpma_mj.training.trace import part_metrics
 from mpma_mj.training.trainer import Kept, Row, Trainer
 
 __all__ = ["make_agent", "resume", "start"]
@@ -48,10 +50,8 @@ def start(
         MpmaError: Something in settings, movement or folder has to be mended.
         DivergedError: The simulation did not stay finite.
     """
-    motion = read_motion(
-        config.motion, tempo=config.tempo, segments=config.segments, max_gap=config.max_gap
-    )
     _check_epochs(epochs)
+    motion = read_movements(config)
     with _one_thread():
         trainer = _trainer(config, motion)
         folder.create(config, motion, overwrite=overwrite)
@@ -152,8 +152,24 @@ def _train(
         folder.write_checkpoint("latest", config, state, {"rows": trainer.rows})
         on_epoch(trainer.rows[-1])
     summary = trainer.summary()
+    summary["movements"] = _movement_rows(trainer, config)
     folder.write_summary(summary)
     return summary
+
+
+def _movement_rows(trainer: Trainer, config: RunConfig) -> list[dict[str, Any]]:
+    """Return how well each movement is danced in the kept epoch."""
+    assert trainer.kept is not None, "no epoch has been run"
+    trace, motion = trainer.kept.trace, trainer.env.task.motion
+    label = trace["context"][:-1].argmax(axis=1)
+    if len(config.motions) == 1:
+        parts = {motion.name: np.ones(len(label), bool)}
+    else:
+        parts = {name: label == number for number, name in enumerate(motion.labels)}
+    return [
+        {"name": name, "steps": int(part.sum())} | part_metrics(trace, part)
+        for name, part in parts.items()
+    ]
 
 
 def _check_epochs(epochs: int) -> None:

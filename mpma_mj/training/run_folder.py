@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj import files
-from mpma_mj.errors import CheckpointError, RunFolderError
-from mpma_mj.motions import Motion
+from mpma_mj.errors import CheckpointError, MotionFileError, RunFolderError
+from mpma_mj.motions import Motion, motion_file
 from mpma_mj.training.config import RunConfig, versions
 
 __all__ = ["RunFolder"]
@@ -75,12 +75,7 @@ class RunFolder:
             self._remove(overwrite)
         content = {"format": files.FORMAT, "config": asdict(config), "versions": versions()}
         files.write_json(self.path / "config.json", content)
-        files.write_arrays(
-            self.path / "checkpoint" / "motion.npz",
-            "motion",
-            {"posture": motion.posture, "context": motion.context},
-            {k: getattr(motion, k) for k in ("labels", "rate", "name", "source", "tempo")},
-        )
+        motion_file.write(self.path / "checkpoint" / "motion.npz", motion)
 
     def _remove(self, overwrite: bool) -> None:
         if not self.path.is_dir():
@@ -117,11 +112,7 @@ class RunFolder:
             content = json.loads(path.read_text(encoding="utf-8"))
             if content["format"] != files.FORMAT:
                 raise CheckpointError(f"{path}: of another version; train anew with this one")
-            config = RunConfig(**content["config"])
-            for name, default in asdict(RunConfig()).items():
-                if type(getattr(config, name)) is not type(default):
-                    raise TypeError(name)
-            return config
+            return RunConfig.from_json(content["config"])
         except OSError:
             raise RunFolderError(f"{self.path}: no run there (no readable config.json)") from None
         except (ValueError, KeyError, TypeError):
@@ -130,16 +121,15 @@ class RunFolder:
     def read_motion(self) -> Motion:
         """Read the movement that the run imitates."""
         path = self.path / "checkpoint" / "motion.npz"
-        arrays, meta = files.read_arrays(path, "motion")
         try:
-            return Motion(
-                arrays["posture"],
-                arrays["context"],
-                tuple(meta["labels"]),
-                *(meta[k] for k in ("rate", "name", "source", "tempo")),
+            motion = motion_file.read(path)
+        except (OSError, MotionFileError):
+            motion = None
+        if motion is None:
+            raise CheckpointError(
+                f"{path}: missing, damaged, or not a movement; train anew with --overwrite"
             )
-        except KeyError as error:
-            raise CheckpointError(f"{path}: lacks {error.args[0]}; train anew") from None
+        return motion
 
     def write_checkpoint(
         self, name: str, config: RunConfig, state: dict[str, Array], meta: dict[str, Any]

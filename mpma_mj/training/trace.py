@@ -10,7 +10,7 @@ from mpma_mj import metrics
 from mpma_mj.agents import Agent
 from mpma_mj.errors import DivergedError
 
-__all__ = ["epoch_metrics", "record_epoch"]
+__all__ = ["epoch_metrics", "part_metrics", "record_epoch"]
 
 Array = NDArray[np.float64]
 
@@ -64,15 +64,32 @@ def epoch_metrics(env: control.Environment, trace: dict[str, Array]) -> dict[str
     """
     posture, reference = trace["posture"][1:], trace["reference"][1:]
     responsibility, context = trace["responsibility"], trace["context"][:-1]
-    predicted = np.einsum("tm,tmd->td", responsibility, trace["predictions"])
     sites = env.physics.site_positions
     return {
-        "p_e_percent": metrics.posture_error_percent(posture, reference),
-        "prediction_error_percent": metrics.posture_error_percent(predicted, posture),
-        "rp_error_percent": metrics.rp_error_percent(trace["prior"], responsibility),
-        "feedback_ratio": metrics.feedback_ratio(trace["feedback"], trace["action"]),
+        **part_metrics(trace, np.ones(len(context), bool)),
         "nmi": metrics.nmi(responsibility, context),
         "modules_used": metrics.modules_used(responsibility, context),
         "mpkpe_m": metrics.mpkpe(sites(posture), sites(reference)),
         "mean_reward": float(np.mean(trace["reward"])),
+    }
+
+
+def part_metrics(trace: dict[str, Array], part: NDArray[np.bool_]) -> dict[str, float]:
+    """Compute the measures that a part of an epoch has too.
+
+    Args:
+        trace: What `record_epoch` returned, of an agent of modules.
+        part: Which steps to look at, shape (T,).
+
+    Returns:
+        The measures by name; see `metrics` for their definitions.
+    """
+    posture, reference = trace["posture"][1:][part], trace["reference"][1:][part]
+    responsibility = trace["responsibility"][part]
+    predicted = np.einsum("tm,tmd->td", responsibility, trace["predictions"][part])
+    return {
+        "p_e_percent": metrics.posture_error_percent(posture, reference),
+        "prediction_error_percent": metrics.posture_error_percent(predicted, posture),
+        "rp_error_percent": metrics.rp_error_percent(trace["prior"][part], responsibility),
+        "feedback_ratio": metrics.feedback_ratio(trace["feedback"][part], trace["action"][part]),
     }

@@ -19,7 +19,10 @@ Array = NDArray[np.float64]
 Find = Callable[[Path], tuple[Span, ...]]
 
 RATE = 22050
-CHORDS = {"A": ((57, 61, 64), (62, 66, 69)), "B": ((53, 56, 60), (58, 61, 65))}  # MIDI notes
+CHORDS = {  # MIDI notes
+    "A": ((57, 60, 64), (53, 57, 60), (60, 64, 67), (55, 59, 62)),
+    "B": ((56, 59, 63), (61, 64, 68), (63, 66, 70), (58, 61, 65)),
+}
 OVERTONES = {"A": 1, "B": 6}
 
 
@@ -36,14 +39,14 @@ def click_track(tempo: float, count: int, first: float = 0.0) -> tuple[Array, Ar
     return samples, first + 4 * beat * np.arange(count)
 
 
-def song(form: str, bars_each: int, tempo: float = 120.0) -> Array:
-    """Return sections of two chords in turn, each with its timbre, over a click track."""
+def song(form: str, bars_each: int, chords: int = 2) -> Array:
+    """Return sections of chords in turn, bars of 2 s, each with its timbre, over a click track."""
     rng = np.random.default_rng(0)
-    samples, starts = click_track(tempo, len(form) * bars_each)
-    time = np.arange(round(240.0 / tempo * RATE)) / RATE
+    samples, starts = click_track(120.0, len(form) * bars_each)
+    time = np.arange(2 * RATE) / RATE
     for i, start in enumerate(starts):
         name = form[i // bars_each]
-        for note in CHORDS[name][i % 2]:
+        for note in CHORDS[name][i % chords]:
             for k in range(1, OVERTONES[name] + 1):
                 tone = np.sin(2 * np.pi * 440.0 * 2 ** ((note - 69) / 12) * k * time)
                 begin = round(start * RATE)
@@ -72,13 +75,12 @@ def test_bars_begin_on_the_accented_beats(
     assert [span.label for span in found] == [f"bar {i}" for i in range(1, 9)]
 
 
-def test_a_pickup_belongs_to_the_first_bar(write: Callable[..., Path]) -> None:
+@pytest.mark.parametrize("beats", [1, 2, 3])
+def test_a_pickup_belongs_to_the_first_bar(write: Callable[..., Path], beats: int) -> None:
     samples, starts = click_track(120.0, 8)
-    pickup = 1.0  # s, two beats
-    found = bars(write(samples[round((2.0 - pickup) * RATE) :]))
-    np.testing.assert_allclose(
-        [span.start for span in found[1:]], starts[2:] - 2.0 + pickup, atol=0.05
-    )
+    cut = starts[1] - 0.5 * beats
+    found = bars(write(samples[round(cut * RATE) :]))
+    np.testing.assert_allclose([span.start for span in found[1:]], starts[2:] - cut, atol=0.05)
 
 
 @pytest.mark.parametrize("find", [bars, sections])
@@ -101,19 +103,20 @@ def test_other_formats_rates_and_channels_have_the_same_bars(
     np.testing.assert_allclose([span.start for span in found[1:]], starts[1:], atol=0.05)
 
 
-@pytest.mark.parametrize("bars_each", [4, 6])
+@pytest.mark.parametrize(("bars_each", "chords"), [(4, 1), (4, 2), (6, 2), (8, 4)])
 def test_a_section_that_returns_has_its_label_again(
-    write: Callable[..., Path], bars_each: int
+    write: Callable[..., Path], bars_each: int, chords: int
 ) -> None:
     bar = 2.0  # s
-    found = sections(write(song("ABA", bars_each)))
+    found = sections(write(song("ABA", bars_each, chords)))
     assert [span.label for span in found] == ["A", "B", "A"]
     edges = [span.start for span in found[1:]]
     np.testing.assert_allclose(edges, [bars_each * bar, 2 * bars_each * bar], atol=0.5 * bar)
 
 
-def test_music_that_stays_the_same_is_one_section(write: Callable[..., Path]) -> None:
-    assert [span.label for span in sections(write(song("A", 12)))] == ["A"]
+@pytest.mark.parametrize("chords", [1, 2, 4])
+def test_music_that_stays_the_same_is_one_section(write: Callable[..., Path], chords: int) -> None:
+    assert [span.label for span in sections(write(song("A", 16, chords)))] == ["A"]
 
 
 def test_too_few_bars_to_compare_are_one_section(write: Callable[..., Path]) -> None:
@@ -176,8 +179,14 @@ def test_bad_files_are_one_line_that_names_them(
 @pytest.mark.parametrize("find", [bars, sections])
 def test_music_without_four_beats_is_refused(write: Callable[..., Path], find: Find) -> None:
     one_click = click_track(60.0, 1, 1.0)[0][: round(1.5 * RATE)]
-    with pytest.raises(MotionFileError, match=r"beats? found, a bar needs 4; give"):
+    with pytest.raises(MotionFileError, match=r"has \d beat\(s\), and a bar needs 4; give"):
         find(write(np.concatenate([one_click, np.zeros(3 * RATE)])))
+
+
+def test_a_steady_tone_has_no_beat(write: Callable[..., Path]) -> None:
+    tone = 0.5 * np.sin(2 * np.pi * 440.0 * np.arange(8 * RATE) / RATE)
+    with pytest.raises(MotionFileError, match="give music with a clear beat"):
+        bars(write(tone))
 
 
 @pytest.mark.parametrize("missing", ["librosa", "soundfile"])

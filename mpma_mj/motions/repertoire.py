@@ -1,0 +1,57 @@
+"""Several movements that are learned together."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.motions.context import one_hot
+from mpma_mj.motions.motion import Motion
+from mpma_mj.motions.repeat import way_between
+
+__all__ = ["join"]
+
+Array = NDArray[np.float64]
+
+
+def join(motions: Sequence[Motion], max_joint_speed: Array) -> Motion:
+    """Join movements into one, in which each has one label: its name.
+
+    From the end of each the arms go to the start of the next by a minimum-jerk move, which has
+    the label of where it leads.
+
+    Args:
+        motions: The movements, of one rate.
+        max_joint_speed: Fastest that each joint can turn, shape (8,), rad/s.
+
+    Returns:
+        The repertoire.
+    """
+    names = _distinct([motion.name for motion in motions])
+    postures, labels = [motions[0].posture], [0] * len(motions[0])
+    for number, motion in enumerate(motions[1:], start=1):
+        way = way_between(postures[-1], motion.posture[0], motion.rate, max_joint_speed)
+        postures += [way, motion.posture] if len(way) else [motion.posture]
+        labels += [number] * (len(way) + len(motion))
+    return Motion(
+        np.concatenate(postures),
+        one_hot(np.array(labels), len(motions)),
+        names,
+        motions[0].rate,
+        "repertoire",
+        "; ".join(motion.source for motion in motions),
+        motions[0].tempo,
+    )
+
+
+def _distinct(names: Sequence[str]) -> tuple[str, ...]:
+    """Number the names that stand more than once."""
+    counts, seen = Counter(names), Counter[str]()
+    distinct = []
+    for name in names:
+        seen[name] += 1
+        distinct.append(f"{name} {seen[name]}" if counts[name] > 1 else name)
+    return tuple(distinct)
