@@ -196,7 +196,8 @@ def _try_backend() -> str | None:
 
 def _option(name: str) -> str:
     """Return what a setting is called on the command line."""
-    return {"start": "from", "end": "to"}.get(name, name.replace("_", "-"))
+    words = {"start": "from", "end": "to", "motions": "motion"}
+    return words.get(name, name.replace("_", "-"))
 
 
 def _shown(value: object) -> str:

@@ -123,12 +123,12 @@ class RunFolder:
         path = self.path / "checkpoint" / "motion.npz"
         try:
             motion = motion_file.read(path)
-        except (OSError, MotionFileError):
+        except FileNotFoundError:
+            raise CheckpointError(f"{path}: missing; train anew with --overwrite") from None
+        except MotionFileError:
             motion = None
         if motion is None:
-            raise CheckpointError(
-                f"{path}: missing, damaged, or not a movement; train anew with --overwrite"
-            )
+            raise CheckpointError(f"{path}: damaged; train anew with --overwrite")
         return motion
 
     def write_checkpoint(
@@ -148,7 +148,7 @@ class RunFolder:
         """
         path = self.path / "checkpoint" / f"{name}.npz"
         state, meta = files.read_arrays(path, "checkpoint")
-        if meta.get("config") != asdict(config):
+        if meta.get("config") != json.loads(json.dumps(asdict(config))):
             raise CheckpointError(f"{path}: belongs to a run with other settings; train anew")
         return state, meta
 

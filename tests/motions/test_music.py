@@ -114,6 +114,15 @@ def test_a_section_that_returns_has_its_label_again(
     np.testing.assert_allclose(edges, [bars_each * bar, 2 * bars_each * bar], atol=0.5 * bar)
 
 
+def test_sections_are_told_apart_by_harmony_alone(
+    write: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(OVERTONES, "B", OVERTONES["A"])
+    found = sections(write(song("ABA", 6, chords=4)))
+    assert [span.label for span in found] == ["A", "B", "A"]
+    np.testing.assert_allclose([span.start for span in found[1:]], [12.0, 24.0], atol=2.0)
+
+
 @pytest.mark.parametrize("chords", [1, 2, 4])
 def test_music_that_stays_the_same_is_one_section(write: Callable[..., Path], chords: int) -> None:
     assert [span.label for span in sections(write(song("A", 16, chords)))] == ["A"]

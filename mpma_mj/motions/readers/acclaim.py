@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.findings import Findings
@@ -153,6 +152,8 @@ def _axes(channels: Sequence[str]) -> str:
 
 def _frame(angles: Sequence[float], order: str) -> Array:
     """Return the rotation of a bone's axes from angles in degrees, about fixed axes in order."""
+    from scipy.spatial.transform import Rotation  # slow to import, needed by few runs
+
     return Rotation.from_euler(order.lower(), angles, degrees=True).as_matrix()
 
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 __all__ = ["Joint", "ancestry", "joint_positions"]
 
@@ -86,5 +85,7 @@ def _turn(joint: Joint, angles: Array | None) -> Array:
     """Return C R Cᵀ, shape (T, 3, 3), or (3, 3) where the joint does not turn."""
     if angles is None or not joint.axes:
         return np.eye(3)
+    from scipy.spatial.transform import Rotation  # slow to import, needed by few runs
+
     turn = Rotation.from_euler(joint.axes, angles).as_matrix()
     return joint.frame @ turn @ joint.frame.T
