@@ -18,7 +18,7 @@ import tyro
 from mpma_mj import __version__
 from mpma_mj.envs.gl import require_backend
 from mpma_mj.errors import BadOptionError, MpmaError, RecordingWarning, RenderingError
-from mpma_mj.training.config import RunConfig, Settings
+from mpma_mj.training.config import ReadingArguments, RunConfig, Settings
 
 if TYPE_CHECKING:
     from mpma_mj.training.run_folder import RunFolder
@@ -130,6 +130,50 @@ class Render:
         return folder.video
 
 
+@dataclass(frozen=True)
+class InspectMotion:
+    """Show what a recording holds and asks of the arms, as text and as a page of pictures."""
+
+    motion: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="MOTION")]
+    """"ymca", or a recording: C3D, BVH, AMC, TRC, TSV, CSV, npz."""
+    reading: tyro.conf.OmitArgPrefixes[ReadingArguments] = dataclasses.field(
+        default_factory=ReadingArguments
+    )
+    """How to read it."""
+    picture: Path | None = None
+    """Where the page of pictures goes; NAME.png if not given."""
+    video: bool = False
+    """Make a video, NAME.mp4 beside the page, of arms that follow it ideally."""
+    out: Path | None = None
+    """Write the movement as an npz file, which every command reads again."""
+
+    def run(self) -> Path:
+        """Do it and return the picture's path."""
+        if self.video:
+            require_backend()
+        if self.out is not None and self.out.suffix != ".npz":
+            raise BadOptionError(f"out is {self.out}; expected a name that ends in .npz")
+        from mpma_mj.envs.load import arm_limits
+        from mpma_mj.motions import motion_file
+        from mpma_mj.motions.read import read_with_findings
+        from mpma_mj.motions.report import report_lines
+        from mpma_mj.training.motion_page import write_ideal_video, write_page
+        from mpma_mj.training.progress import show_frames
+
+        reading = read_with_findings(self.motion, self.reading.reading)
+        for warning in reading.findings.warnings:
+            warnings.warn(f"{self.motion}: {warning}", RecordingWarning, stacklevel=2)
+        limits = arm_limits("physics")
+        print("\n".join(report_lines(reading, *limits)))
+        if self.out is not None:
+            motion_file.write(self.out, reading.motion)
+        picture = self.picture or Path(f"{reading.motion.name}.png")
+        write_page(picture, reading, limits[0])
+        if self.video:
+            write_ideal_video(picture.with_suffix(".mp4"), reading, show_frames)
+        return picture
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line.
 
@@ -144,7 +188,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"mpma {__version__}")
         return 0
     command = tyro.extras.subcommand_cli_from_dict(
-        {"imitate": Imitate, "render": Render},
+        {"imitate": Imitate, "motion": InspectMotion, "render": Render},
         prog="mpma",
         description="Two simulated arms learn to dance from recordings.",
         args=words,

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Span", "context_of_spans", "equal_segments", "one_hot"]
+__all__ = ["Span", "context_of_spans", "danced_label", "equal_segments", "one_hot"]
 
 Array = NDArray[np.float64]
 
@@ -75,3 +75,15 @@ def context_of_spans(spans: Iterable[Span], times: Array) -> tuple[Array, tuple[
         if inside.any():
             heard[span.label] = heard.get(span.label, np.zeros(len(times), bool)) | inside
     return np.array([*heard.values()], np.float64).reshape(-1, len(times)).T, tuple(heard)
+
+
+def danced_label(context: Array) -> NDArray[np.int_]:
+    """Return which label is danced.
+
+    Args:
+        context: Context, shape (T, C).
+
+    Returns:
+        Index of the largest entry, the first of equal ones, shape (T,); -1 where all are 0.
+    """
+    return np.where(context.any(axis=1), context.argmax(axis=1), -1)

@@ -14,6 +14,7 @@ from mpma_mj.agents import MPMA, MPMAConfig
 from mpma_mj.envs.load import load
 from mpma_mj.errors import BadOptionError, CheckpointError
 from mpma_mj.motions import Motion
+from mpma_mj.motions.context import danced_label
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.movements import read_movements
 from mpma_mj.training.run_folder import RunFolder
@@ -161,7 +162,7 @@ def _movement_rows(trainer: Trainer, config: RunConfig) -> list[dict[str, Any]]:
     """Return how well each movement is danced in the kept epoch."""
     assert trainer.kept is not None, "no epoch has been run"
     trace, motion = trainer.kept.trace, trainer.env.task.motion
-    label = trace["context"][:-1].argmax(axis=1)
+    label = danced_label(trace["context"][:-1])
     if len(config.motions) == 1:
         parts = {motion.name: np.ones(len(label), bool)}
     else:

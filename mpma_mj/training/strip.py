@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
+from mpma_mj.motions.context import danced_label
 from mpma_mj.training.colours import INK, PAPER, hex_to_rgb, module_colours
 
 __all__ = ["LABEL_SIZE", "Strip", "label_runs"]
@@ -32,6 +35,7 @@ class Strip:
         context: Array,
         labels: tuple[str, ...],
         *,
+        bands: tuple[str, ...] = (),
         width: int = 640,
         height: int = 96,
     ) -> None:
@@ -41,13 +45,15 @@ class Strip:
             responsibility: Responsibilities λ, shape (T, M).
             context: Context, shape (T, C).
             labels: Names of the context's entries.
+            bands: Names of the bands; "module 1" and so on if not given.
             width: Width, pixels.
             height: Height, pixels.
         """
         self._steps = len(responsibility)
-        self._label = context.argmax(axis=1)
-        self._strip = _drawn(responsibility, context, labels, width, height)
-        self._letters = [_letter(label) for label in labels]
+        self._label = danced_label(context)
+        names = bands or [f"module {i + 1}" for i in range(responsibility.shape[1])]
+        self._strip = _drawn(responsibility, context, labels, names, width, height)
+        self._letters = [_letter(label, width // 2) for label in labels]
 
     def under(self, picture: Picture, step: int) -> Picture:
         """Return a picture with the strip below it and the present letter in its corner.
@@ -62,6 +68,8 @@ class Strip:
         frame = np.concatenate([picture, self._strip])
         now = round((step + 0.5) / self._steps * (frame.shape[1] - 1))
         frame[len(picture) + _BAND : -_LEGEND, max(now - 1, 0) : now + 2] = hex_to_rgb(INK)
+        if self._label[step] < 0:
+            return frame
         opacity = self._letters[self._label[step]]
         corner = frame[16 : 16 + opacity.shape[0], 20 : 20 + opacity.shape[1]]
         blended = corner * (1.0 - opacity) + np.array(hex_to_rgb(INK)) * opacity
@@ -71,14 +79,20 @@ class Strip:
 
 def label_runs(context: Array) -> list[tuple[int, int, int]]:
     """Return the stretches of one label as (label, first step, step after the last)."""
-    label = context.argmax(axis=1)
-    starts = np.flatnonzero(np.diff(label, prepend=-1))
+    label = danced_label(context)
+    starts = np.flatnonzero(np.diff(label, prepend=-2))
     ends = np.append(starts[1:], len(label))
-    return [(int(label[s]), int(s), int(e)) for s, e in zip(starts, ends, strict=True)]
+    runs = zip(label[starts], starts, ends, strict=True)
+    return [(int(label), int(start), int(end)) for label, start, end in runs if label >= 0]
 
 
 def _drawn(
-    responsibility: Array, context: Array, labels: tuple[str, ...], width: int, height: int
+    responsibility: Array,
+    context: Array,
+    labels: tuple[str, ...],
+    names: Sequence[str],
+    width: int,
+    height: int,
 ) -> Picture:
     steps, modules = responsibility.shape
     colours = module_colours(modules)
@@ -93,7 +107,7 @@ def _drawn(
             draw.text(((left + right) / 2, _BAND / 2), labels[label], INK, small, anchor="mm")
     x = 8.0
     for number, colour in enumerate(colours, start=1):
-        name = f"module {number}" if modules <= _SPELLED_OUT else str(number)
+        name = names[number - 1] if modules <= _SPELLED_OUT else str(number)
         draw.rectangle((x, height - 14, x + 10, height - 4), fill=colour)
         draw.text((x + 15, height - _LEGEND / 2), name, INK, small, anchor="lm")
         x += 24 + draw.textlength(name, small)
@@ -110,9 +124,10 @@ def _bands(responsibility: Array, colours: list[str], width: int, height: int) -
     return Image.fromarray(palette[np.minimum(module, len(colours) - 1)])
 
 
-def _letter(label: str) -> Array:
-    """Return the opacity of a label drawn large, shape (h, w, 1), in [0, 1]."""
-    font = ImageFont.load_default(LABEL_SIZE)
+def _letter(label: str, width: int) -> Array:
+    """Return the opacity of a label drawn large, shape (h, w, 1), in [0, 1], w up to a width."""
+    usual = ImageFont.load_default(LABEL_SIZE).getlength(label)
+    font = ImageFont.load_default(LABEL_SIZE * min(1.0, width / max(usual, 1.0)))
     left, top, right, bottom = font.getbbox(label)
     image = Image.new("L", (round(right - left), round(bottom - top)))
     ImageDraw.Draw(image).text((-left, -top), label, 255, font)

@@ -30,6 +30,7 @@ def write_video(
     motion: Motion,
     *,
     camera: str = "front",
+    bands: tuple[str, ...] = (),
     progress: Progress = iter,
 ) -> None:
     """Draw the kept epoch: arms, ghost, letters, responsibilities.
@@ -41,6 +42,7 @@ def write_video(
         trace: Signals of the epoch.
         motion: The movement that was imitated.
         camera: Camera of the model.
+        bands: Names of the bands below; the modules' numbers if not given.
         progress: Wraps the range of frames, to show how far it is.
 
     Raises:
@@ -49,14 +51,20 @@ def write_video(
 
     def encode(temporary: Path) -> None:
         with imageio.get_writer(temporary, fps=motion.rate, codec="libx264", quality=7) as writer:
-            for frame in dance_frames(trace, motion, camera=camera, progress=progress):
+            frames = dance_frames(trace, motion, camera=camera, bands=bands, progress=progress)
+            for frame in frames:
                 writer.append_data(frame)  # type: ignore[attr-defined] # of its stubs
 
     write_whole(path, encode)
 
 
 def dance_frames(
-    trace: dict[str, Array], motion: Motion, *, camera: str = "front", progress: Progress = iter
+    trace: dict[str, Array],
+    motion: Motion,
+    *,
+    camera: str = "front",
+    bands: tuple[str, ...] = (),
+    progress: Progress = iter,
 ) -> Iterator[Picture]:
     """Draw an epoch frame by frame, one a control step.
 
@@ -64,12 +72,13 @@ def dance_frames(
         trace: Signals of the epoch.
         motion: The movement that was imitated.
         camera: Camera of the model.
+        bands: Names of the bands below; the modules' numbers if not given.
         progress: Wraps the range of frames.
 
     Yields:
         Pictures, shape (576, 640, 3).
     """
-    strip = Strip(trace["responsibility"], trace["context"][:-1], motion.labels)
+    strip = Strip(trace["responsibility"], trace["context"][:-1], motion.labels, bands=bands)
     physics = PhysicsArms.make()
     with contextlib.closing(ArmRenderer(physics, camera=camera)) as renderer:
         for step in progress(range(len(trace["action"]))):

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from mpma_mj.errors import BadOptionError, MotionFileError, UnknownMotionError
 from mpma_mj.motions import read_motion, ymca
 from mpma_mj.motions.body import posture_from_points
-from mpma_mj.motions.cleaning import low_pass
+from mpma_mj.motions.filtering import low_pass
 from tests.conftest import dancer, markers_of
 
 WriteTsv = Callable[..., Path]

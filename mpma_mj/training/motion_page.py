@@ -1,0 +1,140 @@
+"""A page of pictures of a recording, and the video of arms that follow it ideally."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from mpma_mj import arm
+from mpma_mj.files import write_whole
+from mpma_mj.motions.reach import joint_speeds
+from mpma_mj.motions.read import Reading
+from mpma_mj.training.colours import DEMONSTRATED, INK, module_colours
+from mpma_mj.training.strip import label_runs
+from mpma_mj.training.video import write_video
+
+__all__ = ["write_ideal_video", "write_page"]
+
+Array = NDArray[np.float64]
+
+_DPI = 110
+_FIGURES = 10  # of the storyboard
+_MOST_NAMED_RUNS = 40
+_SIDE_COLOURS = ("#0072b2", "#d55e00")  # left, right
+_SHOULDERS = np.array([[0.0, 0.18, 0.0], [0.0, -0.18, 0.0]])  # m, of the stick figure
+_LENGTHS = (0.3, 0.27)  # m: upper arm, forearm
+
+
+def write_page(path: Path, reading: Reading, max_joint_speed: Array) -> None:
+    """Write a page: storyboard, joint angles, speeds beside their limits, context, gaps.
+
+    Args:
+        path: The `.png` file.
+        reading: What was read.
+        max_joint_speed: Fastest that each joint can turn, shape (8,), rad/s.
+    """
+    motion, times = reading.motion, reading.times
+    figure = Figure(figsize=(11.0, 10.5), layout="constrained")
+    grid = figure.add_gridspec(6, 1, height_ratios=[2.2, 2.0, 2.0, 2.0, 2.0, 0.9])
+    story = figure.add_subplot(grid[0])
+    rows = [figure.add_subplot(grid[i]) for i in range(1, 6)]
+    _draw_story(story, motion.posture, times)
+    angles = np.unwrap(arm.continuous_angles(motion.posture), axis=0)
+    speeds = joint_speeds(motion) / max_joint_speed
+    for side, name in enumerate(arm.SIDES):
+        for joint in range(4):
+            column = 4 * side + joint
+            label = arm.JOINT_NAMES[column].removeprefix(f"{name}_").replace("_", " ")
+            rows[side].plot(times, angles[:, column], color=f"C{joint}", linewidth=1, label=label)
+            rows[2 + side].plot(times[1:], speeds[:, column], color=f"C{joint}", linewidth=1)
+        rows[side].set_ylabel(f"{name} arm\nangle, rad")
+        rows[2 + side].axhline(1.0, color=INK, linestyle="--", linewidth=0.8)
+        rows[2 + side].set_ylabel(f"{name} arm\nspeed / limit")
+        rows[2 + side].set_ylim(0.0, max(1.1, 1.05 * float(speeds.max())))
+    _draw_context(rows[4], motion.context, motion.labels, times)
+    for row in rows:
+        row.set_xlim(times[0], times[-1])
+        row.spines[["top", "right"]].set_visible(False)
+        if row is not rows[-1]:
+            row.tick_params(labelbottom=False)
+            _shade_gaps(row, reading)
+    rows[0].legend(ncols=4, fontsize="x-small", loc="upper right")
+    rows[-1].set_xlabel("time in the recording, s" + ("; grey: gaps" if reading.gaps else ""))
+    figure.suptitle(f"{motion.name}: {motion.source}", fontsize="medium")
+    write_whole(path, functools.partial(figure.savefig, dpi=_DPI))
+
+
+def write_ideal_video(
+    path: Path, reading: Reading, progress: Callable[[range], Iterable[int]]
+) -> None:
+    """Write a video of the robot in exactly the demonstrated postures.
+
+    Args:
+        path: The `.mp4` file.
+        reading: What was read.
+        progress: Wraps the range of frames, to show how far it is.
+
+    Raises:
+        RenderingError: OpenGL does not draw.
+    """
+    motion = reading.motion
+    context = motion.context / np.maximum(motion.context.sum(axis=1, keepdims=True), 1.0)
+    trace = {
+        "joint_angles": arm.continuous_angles(motion.posture),
+        "reference": motion.posture,
+        "responsibility": context[:-1],
+        "context": motion.context,
+        "action": np.zeros((len(motion) - 1, 8)),
+    }
+    write_video(path, trace, motion, bands=motion.labels, progress=progress)
+
+
+def _draw_story(axis: Axes, posture: Array, times: Array) -> None:
+    """Draw stick figures from the front, evenly spread over time."""
+    chosen = np.unique(np.linspace(0, len(posture) - 1, _FIGURES).round().astype(int))
+    segments = posture.reshape(-1, 2, 2, 3)
+    for place, frame in enumerate(chosen):
+        for side, colour in enumerate(_SIDE_COLOURS):
+            elbow = _SHOULDERS[side] + _LENGTHS[0] * segments[frame, side, 0]
+            wrist = elbow + _LENGTHS[1] * segments[frame, side, 1]
+            points = np.stack([_SHOULDERS[side], elbow, wrist])
+            # Seen from the front, the dancer's left is on the right.
+            axis.plot(place * 1.4 + points[:, 1], points[:, 2], color=colour, linewidth=2.5)
+            axis.plot(place * 1.4 + wrist[1], wrist[2], "o", color=colour, markersize=4)
+        axis.plot(place * 1.4 + _SHOULDERS[:, 1], _SHOULDERS[:, 2], color=DEMONSTRATED, lw=2.5)
+        axis.plot([place * 1.4] * 2, [0.0, -0.5], color=DEMONSTRATED, linewidth=2.5)
+        axis.plot(place * 1.4, 0.18, "o", color=DEMONSTRATED, markersize=11)
+        axis.text(place * 1.4, -0.85, f"{times[frame]:.1f} s", ha="center", fontsize="small")
+    axis.set(aspect="equal", ylim=(-0.95, 0.75))
+    axis.set_axis_off()
+    for name, colour in zip(arm.SIDES, _SIDE_COLOURS, strict=True):
+        axis.plot([], color=colour, linewidth=2.5, label=f"{name} arm")
+    axis.legend(loc="upper left", fontsize="x-small", ncols=2)
+
+
+def _draw_context(axis: Axes, context: Array, labels: tuple[str, ...], times: Array) -> None:
+    """Draw a band for each label; where labels overlap, they stand above each other."""
+    colours = module_colours(len(labels))
+    for number, colour in enumerate(colours):
+        heard = context[:, number] > 0
+        axis.fill_between(
+            times, number, number + heard, step="post", color=colour, alpha=0.6, linewidth=0
+        )
+    runs = label_runs(context)
+    if len(runs) <= _MOST_NAMED_RUNS:
+        for label, start, end in runs:
+            middle = 0.5 * (times[start] + times[min(end, len(times) - 1)])
+            axis.text(middle, label + 0.5, labels[label], ha="center", va="center", fontsize=7)
+    axis.set(ylim=(0, len(labels)), yticks=[], ylabel="context")
+
+
+def _shade_gaps(axis: Axes, reading: Reading) -> None:
+    for gaps in reading.gaps.values():
+        for start, end in gaps:
+            axis.axvspan(start, end, color="0.85", zorder=0)
