@@ -1,5 +1,6 @@
 """That it learns: small networks quickly here, all seeds in the slow suite."""
 
+import itertools
 from pathlib import Path
 
 import numpy as np
@@ -51,6 +52,30 @@ def test_arms_that_swing_past_straight_forward_are_learned(offset: float) -> Non
     while not trainer.converged and len(trainer.rows) < 20:
         trainer.run_epoch()
     assert trainer.converged
+
+
+def test_arms_raised_through_straight_forward_and_lowered_sideways_are_learned() -> None:
+    # The shoulder comes back turned over: abduction and rotation by half a turn, flexion by one.
+    way = np.array([[0.1, 0.02, -1], [1, 0.05, 0], [0.1, 0.1, 1], [0.05, 1, 0], [0.1, 0.02, -1]])
+    knots = way / np.linalg.norm(way, axis=1, keepdims=True)
+    share = (1 - np.cos(np.pi * np.arange(24) / 24))[:, None] / 2
+    upper_arm = np.concatenate([a + share * (b - a) for a, b in itertools.pairwise(knots)])
+    upper_arm /= np.linalg.norm(upper_arm, axis=1, keepdims=True)
+    forearm = upper_arm + [0.45, 0.25, 0.55]
+    forearm /= np.linalg.norm(forearm, axis=1, keepdims=True)
+    left = np.concatenate([upper_arm, forearm], axis=1)
+    posture = np.concatenate([left, left * [1, -1, 1, 1, -1, 1]], axis=1)
+    context, labels = equal_segments(len(posture), 4)
+    env = load(Motion(posture, context, labels, 20.0, "raise", "a test"))
+
+    def best(*, proprioception: bool) -> float:
+        trainer = Trainer(env, make_agent(env, MPMAConfig(proprioception=proprioception)))
+        while not trainer.converged and len(trainer.rows) < 12:
+            trainer.run_epoch()
+        return trainer.summary()["p_e_percent"] if trainer.converged else np.inf
+
+    assert best(proprioception=True) < 2.0
+    assert best(proprioception=False) > 2.0
 
 
 @pytest.mark.slow

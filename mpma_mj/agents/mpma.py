@@ -38,6 +38,9 @@ class MPMAConfig:
         modules: Number of modules, M.
         nodes: Neurons of each reservoir, N; each module has three.
         rule: "weighted" (ours) or "gated" (the paper's); see `learning`.
+        proprioception: Whether inverse and forward models also sense the joint angles. A posture
+            can be held in two ways, and what a joint velocity does depends on which: an arm
+            that was raised through straight forward has turned over. False is the paper's.
         forward_input: Which command forward models hear: "total" that was taken, or each
             module's "own", as the paper's text says.
         spectral_radius: Spectral radius of the reservoirs; the paper's 0.1.
@@ -50,6 +53,7 @@ class MPMAConfig:
     modules: int = 4
     nodes: int = 200
     rule: RuleName = "weighted"
+    proprioception: bool = True
     forward_input: Literal["total", "own"] = "total"
     spectral_radius: float = 0.1
     reservoir_noise: float = 0.2
@@ -78,9 +82,11 @@ class MPMA:
     responsibilities λ, which mix the inverse models' actions. The feedback controller is added.
 
         p^i = clip(RP_i(y), p_min, 1)           λ^i = p^i ℓ^i / Σ_j p^j ℓ^j
-        u^i = clip(IM_i([x ; x'_{t+1}]), -1, 1)
+        u^i = clip(IM_i([x ; s ; x'_{t+1}]), -1, 1)
         u   = clip(L Σ_i λ^i u^i + K u_fb, -1, 1)
-        x̂^i = FM_i([u ; x])
+        x̂^i = FM_i([u ; x ; s])
+
+    The sense s of the joint angles q, [sin q ; cos q], is ours: `MPMAConfig.proprioception`.
 
     After an epoch the learning rule refits all readouts, and K and L move on.
 
@@ -114,8 +120,9 @@ class MPMA:
         self._max_joint_speed = max_joint_speed
         self._control_timestep = control_timestep
         self._seed = seed
-        self._inverse = self._reservoirs("inverse", 2 * _POSTURE)
-        self._forward = self._reservoirs("forward", _JOINTS + _POSTURE)
+        sensed = _POSTURE + (2 * _JOINTS if config.proprioception else 0)
+        self._inverse = self._reservoirs("inverse", sensed + _POSTURE)
+        self._forward = self._reservoirs("forward", _JOINTS + sensed)
         self._predictor = self._reservoirs("predictor", context_size)
         # Random preferences for contexts, so that modules differ from the first step (choice).
         preference = np.zeros((config.modules, 1, self._predictor.features))
@@ -152,7 +159,8 @@ class MPMA:
             likelihood = gating.likelihood(errors, self._sigma)
         responsibility = gating.responsibilities(prior, likelihood)
 
-        inverse_features = self._inverse.step(np.concatenate([posture, observation["target"]]), rng)
+        sensed = self._sense(observation)
+        inverse_features = self._inverse.step(np.concatenate([sensed, observation["target"]]), rng)
         module_actions = np.clip(self._readouts.inverse(inverse_features), -1.0, 1.0)
         feedback = self._feedback(observation)
         mixed = responsibility @ module_actions
@@ -160,8 +168,8 @@ class MPMA:
 
         heard = action if self.config.forward_input == "total" else module_actions
         heard = np.broadcast_to(heard, (modules, _JOINTS))
-        seen = np.broadcast_to(posture, (modules, _POSTURE))
-        forward_features = self._forward.step(np.concatenate([heard, seen], axis=1), rng)
+        felt = np.broadcast_to(sensed, (modules, len(sensed)))
+        forward_features = self._forward.step(np.concatenate([heard, felt], axis=1), rng)
         predictions = self._readouts.forward(forward_features)
 
         self._steps.append(
@@ -241,6 +249,13 @@ class MPMA:
             readout.load_state_dict(
                 {name: state[f"{part}.{name}"] for name in readout.state_dict()}
             )
+
+    def _sense(self, observation: Observation) -> Array:
+        """Return what the models know of the arms: posture and, if set, joint angles."""
+        if not self.config.proprioception:
+            return observation["posture"]
+        angles = observation["joint_angles"]
+        return np.concatenate([observation["posture"], np.sin(angles), np.cos(angles)])
 
     def _reservoirs(self, name: str, inputs: int) -> ReservoirBank:
         return ReservoirBank(

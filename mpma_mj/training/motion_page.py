@@ -24,7 +24,8 @@ __all__ = ["write_ideal_video", "write_page"]
 Array = NDArray[np.float64]
 
 _DPI = 110
-_FIGURES = 10  # of the storyboard
+_FIGURES = 9  # of the storyboard
+_SPACING = 1.25  # m between them
 _MOST_NAMED_RUNS = 40
 _SIDE_COLOURS = ("#0072b2", "#d55e00")  # left, right
 _SHOULDERS = np.array([[0.0, 0.18, 0.0], [0.0, -0.18, 0.0]])  # m, of the stick figure
@@ -41,7 +42,7 @@ def write_page(path: Path, reading: Reading, max_joint_speed: Array) -> None:
     """
     motion, times = reading.motion, reading.times
     figure = Figure(figsize=(11.0, 10.5), layout="constrained")
-    grid = figure.add_gridspec(6, 1, height_ratios=[2.2, 2.0, 2.0, 2.0, 2.0, 0.9])
+    grid = figure.add_gridspec(6, 1, height_ratios=[1.7, 2.0, 2.0, 2.0, 2.0, 0.9])
     story = figure.add_subplot(grid[0])
     rows = [figure.add_subplot(grid[i]) for i in range(1, 6)]
     _draw_story(story, motion.posture, times)
@@ -105,12 +106,12 @@ def _draw_story(axis: Axes, posture: Array, times: Array) -> None:
             wrist = elbow + _LENGTHS[1] * segments[frame, side, 1]
             points = np.stack([_SHOULDERS[side], elbow, wrist])
             # Seen from the front, the dancer's left is on the right.
-            axis.plot(place * 1.4 + points[:, 1], points[:, 2], color=colour, linewidth=2.5)
-            axis.plot(place * 1.4 + wrist[1], wrist[2], "o", color=colour, markersize=4)
-        axis.plot(place * 1.4 + _SHOULDERS[:, 1], _SHOULDERS[:, 2], color=DEMONSTRATED, lw=2.5)
-        axis.plot([place * 1.4] * 2, [0.0, -0.5], color=DEMONSTRATED, linewidth=2.5)
-        axis.plot(place * 1.4, 0.18, "o", color=DEMONSTRATED, markersize=11)
-        axis.text(place * 1.4, -0.85, f"{times[frame]:.1f} s", ha="center", fontsize="small")
+            axis.plot(place * _SPACING + points[:, 1], points[:, 2], color=colour, linewidth=2.5)
+            axis.plot(place * _SPACING + wrist[1], wrist[2], "o", color=colour, markersize=4)
+        axis.plot(place * _SPACING + _SHOULDERS[:, 1], _SHOULDERS[:, 2], color=DEMONSTRATED, lw=2.5)
+        axis.plot([place * _SPACING] * 2, [0.0, -0.5], color=DEMONSTRATED, linewidth=2.5)
+        axis.plot(place * _SPACING, 0.18, "o", color=DEMONSTRATED, markersize=11)
+        axis.text(place * _SPACING, -0.85, f"{times[frame]:.1f} s", ha="center", fontsize="small")
     axis.set(aspect="equal", ylim=(-0.95, 0.75))
     axis.set_axis_off()
     for name, colour in zip(arm.SIDES, _SIDE_COLOURS, strict=True):

@@ -74,19 +74,24 @@ def test_signals_obey_the_equations(rule: str, forward_input: str) -> None:
     np.testing.assert_allclose(actions, np.clip(total, -1, 1), atol=1e-14)
 
 
+@pytest.mark.parametrize("proprioception", [True, False])
 @pytest.mark.parametrize("forward_input", ["total", "own"])
-def test_networks_hear_what_the_equations_say(forward_input: str) -> None:
-    player = agent(forward_input=forward_input)
+def test_networks_hear_what_the_equations_say(forward_input: str, proprioception: bool) -> None:
+    player = agent(forward_input=forward_input, proprioception=proprioception)
     dance(player, 2)
     observations = watch(player)
     epoch = player._close_epoch()
     for t, seen in enumerate(observations[:-1]):
-        inverse = np.concatenate([seen["posture"], seen["target"]])
-        np.testing.assert_array_equal(epoch.inverse_features[t, 1, -24:], inverse)
+        angles = seen["joint_angles"] if proprioception else np.empty(0)
+        sensed = np.concatenate([seen["posture"], np.sin(angles), np.cos(angles)])
+        inverse = np.concatenate([sensed, seen["target"]])
+        assert epoch.inverse_features.shape[2] == player.config.nodes + len(inverse)
+        np.testing.assert_array_equal(epoch.inverse_features[t, 1, -len(inverse) :], inverse)
         np.testing.assert_array_equal(epoch.predictor_features[t, 1, -4:], seen["context"])
         heard = epoch.action[t] if forward_input == "total" else epoch.module_actions[t, 1]
-        forward = np.concatenate([heard, seen["posture"]])
-        np.testing.assert_array_equal(epoch.forward_features[t, 1, -20:], forward)
+        forward = np.concatenate([heard, sensed])
+        assert epoch.forward_features.shape[2] == player.config.nodes + len(forward)
+        np.testing.assert_array_equal(epoch.forward_features[t, 1, -len(forward) :], forward)
 
 
 def test_what_is_learned_from_is_one_step_later_to_the_very_end() -> None:
