@@ -1,4 +1,4 @@
-"""Train one movement with many seeds and print what came of it, as Markdown.
+"""Train a movement, or a repertoire, with many seeds and print what came of it, as Markdown.
 
 python benchmarks/seeds.py ymca --seeds 20
 python benchmarks/seeds.py ymca --seeds 20 --rule gated --nodes 100 --epochs 25
@@ -23,7 +23,7 @@ MEASURES = ("epochs", "p_e_percent", "feedback_ratio", "rp_error_percent", "nmi"
 
 
 def main(
-    motion: tyro.conf.Positional[str] = "ymca",
+    motions: tyro.conf.Positional[tuple[str, ...]] = ("ymca",),
     settings: tyro.conf.OmitArgPrefixes[Settings] = Settings(),  # noqa: B008, frozen
     seeds: int = 20,
     epochs: int = 30,
@@ -31,7 +31,7 @@ def main(
     """Train and print a row for every seed, then medians and counts.
 
     Args:
-        motion: What is imitated.
+        motions: What is imitated; several are a repertoire.
         settings: Settings; the seed is the first of the seeds.
         seeds: Number of seeds.
         epochs: Most epochs of a run.
@@ -44,7 +44,7 @@ def main(
         began = time.perf_counter()
         with tempfile.TemporaryDirectory() as folder:
             run = RunFolder(Path(folder) / "run")
-            summary = start(RunConfig(motion=motion, **values), run, epochs)
+            summary = start(RunConfig(motions=motions, **values), run, epochs)
         summaries.append(summary | {"seconds": time.perf_counter() - began})
         print(_row(str(seed), summaries[-1]), flush=True)
     print(_totals(summaries))

@@ -10,6 +10,7 @@ import hypothesis
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
 from mpma_mj.arm import SIDES
 from mpma_mj.cli import main
@@ -17,6 +18,9 @@ from mpma_mj.motions import ymca
 
 hypothesis.settings.register_profile("steady", deadline=None)
 hypothesis.settings.load_profile("steady")
+
+# The matrices are small: more threads wait for each other, the more so in parallel tests.
+threadpool_limits(1, user_api="blas")
 
 Array = NDArray[np.float64]
 WriteTsv = Callable[..., Path]

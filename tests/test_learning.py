@@ -69,8 +69,9 @@ def test_arms_raised_through_straight_forward_and_lowered_sideways_are_learned()
     env = load(Motion(posture, context, labels, 20.0, "raise", "a test"))
 
     def best(*, proprioception: bool) -> float:
-        trainer = Trainer(env, make_agent(env, MPMAConfig(proprioception=proprioception)))
-        while not trainer.converged and len(trainer.rows) < 12:
+        config = MPMAConfig(nodes=100, proprioception=proprioception)
+        trainer = Trainer(env, make_agent(env, config))
+        while not trainer.converged and len(trainer.rows) < 10:
             trainer.run_epoch()
         return trainer.summary()["p_e_percent"] if trainer.converged else np.inf
 

@@ -66,14 +66,15 @@ def check_segments(points: dict[str, Array], where: str, first: int = 0) -> None
         "line between the shoulders, seen from above,": _across(points),
     }
     for name, vectors in (lines | segments(points)).items():
+        how = "above each other" if "shoulders" in name else "in one place"
         length = np.linalg.norm(vectors, axis=1)
         too_short = length <= _SHORTEST * np.median(length)
         if too_short.any():
             i = int(np.argmax(too_short))
             raise MotionFileError(
                 f"{where}: the {name} has length {length[i]:.3g} at frame {first + i + 1} (median"
-                f" {np.median(length):.3g}); two markers lie in one place, so mend that frame, or"
-                " cut it with --from and --to"
+                f" {np.median(length):.3g}); two markers lie {how}, so mend that frame, or cut it"
+                " with --from and --to"
             )
 
 

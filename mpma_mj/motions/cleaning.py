@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.errors import BadOptionError, MotionFileError
 from mpma_mj.motions.body import ARM_POINTS, TORSO_POINTS
 from mpma_mj.motions.findings import Findings
-from mpma_mj.motions.gaps import fill_gaps, longest_run, missing, runs
+from mpma_mj.motions.gaps import fill_gaps, missing, runs
 from mpma_mj.motions.jumps import single_frame_jumps
 from mpma_mj.motions.markers import Groups
 from mpma_mj.motions.options import ReadingOptions
@@ -20,6 +22,7 @@ __all__ = ["Cleaner"]
 Mask = NDArray[np.bool_]
 
 _MOST_LISTED = 5
+_SHORTEST = 0.25  # s: a shorter stretch is no movement (choice)
 
 
 class Cleaner:
@@ -68,8 +71,9 @@ class Cleaner:
                 )
         self._jumps(repair=options.repair)
         self._long_gaps(options.max_gap, longest=options.longest)
-        self._trim_ends()
+        self._trim_ends(self._arm_markers, "arms")
         self._check_torso(options.max_gap)
+        self._trim_ends([*self.tracks], "arms and the torso")
         self._bridge()
 
     def points(self) -> Tracks:
@@ -106,7 +110,13 @@ class Cleaner:
             self._findings.warn(f"--to is {end:g} s, but the recording ends at {duration:.2f} s")
         if start > 0 or end is not None:
             last = self._frames if end is None else min(self._frames, round(end * self._rate))
-            self._cut(round(start * self._rate), last)
+            first = round(start * self._rate)
+            if last - first < 2:
+                raise BadOptionError(
+                    f"from {start:g} to {last / self._rate:.2f} s {self._where} has"
+                    f" {max(0, last - first)} frame(s) at {self._rate:g} Hz; expected a longer time"
+                )
+            self._cut(first, last)
             self._findings.note(
                 f"cut to {start:g}-{last / self._rate:.2f} s, {self._frames} frames, as asked"
             )
@@ -123,77 +133,106 @@ class Cleaner:
             f"{name} in frame {_listed(self.first + frames + 1)}" for name, frames in found.items()
         )
         if not repair:
-            self._findings.warn(f"{count} single-frame jumps ({listed}); --repair bridges them")
+            jumps = _count(count, "single-frame jump")
+            self._findings.warn(f"{jumps} ({listed}); --repair bridges them")
             return
         for name, frames in found.items():
             self.tracks[name][frames] = np.nan
-        self._findings.note(f"{count} single-frame jumps bridged ({listed})")
+        self._findings.note(f"{_count(count, 'single-frame jump')} bridged ({listed})")
 
     def _long_gaps(self, max_gap: float, *, longest: bool) -> None:
-        limit = max_gap * self._rate + 1e-9
         gaps = [
             (first, end, name)
             for name in self._arm_markers
-            for first, end in runs(missing(self.tracks[name]))
-            if end - first > limit
+            for first, end in self._too_long(name, max_gap)
         ]
         if not gaps:
             return
         clean = np.ones(self._frames, bool)
         for first, end, _ in gaps:
             clean[first:end] = False
-        kept_first, kept_end = longest_run(clean)
-        kept = (
-            f"frames {self.first + kept_first + 1} to {self.first + kept_end},"
-            f" {(kept_end - kept_first) / self._rate:.2f} s"
+        whole = self._whole(self._arm_markers)
+        first, end = max(
+            (_trimmed(run, whole) for run in runs(clean)),
+            key=lambda run: run[1] - run[0],
+            default=(0, 0),
         )
+        usable = (end - first) / self._rate >= _SHORTEST
+        kept = (
+            f"frames {self.first + first + 1} to {self.first + end},"
+            f" {(end - first) / self._rate:.2f} s"
+        )
+        gap = self._described(gaps)
+        if longest and usable:
+            self._cut(first, end)
+            self._findings.note(
+                f"kept {kept}, the longest stretch without long gaps, as asked: {gap}"
+            )
+            return
+        most = max(end - first for first, end, _ in gaps) / self._rate
+        inside = bool(whole.any()) and all(
+            first > 0 and end < self._frames for first, end, _ in gaps
+        )
+        ways = [f"bridge them with --max-gap {np.ceil(100 * most - 1e-6) / 100:g}"] * inside
+        ways += [f"keep the longest clean stretch ({kept}) with --longest"] * usable
+        raise MotionFileError(
+            f"{self._where}: {gap}, longer than {max_gap:g} s: "
+            + (", or ".join(ways) or "too little is left; record it anew")
+        )
+
+    def _described(self, gaps: list[tuple[int, int, str]]) -> str:
+        """Name the first of some gaps, and how many more there are."""
         first, end, name = min(gaps)
-        gap = (
+        more = len(gaps) - 1
+        return (
             f"marker {name} is missing in frames {self.first + first + 1} to {self.first + end}"
             f" ({(end - first) / self._rate:.2f} s)"
+            + (f" and there {_are(more, 'more such gap')}" if more else "")
         )
-        if not longest or kept_end - kept_first < 2:
-            needed = np.ceil(100 * max(end - first for first, end, _ in gaps) / self._rate) / 100
-            inside = all(first > 0 and end < self._frames for first, end, _ in gaps)
-            raise MotionFileError(
-                f"{self._where}: {gap}"
-                + (f" and there are {len(gaps) - 1} more such gaps" if len(gaps) > 1 else "")
-                + f", longer than {max_gap:g} s:"
-                + (f" bridge them with --max-gap {needed:g}, or" if inside else "")
-                + f" keep the longest clean stretch ({kept}) with --longest"
-            )
-        self._cut(kept_first, kept_end)
-        self._findings.note(f"kept {kept}, the longest stretch without long gaps, as asked: {gap}")
 
-    def _trim_ends(self) -> None:
+    def _too_long(self, name: str, max_gap: float) -> list[tuple[int, int]]:
+        """Return the gaps of a marker that are longer than what may be bridged."""
+        limit = max_gap * self._rate + 1e-6
+        return [run for run in runs(missing(self.tracks[name])) if run[1] - run[0] > limit]
+
+    def _whole(self, names: Iterable[str]) -> Mask:
+        """Tell in which frames all of some markers are seen, shape (T,)."""
+        whole = np.ones(self._frames, bool)
+        for name in names:
+            whole &= ~missing(self.tracks[name])
+        return whole
+
+    def _trim_ends(self, names: Sequence[str], what: str) -> None:
         """Cut off ends at which a marker is missing: there is nothing to interpolate between."""
-        seen = [np.flatnonzero(~missing(self.tracks[name])) for name in self._arm_markers]
-        first, end = max(s[0] for s in seen), min(s[-1] for s in seen) + 1
+        first, end = _trimmed((0, self._frames), self._whole(names))
         if end <= first:
-            raise MotionFileError(f"{self._where}: in no frame all markers of the arms are seen")
-        cut = int(first), int(self._frames - end)
-        if any(cut):
-            self._findings.note(
-                f"cut {cut[0]} frames at the start and {cut[1]} at the end, where markers of the"
-                " arms are missing"
+            raise MotionFileError(
+                f"{self._where}: at no time all markers of the {what} are seen; record it anew"
             )
-            self._cut(int(first), int(end))
+        last = self._frames - end
+        if first or last:
+            self._findings.note(
+                f"cut {_count(first, 'frame')} at the start and {last} at the end, where markers"
+                f" of the {what} are missing"
+            )
+            self._cut(first, end)
 
     def _check_torso(self, max_gap: float) -> None:
         """Do without torso markers that are missing for too long."""
         names = [n for point in TORSO_POINTS for n in self.groups.get(point, ())]
-        for name in names:
-            gone = missing(self.tracks[name])
-            lengths = [end - first for first, end in runs(gone)]
-            if gone[0] or gone[-1] or max(lengths, default=0) > max_gap * self._rate + 1e-9:
-                self._findings.warn(
-                    f"torso marker {name} is missing for up to {max(lengths) / self._rate:.2f} s;"
-                    " the torso is taken as upright instead, so that a bend moves the arms"
-                )
-                self.groups = {p: g for p, g in self.groups.items() if p not in TORSO_POINTS}
-                kept = {name for group in self.groups.values() for name in group}
-                self.tracks = {name: self.tracks[name] for name in self.tracks if name in kept}
-                return
+        if self._whole(names).any() and not any(self._too_long(n, max_gap) for n in names):
+            return
+        longest = {
+            n: max((e - f for f, e in runs(missing(self.tracks[n]))), default=0) for n in names
+        }
+        name = max(names, key=longest.__getitem__)
+        self._findings.warn(
+            f"torso marker {name} is missing for up to {longest[name] / self._rate:.2f} s; the"
+            " torso is taken as upright instead, so that a bend moves the arms"
+        )
+        self.groups = {p: g for p, g in self.groups.items() if p not in TORSO_POINTS}
+        kept = {name for group in self.groups.values() for name in group}
+        self.tracks = {name: self.tracks[name] for name in self.tracks if name in kept}
 
     def _bridge(self) -> None:
         for name, track in self.tracks.items():
@@ -202,8 +241,8 @@ class Cleaner:
                 self.gaps[name] = [(self.first + first, self.first + end) for first, end in gaps]
                 first, end = max(gaps, key=lambda gap: gap[1] - gap[0])
                 self._findings.note(
-                    f"{name}: {sum(e - f for f, e in gaps)} missing samples bridged in"
-                    f" {len(gaps)} gaps, the longest frames {self.first + first + 1} to"
+                    f"{name}: {_count(sum(e - f for f, e in gaps), 'missing sample')} bridged in"
+                    f" {_count(len(gaps), 'gap')}, the longest frames {self.first + first + 1} to"
                     f" {self.first + end} ({(end - first) / self._rate:.2f} s)"
                 )
         fill_gaps(self.tracks.values())
@@ -212,3 +251,17 @@ class Cleaner:
 def _listed(frames: NDArray[np.int_]) -> str:
     more = f" and {len(frames) - _MOST_LISTED} more" if len(frames) > _MOST_LISTED else ""
     return ", ".join(map(str, frames[:_MOST_LISTED])) + more
+
+
+def _trimmed(run: tuple[int, int], whole: Mask) -> tuple[int, int]:
+    """Return a stretch from its first to past its last whole frame; (0, 0) if it has none."""
+    inside = np.flatnonzero(whole[slice(*run)])
+    return (run[0] + int(inside[0]), run[0] + int(inside[-1]) + 1) if len(inside) else (0, 0)
+
+
+def _count(number: int, thing: str) -> str:
+    return f"{number} {thing}{'' if number == 1 else 's'}"
+
+
+def _are(number: int, thing: str) -> str:
+    return f"{'is' if number == 1 else 'are'} {_count(number, thing)}"

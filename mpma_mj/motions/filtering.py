@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["data_cutoff", "low_pass", "resample"]
+__all__ = ["data_cutoff", "looked_at", "low_pass", "resample"]
 
 Array = NDArray[np.float64]
 
@@ -32,7 +32,7 @@ def data_cutoff(points: Array, rate: float) -> float:
         Cut-off frequency, 4 to 10 Hz.
     """
     tried = _CUTOFFS[0.45 * rate > _CUTOFFS]
-    some = points[: int(_LONGEST * rate)]
+    some = points[: looked_at(rate)]
     if len(tried) < 8 or len(some) < rate:
         return _HUMAN[0] if len(tried) < 8 else sum(_HUMAN) / 2
     some = some - some.mean(axis=0)
@@ -41,6 +41,11 @@ def data_cutoff(points: Array, rate: float) -> float:
     noise = np.polyval(np.polyfit(tried[tail], residual[tail], 1), 0.0)
     enough = np.flatnonzero(residual <= max(noise, residual[-1]))
     return float(np.clip(tried[enough[0]], *_HUMAN))
+
+
+def looked_at(rate: float) -> int:
+    """Return how many frames at the start `data_cutoff` looks at."""
+    return int(_LONGEST * rate)
 
 
 def low_pass(points: Array, rate: float, cutoff: float) -> Array:

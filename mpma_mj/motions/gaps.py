@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["fill_gaps", "longest_run", "missing", "runs"]
+__all__ = ["fill_gaps", "missing", "runs"]
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -29,11 +29,6 @@ def runs(mask: Mask) -> list[tuple[int, int]]:
     """Return the stretches in which a mask is true, each from its first frame to past its last."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]])))
     return [(int(first), int(end)) for first, end in edges.reshape(-1, 2)]
-
-
-def longest_run(mask: Mask) -> tuple[int, int]:
-    """Return the longest stretch in which a mask is true, the first of equal ones."""
-    return max(runs(mask), key=lambda run: run[1] - run[0], default=(0, 0))
 
 
 def fill_gaps(tracks: Iterable[Array]) -> None:

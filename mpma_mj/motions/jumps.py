@@ -9,16 +9,17 @@ __all__ = ["single_frame_jumps"]
 
 Array = NDArray[np.float64]
 
-# A jump is at least this share of the arm's length (choice) ...
+# A jump is at least this share of the arm's length, and so many times what is usual (choice): fast
+# arms move on, a jump comes back.
 _SHARE = 0.1
-# ... and so many times farther from between its neighbours than these are from each other or
-# than the marker usually is (choice): fast arms move on, a jump comes back.
-_TIMES = 4.0
 _USUAL = 15.0
 
 
 def single_frame_jumps(track: Array, arm_length: float) -> NDArray[np.int_]:
     """Find the frames in which a marker leaves its way and comes back at once.
+
+    There it is farther from half-way between its neighbours than these are from each other, and
+    than the frames beside it are, of which one may be between a jump and the way back.
 
     Args:
         track: Trajectory, shape (T, 3), NaN where not seen.
@@ -35,5 +36,7 @@ def single_frame_jumps(track: Array, arm_length: float) -> NDArray[np.int_]:
     if not np.isfinite(away).any():
         return np.empty(0, int)
     usual = float(np.nanmedian(away))
-    far = (away > _SHARE * arm_length) & (away > _TIMES * onward) & (away > _USUAL * usual)
-    return np.flatnonzero(far) + 1
+    beside = np.pad(np.nan_to_num(away), 1)
+    farthest = away >= np.maximum(beside[:-2], beside[2:])
+    far = (away > _SHARE * arm_length) & (away > onward) & (away > _USUAL * usual)
+    return np.flatnonzero(far & farthest) + 1

@@ -31,16 +31,15 @@ def read_labels(path: Path) -> tuple[Span, ...]:
         raise MotionFileError(f"{path}: is no text; expected rows of start,end,label in seconds")
     spans = []
     for number, line in enumerate(file.lines(), 1):
-        separator = next((s for s in "\t;," if s in line), ",")
-        cells = [cell.strip() for cell in next(csv.reader([line], delimiter=separator), [])]
-        if not any(cells) or (number == 1 and not is_number(cells[0].replace(",", "."))):
+        cells = _cells(line)
+        numbers = [is_number(cell) for cell in cells[:2]]
+        if not any(cells) or (number == 1 and not any(numbers)):
             continue
-        times = [cell.replace(",", ".") for cell in cells[:2]]
-        if len(cells) != 3 or not all(map(is_number, times)) or not cells[2]:
+        if len(cells) != 3 or not all(numbers) or not cells[2]:
             raise MotionFileError(
                 f"{path}: line {number}: '{line[:60]}' is not start,end,label, such as 0,2.5,Y"
             )
-        start, end = map(float, times)
+        start, end = map(float, cells[:2])
         if not (math.isfinite(start) and start < end):
             raise MotionFileError(
                 f"{path}: line {number}: the span from {start:g} to {end:g} s has no length;"
@@ -50,3 +49,19 @@ def read_labels(path: Path) -> tuple[Span, ...]:
     if not spans:
         raise MotionFileError(f"{path}: holds no rows of start,end,label")
     return tuple(spans)
+
+
+def _cells(line: str) -> list[str]:
+    """Return the cells of a row, with points for decimal commas, by the separator that fits."""
+    found = [line]
+    for separator in ",;\t":
+        try:
+            cells = [cell.strip() for cell in next(csv.reader([line], delimiter=separator), [])]
+        except csv.Error:  # such as a cell of more than 131072 letters
+            continue
+        cells[:2] = [cell.replace(",", ".") for cell in cells[:2]]
+        if len(cells) == 3 and all(map(is_number, cells[:2])):
+            return cells
+        if len(cells) > 1:
+            found = cells
+    return found

@@ -20,7 +20,8 @@ def close_loop(posture: Array, rate: float) -> Array:
     """Bend the last part of a movement so that repetitions join without a jump.
 
     The joint angles are shifted by a share of the way from the end to the start that rises
-    along a minimum-jerk curve from 0 to 1, one sample after the end.
+    along a minimum-jerk curve from 0 to 1, one sample after the end. Elbows keep to how far they
+    bend in the movement, so that none is bent backwards.
 
     Args:
         posture: Postures, shape (T, 12).
@@ -35,5 +36,8 @@ def close_loop(posture: Array, rate: float) -> Array:
     end = 2.0 * angles[-1] - angles[-2]
     way = arm.angles_from_posture(posture[0], near=end) - end
     share = minimum_jerk(np.arange(1, count + 1) / (count + 1))[:, None]
+    elbows = angles[:, 3::4]  # a view
+    least, most = elbows.min(axis=0), elbows.max(axis=0)
     angles[-count:] += share * way
+    np.clip(elbows, least, most, out=elbows)
     return arm.posture_from_angles(angles)

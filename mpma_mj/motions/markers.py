@@ -79,9 +79,10 @@ _GUESS = {
     "elbow": re.compile(r"elb|epic|hle|hme|fore_?arm|low(er)?_?arm|farm", re.I),
     "wrist": re.compile(r"wri|styl|rsp|usp|uln|radi|wr[ab]\b|hand|carp", re.I),
 }
+# "left", or an l at the start before a separator or a capital, or at the end after one.
 _SIDED = {
-    "left": re.compile(r"left|(^|[\W_])l([\W_]|(?=[A-Z])|$)|^L(?=[A-Z]{2,})|[\W_]L$"),
-    "right": re.compile(r"right|(^|[\W_])r([\W_]|(?=[A-Z])|$)|^R(?=[A-Z]{2,})|[\W_]R$"),
+    "left": re.compile(r"[Ll]eft|LEFT|(?<![^\W_])[lL](?=[\W_A-Z])|[\W_]l$|(?<=[a-z\W_])L$"),
+    "right": re.compile(r"[Rr]ight|RIGHT|(?<![^\W_])[rR](?=[\W_A-Z])|[\W_]r$|(?<=[a-z\W_])R$"),
 }
 _MOST_GUESSED = 2
 _FEWEST = 3  # points that have to fit before names are taken for those of a set
@@ -127,7 +128,10 @@ def choose_markers(path: Path, names: Sequence[str], mapping: Groups) -> Groups:
             stands twice; tells the file's names and a mapping to edit.
     """
     given = {p: tuple(_exact(path, n, names) for n in group) for p, group in mapping.items()}
-    found = [groups | given for groups in _recognised(names)] or [given]
+    recognised = _recognised(names)
+    # The torso has to be of the dancer whose arms the user means.
+    meant = [groups for groups in recognised if _subjects(groups) & _subjects(given)]
+    found = [groups | given for groups in meant or recognised] or [given]
     complete = [groups for groups in found if groups.keys() >= set(ARM_POINTS)]
     if len({tuple(groups[p] for p in ARM_POINTS) for groups in complete}) > 1:
         raise MotionFileError(
@@ -135,13 +139,22 @@ def choose_markers(path: Path, names: Sequence[str], mapping: Groups) -> Groups:
             f" {_option(complete[1])}"
         )
     if not complete:
-        raise MotionFileError(_not_recognised(path, names, max(found, key=len)))
+        best = max(found, key=len)
+        guessed = {p: _guess(p, names) for p in ARM_POINTS if p not in best}
+        _check_once(path, names, {p: g for p, g in guessed.items() if len(set(g)) == 1})
+        raise MotionFileError(_not_recognised(path, names, best))
     groups = complete[0]
     if "pelvis" in groups:
         shoulders = (*groups["left_shoulder"], *groups["right_shoulder"])
         groups.setdefault("neck", shoulders)
     else:
         groups.pop("neck", None)
+    _check_once(path, names, groups)
+    return groups
+
+
+def _check_once(path: Path, names: Sequence[str], groups: Groups) -> None:
+    """Refuse names that stand twice in the file."""
     counts = Counter(names)
     twice = next((n for group in groups.values() for n in group if counts[n] > 1), None)
     if twice is not None:
@@ -149,7 +162,6 @@ def choose_markers(path: Path, names: Sequence[str], mapping: Groups) -> Groups:
             f"{path}: {twice} stands twice; which of them is meant cannot be told, so rename or"
             " remove one"
         )
-    return groups
 
 
 def _read_toml(path: Path) -> Iterator[tuple[str, tuple[str, ...]]]:
@@ -160,12 +172,10 @@ def _read_toml(path: Path) -> Iterator[tuple[str, tuple[str, ...]]]:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise BadOptionError(f"map: {path} is no TOML file ({error})") from None
     for point, value in content.items():
-        if isinstance(value, str):
-            yield point, tuple(name.strip() for name in value.split("+"))
-        elif isinstance(value, list) and value and all(isinstance(name, str) for name in value):
-            yield point, tuple(value)
-        else:
-            raise BadOptionError(f"map: {path}: {point} is {value}; expected a name or names")
+        names = [name.strip() for name in value.split("+")] if isinstance(value, str) else value
+        if not (isinstance(names, list) and names and all(isinstance(n, str) and n for n in names)):
+            raise BadOptionError(f"map: {path}: {point} is '{value}'; expected a name or names")
+        yield point, tuple(names)
 
 
 def _read_inline(option: str) -> Iterator[tuple[str, tuple[str, ...]]]:
@@ -190,6 +200,10 @@ def _exact(path: Path, name: str, names: Sequence[str]) -> str:
             f" it has {_listed(names)}"
         )
     return alike[0]
+
+
+def _subjects(groups: Groups) -> set[str]:
+    return {name.rpartition(":")[0] for group in groups.values() for name in group}
 
 
 def _recognised(names: Sequence[str]) -> list[Groups]:
@@ -270,8 +284,11 @@ def _not_recognised(path: Path, names: Sequence[str], found: Groups) -> str:
                 " arm beside a right one, and both are needed"
             )
     for side in SIDES:
-        if not any(guess[p] for p in ARM_POINTS if p.startswith(side)):
-            return f"{path}: has no {side} arm, and both arms are needed; {has}"
+        if any(guess.values()) and not any(guess[p] for p in ARM_POINTS if p.startswith(side)):
+            return (
+                f"{path}: has no {side} arm, and both arms are needed; {has}; if that arm is among"
+                f" them, say it with {mapping}"
+            )
     return (
         f"{path}: cannot tell which point is the {', the '.join(missing)}; {has}; say it with"
         f" {mapping}"

@@ -47,6 +47,9 @@ def read(path: Path) -> Motion | None:
     try:
         posture = np.asarray(arrays["posture"], np.float64)
         context = np.asarray(arrays.get("context", np.ones((len(posture), 1))), np.float64)
+        tempo = float(arrays.get("tempo", 1.0))
+        if not 0.0 < tempo < np.inf:
+            raise MotionFileError(f"{path}: tempo is {tempo:g}; expected a number above 0")
         default = [str(i + 1) for i in range(context.shape[1])]
         return Motion(
             posture,
@@ -55,7 +58,7 @@ def read(path: Path) -> Motion | None:
             float(arrays["rate"]),
             str(arrays.get("name", path.stem)),
             str(arrays.get("source", path.name)),
-            float(arrays.get("tempo", 1.0)),
+            tempo,
         )
     except KeyError as error:
         raise MotionFileError(f"{path}: lacks {error.args[0]}; add it as an array") from None

@@ -13,6 +13,7 @@ __all__ = ["ContextName", "ReadingOptions"]
 
 ContextName = Literal["auto", "equal", "changes", "events", "bars", "sections"]
 
+_PARTS = 4
 _TEMPO = (0.01, 100.0)  # beyond, a movement has hardly a sample, or fills the memory
 
 
@@ -56,7 +57,7 @@ class ReadingOptions:
     tempo: float = 1.0
     loop: bool = False
     context: ContextName = "auto"
-    segments: int = 4
+    segments: int = _PARTS
     labels: str | None = None
     audio: str | None = None
 
@@ -92,5 +93,12 @@ class ReadingOptions:
             raise BadOptionError(f"context {self.context} needs the music; give it with --audio")
         if self.audio is not None and not (music or self.context == "auto"):
             raise BadOptionError(f"audio gives bars or sections, not {self.context}; drop one")
+        if self.segments != _PARTS and (
+            music or self.labels or self.audio or self.context == "events"
+        ):
+            raise BadOptionError(
+                "segments are parts of a movement without labels; drop --segments, or what labels"
+                " it"
+            )
         if self.labels is not None and (self.audio is not None or self.context != "auto"):
             raise BadOptionError("labels are the context; drop --audio and --context, or --labels")

@@ -45,6 +45,11 @@ def find_unit(
     """
     if given is not None:
         findings.note(f"unit {_name(given)}, as given")
+        if not _ARMS[0] <= arm * given <= _ARMS[1]:
+            findings.warn(
+                f"unit {_name(given)}, as given, makes arms of {arm * given:.3g} m; the movement"
+                " is the same in any unit"
+            )
         return given
     if declared is not None and _ARMS[0] <= arm * declared <= _ARMS[1]:
         findings.note(f"unit {_name(declared)}, as the file says")
@@ -90,6 +95,8 @@ def find_up(
     if declared is not None and (shown in (declared, None) or "pelvis" not in points):
         findings.note(f"{declared} is up, as the file or its format says")
         return declared
+    if shown is None and "pelvis" in points:
+        return "z"  # the trunk's direction is known in every frame, so that none else matters
     if shown is None:
         raise MotionFileError(
             f"{where}: cannot tell which axis is up: the file does not say, and the arms do not"
@@ -114,7 +121,8 @@ def turn_z_up(track: Array, up: Up) -> Array:
 
 def _axis_of(vectors: Array) -> Up | None:
     """Return the axis along which vectors, shape (N, 3), mostly point, if there is a clear one."""
-    mean = np.mean(vectors / np.linalg.norm(vectors, axis=1, keepdims=True), axis=0)
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    mean = np.mean(vectors / np.maximum(length, np.finfo(float).tiny), axis=0)
     axis = int(np.argmax(np.abs(mean)))
     if abs(mean[axis]) < _CLEAR:
         return None

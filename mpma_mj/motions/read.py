@@ -39,6 +39,8 @@ _RATE = 20.0  # Hz, of the paper's control step
 _FOR_RECORDINGS = {
     *("map", "skeleton", "unit", "up", "rate_in", "max_gap", "longest", "repair", "cutoff"),
 }
+_OF_CONTEXT = ("context", "segments", "labels", "audio")
+_DEFAULTS = {field.name: field.default for field in fields(ReadingOptions)}
 _BAND = 0.4  # share of the new rate up to which the low-pass filter lets pass
 
 
@@ -152,9 +154,10 @@ def _read(
     del tracks
     cleaner.clean(options)
     points = cleaner.points()
-    check_segments(points, where, cleaner.first)
     up = find_up(points, recording.up, options.up, where, findings)
-    points = {name: turn_z_up(track, up) for name, track in points.items()}
+    for name in list(points):
+        points[name] = turn_z_up(points[name], up)
+    check_segments(points, where, cleaner.first)
     given = None if options.unit is None else UNITS[options.unit]
     unit = find_unit(arm_length(points), recording.unit, given, findings)
     lengths = {
@@ -163,7 +166,7 @@ def _read(
     }
     first = startup_frames(points, own_rate)
     if first:
-        findings.note(f"cut {first} frames of a start-up pose")
+        findings.note(f"cut {first} frame{'s' * (first > 1)} of a start-up pose")
         points = {name: track[first:] for name, track in points.items()}
     cutoff = _cutoff(points, own_rate, rate, options, findings)
     for name in list(points):
@@ -215,10 +218,10 @@ def _as_it_is(motion: Motion, kind: str, options: ReadingOptions, findings: Find
             )
         findings.note(f"cut to {times[kept[0]]:g}-{times[kept[-1]]:.2f} s, as asked")
     times, posture = times[kept], motion.posture[kept]
-    if options.loop:
+    if options.loop and len(posture) > 1:
         posture = close_loop(posture, motion.rate)
     context, labels = motion.context[kept], motion.labels
-    if options.context != "auto" or options.labels is not None or options.audio is not None:
+    if any(getattr(options, name) != _DEFAULTS[name] for name in _OF_CONTEXT):
         context, labels = label(posture, times, (), options, motion.name, findings)
     motion = replace(motion, posture=posture, context=context, labels=labels)
     return Reading(motion, findings, kind, {}, (), len(motion), motion.rate, {}, True, times, {})
@@ -244,7 +247,8 @@ def _cutoff(
     if options.cutoff is not None:
         wanted, how = options.cutoff, "as given"
     else:
-        arms = np.concatenate([points[name] for name in ARM_POINTS], axis=1)
+        start = slice(filtering.looked_at(own_rate))
+        arms = np.concatenate([points[name][start] for name in ARM_POINTS], axis=1)
         wanted, how = filtering.data_cutoff(arms, own_rate), "from the data"
     most = _BAND * rate / options.tempo
     if wanted > most:

@@ -15,6 +15,9 @@ Array = NDArray[np.float64]
 
 # Share of the joints' top speed at which arms go from one movement to the next (choice).
 _SPEED = 0.5
+# A step is like those within so many seconds if it is up to so many times as long (choice).
+_AROUND = 0.25
+_LIKE = 1.2
 
 
 def repeat(motion: Motion, times: int, max_joint_speed: Array) -> tuple[Array, Array]:
@@ -22,7 +25,8 @@ def repeat(motion: Motion, times: int, max_joint_speed: Array) -> tuple[Array, A
 
     Where it ends elsewhere than it starts, the arms return by a minimum-jerk move, as long as
     it takes at half the joints' top speed; its context is that of the movement's first posture.
-    A movement whose end leads into its start within one sample is joined as it is.
+    A movement whose end leads into its start within one sample, at rest or at the speed that it
+    has there, is joined as it is.
 
     Args:
         motion: The movement, T postures.
@@ -32,11 +36,25 @@ def repeat(motion: Motion, times: int, max_joint_speed: Array) -> tuple[Array, A
     Returns:
         Posture, shape (T', 12), and context, shape (T', C).
     """
-    way_back = way_between(motion.posture, motion.posture[0], motion.rate, max_joint_speed)
+    way_back = np.empty((0, 12))
+    if not _leads_on(motion):
+        way_back = way_between(motion.posture, motion.posture[0], motion.rate, max_joint_speed)
     back_context = np.repeat(motion.context[:1], len(way_back), axis=0)
     posture = [motion.posture, way_back] * times
     context = [motion.context, back_context] * times
     return np.concatenate(posture[:-1]), np.concatenate(context[:-1])
+
+
+def _leads_on(motion: Motion) -> bool:
+    """Tell whether the step from a movement's end to its start is like those around it."""
+    near = 1 + max(1, round(_AROUND * motion.rate))
+    step = motion.posture[0] - motion.posture[-1]
+    around = [np.diff(motion.posture[stretch], axis=0) for stretch in (np.s_[:near], np.s_[-near:])]
+    return _longest(step) <= _LIKE * max(map(_longest, around))
+
+
+def _longest(steps: Array) -> float:
+    return float(np.linalg.norm(steps.reshape(-1, 3), axis=1).max())
 
 
 def way_between(posture: Array, after: Array, rate: float, max_joint_speed: Array) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections import Counter
 from collections.abc import Sequence
 
@@ -49,9 +50,9 @@ def join(motions: Sequence[Motion], max_joint_speed: Array) -> Motion:
 
 def _distinct(names: Sequence[str]) -> tuple[str, ...]:
     """Number the names that stand more than once."""
-    counts, seen = Counter(names), Counter[str]()
-    distinct = []
+    counts, distinct = Counter(names), list[str]()
     for name in names:
-        seen[name] += 1
-        distinct.append(f"{name} {seen[name]}" if counts[name] > 1 else name)
+        numbered = (f"{name} {i}" for i in itertools.count(1))
+        taken = {*names, *distinct}
+        distinct.append(next(n for n in numbered if n not in taken) if counts[name] > 1 else name)
     return tuple(distinct)

@@ -12,7 +12,7 @@ __all__ = ["startup_frames"]
 Array = NDArray[np.float64]
 
 _FASTER_THAN_HUMAN = 25.0  # rad/s; dances reach 15 (choice)
-_STILL = 0.3  # rad/s
+_STILL = 0.1  # rad: more than noise turns a segment (choice)
 _RAMP = 0.25  # s that a ramp lasts at most (choice)
 
 
@@ -29,8 +29,10 @@ def startup_frames(points: dict[str, Array], rate: float) -> int:
     Returns:
         How many frames to leave out.
     """
-    speed = np.max([_speeds(vectors, rate) for vectors in segments(points).values()], axis=0)
-    moving = np.flatnonzero(speed > _STILL)
+    arms = segments(points).values()
+    speed = np.max([_angles(arm[1:], arm[:-1]) for arm in arms], axis=0) * rate
+    away = np.max([_angles(arm[1:], arm[:1]) for arm in arms], axis=0)  # from the first pose
+    moving = np.flatnonzero(away > _STILL)
     if not len(moving):
         return 0
     first = int(moving[0])
@@ -41,8 +43,7 @@ def startup_frames(points: dict[str, Array], rate: float) -> int:
     return first + int(fast[-1]) + 1
 
 
-def _speeds(vectors: Array, rate: float) -> Array:
-    """Return how fast a segment turns from each frame to the next, shape (T-1,), rad/s."""
-    unit = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
-    cosine = np.sum(unit[1:] * unit[:-1], axis=1)
-    return np.arccos(np.clip(cosine, -1.0, 1.0)) * rate
+def _angles(vectors: Array, others: Array) -> Array:
+    """Return the angles between vectors, shape (N, 3), and others, (N, 3) or (1, 3): (N,), rad."""
+    lengths = np.linalg.norm(vectors, axis=1) * np.linalg.norm(others, axis=1)
+    return np.arccos(np.clip(np.sum(vectors * others, axis=1) / lengths, -1.0, 1.0))

@@ -4,10 +4,74 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from mpma_mj.envs.load import load
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions import read_motion
+from mpma_mj.motions.options import ReadingOptions
+from mpma_mj.motions.read import Reading, read_with_findings
+
+Array = NDArray[np.float64]
+
+WITHOUT_RATE = ("cmu_amc/01_01.amc", "hdm05/HDM_dg_06-03_03_120.amc")
+PEOPLE = (
+    *WITHOUT_RATE,
+    *("cmu_amc/01_01.bvh", "cmu_bvh/indian_13.bvh", "hdm05/HDM_dg_06-03_03_120.c3d"),
+    *("qualisys_c3d/Qualisys.c3d", "qualisys_tsv/dance.tsv", "qualisys_tsv/walk.tsv"),
+)
+
+
+def read(path: Path) -> Reading:
+    return read_with_findings(path, ReadingOptions(max_gap=0.3, cutoff=6.0))
+
+
+@pytest.mark.parametrize("name", PEOPLE)
+def test_people_have_arms_that_bend_forward_and_bodies_of_human_size(
+    mocap: Path, name: str
+) -> None:
+    reading = read(mocap / name)
+    segments = reading.motion.posture.reshape(-1, 4, 3)
+    bent = segments[:, 1::2, 0] - segments[:, ::2, 0]
+    assert bent.mean() > 0.1
+    assert reading.metric
+    for mean, deviation in reading.lengths.values():
+        assert 0.18 < mean < 0.45
+        assert deviation < 0.05 * mean
+    duration = reading.frames / reading.rate
+    assert reading.motion.duration == pytest.approx(duration, abs=0.1)
+    assert np.abs(np.diff(reading.motion.posture, axis=0)).max() < 0.75  # 15 rad/s
+    load(reading.motion)
+
+
+@pytest.mark.parametrize("name", PEOPLE)
+def test_good_recordings_are_not_warned_about(mocap: Path, name: str) -> None:
+    expected = ["AMC files carry no rate; 120 Hz is used (--rate-in overrides it)"]
+    assert read(mocap / name).findings.warnings == expected * (name in WITHOUT_RATE)
+
+
+@pytest.mark.parametrize("name", PEOPLE)
+def test_only_the_pose_that_export_puts_first_is_cut(mocap: Path, name: str) -> None:
+    poses = {"cmu_amc/01_01.bvh": 1, "cmu_bvh/indian_13.bvh": 4}
+    reading = read(mocap / name)
+    cut = [step for step in reading.findings.steps if "start-up" in step]
+    assert len(cut) == (name in poses)
+    assert reading.times[0] == pytest.approx(poses.get(name, 0) / reading.rate)
+
+
+def test_the_same_dance_as_skeleton_and_as_motion_capture_is_the_same(mocap: Path) -> None:
+    bvh = read(mocap / "cmu_amc" / "01_01.bvh").motion.posture
+    amc = read(mocap / "cmu_amc" / "01_01.amc").motion.posture
+    # The BVH has a T-pose before the first frame; its forearms end elsewhere in the hand.
+    angle = np.arccos(np.clip(np.sum((bvh * amc).reshape(-1, 4, 3), axis=2), -1, 1))
+    assert np.median(angle[:, ::2]) < 0.05
+
+
+def test_the_same_dance_as_markers_and_as_skeleton_is_similar(mocap: Path) -> None:
+    c3d = read(mocap / "hdm05" / "HDM_dg_06-03_03_120.c3d").motion.posture
+    amc = read(mocap / "hdm05" / "HDM_dg_06-03_03_120.amc").motion.posture
+    angle = np.arccos(np.clip(np.sum((c3d * amc).reshape(-1, 4, 3), axis=2), -1, 1))
+    assert np.median(angle) < 0.5
 
 
 def test_the_qualisys_dance_is_read_whole(mocap: Path) -> None:
@@ -22,15 +86,39 @@ def test_the_qualisys_dance_is_read_whole(mocap: Path) -> None:
 
 def test_the_gap_in_the_qualisys_walk_is_refused_by_name(mocap: Path) -> None:
     path = mocap / "qualisys_tsv" / "walk.tsv"
-    with pytest.raises(MotionFileError, match="Shoulder_R is missing in frames 305 to 320"):
+    with pytest.raises(
+        MotionFileError,
+        match=r"Shoulder_R is missing in frames 305 to 320 \(0\.27 s\).* --max-gap 0\.27, or keep"
+        r" the longest clean stretch \(frames 1 to 304, 5\.07 s\) with --longest$",
+    ):
         read_motion(path)
-    motion = read_motion(path, max_gap=0.3)
+    motion = read_motion(path, max_gap=0.27)
     assert motion.posture.shape == (117, 12)
     # Walking: upper arms hang.
     assert (motion.posture.reshape(-1, 4, 3)[:, ::2, 2] < -0.6).all()
+    assert len(read_motion(path, longest=True)) == 102
 
 
-def test_both_can_be_danced(mocap: Path) -> None:
-    for name in ("dance", "walk"):
-        motion = read_motion(mocap / "qualisys_tsv" / f"{name}.tsv", max_gap=0.3)
-        assert load(motion).reset().first()
+def test_a_recording_of_one_arm_is_refused_in_words(mocap: Path) -> None:
+    for name in ("markers.csv", "markers.trc", "markers_analogs.c3d"):
+        with pytest.raises(MotionFileError, match=r"^[^\n]*one arm only[^\n]*both are needed$"):
+            read_motion(mocap / "vicon_trc" / name)
+
+
+def test_left_and_right_of_a_dancer_are_told_apart(mocap: Path) -> None:
+    path = mocap / "qualisys_tsv" / "dance.tsv"
+    other = {"L": "R", "R": "L"}
+    names = {"shoulder": ("Shoulder",), "elbow": ("Elbow",), "wrist": ("Radius", "Ulna")}
+    swapped = ",".join(
+        f"{side}_{point}=" + "+".join(f"{name}_{other[side[0].upper()]}" for name in group)
+        for side in ("left", "right")
+        for point, group in names.items()
+    )
+    reading = read_with_findings(path, ReadingOptions(map=swapped))
+    assert any("left and right look swapped" in line for line in reading.findings.warnings)
+
+
+@pytest.mark.parametrize("name", ["dance", "walk"])
+def test_both_can_be_danced(mocap: Path, name: str) -> None:
+    motion = read_motion(mocap / "qualisys_tsv" / f"{name}.tsv", max_gap=0.3)
+    assert load(motion).reset().first()

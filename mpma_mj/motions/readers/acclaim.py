@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Sequence, Set
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.findings import Findings
 from mpma_mj.motions.readers.skeleton import Joint, ancestry, joint_positions
-from mpma_mj.motions.readers.text import TextFile, is_number, stack
+from mpma_mj.motions.readers.text import TextFile, is_number, printable, stack
 from mpma_mj.motions.recording import Recording, Tracks
 
 __all__ = ["is_amc", "is_asf", "read_acclaim"]
@@ -21,6 +21,8 @@ __all__ = ["is_amc", "is_asf", "read_acclaim"]
 Array = NDArray[np.float64]
 
 _USUAL_RATE = 120.0  # Hz: of CMU's and HDM05's recordings; the format has no place for it
+_FARTHEST = 1e9  # what is farther away, in any unit, is no bone
+_CHANNELS = {"tx", "ty", "tz", "rx", "ry", "rz", "l"}
 _BLOCK = 2048  # frames that are turned into places at once
 
 
@@ -95,7 +97,7 @@ def _skeleton_beside(path: Path) -> Path:
 def _read_skeleton(file: TextFile) -> _Skeleton:
     sections: dict[str, list[list[str]]] = {}
     section: list[list[str]] = []
-    for line in file.lines():
+    for line in map(printable, file.lines()):
         words = line.split("#")[0].split()
         if words and words[0].startswith(":"):
             section = sections.setdefault(words[0].lower(), [])
@@ -111,8 +113,9 @@ def _read_skeleton(file: TextFile) -> _Skeleton:
     for words in sections[":hierarchy"][1:-1]:
         parents.update(dict.fromkeys(words[1:], words[0]))
     turn = 180.0 / np.pi if not degrees else 1.0
-    frame = _frame([turn * float(a) for a in root["orientation"]], root["axis"][0])
+    frame = _frame(turn * _numbers(root["orientation"]), root["axis"][0])
     order = tuple(word.lower() for word in root["order"])
+    _check_channels("root", order, needed={"tx", "ty", "tz"})
     joints = {"root": Joint("root", None, np.zeros(3), _axes(order), frame)}
     channels = {"root": order}
     while parents:
@@ -122,8 +125,11 @@ def _read_skeleton(file: TextFile) -> _Skeleton:
         for name in ready:
             parent, bone = parents.pop(name), bones[name]
             dof = tuple(word.lower() for word in bone.get("dof", []))
-            axis = [turn * float(a) for a in bone["axis"][:3]]
-            way = np.array(bone["direction"], float) * float(bone["length"][0])
+            _check_channels(name, dof)
+            axis = turn * _numbers(bone["axis"][:3])
+            way = _numbers(bone["direction"]) * _numbers(bone["length"])
+            if way.shape != (3,):
+                raise ValueError(f"{name} has the direction {' '.join(bone['direction'])}")
             begins = joints.get(f"{parent}_end", joints["root"])
             joints[name] = Joint(
                 name, parent, begins.offset, _axes(dof), _frame(axis, bone["axis"][3])
@@ -131,6 +137,12 @@ def _read_skeleton(file: TextFile) -> _Skeleton:
             joints[f"{name}_end"] = Joint(f"{name}_end", name, way, "", np.eye(3))
             channels[name] = dof
     return _Skeleton(joints, channels, degrees)
+
+
+def _check_channels(bone: str, channels: Sequence[str], needed: Set[str] = frozenset()) -> None:
+    """Check a bone's degrees of freedom, each of which stands once."""
+    if not needed <= set(channels) <= _CHANNELS or len(set(channels)) < len(channels):
+        raise ValueError(f"{bone} has the channels {' '.join(channels)}")
 
 
 def _read_bones(section: list[list[str]]) -> Iterator[tuple[str, dict[str, list[str]]]]:
@@ -150,7 +162,14 @@ def _axes(channels: Sequence[str]) -> str:
     return "".join(c[1].upper() for c in reversed(channels) if c.startswith("r"))
 
 
-def _frame(angles: Sequence[float], order: str) -> Array:
+def _numbers(words: Sequence[str]) -> Array:
+    numbers = np.array(words, float)
+    if not (np.abs(numbers) < _FARTHEST).all():
+        raise ValueError(f"{' '.join(words)} are no lengths or angles")
+    return numbers
+
+
+def _frame(angles: Array, order: str) -> Array:
     """Return the rotation of a bone's axes from angles in degrees, about fixed axes in order."""
     from scipy.spatial.transform import Rotation  # slow to import, needed by few runs
 
@@ -221,7 +240,7 @@ def _row(path: Path, index: int, words: list[str], channels: Sequence[str]) -> l
     if len(words) != 1 + len(channels) or not all(map(is_number, words[1:])):
         raise MotionFileError(
             f"{path}: line {index}: expected {words[0]} and {len(channels)} numbers, found"
-            f" '{' '.join(words)[:60]}'; export it anew, or give the right --skeleton"
+            f" '{printable(' '.join(words)[:60])}'; export it anew, or give the right --skeleton"
         )
     return [float(word) for word in words[1:]]
 

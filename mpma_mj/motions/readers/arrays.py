@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
+import struct
 import zipfile
+import zlib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -11,9 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.errors import MotionFileError
+from mpma_mj.motions.readers.text import is_number, printable
 from mpma_mj.motions.recording import UNITS, UPS, Recording, Tracks
 
 __all__ = ["is_archive", "read_archive", "read_points"]
+
+
+_DAMAGED = (
+    *(OSError, EOFError, LookupError, ValueError, RuntimeError, MemoryError, struct.error),
+    *(zipfile.BadZipFile, zlib.error),
+)
 
 
 def is_archive(head: bytes) -> bool:
@@ -28,12 +38,15 @@ def read_archive(path: Path) -> dict[str, NDArray[Any]]:
         MotionFileError: It is damaged, or holds more than numbers and texts.
     """
     try:
-        with np.load(path, allow_pickle=False) as file:
-            return {name: file[name] for name in file.files}
-    except (OSError, EOFError, KeyError, ValueError, RuntimeError, zipfile.BadZipFile):
+        with path.open("rb") as opened, np.load(opened, allow_pickle=False) as file:
+            arrays = {printable(name): file[name] for name in file.files}
+    except _DAMAGED:
+        arrays = {}
+    if not arrays or not all(isinstance(array, np.ndarray) for array in arrays.values()):
         raise MotionFileError(
             f"{path}: is a damaged archive, or none of NumPy arrays; write it anew"
-        ) from None
+        )
+    return arrays
 
 
 def read_points(path: Path, arrays: dict[str, NDArray[Any]]) -> Recording:
@@ -43,7 +56,7 @@ def read_points(path: Path, arrays: dict[str, NDArray[Any]]) -> Recording:
         MotionFileError: An array has not the shape that it needs.
     """
     points = {
-        name: np.asarray(array, np.float64)
+        name: np.array(array, np.float64)
         for name, array in arrays.items()
         if array.ndim == 2 and array.shape[1] == 3 and array.dtype.kind in "fiu"
     }
@@ -57,9 +70,16 @@ def read_points(path: Path, arrays: dict[str, NDArray[Any]]) -> Recording:
         return str(arrays[name]) if name in arrays and arrays[name].ndim == 0 else ""
 
     def load(names: Sequence[str]) -> Tracks:
+        for name in names:
+            track = points[name]
+            track[~(np.isfinite(track).all(axis=1) & track.any(axis=1))] = np.nan
         return {name: points[name] for name in names}
 
     rate = text("rate")
+    if rate and not (is_number(rate) and 0 < float(rate) < math.inf):
+        raise MotionFileError(
+            f"{path}: rate is '{printable(rate[:40])}'; expected a number above 0"
+        )
     return Recording(
         path,
         "npz",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.findings import Findings
 from mpma_mj.motions.readers.skeleton import Joint, ancestry, joint_positions
-from mpma_mj.motions.readers.text import Grid, TextFile, is_number, stack
+from mpma_mj.motions.readers.text import Grid, TextFile, is_number, printable, stack
 from mpma_mj.motions.recording import Recording, Tracks
 
 __all__ = ["is_bvh", "read_bvh"]
@@ -21,6 +21,9 @@ __all__ = ["is_bvh", "read_bvh"]
 Array = NDArray[np.float64]
 
 _MOST_LINES = 50_000  # of a hierarchy: hands and faces have hundreds of joints
+_FARTHEST = 1e9  # what is farther away, in any unit, is no offset
+_SHORTEST = 1e-6  # s between frames
+_ROUNDED = 5e-4  # share that 0.00833 s is off 120 Hz; 59.94 Hz is twice as far off 60
 
 
 @dataclass
@@ -29,6 +32,7 @@ class _Skeleton:
 
     joints: dict[str, Joint] = field(default_factory=dict)
     names: list[str] = field(default_factory=list)  # in the file's order, double ones twice
+    twice: int = 0  # how many of them
     turning: dict[str, list[int]] = field(default_factory=dict)
     moving: dict[str, list[int]] = field(default_factory=dict)  # columns of x, y, z
     columns: int = 0
@@ -51,7 +55,7 @@ def read_bvh(file: TextFile, findings: Findings) -> Recording:
     Raises:
         MotionFileError: The hierarchy is damaged.
     """
-    lines = enumerate(itertools.islice(file.lines(), _MOST_LINES), 1)
+    lines = enumerate(map(printable, itertools.islice(file.lines(), _MOST_LINES)), 1)
     try:
         skeleton = _read_hierarchy(lines)
         frames = _header_number(lines, "FRAMES")
@@ -69,9 +73,9 @@ def read_bvh(file: TextFile, findings: Findings) -> Recording:
             f" {skeleton.columns} channels; export the BVH anew"
         )
     grid = Grid(file, number - 1, None, skeleton.columns)
-    rate = 1.0 / seconds if seconds > 0 else None
-    if rate and abs(rate - round(rate)) < 2e-3 * rate:
-        rate = float(round(rate))  # frame times are rounded
+    rate = 1.0 / seconds if seconds > _SHORTEST else None
+    if rate and abs(rate - round(rate)) < _ROUNDED * rate:
+        rate = float(round(rate))
     return Recording(
         file.path,
         "BVH",
@@ -92,20 +96,18 @@ def _read_hierarchy(lines: Iterator[tuple[int, str]]) -> _Skeleton:
         words = line.replace("{", " { ").replace("}", " } ").split()
         key = words[0].upper() if words else ""
         if key in ("ROOT", "JOINT"):
-            name = " ".join(word for word in words[1:] if word != "{")
-            skeleton.names.append(name)
+            name = _add_joint(skeleton, " ".join(w for w in words[1:] if w != "{"), open_joints)
         elif key == "END":
-            name = f"{open_joints[-1]}_end"
-            skeleton.names.append(name)
+            name = _add_joint(skeleton, f"{open_joints[-1]}_end", open_joints)
         elif key == "OFFSET":
             offset = np.array([_number(word, number) for word in words[1:4]])
-            if len(offset) < 3:
-                raise ValueError(f"line {number}: expected three numbers after OFFSET")
-            parent = open_joints[-2] if len(open_joints) > 1 else None
-            skeleton.joints[name] = Joint(name, parent, offset, "", np.eye(3))
+            if len(offset) < 3 or not name:
+                raise ValueError(f"line {number}: expected a joint's OFFSET and three numbers")
+            skeleton.joints[name] = replace(skeleton.joints[name], offset=offset)
         elif key == "CHANNELS":
             _add_channels(skeleton, name, words, number)
         elif key == "MOTION":
+            _check_offsets(skeleton)
             return skeleton
         if "{" in words:
             open_joints.append(name)
@@ -114,19 +116,37 @@ def _read_hierarchy(lines: Iterator[tuple[int, str]]) -> _Skeleton:
     raise StopIteration
 
 
+def _add_joint(skeleton: _Skeleton, name: str, open_joints: list[str]) -> str:
+    """Add a joint, and return what it is called here: a name that stands twice gets a number."""
+    skeleton.names.append(name)
+    if name in skeleton.joints:
+        skeleton.twice += 1
+        name = f"{name} #{skeleton.twice}"
+    parent = open_joints[-1] if open_joints else None
+    skeleton.joints[name] = Joint(name, parent, np.full(3, np.nan), "", np.eye(3))
+    return name
+
+
+def _check_offsets(skeleton: _Skeleton) -> None:
+    for name, joint in skeleton.joints.items():
+        if np.isnan(joint.offset).any():
+            raise ValueError(f"{name} has no OFFSET")
+
+
 def _add_channels(skeleton: _Skeleton, name: str, words: list[str], number: int) -> None:
     channels = [word.upper() for word in words[2:]]
     known = [f"{axis}{kind}" for axis in "XYZ" for kind in ("POSITION", "ROTATION")]
     if len(words) < 2 or str(len(channels)) != words[1] or not set(channels) <= set(known):
         raise ValueError(f"line {number}: '{' '.join(words)[:60]}' is no list of channels")
-    if len(set(channels)) < len(channels):
+    if len(set(channels)) < len(channels) or name in skeleton.turning:
         raise ValueError(f"line {number}: a channel stands twice")
+    if not name:
+        raise ValueError(f"line {number}: CHANNELS of no joint")
     place = {channel: skeleton.columns + i for i, channel in enumerate(channels)}
     skeleton.columns += len(channels)
     turns = [channel for channel in channels if channel.endswith("ROTATION")]
-    joint = skeleton.joints[name]
     axes = "".join(channel[0] for channel in turns)
-    skeleton.joints[name] = Joint(name, joint.parent, joint.offset, axes, joint.frame)
+    skeleton.joints[name] = replace(skeleton.joints[name], axes=axes)
     skeleton.turning[name] = [place[channel] for channel in turns]
     if all(f"{axis}POSITION" in place for axis in "XYZ"):
         skeleton.moving[name] = [place[f"{axis}POSITION"] for axis in "XYZ"]
@@ -142,7 +162,7 @@ def _header_number(lines: Iterator[tuple[int, str]], key: str) -> float:
 
 
 def _number(word: str, number: int) -> float:
-    if not is_number(word) or not np.isfinite(float(word)):
+    if not is_number(word) or not abs(float(word)) < _FARTHEST:
         raise ValueError(f"line {number}: '{word.strip()[:40]}' is not a number")
     return float(word)
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 import itertools
 import struct
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.context import Span
 from mpma_mj.motions.findings import Findings
+from mpma_mj.motions.readers.text import printable
 from mpma_mj.motions.recording import UNITS, UPS, Recording, Tracks
 
 __all__ = ["is_c3d", "read_c3d"]
@@ -37,6 +38,9 @@ _BYTES_AT_ONCE = 1 << 24
 _NO_PLACES = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS")
 _CHAR, _BYTE, _INTEGER, _FLOAT = -1, 1, 2, 4  # types of a parameter
 _LONG = 65535  # frames from which on the header's 2-byte numbers do not suffice
+
+# What numbers that make no sense lead to.
+_DAMAGED = (struct.error, ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
 
 Parameters = dict[str, Any]
 
@@ -64,7 +68,8 @@ class _Layout:
 
 def is_c3d(head: bytes) -> bool:
     """Tell by its first bytes whether a file is a C3D."""
-    return len(head) > 1 and head[1] == _KEY and 0 < head[0] < 128
+    # A text may begin with SP, too, but has no zeros, of which a header is full.
+    return len(head) > 1 and head[1] == _KEY and 0 < head[0] < 128 and b"\0" in head
 
 
 def read_c3d(path: Path, findings: Findings) -> Recording:
@@ -88,10 +93,10 @@ def read_c3d(path: Path, findings: Findings) -> Recording:
     processor = section[3]
     try:
         parameters = _read_parameters(section, processor)
-        layout, rate, first = _read_layout(header, parameters, processor)
+        layout, rate, first = _read_layout(header, parameters, processor, size, findings)
         names = _names(parameters, layout.points)
         spans = _spans(parameters, (first - 1) / rate if rate else 0.0)
-    except (struct.error, IndexError, ValueError, TypeError, KeyError) as error:
+    except _DAMAGED as error:
         raise MotionFileError(f"{path}: has damaged parameters ({error}); export it anew") from None
     if layout.frame_bytes == 0 or not layout.points:
         raise MotionFileError(f"{path}: has no points; export the C3D with its trajectories")
@@ -155,16 +160,18 @@ def _value(section: bytes, position: int, order: str, processor: int) -> Any:
 
 def _text(cell: bytes) -> str:
     try:
-        return cell.decode("utf-8").strip(" \0")
+        text = cell.decode("utf-8")
     except UnicodeDecodeError:
-        return cell.decode("latin-1").strip(" \0")
+        text = cell.decode("latin-1")
+    return printable(text.strip(" \0"))
 
 
 def _floats(data: bytes, processor: int) -> NDArray[np.float32]:
     """Return 4-byte floats. DEC's have their halves swapped and an exponent greater by 2."""
     if processor == _DEC:
         halves = np.frombuffer(data, "<u2").reshape(-1, 2)[:, ::-1]
-        return np.ascontiguousarray(halves).view("<f4")[:, 0] * np.float32(0.25)
+        with np.errstate(invalid="ignore"):  # bits that are no number to us
+            return np.ascontiguousarray(halves).view("<f4")[:, 0] * np.float32(0.25)
     return np.frombuffer(data, ">f4" if processor == _MIPS else "<f4")
 
 
@@ -175,7 +182,7 @@ def _first(parameters: Parameters, name: str, default: Any) -> Any:
 
 
 def _read_layout(
-    header: bytes, parameters: Parameters, processor: int
+    header: bytes, parameters: Parameters, processor: int, size: int, findings: Findings
 ) -> tuple[_Layout, float | None, int]:
     """Return where the frames lie, their rate and the number of the first."""
     order = ">" if processor == _MIPS else "<"
@@ -189,8 +196,14 @@ def _read_layout(
         if all(len(end) == 2 for end in ends):
             first, last = (int(end[0]) + (int(end[1]) << 16) for end in ends)
             frames = last - first + 1
-        frames = int(_first(parameters, "POINT:LONG_FRAMES", frames))
+        most = max(frames, int(_first(parameters, "POINT:FRAMES", frames)))
+        frames = int(_first(parameters, "POINT:LONG_FRAMES", most))
     layout = _Layout((start - 1) * _BLOCK, points, analog, scale, processor, frames)
+    if last == _LONG and points:  # the most that the header can say: none of them tells
+        held = (size - layout.start) // layout.frame_bytes
+        if (held - frames) * layout.frame_bytes > _BLOCK:
+            findings.warn(f"the file cannot say how many frames it has; {held} are there")
+            layout = replace(layout, frames=held)
     if start < 2 or frames < 1 or scale == 0 or not np.isfinite(scale):
         raise ValueError(f"{frames} frames from block {start}, scale {scale:g}")
     return layout, rate if np.isfinite(rate) and rate > 0 else None, first
@@ -238,7 +251,8 @@ def _load(
             count = min(at_once, frames - first)
             block = _block(file.read(count * layout.frame_bytes), layout)[:, wanted]
             seen = (block[..., 3] >= 0) & (block[..., :3] != 0).any(axis=2)
-            places = block[..., :3] * (layout.scale if layout.scale > 0 else 1.0)
+            with np.errstate(invalid="ignore", over="ignore"):  # of damaged files
+                places = block[..., :3] * (layout.scale if layout.scale > 0 else 1.0)
             points[:, first : first + count] = np.where(seen[..., None], places, np.nan).swapaxes(
                 0, 1
             )

@@ -16,6 +16,7 @@ __all__ = ["load_columns", "rate_of_times"]
 
 Array = NDArray[np.float64]
 
+_DRIFT = 0.25  # frames
 _MOST_MISSING = 10  # times as many frames as there are rows: then the numbers are wrong instead
 
 
@@ -96,15 +97,18 @@ def rate_of_times(
             f"the header says {declared:g} Hz, the frames' times {rate:.4g} Hz; {rate:.4g} Hz is"
             " used (--rate-in overrides it)"
         )
-    return rate if declared is not None or abs(rate - round(rate)) > 0.02 * rate else round(rate)
+    # So are rates, unless that would gain or lose a good part of a frame.
+    drift = abs(rate - round(rate)) * float(steps.sum())
+    return rate if declared is not None or drift > _DRIFT else float(round(rate))
 
 
 def _places(numbers: Array, grid: Grid, findings: Findings) -> NDArray[np.int_] | None:
     """Return where each row belongs, from its frame's number, or None for one after another."""
     steps = np.diff(numbers)
-    usual = np.median(steps) if len(steps) else 1.0
-    if not (np.isfinite(steps).all() and (steps > 0).all() and (steps % usual == 0).all()):
-        bad = int(np.argmin(np.isfinite(steps) & (steps > 0) & (steps % usual == 0)))
+    usual = float(np.median(steps)) if len(steps) else 1.0
+    even = (steps > 0) & (np.mod(steps, usual or 1.0) == 0)  # not where a number is missing
+    if not even.all():
+        bad = int(np.argmin(even))
         findings.warn(
             f"the frame numbers jump at line {grid.first + bad + 2}; rows are taken as following"
             " one another"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from mpma_mj.errors import BadOptionError, MotionFileError
@@ -13,6 +14,7 @@ from mpma_mj.motions.recording import Recording
 __all__ = ["open_recording"]
 
 _HEAD = 40  # lines in which a text file says what it is
+_RATES = (1.0, 10_000.0)  # Hz; times in milliseconds make a thousandth of the rate
 # Formats that are met and cannot be read, by their first bytes, and what to do.
 _FOREIGN = {
     b"Kaydara FBX": "an FBX scene; export it as BVH",
@@ -44,6 +46,9 @@ def open_recording(path: Path, findings: Findings, *, skeleton: Path | None = No
         raise MotionFileError(f"{path}: cannot be read ({error.strerror or error})") from None
     if skeleton is not None and recording.format != "ASF/AMC":
         raise BadOptionError(f"{path}: is {recording.format}; --skeleton is for AMC, leave it out")
+    if recording.rate is not None and not _RATES[0] <= recording.rate <= _RATES[1]:
+        findings.warn(f"{recording.rate:g} Hz, as the file says, cannot be; it is not used")
+        recording = replace(recording, rate=None)
     if not recording.names:
         raise MotionFileError(f"{path}: names no point at all; export the recording with names")
     return recording

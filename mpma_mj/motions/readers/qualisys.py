@@ -49,7 +49,7 @@ def read_qualisys(file: TextFile, findings: Findings) -> Recording:
     if not all(names):
         raise MotionFileError(f"{path}: line {first}: MARKER_NAMES lacks a name")
     # Column titles and the like may follow; a row of the table has a number in it.
-    while first < len(lines) and not any(is_number(cell) for cell in lines[first].split("\t")):
+    while first < len(lines) and not _has_number(lines[first]):
         first += 1
     grid = Grid.starting(file, first, columns=3 * len(names))
     extra = grid.width - 3 * len(names)  # frame number, time
@@ -59,7 +59,7 @@ def read_qualisys(file: TextFile, findings: Findings) -> Recording:
             f" z for each of {len(names)} markers; export the file anew"
         )
     columns = {name: extra + 3 * i for i, name in reversed([*enumerate(names)])}
-    counted = 0 if extra and _counts(grid) else None
+    counted = 0 if extra > 0 and _counts(grid) else None
     return Recording(
         path,
         "Qualisys TSV",
@@ -72,9 +72,13 @@ def read_qualisys(file: TextFile, findings: Findings) -> Recording:
     )
 
 
+def _has_number(line: str) -> bool:
+    return any(is_number(cell.replace(",", ".")) for cell in line.split("\t"))
+
+
 def _counts(grid: Grid) -> bool:
     """Tell whether the first column has whole numbers: the frame's, where time has none."""
-    column = next(grid.blocks([0], Findings()))
+    column = next(grid.blocks([0], Findings()), np.empty((0, 1)))
     return bool((column == np.round(column)).all())
 
 

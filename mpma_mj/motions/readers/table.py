@@ -9,6 +9,7 @@ numbers.
 from __future__ import annotations
 
 import itertools
+import math
 import re
 from dataclasses import dataclass
 
@@ -71,11 +72,15 @@ def read_table(file: TextFile, findings: Findings) -> Recording:
         for known in (_FRAMES, _TIMES)
     )
     if first < len(header.rows):
-        last = max(columns.values()) + 3
-        if grid.width < last:
+        needed = [x + 2 for x in columns.values()] + [c for c in (counter, timer) if c is not None]
+        fewest = max(needed, default=0) + 1
+        # Captury has columns without a title at the end. One more is R's names of the rows, and
+        # with commas between cells, more are decimal commas: then the titles are shifted.
+        more = grid.width - max(len(row) for row in header.rows[:first])
+        if grid.width < fewest or more == 1 or (more > 0 and grid.separator == ","):
             raise MotionFileError(
                 f"{file.path}: line {first + 1} has {grid.width} columns, but the header names"
-                f" {last}; export the file anew"
+                f" {len(header.rows[header.axes])}; export the file anew"
             )
         if timer is not None:
             rate = rate_of_times(grid, timer, rate, findings)
@@ -176,14 +181,15 @@ def _declared(header: _Header, title: re.Pattern[str]) -> float | None:
     """Return the number that follows a title in the rows above the axes."""
     found = None
     for row in header.rows[: header.axes]:
-        for key, value in zip(row, [*row[1:], ""], strict=True):
+        cells = [cell.replace(",", ".") for cell in row]
+        for key, value in zip(row, [*cells[1:], ""], strict=True):
             if title.fullmatch(key.removeprefix("Export ")) and is_number(value):
                 found = float(value) or found
             elif title.fullmatch(key.removeprefix("Capture ")) and is_number(value):
                 found = found or float(value)
-        if title is _RATE and [c for c in row if c] == row[:1] and is_number(row[0]):
-            found = found or float(row[0])  # Vicon: a line with nothing but the rate
-    return found if found and found > 0 else None
+        if title is _RATE and [c for c in cells if c] == cells[:1] and is_number(cells[0]):
+            found = found or float(cells[0])  # Vicon: a line with nothing but the rate
+    return found if found and 0 < found < math.inf else None
 
 
 def _unit(header: _Header, columns: dict[str, int], first: int) -> float | None:

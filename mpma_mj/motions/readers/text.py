@@ -15,13 +15,15 @@ from numpy.typing import NDArray
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.findings import Findings
 
-__all__ = ["Grid", "TextFile", "is_number", "stack"]
+__all__ = ["Grid", "TextFile", "is_number", "printable", "stack"]
 
 Array = NDArray[np.float64]
 
 _HEAD = 65536  # bytes from which the encoding is told
 _BLOCK = 4096  # rows that are turned into numbers at once
+_LOOK = 20  # rows from which the way of writing numbers is told
 _FARTHEST = 1e9  # what is farther away, in any unit, is no coordinate
+_QUOTED_COMMA = re.compile(r'"([-+]?\d*),(\d+)"')  # which is decimal: commas separate cells
 _MISSING = {"", "nan", "null", "none", "n/a", "na", "-", "--"}
 _BYTE_ORDER_MARKS = {
     codecs.BOM_UTF8: "utf-8-sig",
@@ -50,7 +52,7 @@ class TextFile:
         with path.open("rb") as file:
             head = file.read(_HEAD)
             file.seek(max(0, file.seek(0, 2) - 2))
-            tail = file.read()
+            tail = file.read().rstrip(b"\0")  # half of a letter in UTF-16
         encoding = next((n for mark, n in _BYTE_ORDER_MARKS.items() if head.startswith(mark)), "")
         if not encoding:
             if b"\0" in head:
@@ -60,7 +62,7 @@ class TextFile:
                 encoding = "utf-8"
             except UnicodeDecodeError:
                 encoding = "latin-1"
-        return cls(path, encoding, b"\n" in tail or b"\r" in tail)
+        return cls(path, encoding, tail.endswith((b"\n", b"\r")))
 
     def lines(self, first: int = 0) -> Iterator[str]:
         """Iterate over the lines, without their ends, from the one with index `first`."""
@@ -69,8 +71,8 @@ class TextFile:
                 yield line.rstrip("\n")
 
     def head(self, count: int) -> list[str]:
-        """Return the first lines."""
-        return list(itertools.islice(self.lines(), count))
+        """Return the first lines, as `printable`."""
+        return list(map(printable, itertools.islice(self.lines(), count)))
 
 
 @dataclass(frozen=True)
@@ -101,12 +103,17 @@ class Grid:
             columns: Number of coordinates that a row has at least, for telling a separator that
                 ends the row from an empty cell.
         """
-        row = next(file.lines(first), "").replace('"', "")
+        rows = [_unquoted(row) for row in itertools.islice(file.lines(first), _LOOK)]
+        row = rows[0] if rows else ""
         separator = next((s for s in "\t;," if s in row), None)
         if separator is None:
             return cls(file, first, None, len(row.split()))
         cells = [cell.strip() for cell in row.split(separator)]
-        comma = separator != "," and any(re.fullmatch(r"[-+]?\d*,\d+", cell) for cell in cells)
+        comma = separator != "," and any(
+            re.fullmatch(r"[-+]?\d*,\d+", cell.strip())
+            for row in rows
+            for cell in row.split(separator)
+        )
         empty = len(cells) - max((i + 1 for i, cell in enumerate(cells) if cell), default=0)
         # A point that was not seen leaves three empty cells: one more ends the row.
         ending = empty % 3 == 1 and len(cells) > columns
@@ -142,34 +149,44 @@ class Grid:
 
     def _rows(self, findings: Findings) -> Iterator[str]:
         """Iterate over the rows' lines, checked for their number of cells."""
-        before = None
+        held: list[str] = []  # a row that may be the last one, and empty ones after it
+        index = self.first
         for index, raw in enumerate(self.file.lines(self.first), self.first):
-            line = raw.replace('"', "")
+            line = _unquoted(raw)
+            if self._is_empty(line):
+                held.append(self._checked(line, index))
+                continue
             if not line.strip():
-                yield from filter(None, [before])
                 rest = sum(bool(line.strip()) for line in self.file.lines(index))
                 if rest:
                     findings.warn(
                         f"line {index + 1} is empty; the {rest} lines after it are not read"
                     )
+                yield from held[:1]
                 return
-            if before is not None:
-                yield before
-            if self.decimal_comma:
-                line = line.replace(",", ".")
-            before = self._checked(line, index)
-        if before is None:
-            return
-        if self.file.ends_whole or not self._may_be_cut(before):
-            yield before
+            yield from held
+            held = [self._checked(line, index)]
+        if len(held) > 1:
+            findings.note(f"the last {len(held) - 1} lines have no numbers; they are not used")
+        if self.file.ends_whole or len(held) != 1 or not self._may_be_cut(held[0]):
+            yield from held[:1]
         else:
             findings.warn(
                 f"the file ends in line {index + 1} without an end of line, perhaps within a"
                 " number; that row is not used"
             )
 
+    def _is_empty(self, line: str) -> bool:
+        """Tell whether a line is a row in which no point was seen."""
+        separator = self.separator
+        if separator is None or line.strip(f"{separator} "):
+            return False
+        return line.count(separator) + 1 in (self.width, self.width + 1)
+
     def _checked(self, line: str, index: int) -> str:
         separator = self.separator
+        if self.decimal_comma:
+            line = line.replace(",", ".")
         if separator is None:
             cells = len(line.split())
         else:
@@ -188,10 +205,12 @@ class Grid:
         return line
 
     def _may_be_cut(self, line: str) -> bool:
-        """Tell whether the last row has fewer decimals than the first one."""
-        first = next(self.file.lines(self.first))
-        digits = [len(row.rstrip().rpartition(".")[2]) for row in (first, line)]
-        return "." not in line[line.rfind(self.separator or " ") :] or digits[1] < digits[0]
+        """Tell whether the last row may lack digits: all have as many decimals, or it may."""
+        first = itertools.islice(self.file.lines(self.first), _LOOK)
+        rows = [self._checked(_unquoted(row), self.first + i) for i, row in enumerate(first)]
+        ends = [re.search(r"\.\d+$", row.rstrip()) for row in (*rows, line)]
+        decimals = {len(end[0]) if end else 0 for end in ends}
+        return len(rows) < 2 or len(decimals) > 1 or 0 in decimals
 
     def _numbers(self, lines: list[str], start: int, columns: Sequence[int]) -> Array:
         try:
@@ -208,11 +227,21 @@ class Grid:
             cell = cells[column].strip()
             if not (is_number(cell) or cell.lower() in _MISSING):
                 raise MotionFileError(
-                    f"{self.file.path}: line {index + 1}, column {column + 1}: '{cell[:40]}' is"
-                    " not a number; mend that cell, or empty it"
+                    f"{self.file.path}: line {index + 1}, column {column + 1}:"
+                    f" '{printable(cell[:40])}' is not a number; mend that cell, or empty it"
                 )
             numbers.append(float(cell) if is_number(cell) else np.nan)
         return numbers
+
+
+def printable(text: str) -> str:
+    """Return a text without what could break a message's line, or do things to a terminal."""
+    return "".join(c if c.isprintable() or c == "\t" else "\N{REPLACEMENT CHARACTER}" for c in text)
+
+
+def _unquoted(line: str) -> str:
+    """Return a line without the quotation marks around its cells."""
+    return _QUOTED_COMMA.sub(r"\1.\2", line).replace('"', "") if '"' in line else line
 
 
 def is_number(cell: str) -> bool:

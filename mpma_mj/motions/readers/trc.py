@@ -7,6 +7,8 @@ and time begin every row. Cells are separated by tabs, in some exports by commas
 
 from __future__ import annotations
 
+import math
+
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.findings import Findings
 from mpma_mj.motions.readers.columns import load_columns, rate_of_times
@@ -47,11 +49,13 @@ def read_trc(file: TextFile, findings: Findings) -> Recording:
     for column, name in enumerate(titles[2:], start=2):
         if name:
             columns.setdefault(name, column)
-    first = next((i for i in range(_HEADER, len(lines)) if lines[i].strip()), len(lines))
+    first = next(
+        (i for i in range(_HEADER, len(lines)) if lines[i].strip(f" {separator}")), len(lines)
+    )
     grid = Grid.starting(file, first, columns=2 + 3 * len(names))
     rate, frames = (
-        float(header[key]) if is_number(header.get(key, "")) and float(header[key]) > 0 else None
-        for key in ("DataRate", "NumFrames")
+        float(value) if is_number(value) and 0 < float(value) < math.inf else None
+        for value in (header.get(key, "") for key in ("DataRate", "NumFrames"))
     )
     if first < len(lines):
         if grid.width < max(columns.values(), default=0) + 3:

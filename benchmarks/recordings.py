@@ -1,0 +1,62 @@
+"""Imitate recordings, each alone, and print what came of it, as Markdown.
+
+python benchmarks/recordings.py FOLDER/*/*.bvh FOLDER/*/*.c3d --seeds 3
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import tempfile
+import warnings
+from pathlib import Path
+
+import tyro
+
+from mpma_mj.errors import MpmaError, RecordingWarning
+from mpma_mj.training.config import RunConfig, Settings
+from mpma_mj.training.imitate import start
+from mpma_mj.training.run_folder import RunFolder
+
+
+def main(
+    motions: tyro.conf.Positional[tuple[str, ...]],
+    settings: tyro.conf.OmitArgPrefixes[Settings] = Settings(),  # noqa: B008, frozen
+    seeds: int = 3,
+    epochs: int = 30,
+) -> None:
+    """Train each recording with some seeds and print a row for it.
+
+    Args:
+        motions: The recordings.
+        settings: Settings; the seed is the first of the seeds.
+        seeds: Number of seeds.
+        epochs: Most epochs of a run.
+    """
+    warnings.simplefilter("ignore", RecordingWarning)
+    print("| recording | converged | epochs | p_e, % | feedback ratio |")
+    print("|---|---|---|---|---|")
+    for motion in motions:
+        try:
+            print(_row(motion, settings, seeds, epochs), flush=True)
+        except MpmaError as error:
+            reason = str(error).replace(motion, "").lstrip(": ").replace("|", "/")
+            print(f"| {Path(motion).name} | refused: {reason} | | | |", flush=True)
+
+
+def _row(motion: str, settings: Settings, seeds: int, epochs: int) -> str:
+    summaries = []
+    for seed in range(settings.seed, settings.seed + seeds):
+        config = RunConfig(motions=(motion,), **dataclasses.asdict(settings) | {"seed": seed})
+        with tempfile.TemporaryDirectory() as folder:
+            summaries.append(start(config, RunFolder(Path(folder) / "run"), epochs))
+    cells = [
+        Path(motion).name,
+        f"{sum(summary['converged'] for summary in summaries)} of {seeds}",
+        *(", ".join(f"{s[name]:.3g}" for s in summaries) for name in ("epochs", "p_e_percent")),
+        ", ".join(f"{summary['feedback_ratio']:.2g}" for summary in summaries),
+    ]
+    return f"| {' | '.join(cells)} |"
+
+
+if __name__ == "__main__":
+    tyro.cli(main)

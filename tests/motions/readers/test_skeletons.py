@@ -1,0 +1,342 @@
+"""BVH and ASF/AMC against closed forms, and against each other."""
+
+from itertools import permutations
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from mpma_mj.errors import BadOptionError, MotionFileError
+from mpma_mj.motions.findings import Findings
+from mpma_mj.motions.readers import open_recording
+from mpma_mj.motions.recording import Recording, Tracks
+from tests.motions.readers import writers
+
+Array = NDArray[np.float64]
+
+ORDERS = ["".join(order) for order in permutations("XYZ")]
+FRAMES = 4
+
+
+def read(path: Path, skeleton: Path | None = None) -> tuple[Recording, Tracks, Findings]:
+    findings = Findings()
+    recording = open_recording(path, findings, skeleton=skeleton)
+    return recording, recording.load(recording.names), findings
+
+
+def about(axis: str, degrees: float) -> Array:
+    """Return the rotation about one axis, shape (3, 3)."""
+    vector = np.radians(degrees) * np.eye(3)["XYZ".index(axis.upper())]
+    return Rotation.from_rotvec(vector).as_matrix()
+
+
+def bvh_places(angles: dict[str, Array], places: dict[str, Array], order: str) -> Tracks:
+    """Return where the joints of `writers.BVH_JOINTS` are, frame by frame, by their definition."""
+    found: Tracks = {}
+    turned: dict[str, list[Array]] = {}
+    for name, parent, offset in writers.BVH_JOINTS:
+        way = places.get(name, np.tile(offset, (FRAMES, 1)))
+        found[name], turned[name] = np.empty((FRAMES, 3)), []
+        for t in range(FRAMES):
+            before = np.eye(3) if parent is None else turned[parent][t]
+            start = np.zeros(3) if parent is None else found[parent][t]
+            first, second, third = (
+                about(a, d) for a, d in zip(order, angles[name][t], strict=True)
+            )
+            found[name][t] = start + before @ way[t]
+            turned[name].append(before @ first @ second @ third)
+        if name.endswith("Hand"):
+            ends = [turned[name][t] @ writers.HAND_END for t in range(FRAMES)]
+            found[f"{name}_end"] = found[name] + ends
+    return found
+
+
+def random_angles(seed: int) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Return angles of all joints, degrees, and places of the root and of one joint, cm."""
+    rng = np.random.default_rng(seed)
+    angles = {n: rng.uniform(-180, 180, (FRAMES, 3)).round(6) for n, _, _ in writers.BVH_JOINTS}
+    names = ("Hips", "LeftForeArm")
+    return angles, {name: rng.uniform(-90, 90, (FRAMES, 3)).round(6) for name in names}
+
+
+@settings(max_examples=25)
+@given(order=st.sampled_from(ORDERS), seed=st.integers(0, 1000))
+def test_joints_are_where_any_order_of_rotations_puts_them(
+    tmp_path_factory: pytest.TempPathFactory, order: str, seed: int
+) -> None:
+    angles, places = random_angles(seed)
+    path = tmp_path_factory.mktemp("bvh") / "dance"
+    path.write_text(writers.bvh_text(angles, places, order=order))
+    recording, tracks, findings = read(path)
+    assert (recording.format, recording.up, recording.frames) == ("BVH", "y", FRAMES)
+    assert tuple(tracks) == recording.names
+    for name, known in bvh_places(angles, places, order).items():
+        np.testing.assert_allclose(tracks[name], known, atol=1e-9)
+    assert not findings.warnings
+
+
+def test_without_rotations_joints_are_their_offsets_apart(tmp_path: Path) -> None:
+    angles = {name: np.zeros((2, 3)) for name, _, _ in writers.BVH_JOINTS}
+    path = tmp_path / "dance.bvh"
+    path.write_text(writers.bvh_text(angles, {"Hips": np.array([[1.0, 90, 2], [3, 91, 4]])}))
+    _, tracks, _ = read(path)
+    for name, parent, offset in writers.BVH_JOINTS:
+        if parent:
+            np.testing.assert_allclose(tracks[name] - tracks[parent], [offset] * 2)
+    np.testing.assert_allclose(tracks["LeftHand_end"] - tracks["LeftHand"], [(0, -8, 0)] * 2)
+
+
+@pytest.mark.parametrize(
+    ("frame_time", "rate"),
+    [
+        ("0.0083333", 120.0),
+        ("0.00833", 120.0),
+        (".033333", 30.0),
+        ("0.0166833", 59.94),
+        ("0.0417083", 23.976),
+        ("0.01", 100.0),
+        ("8.3333e-03", 120.0),
+    ],
+)
+def test_the_frame_time_gives_the_rate(tmp_path: Path, frame_time: str, rate: float) -> None:
+    angles, places = random_angles(0)
+    path = tmp_path / "dance.bvh"
+    path.write_text(writers.bvh_text(angles, places, frame_time=frame_time))
+    assert read(path)[0].rate == pytest.approx(rate, rel=1e-5)
+
+
+@pytest.mark.parametrize("frame_time", ["0", "1e-320", "-0.01"])
+def test_a_frame_time_that_cannot_be_gives_no_rate(tmp_path: Path, frame_time: str) -> None:
+    angles, places = random_angles(0)
+    path = tmp_path / "dance.bvh"
+    path.write_text(writers.bvh_text(angles, places, frame_time=frame_time))
+    assert read(path)[0].rate is None
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("\n", "\r\n"),
+        ("HIERARCHY", "\n  Hierarchy"),
+        ("{", " {\n"),
+        ("\n{", " {"),
+        ("Xrotation", "XROTATION"),
+        ("ROOT Hips", "ROOT  Hips "),
+        ("Frames: ", "Frames:\t"),
+        ("Frame Time: ", "Frame time:"),
+        ("OFFSET ", "OFFSET\t"),
+    ],
+)
+def test_spelling_and_spaces_do_not_matter(tmp_path: Path, old: str, new: str) -> None:
+    angles, places = random_angles(3)
+    text = writers.bvh_text(angles, places)
+    assert old in text
+    path = tmp_path / "dance.bvh"
+    path.write_bytes(text.replace(old, new).encode())
+    for name, known in bvh_places(angles, places, "ZXY").items():
+        np.testing.assert_allclose(read(path)[1][name], known, atol=1e-9)
+
+
+def test_a_joint_below_another_of_its_name_is_no_endless_loop(tmp_path: Path) -> None:
+    angles, places = random_angles(4)
+    path = tmp_path / "dance.bvh"
+    path.write_text(writers.bvh_text(angles, places).replace("JOINT Spine", "JOINT Hips"))
+    recording, tracks, _ = read(path)
+    assert recording.names.count("Hips") == 2
+    np.testing.assert_allclose(
+        tracks["LeftHand"], bvh_places(angles, places, "ZXY")["LeftHand"], atol=1e-9
+    )
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("OFFSET 0.0 50.0 1.0", "", "Spine has no OFFSET"),
+        ("OFFSET 0.0 50.0 1.0", "OFFSET 0.0 50.0", "line 8: expected a joint's OFFSET"),
+        ("OFFSET 0.0 50.0 1.0", "OFFSET 0.0 50.0 x", "line 8: 'x' is not a number"),
+        ("OFFSET 0.0 50.0 1.0", "OFFSET 0.0 1e300 0", "line 8: '1e300' is not a number"),
+        ("3 Zrotation", "4 Zrotation", "is no list of channels"),
+        ("3 Zrotation", "3 Xrotation", "a channel stands twice"),
+        ("ROOT Hips\n", "", "line .*"),
+        ("Frames: 4", "Frames: many", "' many'|'many' is not a number"),
+        ("Frames: 4\n", "", "expected 'Frames:', found 'Frame Time"),
+        ("MOTION\n", "", "ends within the hierarchy"),
+    ],
+)
+def test_damaged_hierarchies_say_where(tmp_path: Path, old: str, new: str, message: str) -> None:
+    angles, places = random_angles(0)
+    path = tmp_path / "dance.bvh"
+    path.write_text(writers.bvh_text(angles, places).replace(old, new))
+    with pytest.raises(MotionFileError, match=message):
+        read(path)
+
+
+def test_a_row_with_another_number_of_channels_is_refused(tmp_path: Path) -> None:
+    angles, places = random_angles(0)
+    lines = writers.bvh_text(angles, places).splitlines()
+    path = tmp_path / "dance.bvh"
+    for row in (-4, -2):
+        changed = [*lines]
+        changed[row] += " 1.0"
+        path.write_text("\n".join(changed) + "\n")
+        with pytest.raises(MotionFileError, match=f"line {len(lines) + row + 1} has 31 "):
+            read(path)
+
+
+def amc_places(angles: dict[str, Array], root: Array) -> Tracks:
+    """Return where the bones of `writers.AMC_BONES` begin and end, by their definition.
+
+    A bone turns by C M C⁻¹ in its parent's frame, where C = Rz Ry Rx of its axes and M that of
+    its angles; its end is a length along its direction away.
+    """
+    found: Tracks = {"root": root[:, :3]}
+    turned = {"root": [about("z", r[5]) @ about("y", r[4]) @ about("x", r[3]) for r in root]}
+    ends = {"root": root[:, :3]}
+    for name, parent, direction, length, axis, dof in writers.AMC_BONES:
+        x, y, z = axis
+        frame = about("z", z) @ about("y", y) @ about("x", x)
+        turned[name], ways = [], []
+        for t in range(len(root)):
+            turn = np.eye(3)
+            for channel, degrees in zip(dof.split(), angles[name][t], strict=True):
+                turn = about(channel[1], degrees) @ turn
+            turned[name].append(turned[parent][t] @ frame @ turn @ frame.T)
+            ways.append(turned[name][t] @ np.array(direction) * length)
+        found[name] = ends[parent]
+        found[f"{name}_end"] = ends[name] = ends[parent] + ways
+    return found
+
+
+def random_acclaim(folder: Path, seed: int) -> tuple[Path, Tracks]:
+    rng = np.random.default_rng(seed)
+    angles = {
+        bone[0]: rng.uniform(-90, 90, (FRAMES, len(bone[5].split()))).round(6)
+        for bone in writers.AMC_BONES
+    }
+    root = rng.uniform(-90, 90, (FRAMES, 6)).round(6)
+    return writers.write_acclaim(folder, angles, root), amc_places(angles, root)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_bones_are_where_their_angles_put_them(tmp_path: Path, seed: int) -> None:
+    path, known = random_acclaim(tmp_path, seed)
+    recording, tracks, findings = read(path)
+    assert (recording.format, recording.up, recording.rate) == ("ASF/AMC", "y", 120.0)
+    for name, track in known.items():
+        np.testing.assert_allclose(tracks[name], track, atol=1e-9)
+    assert findings.warnings == ["AMC files carry no rate; 120 Hz is used (--rate-in overrides it)"]
+
+
+def test_angles_may_be_in_radians(tmp_path: Path) -> None:
+    path, known = random_acclaim(tmp_path, 0)
+    asf = tmp_path / "dance.asf"
+    text = asf.read_text().replace("angle deg", "angle rad")
+    for _, _, _, _, axis, _ in writers.AMC_BONES:
+        degrees = " ".join(map(str, axis))
+        text = text.replace(f"axis {degrees} ", f"axis {' '.join(map(str, np.radians(axis)))} ")
+    asf.write_text(text)
+    lines = []
+    for line in path.read_text().splitlines():
+        name, *values = line.split()
+        kept = 3 if name == "root" else 0
+        turned = [str(np.radians(float(v))) if i >= kept else v for i, v in enumerate(values)]
+        lines.append(" ".join([name, *turned]))
+    path.write_text("\n".join(lines).replace(":DEGREES", ":RADIANS") + "\n")
+    tracks = read(path)[1]
+    for name, track in known.items():
+        np.testing.assert_allclose(tracks[name], track, atol=1e-9)
+
+
+@pytest.mark.parametrize("newline", ["\r\n", "\n"])
+def test_comments_in_latin_letters_do_not_matter(tmp_path: Path, newline: str) -> None:
+    path, known = random_acclaim(tmp_path, 1)
+    for file in (path, path.with_suffix(".asf")):
+        text = "# geändert für Übung\n" + file.read_text()
+        file.write_bytes(text.replace("\n", newline).encode("latin-1"))
+    np.testing.assert_allclose(read(path)[1]["lwrist_end"], known["lwrist_end"], atol=1e-9)
+
+
+def test_the_skeleton_is_looked_for_beside_the_motion(tmp_path: Path) -> None:
+    path, _ = random_acclaim(tmp_path, 0)
+    asf = path.with_suffix(".asf").rename(tmp_path / "d.asf")
+    assert "skeleton d.asf" in read(path)[2].steps
+    (tmp_path / "elsewhere").mkdir()
+    moved = asf.rename(tmp_path / "elsewhere" / "d.asf")
+    with pytest.raises(MotionFileError, match=r"needs its skeleton.*give it with --skeleton"):
+        read(path)
+    assert "skeleton d.asf" in read(path, moved)[2].steps
+
+
+def test_of_several_skeletons_the_one_of_that_name_is_taken(tmp_path: Path) -> None:
+    path, _ = random_acclaim(tmp_path, 0)
+    for name in ("other.asf", "dan.asf"):
+        (tmp_path / name).write_text((tmp_path / "dance.asf").read_text())
+    assert "skeleton dance.asf" in read(path)[2].steps
+    (tmp_path / "dance.asf").unlink()
+    (tmp_path / "dan.asf").rename(tmp_path / "third.asf")
+    with pytest.raises(MotionFileError, match=r"\(other.asf, third.asf are there\)"):
+        read(path)
+
+
+def test_a_skeleton_for_a_file_that_has_its_own_is_refused(tmp_path: Path) -> None:
+    angles, places = random_angles(0)
+    path = tmp_path / "dance.bvh"
+    path.write_text(writers.bvh_text(angles, places))
+    with pytest.raises(BadOptionError, match="--skeleton is for AMC"):
+        open_recording(path, Findings(), skeleton=path)
+
+
+def test_a_skeleton_in_place_of_the_motion_is_refused(tmp_path: Path) -> None:
+    path, _ = random_acclaim(tmp_path, 0)
+    with pytest.raises(MotionFileError, match=r"is a skeleton; give the \.amc"):
+        read(path.with_suffix(".asf"))
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("order TX TY TZ", "order TX TY"),
+        ("dof ry rz", "dof ry ry"),
+        ("dof ry rz", "dof ry rq"),
+        ("length 5.0", "length inf"),
+        ("length 5.0", ""),
+        ("axis 20.0", "axis nan"),
+        ("lclavicle rclavicle", "lclavicle knee"),
+        ("  end\n", ""),
+    ],
+)
+def test_damaged_skeletons_are_named(tmp_path: Path, old: str, new: str) -> None:
+    path, _ = random_acclaim(tmp_path, 0)
+    asf = path.with_suffix(".asf")
+    assert old in asf.read_text()
+    asf.write_text(asf.read_text().replace(old, new))
+    with pytest.raises(MotionFileError, match=r"dance\.asf: is damaged or cut short"):
+        read(path)
+
+
+def test_a_frame_that_lacks_a_bone_is_named(tmp_path: Path) -> None:
+    path, _ = random_acclaim(tmp_path, 0)
+    lines = path.read_text().splitlines()
+    lines.remove(next(line for line in reversed(lines) if line.startswith("lhumerus")))
+    path.write_text("\n".join(lines) + "\n")
+    with pytest.raises(MotionFileError, match="frame 4, where the file ends, has 10 of 11 bones"):
+        read(path)
+
+
+def test_a_motion_and_its_bvh_show_the_same_arms(mocap: Path) -> None:
+    amc = read(mocap / "cmu_amc" / "01_01.amc")[1]
+    bvh = read(mocap / "cmu_amc" / "01_01.bvh")[1]
+    # What CMU's BVH calls LeftArm begins where the bone lhumerus does.
+    for side in ("l", "r"):
+        word = {"l": "Left", "r": "Right"}[side]
+        for bone, start, end in (("humerus", "Arm", "ForeArm"), ("radius", "ForeArm", "Hand")):
+            ends = f"{side}{bone}_end" if bone == "humerus" else f"{side}wrist_end"
+            mine = amc[ends] - amc[f"{side}{bone}"]
+            theirs = (bvh[f"{word}{end}"] - bvh[f"{word}{start}"])[1:]  # one frame more
+            unit = [v / np.linalg.norm(v, axis=1, keepdims=True) for v in (mine, theirs)]
+            angle = 2 * np.arcsin(np.linalg.norm(unit[0] - unit[1], axis=1) / 2)
+            assert np.median(angle) < 1e-3, (side, bone)

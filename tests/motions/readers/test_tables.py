@@ -1,0 +1,426 @@
+"""Points written as each format of text, or as npz, come back as they were."""
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mpma_mj.errors import MotionFileError
+from mpma_mj.motions.findings import Findings
+from mpma_mj.motions.readers import open_recording
+from mpma_mj.motions.recording import Recording, Tracks
+from tests.motions.readers import writers
+
+Edit = Callable[[str], str]
+
+TEXTS: dict[str, Callable[[writers.Points], str]] = {
+    "Qualisys": writers.qualisys_text,
+    "Qualisys with frame": lambda p: writers.qualisys_text(p, lead=["Frame"]),
+    "Qualisys with frame and time": lambda p: writers.qualisys_text(p, lead=["Frame", "Time"]),
+    "TRC": writers.trc_text,
+    "TRC with commas": lambda p: writers.trc_text(p, separator=","),
+    "header row": writers.header_row_text,
+    "header row with tabs": lambda p: writers.header_row_text(p, separator="\t"),
+    "header row with spaces": lambda p: writers.header_row_text(p, separator=" "),
+    "header row with dots": lambda p: writers.header_row_text(p, title="{}.{}"),
+    "header row with units": lambda p: writers.header_row_text(p, title="{} {} (mm)"),
+    "Vicon": writers.vicon_text,
+    "Vicon with tabs": lambda p: writers.vicon_text(p, separator="\t"),
+    "Captury": writers.captury_text,
+    "OptiTrack": writers.optitrack_text,
+}
+TOLD = {  # format, rate, unit, up and number of frames that the file itself tells
+    "Qualisys": ("Qualisys TSV", 100.0, 0.001, "z", 60),
+    "TRC": ("TRC", 100.0, 0.001, None, 60),
+    "header row": ("table", 100.0, None, None, None),
+    "header row with units": ("table", 100.0, 0.001, None, None),
+    "Vicon": ("table", 100.0, 0.001, None, None),
+    "Captury": ("table", None, 0.001, None, 60),
+    "OptiTrack": ("table", 120.0, 0.001, "y", 60),
+}
+
+
+def read(path: Path) -> tuple[Recording, Tracks, Findings]:
+    findings = Findings()
+    recording = open_recording(path, findings)
+    return recording, recording.load(recording.names), findings
+
+
+def assert_same(tracks: Tracks, points: writers.Points, atol: float = 1e-9) -> None:
+    assert [name.removesuffix("Positions") for name in tracks] == list(points)
+    for track, known in zip(tracks.values(), points.values(), strict=True):
+        np.testing.assert_allclose(track, known, rtol=0, atol=atol)
+
+
+@pytest.fixture
+def points() -> writers.Points:
+    return writers.arm_points()
+
+
+@pytest.mark.parametrize("kind", TEXTS)
+def test_points_come_back(tmp_path: Path, points: writers.Points, kind: str) -> None:
+    path = tmp_path / "dance"
+    path.write_text(TEXTS[kind](points))
+    _, tracks, findings = read(path)
+    assert_same(tracks, points)
+    assert not findings.warnings
+
+
+@pytest.mark.parametrize("kind", TOLD)
+def test_what_the_file_tells_is_found(tmp_path: Path, points: writers.Points, kind: str) -> None:
+    path = tmp_path / "dance"
+    path.write_text(TEXTS[kind](points))
+    recording, _, _ = read(path)
+    told = (recording.format, recording.rate, recording.unit, recording.up, recording.frames)
+    assert told == TOLD[kind]
+
+
+def test_an_archive_of_points_comes_back(tmp_path: Path, points: writers.Points) -> None:
+    recording, tracks, _ = read(writers.write_npz(tmp_path / "dance", points, rate=48.0))
+    assert_same(tracks, points, atol=0.0)
+    assert (recording.rate, recording.unit, recording.up) == (48.0, 0.001, "z")
+
+
+def test_points_without_finite_places_in_an_archive_are_missing(tmp_path: Path) -> None:
+    points = writers.arm_points()
+    points["LELB"][3], points["RELB"][4, 1] = 0.0, np.inf
+    _, tracks, _ = read(writers.write_npz(tmp_path / "dance.npz", points))
+    missing = {n: np.flatnonzero(np.isnan(t).all(axis=1)).tolist() for n, t in tracks.items()}
+    assert {n: frames for n, frames in missing.items() if frames} == {"LELB": [3], "RELB": [4]}
+
+
+@pytest.mark.parametrize(
+    ("arrays", "message"),
+    [
+        ({"LSHO": np.ones((5, 2)), "rate": 3.0}, r"expected arrays of shape \(T, 3\)"),
+        ({"LSHO": np.ones((5, 3)), "LELB": np.ones((6, 3))}, "with one T"),
+        ({"LSHO": np.ones((5, 3)), "rate": "fast"}, "rate is 'fast'; expected a number above 0"),
+        ({"LSHO": np.ones((5, 3)), "rate": np.nan}, "rate is 'nan'"),
+    ],
+)
+def test_archives_of_something_else_are_refused(
+    tmp_path: Path, arrays: dict[str, np.ndarray], message: str
+) -> None:
+    np.savez(tmp_path / "dance.npz", **arrays)
+    with pytest.raises(MotionFileError, match=message):
+        read(tmp_path / "dance.npz")
+
+
+def test_a_zip_of_something_else_is_refused(tmp_path: Path) -> None:
+    import zipfile
+
+    with zipfile.ZipFile(tmp_path / "dance.npz", "w") as archive:
+        archive.writestr("xl/workbook.xml", "<workbook/>")
+    with pytest.raises(MotionFileError, match="none of NumPy arrays"):
+        read(tmp_path / "dance.npz")
+
+
+@pytest.mark.parametrize("extension", [".c3d", ".bvh", ".txt", ".npz", ".csv"])
+@pytest.mark.parametrize("kind", ["Qualisys", "TRC", "OptiTrack"])
+def test_content_tells_the_format_not_the_name(
+    tmp_path: Path, points: writers.Points, kind: str, extension: str
+) -> None:
+    path = tmp_path / f"dance{extension}"
+    path.write_text(TEXTS[kind](points))
+    assert read(path)[0].format == TOLD[kind][0]
+
+
+def test_a_table_that_begins_with_sp_is_no_c3d(tmp_path: Path) -> None:
+    points = writers.arm_points(names=("SPINE", "LELB", "LWRI", "RSHO", "RELB", "RWRI"))
+    text = writers.header_row_text(points)
+    path = tmp_path / "dance.csv"
+    path.write_text("\n".join(line.partition(",")[2] for line in text.splitlines()) + "\n")
+    _, tracks, _ = read(path)
+    assert_same(tracks, points)
+
+
+@pytest.mark.parametrize(
+    "edit",
+    [
+        lambda t: t.replace("\n", "\r\n"),
+        lambda t: t.replace("\n", "\r"),
+        lambda t: t + "\n\n",
+        lambda t: t[:-1],
+    ],
+    ids=["CRLF", "CR", "blank lines at the end", "no end of line"],
+)
+@pytest.mark.parametrize("kind", TEXTS)
+def test_ends_of_lines_do_not_matter(
+    tmp_path: Path, points: writers.Points, kind: str, edit: Edit
+) -> None:
+    path = tmp_path / "dance"
+    path.write_bytes(edit(TEXTS[kind](points)).encode())
+    _, tracks, findings = read(path)
+    assert_same(tracks, points)
+    assert not findings.warnings
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "latin-1"])
+@pytest.mark.parametrize("kind", TEXTS)
+def test_names_may_have_any_letters(tmp_path: Path, kind: str, encoding: str) -> None:
+    names = ("Schulter_ü", "Ellbogen_ß", "Poignet_é", "Épaule", "Coude", "Muñeca")
+    points = writers.arm_points(names=names)
+    path = tmp_path / "dance"
+    path.write_bytes(TEXTS[kind](points).encode(encoding))
+    assert_same(read(path)[1], points)
+
+
+@pytest.mark.parametrize(
+    "kind", ["Qualisys", "Qualisys with frame", "TRC", "header row with tabs", "Vicon with tabs"]
+)
+def test_separators_may_end_the_rows(tmp_path: Path, points: writers.Points, kind: str) -> None:
+    points["RWRI"][[0, 7, 59]] = np.nan  # the last cells, in the first row too
+    path = tmp_path / "dance"
+    path.write_text(TEXTS[kind](points).replace("\n", "\t\n"))
+    assert_same(read(path)[1], points)
+
+
+@pytest.mark.parametrize(
+    "edit",
+    [
+        lambda t: t.replace(".", ","),
+        lambda t: t.replace(".", ",").replace("0,000", "0"),
+        lambda t: t.replace("0.000", "0"),
+    ],
+    ids=["commas", "commas, but not in whole numbers", "points, but not in whole numbers"],
+)
+@pytest.mark.parametrize("kind", ["Qualisys", "TRC", "header row with tabs", "Captury"])
+def test_decimals_may_follow_a_comma(
+    tmp_path: Path, points: writers.Points, kind: str, edit: Edit
+) -> None:
+    path = tmp_path / "dance"
+    path.write_text(edit(TEXTS[kind](points)))
+    assert_same(read(path)[1], points)
+
+
+@pytest.mark.parametrize("decimal", [".", ","])
+def test_cells_may_be_quoted(tmp_path: Path, points: writers.Points, decimal: str) -> None:
+    rows = writers.header_row_text(points).splitlines()
+    quoted = [",".join(f'"{cell}"' for cell in row.split(",")) for row in rows]
+    path = tmp_path / "dance.csv"
+    path.write_text("\n".join(quoted).replace(".", decimal) + "\n")
+    assert_same(read(path)[1], points)
+
+
+@pytest.mark.parametrize("word", ["", "NaN", "nan", "null", "N/A", "-"])
+@pytest.mark.parametrize("kind", ["Qualisys", "TRC with commas", "Vicon", "OptiTrack"])
+def test_missing_places_may_be_written_in_many_ways(
+    tmp_path: Path, points: writers.Points, kind: str, word: str
+) -> None:
+    marked = {name: track.copy() for name, track in points.items()}
+    marked["LELB"][20:23] = 77777.777
+    points["LELB"][20:23] = np.nan
+    path = tmp_path / "dance"
+    path.write_text(TEXTS[kind](marked).replace("77777.777", word))
+    assert_same(read(path)[1], points)
+
+
+def test_a_place_of_exact_zeros_is_missing(tmp_path: Path, points: writers.Points) -> None:
+    points["LELB"][5] = 0.0
+    path = tmp_path / "dance"
+    path.write_text(writers.qualisys_text(points))
+    assert np.flatnonzero(np.isnan(read(path)[1]["LELB"]).all(axis=1)).tolist() == [5]
+
+
+@pytest.mark.parametrize("kind", ["Qualisys", "header row with tabs"])
+def test_a_row_in_which_nothing_is_seen_is_a_gap(tmp_path: Path, kind: str) -> None:
+    points = writers.arm_points()
+    for track in points.values():
+        track[30:33] = np.nan
+    path = tmp_path / "dance"
+    path.write_text(TEXTS[kind](points))
+    _, tracks, findings = read(path)
+    assert_same(tracks, points)
+    assert not findings.warnings
+
+
+def test_rows_without_numbers_at_the_end_are_left_out(tmp_path: Path) -> None:
+    points = writers.arm_points()
+    empty = "\t" * (3 * len(points) - 1) + "\n"
+    path = tmp_path / "dance"
+    path.write_text(writers.qualisys_text(points) + 5 * empty)
+    _, tracks, findings = read(path)
+    assert_same(tracks, points)
+    assert findings.steps == ["the last 5 lines have no numbers; they are not used"]
+
+
+def test_frames_that_are_left_out_are_gaps(tmp_path: Path, points: writers.Points) -> None:
+    lines = writers.trc_text(points).splitlines()
+    del lines[6 + 10 : 6 + 13]
+    path = tmp_path / "dance.trc"
+    path.write_text("\n".join(lines) + "\n")
+    _, tracks, findings = read(path)
+    for name, track in points.items():
+        track[10:13] = np.nan
+        np.testing.assert_array_equal(tracks[name], track)
+    assert findings.warnings == [
+        "3 frames are missing, the first after line 16; they are treated as gaps"
+    ]
+
+
+def test_frame_numbers_that_stand_still_are_told(tmp_path: Path, points: writers.Points) -> None:
+    lines = writers.trc_text(points).splitlines()
+    lines[6:] = ["7\t" + line.partition("\t")[2] for line in lines[6:]]
+    path = tmp_path / "dance.trc"
+    path.write_text("\n".join(lines) + "\n")
+    _, tracks, findings = read(path)
+    assert_same(tracks, points)
+    assert "the frame numbers jump at line 8" in findings.warnings[0]
+
+
+def test_lines_after_an_empty_one_are_told(tmp_path: Path, points: writers.Points) -> None:
+    lines = writers.vicon_text(points).splitlines()
+    lines.insert(5 + 40, "")
+    path = tmp_path / "dance.csv"
+    path.write_text("\n".join(lines) + "\n")
+    _, tracks, findings = read(path)
+    assert_same(tracks, {name: track[:40] for name, track in points.items()})
+    assert findings.warnings == ["line 46 is empty; the 20 lines after it are not read"]
+
+
+@pytest.mark.parametrize("kind", ["Qualisys", "Captury", "TRC", "header row", "OptiTrack"])
+def test_a_header_without_rows_is_refused(tmp_path: Path, kind: str) -> None:
+    text = TEXTS[kind](writers.arm_points())
+    path = tmp_path / "dance"
+    path.write_text("\n".join(text.splitlines()[:-60]) + "\n")
+    with pytest.raises(MotionFileError, match="has a header but no frames"):
+        read(path)
+
+
+@pytest.mark.parametrize("kind", TEXTS)
+@pytest.mark.parametrize("change", [lambda c: c[:-1], lambda c: [*c, "1.0"]])
+def test_rows_of_another_length_are_refused(
+    tmp_path: Path, kind: str, change: Callable[[list[str]], list[str]]
+) -> None:
+    text = TEXTS[kind](writers.arm_points())
+    lines = text.splitlines()
+    separator = next(s for s in "\t;, " if s in lines[-1])
+    lines[-20] = separator.join(change(lines[-20].split(separator)))
+    path = tmp_path / "dance"
+    path.write_text("\n".join(lines) + "\n")
+    with pytest.raises(MotionFileError, match=rf"line {len(lines) - 19} has \d+ columns, expected"):
+        read(path)
+
+
+def test_a_header_with_a_column_less_than_the_rows_is_refused(tmp_path: Path) -> None:
+    text = writers.header_row_text(writers.arm_points())
+    path = tmp_path / "dance.csv"
+    path.write_text(text.removeprefix("time,"))  # as R writes row names
+    with pytest.raises(MotionFileError, match="line 2 has 19 columns, but the header names 18"):
+        read(path)
+
+
+def test_decimal_commas_between_commas_are_refused(tmp_path: Path) -> None:
+    lines = writers.header_row_text(writers.arm_points()).splitlines()
+    path = tmp_path / "dance.csv"
+    path.write_text("\n".join([lines[0], *(line.replace(".", ",") for line in lines[1:])]) + "\n")
+    with pytest.raises(MotionFileError, match="line 2 has 38 columns, but the header names 19"):
+        read(path)
+
+
+def test_rows_may_go_on_after_the_last_title(tmp_path: Path, points: writers.Points) -> None:
+    lines = writers.captury_text(points).splitlines()
+    path = tmp_path / "dance.csv"
+    path.write_text("\n".join([*lines[:5], *(f"{line};1;2;3" for line in lines[5:])]) + "\n")
+    assert_same(read(path)[1], points)
+
+
+def test_a_real_table_is_read_whole(mocap: Path) -> None:
+    path = mocap / "markerless_csv" / "shots_Shoulder_Elbow.csv"
+    recording, tracks, findings = read(path)
+    assert (recording.unit, recording.frames, recording.rate) == (0.001, 1933, None)
+    np.testing.assert_array_equal(
+        tracks["LWristPositions"][0], [375.266083, 961.726929, -201.124939]
+    )
+    assert len(tracks["LWristPositions"]) == 1933
+    assert findings.warnings == ["line 1939 is empty; the 10 lines after it are not read"]
+
+
+@pytest.mark.parametrize("cell", ["x7", "1.2.3", "12a", "1_000"])
+def test_cells_that_are_no_numbers_are_named(tmp_path: Path, cell: str) -> None:
+    lines = writers.qualisys_text(writers.arm_points()).splitlines()
+    cells = lines[25].split("\t")
+    lines[25] = "\t".join([*cells[:4], cell, *cells[5:]])
+    path = tmp_path / "dance.tsv"
+    path.write_text("\n".join(lines) + "\n")
+    with pytest.raises(MotionFileError, match=f"line 26, column 5: '{cell}' is not a number"):
+        read(path)
+
+
+@given(rate=st.floats(20.0, 500.0), frames=st.integers(100, 400))
+def test_times_tell_the_rate(
+    tmp_path_factory: pytest.TempPathFactory, rate: float, frames: int
+) -> None:
+    path = tmp_path_factory.mktemp("rates") / "dance.csv"
+    path.write_text(writers.header_row_text(writers.arm_points(frames), rate))
+    found, _, _ = read(path)
+    assert found.rate is not None
+    assert abs(found.rate - rate) * frames / rate < 0.5  # frames, at the recording's end
+
+
+@pytest.mark.parametrize("rate", [59.94, 62.5, 23.976, 119.88])
+def test_rates_are_not_rounded_where_times_tell_them_well(tmp_path: Path, rate: float) -> None:
+    path = tmp_path / "dance.csv"
+    path.write_text(writers.header_row_text(writers.arm_points(2000), rate))
+    assert read(path)[0].rate == pytest.approx(rate, rel=1e-5)
+
+
+def test_a_rate_that_the_times_contradict_is_told(tmp_path: Path, points: writers.Points) -> None:
+    text = writers.trc_text(points, 100.0).replace("\n100\t100\t", "\n200\t200\t")
+    path = tmp_path / "dance.trc"
+    path.write_text(text)
+    recording, _, findings = read(path)
+    assert recording.rate == pytest.approx(100.0)
+    assert "the header says 200 Hz, the frames' times 100 Hz" in findings.warnings[0]
+
+
+def test_times_in_milliseconds_are_not_taken_for_seconds(
+    tmp_path: Path, points: writers.Points
+) -> None:
+    path = tmp_path / "dance.csv"
+    path.write_text(writers.header_row_text(points, 0.1))
+    recording, _, findings = read(path)
+    assert recording.rate is None
+    assert findings.warnings == ["0.1 Hz, as the file says, cannot be; it is not used"]
+
+
+@pytest.mark.parametrize("number", ["inf", "nan", "1e400", "-3", "0"])
+def test_headers_without_sense_are_no_crash(tmp_path: Path, number: str) -> None:
+    path = tmp_path / "dance"
+    for kind, old in (("TRC", "100\t100\t60"), ("OptiTrack", "120.000000"), ("Captury", "60\n;")):
+        text = TEXTS[kind](writers.arm_points())
+        assert old in text
+        path.write_text(text.replace(old, old.replace("60", number).replace("100", number), 1))
+        recording, tracks, _ = read(path)
+        assert recording.rate is None or math.isfinite(recording.rate)
+        assert len(next(iter(tracks.values()))) == 60
+
+
+def test_angles_are_no_places(tmp_path: Path, points: writers.Points) -> None:
+    path = tmp_path / "dance.csv"
+    path.write_text(writers.captury_text(points))
+    assert not any("Angles" in name for name in read(path)[0].names)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"", "is empty"),
+        (b" \n\n", "is empty"),
+        (b"\0" * 3000, "is binary"),
+        (bytes(range(256)) * 9, "is binary"),
+        (b"Kaydara FBX Binary  \0", "is an FBX scene; export it as BVH"),
+        (b"\x80\x04\x95", "pickle"),
+        (b"time,x,y\n0,1,2\n", "no known recording"),
+        (b"hello\n", "no known recording"),
+    ],
+)
+def test_what_is_no_recording_is_refused(tmp_path: Path, content: bytes, message: str) -> None:
+    path = tmp_path / "dance.c3d"
+    path.write_bytes(content)
+    with pytest.raises(MotionFileError, match=message):
+        read(path)

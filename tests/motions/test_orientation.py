@@ -1,0 +1,234 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from mpma_mj import arm
+from mpma_mj.errors import MotionFileError
+from mpma_mj.motions import ymca
+from mpma_mj.motions.findings import Findings
+from mpma_mj.motions.options import ReadingOptions
+from mpma_mj.motions.orientation import arm_length, find_unit, find_up, turn_z_up
+from mpma_mj.motions.read import Reading, read_with_findings
+from mpma_mj.motions.recording import UNITS, UPS, Up
+from tests.conftest import WriteTsv, dancer
+
+Array = NDArray[np.float64]
+Points = dict[str, Array]
+
+POSTURE = ymca(rate=60.0).posture
+HANGING = arm.posture_from_angles(
+    np.tile([0.2, 0.1, 0.0, 0.5], 2) + 0.1 * np.sin(np.arange(240)[:, None] / 20 + np.arange(8))
+)
+
+
+def turned_to(points: Points, up: Up) -> Points:
+    """Return points of a z-up dancer as a file stores them in which another axis is up."""
+    axis = "xyz".index(up[-1])
+    order = [(axis + 1) % 3, (axis + 2) % 3, axis]
+    signs = [1.0, -1.0, -1.0] if up.startswith("-") else [1.0, 1.0, 1.0]
+    found = {}
+    for name, track in points.items():
+        found[name] = np.empty_like(track)
+        found[name][:, order] = track * signs
+    return found
+
+
+def standing(posture: Array, *, torso: bool) -> Points:
+    points = dancer(posture)
+    if torso:
+        points |= {
+            name: np.tile([0.0, 0.0, z], (len(posture), 1))
+            for name, z in (("pelvis", 950.0), ("neck", 1450.0))
+        }
+    return points
+
+
+def read(path: Path, points: Points, stored: dict[str, object], **options: object) -> Reading:
+    np.savez(path, **({"rate": 60.0} | stored), **points)  # type: ignore[arg-type]
+    return read_with_findings(path, ReadingOptions(**options))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("up", UPS)
+@given(seed=st.integers(0, 999))
+def test_turning_keeps_shape_and_handedness(up: Up, seed: int) -> None:
+    track = np.random.default_rng(seed).normal(size=(4, 3))
+    turned = turn_z_up(track, up)
+    np.testing.assert_allclose(turned @ turned.T, track @ track.T)
+    assert np.linalg.det(turned[:3]) == pytest.approx(np.linalg.det(track[:3]))
+    np.testing.assert_array_equal(turn_z_up(np.eye(3)[["xyz".index(up[-1])]], up)[0, :2], 0.0)
+
+
+@pytest.mark.parametrize("up", UPS)
+def test_the_axis_that_is_up_becomes_z(up: Up) -> None:
+    axis = np.zeros((1, 3))
+    axis[0, "xyz".index(up[-1])] = -1.0 if up.startswith("-") else 1.0
+    np.testing.assert_array_equal(turn_z_up(axis, up), [[0.0, 0.0, 1.0]])
+
+
+@pytest.mark.parametrize("up", UPS)
+@pytest.mark.parametrize(
+    ("torso", "how"), [(True, "by the trunk"), (False, "by the hanging upper arms")]
+)
+def test_the_axis_that_is_up_is_found(tmp_path: Path, up: Up, torso: bool, how: str) -> None:
+    points = standing(HANGING, torso=torso)
+    plain = read(tmp_path / "plain.npz", points, {"up": "z"})
+    found = read(tmp_path / "turned.npz", turned_to(points, up), {})
+    np.testing.assert_allclose(found.motion.posture, plain.motion.posture, atol=1e-9)
+    assert f"{up} is up, {how}" in found.findings.steps
+    assert not found.findings.warnings
+
+
+@pytest.mark.parametrize("up", UPS)
+def test_what_is_declared_or_given_is_used(tmp_path: Path, up: Up) -> None:
+    points = standing(POSTURE, torso=False)  # arms are above the shoulders, which tells nothing
+    plain = read(tmp_path / "plain.npz", points, {"up": "z"})
+    turned = turned_to(points, up)
+    declared = read(tmp_path / "a.npz", turned, {"up": up})
+    given_ = read(tmp_path / "b.npz", turned, {"up": "x"}, up=up)
+    for reading in (declared, given_):
+        np.testing.assert_allclose(reading.motion.posture, plain.motion.posture, atol=1e-9)
+    assert f"{up} is up, as the file or its format says" in declared.findings.steps
+    assert f"{up} is up, as given" in given_.findings.steps
+
+
+def test_a_declared_axis_along_which_no_trunk_stands_is_warned_about(tmp_path: Path) -> None:
+    points = standing(POSTURE, torso=True)
+    reading = read(tmp_path / "a.npz", turned_to(points, "y"), {"up": "z"})
+    assert reading.findings.warnings == [
+        "z should be up by the file or its format, but trunks stand along y; y is used (--up"
+        " overrides it)"
+    ]
+
+
+def test_where_nothing_tells_what_is_up_it_is_asked_for(tmp_path: Path) -> None:
+    t_pose = np.tile([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0]], 2).ravel()
+    points = standing(np.tile(t_pose.reshape(2, 2, 3).ravel(), (60, 1)), torso=False)
+    with pytest.raises(MotionFileError, match=r"which axis is up: [^\n]* such as --up z$"):
+        read(tmp_path / "a.npz", points, {})
+    assert len(read(tmp_path / "a.npz", points, {}, up="z").motion) == 20
+
+
+def test_with_a_trunk_that_turns_everywhere_no_axis_needs_to_be_up(tmp_path: Path) -> None:
+    points = standing(POSTURE, torso=True)
+    plain = read(tmp_path / "plain.npz", points, {})
+    angle = np.linspace(0.0, 2 * np.pi, len(POSTURE), endpoint=False)
+    turn = np.zeros((len(angle), 3, 3))
+    turn[:, 0, 0] = turn[:, 2, 2] = np.cos(angle)
+    turn[:, 0, 2], turn[:, 2, 0], turn[:, 1, 1] = np.sin(angle), -np.sin(angle), 1.0
+    rolling = {name: np.einsum("tij,tj->ti", turn, track) for name, track in points.items()}
+    reading = read(tmp_path / "a.npz", rolling, {})
+    assert not reading.findings.warnings
+    assert np.abs(reading.motion.posture - plain.motion.posture).mean() < 0.01  # filtered
+
+
+@pytest.mark.parametrize("frame", [0, 30])
+def test_a_fault_in_one_frame_does_not_hide_what_is_up(frame: int) -> None:
+    points = dancer(HANGING)
+    points["left_elbow"][frame] = points["left_shoulder"][frame]
+    assert find_up(points, None, None, "dance.x", Findings()) == "z"
+
+
+@pytest.mark.parametrize("unit", UNITS)
+@pytest.mark.parametrize("arm_m", [0.45, 0.55, 0.65])
+def test_the_unit_is_found_by_the_arms(unit: str, arm_m: float) -> None:
+    findings = Findings()
+    length = UNITS[unit]
+    assert find_unit(arm_m / length, None, None, findings) == length
+    assert findings.steps == [f"unit {unit}, by the length of the arms"]
+
+
+@given(arm_m=st.floats(0.25, 0.9), unit=st.sampled_from([*UNITS]))
+def test_a_declared_unit_that_fits_any_body_is_used(arm_m: float, unit: str) -> None:
+    findings = Findings()
+    length = UNITS[unit]
+    fits = 0.25 <= arm_m / length * length <= 0.9  # but for rounding
+    if fits:
+        assert find_unit(arm_m / length, length, None, findings) == length
+        assert findings.steps == [f"unit {unit}, as the file says"]
+        assert not findings.warnings
+
+
+def test_a_declared_unit_that_fits_no_body_is_warned_about() -> None:
+    findings = Findings()
+    assert find_unit(550.0, UNITS["m"], None, findings) == UNITS["mm"]
+    assert findings.warnings == [
+        "the file says m, which makes arms of 550 m; mm is used (--unit overrides it)"
+    ]
+
+
+def test_arms_that_fit_no_unit_are_warned_about() -> None:
+    for declared in (None, 1.0):
+        findings = Findings()
+        assert find_unit(1e6, declared, None, findings) is None
+        assert len(findings.warnings) == 1
+        assert "no usual unit" in findings.warnings[0]
+
+
+def test_a_unit_that_is_given_is_used_and_told_if_it_fits_nobody() -> None:
+    findings = Findings()
+    assert find_unit(0.55, UNITS["mm"], UNITS["m"], findings) == 1.0
+    assert findings == Findings(["unit m, as given"], [])
+    assert find_unit(550.0, UNITS["mm"], UNITS["m"], findings) == 1.0
+    assert len(findings.warnings) == 1
+    assert "arms of 550 m" in findings.warnings[0]
+
+
+@settings(max_examples=20)
+@given(scale=st.floats(1e-4, 1e4), seed=st.integers(0, 9))
+def test_arms_are_as_long_as_upper_arm_and_forearm(scale: float, seed: int) -> None:
+    points = {name: scale * track for name, track in dancer(POSTURE).items()}
+    gone = np.random.default_rng(seed).integers(0, len(POSTURE), 20)
+    points["left_elbow"][gone] = np.nan
+    assert arm_length(points) == pytest.approx(550.0 * scale)
+
+
+@pytest.mark.parametrize("scale", [1e-3, 0.1, 1 / 25.4, 1e3])
+@pytest.mark.parametrize("unit", [None, "m"])
+def test_postures_do_not_depend_on_the_unit(tmp_path: Path, scale: float, unit: str | None) -> None:
+    points = dancer(POSTURE)
+    plain = read(tmp_path / "plain.npz", points, {"up": "z"})
+    scaled = {name: scale * track for name, track in points.items()}
+    found = read(tmp_path / "scaled.npz", scaled, {"up": "z"}, unit=unit)
+    np.testing.assert_allclose(found.motion.posture, plain.motion.posture, atol=1e-9)
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_lengths_are_told_in_metres(tmp_path: Path, unit: str) -> None:
+    points = {n: t * 1e-3 / UNITS[unit] for n, t in dancer(POSTURE).items()}
+    for stored, options in (({"unit": unit}, {}), ({}, {}), ({}, {"unit": unit})):
+        reading = read(tmp_path / "a.npz", points, {"up": "z"} | stored, **options)
+        assert reading.metric
+        for name, length in (("upper arm", 0.3), ("forearm", 0.25)):
+            for side in arm.SIDES:
+                mean, deviation = reading.lengths[f"{side} {name}"]
+                assert mean == pytest.approx(length)
+                assert deviation == pytest.approx(0.0, abs=1e-9)
+
+
+def test_the_rate_is_declared_given_or_asked_for(write_tsv: WriteTsv) -> None:
+    assert read_with_findings(write_tsv(), ReadingOptions()).rate == 60.0
+    reading = read_with_findings(write_tsv(), ReadingOptions(rate_in=120.0))
+    assert reading.rate == 120.0
+    assert reading.motion.duration == pytest.approx(1.9)
+    assert "120 Hz, as given (the file says 60 Hz)" in reading.findings.steps
+    path = write_tsv(edit=lambda text: text.replace("FREQUENCY\t60\n", ""))
+    with pytest.raises(MotionFileError, match=r"how many frames a second .* --rate-in 50$"):
+        read_with_findings(path, ReadingOptions())
+    reading = read_with_findings(path, ReadingOptions(rate_in=60.0))
+    assert "60 Hz, as given (the file says no rate)" in reading.findings.steps
+
+
+def test_the_same_dance_at_another_rate_is_the_same(tmp_path: Path) -> None:
+    found = []
+    for rate in (60.0, 100.0, 240.0):
+        time = np.arange(round(8 * rate))[:, None] / rate
+        angles = np.tile([0.5, 0.2, 0.0, 0.8], 2) + 0.3 * np.sin(3 * time + np.arange(8))
+        points = dancer(arm.posture_from_angles(angles))
+        path = tmp_path / f"{rate:g}.npz"
+        found.append(read(path, points, {"rate": rate, "up": "z"}, cutoff=6.0).motion.posture)
+    for posture in found[1:]:
+        np.testing.assert_allclose(posture[10:150], found[0][10:150], atol=1e-3)
