@@ -61,7 +61,7 @@ def test_arms_raised_through_straight_forward_and_lowered_sideways_are_learned()
     share = (1 - np.cos(np.pi * np.arange(24) / 24))[:, None] / 2
     upper_arm = np.concatenate([a + share * (b - a) for a, b in itertools.pairwise(knots)])
     upper_arm /= np.linalg.norm(upper_arm, axis=1, keepdims=True)
-    forearm = upper_arm + [0.45, 0.25, 0.55]
+    forearm = upper_arm + np.array([0.45, 0.25, 0.55])
     forearm /= np.linalg.norm(forearm, axis=1, keepdims=True)
     left = np.concatenate([upper_arm, forearm], axis=1)
     posture = np.concatenate([left, left * [1, -1, 1, 1, -1, 1]], axis=1)

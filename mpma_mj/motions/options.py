@@ -14,6 +14,7 @@ __all__ = ["ContextName", "ReadingOptions"]
 ContextName = Literal["auto", "equal", "changes", "events", "bars", "sections"]
 
 _PARTS = 4
+_RATE_IN = (1.0, 10_000.0)  # Hz: beyond, no one records movement
 _TEMPO = (0.01, 100.0)  # beyond, a movement has hardly a sample, or fills the memory
 
 
@@ -37,7 +38,7 @@ class ReadingOptions:
         loop: Bend the end of the movement so that it leads into its start.
         context: What labels the movement: equal parts, changes found in the movement, events in
             a C3D, bars or repeated sections of the audio. By default the labels or the bars if
-            a file of them is given, else what the recording has, else equal parts.
+            a file of them is given, else equal parts.
         segments: Number of equal parts, or of parts between changes.
         labels: CSV of start,end,label in seconds.
         audio: Sound file of the music that is danced to.
@@ -75,7 +76,10 @@ class ReadingOptions:
                 )
         if not (math.isfinite(self.max_gap) and self.max_gap >= 0):
             raise BadOptionError(f"max-gap is {self.max_gap:g}; expected seconds, 0 or more")
-        above_0 = {"rate-in": self.rate_in, "cutoff": self.cutoff, "tempo": self.tempo}
+        if self.rate_in is not None and not _RATE_IN[0] <= self.rate_in <= _RATE_IN[1]:
+            low, high = _RATE_IN
+            raise BadOptionError(f"rate-in is {self.rate_in:g}; expected {low:g} to {high:g} Hz")
+        above_0 = {"cutoff": self.cutoff, "tempo": self.tempo}
         for option, number in above_0.items():
             if number is not None and not (math.isfinite(number) and number > 0):
                 raise BadOptionError(f"{option} is {number:g}; expected a number above 0")

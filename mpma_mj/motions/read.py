@@ -252,9 +252,11 @@ def _cutoff(
         wanted, how = filtering.data_cutoff(arms, own_rate), "from the data"
     most = _BAND * rate / options.tempo
     if wanted > most:
-        wanted, how = most, f"the most that {rate:g} Hz can show"
-    findings.note(f"low-pass filter at {wanted:.3g} Hz, {how}; {own_rate:g} Hz to {rate:g} Hz")
-    return wanted
+        how = f"the most that {rate:g} Hz can show ({wanted:.3g} Hz {how})"
+    used = min(wanted, most)
+    filtered = f"low-pass filter at {used:.3g} Hz, {how}" if used < 0.5 * own_rate else "no filter"
+    findings.note(f"{filtered}; {own_rate:g} Hz to {rate:g} Hz")
+    return used
 
 
 def _check_file(path: Path) -> None:

@@ -9,8 +9,9 @@ from pathlib import Path
 from mpma_mj.envs.load import arm_limits
 from mpma_mj.errors import BadOptionError, MotionFileError, RecordingWarning
 from mpma_mj.motions import Motion
+from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.motions.reach import check_reach
-from mpma_mj.motions.read import read_with_findings
+from mpma_mj.motions.read import BUILT_IN, read_with_findings
 from mpma_mj.motions.repertoire import join
 from mpma_mj.training.config import RunConfig
 
@@ -51,18 +52,21 @@ def read_movements(config: RunConfig) -> Motion:
     Raises:
         MpmaError: A movement cannot be read, or danced; or an option is for one file alone.
     """
+    given = [name for name in _OF_ONE_FILE if getattr(config, name) is not None]
+    if given and len(config.motions) > 1:
+        option = {"start": "from", "end": "to"}.get(given[0], given[0])
+        raise BadOptionError(f"{option} is for one recording, and there are {len(config.motions)}")
     motions = []
     for source in config.motions:
-        reading = read_with_findings(source, config.reading)
+        # A recording's options mean nothing to a movement that is built in beside it.
+        alone = len(config.motions) == 1 or source not in BUILT_IN
+        options = config.reading if alone else ReadingOptions(tempo=config.tempo)
+        reading = read_with_findings(source, options)
         for warning in reading.findings.warnings:
             warnings.warn(f"{source}: {warning}", RecordingWarning, stacklevel=2)
         motions.append(reading.motion)
     if len(motions) == 1:
         return motions[0]
-    given = [name for name in _OF_ONE_FILE if getattr(config, name) is not None]
-    if given:
-        option = {"start": "from", "end": "to"}.get(given[0], given[0])
-        raise BadOptionError(f"{option} is for one recording, and there are {len(motions)}")
     limits = arm_limits(config.arms)
     for motion in motions:
         check_reach(motion, *limits)

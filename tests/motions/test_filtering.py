@@ -179,7 +179,7 @@ def test_the_cutoff_is_told_and_where_it_comes_from(write_tsv: WriteTsv) -> None
     for cutoff, told in {
         None: "4 Hz, from the data",
         3.0: "3 Hz, as given",
-        50.0: "8 Hz, the most that 20 Hz can show",
+        50.0: "8 Hz, the most that 20 Hz can show (50 Hz as given)",
     }.items():
         steps = read_with_findings(path, ReadingOptions(cutoff=cutoff)).findings.steps
         assert f"low-pass filter at {told}; 60 Hz to 20 Hz" in steps

@@ -80,6 +80,12 @@ def read_points(path: Path, arrays: dict[str, NDArray[Any]]) -> Recording:
         raise MotionFileError(
             f"{path}: rate is '{printable(rate[:40])}'; expected a number above 0"
         )
+    for name, known in {"unit": tuple(UNITS), "up": UPS}.items():
+        if text(name) not in ("", *known):
+            raise MotionFileError(
+                f"{path}: {name} is '{printable(text(name)[:40])}'; expected one of"
+                f" {', '.join(known)}"
+            )
     return Recording(
         path,
         "npz",
