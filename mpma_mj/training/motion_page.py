@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -27,6 +28,10 @@ _DPI = 110
 _FIGURES = 9  # of the storyboard
 _SPACING = 1.25  # m between them
 _MOST_NAMED_RUNS = 40
+_ABOVE: dict[str, Any] = {
+    **{"loc": "lower right", "bbox_to_anchor": (1.0, 0.97), "fontsize": "x-small"},
+    **{"frameon": False, "borderaxespad": 0.0},
+}  # where a legend hides nothing
 _SIDE_COLOURS = ("#0072b2", "#d55e00")  # left, right
 _SHOULDERS = np.array([[0.0, 0.18, 0.0], [0.0, -0.18, 0.0]])  # m, of the stick figure
 _LENGTHS = (0.3, 0.27)  # m: upper arm, forearm
@@ -65,7 +70,7 @@ def write_page(path: Path, reading: Reading, max_joint_speed: Array) -> None:
         if row is not rows[-1]:
             row.tick_params(labelbottom=False)
             _shade_gaps(row, reading)
-    rows[0].legend(ncols=4, fontsize="x-small", loc="upper right")
+    rows[0].legend(**_ABOVE, ncols=4)
     rows[-1].set_xlabel("time in the recording, s" + ("; grey: gaps" if reading.gaps else ""))
     figure.suptitle(f"{motion.name}: {motion.source}", fontsize="medium")
     write_whole(path, functools.partial(figure.savefig, dpi=_DPI))
@@ -116,7 +121,7 @@ def _draw_story(axis: Axes, posture: Array, times: Array) -> None:
     axis.set_axis_off()
     for name, colour in zip(arm.SIDES, _SIDE_COLOURS, strict=True):
         axis.plot([], color=colour, linewidth=2.5, label=f"{name} arm")
-    axis.legend(loc="upper left", fontsize="x-small", ncols=2)
+    axis.legend(**_ABOVE, ncols=2)
 
 
 def _draw_context(axis: Axes, context: Array, labels: tuple[str, ...], times: Array) -> None:
