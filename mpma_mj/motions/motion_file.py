@@ -10,13 +10,11 @@ import numpy as np
 
 from mpma_mj import files
 from mpma_mj.errors import MotionFileError
-from mpma_mj.motions.filtering import low_pass, resample
+from mpma_mj.motions.filtering import anti_alias, resample
 from mpma_mj.motions.motion import Motion
-from mpma_mj.motions.readers.arrays import is_archive, read_archive
+from mpma_mj.motions.readers.npz import is_archive, read_archive
 
 __all__ = ["at_rate", "read", "write"]
-
-_BAND = 0.4  # share of a lower rate up to which the low-pass filter lets pass
 
 
 def write(path: Path, motion: Motion) -> None:
@@ -80,10 +78,7 @@ def at_rate(motion: Motion, rate: float, tempo: float) -> Motion:
     if rate == motion.rate and tempo == 1.0:
         return motion
     own_rate = motion.rate * tempo
-    posture = motion.posture
-    if own_rate > rate:
-        posture = low_pass(posture, own_rate, _BAND * rate)
-    vectors = resample(posture, own_rate, rate).reshape(-1, 4, 3)
+    vectors = resample(anti_alias(motion.posture, own_rate, rate), own_rate, rate).reshape(-1, 4, 3)
     vectors = vectors / np.linalg.norm(vectors, axis=2, keepdims=True)
     nearest = np.round(np.arange(len(vectors)) * own_rate / rate).astype(int)
     return dataclasses.replace(

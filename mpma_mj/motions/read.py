@@ -17,7 +17,7 @@ from mpma_mj.motions import filtering, motion_file
 from mpma_mj.motions.body import ARM_POINTS, check_segments, posture_from_points, segments
 from mpma_mj.motions.cleaning import Cleaner
 from mpma_mj.motions.findings import Findings
-from mpma_mj.motions.label import label
+from mpma_mj.motions.labelling import label
 from mpma_mj.motions.loop import close_loop
 from mpma_mj.motions.markers import Groups, choose_markers, parse_mapping
 from mpma_mj.motions.motion import Motion
@@ -41,7 +41,6 @@ _FOR_RECORDINGS = {
 }
 _OF_CONTEXT = ("context", "segments", "labels", "audio")
 _DEFAULTS = {field.name: field.default for field in fields(ReadingOptions)}
-_BAND = 0.4  # share of the new rate up to which the low-pass filter lets pass
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,7 +170,8 @@ def _read(
     cutoff = _cutoff(points, own_rate, rate, options, findings)
     for name in list(points):
         smooth = filtering.low_pass(points[name], own_rate, cutoff)
-        points[name] = filtering.resample(smooth, own_rate * options.tempo, rate)
+        shown = filtering.anti_alias(smooth, own_rate * options.tempo, rate)
+        points[name] = filtering.resample(shown, own_rate * options.tempo, rate)
     posture = posture_from_points(points)
     check_sides(points, posture, findings)
     if options.loop and len(posture) > 1:
@@ -243,20 +243,17 @@ def _source_rate(recording: Recording, options: ReadingOptions, findings: Findin
 def _cutoff(
     points: Tracks, own_rate: float, rate: float, options: ReadingOptions, findings: Findings
 ) -> float:
-    """Return the cut-off frequency: what is asked for or the data show, and no aliasing."""
+    """Return the cut-off frequency of the low-pass filter: as given, or from the data."""
     if options.cutoff is not None:
-        wanted, how = options.cutoff, "as given"
+        cutoff, how = options.cutoff, "as given"
     else:
         start = slice(filtering.looked_at(own_rate))
         arms = np.concatenate([points[name][start] for name in ARM_POINTS], axis=1)
-        wanted, how = filtering.data_cutoff(arms, own_rate), "from the data"
-    most = _BAND * rate / options.tempo
-    if wanted > most:
-        how = f"the most that {rate:g} Hz can show ({wanted:.3g} Hz {how})"
-    used = min(wanted, most)
-    filtered = f"low-pass filter at {used:.3g} Hz, {how}" if used < 0.5 * own_rate else "no filter"
-    findings.note(f"{filtered}; {own_rate:g} Hz to {rate:g} Hz")
-    return used
+        cutoff, how = filtering.data_cutoff(arms, own_rate), "from the data"
+    nothing = cutoff >= 0.5 * own_rate
+    done = "no low-pass filter" if nothing else f"low-pass filter at {cutoff:.3g} Hz, {how}"
+    findings.note(f"{done}; resampled from {own_rate:g} Hz to {rate:g} Hz")
+    return cutoff
 
 
 def _check_file(path: Path) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ __all__ = ["load_columns", "rate_of_times"]
 Array = NDArray[np.float64]
 
 _DRIFT = 0.25  # frames
+_UNEVEN, _OFTEN = 0.25, 0.05  # frames that a step is off; share of the steps (choice)
 _MOST_MISSING = 10  # times as many frames as there are rows: then the numbers are wrong instead
 
 
@@ -27,6 +28,7 @@ def load_columns(
     findings: Findings,
     *,
     frame_column: int | None = None,
+    time_column: int | None = None,
 ) -> Tracks:
     """Read the trajectories of some points.
 
@@ -37,6 +39,7 @@ def load_columns(
         findings: Is told what is odd about the rows.
         frame_column: Column of the frame's number, if there is one: frames that it leaves out
             are gaps.
+        time_column: Column of the frame's time, which serves where there is no number.
 
     Returns:
         Trajectories by name, each shape (T, 3); not seen, or exactly 0, 0, 0, is NaN.
@@ -44,24 +47,77 @@ def load_columns(
     Raises:
         MotionFileError: There is no row, or one cannot be read.
     """
-    counter = [] if frame_column is None else [frame_column]
+    by_time = frame_column is None
+    column = time_column if by_time else frame_column
+    counter = [] if column is None else [column]
     wanted = counter + [columns[name] + axis for name in names for axis in range(3)]
-    rows = stack(grid.blocks(wanted, findings), len(wanted))
+    rows = stack(grid.blocks(wanted, findings, counters=len(counter)), len(wanted))
     if not len(rows):
         raise MotionFileError(
             f"{grid.file.path}: has a header but no frames; export the coordinates too"
         )
-    places = _places(rows[:, 0], grid, findings) if counter else None
+    arrange = _arrangement(rows[:, 0], by_time, grid, findings) if counter else None
     tracks = {}
     for i, name in enumerate(names):
         track = rows[:, len(counter) + 3 * i :][:, :3]
         track[(track == 0.0).all(axis=1)] = np.nan
-        if places is not None:
-            whole = np.full((places[-1] + 1, 3), np.nan)
-            whole[places] = track
-            track = whole
-        tracks[name] = track
+        tracks[name] = track if arrange is None else arrange(track)
     return tracks
+
+
+def _arrangement(
+    counter: Array, by_time: bool, grid: Grid, findings: Findings
+) -> Callable[[Array], Array] | None:
+    """Return what puts rows, shape (T, 3), to even times; None where they are as they should be.
+
+    Args:
+        counter: Numbers of the frames, or their times, in any unit, shape (T,).
+        by_time: Whether it is times.
+        grid: The rows.
+        findings: Is told of missing and uneven frames.
+    """
+    if not by_time:
+        places = _places(counter, grid, findings)
+    else:
+        steps = np.diff(counter)
+        if len(steps) < 2 or not (steps > 0).all():
+            return None  # `rate_of_times` tells
+        usual = _usual_step(steps)
+        frames = _frames_of(steps, usual)
+        if _come_unevenly(steps, usual):
+            return lambda track: _interpolated(track, counter, usual)
+        places = _places(np.concatenate([[0.0], np.cumsum(frames)]), grid, findings)
+    if places is None:
+        return None
+    return lambda track: _placed(track, places)
+
+
+def _placed(track: Array, places: NDArray[np.int_]) -> Array:
+    """Return a trajectory with gaps where rows are missing."""
+    whole = np.full((places[-1] + 1, 3), np.nan)
+    whole[places] = track
+    return whole
+
+
+def _usual_step(steps: Array) -> float:
+    """Return the mean of the steps that span one frame; a longer one spans missing ones."""
+    return float(steps[steps < 1.5 * np.median(steps)].mean())
+
+
+def _frames_of(steps: Array, usual: float) -> Array:
+    """Return how many frames each step spans, at least 1."""
+    return np.maximum(1, np.round(steps / usual))
+
+
+def _come_unevenly(steps: Array, usual: float) -> bool:
+    off = np.abs(steps / usual - _frames_of(steps, usual))
+    return bool(np.mean(off > _UNEVEN) > _OFTEN)
+
+
+def _interpolated(track: Array, times: Array, step: float) -> Array:
+    """Return a trajectory at even times, by linear interpolation."""
+    even = np.arange(times[0], times[-1] + 1e-3 * step, step)
+    return np.stack([np.interp(even, times, column) for column in track.T], axis=1)
 
 
 def rate_of_times(
@@ -78,17 +134,20 @@ def rate_of_times(
     Returns:
         Frames per second, Hz: that of the times where they are usable, else the declared one.
     """
-    times = next(grid.blocks([time_column], Findings()), np.empty((0, 1)))[:, 0]
+    blocks = grid.blocks([time_column], Findings(), counters=1)
+    times = next(blocks, np.empty((0, 1)))[:, 0]
     steps = np.diff(times)
     if len(steps) < 2 or not (steps > 0).all():
         if len(steps) >= 2:
             findings.warn("the column of times does not rise throughout; it is not used")
         return declared
-    usual = np.median(steps)
-    regular = steps < 1.5 * usual  # a longer one spans frames that are missing
-    rate = float(regular.sum() / steps[regular].sum())
-    if np.abs(steps[regular] - usual).max() > 0.5 * usual:
-        findings.warn(f"the frames come unevenly; they are taken as even, at {rate:.4g} Hz")
+    usual = _usual_step(steps)
+    rate = 1.0 / usual
+    if rate < 1.0 <= 1000.0 * rate:
+        rate, steps = 1000.0 * rate, steps / 1000.0
+        findings.warn(f"the times are taken as milliseconds, which makes {rate:.4g} Hz")
+    if _come_unevenly(steps, 1.0 / rate):
+        findings.warn(f"the frames come unevenly; they are interpolated to an even {rate:.4g} Hz")
     # Times are rounded, so that only a clear difference is one.
     if declared is not None and abs(rate - declared) < 0.02 * declared:
         return declared

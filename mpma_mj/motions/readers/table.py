@@ -89,7 +89,9 @@ def read_table(file: TextFile, findings: Findings) -> Recording:
         file.path,
         "table",
         names,
-        lambda wanted: load_columns(grid, columns, wanted, findings, frame_column=counter),
+        lambda wanted: load_columns(
+            grid, columns, wanted, findings, frame_column=counter, time_column=timer
+        ),
         rate=rate,
         unit=_unit(header, columns, first),
         up=_up(header),

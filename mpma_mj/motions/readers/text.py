@@ -119,12 +119,15 @@ class Grid:
         ending = empty % 3 == 1 and len(cells) > columns
         return cls(file, first, separator, len(cells) - ending, comma)
 
-    def blocks(self, columns: Sequence[int], findings: Findings) -> Iterator[Array]:
+    def blocks(
+        self, columns: Sequence[int], findings: Findings, *, counters: int = 0
+    ) -> Iterator[Array]:
         """Iterate over blocks of rows.
 
         Args:
             columns: Which cells of each row are wanted, by index.
             findings: Is told if rows had to be left out.
+            counters: How many of the columns, the first ones, are no coordinates.
 
         Yields:
             Numbers, shape (rows, number of `columns`); a missing one is NaN.
@@ -137,9 +140,9 @@ class Grid:
         start = self.first
         while lines := list(itertools.islice(rows, _BLOCK)):
             block = self._numbers(lines, start, columns)
-            wild = np.abs(block) > _FARTHEST
+            wild = np.abs(block[:, counters:]) > _FARTHEST
             if wild.any():
-                row, column = np.argwhere(wild)[0]
+                row, column = np.argwhere(wild)[0] + [0, counters]
                 raise MotionFileError(
                     f"{self.file.path}: line {start + row + 1}, column {columns[column] + 1}:"
                     f" {block[row, column]:g} is no coordinate; mend that cell, or empty it"

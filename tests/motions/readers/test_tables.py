@@ -384,8 +384,44 @@ def test_times_in_milliseconds_are_not_taken_for_seconds(
     path = tmp_path / "dance.csv"
     path.write_text(writers.header_row_text(points, 0.1))
     recording, _, findings = read(path)
-    assert recording.rate is None
-    assert findings.warnings == ["0.1 Hz, as the file says, cannot be; it is not used"]
+    assert recording.rate == pytest.approx(100.0)
+    assert findings.warnings == ["the times are taken as milliseconds, which makes 100 Hz"]
+
+
+def test_rows_that_the_times_leave_out_are_gaps(tmp_path: Path, points: writers.Points) -> None:
+    path = tmp_path / "dance.csv"
+    lines = writers.header_row_text(points, 100.0).splitlines(keepends=True)
+    path.write_text("".join(lines[:11] + lines[16:]))
+    recording, tracks, findings = read(path)
+    (warning,) = findings.warnings
+    assert warning.startswith("5 frames are missing, the first after line 11")
+    for name, track in tracks.items():
+        gone = np.isnan(track).any(axis=1)
+        assert np.flatnonzero(gone).tolist() == [10, 11, 12, 13, 14]
+        np.testing.assert_allclose(track[~gone], points[name][~gone], atol=1e-5)
+
+
+def test_uneven_frames_are_interpolated_to_even_ones(tmp_path: Path) -> None:
+    rng = np.random.default_rng(0)
+    times = np.cumsum(rng.uniform(0.02, 0.045, 200)) + 1.7e9
+    straight = {
+        name: np.outer(times - times[0], [1, 2, 3]) + track[0]
+        for name, track in writers.arm_points().items()
+    }
+    rows = [",".join(["time", *(f"{n}_{a}" for n in straight for a in "xyz")])]
+    rows += [
+        ",".join([f"{t:.6f}", *(f"{v:.9f}" for p in straight.values() for v in p[i])])
+        for i, t in enumerate(times)
+    ]
+    path = tmp_path / "webcam.csv"
+    path.write_text("\n".join(rows) + "\n")
+    recording, tracks, findings = read(path)
+    assert "come unevenly" in findings.warnings[0]
+    assert recording.rate is not None
+    for name, track in tracks.items():
+        even = np.arange(len(track)) / recording.rate
+        expected = np.outer(even, [1, 2, 3]) + straight[name][0]
+        np.testing.assert_allclose(track, expected, atol=1e-4)
 
 
 @pytest.mark.parametrize("number", ["inf", "nan", "1e400", "-3", "0"])

@@ -77,7 +77,7 @@ def _spans(
 ) -> Sequence[Span] | None:
     """Return the labelled stretches; None where the movement is to be divided instead."""
     if options.labels is not None:
-        from mpma_mj.motions.labels import read_labels
+        from mpma_mj.motions.label_file import read_labels
 
         return read_labels(Path(options.labels))
     if options.audio is not None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from mpma_mj.errors import BadOptionError, MotionFileError
 from mpma_mj.motions.findings import Findings
-from mpma_mj.motions.readers import acclaim, arrays, bvh, c3d, qualisys, table, trc
+from mpma_mj.motions.readers import acclaim, bvh, c3d, npz, qualisys, table, trc
 from mpma_mj.motions.readers.text import TextFile
 from mpma_mj.motions.recording import Recording
 
@@ -60,8 +60,8 @@ def _open(path: Path, head: bytes, findings: Findings, skeleton: Path | None) ->
     for start, what in _FOREIGN.items():
         if head.startswith(start):
             raise MotionFileError(f"{path}: is {what}")
-    if arrays.is_archive(head):
-        return arrays.read_points(path, arrays.read_archive(path))
+    if npz.is_archive(head):
+        return npz.read_points(path, npz.read_archive(path))
     if c3d.is_c3d(head):
         return c3d.read_c3d(path, findings)
     text = TextFile.open(path)

@@ -10,7 +10,7 @@ from mpma_mj.errors import BadOptionError, MotionFileError, RecordingWarning
 from mpma_mj.motions import read_motion, ymca
 from mpma_mj.motions.context import Span
 from mpma_mj.motions.findings import Findings
-from mpma_mj.motions.label import label
+from mpma_mj.motions.labelling import label
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.motions.read import read_with_findings
 from tests.conftest import WriteTsv
