@@ -18,6 +18,7 @@ import tyro
 from mpma_mj import __version__
 from mpma_mj.envs.gl import require_backend
 from mpma_mj.errors import BadOptionError, MpmaError, RecordingWarning, RenderingError
+from mpma_mj.motions.options import option_name
 from mpma_mj.training.config import ReadingArguments, RunConfig, Settings
 
 if TYPE_CHECKING:
@@ -89,16 +90,18 @@ class Imitate:
                 "--resume goes on in the run's own folder; drop --overwrite, --out"
             )
         saved = RunFolder(self.resume).read_config()
-        typed = {word.split("=")[0].removeprefix("--").removeprefix("no-") for word in words}
+        flags = [word.split("=")[0].replace("_", "-") for word in words if word.startswith("--")]
+        typed = {flag.removeprefix("--").removeprefix("no-") for flag in flags}
         settings = dataclasses.asdict(self.settings)
-        given = {name: value for name, value in settings.items() if _option(name) in typed}
+        given = {name: value for name, value in settings.items() if option_name(name) in typed}
         if self.motions:
-            given["motions"] = expand_folders(self.motions)
+            given["motion"] = expand_folders(self.motions)
         for name, value in given.items():
-            if value != getattr(saved, name):
+            was = saved.motions if name == "motion" else getattr(saved, name)
+            if value != was:
                 raise BadOptionError(
-                    f"{_option(name)} is {_shown(value)}, but the run to resume has"
-                    f" {_shown(getattr(saved, name))}; leave it out, or start another run"
+                    f"{option_name(name)} is {_shown(value)}, but the run to resume has"
+                    f" {_shown(was)}; leave it out, or start another run"
                 )
 
     def _config(self) -> RunConfig:
@@ -141,18 +144,23 @@ class InspectMotion:
     )
     """How to read it."""
     picture: Path | None = None
-    """Where the page of pictures goes; NAME.png if not given."""
+    """Where the page of pictures goes; NAME-motion.png if not given."""
     video: bool = False
-    """Make a video, NAME.mp4 beside the page, of arms that follow it ideally."""
+    """Make a video of arms that follow it ideally, beside the page, .mp4."""
     out: Path | None = None
     """Write the movement as an npz file, which every command reads again."""
+    overwrite: bool = False
+    """Replace the npz file if it is there."""
 
     def run(self) -> Path:
         """Do it and return the picture's path."""
         if self.video:
             require_backend()
-        if self.out is not None and self.out.suffix != ".npz":
-            raise BadOptionError(f"out is {self.out}; expected a name that ends in .npz")
+        for option, path, ending in (("out", self.out, ".npz"), ("picture", self.picture, ".png")):
+            if path is not None and path.suffix != ending:
+                raise BadOptionError(f"{option} is {path}; expected a name that ends in {ending}")
+        if self.out is not None and self.out.exists() and not self.overwrite:
+            raise BadOptionError(f"{self.out}: is there already; --overwrite replaces it")
         from mpma_mj.envs.load import arm_limits
         from mpma_mj.motions import motion_file
         from mpma_mj.motions.read import read_with_findings
@@ -161,16 +169,16 @@ class InspectMotion:
         from mpma_mj.training.progress import show_frames
 
         reading = read_with_findings(self.motion, self.reading.reading)
-        for warning in reading.findings.warnings:
-            warnings.warn(f"{self.motion}: {warning}", RecordingWarning, stacklevel=2)
+        reading.findings.tell(self.motion)
         limits = arm_limits("physics")
         print("\n".join(report_lines(reading, *limits)))
         if self.out is not None:
             motion_file.write(self.out, reading.motion)
-        picture = self.picture or Path(f"{reading.motion.name}.png")
+        picture = self.picture or Path(f"{reading.motion.name}-motion.png")
         write_page(picture, reading, limits[0])
         if self.video:
             write_ideal_video(picture.with_suffix(".mp4"), reading, show_frames)
+            print(picture.with_suffix(".mp4"))
         return picture
 
 
@@ -202,16 +210,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"mpma: {error}", file=sys.stderr)
         return error.exit_code
     except MemoryError:
-        print("mpma: not enough memory; use fewer --modules, --nodes or --repeats", file=sys.stderr)
+        print(
+            "mpma: not enough memory; take fewer --modules, --nodes, --repeats, or less time",
+            file=sys.stderr,
+        )
         return 1
     except OSError as error:
         place = f"{error.filename}: " if error.filename else ""
         print(f"mpma: {place}{error.strerror or error}; check path and rights", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
-        print(
-            "mpma: interrupted; finished epochs are saved, --resume FOLDER goes on", file=sys.stderr
-        )
+        hint = "; finished epochs are saved, --resume FOLDER goes on"
+        print(f"mpma: interrupted{hint * isinstance(command, Imitate)}", file=sys.stderr)
         return _INTERRUPTED
     return 0
 
@@ -236,12 +246,6 @@ def _try_backend() -> str | None:
     except RenderingError as error:
         return f"mpma: {error}"
     return None
-
-
-def _option(name: str) -> str:
-    """Return what a setting is called on the command line."""
-    words = {"start": "from", "end": "to", "motions": "motion"}
-    return words.get(name, name.replace("_", "-"))
 
 
 def _shown(value: object) -> str:
@@ -275,13 +279,13 @@ def _draw_video(folder: RunFolder, camera: str) -> None:
 
 
 def _print_summary(summary: dict[str, Any]) -> None:
-    modules = ", ".join(f"{k} {v + 1}" for k, v in summary["dominant_module"].items())
+    modules = ", ".join(f"{k} → {v + 1}" for k, v in summary["dominant_module"].items())
     state = "converged" if summary["converged"] else "not converged"
     epochs = f"{summary['epochs']} epoch{'s' if summary['epochs'] > 1 else ''}"
     print(
         f"{state} after {epochs}; kept epoch {summary['kept_epoch']:.0f}:"
         f" p_e {summary['p_e_percent']:.2f} %, feedback ratio {summary['feedback_ratio']:.3f},"
-        f" dominant module: {modules}"
+        f" label → dominant module: {modules}"
     )
 
 

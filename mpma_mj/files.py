@@ -17,7 +17,7 @@ from mpma_mj.errors import CheckpointError, RunFolderError
 
 __all__ = ["FORMAT", "read_arrays", "write_arrays", "write_json", "write_text", "write_whole"]
 
-FORMAT = 1
+FORMAT = 2
 """Version of the files' format; what another version wrote is refused."""
 
 _META = "meta"

@@ -79,7 +79,7 @@ def test_another_format_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(files, "FORMAT", 99)
     files.write_arrays(tmp_path / "new.npz", "thing", {}, {})
     monkeypatch.undo()
-    with pytest.raises(CheckpointError, match="not a thing of format 1"):
+    with pytest.raises(CheckpointError, match=f"not a thing of format {files.FORMAT}"):
         files.read_arrays(tmp_path / "new.npz", "thing")
 
 

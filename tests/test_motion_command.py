@@ -43,8 +43,8 @@ def test_it_tells_what_the_file_holds(
         "the arms can follow it",
     ):
         assert told in printed
-    assert printed.splitlines()[-1] == "dance.png"
-    page = imageio.imread("dance.png")
+    assert printed.splitlines()[-1] == "dance-motion.png"
+    page = imageio.imread("dance-motion.png")
     assert page.shape[0] > 800
     assert len(np.unique(page.reshape(-1, page.shape[2]), axis=0)) > 20
 
@@ -67,7 +67,9 @@ def test_the_npz_that_it_writes_is_the_same_movement(write_tsv: WriteTsv) -> Non
     np.testing.assert_array_equal(stored.posture, read.posture)
     np.testing.assert_array_equal(stored.context, read.context)
     assert (stored.labels, stored.rate, stored.tempo) == (read.labels, read.rate, read.tempo)
-    assert main(["motion", str(path), "--out", "x.csv"]) == 2
+    for words in (["--out", "x.csv"], ["--picture", "x.xyz"], ["--out", "x.npz"]):
+        assert main(["motion", str(path), *words]) == 2
+    assert main(["motion", "x.npz", "--out", "x.npz", "--overwrite"]) == 0
 
 
 def test_its_video_shows_the_movement_once(capsys: pytest.CaptureFixture[str]) -> None:

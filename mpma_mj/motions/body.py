@@ -61,14 +61,21 @@ def check_segments(points: dict[str, Array], where: str, first: int = 0) -> None
         MotionFileError: A segment has no length, or the shoulders are above each other; names
             the frame.
     """
-    lines = {
-        "trunk": trunk(points),
-        "line between the shoulders, seen from above,": _across(points),
-    }
-    for name, vectors in (lines | segments(points)).items():
+    _check_lengths({"trunk": trunk(points)} | segments(points), where, first)
+    across = {"line between the shoulders, seen from above,": _across(points)}
+    _check_lengths(across, where, first)
+
+
+def _check_lengths(lines: dict[str, Array], where: str, first: int) -> None:
+    for name, vectors in lines.items():
         how = "above each other" if "shoulders" in name else "in one place"
         length = np.linalg.norm(vectors, axis=1)
         too_short = length <= _SHORTEST * np.median(length)
+        if too_short.mean() > 0.5:
+            raise MotionFileError(
+                f"{where}: the {name} has no length in {too_short.sum()} of {len(length)} frames;"
+                " these are not the points they are taken for, so name others with --map"
+            )
         if too_short.any():
             i = int(np.argmax(too_short))
             raise MotionFileError(

@@ -19,8 +19,10 @@ from mpma_mj.motions.recording import Tracks
 
 __all__ = ["Cleaner"]
 
+Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
+_INVENTED = 0.5  # s: in a longer bridge there may have been any movement (choice)
 _MOST_LISTED = 5
 _SHORTEST = 0.25  # s: a shorter stretch is no movement (choice)
 
@@ -32,6 +34,8 @@ class Cleaner:
         tracks: Trajectories by marker, each shape (T, 3), NaN where not seen.
         groups: Which markers show which point of the body.
         first: Index of their first frame in the file.
+        lost_trunk: Ways from pelvis to neck, shape (N, 3), of frames in which both are seen, if
+            they are seen too rarely to be a point.
         gaps: For each marker the gaps that were bridged, from frame to past frame of the file.
     """
 
@@ -50,6 +54,7 @@ class Cleaner:
         self.tracks = tracks
         self.groups = groups
         self.first = 0
+        self.lost_trunk: Array | None = None
         self.gaps: dict[str, list[tuple[int, int]]] = {}
         self._rate = rate
         self._where = where
@@ -66,8 +71,14 @@ class Cleaner:
         for name in self._arm_markers:
             if missing(self.tracks[name]).all():
                 raise MotionFileError(
-                    f"{self._where}: marker {name} is missing in all {self._frames} frames; the"
-                    " arms cannot be followed without it"
+                    f"{self._where}: marker {name} is missing in all {self.frames} frames;"
+                    f" {self._without(name) or 'the arms cannot be followed without it'}"
+                )
+        for point in ARM_POINTS:
+            if np.any([missing(self.tracks[name]) for name in self.groups[point]], axis=0).all():
+                raise MotionFileError(
+                    f"{self._where}: {' and '.join(self.groups[point])} are never seen together,"
+                    f" and the {point.replace('_', ' ')} needs both"
                 )
         self._jumps(repair=options.repair)
         self._long_gaps(options.max_gap, longest=options.longest)
@@ -89,19 +100,28 @@ class Cleaner:
         return points
 
     @property
-    def _frames(self) -> int:
+    def frames(self) -> int:
+        """Number of frames."""
         return len(next(iter(self.tracks.values())))
 
     @property
     def _arm_markers(self) -> list[str]:
         return list(dict.fromkeys(name for point in ARM_POINTS for name in self.groups[point]))
 
+    def _without(self, name: str) -> str:
+        """Return how to do without a marker that has others beside it; "" if it has none."""
+        for point in ARM_POINTS:
+            others = [other for other in self.groups[point] if other != name]
+            if name in self.groups[point] and others:
+                return f'do without it with --map "{point}={"+".join(others)}"'
+        return ""
+
     def _cut(self, first: int, end: int) -> None:
         self.tracks = {name: track[first:end] for name, track in self.tracks.items()}
         self.first += first
 
     def _cut_time(self, start: float, end: float | None) -> None:
-        duration = self._frames / self._rate
+        duration = self.frames / self._rate
         if start >= duration:
             raise BadOptionError(
                 f"from is {start:g}, but {self._where} lasts {duration:.2f} s; expected less"
@@ -109,7 +129,7 @@ class Cleaner:
         if end is not None and end > duration + 1.0 / self._rate:
             self._findings.warn(f"--to is {end:g} s, but the recording ends at {duration:.2f} s")
         if start > 0 or end is not None:
-            last = self._frames if end is None else min(self._frames, round(end * self._rate))
+            last = self.frames if end is None else min(self.frames, round(end * self._rate))
             first = round(start * self._rate)
             if last - first < 2:
                 raise BadOptionError(
@@ -118,7 +138,7 @@ class Cleaner:
                 )
             self._cut(first, last)
             self._findings.note(
-                f"cut to {start:g}-{last / self._rate:.2f} s, {self._frames} frames, as asked"
+                f"cut to {start:g}-{last / self._rate:.2f} s, {self.frames} frames, as asked"
             )
 
     def _jumps(self, *, repair: bool) -> None:
@@ -148,7 +168,7 @@ class Cleaner:
         ]
         if not gaps:
             return
-        clean = np.ones(self._frames, bool)
+        clean = np.ones(self.frames, bool)
         for first, end, _ in gaps:
             clean[first:end] = False
         whole = self._whole(self._arm_markers)
@@ -171,10 +191,12 @@ class Cleaner:
             return
         most = max(end - first for first, end, _ in gaps) / self._rate
         inside = bool(whole.any()) and all(
-            first > 0 and end < self._frames for first, end, _ in gaps
+            first > 0 and end < self.frames for first, end, _ in gaps
         )
         ways = [f"bridge them with --max-gap {np.ceil(100 * most - 1e-6) / 100:g}"] * inside
         ways += [f"keep the longest clean stretch ({kept}) with --longest"] * usable
+        if most > _INVENTED:
+            ways.reverse()
         raise MotionFileError(
             f"{self._where}: {gap}, longer than {max_gap:g} s: "
             + (", or ".join(ways) or "too little is left; record it anew")
@@ -197,19 +219,19 @@ class Cleaner:
 
     def _whole(self, names: Iterable[str]) -> Mask:
         """Tell in which frames all of some markers are seen, shape (T,)."""
-        whole = np.ones(self._frames, bool)
+        whole = np.ones(self.frames, bool)
         for name in names:
             whole &= ~missing(self.tracks[name])
         return whole
 
     def _trim_ends(self, names: Sequence[str], what: str) -> None:
         """Cut off ends at which a marker is missing: there is nothing to interpolate between."""
-        first, end = _trimmed((0, self._frames), self._whole(names))
+        first, end = _trimmed((0, self.frames), self._whole(names))
         if end <= first:
             raise MotionFileError(
                 f"{self._where}: at no time all markers of the {what} are seen; record it anew"
             )
-        last = self._frames - end
+        last = self.frames - end
         if first or last:
             self._findings.note(
                 f"cut {_count(first, 'frame')} at the start and {last} at the end, where markers"
@@ -230,6 +252,11 @@ class Cleaner:
             f"torso marker {name} is missing for up to {longest[name] / self._rate:.2f} s; the"
             " torso is taken as upright instead, so that a bend moves the arms"
         )
+        pelvis, neck = (
+            np.mean([self.tracks[n] for n in self.groups[point]], axis=0) for point in TORSO_POINTS
+        )
+        seen = ~missing(neck - pelvis)
+        self.lost_trunk = (neck - pelvis)[seen] if seen.any() else None
         self.groups = {p: g for p, g in self.groups.items() if p not in TORSO_POINTS}
         kept = {name for group in self.groups.values() for name in group}
         self.tracks = {name: self.tracks[name] for name in self.tracks if name in kept}
@@ -240,6 +267,11 @@ class Cleaner:
             if gaps:
                 self.gaps[name] = [(self.first + first, self.first + end) for first, end in gaps]
                 first, end = max(gaps, key=lambda gap: gap[1] - gap[0])
+                if (end - first) / self._rate > _INVENTED:
+                    self._findings.warn(
+                        f"{name} is bridged over {(end - first) / self._rate:.2f} s from frame"
+                        f" {self.first + first + 1} on: that movement is invented"
+                    )
                 self._findings.note(
                     f"{name}: {_count(sum(e - f for f, e in gaps), 'missing sample')} bridged in"
                     f" {_count(len(gaps), 'gap')}, the longest frames {self.first + first + 1} to"

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass, field
+from pathlib import Path
+
+from mpma_mj.errors import RecordingWarning
 
 __all__ = ["Findings"]
 
@@ -26,3 +30,8 @@ class Findings:
     def warn(self, warning: str) -> None:
         """Add a warning."""
         self.warnings.append(warning)
+
+    def tell(self, source: str | Path) -> None:
+        """Let Python show the warnings, each with the file that it is about."""
+        for warning in self.warnings:
+            warnings.warn(f"{source}: {warning}", RecordingWarning, stacklevel=3)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +16,8 @@ from mpma_mj.motions.options import ReadingOptions
 __all__ = ["label"]
 
 Array = NDArray[np.float64]
+
+_MOST_LISTED = 30
 
 
 def label(
@@ -55,9 +57,14 @@ def label(
         silent = float(np.mean(context.sum(axis=1) == 0))
         if silent:
             findings.warn(f"{100 * silent:.0f} % of the movement has no label; its context is 0")
-        findings.note(f"{len(labels)} labels")
+        begin = [span.start for span in spans if times[0] < span.start <= times[-1]]
+        findings.note(
+            f"{len(labels)} label{'s' * (len(labels) != 1)}, which begin at {_listed(begin)} s"
+            if begin
+            else f"one label throughout: {labels[0]}"
+        )
         return context, labels
-    if options.segments > len(posture) > 1:
+    if options.segments > len(posture):
         raise BadOptionError(
             f"segments is {options.segments}, but {where} gives {len(posture)} postures; expected"
             " fewer"
@@ -67,7 +74,7 @@ def label(
 
         index = change_points(posture, options.segments)
         starts = times[np.flatnonzero(np.diff(index)) + 1]
-        findings.note(f"the movement changes at {', '.join(f'{t:.2f}' for t in starts)} s")
+        findings.note(f"the movement changes at {_listed(starts)} s")
         return one_hot(index, options.segments), tuple(str(i + 1) for i in range(options.segments))
     return equal_segments(len(posture), options.segments)
 
@@ -90,3 +97,9 @@ def _spans(
             raise MotionFileError(f"{where}: has no events; label it with --labels or --segments")
         return events
     return None
+
+
+def _listed(times: Iterable[float]) -> str:
+    listed = [f"{time:.2f}" for time in times]
+    more = f" and {len(listed) - _MOST_LISTED} more" if len(listed) > _MOST_LISTED else ""
+    return ", ".join(listed[:_MOST_LISTED]) + more

@@ -13,7 +13,7 @@ from mpma_mj.arm import SIDES
 from mpma_mj.errors import BadOptionError, MotionFileError
 from mpma_mj.motions.body import ARM_POINTS, TORSO_POINTS
 
-__all__ = ["Groups", "choose_markers", "parse_mapping"]
+__all__ = ["Groups", "choose_markers", "mapping_option", "parse_mapping"]
 
 Groups = dict[str, tuple[str, ...]]
 """For each point of the body the markers or joints whose mean it is."""
@@ -135,8 +135,8 @@ def choose_markers(path: Path, names: Sequence[str], mapping: Groups) -> Groups:
     complete = [groups for groups in found if groups.keys() >= set(ARM_POINTS)]
     if len({tuple(groups[p] for p in ARM_POINTS) for groups in complete}) > 1:
         raise MotionFileError(
-            f"{path}: shows {len(complete)} dancers; choose one with {_option(complete[0])}, or"
-            f" {_option(complete[1])}"
+            f"{path}: shows {len(complete)} dancers; choose one with"
+            f" {mapping_option(complete[0])}, or {mapping_option(complete[1])}"
         )
     if not complete:
         best = max(found, key=len)
@@ -272,7 +272,7 @@ def _short(name: str) -> str:
 def _not_recognised(path: Path, names: Sequence[str], found: Groups) -> str:
     """Say which points are missing, what the file has, and a mapping to edit."""
     guess = {point: found.get(point) or _guess(point, names) for point in ARM_POINTS}
-    mapping = _option({point: group or ("?",) for point, group in guess.items()})
+    mapping = mapping_option({point: group or ("?",) for point, group in guess.items()})
     missing = [point.replace("_", " ") for point in ARM_POINTS if point not in found]
     has = f"it has {_listed(names)}"
     if not any(guess.values()):
@@ -308,7 +308,8 @@ def _guess(point: str, names: Sequence[str]) -> tuple[str, ...]:
     return tuple(itertools.islice(fitting, _MOST_GUESSED))
 
 
-def _option(groups: Groups) -> str:
+def mapping_option(groups: Groups) -> str:
+    """Return what to type so that the arms are these groups."""
     entries = (f"{point}={'+'.join(groups[point])}" for point in ARM_POINTS)
     return f'--map "{",".join(entries)}"'
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mpma_mj import arm
 from mpma_mj.errors import MotionFileError
 
 __all__ = ["Motion"]
@@ -70,6 +72,13 @@ class Motion:
     def __len__(self) -> int:
         """Return the number of postures."""
         return len(self.posture)
+
+    @functools.cached_property
+    def joint_angles(self) -> Array:
+        """Joint angles that hold the postures, without jumps between branches, (T, 8), rad."""
+        angles = arm.continuous_angles(self.posture)
+        angles.setflags(write=False)
+        return angles
 
     @property
     def duration(self) -> float:

@@ -23,7 +23,9 @@ def write(path: Path, motion: Motion) -> None:
     Raises:
         RunFolderError: The file cannot be written.
     """
-    arrays: dict[str, Any] = {name: np.asarray(value) for name, value in vars(motion).items()}
+    named = {field.name: getattr(motion, field.name) for field in dataclasses.fields(motion)}
+    arrays: dict[str, Any] = {name: np.asarray(value) for name, value in named.items()}
+    arrays["format"] = np.array(files.FORMAT)
     files.write_whole(path, lambda temporary: np.savez(temporary, **arrays))
 
 
@@ -42,6 +44,8 @@ def read(path: Path) -> Motion | None:
     arrays = read_archive(path)
     if "posture" not in arrays:
         return None
+    if str(arrays.get("format", files.FORMAT)) != str(files.FORMAT):
+        raise MotionFileError(f"{path}: of another version of this program; make it anew")
     try:
         posture = np.asarray(arrays["posture"], np.float64)
         context = np.asarray(arrays.get("context", np.ones((len(posture), 1))), np.float64)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Literal, get_args
 
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions.recording import Unit, Up
 
-__all__ = ["ContextName", "ReadingOptions"]
+__all__ = ["ContextName", "ReadingOptions", "given", "option_name"]
 
 ContextName = Literal["auto", "equal", "changes", "events", "bars", "sections"]
 
@@ -106,3 +106,13 @@ class ReadingOptions:
             )
         if self.labels is not None and (self.audio is not None or self.context != "auto"):
             raise BadOptionError("labels are the context; drop --audio and --context, or --labels")
+
+
+def given(options: ReadingOptions) -> set[str]:
+    """Return the names of the options that are not as they are without being given."""
+    return {f.name for f in fields(ReadingOptions) if getattr(options, f.name) != f.default}
+
+
+def option_name(field: str) -> str:
+    """Return what the command line calls an option."""
+    return {"start": "from", "end": "to"}.get(field, field.replace("_", "-"))

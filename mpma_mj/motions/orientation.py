@@ -69,7 +69,12 @@ def find_unit(
 
 
 def find_up(
-    points: dict[str, Array], declared: Up | None, given: Up | None, where: str, findings: Findings
+    points: dict[str, Array],
+    declared: Up | None,
+    given: Up | None,
+    where: str,
+    findings: Findings,
+    lost_trunk: Array | None = None,
 ) -> Up:
     """Find the axis that points up, by the trunk, else by what the file says or how arms hang.
 
@@ -79,7 +84,9 @@ def find_up(
         declared: What the file or its format says.
         given: What the user says.
         where: What an error calls the recording.
-        findings: Is told what is taken, and if the file must be wrong.
+        findings: Is told what is taken.
+        lost_trunk: Ways from pelvis to neck, shape (N, 3), of frames in which both are seen,
+            where they are not among the points for being seen too rarely.
 
     Raises:
         MotionFileError: Nothing tells.
@@ -87,12 +94,14 @@ def find_up(
     if given is not None:
         findings.note(f"{given} is up, as given")
         return given
-    if "pelvis" in points:
-        shown, how = _axis_of(trunk(points)), "by the trunk"
+    has_trunk = "pelvis" in points or lost_trunk is not None
+    if has_trunk:
+        ways = trunk(points) if lost_trunk is None else lost_trunk
+        shown, how = _axis_of(ways), "by the trunk"
     else:
         hanging = [-vectors for name, vectors in segments(points).items() if "upper" in name]
         shown, how = _axis_of(np.concatenate(hanging)), "by the hanging upper arms"
-    if declared is not None and (shown in (declared, None) or "pelvis" not in points):
+    if declared is not None and (shown in (declared, None) or not has_trunk):
         findings.note(f"{declared} is up, as the file or its format says")
         return declared
     if shown is None and "pelvis" in points:
@@ -102,13 +111,8 @@ def find_up(
             f"{where}: cannot tell which axis is up: the file does not say, and the arms do not"
             " hang; give it with --up, such as --up z"
         )
-    if declared is not None:
-        findings.warn(
-            f"{declared} should be up by the file or its format, but trunks stand along {shown};"
-            f" {shown} is used (--up overrides it)"
-        )
-    else:
-        findings.note(f"{shown} is up, {how}")
+    instead = f"; the file or its format says {declared}" if declared is not None else ""
+    findings.note(f"{shown} is up, {how}{instead}")
     return shown
 
 

@@ -27,7 +27,7 @@ def joint_speeds(motion: Motion) -> Array:
     Returns:
         Speed between each posture and the next, shape (T-1, 8), rad/s.
     """
-    angles = arm.continuous_angles(motion.posture)
+    angles = motion.joint_angles
     leverage = np.minimum(arm.segment_leverage(angles[1:]), arm.segment_leverage(angles[:-1]))
     return np.abs(np.diff(angles, axis=0)) * motion.rate * leverage
 
@@ -61,7 +61,7 @@ def check_reach(motion: Motion, max_joint_speed: Array, max_elbow: float) -> Non
             f"{motion.name}: {arm.JOINT_NAMES[joint]} would have to turn at"
             f" {worst * max_joint_speed[joint]:.1f} rad/s at {_place(motion, int(frame))}, its"
             f" actuator reaches {max_joint_speed[joint]:g}; slow the movement with"
-            f" --tempo {tempo:g}"
+            f" --tempo {tempo:g} or less, or leave that moment out with --from or --to"
         )
 
 

@@ -38,7 +38,7 @@ def repeat(motion: Motion, times: int, max_joint_speed: Array) -> tuple[Array, A
     """
     way_back = np.empty((0, 12))
     if not _leads_on(motion):
-        way_back = way_between(motion.posture, motion.posture[0], motion.rate, max_joint_speed)
+        way_back = way_between(motion, motion.posture[0], max_joint_speed)
     back_context = np.repeat(motion.context[:1], len(way_back), axis=0)
     posture = [motion.posture, way_back] * times
     context = [motion.context, back_context] * times
@@ -57,22 +57,21 @@ def _longest(steps: Array) -> float:
     return float(np.linalg.norm(steps.reshape(-1, 3), axis=1).max())
 
 
-def way_between(posture: Array, after: Array, rate: float, max_joint_speed: Array) -> Array:
+def way_between(motion: Motion, after: Array, max_joint_speed: Array) -> Array:
     """Return a minimum-jerk move from the end of a movement to another posture.
 
     Args:
-        posture: The movement, shape (T, 12).
-        after: Where the move leads, shape (12,).
-        rate: Postures per second, Hz.
+        motion: The movement.
+        after: Posture to which the move leads, shape (12,).
         max_joint_speed: Fastest that each joint can turn, shape (8,), rad/s.
 
     Returns:
         The postures in between, shape (N, 12); N is 0 where one sample is enough.
     """
-    end = arm.continuous_angles(posture)[-1]
+    end = motion.joint_angles[-1]
     way = arm.angles_from_posture(after, near=end) - end
     time = PEAK_SPEED * np.max(np.abs(way) / max_joint_speed) / _SPEED  # s
-    count = int(np.ceil(time * rate))
+    count = int(np.ceil(time * motion.rate))
     if count <= 1:
         return np.empty((0, 12))
     share = minimum_jerk(np.arange(1, count) / count)[:, None]

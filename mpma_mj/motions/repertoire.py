@@ -33,8 +33,8 @@ def join(motions: Sequence[Motion], max_joint_speed: Array) -> Motion:
     """
     names = _distinct([motion.name for motion in motions])
     postures, labels = [motions[0].posture], [0] * len(motions[0])
-    for number, motion in enumerate(motions[1:], start=1):
-        way = way_between(postures[-1], motion.posture[0], motion.rate, max_joint_speed)
+    for number, (before, motion) in enumerate(itertools.pairwise(motions), start=1):
+        way = way_between(before, motion.posture[0], max_joint_speed)
         postures += [way, motion.posture] if len(way) else [motion.posture]
         labels += [number] * (len(way) + len(motion))
     return Motion(

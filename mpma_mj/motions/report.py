@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from mpma_mj import arm
 from mpma_mj.errors import MotionReachError
 from mpma_mj.motions.reach import check_reach, joint_speeds
-from mpma_mj.motions.read import Reading
+from mpma_mj.motions.reading import Reading
 
 __all__ = ["near_singularity", "report_lines"]
 
@@ -50,7 +50,7 @@ def report_lines(reading: Reading, max_joint_speed: Array, max_elbow: float) -> 
             for name, (mean, spread) in reading.lengths.items()
         ]
     lines.append("joints:                      range, rad      top speed of its limit, rad/s")
-    angles = arm.continuous_angles(motion.posture)
+    angles = motion.joint_angles
     fastest = joint_speeds(motion).max(axis=0)
     for joint, name in enumerate(arm.JOINT_NAMES):
         low, high = angles[:, joint].min(), angles[:, joint].max()

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
+from mpma_mj.arm import SIDES
 from mpma_mj.motions.findings import Findings
+from mpma_mj.motions.markers import Groups, mapping_option
 
 __all__ = ["check_sides"]
 
@@ -13,15 +17,19 @@ Array = NDArray[np.float64]
 
 _MOSTLY = 0.5  # share of the time
 _CLEARLY = 0.2  # of a forearm's length that it has to point forward or backward to count
+_MOSTLY_BACKWARD = 0.75  # share of the time
 _OFTEN = 0.1  # share of the time in which forearms have to point anywhere
 
 
-def check_sides(points: dict[str, Array], posture: Array, findings: Findings) -> None:
+def check_sides(
+    points: dict[str, Array], posture: Array, groups: Groups, findings: Findings
+) -> None:
     """Warn of a file in which left and right seem to be swapped.
 
     Args:
         points: The points of `body.ARM_POINTS`, each shape (T, 3).
         posture: Postures, shape (T', 12).
+        groups: Which markers show which point, for what mends it.
         findings: Is told.
     """
     across = points["left_shoulder"] - points["right_shoulder"]
@@ -34,16 +42,25 @@ def check_sides(points: dict[str, Array], posture: Array, findings: Findings) ->
     if share > _MOSTLY:
         findings.warn(
             f"both elbows are beyond the body's midline in {100 * share:.0f} % of the frames: left"
-            " and right look swapped (--map mends that)"
+            f" and right look swapped, which {_swapped(groups, ('elbow', 'wrist'))} mends"
         )
         return
     segments = posture.reshape(-1, 4, 3)
     # An elbow bends its forearm forwards; with left and right swapped, front is taken for back.
     bent = segments[:, 1::2, 0] - segments[:, 0::2, 0]
-    clear = np.abs(bent) > _CLEARLY
+    # Only below the shoulder: over the head a bent elbow may point either way.
+    clear = (np.abs(bent) > _CLEARLY) & (segments[:, 0::2, 2] < 0.0)
     backward = float(np.mean(bent[clear] < 0)) if clear.any() else 0.0
-    if backward > 1.0 - 0.5 * _MOSTLY and clear.mean() > _OFTEN:
+    if backward > _MOSTLY_BACKWARD and clear.mean() > _OFTEN:
         findings.warn(
             f"forearms point backwards in {100 * backward:.0f} % of the frames in which they are"
-            " bent: left and right look swapped (--map mends that), or up and down (--up)"
+            " bent: left and right look swapped, which"
+            f" {_swapped(groups, ('shoulder', 'elbow', 'wrist'))} mends; or up and down are (--up),"
+            " or the file's axes are left-handed, as in Unity"
         )
+
+
+def _swapped(groups: Groups, parts: Sequence[str]) -> str:
+    """Return the mapping in which some points have changed sides."""
+    other = {f"{a}_{p}": groups[f"{b}_{p}"] for p in parts for a, b in (SIDES, SIDES[::-1])}
+    return mapping_option(groups | other)

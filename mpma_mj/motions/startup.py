@@ -12,15 +12,15 @@ __all__ = ["startup_frames"]
 Array = NDArray[np.float64]
 
 _FASTER_THAN_HUMAN = 25.0  # rad/s; dances reach 15 (choice)
-_STILL = 0.1  # rad: more than noise turns a segment (choice)
+_STILL = 0.35  # rad: more than a T-pose sways (choice)
 _RAMP = 0.25  # s that a ramp lasts at most (choice)
 
 
 def startup_frames(points: dict[str, Array], rate: float) -> int:
     """Count the frames before the movement itself.
 
-    Start-up shows by arms that, out of stillness and within a quarter of a second, turn faster
-    than any human arm.
+    Start-up shows by arms that, out of their first pose and within a quarter of a second, turn
+    faster than any human arm, and do not come back at once, as a marker does that jumps.
 
     Args:
         points: The points of `body.ARM_POINTS`, each shape (T, 3), without gaps.
@@ -40,7 +40,8 @@ def startup_frames(points: dict[str, Array], rate: float) -> int:
     fast = np.flatnonzero(ramp > _FASTER_THAN_HUMAN)
     if not len(fast) or len(ramp) == len(speed):
         return 0
-    return first + int(fast[-1]) + 1
+    end = first + int(fast[-1]) + 1
+    return end if (away[end - 1 : end + 2] > _STILL).all() else 0
 
 
 def _angles(vectors: Array, others: Array) -> Array:

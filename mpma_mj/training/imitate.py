@@ -162,7 +162,7 @@ def _movement_rows(trainer: Trainer, config: RunConfig) -> list[dict[str, Any]]:
     """Return how well each movement is danced in the kept epoch."""
     assert trainer.kept is not None, "no epoch has been run"
     trace, motion = trainer.kept.trace, trainer.env.task.motion
-    label = danced_label(trace["context"][:-1])
+    label = danced_label(trace["context"][1:])  # of the posture to which a step leads
     if len(config.motions) == 1:
         parts = {motion.name: np.ones(len(label), bool)}
     else:

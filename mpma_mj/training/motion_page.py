@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from mpma_mj import arm
 from mpma_mj.files import write_whole
 from mpma_mj.motions.reach import joint_speeds
-from mpma_mj.motions.read import Reading
+from mpma_mj.motions.reading import Reading
 from mpma_mj.training.colours import DEMONSTRATED, INK, module_colours
 from mpma_mj.training.strip import label_runs
 from mpma_mj.training.video import write_video
@@ -51,7 +51,7 @@ def write_page(path: Path, reading: Reading, max_joint_speed: Array) -> None:
     story = figure.add_subplot(grid[0])
     rows = [figure.add_subplot(grid[i]) for i in range(1, 6)]
     _draw_story(story, motion.posture, times)
-    angles = np.unwrap(arm.continuous_angles(motion.posture), axis=0)
+    angles = motion.joint_angles
     speeds = joint_speeds(motion) / max_joint_speed
     for side, name in enumerate(arm.SIDES):
         for joint in range(4):
@@ -92,7 +92,7 @@ def write_ideal_video(
     motion = reading.motion
     context = motion.context / np.maximum(motion.context.sum(axis=1, keepdims=True), 1.0)
     trace = {
-        "joint_angles": arm.continuous_angles(motion.posture),
+        "joint_angles": motion.joint_angles,
         "reference": motion.posture,
         "responsibility": context[:-1],
         "context": motion.context,

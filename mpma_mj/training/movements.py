@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from pathlib import Path
 
 from mpma_mj.envs.load import arm_limits
-from mpma_mj.errors import BadOptionError, MotionFileError, RecordingWarning
+from mpma_mj.errors import BadOptionError, MotionFileError
 from mpma_mj.motions import Motion
-from mpma_mj.motions.options import ReadingOptions
+from mpma_mj.motions.label_file import read_labels
+from mpma_mj.motions.options import ReadingOptions, given, option_name
 from mpma_mj.motions.reach import check_reach
 from mpma_mj.motions.read import BUILT_IN, read_with_findings
 from mpma_mj.motions.repertoire import join
@@ -19,7 +19,9 @@ __all__ = ["expand_folders", "read_movements"]
 
 # By which files in a folder are taken for recordings; what they are is told by their content.
 _ENDINGS = {".amc", ".bvh", ".c3d", ".csv", ".npz", ".trc", ".tsv"}
-_OF_ONE_FILE = ("labels", "audio", "start", "end", "skeleton")
+_OF_ONE_FILE = {
+    *("start", "end", "skeleton", "loop", "context", "segments", "labels", "audio"),
+}
 
 
 def expand_folders(sources: Sequence[str]) -> tuple[str, ...]:
@@ -33,7 +35,8 @@ def expand_folders(sources: Sequence[str]) -> tuple[str, ...]:
         if not Path(source).is_dir():
             expanded.append(source)
             continue
-        found = sorted(str(p) for p in Path(source).iterdir() if p.suffix.lower() in _ENDINGS)
+        files = sorted(p for p in Path(source).iterdir() if p.suffix.lower() in _ENDINGS)
+        found = [str(path) for path in files if not _is_labels(path)]
         if not found:
             raise MotionFileError(
                 f"{source}: holds no recording; expected files that end in"
@@ -41,6 +44,16 @@ def expand_folders(sources: Sequence[str]) -> tuple[str, ...]:
             )
         expanded += found
     return tuple(expanded)
+
+
+def _is_labels(path: Path) -> bool:
+    """Tell whether a file is labels that belong to a recording, rather than a recording."""
+    if path.suffix.lower() != ".csv":
+        return False
+    try:
+        return bool(read_labels(path))
+    except MotionFileError:
+        return False
 
 
 def read_movements(config: RunConfig) -> Motion:
@@ -52,18 +65,20 @@ def read_movements(config: RunConfig) -> Motion:
     Raises:
         MpmaError: A movement cannot be read, or danced; or an option is for one file alone.
     """
-    given = [name for name in _OF_ONE_FILE if getattr(config, name) is not None]
-    if given and len(config.motions) > 1:
-        option = {"start": "from", "end": "to"}.get(given[0], given[0])
-        raise BadOptionError(f"{option} is for one recording, and there are {len(config.motions)}")
+    alone = len(config.motions) == 1
+    useless = given(config.reading) & _OF_ONE_FILE
+    if useless and not alone:
+        raise BadOptionError(
+            f"{option_name(min(useless))} is for one recording, and there are"
+            f" {len(config.motions)}; leave it out"
+        )
     motions = []
     for source in config.motions:
         # A recording's options mean nothing to a movement that is built in beside it.
-        alone = len(config.motions) == 1 or source not in BUILT_IN
-        options = config.reading if alone else ReadingOptions(tempo=config.tempo)
+        takes_all = alone or source not in BUILT_IN
+        options = config.reading if takes_all else ReadingOptions(tempo=config.tempo)
         reading = read_with_findings(source, options)
-        for warning in reading.findings.warnings:
-            warnings.warn(f"{source}: {warning}", RecordingWarning, stacklevel=2)
+        reading.findings.tell(source)
         motions.append(reading.motion)
     if len(motions) == 1:
         return motions[0]

@@ -169,8 +169,8 @@ def test_nine_seconds_without_a_marker_are_refused_with_their_frames() -> None:
         cleaned(tracks)
     assert str(caught.value) == (
         "dance.x: marker left_wrist is missing in frames 601 to 1140 (9.00 s), longer than 0.25 s:"
-        " bridge them with --max-gap 9, or keep the longest clean stretch (frames 1141 to 1800,"
-        " 11.00 s) with --longest"
+        " keep the longest clean stretch (frames 1141 to 1800, 11.00 s) with --longest, or bridge"
+        " them with --max-gap 9"
     )
 
 

@@ -148,7 +148,7 @@ def trembling(frequency: float) -> dict[str, Array]:
     return markers
 
 
-@pytest.mark.parametrize("frequency", [14.0, 19.0, 21.0])
+@pytest.mark.parametrize("frequency", [12.0, 14.0, 21.0])
 @pytest.mark.parametrize("cutoff", [None, 8.0, 25.0])
 def test_a_tremor_that_the_new_rate_cannot_show_is_gone(
     write_tsv: WriteTsv, frequency: float, cutoff: float | None

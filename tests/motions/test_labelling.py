@@ -45,7 +45,7 @@ def test_labels_are_1_where_they_are_danced(write_labels: WriteLabels) -> None:
     assert labels == ("Y", "M")
     middle = (TIMES >= 1.0) & (TIMES < 2.5)
     np.testing.assert_array_equal(context, np.stack([~middle, middle], axis=1))
-    assert findings == Findings(["2 labels"], [])
+    assert findings == Findings(["2 labels, which begin at 1.00, 2.50 s"], [])
 
 
 def test_labels_that_overlap_are_both_1(write_labels: WriteLabels) -> None:

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from mpma_mj import arm
+from mpma_mj.errors import BadOptionError
 from mpma_mj.motions import Motion, ymca
 from mpma_mj.motions.context import equal_segments
 from mpma_mj.motions.loop import close_loop
@@ -130,9 +131,7 @@ def test_a_recording_is_closed_if_that_is_asked_for(write_tsv: WriteTsv, tmp_pat
 def test_a_stored_movement_cut_short_is_closed_or_refused_in_words(frames: int) -> None:
     options = ReadingOptions(loop=True, end=0.05 * frames - 0.01)
     if frames == 1:
-        from mpma_mj.errors import MotionFileError
-
-        with pytest.raises(MotionFileError, match="has 1 posture"):
+        with pytest.raises(BadOptionError, match="has 1 postures"):
             read_with_findings("ymca", options)
     else:
         assert len(read_with_findings("ymca", options).motion) == 2

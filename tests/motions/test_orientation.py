@@ -95,13 +95,10 @@ def test_what_is_declared_or_given_is_used(tmp_path: Path, up: Up) -> None:
     assert f"{up} is up, as given" in given_.findings.steps
 
 
-def test_a_declared_axis_along_which_no_trunk_stands_is_warned_about(tmp_path: Path) -> None:
+def test_a_trunk_counts_for_more_than_a_declared_axis(tmp_path: Path) -> None:
     points = standing(POSTURE, torso=True)
     reading = read(tmp_path / "a.npz", turned_to(points, "y"), {"up": "z"})
-    assert reading.findings.warnings == [
-        "z should be up by the file or its format, but trunks stand along y; y is used (--up"
-        " overrides it)"
-    ]
+    assert "y is up, by the trunk; the file or its format says z" in reading.findings.steps
 
 
 def test_where_nothing_tells_what_is_up_it_is_asked_for(tmp_path: Path) -> None:

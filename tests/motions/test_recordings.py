@@ -47,14 +47,15 @@ def test_people_have_arms_that_bend_forward_and_bodies_of_human_size(
 @pytest.mark.parametrize("name", PEOPLE)
 def test_good_recordings_are_not_warned_about(mocap: Path, name: str) -> None:
     expected = ["AMC files carry no rate; 120 Hz is used (--rate-in overrides it)"]
-    assert read(mocap / name).findings.warnings == expected * (name in WITHOUT_RATE)
+    told = [w for w in read(mocap / name).findings.warnings if "start-up" not in w]
+    assert told == expected * (name in WITHOUT_RATE)
 
 
 @pytest.mark.parametrize("name", PEOPLE)
 def test_only_the_pose_that_export_puts_first_is_cut(mocap: Path, name: str) -> None:
     poses = {"cmu_amc/01_01.bvh": 1, "cmu_bvh/indian_13.bvh": 4}
     reading = read(mocap / name)
-    cut = [step for step in reading.findings.steps if "start-up" in step]
+    cut = [step for step in reading.findings.warnings if "start-up" in step]
     assert len(cut) == (name in poses)
     assert reading.times[0] == pytest.approx(poses.get(name, 0) / reading.rate)
 

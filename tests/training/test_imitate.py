@@ -12,6 +12,7 @@ from mpma_mj import metrics
 from mpma_mj.agents import MPMAConfig
 from mpma_mj.envs.load import load
 from mpma_mj.errors import BadOptionError, CheckpointError, DivergedError, RunFolderError
+from mpma_mj.files import FORMAT
 from mpma_mj.motions import ymca
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.imitate import _trainer, make_agent, resume, start
@@ -306,9 +307,9 @@ def test_a_checkpoint_of_another_run_is_refused(tmp_path: Path) -> None:
     [
         "{",
         "[]",
-        '{"format": 1}',
-        '{"format": 1, "config": {"x": 1}}',
-        '{"format": 1, "config": {"nodes": "x"}}',
+        f'{{"format": {FORMAT}}}',
+        f'{{"format": {FORMAT}, "config": {{"x": 1}}}}',
+        f'{{"format": {FORMAT}, "config": {{"nodes": "x"}}}}',
     ],
 )
 def test_a_damaged_config_is_refused(tmp_path: Path, text: str) -> None:
@@ -321,7 +322,7 @@ def test_a_damaged_config_is_refused(tmp_path: Path, text: str) -> None:
 def test_a_run_of_another_version_is_refused(tmp_path: Path) -> None:
     folder = run(tmp_path / "a", epochs=1)
     path = folder.path / "config.json"
-    path.write_text(path.read_text().replace('"format": 1', '"format": 99'))
+    path.write_text(path.read_text().replace(f'"format": {FORMAT}', '"format": 99'))
     with pytest.raises(CheckpointError, match="another version"):
         resume(folder, 1)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 from collections.abc import Iterator, Sequence, Set
 from dataclasses import dataclass
 from pathlib import Path
@@ -56,7 +57,7 @@ def read_acclaim(file: TextFile, skeleton: Path | None, findings: Findings) -> R
     Raises:
         MotionFileError: There is no skeleton, or it is damaged.
     """
-    path = skeleton or _skeleton_beside(file.path)
+    path = skeleton or _skeleton_beside(file.path, findings)
     try:
         asf = TextFile.open(path)
     except OSError as error:
@@ -81,17 +82,22 @@ def read_acclaim(file: TextFile, skeleton: Path | None, findings: Findings) -> R
     )
 
 
-def _skeleton_beside(path: Path) -> Path:
+def _skeleton_beside(path: Path, findings: Findings) -> Path:
     """Return the ASF in the same folder whose name begins the AMC's, or the only one."""
     there = sorted(p for p in path.parent.iterdir() if p.suffix.lower() == ".asf")
-    fitting = [p for p in there if path.stem.startswith(p.stem)] or there
-    if not fitting or (len(fitting) > 1 and not path.stem.startswith(fitting[0].stem)):
-        names = f" ({', '.join(p.name for p in there)} are there)" if there else ""
-        raise MotionFileError(
-            f"{path}: needs its skeleton, an .asf file, which is not beside it{names}; give it"
-            " with --skeleton"
+    fitting = [p for p in there if re.match(rf"{re.escape(p.stem)}(?![^\W_])", path.stem)]
+    if fitting:
+        return max(fitting, key=lambda p: len(p.stem))
+    if len(there) == 1:
+        findings.warn(
+            f"{there[0].name}, the only skeleton beside it, is used; is it that dancer's?"
         )
-    return max(fitting, key=lambda p: len(p.stem))
+        return there[0]
+    names = f" ({', '.join(p.name for p in there)} are there)" if there else ""
+    raise MotionFileError(
+        f"{path}: needs its skeleton, an .asf file, which is not beside it{names}; give it with"
+        " --skeleton"
+    )
 
 
 def _read_skeleton(file: TextFile) -> _Skeleton:
@@ -217,6 +223,11 @@ def _frames(
             if number:
                 yield _frame_values(file.path, number, bones, values)
                 bones_a_frame = bones_a_frame or rows
+                if int(words[0]) != int(number) + 1:
+                    findings.warn(
+                        f"line {index}: after frame {number} comes frame {words[0]}; frames are"
+                        " taken as following one another"
+                    )
             number, values, rows = words[0], {}, 0
         elif number and words:
             rows += 1

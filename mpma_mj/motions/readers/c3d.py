@@ -95,7 +95,7 @@ def read_c3d(path: Path, findings: Findings) -> Recording:
         parameters = _read_parameters(section, processor)
         layout, rate, first = _read_layout(header, parameters, processor, size, findings)
         names = _names(parameters, layout.points)
-        spans = _spans(parameters, (first - 1) / rate if rate else 0.0)
+        spans = _spans(parameters, (first - 1) / rate if rate else 0.0, findings)
     except _DAMAGED as error:
         raise MotionFileError(f"{path}: has damaged parameters ({error}); export it anew") from None
     if layout.frame_bytes == 0 or not layout.points:
@@ -219,12 +219,18 @@ def _names(parameters: Parameters, points: int) -> list[str]:
     return (names + [""] * points)[:points]
 
 
-def _spans(parameters: Parameters, offset: float) -> tuple[Span, ...]:
+def _spans(parameters: Parameters, offset: float, findings: Findings) -> tuple[Span, ...]:
     """Return the stretches from each event to the next; the last one ends with the recording."""
     labels = parameters.get("EVENT:LABELS", [])
-    times = parameters.get("EVENT:TIMES", np.empty(0)).reshape(-1, 2) @ [60.0, 1.0] - offset
     contexts = parameters.get("EVENT:CONTEXTS", [])
-    if not len(times) or len(labels) < len(times):
+    try:
+        times = parameters.get("EVENT:TIMES", np.empty(0)).reshape(-1, 2) @ [60.0, 1.0] - offset
+    except (AttributeError, ValueError):
+        times = np.full(1, np.nan)
+    if not len(times):
+        return ()
+    if len(labels) < len(times) or not np.isfinite(times).all():
+        findings.warn("its events are damaged; they are not used")
         return ()
     sides = (contexts + [""] * len(times))[: len(times)]
     events = sorted(

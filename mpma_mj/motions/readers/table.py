@@ -27,7 +27,9 @@ _AXIS = re.compile(r"(?P<name>.*?)[\s_.:\-(\[]*(?P<axis>[xyzXYZ])\d*[)\]]?\s*(?:
 _RATE = re.compile(
     r"(frame|data|camera|sample|sampling)?\s*_?(rate|frequency|fps)(\s*\(?hz\)?)?", re.I
 )
-_TIMES = {"time", "time (seconds)", "time (s)", "time [s]", "time_s", "t", "timestamp", "seconds"}
+_TIME = re.compile(
+    r"(t|time|timestamp|zeit|seconds)([\s_(\[]*(m?s|m?sec|(milli)?seconds)[)\]]?)?", re.I
+)
 _FRAMES = {"frame", "frame#", "frames", "frame number", "frame_number", "index"}
 _LENGTHS = {
     **{"m": "m", "meter": "m", "meters": "m", "metres": "m"},
@@ -67,10 +69,8 @@ def read_table(file: TextFile, findings: Findings) -> Recording:
     titles = [cell.lower() for cell in header.rows[header.axes]]
     grid = Grid.starting(file, first)
     rate = _declared(header, _RATE)
-    counter, timer = (
-        next((i for i, title in enumerate(titles) if title in known), None)
-        for known in (_FRAMES, _TIMES)
-    )
+    counter = next((i for i, title in enumerate(titles) if title in _FRAMES), None)
+    timer = next((i for i, title in enumerate(titles) if _TIME.fullmatch(title)), None)
     if first < len(header.rows):
         needed = [x + 2 for x in columns.values()] + [c for c in (counter, timer) if c is not None]
         fewest = max(needed, default=0) + 1

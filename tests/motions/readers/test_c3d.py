@@ -105,13 +105,26 @@ def test_a_file_without_events_has_no_spans(tmp_path: Path) -> None:
     assert read(path)[0].spans == ()
 
 
-def test_a_text_in_place_of_the_events_times_is_refused(tmp_path: Path) -> None:
+def test_events_that_are_damaged_are_told_and_not_used(tmp_path: Path) -> None:
     file = ezc3d.c3d(str(writers.write_c3d(tmp_path / "whole.c3d", writers.arm_points())))
     file.add_parameter("EVENT", "LABELS", ["a"])
     file.add_parameter("EVENT", "TIMES", ["soon"])
     file.write(str(tmp_path / "dance.c3d"))
-    with pytest.raises(MotionFileError, match="has damaged parameters"):
-        read(tmp_path / "dance.c3d")
+    findings = Findings()
+    assert open_recording(tmp_path / "dance.c3d", findings).spans == ()
+    assert findings.warnings == ["its events are damaged; they are not used"]
+
+
+def test_events_count_from_the_first_frame_that_is_there(tmp_path: Path) -> None:
+    file = ezc3d.c3d(str(writers.write_c3d(tmp_path / "whole.c3d", writers.arm_points())))
+    rate = file["parameters"]["POINT"]["RATE"]["value"][0]
+    file["header"]["points"]["first_frame"] = 30  # counted from 0
+    file.add_parameter("EVENT", "LABELS", ["clap"])
+    file.add_parameter("EVENT", "TIMES", np.array([[0.0], [40 / rate]]))
+    file.write(str(tmp_path / "dance.c3d"))
+    recording = open_recording(tmp_path / "dance.c3d", Findings())
+    assert [span.label for span in recording.spans] == ["start", "clap"]
+    assert recording.spans[1].start == pytest.approx(10 / rate)
 
 
 def long_points() -> writers.Points:

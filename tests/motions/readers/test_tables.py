@@ -392,7 +392,7 @@ def test_rows_that_the_times_leave_out_are_gaps(tmp_path: Path, points: writers.
     path = tmp_path / "dance.csv"
     lines = writers.header_row_text(points, 100.0).splitlines(keepends=True)
     path.write_text("".join(lines[:11] + lines[16:]))
-    recording, tracks, findings = read(path)
+    _, tracks, findings = read(path)
     (warning,) = findings.warnings
     assert warning.startswith("5 frames are missing, the first after line 11")
     for name, track in tracks.items():
