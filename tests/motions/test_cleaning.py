@@ -206,16 +206,6 @@ def test_ends_are_cut_to_where_all_markers_are_seen() -> None:
     ]
 
 
-@pytest.mark.filterwarnings("error")
-def test_markers_that_are_never_seen_together_are_refused() -> None:
-    tracks = dance()
-    tracks["left_wrist"][:120] = np.nan
-    tracks["right_wrist"][110:] = np.nan
-    for options in ({}, {"longest": True}, {"max_gap": 100.0}):
-        with pytest.raises(MotionFileError, match=r"^dance\.x: [^\n]*record it anew$"):
-            cleaned(tracks, **options)
-
-
 def test_a_whole_recording_is_left_alone() -> None:
     cleaner = cleaned(dance())
     assert findings_of(cleaner) == Findings()
@@ -311,3 +301,39 @@ def test_gaps_that_are_told_are_apart_and_in_order() -> None:
     found = cleaned(tracks).gaps["left_wrist"]
     assert all(a[1] < b[0] for a, b in pairwise(found))
     assert len(found) == 3
+
+
+def test_a_marker_that_is_never_seen_can_be_done_without_where_it_has_another(
+    write_tsv: WriteTsv,
+) -> None:
+    markers = markers_of(dancer(ymca(rate=60.0).posture))
+    markers["Ulna_R"][:] = np.nan
+    path = write_tsv(markers)
+    with pytest.raises(MotionFileError, match="Ulna_R is missing in all") as caught:
+        read_with_findings(path, ReadingOptions())
+    mapping = str(caught.value).partition('--map "')[2].rstrip('"')
+    assert read_with_findings(path, ReadingOptions(map=mapping)).groups["right_wrist"] == (
+        "Radius_R",
+    )
+
+
+@pytest.mark.filterwarnings("error")
+def test_markers_that_are_never_seen_together_are_refused(write_tsv: WriteTsv) -> None:
+    markers = markers_of(dancer(ymca(rate=60.0).posture))
+    markers["Ulna_R"][::2] = np.nan
+    markers["Radius_R"][1::2] = np.nan
+    with pytest.raises(MotionFileError, match="Radius_R and Ulna_R are never seen together"):
+        read_with_findings(write_tsv(markers), ReadingOptions())
+
+
+def test_what_a_long_bridge_invents_and_a_segment_that_varies_are_warned_about(
+    write_tsv: WriteTsv,
+) -> None:
+    markers = markers_of(dancer(ymca(rate=60.0).posture))
+    markers["Elbow_L"][60:120] = np.nan
+    reading = read_with_findings(write_tsv(markers), ReadingOptions(max_gap=2.0))
+    assert "Elbow_L is bridged over 1.00 s from frame 61 on" in reading.findings.warnings[0]
+    markers = markers_of(dancer(ymca(rate=60.0).posture))
+    markers["Elbow_L"][100:] *= [1.0, 0.5, 1.0]
+    warnings = read_with_findings(write_tsv(markers), ReadingOptions()).findings.warnings
+    assert any("the left upper arm's length varies by" in warning for warning in warnings)

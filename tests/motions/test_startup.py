@@ -105,3 +105,18 @@ def test_what_is_cut_is_told_and_time_still_counts_from_the_files_first_frame(
 @pytest.mark.parametrize("tempo", [0.2, 1.0])
 def test_the_built_in_dance_is_left_whole(tempo: float) -> None:
     assert startup_frames(dancer(ymca(rate=60.0, tempo=tempo).posture), 60.0) == 0
+
+
+@pytest.mark.parametrize("sway", [0.05, 0.2])
+def test_a_t_pose_in_a_body_that_sways_is_cut_too(sway: float) -> None:
+    posture = after_t_pose(40).reshape(-1, 4, 3).copy()
+    turn = sway * np.sin(np.arange(40) / 7)[:, None]
+    posture[:40, :, 0] += turn
+    posture /= np.linalg.norm(posture, axis=2, keepdims=True)
+    assert startup_frames(dancer(posture.reshape(-1, 12)), 60.0) == 40
+
+
+def test_a_marker_that_jumps_and_comes_back_is_no_start_up() -> None:
+    points = dancer(dance())
+    points["left_wrist"][10, 0] += 400.0
+    assert startup_frames(points, 60.0) == 0

@@ -167,6 +167,13 @@ def _number(word: str, number: int) -> float:
     return float(word)
 
 
+def _placed(joint: Joint, places: Array) -> Array:
+    """Return a joint's places, shape (T, 3); 0, 0, 0 below the root stands for the offset."""
+    if joint.parent is None:
+        return places
+    return np.where(places.any(axis=1, keepdims=True), places, joint.offset)
+
+
 def _load(
     path: Path,
     grid: Grid | None,
@@ -192,7 +199,9 @@ def _load(
 
     def positions(block: Array) -> Array:
         angles = {name: np.radians(block[:, where]) for name, where in turning.items()}
-        translations = {name: block[:, where] for name, where in moving.items()}
+        translations = {
+            name: _placed(skeleton.joints[name], block[:, where]) for name, where in moving.items()
+        }
         translations.setdefault(chain[0], np.zeros((len(block), 3)))
         return joint_positions(skeleton.joints, names, angles, translations)
 

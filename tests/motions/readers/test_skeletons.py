@@ -90,6 +90,18 @@ def test_without_rotations_joints_are_their_offsets_apart(tmp_path: Path) -> Non
     np.testing.assert_allclose(tracks["LeftHand_end"] - tracks["LeftHand"], [(0, -8, 0)] * 2)
 
 
+def test_a_joint_at_0_0_0_is_at_its_offset(tmp_path: Path) -> None:
+    angles, places = random_angles(0)
+    path = tmp_path / "dance.bvh"
+    path.write_text(writers.bvh_text(angles, {"Hips": places["Hips"]}))
+    expected = read(path)[1]
+    joints = [name for name, parent, _ in writers.BVH_JOINTS if parent]
+    still = {name: np.zeros((FRAMES, 3)) for name in joints}
+    path.write_text(writers.bvh_text(angles, {"Hips": places["Hips"]} | still))
+    for name, track in read(path)[1].items():
+        np.testing.assert_allclose(track, expected[name], atol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("frame_time", "rate"),
     [
@@ -280,6 +292,24 @@ def test_of_several_skeletons_the_one_of_that_name_is_taken(tmp_path: Path) -> N
     (tmp_path / "dan.asf").rename(tmp_path / "third.asf")
     with pytest.raises(MotionFileError, match=r"\(other.asf, third.asf are there\)"):
         read(path)
+
+
+@pytest.mark.parametrize(("skeleton", "doubted"), [("07", True), ("1", True), ("10", False)])
+def test_the_only_skeleton_is_taken_but_doubted_if_its_name_is_another(
+    tmp_path: Path, skeleton: str, doubted: bool
+) -> None:
+    path, _ = random_acclaim(tmp_path, 0)
+    path.with_suffix(".asf").rename(tmp_path / f"{skeleton}.asf")
+    _, _, findings = read(path.rename(tmp_path / "10_01.amc"))
+    assert any("the only skeleton" in warning for warning in findings.warnings) == doubted
+
+
+def test_frame_numbers_that_jump_are_told(tmp_path: Path) -> None:
+    path, tracks = random_acclaim(tmp_path, 0)
+    path.write_text(path.read_text().replace("\n3\n", "\n30\n"))
+    _, read_tracks, findings = read(path)
+    assert any("after frame 2 comes frame 30" in warning for warning in findings.warnings)
+    assert len(read_tracks["root"]) == len(tracks["root"])
 
 
 def test_a_skeleton_for_a_file_that_has_its_own_is_refused(tmp_path: Path) -> None:
