@@ -337,3 +337,13 @@ def test_what_a_long_bridge_invents_and_a_segment_that_varies_are_warned_about(
     markers["Elbow_L"][100:] *= [1.0, 0.5, 1.0]
     warnings = read_with_findings(write_tsv(markers), ReadingOptions()).findings.warnings
     assert any("the left upper arm's length varies by" in warning for warning in warnings)
+
+
+@pytest.mark.filterwarnings("error")
+def test_arms_that_are_never_seen_together_are_refused() -> None:
+    tracks = dance()
+    tracks["left_wrist"][:120] = np.nan
+    tracks["right_wrist"][110:] = np.nan
+    for options in ({}, {"longest": True}, {"max_gap": 100.0}):
+        with pytest.raises(MotionFileError, match=r"^dance\.x: [^\n]*record it anew$"):
+            cleaned(tracks, **options)
