@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from dm_control.rl import control
-from dm_control.utils import rewards
 from dm_env import specs
 from numpy.typing import NDArray
 
@@ -22,6 +21,7 @@ Array = NDArray[np.float64]
 # Distance between demonstrated and actual unit vector at which a reward term falls to 0.1;
 # 0.5 is an angle of 29 degrees. (choice)
 _REWARD_MARGIN = 0.5
+_REWARD_DECAY = np.full(3, np.log(0.1) / _REWARD_MARGIN**2)  # sums over x, y, z on the way
 
 
 class TwoArmImitation(control.Task):
@@ -95,7 +95,8 @@ class TwoArmImitation(control.Task):
 
     def before_step(self, action: Array, physics: PhysicsArms) -> None:
         """Command joint velocities."""
-        physics.set_control(np.clip(action, -1.0, 1.0) * self.max_joint_speed)
+        # Twice as fast as np.clip.
+        physics.set_control(np.minimum(np.maximum(action, -1.0), 1.0) * self.max_joint_speed)
 
     def after_step(self, physics: PhysicsArms) -> None:
         """Go on in the demonstration."""
@@ -115,16 +116,21 @@ class TwoArmImitation(control.Task):
 
     def reward_terms(self, physics: PhysicsArms) -> dict[str, float]:
         """Return the terms of the reward by name, each in [0, 1]."""
-        error = (physics.posture() - self._demonstration[self._step]).reshape(4, 3)
-        distance = np.sqrt(np.einsum("ij,ij->i", error, error))
-        terms = rewards.tolerance(distance, margin=_REWARD_MARGIN)
-        return dict(zip(arm.SEGMENT_NAMES, terms, strict=True))
+        return dict(zip(arm.SEGMENT_NAMES, self._closeness(physics).tolist(), strict=True))
 
     def get_reward(self, physics: PhysicsArms) -> float:
         """Return the mean of the reward's terms, 0 where the simulation has diverged."""
         if physics.diverged:
             return 0.0
-        return float(sum(self.reward_terms(physics).values())) / 4.0
+        return float(np.add.reduce(self._closeness(physics))) / 4.0
+
+    def _closeness(self, physics: PhysicsArms) -> Array:
+        """Return 0.1^(d²/m²) for each segment, shape (4,).
+
+        d is the distance of the unit vectors, m the margin: dm_control's Gaussian tolerance.
+        """
+        error = physics.posture() - self._demonstration[self._step]
+        return np.exp(np.dot((error * error).reshape(4, 3), _REWARD_DECAY))
 
     def get_termination(self, physics: PhysicsArms) -> float | None:
         """Return the discount where the episode ends here, else None."""
