@@ -12,7 +12,7 @@ from mpma_mj.motions.body import ARM_POINTS, TORSO_POINTS
 from mpma_mj.motions.findings import Findings
 from mpma_mj.motions.gaps import fill_gaps, missing, runs
 from mpma_mj.motions.jumps import single_frame_jumps
-from mpma_mj.motions.markers import Groups
+from mpma_mj.motions.mapping import Groups
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.motions.orientation import arm_length
 from mpma_mj.motions.recording import Tracks

@@ -7,14 +7,13 @@ from dataclasses import dataclass, fields
 from typing import Literal, get_args
 
 from mpma_mj.errors import BadOptionError
-from mpma_mj.motions.recording import Unit, Up
+from mpma_mj.motions.recording import RATES, Unit, Up
 
 __all__ = ["ContextName", "ReadingOptions", "given", "option_name"]
 
 ContextName = Literal["auto", "equal", "changes", "events", "bars", "sections"]
 
 _PARTS = 4
-_RATE_IN = (1.0, 10_000.0)  # Hz: beyond, no one records movement
 _TEMPO = (0.01, 100.0)  # beyond, a movement has hardly a sample, or fills the memory
 
 
@@ -76,8 +75,8 @@ class ReadingOptions:
                 )
         if not (math.isfinite(self.max_gap) and self.max_gap >= 0):
             raise BadOptionError(f"max-gap is {self.max_gap:g}; expected seconds, 0 or more")
-        if self.rate_in is not None and not _RATE_IN[0] <= self.rate_in <= _RATE_IN[1]:
-            low, high = _RATE_IN
+        low, high = RATES
+        if self.rate_in is not None and not low <= self.rate_in <= high:
             raise BadOptionError(f"rate-in is {self.rate_in:g}; expected {low:g} to {high:g} Hz")
         above_0 = {"cutoff": self.cutoff, "tempo": self.tempo}
         for option, number in above_0.items():

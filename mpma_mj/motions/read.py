@@ -18,7 +18,8 @@ from mpma_mj.motions.findings import Findings
 from mpma_mj.motions.finished import read_finished
 from mpma_mj.motions.labelling import label
 from mpma_mj.motions.loop import close_loop
-from mpma_mj.motions.markers import choose_markers, parse_mapping
+from mpma_mj.motions.mapping import parse_mapping
+from mpma_mj.motions.markers import choose_markers
 from mpma_mj.motions.motion import Motion
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.motions.orientation import arm_length, find_unit, find_up, turn_z_up
@@ -35,7 +36,7 @@ Array = NDArray[np.float64]
 
 BUILT_IN = {"ymca": ymca}
 _RATE = 20.0  # Hz, of the paper's control step
-_MOST_SPREAD = 0.15  # of a segment's length; skin markers make 3 % (choice)
+_MOST_VARIED = 0.15  # of a segment's length; skin markers make 3 % (choice)
 _RATES = (1.0, 1000.0)  # Hz: at higher ones a movement fills the memory
 
 
@@ -119,25 +120,13 @@ def _read(
     for name in list(points):
         points[name] = turn_z_up(points[name], up)
     check_segments(points, where, cleaner.first)
-    given = None if options.unit is None else UNITS[options.unit]
-    unit = find_unit(arm_length(points), recording.unit, given, findings)
-    lengths = _segment_lengths(points, unit or 1.0)
-    for name, (mean, spread) in lengths.items():
-        if spread > _MOST_SPREAD * mean:
-            findings.warn(
-                f"the {name}'s length varies by {100 * spread / mean:.0f} %: a marker of it is"
-                " elsewhere for part of the time"
-            )
+    lengths, metric = _measure(points, recording, options, findings)
     first = startup_frames(points, own_rate)
     if first:
         frames_cut = "the first frame is" if first == 1 else f"the first {first} frames are"
         findings.warn(f"{frames_cut} cut: a start-up pose")
         points = {name: track[first:] for name, track in points.items()}
-    cutoff = _cutoff(points, own_rate, rate, options, findings)
-    played = own_rate * options.tempo  # frames per second of the movement, Hz
-    for name in list(points):
-        smooth = filtering.low_pass(points[name], own_rate, cutoff)
-        points[name] = filtering.resample(filtering.anti_alias(smooth, played, rate), played, rate)
+    _filter_and_resample(points, own_rate, rate, options, findings)
     posture = posture_from_points(points)
     check_sides(points, posture, cleaner.groups, findings)
     if len(posture) < 2:
@@ -160,16 +149,40 @@ def _read(
         frames=frames,
         rate=own_rate,
         lengths=lengths,
-        metric=unit is not None,
+        metric=metric,
         times=times,
         gaps={n: [(f / own_rate, e / own_rate) for f, e in g] for n, g in cleaner.gaps.items()},
     )
 
 
-def _segment_lengths(points: Tracks, unit: float) -> dict[str, tuple[float, float]]:
-    """Return mean and standard deviation of each arm segment's length, times a unit."""
-    lengths = {name: np.linalg.norm(v, axis=1) * unit for name, v in segments(points).items()}
-    return {name: (float(length.mean()), float(length.std())) for name, length in lengths.items()}
+def _measure(
+    points: Tracks, recording: Recording, options: ReadingOptions, findings: Findings
+) -> tuple[dict[str, tuple[float, float]], bool]:
+    """Return mean and standard deviation of the segments' lengths, and whether they are in m."""
+    given = None if options.unit is None else UNITS[options.unit]
+    unit = find_unit(arm_length(points), recording.unit, given, findings)
+    lengths = {}
+    for name, vectors in segments(points).items():
+        length = np.linalg.norm(vectors, axis=1) * (unit or 1.0)
+        lengths[name] = (float(length.mean()), float(length.std()))
+        varies = length.std() / length.mean()
+        if varies > _MOST_VARIED:
+            findings.warn(
+                f"the {name}'s length varies by {100 * varies:.0f} %: a marker of it is elsewhere"
+                " for part of the time"
+            )
+    return lengths, unit is not None
+
+
+def _filter_and_resample(
+    points: Tracks, own_rate: float, rate: float, options: ReadingOptions, findings: Findings
+) -> None:
+    """Bring points, in place, from their own rate to the one that is wanted, both in Hz."""
+    cutoff = _cutoff(points, own_rate, rate, options, findings)
+    played = own_rate * options.tempo  # frames per second of the movement, Hz
+    for name in list(points):
+        smooth = filtering.low_pass(points[name], own_rate, cutoff)
+        points[name] = filtering.resample(filtering.anti_alias(smooth, played, rate), played, rate)
 
 
 def _source_rate(recording: Recording, options: ReadingOptions, findings: Findings) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.motions.findings import Findings
-from mpma_mj.motions.markers import Groups
+from mpma_mj.motions.mapping import Groups
 from mpma_mj.motions.motion import Motion
 
 __all__ = ["Reading"]

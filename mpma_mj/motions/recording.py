@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.motions.context import Span
 
-__all__ = ["UNITS", "UPS", "Recording", "Tracks", "Unit", "Up"]
+__all__ = ["RATES", "UNITS", "UPS", "Recording", "Tracks", "Unit", "Up"]
 
 Tracks = dict[str, NDArray[np.float64]]
 Unit = Literal["m", "cm", "mm", "inch"]
@@ -20,6 +20,8 @@ Up = Literal["x", "y", "z", "-x", "-y", "-z"]
 
 UNITS: dict[str, float] = {"m": 1.0, "cm": 0.01, "mm": 0.001, "inch": 0.0254}
 """Length of each unit, m."""
+RATES = (1.0, 10_000.0)
+"""Rates at which movement is recorded, Hz."""
 UPS: tuple[Up, ...] = get_args(Up)
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.arm import SIDES
 from mpma_mj.motions.findings import Findings
-from mpma_mj.motions.markers import Groups, mapping_option
+from mpma_mj.motions.mapping import Groups, mapping_option
 
 __all__ = ["check_sides"]
 

@@ -7,7 +7,8 @@ import pytest
 
 from mpma_mj.errors import BadOptionError, MotionFileError
 from mpma_mj.motions.body import ARM_POINTS
-from mpma_mj.motions.markers import Groups, choose_markers, parse_mapping
+from mpma_mj.motions.mapping import Groups, parse_mapping
+from mpma_mj.motions.markers import choose_markers
 
 FILE = Path("dance.c3d")
 _PLUG_IN_GAIT = (

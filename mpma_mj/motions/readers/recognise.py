@@ -9,12 +9,11 @@ from mpma_mj.errors import BadOptionError, MotionFileError
 from mpma_mj.motions.findings import Findings
 from mpma_mj.motions.readers import acclaim, bvh, c3d, npz, qualisys, table, trc
 from mpma_mj.motions.readers.text import TextFile
-from mpma_mj.motions.recording import Recording
+from mpma_mj.motions.recording import RATES, Recording
 
 __all__ = ["open_recording"]
 
 _HEAD = 40  # lines in which a text file says what it is
-_RATES = (1.0, 10_000.0)  # Hz; times in milliseconds make a thousandth of the rate
 # Formats that are met and cannot be read, by their first bytes, and what to do.
 _FOREIGN = {
     b"Kaydara FBX": "an FBX scene; export it as BVH",
@@ -46,7 +45,7 @@ def open_recording(path: Path, findings: Findings, *, skeleton: Path | None = No
         raise MotionFileError(f"{path}: cannot be read ({error.strerror or error})") from None
     if skeleton is not None and recording.format != "ASF/AMC":
         raise BadOptionError(f"{path}: is {recording.format}; --skeleton is for AMC, leave it out")
-    if recording.rate is not None and not _RATES[0] <= recording.rate <= _RATES[1]:
+    if recording.rate is not None and not RATES[0] <= recording.rate <= RATES[1]:
         findings.warn(f"{recording.rate:g} Hz, as the file says, cannot be; it is not used")
         recording = replace(recording, rate=None)
     if not recording.names:

@@ -43,7 +43,6 @@ class _Header:
 
     rows: list[list[str]]
     axes: int  # index of the row with the axes
-    separator: str | None
 
     def cell(self, row: int, column: int) -> str:
         cells = self.rows[row]
@@ -109,7 +108,7 @@ def _find_header(file: TextFile) -> _Header:
             if sum(_axis(cell) == "x" for cell in cells) < _FEWEST_POINTS:
                 continue
             rows = [[cell.strip() for cell in line.split(separator)] for line in lines]
-            return _Header(rows, index, separator)
+            return _Header(rows, index)
     raise MotionFileError(
         f"{file.path}: no known recording, and no table either: no header row names columns like"
         " left_wrist_x, left_wrist_y, left_wrist_z; export as C3D, BVH, ASF/AMC, TRC, Qualisys"

@@ -1,0 +1,69 @@
+"""What a user says about which of a file's points show the body."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+
+from mpma_mj.errors import BadOptionError
+from mpma_mj.motions.body import ARM_POINTS, TORSO_POINTS
+
+__all__ = ["Groups", "mapping_option", "parse_mapping"]
+
+Groups = dict[str, tuple[str, ...]]
+"""For each point of the body the markers or joints whose mean it is."""
+
+
+def parse_mapping(option: str) -> Groups:
+    """Read what the user says about which markers show which point.
+
+    Args:
+        option: "left_elbow=EPICl+EPICm,…", where + is the mean, or the path of a TOML file
+            with lines such as left_elbow = "EPICl+EPICm" or ["EPICl", "EPICm"].
+
+    Raises:
+        BadOptionError: It is neither, or names no point of the body.
+    """
+    given = _read_toml(Path(option)) if option.endswith(".toml") else _read_inline(option)
+    groups: Groups = {}
+    for point, names in given:
+        if point in groups:
+            raise BadOptionError(f"map: {point} stands twice; give all its markers with +")
+        if point not in (*ARM_POINTS, *TORSO_POINTS):
+            raise BadOptionError(
+                f"map: no point '{point}'; expected {', '.join((*ARM_POINTS, *TORSO_POINTS))}"
+            )
+        groups[point] = names
+    return groups
+
+
+def mapping_option(groups: Groups) -> str:
+    """Return what to type so that the arms are these groups."""
+    entries = (f"{point}={'+'.join(groups[point])}" for point in ARM_POINTS)
+    return f'--map "{",".join(entries)}"'
+
+
+def _read_toml(path: Path) -> Iterator[tuple[str, tuple[str, ...]]]:
+    try:
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise BadOptionError(f"map: {path} cannot be read ({error.strerror})") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise BadOptionError(f"map: {path} is no TOML file ({error})") from None
+    for point, value in content.items():
+        names = [name.strip() for name in value.split("+")] if isinstance(value, str) else value
+        if not (isinstance(names, list) and names and all(isinstance(n, str) and n for n in names)):
+            raise BadOptionError(f"map: {path}: {point} is '{value}'; expected a name or names")
+        yield point, tuple(names)
+
+
+def _read_inline(option: str) -> Iterator[tuple[str, tuple[str, ...]]]:
+    for entry in filter(None, (part.strip() for part in option.split(","))):
+        point, equals, names = entry.partition("=")
+        group = tuple(name.strip() for name in names.split("+"))
+        if not equals or not all(group):
+            raise BadOptionError(
+                f"map: '{entry}' is not POINT=NAME or POINT=NAME+NAME, such as left_elbow=LELB"
+            )
+        yield point.strip(), group
