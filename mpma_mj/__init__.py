@@ -12,6 +12,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from mpma_mj.envs.gl import choose_backend
+from mpma_mj.envs.registration import register
 
 if TYPE_CHECKING:
     from mpma_mj.agents import MPMAConfig
@@ -24,6 +25,7 @@ __all__ = ["MPMAConfig", "Motion", "__version__", "load", "make_agent", "read_mo
 __version__ = "0.1.0"
 
 choose_backend()  # before anything imports MuJoCo, which reads the choice when imported
+register()  # with Gymnasium, if that is ever imported
 
 _HOMES = {
     "MPMAConfig": "mpma_mj.agents",

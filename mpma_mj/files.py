@@ -6,7 +6,7 @@ import contextlib
 import json
 import os
 import zipfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,15 @@ from numpy.typing import NDArray
 
 from mpma_mj.errors import CheckpointError, RunFolderError
 
-__all__ = ["FORMAT", "read_arrays", "write_arrays", "write_json", "write_text", "write_whole"]
+__all__ = [
+    "FORMAT",
+    "read_arrays",
+    "whole",
+    "write_arrays",
+    "write_json",
+    "write_text",
+    "write_whole",
+]
 
 FORMAT = 2
 """Version of the files' format; what another version wrote is refused."""
@@ -38,10 +46,27 @@ def write_whole(path: Path, write: Callable[[Path], None]) -> None:
     Raises:
         RunFolderError: The folder cannot be written.
     """
+    with whole(path) as temporary:
+        write(temporary)
+
+
+@contextlib.contextmanager
+def whole(path: Path) -> Iterator[Path]:
+    """Give a temporary path, which becomes the file where all went well, and else vanishes.
+
+    Args:
+        path: Where it is to be; folders on the way are made.
+
+    Yields:
+        The temporary path, which has the same suffix.
+
+    Raises:
+        RunFolderError: The folder cannot be written.
+    """
     temporary = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        write(temporary)
+        yield temporary
         temporary.replace(path)
     except OSError as error:
         reason = error.strerror or error

@@ -1,6 +1,10 @@
 """Agents: what acts and learns in the environments, knowing only observations."""
 
 from mpma_mj.agents.agent import Agent
+from mpma_mj.agents.feedback_only import FeedbackOnly
+from mpma_mj.agents.fixed import FixedAgent
 from mpma_mj.agents.mpma import MPMA, MPMAConfig
+from mpma_mj.agents.open_loop import OpenLoop
+from mpma_mj.agents.random import RandomAgent
 
-__all__ = ["MPMA", "Agent", "MPMAConfig"]
+__all__ = ["MPMA", "Agent", "FeedbackOnly", "FixedAgent", "MPMAConfig", "OpenLoop", "RandomAgent"]

@@ -35,7 +35,11 @@ class Agent(Protocol):
         """Learn from the episode that ended; return what is worth logging, by name."""
 
     def signals(self) -> dict[str, Array]:
-        """Return the agent's inner signals of the last episode by name, each (T, ...)."""
+        """Return the agent's inner signals of the last episode by name, each (T, ...).
+
+        There need not be any. `feedback`, (T, 8), is the feedback controller's part of the
+        action; the measures of modules need all those that `MPMA.signals` names.
+        """
 
     def state_dict(self) -> dict[str, Array]:
         """Return all that learning has changed, as arrays by name."""

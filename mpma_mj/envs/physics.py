@@ -102,13 +102,17 @@ class PhysicsArms(dm_mujoco.Physics):
         if not math.isfinite(np.dot(data.ctrl, data.ctrl)):
             self.diverged = True
             return
-        ends = data.time + nstep * model.opt.timestep
+        began = data.time
+        ends = began + nstep * model.opt.timestep
         # dm_control's own step looks after every quantity and costs as much as the simulation.
         # What is seen of the arms after it are joints and sites, and these are brought up to date.
         mujoco.mj_step(model, data, nstep)
         mujoco.mj_kinematics(model, data)
-        # Where numbers run away MuJoCo starts over, at time 0.
+        # Where numbers run away MuJoCo warns and starts over at time 0, which shows by the time,
+        # but not in the first step.
         if abs(data.time - ends) > 0.5 * model.opt.timestep:
+            self.diverged = True
+        if began == 0.0 and data.warning.number.any():
             self.diverged = True
 
     def after_reset(self) -> None:

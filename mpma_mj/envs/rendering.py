@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import atexit
+import weakref
+
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +13,7 @@ from mpma_mj.envs.gl import HOW_TO_MEND
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.errors import RenderingError
 
-__all__ = ["ArmRenderer"]
+__all__ = ["ArmRenderer", "add_ghost"]
 
 Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
@@ -18,6 +21,15 @@ Picture = NDArray[np.uint8]
 _GHOST = np.array([0.10, 0.12, 0.18, 0.35], np.float32)  # rgba
 _GHOST_LIMB, _GHOST_JOINT = 0.014, 0.058  # radii, m
 _UPRIGHT = np.eye(3).ravel()
+
+
+_drawing: weakref.WeakSet[ArmRenderer] = weakref.WeakSet()
+
+
+def _close_all() -> None:
+    """Close what its owner forgot to; once OpenGL has gone, that prints tracebacks."""
+    for renderer in list(_drawing):
+        renderer.close()
 
 
 class ArmRenderer:
@@ -54,7 +66,7 @@ class ArmRenderer:
         renderer = self._renderer = self._renderer or self._make()
         renderer.update_scene(self._physics.data.ptr, self._camera)
         if ghost is not None:
-            self._add_ghost(renderer.scene, ghost)
+            add_ghost(renderer.scene, self._physics, ghost)
         return renderer.render()
 
     def close(self) -> None:
@@ -65,17 +77,30 @@ class ArmRenderer:
 
     def _make(self) -> mujoco.Renderer:
         try:
-            return mujoco.Renderer(self._physics.model.ptr, *self._size)
+            renderer = mujoco.Renderer(self._physics.model.ptr, *self._size)
         except (ImportError, AttributeError, RuntimeError, mujoco.FatalError) as error:
             raise RenderingError(f"OpenGL does not draw here; {HOW_TO_MEND}") from error
+        _drawing.add(self)
+        # Last come is first called: before what the backend has registered just now.
+        atexit.unregister(_close_all)
+        atexit.register(_close_all)
+        return renderer
 
-    def _add_ghost(self, scene: mujoco.MjvScene, posture: Array) -> None:
-        for shoulder, elbow, wrist in self._physics.site_positions(posture):
-            for start, end in ((shoulder, elbow), (elbow, wrist)):
-                limb = _new_geom(scene, mujoco.mjtGeom.mjGEOM_CAPSULE, _GHOST_LIMB, start)
-                mujoco.mjv_connector(limb, mujoco.mjtGeom.mjGEOM_CAPSULE, _GHOST_LIMB, start, end)
-            for joint in (elbow, wrist):
-                _new_geom(scene, mujoco.mjtGeom.mjGEOM_SPHERE, _GHOST_JOINT, joint)
+
+def add_ghost(scene: mujoco.MjvScene, physics: PhysicsArms, posture: Array) -> None:
+    """Add a translucent posture to a scene, at the size and place of the arms.
+
+    Args:
+        scene: Scene of the arms.
+        physics: The arms.
+        posture: Demonstrated posture, shape (12,).
+    """
+    for shoulder, elbow, wrist in physics.site_positions(posture):
+        for start, end in ((shoulder, elbow), (elbow, wrist)):
+            limb = _new_geom(scene, mujoco.mjtGeom.mjGEOM_CAPSULE, _GHOST_LIMB, start)
+            mujoco.mjv_connector(limb, mujoco.mjtGeom.mjGEOM_CAPSULE, _GHOST_LIMB, start, end)
+        for joint in (elbow, wrist):
+            _new_geom(scene, mujoco.mjtGeom.mjGEOM_SPHERE, _GHOST_JOINT, joint)
 
 
 def _new_geom(

@@ -41,6 +41,7 @@ class TwoArmImitation(control.Task):
         motion: The movement.
         max_joint_speed: Joint speeds that action 1 commands, shape (8,), rad/s.
         episode: Number of the episode that the next reset starts, from 0.
+        seed: Seed of the noise.
         period: Number of steps from one repetition to the next.
     """
 
@@ -73,7 +74,7 @@ class TwoArmImitation(control.Task):
         self.max_joint_speed = max_joint_speed
         self.episode = 0
         self._noise = noise
-        self._seed = seed
+        self.seed = seed
         self._clean, self._context = repeat(motion, repeats, max_joint_speed)
         between = len(self._clean) - repeats * len(motion)  # postures of all return moves
         self.period = len(motion) + between // max(repeats - 1, 1)
@@ -88,7 +89,7 @@ class TwoArmImitation(control.Task):
 
     def initialize_episode(self, physics: PhysicsArms) -> None:
         """Put the arms into the first posture and draw this episode's demonstration."""
-        self._demonstration = self._noisy(stream(self._seed, "demonstration", self.episode))
+        self._demonstration = self._noisy(stream(self.seed, "demonstration", self.episode))
         self.episode += 1
         self._step = 0
         physics.data.qpos[:] = self._start_angles

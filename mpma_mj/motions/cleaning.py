@@ -242,24 +242,48 @@ class Cleaner:
     def _check_torso(self, max_gap: float) -> None:
         """Do without torso markers that are missing for too long."""
         names = [n for point in TORSO_POINTS for n in self.groups.get(point, ())]
-        if self._whole(names).any() and not any(self._too_long(n, max_gap) for n in names):
+        lost = {name for name in names if self._too_long(name, max_gap)}
+        if not lost and self._whole(names).any():
             return
         longest = {
             n: max((e - f for f, e in runs(missing(self.tracks[n]))), default=0) for n in names
         }
         name = max(names, key=longest.__getitem__)
-        self._findings.warn(
-            f"torso marker {name} is missing for up to {longest[name] / self._rate:.2f} s; the"
-            " torso is taken as upright instead, so that a bend moves the arms"
-        )
-        pelvis, neck = (
-            np.mean([self.tracks[n] for n in self.groups[point]], axis=0) for point in TORSO_POINTS
-        )
-        seen = ~missing(neck - pelvis)
-        self.lost_trunk = (neck - pelvis)[seen] if seen.any() else None
-        self.groups = {p: g for p, g in self.groups.items() if p not in TORSO_POINTS}
+        missed = f"torso marker {name} is missing for up to {longest[name] / self._rate:.2f} s"
+        others = self._torso_without(lost)
+        if others is None:
+            self._findings.warn(
+                f"{missed}; the torso is taken as upright instead, so that a bend moves the arms"
+            )
+            pelvis, neck = (
+                np.mean([self.tracks[n] for n in self.groups[p]], axis=0) for p in TORSO_POINTS
+            )
+            seen = ~missing(neck - pelvis)
+            self.lost_trunk = (neck - pelvis)[seen] if seen.any() else None
+        else:
+            used = "; ".join(f"{point} {' + '.join(group)}" for point, group in others.items())
+            self._findings.warn(f"{missed}; the torso is taken from others: {used}")
+        arms = {point: self.groups[point] for point in ARM_POINTS}
+        self.groups = arms | (others or {})
         kept = {name for group in self.groups.values() for name in group}
         self.tracks = {name: self.tracks[name] for name in self.tracks if name in kept}
+
+    def _torso_without(self, lost: set[str]) -> Groups | None:
+        """Return torso points without some markers, None if too few are left.
+
+        Of four markers of the pelvis, two in front and two behind, either pair will do; for the
+        neck the shoulders.
+        """
+        pelvis, neck = (self.groups[point] for point in TORSO_POINTS)
+        shoulders = (*self.groups["left_shoulder"], *self.groups["right_shoulder"])
+        pelvises = [pelvis, pelvis[2:], pelvis[:2]] if len(pelvis) == 4 else [pelvis]
+        whole = [
+            next((group for group in groups if not lost & set(group)), None)
+            for groups in (pelvises, [neck, shoulders])
+        ]
+        groups = {p: g for p, g in zip(TORSO_POINTS, whole, strict=True) if g is not None}
+        markers = [name for group in groups.values() for name in group]
+        return groups if len(groups) == 2 and self._whole(markers).any() else None
 
     def _bridge(self) -> None:
         for name, track in self.tracks.items():

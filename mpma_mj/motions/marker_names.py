@@ -6,7 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Sequence
 
-__all__ = ["SETS", "TORSO", "Words", "common_prefix", "short_name"]
+__all__ = ["ACCLAIM", "ACCLAIM_PELVIS", "SETS", "TORSO", "Words", "common_prefix", "short_name"]
 
 # Words for shoulder, elbow and wrist, without the side. Of each column the first that is there
 # is taken; sets are tried in turn, skeletons first: their "shoulder" is often the collar bone.
@@ -46,13 +46,18 @@ SETS: tuple[tuple[Words, Words, Words], ...] = (
         ),
     ),
 )
+# Of Acclaim's skeletons alone: elsewhere a root may stand still on the floor.
+ACCLAIM, ACCLAIM_PELVIS = "lhumerus", ("root",)
 TORSO: dict[str, Words] = {
     "pelvis": (
         *(("lasi", "rasi", "lpsi", "rpsi"), ("lfwt", "rfwt", "lbwt", "rbwt")),
         *(("lias", "rias", "lips", "rips"), ("lasis", "rasis", "lpsis", "rpsis")),
         *(("hipfl", "hipfr", "hipbl", "hipbr"), ("asisl", "asisr", "psisl", "psisr")),
         ("waistlfront", "waistrfront", "waistlback", "waistrback"),
-        *(("lasi", "rasi", "sacr"), ("hips",), ("pelvis",), ("midhip",), ("hip",), ("root",)),
+        *(("lasi", "rasi", "sacr"), ("hips",), ("pelvis",), ("midhip",), ("hip",)),
+        *(("lpsi", "rpsi"), ("lasi", "rasi"), ("lbwt", "rbwt"), ("lfwt", "rfwt")),
+        *(("lips", "rips"), ("lias", "rias"), ("lpsis", "rpsis"), ("lasis", "rasis")),
+        ACCLAIM_PELVIS,
         *(("lefthip", "righthip"), ("hipleft", "hipright"), ("lhip", "rhip"), ("hipl", "hipr")),
     ),
     "neck": (

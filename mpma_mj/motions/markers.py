@@ -12,7 +12,15 @@ from mpma_mj.arm import SIDES
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.body import ARM_POINTS
 from mpma_mj.motions.mapping import Groups, mapping_option
-from mpma_mj.motions.marker_names import SETS, TORSO, Words, common_prefix, short_name
+from mpma_mj.motions.marker_names import (
+    ACCLAIM,
+    ACCLAIM_PELVIS,
+    SETS,
+    TORSO,
+    Words,
+    common_prefix,
+    short_name,
+)
 
 __all__ = ["choose_markers"]
 
@@ -131,7 +139,8 @@ def _recognise(short: Mapping[str, str]) -> Groups:
         return {}
     for point, choices in TORSO.items():
         for choice in choices:
-            if all(word in short for word in choice):
+            fits = choice != ACCLAIM_PELVIS or ACCLAIM in short
+            if fits and all(word in short for word in choice):
                 best[point] = tuple(short[word] for word in choice)
                 break
     return best

@@ -18,6 +18,7 @@ _ARM = 0.55  # m: upper arm and forearm of an adult
 _ARMS = (0.25, 0.9)  # m: of children and giants
 # Acclaim skeletons count in inches divided by 0.45, which BVH files made of them keep.
 _LENGTHS = {**UNITS, "inch/0.45": UNITS["inch"] / 0.45}
+_USUAL = ("y", "z")  # axes that point up in nearly every file
 _CLEAR = 0.7  # share of a direction along one axis from which it decides
 
 
@@ -101,6 +102,8 @@ def find_up(
     else:
         hanging = [-vectors for name, vectors in segments(points).items() if "upper" in name]
         shown, how = _axis_of(np.concatenate(hanging)), "by the hanging upper arms"
+        if shown not in _USUAL:  # then it is rather the arms that do not hang
+            shown = None
     if declared is not None and (shown in (declared, None) or not has_trunk):
         findings.note(f"{declared} is up, as the file or its format says")
         return declared

@@ -36,6 +36,7 @@ Array = NDArray[np.float64]
 
 BUILT_IN = {"ymca": ymca}
 _RATE = 20.0  # Hz, of the paper's control step
+_BODY = 1.5  # times as many points as the arms need: then there is more of the body (choice)
 _MOST_VARIED = 0.15  # of a segment's length; skin markers make 3 % (choice)
 _RATES = (1.0, 1000.0)  # Hz: at higher ones a movement fills the memory
 
@@ -107,6 +108,11 @@ def _read(
     mapping = parse_mapping(options.map) if options.map else {}
     groups = choose_markers(path, recording.names, mapping)
     names = list(dict.fromkeys(name for group in groups.values() for name in group))
+    if "pelvis" not in groups and len(recording.names) > _BODY * len(names):
+        findings.warn(
+            "no pelvis is known among its points, so that the torso is taken as upright and a bend"
+            ' moves the arms; name it with --map "pelvis=…"'
+        )
     own_rate = _source_rate(recording, options, findings)
     cleaner = Cleaner(recording.load(names), groups, own_rate, where, findings)
     frames = cleaner.frames

@@ -12,15 +12,19 @@ __all__ = ["startup_frames"]
 Array = NDArray[np.float64]
 
 _FASTER_THAN_HUMAN = 25.0  # rad/s; dances reach 15 (choice)
+_FAR = 0.15  # rad from one frame to the next: farther than noise (choice)
+_SUDDEN = 0.25  # share of that speed at which human arms would already have been (choice)
 _STILL = 0.35  # rad: more than a T-pose sways (choice)
+_LATEST = 3.0  # s that a pose is held at most (choice)
 _RAMP = 0.25  # s that a ramp lasts at most (choice)
 
 
 def startup_frames(points: dict[str, Array], rate: float) -> int:
     """Count the frames before the movement itself.
 
-    Start-up shows by arms that, out of their first pose and within a quarter of a second, turn
-    faster than any human arm, and do not come back at once, as a marker does that jumps.
+    Start-up shows by arms that leave their first pose, from one frame to the next, faster than
+    any human arm, perhaps go on so for a quarter of a second, and do not come back at once, as
+    a marker does that jumps.
 
     Args:
         points: The points of `body.ARM_POINTS`, each shape (T, 3), without gaps.
@@ -30,18 +34,18 @@ def startup_frames(points: dict[str, Array], rate: float) -> int:
         How many frames to leave out.
     """
     arms = segments(points).values()
-    speed = np.max([_angles(arm[1:], arm[:-1]) for arm in arms], axis=0) * rate
+    step = np.max([_angles(arm[1:], arm[:-1]) for arm in arms], axis=0)
     away = np.max([_angles(arm[1:], arm[:1]) for arm in arms], axis=0)  # from the first pose
-    moving = np.flatnonzero(away > _STILL)
-    if not len(moving):
+    fast = np.flatnonzero((step * rate > _FASTER_THAN_HUMAN) & (step > _FAR))
+    if not len(fast) or fast[0] > _LATEST * rate:
         return 0
-    first = int(moving[0])
-    ramp = speed[first : first + max(1, round(_RAMP * rate))]
-    fast = np.flatnonzero(ramp > _FASTER_THAN_HUMAN)
-    if not len(fast) or len(ramp) == len(speed):
-        return 0
-    end = first + int(fast[-1]) + 1
-    return end if (away[end - 1 : end + 2] > _STILL).all() else 0
+    first = int(fast[0])
+    left_suddenly = first == 0 or (
+        step[first - 1] < _SUDDEN * step[first] and (away[:first] < _STILL).all()
+    )
+    end = int(fast[fast < first + max(1, round(_RAMP * rate))][-1]) + 1
+    stays_away = (away[end - 1 : end + 2] > _STILL).all() and end < len(step)
+    return end if left_suddenly and stays_away else 0
 
 
 def _angles(vectors: Array, others: Array) -> Array:

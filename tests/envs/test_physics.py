@@ -131,3 +131,18 @@ def test_site_positions_of_a_posture_are_those_of_the_arms(angles: np.ndarray) -
             np.testing.assert_allclose(
                 sites[i, j], physics.named.data.site_xpos[f"{side}_{point}"], atol=1e-12
             )
+
+
+@pytest.mark.parametrize("steps", [0, 3])
+def test_numbers_that_run_away_are_noticed_in_any_step(steps: int) -> None:
+    physics = PhysicsArms.make()
+    physics.reset()
+    for _ in range(steps):
+        physics.step(10)
+    assert not physics.diverged
+    physics.data.qvel[:] = 1e12
+    physics.step(10)
+    assert physics.diverged
+    with physics.reset_context():
+        pass
+    assert not physics.diverged

@@ -260,7 +260,32 @@ def read_bent(path: Path, change: Change = lambda tracks: None) -> tuple[Array, 
     return reading.motion.posture, reading.findings
 
 
-@pytest.mark.parametrize("name", ["pelvis", "neck"])
+def test_a_torso_without_its_neck_is_taken_from_the_shoulders(tmp_path: Path) -> None:
+    _, findings = read_bent(tmp_path / "a.npz", without("neck", slice(100, 140)))
+    (warning,) = findings.warnings
+    assert warning.endswith("from others: pelvis pelvis; neck left_shoulder + right_shoulder")
+
+
+def test_of_a_pelvis_either_pair_will_do(write_tsv: WriteTsv) -> None:
+    markers = markers_of(dancer(ymca(rate=60.0).posture))
+    shoulders = 0.5 * (markers["Shoulder_L"] + markers["Shoulder_R"])
+    for name, offset in {
+        "LASI": [60.0, 120.0, -500.0],
+        "RASI": [60.0, -120.0, -500.0],
+        "LPSI": [-60.0, 50.0, -500.0],
+        "RPSI": [-60.0, -50.0, -500.0],
+    }.items():
+        markers[name] = shoulders + offset
+    markers["LASI"][:40] = np.nan
+    reading = read_with_findings(write_tsv(markers), ReadingOptions())
+    assert (
+        "LASI is missing for up to 0.67 s; the torso is taken from others"
+        in (reading.findings.warnings[0])
+    )
+    assert reading.groups["pelvis"] == ("LPSI", "RPSI")
+
+
+@pytest.mark.parametrize("name", ["pelvis"])
 @pytest.mark.parametrize("frames", [slice(100, 120), slice(None), slice(20), slice(-20, None)])
 def test_a_torso_without_its_markers_is_taken_as_upright(
     tmp_path: Path, name: str, frames: slice

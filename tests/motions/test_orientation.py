@@ -76,6 +76,10 @@ def test_the_axis_that_is_up_becomes_z(up: Up) -> None:
 def test_the_axis_that_is_up_is_found(tmp_path: Path, up: Up, torso: bool, how: str) -> None:
     points = standing(HANGING, torso=torso)
     plain = read(tmp_path / "plain.npz", points, {"up": "z"})
+    if not torso and up not in ("y", "z"):  # rather than that, the arms do not hang
+        with pytest.raises(MotionFileError, match="which axis is up"):
+            read(tmp_path / "turned.npz", turned_to(points, up), {})
+        return
     found = read(tmp_path / "turned.npz", turned_to(points, up), {})
     np.testing.assert_allclose(found.motion.posture, plain.motion.posture, atol=1e-9)
     assert f"{up} is up, {how}" in found.findings.steps

@@ -23,7 +23,6 @@ Array = NDArray[np.float64]
 _MOST_LINES = 50_000  # of a hierarchy: hands and faces have hundreds of joints
 _FARTHEST = 1e9  # what is farther away, in any unit, is no offset
 _SHORTEST = 1e-6  # s between frames
-_ROUNDED = 5e-4  # share that 0.00833 s is off 120 Hz; 59.94 Hz is twice as far off 60
 
 
 @dataclass
@@ -58,8 +57,9 @@ def read_bvh(file: TextFile, findings: Findings) -> Recording:
     lines = enumerate(map(printable, itertools.islice(file.lines(), _MOST_LINES)), 1)
     try:
         skeleton = _read_hierarchy(lines)
-        frames = _header_number(lines, "FRAMES")
-        seconds = _header_number(lines, "FRAME TIME")
+        frames = _number(*_header_value(lines, "FRAMES"))
+        frame_time = _header_value(lines, "FRAME TIME")
+        seconds = _number(*frame_time)
     except StopIteration:
         raise MotionFileError(
             f"{file.path}: ends within the hierarchy or before the first frame; export it anew"
@@ -73,15 +73,12 @@ def read_bvh(file: TextFile, findings: Findings) -> Recording:
             f" {skeleton.columns} channels; export the BVH anew"
         )
     grid = Grid(file, number - 1, None, skeleton.columns)
-    rate = 1.0 / seconds if seconds > _SHORTEST else None
-    if rate and abs(rate - round(rate)) < _ROUNDED * rate:
-        rate = float(round(rate))
     return Recording(
         file.path,
         "BVH",
         tuple(skeleton.names),
         lambda wanted: _load(file.path, grid if row else None, skeleton, wanted, findings),
-        rate=rate,
+        rate=_rate(seconds, frame_time[0]),
         up="y",
         frames=int(frames),
     )
@@ -152,13 +149,24 @@ def _add_channels(skeleton: _Skeleton, name: str, words: list[str], number: int)
         skeleton.moving[name] = [place[f"{axis}POSITION"] for axis in "XYZ"]
 
 
-def _header_number(lines: Iterator[tuple[int, str]], key: str) -> float:
-    """Return the number of the next line, which is `KEY: number`."""
+def _rate(seconds: float, text: str) -> float | None:
+    """Return the frame rate, Hz: a whole one if its frame time is rounded to this one."""
+    if seconds < _SHORTEST:
+        return None
+    whole = max(1, round(1.0 / seconds))
+    decimals = len(text.strip().partition(".")[2])
+    is_rounded = abs(1.0 / whole - seconds) <= 0.51 * 10.0**-decimals
+    is_cut = 0.0 <= 1.0 / whole - seconds < 10.0**-decimals
+    return float(whole) if is_rounded or is_cut else 1.0 / seconds
+
+
+def _header_value(lines: Iterator[tuple[int, str]], key: str) -> tuple[str, int]:
+    """Return what the next line, `KEY: value`, gives, and the line's number."""
     number, line = next((n, line) for n, line in lines if line.strip())
     found, _, value = line.partition(":")
     if " ".join(found.upper().split()) != key:
         raise ValueError(f"line {number}: expected '{key.capitalize()}:', found '{line[:40]}'")
-    return _number(value, number)
+    return value, number
 
 
 def _number(word: str, number: int) -> float:

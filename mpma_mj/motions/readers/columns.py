@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -18,6 +19,9 @@ Array = NDArray[np.float64]
 
 _DRIFT = 0.25  # frames
 _UNEVEN, _OFTEN = 0.25, 0.05  # frames that a step is off; share of the steps (choice)
+_LOOKED_AT = 1000  # times whose decimals are looked at
+_UNITS_OF_TIME = {"milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
+_FASTEST = 1000.0  # Hz that such times are taken to make
 _MOST_MISSING = 10  # times as many frames as there are rows: then the numbers are wrong instead
 
 
@@ -39,7 +43,8 @@ def load_columns(
         findings: Is told what is odd about the rows.
         frame_column: Column of the frame's number, if there is one: frames that it leaves out
             are gaps.
-        time_column: Column of the frame's time, which serves where there is no number.
+        time_column: Column of the frame's time, if there is one: it counts for more than the
+            number, which often goes on where frames were dropped.
 
     Returns:
         Trajectories by name, each shape (T, 3); not seen, or exactly 0, 0, 0, is NaN.
@@ -47,16 +52,19 @@ def load_columns(
     Raises:
         MotionFileError: There is no row, or one cannot be read.
     """
-    by_time = frame_column is None
-    column = time_column if by_time else frame_column
-    counter = [] if column is None else [column]
+    counter = [column for column in (time_column, frame_column) if column is not None]
     wanted = counter + [columns[name] + axis for name in names for axis in range(3)]
     rows = stack(grid.blocks(wanted, findings, counters=len(counter)), len(wanted))
     if not len(rows):
         raise MotionFileError(
             f"{grid.file.path}: has a header but no frames; export the coordinates too"
         )
-    arrange = _arrangement(rows[:, 0], by_time, grid, findings) if counter else None
+    arrange = None
+    if time_column is not None and _usable(rows[:, 0]):
+        arrange = _by_times(rows[:, 0], grid, findings)
+    elif frame_column is not None:
+        places = _places(rows[:, len(counter) - 1], grid, findings)
+        arrange = None if places is None else functools.partial(_placed, places=places)
     tracks = {}
     for i, name in enumerate(names):
         track = rows[:, len(counter) + 3 * i :][:, :3]
@@ -65,34 +73,29 @@ def load_columns(
     return tracks
 
 
-def _arrangement(
-    counter: Array, by_time: bool, grid: Grid, findings: Findings
-) -> Callable[[Array], Array] | None:
+def _usable(times: Array) -> bool:
+    """Tell whether times, shape (T,), rise throughout."""
+    return len(times) > 2 and bool((np.diff(times) > 0).all())
+
+
+def _by_times(times: Array, grid: Grid, findings: Findings) -> Callable[[Array], Array] | None:
     """Return what puts rows, shape (T, 3), to even times; None where they are as they should be.
 
     Args:
-        counter: Numbers of the frames, or their times, in any unit, shape (T,).
-        by_time: Whether it is times.
+        times: Times of the rows, shape (T,), rising, in any unit.
         grid: The rows.
-        findings: Is told of missing and uneven frames.
+        findings: Is told of missing frames.
     """
-    if not by_time:
-        places = _places(counter, grid, findings)
-    else:
-        steps = np.diff(counter)
-        if len(steps) < 2 or not (steps > 0).all():
-            return None  # `rate_of_times` tells
-        usual = _usual_step(steps)
-        frames = _frames_of(steps, usual)
-        if _come_unevenly(steps, usual):
-            return lambda track: _interpolated(track, counter, usual)
-        places = _places(np.concatenate([[0.0], np.cumsum(frames)]), grid, findings)
-    if places is None:
-        return None
-    return lambda track: _placed(track, places)
+    steps = np.diff(times)
+    usual = _usual_step(steps)
+    if _come_unevenly(times):
+        return functools.partial(_interpolated, times=times, step=usual)
+    numbers = np.concatenate([[0.0], np.cumsum(_frames_of(steps, usual))])
+    places = _places(numbers, grid, findings)
+    return None if places is None else functools.partial(_placed, places=places)
 
 
-def _placed(track: Array, places: NDArray[np.int_]) -> Array:
+def _placed(track: Array, *, places: NDArray[np.int_]) -> Array:
     """Return a trajectory with gaps where rows are missing."""
     whole = np.full((places[-1] + 1, 3), np.nan)
     whole[places] = track
@@ -109,12 +112,25 @@ def _frames_of(steps: Array, usual: float) -> Array:
     return np.maximum(1, np.round(steps / usual))
 
 
-def _come_unevenly(steps: Array, usual: float) -> bool:
+def _come_unevenly(times: Array) -> bool:
+    """Tell whether steps between times often differ from whole frames by more than rounding."""
+    steps = np.diff(times)
+    usual = _usual_step(steps)
     off = np.abs(steps / usual - _frames_of(steps, usual))
-    return bool(np.mean(off > _UNEVEN) > _OFTEN)
+    return bool(np.mean(off > _UNEVEN + _resolution(times) / usual) > _OFTEN)
 
 
-def _interpolated(track: Array, times: Array, step: float) -> Array:
+def _resolution(times: Array) -> float:
+    """Return the last decimal that times are written with."""
+    some = times[:_LOOKED_AT]
+    for decimals in range(7):
+        unit = 10.0**-decimals
+        if np.allclose(some / unit, np.round(some / unit), rtol=0.0, atol=1e-3):
+            return unit
+    return 0.0
+
+
+def _interpolated(track: Array, *, times: Array, step: float) -> Array:
     """Return a trajectory at even times, by linear interpolation."""
     even = np.arange(times[0], times[-1] + 1e-3 * step, step)
     return np.stack([np.interp(even, times, column) for column in track.T], axis=1)
@@ -137,16 +153,15 @@ def rate_of_times(
     blocks = grid.blocks([time_column], Findings(), counters=1)
     times = next(blocks, np.empty((0, 1)))[:, 0]
     steps = np.diff(times)
-    if len(steps) < 2 or not (steps > 0).all():
-        if len(steps) >= 2:
-            findings.warn("the column of times does not rise throughout; it is not used")
-        return declared
-    usual = _usual_step(steps)
-    rate = 1.0 / usual
-    if rate < 1.0 <= 1000.0 * rate:
-        rate, steps = 1000.0 * rate, steps / 1000.0
-        findings.warn(f"the times are taken as milliseconds, which makes {rate:.4g} Hz")
-    if _come_unevenly(steps, 1.0 / rate):
+    if not _usable(times):
+        return _coarse_rate(times, declared, findings)
+    rate = 1.0 / _usual_step(steps)
+    for unit, scale in _UNITS_OF_TIME.items():
+        if rate < 1.0 <= scale * rate <= _FASTEST:
+            rate, steps = scale * rate, steps / scale
+            findings.warn(f"the times are taken as {unit}, which makes {rate:.4g} Hz")
+            break
+    if _come_unevenly(times):
         findings.warn(f"the frames come unevenly; they are interpolated to an even {rate:.4g} Hz")
     # Times are rounded, so that only a clear difference is one.
     if declared is not None and abs(rate - declared) < 0.02 * declared:
@@ -159,6 +174,22 @@ def rate_of_times(
     # So are rates, unless that would gain or lose a good part of a frame.
     drift = abs(rate - round(rate)) * float(steps.sum())
     return rate if declared is not None or drift > _DRIFT else float(round(rate))
+
+
+def _coarse_rate(times: Array, declared: float | None, findings: Findings) -> float | None:
+    """Return the rate where times do not rise from frame to frame."""
+    if len(times) < 3:
+        return declared
+    span = float(times[-1] - times[0])
+    if declared is None and span > 0 and (np.diff(times) >= 0).all():
+        rate = (len(times) - 1) / span
+        findings.warn(
+            f"the times are too coarse to tell frames apart; {rate:.4g} Hz is used, by their"
+            " first and last (--rate-in overrides it)"
+        )
+        return rate
+    findings.warn("the column of times does not rise throughout; it is not used")
+    return declared
 
 
 def _places(numbers: Array, grid: Grid, findings: Findings) -> NDArray[np.int_] | None:

@@ -28,7 +28,9 @@ _RATE = re.compile(
     r"(frame|data|camera|sample|sampling)?\s*_?(rate|frequency|fps)(\s*\(?hz\)?)?", re.I
 )
 _TIME = re.compile(
-    r"(t|time|timestamp|zeit|seconds)([\s_(\[]*(m?s|m?sec|(milli)?seconds)[)\]]?)?", re.I
+    r"(elapsed[\s_]*)?(t|time|timestamp|zeit|seconds)"
+    r"([\s_(\[]*([mun]?s|[mun]?sec|(milli|micro|nano)?seconds)[)\]]?)?",
+    re.I,
 )
 _FRAMES = {"frame", "frame#", "frames", "frame number", "frame_number", "index"}
 _LENGTHS = {

@@ -68,7 +68,7 @@ def read_trc(file: TextFile, findings: Findings) -> Recording:
         path,
         "TRC",
         tuple(names),
-        lambda wanted: load_columns(grid, columns, wanted, findings, frame_column=0),
+        lambda wanted: load_columns(grid, columns, wanted, findings, frame_column=0, time_column=1),
         rate=rate,
         unit=UNITS.get(header.get("Units", "").lower()),
         frames=int(frames) if frames else None,

@@ -264,12 +264,39 @@ def test_frames_that_are_left_out_are_gaps(tmp_path: Path, points: writers.Point
 
 def test_frame_numbers_that_stand_still_are_told(tmp_path: Path, points: writers.Points) -> None:
     lines = writers.trc_text(points).splitlines()
-    lines[6:] = ["7\t" + line.partition("\t")[2] for line in lines[6:]]
+    lines[6:] = ["7\t0.5\t" + line.split("\t", 2)[2] for line in lines[6:]]
     path = tmp_path / "dance.trc"
     path.write_text("\n".join(lines) + "\n")
     _, tracks, findings = read(path)
     assert_same(tracks, points)
-    assert "the frame numbers jump at line 8" in findings.warnings[0]
+    assert "the column of times does not rise throughout" in findings.warnings[0]
+    assert "the frame numbers jump at line 8" in findings.warnings[1]
+
+
+def test_times_count_for_more_than_numbers_that_go_on_where_frames_were_dropped(
+    tmp_path: Path, points: writers.Points
+) -> None:
+    lines = writers.trc_text(points).splitlines()
+    kept = lines[:20] + lines[26:]
+    numbered = [f"{i}\t{line.partition(chr(9))[2]}" for i, line in enumerate(kept[6:], 1)]
+    path = tmp_path / "dance.trc"
+    path.write_text("\n".join(kept[:6] + numbered) + "\n")
+    _, tracks, findings = read(path)
+    (warning, *_) = [w for w in findings.warnings if "missing" in w]
+    assert warning.startswith("6 frames are missing, the first after line 20")
+    assert {len(track) for track in tracks.values()} == {len(points["LELB"])}
+
+
+def test_times_that_are_rounded_are_even(tmp_path: Path, points: writers.Points) -> None:
+    path = tmp_path / "dance.csv"
+    lines = writers.header_row_text(points, 60.0).splitlines()
+    rows = [line.split(",", 1) for line in lines[1:]]
+    rounded = [f"{i / 60:.2f},{rest}" for i, (_, rest) in enumerate(rows)]
+    path.write_text("\n".join([lines[0], *rounded]) + "\n")
+    recording, tracks, findings = read(path)
+    assert recording.rate == pytest.approx(60.0, rel=0.01)
+    assert_same(tracks, points, atol=1e-5)
+    assert not findings.warnings
 
 
 def test_lines_after_an_empty_one_are_told(tmp_path: Path, points: writers.Points) -> None:

@@ -1,0 +1,37 @@
+"""The agent that any other has to beat."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.agents.agent import Observation
+from mpma_mj.agents.fixed import FixedAgent
+from mpma_mj.randomness import stream
+
+__all__ = ["RandomAgent"]
+
+Array = NDArray[np.float64]
+
+_JOINTS = 8
+
+
+class RandomAgent(FixedAgent):
+    """Acts at random, uniformly in [-1, 1], whatever it sees."""
+
+    def __init__(self, *, seed: int = 0) -> None:
+        """Begin with episode 0.
+
+        Args:
+            seed: Seed of the actions.
+        """
+        self._seed = seed
+        self.reset(0)
+
+    def reset(self, episode: int) -> None:
+        """Begin an episode with that episode's own random numbers."""
+        self._rng = stream(self._seed, "random_action", episode)
+
+    def act(self, observation: Observation) -> Array:
+        """Return the action, shape (8,), in [-1, 1]."""
+        return self._rng.uniform(-1.0, 1.0, _JOINTS)

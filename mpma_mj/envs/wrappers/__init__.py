@@ -1,0 +1,8 @@
+"""What can be put around an environment, for agents of any kind."""
+
+from mpma_mj.envs.wrappers.evaluate import Evaluate
+from mpma_mj.envs.wrappers.feedback_assist import FeedbackAssist
+from mpma_mj.envs.wrappers.record_video import RecordVideo
+from mpma_mj.envs.wrappers.wrapper import Wrapper
+
+__all__ = ["Evaluate", "FeedbackAssist", "RecordVideo", "Wrapper"]

@@ -1,0 +1,120 @@
+"""Videos of whatever an agent does, drawn while it does it."""
+
+from __future__ import annotations
+
+import contextlib
+from pathlib import Path
+from typing import Any
+
+import dm_env
+import imageio.v2 as imageio
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.envs.rendering import ArmRenderer
+from mpma_mj.envs.wrappers.wrapper import Wrapper
+from mpma_mj.errors import BadOptionError
+from mpma_mj.files import whole
+
+__all__ = ["RecordVideo"]
+
+Array = NDArray[np.float64]
+
+_NUMBER = "{episode}"
+
+
+class RecordVideo(Wrapper):
+    """Draws every moment of every episode, arms and ghost, into a video as fast as the dance.
+
+    Frames go to the encoder one by one. A video gets its name when its episode ends, is left by
+    `reset`, or `close` is called; before, there is none of that name. An episode without a step
+    leaves none.
+    """
+
+    def __init__(self, env: dm_env.Environment, path: str | Path, camera: str = "front") -> None:
+        """Wrap an environment.
+
+        Args:
+            env: Environment that `mpma_mj.load` returned, perhaps wrapped.
+            path: The `.mp4` file; "{episode}" in it becomes the episode's number, from 0.
+                Without it the video of an episode replaces that of the one before.
+            camera: Name of a camera of the model: front, side or three_quarter.
+
+        Raises:
+            BadOptionError: The path is not that of an mp4, or there is no such camera.
+        """
+        super().__init__(env)
+        if Path(path).suffix != ".mp4":
+            raise BadOptionError(f"path is '{path}'; expected a name that ends in .mp4")
+        model = env.physics.model
+        cameras = [model.id2name(i, "camera") for i in range(model.ncam)]
+        if camera not in cameras:
+            raise BadOptionError(f"camera is '{camera}'; expected one of {', '.join(cameras)}")
+        self._path = str(path)
+        self._renderer = ArmRenderer(env.physics, camera=camera)
+        self._video = contextlib.ExitStack()
+        self._writer: Any = None
+        self._ghost: Array | None = None
+        self._episode = -1
+
+    def reset(self) -> dm_env.TimeStep:
+        """Begin an episode; what there is of the one before is a video."""
+        self._finish()
+        return super().reset()
+
+    def step(self, action: Array) -> dm_env.TimeStep:
+        """Act; draw before and, where the episode ends, after.
+
+        Args:
+            action: Action, shape (8,), in [-1, 1].
+
+        Raises:
+            RenderingError: OpenGL does not draw.
+            RunFolderError: The video's folder cannot be written.
+        """
+        if self._ghost is not None:
+            self._draw()
+        return super().step(action)
+
+    def close(self) -> None:
+        """Finish the video, give the OpenGL context back, close the environment inside."""
+        self._finish()
+        self._renderer.close()
+        super().close()
+
+    def _begun(self, timestep: dm_env.TimeStep) -> None:
+        self._episode += 1
+        self._ghost = timestep.observation["reference"].copy()
+
+    def _stepped(self, action: Array, timestep: dm_env.TimeStep) -> None:
+        self._ghost = timestep.observation["reference"].copy()
+        if timestep.last():
+            self._draw()
+            self._finish()
+
+    def _draw(self) -> None:
+        """Draw the arms as they are; a video that fails on the way is no video."""
+        physics = self._env.physics
+        try:
+            # Which positions are up to date after a step is the environment's own affair.
+            mujoco.mj_kinematics(physics.model.ptr, physics.data.ptr)
+            picture = self._renderer.picture(ghost=self._ghost)
+            if self._writer is None:
+                self._writer = self._open()
+            self._writer.append_data(picture)
+        except BaseException as error:
+            self._ghost = self._writer = None
+            self._video.__exit__(type(error), error, error.__traceback__)
+            raise
+
+    def _open(self) -> Any:
+        path = Path(self._path.replace(_NUMBER, str(self._episode)))
+        temporary = self._video.enter_context(whole(path))
+        rate = 1.0 / self._env.control_timestep()
+        writer = imageio.get_writer(temporary, fps=rate, codec="libx264", quality=7)
+        return self._video.enter_context(writer)
+
+    def _finish(self) -> None:
+        self._ghost = self._writer = None
+        self._video.close()

@@ -1,0 +1,417 @@
+"""The Gymnasium face: its own checker, the same numbers as dm_env, pickles, registration."""
+
+import copy
+import pickle
+import subprocess
+import sys
+import warnings
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import mujoco
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+from gymnasium.utils.passive_env_checker import env_render_passive_checker
+from gymnasium.vector import AsyncVectorEnv
+from numpy.typing import NDArray
+
+from mpma_mj.envs import gl
+from mpma_mj.envs.gym import FlatImitationEnv, ImitationEnv
+from mpma_mj.envs.load import load
+from mpma_mj.errors import BadOptionError, MpmaError, RenderingError
+from mpma_mj.motions import ymca
+from tests.envs.test_gl import python
+
+ARMS = ("physics", "kinematic")
+DICTIONARY, FLAT = NAMES = ("TwoArmImitation-v0", "TwoArmImitationFlat-v0")
+MOTION = ymca()
+
+Array = NDArray[np.float64]
+
+
+@pytest.fixture(scope="module")
+def opengl() -> None:
+    try:
+        gl.require_backend()
+    except RenderingError as error:
+        pytest.skip(str(error))
+
+
+def make(name: str = DICTIONARY, **options: Any) -> gymnasium.Env[Any, Any]:
+    return gymnasium.make(f"mpma_mj:{name}", **{"repeats": 1, **options})
+
+
+def actions(count: int, seed: int = 0) -> Array:
+    """Return actions, some beyond the bounds, that drive elbows into their limits too."""
+    return np.random.default_rng(seed).uniform(-1.5, 1.5, (count, 8)).cumsum(axis=0).clip(-1.5, 1.5)
+
+
+@contextmanager
+def warnings_are_errors() -> Iterator[None]:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        yield
+
+
+def assert_same(one: Any, other: Any) -> None:
+    """Compare what `reset` or `step` returned, bit for bit."""
+    for a, b in zip(one, other, strict=True):
+        if isinstance(a, dict):
+            assert a.keys() == b.keys()
+            assert_same(a.values(), b.values())
+        else:
+            np.testing.assert_array_equal(a, b)
+
+
+@pytest.mark.parametrize("arms", ARMS)
+@pytest.mark.parametrize("name", NAMES)
+def test_gymnasiums_checker_has_nothing_to_say(name: str, arms: str) -> None:
+    with warnings_are_errors(), closing(make(name, arms=arms)) as env:
+        # Rendering apart: the mode for people needs a display.
+        check_env(env.unwrapped, skip_render_check=True)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.usefixtures("opengl")
+def test_gymnasiums_checker_takes_the_pictures(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(ImitationEnv.metadata, "render_modes", ["rgb_array"])
+    with warnings_are_errors(), closing(make(name, render_mode="rgb_array")) as env:
+        check_env(env.unwrapped)
+
+
+@pytest.mark.parametrize("arms", ARMS)
+@pytest.mark.parametrize("name", NAMES)
+def test_numbers_are_those_of_dm_env(name: str, arms: str) -> None:
+    plain = load(MOTION, arms=arms, repeats=1, seed=7)
+    env = make(name, motion=MOTION, arms=arms)
+    for episode in range(2):
+        observation, info = env.reset(seed=7) if episode == 0 else env.reset()
+        timestep = plain.reset()
+        for action in actions(1000, episode):
+            expected = timestep.observation
+            if name == FLAT:
+                expected = np.concatenate(list(expected.values()))
+            assert observation in env.observation_space
+            assert_same([observation], [expected])
+            observation, reward, terminated, truncated, info = env.step(action)
+            timestep = plain.step(action)
+            assert reward == timestep.reward
+            assert np.mean(list(info["reward_terms"].values())) == pytest.approx(reward)
+            assert (terminated, truncated) == (False, timestep.last())
+            if truncated:
+                break
+        assert timestep.last()
+        assert timestep.discount == 1.0
+
+
+@pytest.mark.parametrize("arms", ARMS)
+def test_what_is_not_a_number_terminates(arms: str) -> None:
+    with warnings_are_errors():
+        env = make(arms=arms)
+        env.reset()
+        env.step(np.zeros(8))
+        observation, reward, terminated, truncated, info = env.step(np.full(8, np.nan))
+        assert observation in env.observation_space
+        assert (reward, terminated, truncated) == (0.0, True, False)
+        assert set(info["reward_terms"].values()) == {0.0}
+        env.reset()
+        assert not env.step(np.zeros(8))[2]
+
+
+def test_reward_terms_have_names() -> None:
+    terms = make().reset()[1]["reward_terms"]
+    assert list(terms) == ["left_upper_arm", "left_forearm", "right_upper_arm", "right_forearm"]
+
+
+def test_no_step_before_and_after_an_episode() -> None:
+    env = ImitationEnv(motion=MOTION, repeats=1)
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        env.step(np.zeros(8))
+    env.reset()
+    while not env.step(np.zeros(8))[3]:
+        pass
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        env.step(np.zeros(8))
+
+
+def test_episodes_follow_from_the_seed_alone() -> None:
+    def episodes(env: gymnasium.Env[Any, Any], seed: int) -> list[Array]:
+        return [env.reset(seed=seed)[0]["target"], env.reset()[0]["target"]]
+
+    env, used = make(seed=5), make(seed=9)
+    used.reset(seed=4)
+    used.step(np.zeros(8))
+    used.reset()
+    first, second = episodes(env, 0)
+    np.testing.assert_array_equal(episodes(used, 0), [first, second])
+    assert not np.array_equal(first, second)
+    assert not np.array_equal(episodes(env, 1)[0], first)
+    by_option = make(seed=0)
+    np.testing.assert_array_equal(by_option.reset()[0]["target"], first)
+    np.testing.assert_array_equal(by_option.reset()[0]["target"], second)
+
+
+def test_the_generator_is_numpys_and_seeded() -> None:
+    env = make(seed=0)
+    assert isinstance(env.unwrapped.np_random, np.random.Generator)
+    assert env.unwrapped.np_random_seed == 0
+    drawn = []
+    for _ in range(2):
+        env.reset(seed=0)
+        drawn.append(env.unwrapped.np_random.random())
+    assert drawn[0] == drawn[1]
+
+
+def test_spaces_are_bounded_and_in_the_order_of_the_documentation() -> None:
+    env, flat = make(), make(FLAT)
+    labels = len(MOTION.labels)
+    sizes = {"posture": 12, "reference": 12, "target": 12, "context": labels}
+    sizes |= {"joint_angles": 8, "joint_velocities": 8}
+    assert {k: s.shape[0] for k, s in env.observation_space.items()} == sizes
+    assert list(env.observation_space) == list(sizes)
+    assert flat.observation_space == gymnasium.spaces.flatten_space(env.observation_space)
+    assert flat.observation_space.shape == (52 + labels,)
+    assert env.observation_space["context"].high.max() == 1.0
+    assert env.observation_space["context"].low.min() == 0.0
+    np.testing.assert_allclose(env.observation_space["posture"].high, 1.0, atol=1e-8)
+    for space in (env.action_space, flat.action_space):
+        assert space == gymnasium.spaces.Box(-1.0, 1.0, (8,), np.float32)
+
+
+def test_float64_actions_are_not_rounded() -> None:
+    env = make(arms="kinematic")
+    env.reset()
+    action = np.full(8, 0.1)
+    velocity = env.step(action)[0]["joint_velocities"]
+    speed = env.unwrapped._env.physics.max_joint_speed
+    np.testing.assert_allclose(velocity / speed, action, rtol=1e-12)
+
+
+@pytest.mark.parametrize(("rate", "expected"), [(20.0, 20), (40.0, 40)])
+def test_the_rate_of_pictures_is_that_of_control(rate: float, expected: float) -> None:
+    env = make(motion=ymca(rate=rate))
+    assert env.metadata["render_fps"] == expected
+    assert env.metadata["render_modes"] == ["rgb_array", "human"]
+    assert ImitationEnv.metadata["render_fps"] == 20
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"tempi": 2}, "no option 'tempi'; expected one of motion, arms, "),
+        ({"arms": "rubber"}, "arms is 'rubber'; expected physics or kinematic"),
+        ({"motion": "macarena"}, "no motion 'macarena'"),
+        ({"seed": -1}, "seed is -1"),
+    ],
+)
+def test_bad_options_are_one_line(options: dict[str, Any], message: str) -> None:
+    with pytest.raises(MpmaError) as caught:
+        make(**options)
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_an_unknown_render_mode_is_one_line() -> None:
+    with pytest.raises(BadOptionError, match="render_mode is 'ansi'; expected rgb_array or human"):
+        ImitationEnv(render_mode="ansi")
+
+
+@pytest.mark.parametrize("action", [np.zeros(7), np.zeros((1, 8)), 0.5])
+def test_an_action_of_another_shape_is_refused_and_changes_nothing(action: Any) -> None:
+    env, other = make(), make()
+    env.reset(seed=0), other.reset(seed=0)
+    with pytest.raises(BadOptionError, match=r"^action has shape \(.*\); expected \(8,\)$"):
+        env.step(action)
+    assert_same(env.step(np.ones(8)), other.step(np.ones(8)))
+
+
+@pytest.mark.parametrize("arms", ARMS)
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("again", [lambda env: pickle.loads(pickle.dumps(env)), copy.deepcopy])
+def test_a_pickle_goes_on_identically(name: str, arms: str, again: Any) -> None:
+    env = make(name, arms=arms, motion="ymca")
+    env.reset(seed=3)
+    env.reset()
+    played = actions(1000)
+    for action in played[:50]:
+        env.step(action)
+    env.action_space.seed(0)
+    env.unwrapped.np_random.random()
+    other = again(env)
+    np.testing.assert_array_equal(env.action_space.sample(), other.action_space.sample())
+    assert env.unwrapped.np_random.random() == other.unwrapped.np_random.random()
+    assert env.spec == other.spec
+    truncated = False
+    for action in played[50:]:
+        one, two = env.step(action), other.step(action)
+        assert_same(one, two)
+        if truncated := one[3]:
+            break
+    assert truncated
+    assert_same(env.reset(), other.reset())
+    assert_same(env.step(played[0]), other.step(played[0]))
+
+
+def test_pickles_of_an_environment_not_begun_and_of_one_at_its_end() -> None:
+    env = ImitationEnv(motion=MOTION, repeats=1, seed=2)
+    fresh = pickle.loads(pickle.dumps(env))
+    assert_same(env.reset(), fresh.reset())
+    while not env.step(np.zeros(8))[3]:
+        pass
+    over = pickle.loads(pickle.dumps(env))
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        over.step(np.zeros(8))
+    assert_same(env.reset(), over.reset())
+    env.step(np.full(8, np.nan))
+    diverged = pickle.loads(pickle.dumps(env))
+    assert_same(env.reset(), diverged.reset())
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_asynchronous_environments_are_like_single_ones(name: str) -> None:
+    options = {"motion": "ymca", "arms": "kinematic"}
+    single = [make(name, **options) for _ in range(2)]
+    together = AsyncVectorEnv([lambda: make(name, **options)] * 2)
+    with closing(together):
+        observations, _ = together.reset(seed=0)
+        alone = [env.reset(seed=seed)[0] for seed, env in enumerate(single)]
+        for action in actions(3):
+            for i, observation in enumerate(alone):
+                got = {k: v[i] for k, v in observations.items()} if name != FLAT else None
+                assert_same([got or observations[i]], [observation])
+            observations, rewards, _, _, infos = together.step(np.stack([action, -action]))
+            steps = [single[0].step(action), single[1].step(-action)]
+            alone = [step[0] for step in steps]
+            np.testing.assert_array_equal(rewards, [step[1] for step in steps])
+        term = infos["reward_terms"]["left_forearm"]
+        assert term[1] == steps[1][4]["reward_terms"]["left_forearm"]
+
+
+@pytest.mark.usefixtures("opengl")
+def test_pictures_pickled_and_closed() -> None:
+    env = make(render_mode="rgb_array")
+    env.reset(seed=0)
+    env.step(np.ones(8))
+    picture = env.render()
+    assert picture.shape == (480, 640, 3)
+    assert picture.dtype == np.uint8
+    other = pickle.loads(pickle.dumps(env))
+    env.close()
+    assert env.unwrapped._renderer is None
+    env.close()
+    np.testing.assert_array_equal(other.render(), picture)
+    assert_same(env.step(np.ones(8)), other.step(np.ones(8)))
+    assert (env.render() != picture).any()
+    env.close(), other.close()
+
+
+@pytest.mark.usefixtures("opengl")
+def test_videos_can_be_recorded(tmp_path: Path) -> None:
+    pytest.importorskip("moviepy")
+    env = make(render_mode="rgb_array")
+    with closing(gymnasium.wrappers.RecordVideo(env, str(tmp_path / "videos"))) as recorded:
+        recorded.reset()
+        for action in actions(5):
+            recorded.step(action)
+    (video,) = (tmp_path / "videos").glob("*.mp4")
+    assert video.stat().st_size > 1000
+
+
+@pytest.mark.usefixtures("opengl")
+def test_nothing_is_printed_where_closing_was_forgotten() -> None:
+    code = (
+        "import gymnasium\n"
+        "env = gymnasium.make('mpma_mj:TwoArmImitation-v0', render_mode='rgb_array')\n"
+        "env.reset(); env.render()"
+    )
+    result = python(code)
+    assert (result.returncode, result.stderr) == (0, "")
+
+
+def test_rendering_without_a_mode_warns() -> None:
+    env = ImitationEnv(motion=MOTION)
+    env.reset()
+    with pytest.warns(UserWarning, match="without a render_mode"):
+        assert env.render() is None
+
+
+def test_without_a_display_there_is_no_window() -> None:
+    code = (
+        "import gymnasium\n"
+        "from mpma_mj.errors import RenderingError\n"
+        "env = gymnasium.make('mpma_mj:TwoArmImitation-v0', render_mode='human')\n"
+        "try: env.reset()\n"
+        "except RenderingError as error: print(error)"
+    )
+    for display in ({}, {"DISPLAY": ":98765"}):
+        result = python(code, **display)
+        expected = 'no window: there is no display here; use render_mode="rgb_array"\n'
+        assert result.stdout == expected, result.stderr
+
+
+class Window:
+    """What the environment uses of MuJoCo's window."""
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        mujoco.mj_forward(model, data)  # as the true one does
+        self.user_scn = mujoco.MjvScene(model, 100)
+        self.open = True
+        self.synced = 0
+
+    def is_running(self) -> bool:
+        return self.open
+
+    def lock(self) -> Any:
+        return warnings.catch_warnings()  # any context
+
+    def sync(self) -> None:
+        self.synced += 1
+
+    def close(self) -> None:
+        self.open = False
+
+
+def test_a_window_follows_the_steps_and_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    from mpma_mj.envs import viewer
+
+    monkeypatch.setattr(viewer, "_there_is_a_display", lambda: True)
+    monkeypatch.setattr("mujoco.viewer.launch_passive", Window)
+    env, plain = make(render_mode="human"), make()
+    assert_same(env.reset(seed=0), plain.reset(seed=0))
+    for action in actions(3):
+        assert_same(env.step(action), plain.step(action))
+    assert env_render_passive_checker(env.unwrapped) is None
+    window = env.unwrapped._viewer._window
+    assert window.synced == 5
+    assert window.user_scn.ngeom == 8  # of one ghost
+    pickle.loads(pickle.dumps(env)).step(np.zeros(8))
+    env.close()
+    assert not window.open
+
+
+def test_registered_in_whichever_order_packages_are_imported() -> None:
+    made = "gymnasium.make('mpma_mj:TwoArmImitation-v0', disable_env_checker=True)"
+    for first in ("import gymnasium", "import mpma_mj; import gymnasium"):
+        result = subprocess.run(
+            [sys.executable, "-W", "error::UserWarning", "-c", f"{first}; print({made})"],
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert "ImitationEnv<TwoArmImitation-v0>" in result.stdout, result.stderr
+
+
+def test_importing_the_package_does_not_import_gymnasium() -> None:
+    result = python("import mpma_mj, sys; print({'gymnasium', 'numpy'} & set(sys.modules))")
+    assert result.stdout.strip() == "set()"
+    code = "import mpma_mj, gymnasium, sys, json.tool; print({'mujoco'} & set(sys.modules))"
+    assert python(code).stdout.strip() == "set()"
+
+
+def test_both_names_lead_to_their_classes() -> None:
+    assert type(make(DICTIONARY).unwrapped) is ImitationEnv
+    assert type(make(FLAT).unwrapped) is FlatImitationEnv
