@@ -33,6 +33,7 @@ _TIME = re.compile(
     re.I,
 )
 _FRAMES = {"frame", "frame#", "frames", "frame number", "frame_number", "index"}
+_OTHER_SECTIONS = {"Devices", "Events", "Joints", "Model Outputs", "Segments"}
 _LENGTHS = {
     **{"m": "m", "meter": "m", "meters": "m", "metres": "m"},
     **{"cm": "cm", "centimeters": "cm", "mm": "mm", "millimeters": "mm", "inches": "inch"},
@@ -45,6 +46,7 @@ class _Header:
 
     rows: list[list[str]]
     axes: int  # index of the row with the axes
+    start: int  # index of the first row's line in the file
 
     def cell(self, row: int, column: int) -> str:
         cells = self.rows[row]
@@ -68,7 +70,8 @@ def read_table(file: TextFile, findings: Findings) -> Recording:
     first = _first_numbers(header)
     columns, names = _columns(header, first)
     titles = [cell.lower() for cell in header.rows[header.axes]]
-    grid = Grid.starting(file, first)
+    line = header.start + first  # index of the first row of numbers in the file
+    grid = Grid.starting(file, line)
     rate = _declared(header, _RATE)
     counter = next((i for i, title in enumerate(titles) if title in _FRAMES), None)
     timer = next((i for i, title in enumerate(titles) if _TIME.fullmatch(title)), None)
@@ -80,7 +83,7 @@ def read_table(file: TextFile, findings: Findings) -> Recording:
         more = grid.width - max(len(row) for row in header.rows[:first])
         if grid.width < fewest or more == 1 or (more > 0 and grid.separator == ","):
             raise MotionFileError(
-                f"{file.path}: line {first + 1} has {grid.width} columns, but the header names"
+                f"{file.path}: line {line + 1} has {grid.width} columns, but the header names"
                 f" {len(header.rows[header.axes])}; export the file anew"
             )
         if timer is not None:
@@ -102,20 +105,30 @@ def read_table(file: TextFile, findings: Findings) -> Recording:
 
 def _find_header(file: TextFile) -> _Header:
     """Return the header's rows; their last lines are already numbers."""
-    lines = [line.replace('"', "") for line in file.head(_LONGEST_HEADER)]
-    start = next((i for i, line in enumerate(lines) if line.startswith("Trajectories")), 0)
-    for index in range(start, len(lines)):
+    start = _section(file)
+    head = itertools.islice(file.lines(start), _LONGEST_HEADER)
+    lines = [line.replace('"', "") for line in head]
+    for index in range(len(lines)):
         for separator in ("\t", ";", ",", None):
             cells = [cell.strip() for cell in lines[index].split(separator)]
             if sum(_axis(cell) == "x" for cell in cells) < _FEWEST_POINTS:
                 continue
             rows = [[cell.strip() for cell in line.split(separator)] for line in lines]
-            return _Header(rows, index)
+            return _Header(rows, index, start)
     raise MotionFileError(
         f"{file.path}: no known recording, and no table either: no header row names columns like"
         " left_wrist_x, left_wrist_y, left_wrist_z; export as C3D, BVH, ASF/AMC, TRC, Qualisys"
         " TSV or CSV with a header"
     )
+
+
+def _section(file: TextFile) -> int:
+    """Return the index of the line where Vicon's trajectories begin, after its other sections."""
+    first = next(iter(file.head(1)), "").strip(' ",;\t')
+    if first not in _OTHER_SECTIONS:
+        return 0
+    lines = enumerate(file.lines())
+    return next((i for i, line in lines if line.lstrip('"').startswith("Trajectories")), 0)
 
 
 def _axis(cell: str) -> str:

@@ -299,6 +299,27 @@ def test_times_that_are_rounded_are_even(tmp_path: Path, points: writers.Points)
     assert not findings.warnings
 
 
+def test_other_sections_before_vicons_trajectories_are_passed_over(
+    tmp_path: Path, points: writers.Points
+) -> None:
+    path = tmp_path / "nexus.csv"
+    devices = ["Devices", "1000", ",,Force", "Frame,Sub Frame,Fx,Fy,Fz", ",,N,N,N"]
+    devices += [f"{i},0,1,2,3" for i in range(100)]
+    outputs = [
+        "Model Outputs",
+        "100",
+        ",,A:LElbowAngles,,",
+        "Frame,Sub Frame,X,Y,Z",
+        ",,deg,deg,deg",
+    ]
+    outputs += [f"{i},0,10,20,30" for i in range(100)]
+    for sections in (devices, outputs, [*devices, "", *outputs]):
+        path.write_text("\n".join([*sections, "", writers.vicon_text(points)]))
+        recording, tracks, _ = read(path)
+        assert recording.rate == 100.0
+        assert_same(tracks, points, atol=1e-3)
+
+
 def test_lines_after_an_empty_one_are_told(tmp_path: Path, points: writers.Points) -> None:
     lines = writers.vicon_text(points).splitlines()
     lines.insert(5 + 40, "")
