@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 _DRIFT = 0.25  # frames
 _UNEVEN, _OFTEN = 0.25, 0.05  # frames that a step is off; share of the steps (choice)
-_LOOKED_AT = 1000  # times whose decimals are looked at
+_LOOKED_AT = 4096  # times, the first ones, that tell the rate and how it is rounded
 _UNITS_OF_TIME = {"milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
 _FASTEST = 1000.0  # Hz that such times are taken to make
 _MOST_MISSING = 10  # times as many frames as there are rows: then the numbers are wrong instead
@@ -87,7 +87,7 @@ def _by_times(times: Array, grid: Grid, findings: Findings) -> Callable[[Array],
         findings: Is told of missing frames.
     """
     steps = np.diff(times)
-    usual = _usual_step(steps)
+    usual = _usual_step(times)
     if _come_unevenly(times):
         return functools.partial(_interpolated, times=times, step=usual)
     numbers = np.concatenate([[0.0], np.cumsum(_frames_of(steps, usual))])
@@ -102,8 +102,9 @@ def _placed(track: Array, *, places: NDArray[np.int_]) -> Array:
     return whole
 
 
-def _usual_step(steps: Array) -> float:
+def _usual_step(times: Array) -> float:
     """Return the mean of the steps that span one frame; a longer one spans missing ones."""
+    steps = np.diff(times[:_LOOKED_AT])
     return float(steps[steps < 1.5 * np.median(steps)].mean())
 
 
@@ -115,7 +116,7 @@ def _frames_of(steps: Array, usual: float) -> Array:
 def _come_unevenly(times: Array) -> bool:
     """Tell whether steps between times often differ from whole frames by more than rounding."""
     steps = np.diff(times)
-    usual = _usual_step(steps)
+    usual = _usual_step(times)
     off = np.abs(steps / usual - _frames_of(steps, usual))
     return bool(np.mean(off > _UNEVEN + _resolution(times) / usual) > _OFTEN)
 
@@ -155,7 +156,7 @@ def rate_of_times(
     steps = np.diff(times)
     if not _usable(times):
         return _coarse_rate(times, declared, findings)
-    rate = 1.0 / _usual_step(steps)
+    rate = 1.0 / _usual_step(times)
     for unit, scale in _UNITS_OF_TIME.items():
         if rate < 1.0 <= scale * rate <= _FASTEST:
             rate, steps = scale * rate, steps / scale
@@ -163,6 +164,7 @@ def rate_of_times(
             break
     if _come_unevenly(times):
         findings.warn(f"the frames come unevenly; they are interpolated to an even {rate:.4g} Hz")
+        return rate  # which the interpolation has, whatever the header says
     # Times are rounded, so that only a clear difference is one.
     if declared is not None and abs(rate - declared) < 0.02 * declared:
         return declared

@@ -449,6 +449,24 @@ def test_rows_that_the_times_leave_out_are_gaps(tmp_path: Path, points: writers.
         np.testing.assert_allclose(track[~gone], points[name][~gone], atol=1e-5)
 
 
+@pytest.mark.parametrize("later", [1.0, 1.4, 2.0])
+def test_time_is_right_where_the_rate_changes_in_the_middle(tmp_path: Path, later: float) -> None:
+    steps = np.repeat([1 / 30, later / 30], [5000, 1000])
+    times = np.concatenate([[0.0], np.cumsum(steps)])
+    names = list(writers.arm_points())
+    rows = [",".join(["time", *(f"{n}_{a}" for n in names for a in "xyz")])]
+    rows += [",".join([f"{t:.6f}", *([f"{t + 1:.6f}"] * 3 * len(names))]) for t in times]
+    path = tmp_path / "webcam.csv"
+    path.write_text("\n".join(rows) + "\n")
+    recording, tracks, _ = read(path)
+    assert recording.rate is not None
+    for track in tracks.values():
+        seen = ~np.isnan(track).any(axis=1)
+        even = np.arange(len(track)) / recording.rate
+        np.testing.assert_allclose(track[seen, 0], even[seen] + 1, atol=0.6 / 30)
+        assert even[-1] == pytest.approx(times[-1], abs=2 / 30)
+
+
 def test_uneven_frames_are_interpolated_to_even_ones(tmp_path: Path) -> None:
     rng = np.random.default_rng(0)
     times = np.cumsum(rng.uniform(0.02, 0.045, 200)) + 1.7e9
