@@ -17,21 +17,31 @@ from mpma_mj.envs.registration import register
 if TYPE_CHECKING:
     from mpma_mj.agents import MPMAConfig
     from mpma_mj.envs.load import load
+    from mpma_mj.envs.vector import make_vec
     from mpma_mj.motions import Motion, read_motion
     from mpma_mj.training.imitate import make_agent
 
-__all__ = ["MPMAConfig", "Motion", "__version__", "load", "make_agent", "read_motion"]
+__all__ = [
+    "MPMAConfig",
+    "Motion",
+    "__version__",
+    "load",
+    "make_agent",
+    "make_vec",
+    "read_motion",
+]
 
 __version__ = "0.1.0"
 
 choose_backend()  # before anything imports MuJoCo, which reads the choice when imported
-register()  # with Gymnasium, if that is ever imported
+register()  # with Gymnasium, which finds its environments by importing this package
 
 _HOMES = {
     "MPMAConfig": "mpma_mj.agents",
     "Motion": "mpma_mj.motions",
     "load": "mpma_mj.envs.load",
     "make_agent": "mpma_mj.training.imitate",
+    "make_vec": "mpma_mj.envs.vector",
     "read_motion": "mpma_mj.motions",
 }
 

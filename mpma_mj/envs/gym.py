@@ -8,17 +8,16 @@ Observations are a dictionary, or one array:
 
 from __future__ import annotations
 
-import inspect
 from typing import TYPE_CHECKING, Any, SupportsFloat
 
 import gymnasium
 import mujoco
 import numpy as np
-from gymnasium import spaces
 from numpy.typing import ArrayLike, NDArray
 
 from mpma_mj.envs.load import load
 from mpma_mj.envs.rendering import ArmRenderer
+from mpma_mj.envs.spaces import action_space, flatten, observation_space
 from mpma_mj.errors import BadOptionError
 
 if TYPE_CHECKING:
@@ -27,14 +26,6 @@ if TYPE_CHECKING:
 __all__ = ["FlatImitationEnv", "ImitationEnv"]
 
 Array = NDArray[np.float64]
-
-# Coordinates of unit vectors, which may be rounded to a little more than 1.
-_UNIT = 1.0 + 1e-9
-_BOUNDS = {"posture": (-_UNIT, _UNIT), "reference": (-_UNIT, _UNIT), "target": (-_UNIT, _UNIT)}
-_BOUNDS["context"] = (0.0, 1.0)
-# Shoulders turn without end, and arms that have mass overshoot, elbows their range too: the one
-# bound of angles and velocities that holds is where MuJoCo takes a simulation for diverged.
-_NO_BOUND = (-mujoco.mjMAXVAL, mujoco.mjMAXVAL)
 
 # All that a next step depends on; the rest of MuJoCo's data follows from it.
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
@@ -48,8 +39,12 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
     libraries expect of it (a policy's output is, and Gymnasium's own MuJoCo environments have
     both so); float64 actions are taken too and are not rounded.
 
-    An episode is truncated at the end of the demonstration and terminated if the simulation
-    diverges. `info["reward_terms"]` holds the terms of the reward by name, each in [0, 1].
+    An episode is truncated at the end of the demonstration, and terminated if the simulation
+    diverges or the arms are farther off than `early_termination` allows. `info` holds
+
+    - `reward_terms`: the terms of the reward by name, each in [0, 1];
+    - `clipped`: how many entries of the action were beyond [-1, 1], and were clipped;
+    - `ending`: why the episode has ended; empty while it goes on.
 
     Episodes follow from the seed: `reset(seed=s)` starts the first episode of seed s, and
     `reset()` the next one. Before any seed is given it is the option `seed`. In a vector
@@ -59,6 +54,7 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
     it is made again from its options, so a recording has to be where it was.
     """
 
+    _flat = False
     metadata = {"render_modes": ["rgb_array", "human"], "render_fps": 20}  # noqa: RUF012
 
     def __init__(self, *, render_mode: str | None = None, **options: Any) -> None:
@@ -73,12 +69,6 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
             BadOptionError: An option is outside what it may be, or there is none of that name.
             MpmaError: The movement cannot be read, or is faster than the arms.
         """
-        known = inspect.signature(load).parameters
-        for name in options:
-            if name not in known:
-                raise BadOptionError(
-                    f"no option '{name}'; expected one of {', '.join(known)}, render_mode"
-                )
         modes = self.metadata["render_modes"]
         if render_mode is not None and render_mode not in modes:
             raise BadOptionError(f"render_mode is '{render_mode}'; expected {' or '.join(modes)}")
@@ -90,12 +80,11 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
         self._viewer: ArmViewer | None = None
         rate = 1.0 / self._env.control_timestep()
         self.metadata = self.metadata | {"render_fps": round(rate, 3)}
-        self.action_space = spaces.Box(-1.0, 1.0, self._env.action_spec().shape)  # float32
-        self.observation_space = self._space(
-            {name: _box(name, spec.shape) for name, spec in self._env.observation_spec().items()}
-        )
+        self.action_space = action_space()
+        shapes = {name: spec.shape for name, spec in self._env.observation_spec().items()}
+        self.observation_space = observation_space(shapes, flat=self._flat)
         # Not from the clock: a run can be had again from its options.
-        super().reset(seed=int(options.get("seed", known["seed"].default)))
+        super().reset(seed=int(self._env.task.seed))
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -124,23 +113,18 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
 
         Args:
             action: Joint velocities over the joints' top speeds, shape (8,); what is beyond
-                [-1, 1] is clipped, and what is not a number makes the simulation diverge.
+                [-1, 1] is clipped.
 
         Returns:
-            Observation, reward, whether the simulation has diverged, whether the demonstration
-            is at its end, and the terms of the reward.
+            Observation, reward, whether the episode is terminated, whether it is truncated, and
+            `info`, as the class describes them.
 
         Raises:
-            BadOptionError: The action has another shape.
+            BadOptionError: The action has another shape, or holds what is no finite number.
             ResetNeeded: No episode has begun, or it is over.
         """
         if self._over:
             raise gymnasium.error.ResetNeeded("no episode is under way; call reset()")
-        action = np.asarray(action, np.float64)
-        if action.shape != self.action_space.shape:
-            raise BadOptionError(
-                f"action has shape {action.shape}; expected {self.action_space.shape}"
-            )
         timestep = self._env.step(action)
         self._over = timestep.last()
         if self.render_mode == "human":
@@ -183,13 +167,13 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
         return {name: value for name, value in vars(self).items() if name not in left} | {
             "task": vars(self._env.task).copy(),
             "arms": physics.get_state(_STATE),
-            "diverged": physics.diverged,
+            "divergence": physics.divergence,
         }
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Make the environment again and take it to where it was."""
         state = state.copy()
-        task, arms, diverged = (state.pop(name) for name in ("task", "arms", "diverged"))
+        task, arms, divergence = (state.pop(name) for name in ("task", "arms", "divergence"))
         vars(self).update(state)
         self._renderer = self._viewer = None
         self._env = load(**self._options)
@@ -198,24 +182,18 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
         physics = self._env.physics
         physics.set_state(arms, _STATE)
         mujoco.mj_step1(physics.model.ptr, physics.data.ptr)  # positions from the state
-        physics.diverged = diverged
-
-    def _space(self, parts: dict[str, spaces.Box[np.float64]]) -> spaces.Space[Any]:
-        return spaces.Dict(list(parts.items()))  # a dictionary would be sorted by name
+        physics.divergence = divergence
 
     def _pack(self, observation: dict[str, Array]) -> Any:
-        return observation
+        return flatten(observation) if self._flat else observation
 
     def _info(self) -> dict[str, Any]:
-        physics = self._env.physics
-        terms = self._env.task.reward_terms(physics)
-        # Where arms that diverged are, says nothing: as in the reward.
-        return {
-            "reward_terms": {k: 0.0 if physics.diverged else float(v) for k, v in terms.items()}
-        }
+        task = self._env.task
+        terms = task.reward_terms(self._env.physics)
+        return {"reward_terms": terms, "clipped": task.clipped, "ending": task.ending}
 
     def _ghost(self) -> Array:
-        return self._env.task.get_observation(self._env.physics)["reference"]
+        return self._env.task.reference
 
     def _show(self) -> None:
         if self._viewer is None:
@@ -229,19 +207,8 @@ class FlatImitationEnv(ImitationEnv):
     """The same with observations of one array, float64, shape (52 + C,).
 
     In this order, C being the context's length: posture 0 to 11, reference 12 to 23, target
-    24 to 35, context from 36, then eight joint angles, rad, and eight joint velocities, rad/s.
+    24 to 35, context from 36, then eight joint angles, rad, and eight joint velocities, rad/s;
+    at the end `future` and `phase`, where options ask for them.
     """
 
-    def _space(self, parts: dict[str, spaces.Box[np.float64]]) -> spaces.Space[Any]:
-        low = np.concatenate([part.low for part in parts.values()])
-        high = np.concatenate([part.high for part in parts.values()])
-        self._order = tuple(parts)
-        return spaces.Box(low, high, dtype=np.float64)
-
-    def _pack(self, observation: dict[str, Array]) -> Array:
-        return np.concatenate([observation[name] for name in self._order])
-
-
-def _box(name: str, shape: tuple[int, ...]) -> spaces.Box[np.float64]:
-    low, high = _BOUNDS.get(name, _NO_BOUND)
-    return spaces.Box(low, high, shape, dtype=np.float64)
+    _flat = True

@@ -3,46 +3,96 @@
 from __future__ import annotations
 
 import functools
-import math
-from pathlib import Path
 from typing import Self
 
 import mujoco
 import numpy as np
 from dm_control import mujoco as dm_mujoco
+from dm_control.mujoco.wrapper import MjModel
 from numpy.typing import NDArray
 
-from mpma_mj.arm import JOINT_NAMES, SIDES
+from mpma_mj import arm
+from mpma_mj.arm import JOINT_NAMES, SEGMENT_NAMES, SIDES
+from mpma_mj.envs.model import HANDS, make_model
+from mpma_mj.envs.options import EnvironmentOptions
+from mpma_mj.errors import BadOptionError
 
-__all__ = ["MODEL_PATH", "KinematicArms", "PhysicsArms"]
+__all__ = ["KinematicArms", "PhysicsArms", "ideal_move"]
 
 Array = NDArray[np.float64]
+Index = slice | NDArray[np.intp]
 
-MODEL_PATH = Path(__file__).parent.parent / "assets" / "two_arm.xml"
+# What MuJoCo warns of when it starts a simulation over because its numbers ran away.
+_RAN_AWAY = {
+    mujoco.mjtWarning.mjWARN_BADQPOS: "angle",
+    mujoco.mjtWarning.mjWARN_BADQVEL: "velocity",
+    mujoco.mjtWarning.mjWARN_BADQACC: "acceleration",
+}
+_GEOMETRY_TOLERANCE = 1e-3  # on unit vectors, of a user's own arms
 
 
 class PhysicsArms(dm_mujoco.Physics):
-    """Arms with mass, gravity, and velocity actuators of limited force."""
+    """Arms with mass, gravity, and velocity actuators of limited force.
 
-    diverged = False
-    """Whether the simulation has failed since the last reset."""
+    Attributes:
+        divergence: Why the simulation has failed since the last reset; empty if it has not.
+    """
+
+    divergence = ""
 
     @classmethod
-    def make(cls) -> Self:
-        """Return arms made from the package's own model."""
-        return cls.from_xml_path(str(MODEL_PATH))
+    def make(cls, options: EnvironmentOptions | None = None) -> Self:
+        """Return arms.
+
+        Args:
+            options: Options of the environment; those that are the default if not given.
+
+        Raises:
+            BadOptionError: A model of the user's own does not make such arms.
+        """
+        options = options or EnvironmentOptions()
+        arms = cls.from_model(MjModel(make_model(options)))
+        if options.model is not None:
+            arms.check_geometry(str(options.model))
+        return arms
+
+    @functools.cached_property
+    def joints(self) -> Index:
+        """Where the eight joints are in `qpos`, in the order of `JOINT_NAMES`."""
+        return _as_slice([int(self.model.joint(name).qposadr[0]) for name in JOINT_NAMES])
+
+    @functools.cached_property
+    def speeds(self) -> Index:
+        """Where the eight joints are in `qvel`."""
+        return _as_slice([int(self.model.joint(name).dofadr[0]) for name in JOINT_NAMES])
+
+    @functools.cached_property
+    def actuators(self) -> Index:
+        """Where the eight joints' actuators are in `ctrl`."""
+        return _as_slice([int(self.model.actuator(name).id) for name in JOINT_NAMES])
+
+    @functools.cached_property
+    def hands(self) -> list[int]:
+        """Numbers of the left and the right hand's bodies."""
+        return [int(self.model.body(name).id) for name in HANDS]
 
     @functools.cached_property
     def max_joint_speed(self) -> Array:
         """Joint speeds that action 1 commands, shape (8,), rad/s: the actuators' ranges."""
-        return self.named.model.actuator_ctrlrange[list(JOINT_NAMES), 1].copy()
+        return self.model.actuator_ctrlrange[self.actuators, 1].copy()
 
     @functools.cached_property
     def joint_range(self) -> tuple[Array, Array]:
         """Lowest and highest joint angles, each shape (8,), rad; infinite where unlimited."""
-        limited = self.model.jnt_limited.astype(bool)
-        low, high = self.model.jnt_range.T
+        joints = [self.model.joint(name) for name in JOINT_NAMES]
+        limited = np.array([joint.limited[0] for joint in joints], bool)
+        low, high = np.array([joint.range for joint in joints]).T
         return np.where(limited, low, -np.inf), np.where(limited, high, np.inf)
+
+    @property
+    def max_elbow(self) -> float:
+        """Farthest that an elbow bends, rad."""
+        return float(self.joint_range[1][3::4].min())
 
     @functools.cached_property
     def segment_lengths(self) -> Array:
@@ -61,20 +111,21 @@ class PhysicsArms(dm_mujoco.Physics):
         return matrix
 
     @functools.cached_property
-    def _directions(self) -> Array:
+    def directions(self) -> Array:
+        """Matrix that takes site positions to unit vectors, shape (4, number of sites)."""
         return self._segments / self.segment_lengths[:, None]
 
     def posture(self) -> Array:
         """Return the posture from the sites' positions, shape (12,), unit vectors."""
-        return np.dot(self._directions, self.data.ptr.site_xpos).ravel()
+        return np.dot(self.directions, self.data.ptr.site_xpos).ravel()
 
     def joint_angles(self) -> Array:
         """Return the joint angles, shape (8,), rad."""
-        return self.data.ptr.qpos.copy()
+        return self.data.ptr.qpos[self.joints].copy()
 
     def joint_velocities(self) -> Array:
         """Return the joint velocities, shape (8,), rad/s."""
-        return self.data.ptr.qvel.copy()
+        return self.data.ptr.qvel[self.speeds].copy()
 
     def site_positions(self, posture: Array) -> Array:
         """Return where shoulders, elbows and wrists are in a posture.
@@ -92,33 +143,83 @@ class PhysicsArms(dm_mujoco.Physics):
         start = np.broadcast_to(shoulders[:, None, :], (*segments.shape[:-2], 1, 3))
         return np.concatenate([start, start + np.cumsum(segments, axis=-2)], axis=-2)
 
+    def check_geometry(self, source: str) -> None:
+        """Check that joint angles give the postures that `arm` says they give.
+
+        Args:
+            source: Where the model comes from, for the message.
+
+        Raises:
+            BadOptionError: They do not; names the first joint that turns otherwise.
+        """
+        poses = {"at zero joint angles": np.zeros(8)}
+        for joint in reversed(range(8)):  # outermost first, which moves nothing else
+            pose = np.zeros(8)
+            pose[joint // 4 * 4 + 3] = 1.0  # or rotation would not show
+            pose[joint] += 0.5
+            poses[f"where {JOINT_NAMES[joint]} turns"] = pose
+        poses |= {"where all joints turn (order of axes?)": np.tile([0.4, 0.5, 0.6, 0.7], 2)}
+        for moment, pose in poses.items():
+            with self.reset_context():
+                self.data.ptr.qpos[self.joints] = pose
+            off = self.posture() - arm.posture_from_angles(pose)
+            if np.abs(off).max() > _GEOMETRY_TOLERANCE:
+                segment = SEGMENT_NAMES[int(np.abs(off).argmax()) // 3]
+                raise BadOptionError(
+                    f"{source}: {segment} points elsewhere than joint angles should make it,"
+                    f" {moment}; the axes have to be those of the package's two_arm.xml"
+                )
+
+    def place(self, joint_angles: Array, joint_velocities: Array) -> None:
+        """Set joint angles, (8,), rad, and velocities, (8,), rad/s, and what follows of them."""
+        self.data.ptr.qpos[self.joints] = joint_angles
+        self.data.ptr.qvel[self.speeds] = joint_velocities
+        mujoco.mj_kinematics(self.model.ptr, self.data.ptr)
+
     def set_control(self, control: Array) -> None:
         """Command joint velocities, shape (8,), rad/s."""
-        self.data.ptr.ctrl[:] = control
+        self.data.ptr.ctrl[self.actuators] = control
+
+    def push(self, forces: Array) -> None:
+        """Apply forces to left and right hand from now on, shape (2, 3), N."""
+        self.data.ptr.xfrc_applied[self.hands, :3] = forces
 
     def step(self, nstep: int = 1) -> None:
-        """Simulate `nstep` steps; `diverged` says afterwards whether they were possible."""
+        """Simulate `nstep` steps; `divergence` tells afterwards if they were not possible.
+
+        What a step leads to follows from angles, velocities, control and forces alone.
+        """
         model, data = self.model.ptr, self.data.ptr
-        if not math.isfinite(np.dot(data.ctrl, data.ctrl)):
-            self.diverged = True
-            return
         began = data.time
-        ends = began + nstep * model.opt.timestep
         # dm_control's own step looks after every quantity and costs as much as the simulation.
         # What is seen of the arms after it are joints and sites, and these are brought up to date.
         mujoco.mj_step(model, data, nstep)
         mujoco.mj_kinematics(model, data)
         # Where numbers run away MuJoCo warns and starts over at time 0, which shows by the time,
         # but not in the first step.
-        if abs(data.time - ends) > 0.5 * model.opt.timestep:
-            self.diverged = True
-        if began == 0.0 and data.warning.number.any():
-            self.diverged = True
+        if data.time <= began or (began == 0.0 and self._ran_away()):
+            self._give_up()
 
     def after_reset(self) -> None:
         """Bring all positions up to date with the initial joint angles."""
-        self.diverged = False
+        self.divergence = ""
         super().after_reset()
+
+    def _ran_away(self) -> list[str]:
+        """Return what ran away since the last reset, in words."""
+        warnings = self.data.ptr.warning
+        dof_joint = self.model.dof_jntid
+        return [
+            f"the {quantity} of {self.model.id2name(dof_joint[warnings[kind].lastinfo], 'joint')}"
+            for kind, quantity in _RAN_AWAY.items()
+            if warnings[kind].number
+        ]
+
+    def _give_up(self) -> None:
+        """Leave the arms hanging at rest, where numbers are finite."""
+        self.divergence = f"the simulation diverged: {' and '.join(self._ran_away())} ran away"
+        mujoco.mj_resetData(self.model.ptr, self.data.ptr)
+        mujoco.mj_kinematics(self.model.ptr, self.data.ptr)
 
 
 class KinematicArms(PhysicsArms):
@@ -131,13 +232,35 @@ class KinematicArms(PhysicsArms):
 
     def step(self, nstep: int = 1) -> None:
         """Integrate the commanded joint velocities: q ← clip(q + Δt·u)."""
-        data = self.data
-        if not np.isfinite(data.ctrl).all():
-            self.diverged = True
-            return
-        before = data.qpos.copy()
+        data = self.data.ptr
         elapsed = nstep * self.timestep()
-        np.clip(before + elapsed * data.ctrl, *self.joint_range, out=data.qpos)
-        data.qvel[:] = (data.qpos - before) / elapsed
+        before = data.qpos[self.joints].copy()
+        after = ideal_move(before, data.ctrl[self.actuators], elapsed, self.joint_range)
+        data.qpos[self.joints] = after
+        data.qvel[self.speeds] = (after - before) / elapsed
         data.time += elapsed
-        mujoco.mj_kinematics(self.model.ptr, data.ptr)
+        mujoco.mj_kinematics(self.model.ptr, data)
+
+
+def ideal_move(
+    joint_angles: Array, velocity: Array, elapsed: float, joint_range: tuple[Array, Array]
+) -> Array:
+    """Return where ideal joints are after some time.
+
+        q ← clip(q + Δt·v, lowest, highest)
+
+    Args:
+        joint_angles: Joint angles q, shape (..., 8), rad.
+        velocity: Commanded velocities v, shape (..., 8), rad/s.
+        elapsed: Time Δt, s.
+        joint_range: Lowest and highest joint angles, each shape (8,), rad.
+    """
+    return np.clip(joint_angles + elapsed * velocity, *joint_range)
+
+
+def _as_slice(indices: list[int]) -> Index:
+    """Return indices as a slice where they follow each other, which is a view and fast."""
+    first = indices[0]
+    if indices == list(range(first, first + len(indices))):
+        return slice(first, first + len(indices))
+    return np.array(indices)

@@ -30,7 +30,7 @@ def record_epoch(env: control.Environment, agent: Agent, epoch: int) -> dict[str
         `reward` (T,); and the agent's own signals, each (T, ...).
 
     Raises:
-        DivergedError: The simulation did not stay finite.
+        DivergedError: The episode ended before the demonstration did.
     """
     env.task.episode = epoch
     agent.reset(epoch)
@@ -44,7 +44,7 @@ def record_epoch(env: control.Environment, agent: Agent, epoch: int) -> dict[str
         rewards.append(timestep.reward)
     if timestep.discount == 0.0:
         raise DivergedError(
-            f"epoch {epoch + 1}: the simulation diverged at step {len(actions)};"
+            f"epoch {epoch + 1}: {env.task.ending} at step {len(actions)};"
             " try a slower --tempo or another --seed"
         )
     trace = {name: np.stack([o[name] for o in observations]) for name in _OBSERVED}

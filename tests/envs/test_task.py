@@ -91,8 +91,7 @@ def test_rewards_are_bounded_and_their_terms_have_names(env: control.Environment
 
 def test_perfect_imitation_has_reward_one() -> None:
     env = load("ymca", noise=0.0)
-    env.reset()
-    env.task._demonstration = np.tile(env.physics.posture(), (300, 1))
+    env.reset()  # in the demonstrated posture
     assert env.task.get_reward(env.physics) == pytest.approx(1.0)
 
 
@@ -148,15 +147,52 @@ def test_the_end_of_the_demonstration_is_a_truncation(env: control.Environment) 
     assert env.step(np.zeros(8)).first()
 
 
-def test_divergence_ends_the_episode_with_discount_zero(env: control.Environment) -> None:
+def test_divergence_ends_the_episode_with_discount_zero() -> None:
+    env = load("ymca")
     env.reset()
-    timestep = env.step(np.full(8, np.nan))
+    env.physics.data.qvel[0] = 1e12
+    timestep = env.step(np.zeros(8))
+    assert env.task.ending.startswith("the simulation diverged")
     assert timestep.last()
     assert timestep.discount == 0.0
     assert timestep.reward == 0.0
     assert all(np.isfinite(value).all() for value in timestep.observation.values())
     assert env.reset().first()
     assert env.step(np.zeros(8)).mid()
+
+
+@pytest.mark.parametrize(
+    ("action", "message"),
+    [
+        ([0, 0, 0, np.nan, 0, 0, 0, 0], r"action\[3\] is nan; expected numbers in \[-1, 1\]"),
+        ([0, np.inf, 0, 0, 0, 0, 0, 0], r"action\[1\] is inf"),
+        (np.zeros(7), r"action has shape \(7,\); expected \(8,\)"),
+        (np.zeros((1, 8)), r"action has shape \(1, 8\)"),
+        (np.zeros(8, complex), "action is of type complex128; expected float64"),
+        (["0"] * 8, "action is of type <U1"),
+        (np.zeros(8, bool), "action is of type bool"),
+        (None, "action is of type object"),
+        ([[0, 1], [2]], "action is no array"),
+    ],
+)
+def test_actions_that_are_none_are_refused_and_change_nothing(
+    env: control.Environment, action: object, message: str
+) -> None:
+    other = load("ymca", arms="kinematic" if "Kinematic" in str(env.physics) else "physics", seed=3)
+    env.reset(), other.reset()
+    with pytest.raises(BadOptionError, match=message):
+        env.step(action)
+    one, two = env.step(np.ones(8)), other.step(np.ones(8))
+    np.testing.assert_array_equal(one.observation["posture"], two.observation["posture"])
+
+
+def test_huge_actions_whole_numbers_and_float32_are_actions() -> None:
+    env = load("ymca", arms="kinematic")
+    for action in (np.full(8, 1e300), np.ones(8, np.float32), np.ones(8, int), [1] * 8):
+        env.task.episode = 0
+        env.reset()
+        velocities = env.step(action).observation["joint_velocities"]
+        np.testing.assert_allclose(velocities[:3], [12, 12, 20])
 
 
 def test_actions_out_of_bounds_are_clipped() -> None:

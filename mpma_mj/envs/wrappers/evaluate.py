@@ -37,7 +37,7 @@ class Evaluate(Wrapper):
 
     def _stepped(self, action: Array, timestep: dm_env.TimeStep) -> None:
         step = {
-            "posture": timestep.observation["posture"].copy(),
+            "posture": self._env.physics.posture(),  # what is observed may have noise
             "reference": timestep.observation["reference"].copy(),
             "reward": np.array(timestep.reward),
         }

@@ -1,0 +1,166 @@
+"""Many pairs of arms at once: simulated by MuJoCo's thread pool, or moved ideally."""
+
+from __future__ import annotations
+
+import abc
+import os
+
+import mujoco
+import numpy as np
+from mujoco import rollout
+from numpy.typing import NDArray
+
+from mpma_mj.envs.physics import KinematicArms, PhysicsArms, ideal_move
+
+__all__ = ["Batch", "KinematicBatch", "PhysicsBatch", "make_batch"]
+
+Array = NDArray[np.float64]
+
+_STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
+_CONTROL = mujoco.mjtState.mjSTATE_CTRL
+_FORCES = mujoco.mjtState.mjSTATE_XFRC_APPLIED
+# Where numbers run away MuJoCo starts a simulation over at time 0; from any other it shows.
+_BEGIN = 1.0
+
+
+class Batch(abc.ABC):
+    """N pairs of arms that move together, each as it would alone."""
+
+    def __init__(self, arms: PhysicsArms, count: int, nstep: int) -> None:
+        """Put all arms where a reset puts them.
+
+        Args:
+            arms: A pair of arms like all of them.
+            count: Number N of pairs.
+            nstep: Physics steps of a control step.
+        """
+        self._arms = arms
+        self._nstep = nstep
+        model = arms.model.ptr
+        self._rest = np.zeros(mujoco.mj_stateSize(model, _STATE))
+        mujoco.mj_getState(model, mujoco.MjData(model), self._rest, _STATE)
+        self._rest[0] = _BEGIN
+        self._state = np.tile(self._rest, (count, 1))  # (N, time, positions, velocities, …)
+        self._qpos = slice(1, 1 + model.nq)
+        self._angles = np.arange(1, 1 + model.nq)[arms.joints]
+        self._velocities = np.arange(1 + model.nq, 1 + model.nq + model.nv)[arms.speeds]
+
+    def __len__(self) -> int:
+        """Return the number of pairs."""
+        return len(self._state)
+
+    def place(self, row: int, joint_angles: Array, joint_velocities: Array) -> None:
+        """Set the state of one pair.
+
+        Args:
+            row: Its number.
+            joint_angles: Joint angles, shape (8,), rad.
+            joint_velocities: Joint velocities, shape (8,), rad/s.
+        """
+        self._state[row] = self._rest
+        self._state[row, self._angles] = joint_angles
+        self._state[row, self._velocities] = joint_velocities
+
+    @abc.abstractmethod
+    def step(self, control: Array, forces: Array | None = None) -> NDArray[np.bool_]:
+        """Move all arms for one control step.
+
+        Args:
+            control: Commanded joint velocities, shape (N, 8), rad/s.
+            forces: Forces on left and right hands, shape (N, 2, 3), N.
+
+        Returns:
+            Whose simulation has diverged, shape (N,); those arms hang at rest.
+        """
+
+    def joint_angles(self) -> Array:
+        """Return the joint angles, shape (N, 8), rad."""
+        return self._state[:, self._angles]
+
+    def joint_velocities(self) -> Array:
+        """Return the joint velocities, shape (N, 8), rad/s."""
+        return self._state[:, self._velocities]
+
+    def posture(self) -> Array:
+        """Return the postures from the sites' positions, shape (N, 12), unit vectors."""
+        model, data = self._arms.model.ptr, self._arms.data.ptr
+        qpos, site_xpos, directions = data.qpos, data.site_xpos, self._arms.directions
+        posture = np.empty((len(self), 4, 3))
+        for one, posed in zip(posture, self._state[:, self._qpos], strict=True):
+            qpos[:] = posed
+            mujoco.mj_kinematics(model, data)
+            np.dot(directions, site_xpos, out=one)
+        return posture.reshape(-1, 12)
+
+    def close(self) -> None:  # noqa: B027, there need not be anything
+        """Give back what the batch holds."""
+
+
+class PhysicsBatch(Batch):
+    """Simulated arms, stepped by the thread pool of `mujoco.rollout`."""
+
+    def __init__(self, arms: PhysicsArms, count: int, nstep: int, *, pushed: bool) -> None:
+        """Start the threads, one for each processor.
+
+        Args:
+            arms: A pair of arms like all of them.
+            count: Number N of pairs.
+            nstep: Physics steps of a control step.
+            pushed: Whether there may be forces on the hands.
+        """
+        super().__init__(arms, count, nstep)
+        model = arms.model.ptr
+        threads = min(count, os.cpu_count() or 1)
+        self._pool = rollout.Rollout(nthread=threads)
+        self._models = [model] * count
+        self._data = [mujoco.MjData(model) for _ in range(threads)]
+        self._trajectory = np.zeros((count, nstep, len(self._rest)))
+        self._applies = _CONTROL | _FORCES if pushed else _CONTROL
+        self._applied = np.zeros((count, nstep, mujoco.mj_stateSize(model, self._applies)))
+        self._control = self._applied[..., : model.nu]
+        self._force = self._applied[..., model.nu :].reshape(count, nstep, -1, 6)
+
+    def step(self, control: Array, forces: Array | None = None) -> NDArray[np.bool_]:
+        """Simulate all arms for one control step; see `Batch.step`."""
+        self._control[..., self._arms.actuators] = control[:, None]
+        if forces is not None:
+            self._force[:, :, self._arms.hands, :3] = forces[:, None]
+        self._state[:, 0] = _BEGIN
+        self._pool.rollout(
+            self._models,
+            self._data,
+            self._state,
+            self._applied,
+            control_spec=self._applies,
+            skip_checks=True,
+            nstep=self._nstep,
+            state=self._trajectory,
+        )
+        self._state[:] = self._trajectory[:, -1]
+        diverged = self._state[:, 0] < _BEGIN
+        self._state[diverged] = self._rest
+        return diverged
+
+    def close(self) -> None:
+        """End the threads."""
+        self._pool.close()
+
+
+class KinematicBatch(Batch):
+    """Ideal arms: joints move at exactly the commanded velocities, within their ranges."""
+
+    def step(self, control: Array, forces: Array | None = None) -> NDArray[np.bool_]:
+        """Move all arms for one control step; they do not feel forces."""
+        elapsed = self._nstep * self._arms.timestep()
+        before = self.joint_angles()
+        after = ideal_move(before, control, elapsed, self._arms.joint_range)
+        self._state[:, self._angles] = after
+        self._state[:, self._velocities] = (after - before) / elapsed
+        return np.zeros(len(self), bool)
+
+
+def make_batch(arms: PhysicsArms, count: int, nstep: int, *, pushed: bool) -> Batch:
+    """Return N pairs of arms of the same kind as one pair; see `PhysicsBatch`."""
+    if isinstance(arms, KinematicArms):
+        return KinematicBatch(arms, count, nstep)
+    return PhysicsBatch(arms, count, nstep, pushed=pushed)

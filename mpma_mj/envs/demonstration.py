@@ -1,0 +1,137 @@
+"""What is shown in an episode, and all that is random in it."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj import arm
+from mpma_mj.envs.options import EnvironmentOptions
+from mpma_mj.motions import Motion
+from mpma_mj.motions.repeat import repeat
+from mpma_mj.randomness import stream
+
+__all__ = ["Demonstration", "Episode"]
+
+Array = NDArray[np.float64]
+
+_PUSH_DURATION = 0.1  # s (choice)
+
+
+@dataclass(frozen=True, eq=False)
+class Episode:
+    """Everything random in an episode, drawn before it begins.
+
+    Attributes:
+        start: Moment at which it starts, from 0.
+        shown: Demonstrated postures with their noise, shape (T + N, 12); beyond the last moment
+            the last posture, as often as targets are asked for there.
+        sensor_noise: What is added to what is observed of the arms, shape (T, 28): posture, joint
+            angles in rad, joint velocities in rad/s; None if nothing is.
+        pushes: Forces on left and right hand, shape (T, 2, 3), N; None if there are none.
+    """
+
+    start: int
+    shown: Array
+    sensor_noise: Array | None
+    pushes: Array | None
+
+
+class Demonstration:
+    """A movement danced several times, as episodes show it.
+
+    Attributes:
+        motion: The movement.
+        period: Number of steps from one repetition to the next.
+        context: Context at each of the T moments, shape (T, C).
+        phase: Sine and cosine of how far the repetition has come, shape (T, 2).
+    """
+
+    def __init__(self, motion: Motion, options: EnvironmentOptions, max_joint_speed: Array) -> None:
+        """Repeat the movement.
+
+        Args:
+            motion: The movement.
+            options: Options of the environment.
+            max_joint_speed: Fastest that each joint can turn, shape (8,), rad/s.
+        """
+        self.motion = motion
+        self._options = options
+        self._max_joint_speed = max_joint_speed
+        repeats = options.repeats
+        self._clean, self.context = repeat(motion, repeats, max_joint_speed)
+        between = len(self._clean) - repeats * len(motion)  # postures of all return moves
+        self.period = len(motion) + between // max(repeats - 1, 1)
+        turn = 2.0 * np.pi * np.arange(len(self._clean)) / self.period
+        self.phase = np.stack([np.sin(turn), np.cos(turn)], axis=1)
+
+    @property
+    def steps(self) -> int:
+        """Number of steps of an episode that starts at the beginning."""
+        return len(self._clean) - 1
+
+    def episode(self, seed: int, number: int) -> Episode:
+        """Draw an episode; it depends on seed and number alone.
+
+        Args:
+            seed: Seed of everything random.
+            number: Number of the episode, from 0.
+        """
+        options = self._options
+        start = 0
+        if options.random_start:
+            start = int(stream(seed, "start", number).integers(self.steps))
+        return Episode(
+            start=start,
+            shown=self._with_noise(stream(seed, "demonstration", number)),
+            sensor_noise=self._sensor_noise(seed, number),
+            pushes=self._pushes(seed, number),
+        )
+
+    def start_of(self, episode: Episode) -> tuple[Array, Array]:
+        """Return joint angles, rad, and velocities, rad/s, with which an episode starts, (8,)."""
+        if not self._options.random_start:
+            return self._first_angles, np.zeros(8)
+        now, after = self._angles[episode.start : episode.start + 2]
+        velocity = (after - now) * self.motion.rate
+        return now, np.clip(velocity, -self._max_joint_speed, self._max_joint_speed)
+
+    @functools.cached_property
+    def _first_angles(self) -> Array:
+        return arm.angles_from_posture(self._clean[0], near=np.zeros(8))
+
+    @functools.cached_property
+    def _angles(self) -> Array:
+        return arm.continuous_angles(self._clean, self._first_angles)
+
+    def _with_noise(self, rng: np.random.Generator) -> Array:
+        vectors = self._clean.reshape(-1, 4, 3)
+        vectors = vectors + self._options.noise * rng.standard_normal(vectors.shape)
+        vectors /= np.linalg.norm(vectors, axis=-1, keepdims=True)
+        beyond = np.repeat(vectors[-1:], max(1, self._options.future), axis=0)
+        return np.concatenate([vectors, beyond]).reshape(-1, 12)
+
+    def _sensor_noise(self, seed: int, number: int) -> Array | None:
+        if self._options.observation_noise == 0.0:
+            return None
+        scale = np.concatenate([np.ones(12 + 8), self._max_joint_speed])
+        noise = stream(seed, "sensors", number).standard_normal((len(self._clean), len(scale)))
+        return self._options.observation_noise * scale * noise
+
+    def _pushes(self, seed: int, number: int) -> Array | None:
+        """Draw pushes: a Poisson process, directions uniform on the sphere."""
+        rate, size = self._options.push
+        if rate == 0.0 or size == 0.0:
+            return None
+        rng = stream(seed, "pushes", number)
+        moments = len(self._clean)
+        length = max(1, round(_PUSH_DURATION * self.motion.rate))
+        forces = np.zeros((moments, 2, 3))
+        for begin in np.flatnonzero(rng.random(moments) < rate / self.motion.rate):
+            direction = rng.standard_normal(3)
+            force = size * direction / np.linalg.norm(direction)
+            forces[begin : begin + length, rng.integers(2)] = force
+        return forces

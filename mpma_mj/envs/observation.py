@@ -1,0 +1,89 @@
+"""What agents see, of one pair of arms or of many at once."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
+
+from mpma_mj.envs.demonstration import Demonstration, Episode
+from mpma_mj.envs.options import EnvironmentOptions
+
+__all__ = ["Observer"]
+
+Array = NDArray[np.float64]
+Steps = int | NDArray[np.intp]
+
+
+class Observer:
+    """Joins what is demonstrated and what is sensed of the arms.
+
+    Attributes:
+        shapes: Shape of each array of an observation, by name.
+    """
+
+    def __init__(self, demonstration: Demonstration, options: EnvironmentOptions) -> None:
+        """Prepare for the options' observations.
+
+        Args:
+            demonstration: What is shown.
+            options: Options of the environment.
+        """
+        self._context, self._phase = demonstration.context, demonstration.phase
+        self._future, self._shows_phase = options.future, options.phase
+        self.shapes: dict[str, tuple[int, ...]] = {
+            **{"posture": (12,), "reference": (12,), "target": (12,)},
+            "context": self._context.shape[1:],
+            **{"joint_angles": (8,), "joint_velocities": (8,)},
+        }
+        if self._future:
+            self.shapes["future"] = (self._future, 12)
+        if self._shows_phase:
+            self.shapes["phase"] = (2,)
+
+    def observe(
+        self,
+        episode: Episode,
+        step: Steps,
+        posture: Array,
+        joint_angles: Array,
+        joint_velocities: Array,
+        rows: tuple[NDArray[np.intp], ...] = (),
+    ) -> dict[str, Array]:
+        """Return an observation, of arrays that nothing else holds.
+
+        Args:
+            episode: The episode; those of N pairs of arms if its arrays begin with an axis N.
+            step: Moment of the episode; shape (N,) for many.
+            posture: Posture of the arms, shape (..., 12); given away, as the next two.
+            joint_angles: Joint angles, shape (..., 8), rad.
+            joint_velocities: Joint velocities, shape (..., 8), rad/s.
+            rows: For many, their numbers, shape (N,).
+        """
+        now, after = (*rows, step), (*rows, step + 1)
+        if episode.sensor_noise is not None:
+            noise = episode.sensor_noise[now]
+            posture = _unit(posture + noise[..., :12])
+            joint_angles = joint_angles + noise[..., 12:20]
+            joint_velocities = joint_velocities + noise[..., 20:]
+        observation = {
+            "posture": posture,
+            "reference": episode.shown[now].copy(),
+            "target": episode.shown[after].copy(),
+            "context": self._context[step].copy(),
+            "joint_angles": joint_angles,
+            "joint_velocities": joint_velocities,
+        }
+        if self._future:
+            windows = sliding_window_view(episode.shown, self._future, axis=-2)
+            observation["future"] = np.moveaxis(windows[after], -1, -2).copy()
+        if self._shows_phase:
+            observation["phase"] = self._phase[step].copy()
+        return observation
+
+
+def _unit(posture: Array) -> Array:
+    """Return a posture, shape (..., 12), with its four vectors made unit vectors."""
+    vectors = posture.reshape(*posture.shape[:-1], 4, 3)
+    length = np.sqrt(np.vecdot(vectors, vectors))
+    return (vectors / length[..., None]).reshape(posture.shape)

@@ -1,0 +1,173 @@
+"""What can be chosen about an environment: one table for every face that it has."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from numbers import Integral, Real
+from pathlib import Path
+from typing import Any, get_args
+
+from mpma_mj.arm import SEGMENT_NAMES
+from mpma_mj.errors import BadOptionError
+from mpma_mj.motions import Motion
+from mpma_mj.options import Arms
+
+__all__ = ["EnvironmentOptions", "read_options"]
+
+# What acts by forces, which ideal arms do not have.
+_OF_MASS = ("gravity_compensation", "payload", "strength", "push", "collisions")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class EnvironmentOptions:
+    """What is imitated, by which arms, and what makes it hard.
+
+    Attributes:
+        motion: The movement, or what `read_motion` takes: "ymca", or a recording's path.
+        arms: "physics" for simulated arms, "kinematic" for arms that move ideally.
+        model: MJCF file of arms of your own; the package's arms if not given.
+        repeats: How often the movement is danced in an episode.
+        noise: Standard deviation of the noise on each coordinate of the demonstrated unit
+            vectors, which are then made unit vectors again; the paper's 1 % is 0.01.
+        seed: Seed of everything random.
+        control_timestep: Time between two actions, s; a recording is read at that rate. If not
+            given, that of the movement: 0.05 s unless it was read otherwise.
+        gravity_compensation: Whether the arms' own weight is carried for them.
+        payload: Mass of an iron ball in each hand, kg.
+        strength: Factor on the greatest forces of the actuators.
+        collisions: Whether arms and body touch, as the model's geoms say; else they pass through.
+        latency: Control steps from an action to its effect; nothing is commanded before.
+        observation_noise: Standard deviation of the noise on what is observed of the arms: on
+            each coordinate of `posture`, whose vectors are made unit again, on `joint_angles`
+            in rad, and on `joint_velocities` in parts of the joints' top speeds.
+        push: Rate, 1/s, and size, N, of pushes: forces of random direction on a random hand,
+            each for a tenth of a second.
+        random_start: Whether an episode starts anywhere in the demonstration, arms in its
+            posture and at its speed, instead of at its beginning and at rest.
+        early_termination: Distance of an elbow or wrist from the demonstrated place beyond which
+            an episode ends with discount 0, m; never if not given.
+        reward_weights: Weights of the reward's terms by name, where they are not 1.
+        future: Number of targets that `future` shows, the first being `target`; 0 leaves it out.
+        phase: Whether to show `phase`: sine and cosine of how far the repetition has come.
+
+    Raises:
+        BadOptionError: An option is outside what it may be, or contradicts another.
+    """
+
+    motion: Motion | str | Path = field(default="ymca", kw_only=False)
+    arms: Arms = "physics"
+    model: str | Path | None = None
+    repeats: int = 3
+    noise: float = 0.01
+    seed: int = 0
+    control_timestep: float | None = None
+    gravity_compensation: bool = False
+    payload: float = 0.0
+    strength: float = 1.0
+    collisions: bool = False
+    latency: int = 0
+    observation_noise: float = 0.0
+    push: tuple[float, float] = (0.0, 0.0)
+    random_start: bool = False
+    early_termination: float | None = None
+    reward_weights: Mapping[str, float] = field(default_factory=dict)
+    future: int = 0
+    phase: bool = False
+
+    def __post_init__(self) -> None:
+        """Check every option."""
+        if self.arms not in get_args(Arms):
+            expected = " or ".join(get_args(Arms))
+            raise BadOptionError(f"arms is '{self.arms}'; expected {expected}")
+        self._check_whole("repeats", 1, 1000)
+        self._check_number("noise", 0.0, 1.0, "such as 0.01")
+        self._check_whole("seed", 0, 2**63)
+        if self.control_timestep is not None:
+            self._check_number("control_timestep", 0.001, 1.0, "in seconds, such as 0.05")
+        self._check_number("payload", 0.0, 1000.0, "in kg")
+        self._check_number("strength", 0.01, 100.0, "1 leaves the forces as they are")
+        self._check_whole("latency", 0, 100)
+        self._check_number("observation_noise", 0.0, 1.0, "such as 0.01")
+        if self.early_termination is not None:
+            self._check_number("early_termination", 0.001, 10.0, "in metres, such as 0.3")
+        self._check_whole("future", 0, 1000)
+        for name in ("gravity_compensation", "collisions", "random_start", "phase"):
+            if not isinstance(getattr(self, name), bool):
+                raise BadOptionError(f"{name} is {getattr(self, name)!r}; expected True or False")
+        self._check_push()
+        self._check_weights()
+        self._check_arms_have_mass()
+
+    def _check_whole(self, name: str, low: int, high: int) -> None:
+        value = getattr(self, name)
+        whole = isinstance(value, Integral) and not isinstance(value, bool)
+        if not (whole and low <= int(value) <= high):
+            raise BadOptionError(
+                f"{name} is {value!r}; expected a whole number from {low}"
+                f"{f' to {high}' if high < 2**63 else ' up'}"
+            )
+
+    def _check_number(self, name: str, low: float, high: float, hint: str) -> None:
+        value = getattr(self, name)
+        if not _is_number(value) or not low <= value <= high:
+            raise BadOptionError(f"{name} is {value!r}; expected {low:g} to {high:g}, {hint}")
+
+    def _check_push(self) -> None:
+        push = self.push
+        pair = isinstance(push, tuple | list) and len(push) == 2 and all(map(_is_number, push))
+        if not (pair and 0.0 <= push[0] <= 100.0 and 0.0 <= push[1] <= 10_000.0):
+            raise BadOptionError(
+                f"push is {push!r}; expected rate (0 to 100 a second) and size (0 to 10000 N),"
+                " such as (0.5, 30)"
+            )
+
+    def _check_weights(self) -> None:
+        weights = self.reward_weights
+        if not isinstance(weights, Mapping) or not weights.keys() <= set(SEGMENT_NAMES):
+            raise BadOptionError(
+                f"reward_weights is {weights!r}; expected a weight for some of"
+                f" {', '.join(SEGMENT_NAMES)}"
+            )
+        for name, weight in weights.items():
+            if not _is_number(weight) or not 0.0 <= weight < math.inf:
+                raise BadOptionError(
+                    f"reward_weights has {weight!r} for {name}; expected a number from 0 up"
+                )
+        if len(weights) == len(SEGMENT_NAMES) and not any(weights.values()):
+            raise BadOptionError("reward_weights are all 0; expected at least one above 0")
+
+    def _check_arms_have_mass(self) -> None:
+        if self.arms == "physics":
+            return
+        for option in fields(self):
+            if option.name in _OF_MASS and getattr(self, option.name) != option.default:
+                raise BadOptionError(
+                    f"{option.name} is {getattr(self, option.name)!r}, but ideal arms have no mass;"
+                    " leave it out, or take arms='physics'"
+                )
+
+
+def read_options(*motion: Any, **given: Any) -> EnvironmentOptions:
+    """Return options from what a user wrote.
+
+    Args:
+        *motion: The movement, if it was not given by name.
+        **given: The fields of `EnvironmentOptions`.
+
+    Raises:
+        BadOptionError: There is no option of a name, or its value is outside what it may be.
+    """
+    known = [option.name for option in fields(EnvironmentOptions)]
+    for name in given:
+        if name not in known:
+            close = difflib.get_close_matches(name, known, n=1)
+            guess = f"; did you mean {close[0]}?" if close else f"; expected {', '.join(known)}"
+            raise BadOptionError(f"no option '{name}'{guess}")
+    return EnvironmentOptions(*motion, **given)
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool)

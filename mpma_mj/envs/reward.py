@@ -1,0 +1,66 @@
+"""How well arms imitate, as bounded terms with names."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.arm import SEGMENT_NAMES
+
+__all__ = ["closeness", "mean_reward", "reward_weights", "site_distance"]
+
+Array = NDArray[np.float64]
+
+# Distance between demonstrated and actual unit vector at which a reward term falls to 0.1;
+# 0.5 is an angle of 29 degrees. (choice)
+_MARGIN = 0.5
+_DECAY = math.log(0.1) / _MARGIN**2
+
+
+def closeness(posture: Array, reference: Array) -> Array:
+    """Return how close each segment is to the demonstrated direction.
+
+        r = 0.1^(d²/m²)        d distance of the unit vectors, m the margin
+
+    This is dm_control's Gaussian `tolerance`.
+
+    Args:
+        posture: Postures, shape (..., 12).
+        reference: Demonstrated postures, shape (..., 12).
+
+    Returns:
+        Terms in the order of `SEGMENT_NAMES`, shape (..., 4), in [0, 1].
+    """
+    offset = (posture - reference).reshape(*posture.shape[:-1], 4, 3)
+    # `vecdot` goes vector by vector, so that each of many postures has the terms it has alone.
+    return np.exp(_DECAY * np.vecdot(offset, offset))
+
+
+def reward_weights(weights: Mapping[str, float]) -> Array:
+    """Return the weights of all terms, 1 where none is given, so that they sum to 1, shape (4,)."""
+    full = np.array([float(weights.get(name, 1.0)) for name in SEGMENT_NAMES])
+    return full / full.sum()
+
+
+def mean_reward(terms: Array, weights: Array) -> Array:
+    """Return the weighted mean of terms, shape (..., 4), over the last axis."""
+    return np.vecdot(terms, weights)
+
+
+def site_distance(posture: Array, reference: Array, segment_lengths: Array) -> Array:
+    """Return how far the elbow or wrist that is farthest off is from the demonstrated place.
+
+    Args:
+        posture: Postures, shape (..., 12).
+        reference: Demonstrated postures, shape (..., 12).
+        segment_lengths: Lengths of the four segments, shape (4,), m.
+
+    Returns:
+        Distance, shape (...), m.
+    """
+    offset = (posture - reference).reshape(*posture.shape[:-1], 2, 2, 3)
+    offset = np.cumsum(offset * segment_lengths.reshape(2, 2, 1), axis=-2)  # elbow, then wrist
+    return np.sqrt(np.vecdot(offset, offset)).max(axis=(-2, -1))

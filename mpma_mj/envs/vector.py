@@ -1,0 +1,255 @@
+"""Many environments at once, stepped together, behind Gymnasium's interface for vectors."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+from numpy.typing import ArrayLike, NDArray
+
+from mpma_mj import arm
+from mpma_mj.envs.actions import check_action, clip_action
+from mpma_mj.envs.batch import make_batch
+from mpma_mj.envs.demonstration import Demonstration, Episode
+from mpma_mj.envs.load import prepare
+from mpma_mj.envs.observation import Observer
+from mpma_mj.envs.options import read_options
+from mpma_mj.envs.reward import closeness, mean_reward, reward_weights, site_distance
+from mpma_mj.envs.spaces import action_space, flatten, observation_space
+from mpma_mj.envs.task import OVER, TOO_FAR
+from mpma_mj.errors import BadOptionError
+from mpma_mj.motions import Motion
+
+__all__ = ["FlatVectorImitationEnv", "VectorImitationEnv", "make_vec"]
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+_DIVERGED = "the simulation diverged"
+
+
+class VectorImitationEnv(VectorEnv[Any, Any, Any]):
+    """N environments that imitate the same movement, one call for all.
+
+    Member i is, number for number, the environment that `mpma_mj.load` makes with seed + i. Where
+    an episode has ended, the next `step` begins another, whatever the action: reward 0, not
+    terminated, the first observation (Gymnasium's autoreset at the next step).
+
+    Observations, rewards and `info` are those of `ImitationEnv` with an axis N in front.
+
+    Attributes:
+        motion: The movement.
+        max_joint_speed: Joint speeds that action 1 commands, shape (8,), rad/s.
+        control_timestep: Time between two actions, s.
+        steps: Number of steps of an episode that starts at the beginning.
+    """
+
+    _flat = False
+    metadata = {  # noqa: RUF012
+        "render_modes": [],
+        "render_fps": 20,
+        "autoreset_mode": AutoresetMode.NEXT_STEP,
+    }
+
+    def __init__(self, num_envs: int = 1, *, render_mode: None = None, **options: Any) -> None:
+        """Load the environments.
+
+        Args:
+            num_envs: Number N of environments.
+            render_mode: None; for pictures take a single environment.
+            **options: The fields of `EnvironmentOptions`, such as arms="kinematic".
+
+        Raises:
+            BadOptionError: An option is outside what it may be, or there is none of that name.
+            MpmaError: The movement cannot be read, or is faster than the arms.
+        """
+        if isinstance(num_envs, bool) or not isinstance(num_envs, int) or num_envs < 1:
+            raise BadOptionError(f"num_envs is {num_envs!r}; expected a whole number from 1 up")
+        if render_mode is not None:
+            raise BadOptionError("many environments draw nothing; leave render_mode out")
+        chosen = read_options(**options)
+        self.motion, arms, nstep = prepare(chosen)
+        self.num_envs = num_envs
+        self.max_joint_speed = arms.max_joint_speed
+        self.control_timestep = 1.0 / self.motion.rate
+        self._options = chosen
+        self._segment_lengths = arms.segment_lengths
+        self._demonstration = Demonstration(self.motion, chosen, self.max_joint_speed)
+        self._observer = Observer(self._demonstration, chosen)
+        self._weights = reward_weights(chosen.reward_weights)
+        self._batch = make_batch(arms, num_envs, nstep, pushed=min(chosen.push) > 0)
+        self.steps = self._demonstration.steps
+        self.metadata = self.metadata | {"render_fps": round(self.motion.rate, 3)}
+        self.single_action_space = action_space()
+        self.single_observation_space = observation_space(self._observer.shapes, flat=self._flat)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self._rows = np.arange(num_envs)
+        self._seeds = chosen.seed + self._rows
+        self._next_episode = np.zeros(num_envs, int)
+        self._step = np.zeros(num_envs, int)
+        self._over = np.ones(num_envs, bool)
+        self._pending = np.zeros((chosen.latency, num_envs, 8))
+        self._drawn = _space_for(self._demonstration.episode(chosen.seed, 0), num_envs)
+        super().reset(seed=int(chosen.seed))
+
+    def reset(
+        self,
+        *,
+        seed: int | Sequence[int] | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[Any, dict[str, Any]]:
+        """Start the next episode of all members, or the first one of a seed.
+
+        Args:
+            seed: Seed of the first member, the others' follow it; or one for each.
+            options: Not used.
+
+        Returns:
+            Observations and info.
+        """
+        if seed is not None:
+            seeds = np.arange(seed, seed + self.num_envs) if isinstance(seed, int) else seed
+            self._seeds = np.array(seeds)
+            if self._seeds.shape != (self.num_envs,) or (self._seeds < 0).any():
+                raise BadOptionError(
+                    f"seed is {seed}; expected a whole number from 0 up, or {self.num_envs} of them"
+                )
+            self._next_episode[:] = 0
+            super().reset(seed=int(self._seeds[0]))
+        self._over[:] = True
+        self._begin_episodes()
+        nothing = np.zeros(self.num_envs, bool)
+        observation, _, _, _, info = self._outcome(~nothing, nothing, np.zeros((self.num_envs, 8)))
+        return observation, info
+
+    def step(self, actions: ArrayLike) -> tuple[Any, Array, Mask, Mask, dict[str, Any]]:
+        """Move all arms for one control step; begin an episode where one has ended.
+
+        Args:
+            actions: Joint velocities over the joints' top speeds, shape (N, 8); what is beyond
+                [-1, 1] is clipped.
+
+        Returns:
+            Observations; rewards, shape (N,); which episodes are terminated, shape (N,), and
+            which truncated; and info.
+
+        Raises:
+            BadOptionError: The actions have another shape, or hold what is no finite number.
+            ResetNeeded: `reset` has not been called.
+        """
+        if not self._next_episode.any():
+            raise gymnasium.error.ResetNeeded("no episode is under way; call reset()")
+        actions = check_action(actions, (self.num_envs, 8))
+        begins = self._over.copy()
+        due = actions
+        if self._options.latency:
+            due = self._pending[0].copy()
+            self._pending = np.concatenate([self._pending[1:], actions[None]])
+        control = clip_action(due) * self.max_joint_speed
+        control[begins] = 0.0
+        pushes = self._drawn.pushes
+        forces = None if pushes is None else pushes[self._rows, self._step]
+        diverged = self._batch.step(control, forces)
+        self._step += 1
+        self._begin_episodes()
+        return self._outcome(begins, diverged & ~begins, actions)
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """End the threads."""
+        self._batch.close()
+
+    def _begin_episodes(self) -> None:
+        """Begin an episode for all whose last one is over."""
+        for row in np.flatnonzero(self._over).tolist():
+            episode = self._demonstration.episode(self._seeds[row], self._next_episode[row])
+            for whole, part in zip(_arrays(self._drawn), _arrays(episode), strict=True):
+                whole[row] = part
+            self._batch.place(row, *self._demonstration.start_of(episode))
+            self._next_episode[row] += 1
+            self._step[row] = episode.start
+            self._pending[:, row] = 0.0
+
+    def _outcome(
+        self, begins: Mask, diverged: Mask, actions: Array
+    ) -> tuple[Any, Array, Mask, Mask, dict[str, Any]]:
+        posture, now = self._batch.posture(), (self._rows, self._step)
+        terms = closeness(posture, self._drawn.shown[now])
+        terms[diverged] = 0.0
+        rewards = np.where(begins, 0.0, mean_reward(terms, self._weights))
+        too_far = np.zeros(self.num_envs, bool)
+        if self._options.early_termination is not None:
+            distance = site_distance(posture, self._drawn.shown[now], self._segment_lengths)
+            too_far = (distance > self._options.early_termination) & ~diverged & ~begins
+        terminated = diverged | too_far
+        truncated = (self._step >= self.steps) & ~terminated
+        self._over = terminated | truncated
+        ending = np.full(self.num_envs, "", object)
+        for reason, ended in ((_DIVERGED, diverged), (TOO_FAR, too_far), (OVER, truncated)):
+            ending[ended] = reason
+        clipped = np.where(begins, 0, np.count_nonzero(np.abs(actions) > 1.0, axis=1))
+        by_name = dict(zip(arm.SEGMENT_NAMES, terms.T.copy(), strict=True))
+        info = {"reward_terms": self._masked(by_name), "clipped": clipped, "ending": ending}
+        return self._pack(posture), rewards, terminated, truncated, self._masked(info)
+
+    def _pack(self, posture: Array) -> Any:
+        observation = self._observer.observe(
+            self._drawn,
+            self._step,
+            posture,
+            self._batch.joint_angles(),
+            self._batch.joint_velocities(),
+            (self._rows,),
+        )
+        return flatten(observation, (self.num_envs,)) if self._flat else observation
+
+    def _masked(self, info: dict[str, Any]) -> dict[str, Any]:
+        """Return info that says by `_name`, as Gymnasium has it, that all members have it."""
+        masks = {f"_{name}": np.ones(self.num_envs, bool) for name in info}
+        return info | masks
+
+
+class FlatVectorImitationEnv(VectorImitationEnv):
+    """The same with observations of one array, float64, shape (N, 52 + C)."""
+
+    _flat = True
+
+
+def make_vec(
+    num_envs: int, motion: Motion | str | Path = "ymca", *, flat: bool = False, **options: Any
+) -> VectorImitationEnv:
+    """Return many environments that one call steps together.
+
+    Args:
+        num_envs: Number N of environments; member i is that of `load` with seed + i.
+        motion: The movement, or what `read_motion` takes: "ymca", or a recording's path.
+        flat: Whether observations are one array.
+        **options: The fields of `EnvironmentOptions`, such as arms="kinematic".
+
+    Raises:
+        BadOptionError: An option is outside what it may be, or there is none of that name.
+        MpmaError: The movement cannot be read, or is faster than the arms.
+    """
+    kind = FlatVectorImitationEnv if flat else VectorImitationEnv
+    return kind(num_envs, motion=motion, **options)
+
+
+def _space_for(episode: Episode, count: int) -> Episode:
+    """Return arrays for so many episodes like one."""
+    noise, pushes = episode.sensor_noise, episode.pushes
+    return Episode(
+        start=0,
+        shown=np.zeros((count, *episode.shown.shape)),
+        sensor_noise=None if noise is None else np.zeros((count, *noise.shape)),
+        pushes=None if pushes is None else np.zeros((count, *pushes.shape)),
+    )
+
+
+def _arrays(episode: Episode) -> list[Array]:
+    drawn = (episode.shown, episode.sensor_noise, episode.pushes)
+    return [array for array in drawn if array is not None]
