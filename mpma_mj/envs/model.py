@@ -102,8 +102,8 @@ def _put_ball(hand: mujoco.MjsBody, mass: float) -> None:
     """Put an iron ball into the middle of a hand; gravity compensation does not know of it."""
     radius = (3.0 * mass / (4.0 * math.pi * _IRON)) ** (1.0 / 3.0)
     name = f"{hand.name}_payload"
-    ball = hand.add_body(name=name, pos=hand.ipos, mass=mass)
-    ball.inertia = np.full(3, 0.4 * mass * radius**2)
+    ball = hand.add_body(name=name, pos=hand.ipos)
+    ball.mass, ball.ipos, ball.inertia = mass, np.zeros(3), np.full(3, 0.4 * mass * radius**2)
     ball.explicitinertial = True
     ball.add_geom(
         name=name, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[radius, 0, 0], rgba=[0.2, 0.2, 0.22, 1]

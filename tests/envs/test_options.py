@@ -1,0 +1,422 @@
+"""Every option: what it may be, what it does, and that the documentation has it."""
+
+import inspect
+import re
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import dm_env
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import mpma_mj
+from mpma_mj import metrics
+from mpma_mj.arm import posture_from_angles
+from mpma_mj.envs.load import load
+from mpma_mj.envs.options import EnvironmentOptions, read_options
+from mpma_mj.errors import BadOptionError
+from mpma_mj.feedback import feedback_action
+from mpma_mj.motions import Motion, read_motion, ymca
+
+DOCS = Path(__file__).parents[2] / "docs" / "environment.md"
+NAMES = [option.name for option in fields(EnvironmentOptions)]
+
+
+def at_rest(env: dm_env.Environment, steps: int) -> list[dm_env.TimeStep]:
+    return [env.reset()] + [env.step(np.zeros(8)) for _ in range(steps)]
+
+
+def followed(env: dm_env.Environment) -> float:
+    """Return p_e of an episode under the feedback controller, percent."""
+    timestep, postures, references = env.reset(), [], []
+    while not timestep.last():
+        seen = timestep.observation
+        speed, timestep_s = env.task.max_joint_speed, env.control_timestep()
+        action = feedback_action(seen["joint_angles"], seen["reference"], speed, timestep_s)
+        timestep = env.step(action)
+        postures.append(env.physics.posture())
+        references.append(timestep.observation["reference"])
+    return metrics.posture_error_percent(np.array(postures), np.array(references))
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "message"),
+    [
+        ("arms", "rubber", "arms is 'rubber'; expected physics or kinematic"),
+        ("repeats", 0, "repeats is 0; expected a whole number from 1 to 1000"),
+        ("repeats", 1.5, "repeats is 1.5"),
+        ("repeats", True, "repeats is True"),
+        ("noise", -0.1, "noise is -0.1; expected 0 to 1, such as 0.01"),
+        ("noise", float("nan"), "noise is nan"),
+        ("noise", "1 %", "noise is '1 %'"),
+        ("seed", -1, "seed is -1; expected a whole number from 0 up"),
+        ("control_timestep", 0.0, "control_timestep is 0.0; expected 0.001 to 1, in seconds"),
+        ("gravity_compensation", 1, "gravity_compensation is 1; expected True or False"),
+        ("payload", -1.0, "payload is -1.0; expected 0 to 1000, in kg"),
+        ("payload", float("inf"), "payload is inf"),
+        ("strength", 0.0, "strength is 0.0; expected 0.01 to 100"),
+        ("latency", -1, "latency is -1; expected a whole number from 0 to 100"),
+        ("latency", 0.5, "latency is 0.5"),
+        ("observation_noise", 2.0, "observation_noise is 2.0; expected 0 to 1"),
+        ("push", 5.0, "push is 5.0; expected rate (0 to 100 a second) and size"),
+        ("push", (1.0, -5.0), "push is (1.0, -5.0)"),
+        ("push", (1.0,), "push is (1.0,)"),
+        ("push", ("often", 3), "push is ('often', 3)"),
+        ("collisions", "yes", "collisions is 'yes'; expected True or False"),
+        ("random_start", 0, "random_start is 0; expected True or False"),
+        ("early_termination", 0.0, "early_termination is 0.0; expected 0.001 to 10, in metres"),
+        ("reward_weights", {"elbow": 1.0}, "expected a weight for some of left_upper_arm, "),
+        ("reward_weights", {"left_forearm": -1.0}, "reward_weights has -1.0 for left_forearm"),
+        ("reward_weights", {"left_forearm": float("inf")}, "reward_weights has inf"),
+        ("reward_weights", [1, 1, 1, 1], "reward_weights is [1, 1, 1, 1]"),
+        ("future", -1, "future is -1; expected a whole number from 0 to 1000"),
+        ("phase", None, "phase is None; expected True or False"),
+        ("model", "none.xml", "model is none.xml; expected an MJCF file, and there is none"),
+    ],
+)
+def test_what_an_option_may_not_be_is_one_line(option: str, value: Any, message: str) -> None:
+    with pytest.raises(BadOptionError) as caught:
+        load("ymca", **{option: value})
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_weights_that_are_all_zero_are_refused() -> None:
+    names = ("left_upper_arm", "left_forearm", "right_upper_arm", "right_forearm")
+    with pytest.raises(BadOptionError, match="reward_weights are all 0"):
+        load("ymca", reward_weights=dict.fromkeys(names, 0))
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"gravity_compensation": True},
+        {"payload": 1.0},
+        {"strength": 0.5},
+        {"push": (1.0, 10.0)},
+        {"collisions": True},
+    ],
+)
+def test_ideal_arms_refuse_what_acts_by_forces(options: dict[str, Any]) -> None:
+    (name,) = options
+    with pytest.raises(BadOptionError, match=f"{name} is .* ideal arms have no mass"):
+        load("ymca", arms="kinematic", **options)
+    load("ymca", arms="physics", **options)
+
+
+def test_numpys_numbers_are_numbers() -> None:
+    read_options(repeats=np.int64(2), noise=np.float32(0.5), push=[np.float64(1), np.int32(2)])
+
+
+def test_a_misspelt_option_is_guessed() -> None:
+    with pytest.raises(BadOptionError, match="no option 'nose'; did you mean noise"):
+        load("ymca", nose=0.1)
+
+
+def test_load_shows_its_options_to_help_and_editors() -> None:
+    assert list(inspect.signature(mpma_mj.load).parameters) == NAMES
+
+
+def test_every_option_stands_in_the_documentation_with_its_default() -> None:
+    rows = re.findall(r"^\| `(\w+)` \|.*?\| `(.*?)` \|", DOCS.read_text(), re.MULTILINE)
+    defaults = inspect.signature(load).parameters
+    shown = {name: eval(default) for name, default in rows}
+    assert list(shown) == NAMES
+    for name, default in shown.items():
+        expected = {} if name == "reward_weights" else defaults[name].default
+        assert default == expected, name
+
+
+# What each does
+
+
+def test_control_timestep_is_that_of_a_recording_read_at_that_rate() -> None:
+    env = load("ymca", control_timestep=0.025, repeats=1)
+    assert env.control_timestep() == pytest.approx(0.025)
+    assert env.task.steps == len(read_motion("ymca", rate=40.0)) - 1
+    load(ymca(rate=40.0), control_timestep=0.025)
+
+
+def test_a_movement_of_another_rate_is_refused() -> None:
+    with pytest.raises(BadOptionError, match=r"a posture every 0.05 s; read it with rate=40"):
+        load(ymca(), control_timestep=0.025)
+    with pytest.raises(BadOptionError, match="whole number of physics steps"):
+        load("ymca", control_timestep=0.033)
+
+
+def test_compensated_arms_stand_still_and_others_sink() -> None:
+    motion = ymca()
+    raised = Motion(
+        posture_from_angles(np.tile([1.5, 0, 0, 0.5] * 2, (20, 1))),
+        np.ones((20, 1)),
+        ("up",),
+        motion.rate,
+        "raised",
+        "arms held sideways",
+    )
+    sunk = {}
+    for compensated in (True, False):
+        angles = [
+            t.observation["joint_angles"]
+            for t in at_rest(load(raised, gravity_compensation=compensated), 15)
+        ]
+        sunk[compensated] = np.abs(angles[-1] - angles[0]).max()
+    assert sunk[True] < 1e-3
+    assert sunk[False] > 0.05
+
+
+def test_gravity_compensation_does_not_know_the_payload() -> None:
+    env = load("ymca", gravity_compensation=True, payload=2.0)
+    env.reset()
+    force = env.physics.data.qfrc_gravcomp + env.physics.data.qfrc_passive
+    bare = load("ymca", gravity_compensation=True)
+    bare.reset()
+    np.testing.assert_allclose(
+        force, bare.physics.data.qfrc_gravcomp + bare.physics.data.qfrc_passive, atol=1e-9
+    )
+    assert env.physics.model.body_gravcomp[env.physics.model.body("left_hand_payload").id] == 0
+
+
+@pytest.mark.parametrize("kilograms", [0.5, 3.0])
+def test_payload_is_so_many_kilograms_in_each_hand(kilograms: float) -> None:
+    bare, loaded = load("ymca"), load("ymca", payload=kilograms)
+    mass = loaded.physics.model.body_mass.sum() - bare.physics.model.body_mass.sum()
+    assert mass == pytest.approx(2 * kilograms)
+    for env in (bare, loaded):
+        with env.physics.reset_context():
+            env.physics.data.qpos[:] = np.array([np.pi / 2, 0, 0, 0] * 2)
+    lever = 0.2817 + 0.2689 + 0.0681  # shoulder to the middle of the hand, m
+    torque = loaded.physics.data.qfrc_bias[0] - bare.physics.data.qfrc_bias[0]
+    assert torque == pytest.approx(9.81 * kilograms * lever, rel=1e-3)
+
+
+def test_strength_scales_the_greatest_forces() -> None:
+    ranges = [load("ymca", strength=s).physics.model.actuator_forcerange for s in (1.0, 0.25)]
+    np.testing.assert_allclose(ranges[1], 0.25 * ranges[0])
+
+
+def test_what_is_harder_is_followed_worse() -> None:
+    easy = followed(load("ymca", repeats=1))
+    for harder in ({"payload": 5.0}, {"strength": 0.1}, {"latency": 2}, {"push": (5.0, 100.0)}):
+        assert followed(load("ymca", repeats=1, **harder)) > 1.2 * easy, harder
+
+
+@pytest.mark.parametrize("arms", ["physics", "kinematic"])
+@pytest.mark.parametrize("latency", [1, 3])
+def test_latency_delays_actions_by_so_many_steps(arms: Any, latency: int) -> None:
+    plain, late = load("ymca", arms=arms), load("ymca", arms=arms, latency=latency)
+    rng = np.random.default_rng(0)
+    actions = list(rng.uniform(-1, 1, (10, 8)))
+    plain.reset(), late.reset()
+    for action in [np.zeros(8)] * latency + actions:
+        expected = plain.step(action).observation["posture"]
+    for action in actions + [np.ones(8)] * latency:  # what is pending at the end has no effect
+        got = late.step(action).observation["posture"]
+    np.testing.assert_array_equal(got, expected)
+
+
+def test_an_action_that_waits_is_the_one_that_was_given() -> None:
+    env, action = load("ymca", arms="kinematic", latency=1), np.full(8, 0.25)
+    env.reset()
+    env.step(action)
+    action[:] = -1.0
+    velocities = env.step(action).observation["joint_velocities"]
+    np.testing.assert_allclose(velocities[:3], 0.25 * env.task.max_joint_speed[:3])
+
+
+def test_latency_begins_anew_with_each_episode() -> None:
+    env = load("ymca", arms="kinematic", latency=2)
+    for _ in range(2):
+        start = env.reset().observation["joint_angles"]
+        np.testing.assert_array_equal(env.step(np.ones(8)).observation["joint_angles"], start)
+
+
+@pytest.mark.parametrize("arms", ["physics", "kinematic"])
+def test_observation_noise_is_as_large_as_said_and_only_observed(arms: Any) -> None:
+    env, exact = load("ymca", arms=arms, observation_noise=0.02), load("ymca", arms=arms)
+    rng = np.random.default_rng(1)
+    seen, true = [env.reset()], [exact.reset()]
+    while not seen[-1].last():
+        action = rng.uniform(-0.2, 0.2, 8)
+        seen.append(env.step(action)), true.append(exact.step(action))
+        assert seen[-1].reward == true[-1].reward
+
+    def off(name: str) -> np.ndarray:
+        pairs = zip(seen, true, strict=True)
+        return np.array([s.observation[name] - t.observation[name] for s, t in pairs])
+
+    assert off("joint_angles").std() == pytest.approx(0.02, rel=0.05)
+    velocity = off("joint_velocities") / env.task.max_joint_speed
+    assert velocity.std() == pytest.approx(0.02, rel=0.05)
+    # Unit vectors keep the noise of two of three directions.
+    assert off("posture").std() == pytest.approx(0.02 * np.sqrt(2 / 3), rel=0.05)
+    vectors = np.array([t.observation["posture"] for t in seen]).reshape(-1, 3)
+    np.testing.assert_allclose(np.linalg.norm(vectors, axis=1), 1.0)
+    for name in ("reference", "target", "context"):
+        assert not off(name).any()
+
+
+def test_pushes_come_as_often_and_as_hard_as_said() -> None:
+    task = load("ymca", repeats=100, push=(0.5, 30.0)).task
+    forces = np.concatenate([task._demonstration.episode(0, number).pushes for number in range(5)])
+    sizes = np.linalg.norm(forces, axis=-1)
+    np.testing.assert_allclose(sizes[sizes > 0], 30.0)
+    seconds = len(forces) / task.motion.rate
+    lasting = 2  # steps of 0.05 s in a tenth of a second
+    assert (sizes > 0).sum() / lasting / seconds == pytest.approx(0.5, rel=0.1)
+    directions = forces[sizes > 0] / 30.0
+    np.testing.assert_allclose(directions.mean(axis=0), 0.0, atol=0.1)
+    assert abs((sizes[:, 0] > 0).sum() / (sizes > 0).sum() - 0.5) < 0.1
+
+
+def test_a_push_moves_the_arm_that_is_pushed() -> None:
+    env, calm = load("ymca", push=(0.5, 100.0)), load("ymca")
+    pushed = at_rest(env, 60)
+    left = at_rest(calm, 60)
+    pushes = env.task._drawn.pushes[:60]
+    first, hand = np.argwhere(np.linalg.norm(pushes, axis=-1) > 0)[0]
+    for before in range(first + 1):
+        np.testing.assert_array_equal(
+            pushed[before].observation["posture"], left[before].observation["posture"]
+        )
+    moved = pushed[first + 1].observation["posture"] - left[first + 1].observation["posture"]
+    assert np.abs(moved.reshape(2, 6)[hand]).max() > 0.01
+    assert np.abs(moved.reshape(2, 6)[1 - hand]).max() < 1e-9
+
+
+def test_arms_that_collide_do_not_pass_through_the_body() -> None:
+    angles = {}
+    for collide in (True, False):
+        env = load("ymca", collisions=collide)
+        env.reset()
+        with env.physics.reset_context():
+            env.physics.data.qpos[:] = np.array([0.0, 0.9, 0.0, 1.2] * 2)
+        for _ in range(20):  # forearms turn inwards, towards the chest
+            env.physics.set_control(np.array([0.0, 0.0, -3.0, 0.0] * 2))
+            env.physics.step(10)
+        angles[collide] = env.physics.joint_angles()
+        assert env.physics.divergence == ""
+    assert angles[False][2] < angles[True][2] - 0.3
+
+
+def test_arms_that_hang_touch_nothing() -> None:
+    env = load("ymca", collisions=True)
+    with env.physics.reset_context():
+        pass
+    assert env.physics.data.ncon == 0
+
+
+def test_random_starts_are_anywhere_and_in_the_demonstrations_motion() -> None:
+    env = load("ymca", random_start=True, noise=0.0, repeats=2)
+    starts = set()
+    for _ in range(30):
+        observation = env.reset().observation
+        starts.add(env.task._step)
+        np.testing.assert_allclose(observation["posture"], observation["reference"], atol=1e-9)
+        moved = posture_from_angles(
+            observation["joint_angles"] + 0.05 * observation["joint_velocities"]
+        )
+        np.testing.assert_allclose(moved, observation["target"], atol=1e-9)
+    assert len(starts) > 20
+    assert min(starts) >= 0
+    assert max(starts) < env.task.steps
+
+
+def test_an_episode_that_starts_later_ends_with_the_demonstration() -> None:
+    env = load("ymca", random_start=True, repeats=1)
+    env.reset()
+    left = env.task.steps - env.task._step
+    timesteps = at_rest_until_the_end(env)
+    assert len(timesteps) == left
+    assert timesteps[-1].discount == 1.0
+
+
+def at_rest_until_the_end(env: dm_env.Environment) -> list[dm_env.TimeStep]:
+    timesteps = [env.step(np.zeros(8))]
+    while not timesteps[-1].last():
+        timesteps.append(env.step(np.zeros(8)))
+    return timesteps
+
+
+@given(st.floats(0.05, 0.5))
+def test_early_termination_is_at_the_distance_that_was_said(distance: float) -> None:
+    env = load("ymca", arms="kinematic", early_termination=distance, repeats=1)
+    env.reset()
+    sites = env.physics.site_positions
+
+    def farthest(timestep: dm_env.TimeStep) -> float:
+        seen = timestep.observation
+        offset = sites(seen["posture"]) - sites(seen["reference"])
+        return float(np.linalg.norm(offset, axis=-1).max())
+
+    *before, last = at_rest_until_the_end(env)
+    assert all(farthest(timestep) <= distance for timestep in before)
+    assert farthest(last) > distance
+    assert last.discount == 0.0
+    assert last.reward > 0.0
+    assert env.reset().first()
+    assert env.task.ending == ""
+
+
+def test_weights_of_the_reward_are_those_of_its_terms() -> None:
+    weights = {"left_forearm": 3.0, "right_forearm": 0.0}
+    env = load("ymca", reward_weights=weights)
+    timestep = at_rest(env, 20)[-1]
+    terms = env.task.reward_terms(env.physics)
+    full = dict.fromkeys(terms, 1.0) | weights
+    expected = np.average(list(terms.values()), weights=list(full.values()))
+    assert timestep.reward == pytest.approx(expected)
+    assert len(set(terms.values())) == 4
+
+
+def test_future_shows_the_targets_to_come() -> None:
+    env = load("ymca", future=5, repeats=1)
+    assert env.observation_spec()["future"].shape == (5, 12)
+    timesteps = [env.reset(), *at_rest_until_the_end(env)]
+    references = np.array([t.observation["reference"] for t in timesteps])
+    for now, timestep in enumerate(timesteps):
+        future = timestep.observation["future"]
+        np.testing.assert_array_equal(future[0], timestep.observation["target"])
+        shown = references[np.minimum(now + 1 + np.arange(5), len(references) - 1)]
+        np.testing.assert_array_equal(future, shown)
+
+
+def test_phase_goes_round_once_a_repetition() -> None:
+    env = load("ymca", phase=True)
+    timesteps = [env.reset(), *at_rest_until_the_end(env)]
+    phase = np.array([t.observation["phase"] for t in timesteps])
+    np.testing.assert_allclose(np.linalg.norm(phase, axis=1), 1.0)
+    turn = np.unwrap(np.arctan2(phase[:, 0], phase[:, 1]))
+    np.testing.assert_allclose(turn, 2 * np.pi * np.arange(len(turn)) / env.task.period, atol=1e-9)
+
+
+def test_what_is_random_depends_on_seed_and_episode_alone() -> None:
+    options = {"observation_noise": 0.1, "push": (1.0, 10.0), "random_start": True}
+    one, other = (load("ymca", seed=5, **options).task._demonstration for _ in range(2))
+    a, b, c = one.episode(5, 7), other.episode(5, 7), one.episode(5, 8)
+    assert a.start == b.start
+    for name in ("shown", "sensor_noise", "pushes"):
+        np.testing.assert_array_equal(getattr(a, name), getattr(b, name))
+        assert not np.array_equal(getattr(a, name), getattr(c, name))
+    # Nor on what else is asked for.
+    plain = load("ymca", seed=5).task._demonstration.episode(5, 7)
+    np.testing.assert_array_equal(plain.shown, a.shown)
+
+
+def test_observations_share_no_memory_whatever_is_asked_for() -> None:
+    env = load("ymca", future=3, phase=True, observation_noise=0.01, latency=1)
+    one, other = env.reset().observation, env.step(np.zeros(8)).observation
+    kept = {name: value.copy() for name, value in one.items()}
+    for value in other.values():
+        value[:] = 7.0
+    env.step(np.ones(8))
+    for name, value in kept.items():
+        np.testing.assert_array_equal(one[name], value)
+        assert not any(np.shares_memory(one[name], later) for later in other.values())
+    spec = env.observation_spec()
+    assert one.keys() == spec.keys()
+    for name, value in kept.items():
+        spec[name].validate(value)
