@@ -29,6 +29,7 @@ _COMMANDS: dict[str, Callable[..., Command]] = {
     "imitate": commands.Imitate,
     "motion": commands.InspectMotion,
     "render": commands.Render,
+    "view": commands.View,
 }
 
 
@@ -87,6 +88,8 @@ def _warnings_as_lines() -> Iterator[None]:
 
     with warnings.catch_warnings():
         warnings.simplefilter("always", RecordingWarning)
+        # That a display does not answer; where that matters, an error says so.
+        warnings.filterwarnings("ignore", module="glfw")
         warnings.showwarning = show
         yield
 

@@ -3,5 +3,6 @@
 from mpma_mj.commands.imitate import Imitate
 from mpma_mj.commands.motion import InspectMotion
 from mpma_mj.commands.render import Render
+from mpma_mj.commands.view import View
 
-__all__ = ["Imitate", "InspectMotion", "Render"]
+__all__ = ["Imitate", "InspectMotion", "Render", "View"]
