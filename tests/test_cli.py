@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mpma_mj import __version__, cli
+from mpma_mj import __version__
 from mpma_mj.arm import posture_from_angles
 from mpma_mj.cli import main
+from mpma_mj.commands import Imitate
 from mpma_mj.envs import gl
 from mpma_mj.errors import RenderingError
 from tests.conftest import dancer, markers_of
@@ -238,10 +239,10 @@ def test_what_stops_a_run_from_outside_is_one_line(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    def stopped(self: cli.Imitate) -> Path:
+    def stopped(self: Imitate) -> Path:
         raise error
 
-    monkeypatch.setattr(cli.Imitate, "run", stopped)
+    monkeypatch.setattr(Imitate, "run", stopped)
     assert main(["imitate", "ymca"]) == code
     printed = capsys.readouterr().err
     assert printed.startswith(message)

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import atexit
+import sys
+import threading
 import time
 import warnings
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import mujoco
@@ -17,67 +21,139 @@ from mpma_mj.errors import RenderingError
 
 __all__ = ["ArmViewer"]
 
-_ADVICE = 'use render_mode="rgb_array"'
+_INSTEAD = 'use render_mode="rgb_array"'
+# Where the model's camera "front" is, but free to be moved by mouse: m, m, degrees, degrees.
+_LOOKED_AT, _DISTANCE, _AZIMUTH, _ELEVATION = (0.0, 0.0, 1.15), 2.47, 180.0, -7.0
 
 
 class ArmViewer:
     """MuJoCo's own window on one environment's arms; does not step the simulation."""
 
-    def __init__(self, physics: PhysicsArms, period: float) -> None:
-        """Open the window.
+    def __init__(
+        self,
+        physics: PhysicsArms,
+        period: float,
+        *,
+        instead: str = _INSTEAD,
+        on_key: Callable[[int], None] | None = None,
+    ) -> None:
+        """Open the window, and look at the arms from the front.
 
         Args:
             physics: The arms.
             period: Least time from one `show` to the next, s.
+            instead: What the user is told to do where there can be no window.
+            on_key: Called with GLFW's code of every key that is pressed, in the window's thread.
 
         Raises:
-            RenderingError: There is no display.
+            RenderingError: There is no display, or it does not draw.
         """
         self._physics = physics
         self._period = period
         self._shown = 0.0
-        self._window = _open(physics)
+        before = threading.enumerate()
+        self._window = _open(physics, instead, on_key)
+        self._threads = [t for t in threading.enumerate() if t not in before]
+        # A process that ends while the window is drawn crashes.
+        atexit.register(self.close)
 
-    def show(self, ghost: NDArray[np.float64]) -> None:
+    @property
+    def is_open(self) -> bool:
+        """Whether the user has not closed the window."""
+        return bool(self._window.is_running())
+
+    def show(
+        self,
+        ghost: NDArray[np.float64],
+        *,
+        above: Mapping[str, str] | None = None,
+        below: Mapping[str, str] | None = None,
+    ) -> None:
         """Show the arms as they are now; nothing once the user has closed the window.
 
         Args:
             ghost: Demonstrated posture, shape (12,).
+            above: Names and values to be written into the upper left corner.
+            below: Names and values to be written into the lower left corner.
         """
-        if not self._window.is_running():
+        if not self.is_open:
             return
         with self._window.lock():
             self._window.user_scn.ngeom = 0
             add_ghost(self._window.user_scn, self._physics, ghost)
-        self._window.sync()
+        grid = mujoco.mjtGridPos
+        corners = {grid.mjGRID_TOPLEFT: above, grid.mjGRID_BOTTOMLEFT: below}
+        texts = [_table(corner, rows) for corner, rows in corners.items() if rows]
+        try:
+            if texts:
+                self._window.set_texts(texts)
+            self._window.sync()
+        except mujoco.UnexpectedError:
+            if self.is_open:  # not closed in the meantime
+                raise
         time.sleep(max(0.0, self._shown + self._period - time.monotonic()))
         self._shown = time.monotonic()
 
     def close(self) -> None:
-        """Close the window."""
-        self._window.close()
+        """Close the window, and wait until it is gone."""
+        atexit.unregister(self.close)
+        if self.is_open:
+            self._window.close()
+        for thread in self._threads:
+            thread.join()
 
 
-def _open(physics: PhysicsArms) -> Any:
-    # Asked here, since where the window's own thread fails `launch_passive` waits for ever.
-    if not _there_is_a_display():
-        raise RenderingError(f"no window: there is no display here; {_ADVICE}")
+def _table(corner: mujoco.mjtGridPos, rows: Mapping[str, str]) -> tuple[Any, ...]:
+    columns = ("\n".join(rows), "\n".join(rows.values()))
+    # The window's font has other signs in the place of what is not ASCII.
+    return None, corner, *(text.encode("ascii", "replace").decode() for text in columns)
+
+
+def _open(physics: PhysicsArms, instead: str, on_key: Callable[[int], None] | None) -> Any:
+    # Asked here: where the window's own thread fails, `launch_passive` waits for ever, or
+    # MuJoCo ends the process.
+    missing = _what_is_missing()
+    if missing is not None:
+        raise RenderingError(f"no window: {missing}; {instead}")
     whole = mujoco.mjtState.mjSTATE_INTEGRATION
     state = physics.get_state(whole)
     try:
-        window = mujoco.viewer.launch_passive(physics.model.ptr, physics.data.ptr)
+        window = mujoco.viewer.launch_passive(
+            physics.model.ptr,
+            physics.data.ptr,
+            key_callback=on_key,
+            show_left_ui=False,
+            show_right_ui=False,
+        )
     except RuntimeError as error:  # macOS, where windows belong to the main thread
-        raise RenderingError(f"no window without mjpython; run that, or {_ADVICE}") from error
+        raise RenderingError(
+            "no window without mjpython; run that in the place of python (mjpython -m mpma_mj is"
+            f" mpma), or {instead}"
+        ) from error
     physics.set_state(state, whole)  # the forward pass of opening leaves a trace in it
+    with window.lock():
+        window.cam.lookat[:] = _LOOKED_AT
+        window.cam.distance = _DISTANCE
+        window.cam.azimuth, window.cam.elevation = _AZIMUTH, _ELEVATION
     return window
 
 
-def _there_is_a_display() -> bool:
+def _what_is_missing() -> str | None:
+    """Return why no window can be opened, None where one can."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # how glfw says why not
         try:
             import glfw
-
-            return bool(glfw.init())
         except ImportError:
-            return False
+            return "there is no display here"
+        if not glfw.init():
+            return "there is no display here"
+        if sys.platform == "darwin":
+            return None  # a trial would have to be on the main thread
+        glfw.window_hint(glfw.VISIBLE, False)
+        trial = glfw.create_window(16, 16, "", None, None)
+        glfw.default_window_hints()
+        if not trial:
+            return "OpenGL does not draw on this display"
+        glfw.destroy_window(trial)
+        return None

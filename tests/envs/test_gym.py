@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import gymnasium
-import mujoco
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
@@ -25,6 +24,7 @@ from mpma_mj.envs.load import load
 from mpma_mj.errors import BadOptionError, MpmaError, RenderingError
 from mpma_mj.motions import ymca
 from tests.envs.test_gl import python
+from tests.envs.window import Window
 
 ARMS = ("physics", "kinematic")
 DICTIONARY, FLAT = NAMES = ("TwoArmImitation-v0", "TwoArmImitationFlat-v0")
@@ -380,32 +380,10 @@ def test_without_a_display_there_is_no_window() -> None:
         assert result.stdout == expected, result.stderr
 
 
-class Window:
-    """What the environment uses of MuJoCo's window."""
-
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        mujoco.mj_forward(model, data)  # as the true one does
-        self.user_scn = mujoco.MjvScene(model, 100)
-        self.open = True
-        self.synced = 0
-
-    def is_running(self) -> bool:
-        return self.open
-
-    def lock(self) -> Any:
-        return warnings.catch_warnings()  # any context
-
-    def sync(self) -> None:
-        self.synced += 1
-
-    def close(self) -> None:
-        self.open = False
-
-
 def test_a_window_follows_the_steps_and_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     from mpma_mj.envs import viewer
 
-    monkeypatch.setattr(viewer, "_there_is_a_display", lambda: True)
+    monkeypatch.setattr(viewer, "_what_is_missing", lambda: None)
     monkeypatch.setattr("mujoco.viewer.launch_passive", Window)
     env, plain = make(render_mode="human"), make()
     assert_same(env.reset(seed=0), plain.reset(seed=0))
@@ -416,6 +394,7 @@ def test_a_window_follows_the_steps_and_changes_nothing(monkeypatch: pytest.Monk
     assert window.synced == 5
     assert window.user_scn.ngeom == 8  # of one ghost
     pickle.loads(pickle.dumps(env)).step(np.zeros(8))
+    assert window.texts == []
     env.close()
     assert not window.open
 

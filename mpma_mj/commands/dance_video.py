@@ -1,0 +1,33 @@
+"""The video of a run's folder, which several commands make."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from mpma_mj.training.run_folder import RunFolder
+
+__all__ = ["write_dance_video"]
+
+
+def write_dance_video(folder: RunFolder, camera: str) -> None:
+    """Make the video of a run and put it into its folder.
+
+    Args:
+        folder: Folder of the run.
+        camera: Camera of the model.
+
+    Raises:
+        RenderingError: OpenGL does not draw.
+        MpmaError: The run is damaged.
+    """
+    from mpma_mj.training.progress import show_frames
+    from mpma_mj.training.video import write_video
+
+    write_video(
+        folder.video,
+        folder.read_trace(),
+        folder.read_motion(),
+        camera=camera,
+        progress=show_frames,
+    )

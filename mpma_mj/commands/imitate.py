@@ -1,0 +1,146 @@
+"""`mpma imitate`."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import tyro
+
+from mpma_mj.commands.dance_video import write_dance_video
+from mpma_mj.envs.gl import require_backend
+from mpma_mj.errors import BadOptionError, RenderingError
+from mpma_mj.motions.options import option_name
+from mpma_mj.training.config import RunConfig, Settings
+
+if TYPE_CHECKING:
+    from mpma_mj.training.run_folder import RunFolder
+
+__all__ = ["Imitate"]
+
+
+@dataclass(frozen=True)
+class Imitate:
+    """Train the arms on a movement, save the run, make figures and a video."""
+
+    motions: Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="MOTION")] = ()
+    """"ymca", or a recording: C3D, BVH, AMC, TRC, TSV, CSV, npz; several, or a folder, are a
+    repertoire that is learned together."""
+    settings: tyro.conf.OmitArgPrefixes[Settings] = dataclasses.field(default_factory=Settings)
+    """What decides the result."""
+    epochs: int = 30
+    """Most epochs to train, with --resume most further ones; it ends when it has converged."""
+    out: Path | None = None
+    """Folder of the run; runs/MOTION-TIME if not given."""
+    video: bool = True
+    """Make a video of the trained arms; needs OpenGL."""
+    overwrite: bool = False
+    """Replace the run that is in the folder."""
+    resume: Path | None = None
+    """Folder of a run to go on with; its own settings hold."""
+
+    def run(self) -> Path:
+        """Do it and return the folder."""
+        missing_gl = _try_backend() if self.video else None
+        from mpma_mj.training import imitate
+        from mpma_mj.training.progress import show_epochs
+        from mpma_mj.training.run_folder import RunFolder
+
+        with show_epochs(self.epochs) as show:
+            if self.resume is not None:
+                folder = RunFolder(self.resume)
+                summary = imitate.resume(folder, self.epochs, on_epoch=show)
+            else:
+                config = self._config()
+                folder = RunFolder(self.out or _default_folder(config.motions))
+                summary = imitate.start(
+                    config, folder, self.epochs, overwrite=self.overwrite, on_epoch=show
+                )
+        _print_summary(summary)
+        _draw_figures(folder)
+        if missing_gl is not None:
+            print(missing_gl, file=sys.stderr)
+        elif self.video:
+            write_dance_video(folder, "front")
+        return folder.path
+
+    def check_resumed(self, words: Sequence[str]) -> None:
+        """Refuse options that contradict the run that goes on.
+
+        Args:
+            words: What was typed; options that were left out contradict nothing.
+        """
+        if self.resume is None:
+            return
+        from mpma_mj.training.movements import expand_folders
+        from mpma_mj.training.run_folder import RunFolder
+
+        if self.overwrite or self.out is not None:
+            raise BadOptionError(
+                "--resume goes on in the run's own folder; drop --overwrite, --out"
+            )
+        saved = RunFolder(self.resume).read_config()
+        flags = [word.split("=")[0].replace("_", "-") for word in words if word.startswith("--")]
+        typed = {flag.removeprefix("--").removeprefix("no-") for flag in flags}
+        settings = dataclasses.asdict(self.settings)
+        given = {name: value for name, value in settings.items() if option_name(name) in typed}
+        if self.motions:
+            given["motion"] = expand_folders(self.motions)
+        for name, value in given.items():
+            was = saved.motions if name == "motion" else getattr(saved, name)
+            if value != was:
+                raise BadOptionError(
+                    f"{option_name(name)} is {_shown(value)}, but the run to resume has"
+                    f" {_shown(was)}; leave it out, or start another run"
+                )
+
+    def _config(self) -> RunConfig:
+        from mpma_mj.training.movements import expand_folders
+
+        if not self.motions:
+            raise BadOptionError("no motion given; try: mpma imitate ymca")
+        motions = expand_folders(self.motions)
+        return RunConfig(motions=motions, **dataclasses.asdict(self.settings))
+
+
+def _try_backend() -> str | None:
+    """Look for OpenGL before training; return what to say if there is none."""
+    try:
+        require_backend()
+    except RenderingError as error:
+        return f"mpma: {error}"
+    return None
+
+
+def _shown(value: object) -> str:
+    return " ".join(value) if isinstance(value, tuple) else str(value)
+
+
+def _default_folder(motions: Sequence[str]) -> Path:
+    stem = Path(motions[0]).stem if len(motions) == 1 else "repertoire"
+    name = f"{stem}-{time.strftime('%Y%m%d-%H%M%S')}"
+    names = itertools.chain([name], (f"{name}-{i}" for i in itertools.count(2)))
+    return next(path for path in (Path("runs") / n for n in names) if not path.exists())
+
+
+def _draw_figures(folder: RunFolder) -> None:
+    from mpma_mj.training.figures import write_figures
+
+    write_figures(folder.figures, folder.read_trace(), folder.read_motion())
+
+
+def _print_summary(summary: dict[str, Any]) -> None:
+    modules = ", ".join(f"{k} → {v + 1}" for k, v in summary["dominant_module"].items())
+    state = "converged" if summary["converged"] else "not converged"
+    epochs = f"{summary['epochs']} epoch{'s' if summary['epochs'] > 1 else ''}"
+    print(
+        f"{state} after {epochs}; kept epoch {summary['kept_epoch']:.0f}:"
+        f" p_e {summary['p_e_percent']:.2f} %, feedback ratio {summary['feedback_ratio']:.3f},"
+        f" label → dominant module: {modules}"
+    )

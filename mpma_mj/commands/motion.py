@@ -1,0 +1,65 @@
+"""`mpma motion`."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from mpma_mj.envs.gl import require_backend
+from mpma_mj.errors import BadOptionError
+from mpma_mj.training.config import ReadingArguments
+
+__all__ = ["InspectMotion"]
+
+
+@dataclass(frozen=True)
+class InspectMotion:
+    """Show what a recording holds and asks of the arms, as text and as a page of pictures."""
+
+    motion: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="MOTION")]
+    """"ymca", or a recording: C3D, BVH, AMC, TRC, TSV, CSV, npz."""
+    reading: tyro.conf.OmitArgPrefixes[ReadingArguments] = dataclasses.field(
+        default_factory=ReadingArguments
+    )
+    """How to read it."""
+    picture: Path | None = None
+    """Where the page of pictures goes; NAME-motion.png if not given."""
+    video: bool = False
+    """Make a video of arms that follow it ideally, beside the page, .mp4."""
+    out: Path | None = None
+    """Write the movement as an npz file, which every command reads again."""
+    overwrite: bool = False
+    """Replace the npz file if it is there."""
+
+    def run(self) -> Path:
+        """Do it and return the picture's path."""
+        if self.video:
+            require_backend()
+        for option, path, ending in (("out", self.out, ".npz"), ("picture", self.picture, ".png")):
+            if path is not None and path.suffix != ending:
+                raise BadOptionError(f"{option} is {path}; expected a name that ends in {ending}")
+        if self.out is not None and self.out.exists() and not self.overwrite:
+            raise BadOptionError(f"{self.out}: is there already; --overwrite replaces it")
+        from mpma_mj.envs.load import arm_limits
+        from mpma_mj.motions import motion_file
+        from mpma_mj.motions.read import read_with_findings
+        from mpma_mj.motions.report import report_lines
+        from mpma_mj.training.motion_page import write_ideal_video, write_page
+        from mpma_mj.training.progress import show_frames
+
+        reading = read_with_findings(self.motion, self.reading.reading)
+        reading.findings.tell(self.motion)
+        limits = arm_limits("physics")
+        print("\n".join(report_lines(reading, *limits)))
+        if self.out is not None:
+            motion_file.write(self.out, reading.motion)
+        picture = self.picture or Path(f"{reading.motion.name}-motion.png")
+        write_page(picture, reading, limits[0])
+        if self.video:
+            write_ideal_video(picture.with_suffix(".mp4"), reading, show_frames)
+            print(picture.with_suffix(".mp4"))
+        return picture

@@ -1,0 +1,73 @@
+"""`mpma view`."""
+
+from __future__ import annotations
+
+import dataclasses
+import shlex
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+from mpma_mj.errors import BadOptionError
+from mpma_mj.motions.options import given, option_name
+from mpma_mj.training.config import ReadingArguments
+
+if TYPE_CHECKING:
+    from mpma_mj.training.playback import Dance
+
+__all__ = ["View"]
+
+
+@dataclass(frozen=True)
+class View:
+    """Watch a trained run, or arms that follow a recording ideally, in a window."""
+
+    dance: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|MOTION")]
+    """Folder of a run; or "ymca", or a recording: C3D, BVH, AMC, TRC, TSV, CSV, npz."""
+    reading: tyro.conf.OmitArgPrefixes[ReadingArguments] = dataclasses.field(
+        default_factory=ReadingArguments
+    )
+    """How to read a recording."""
+
+    def run(self) -> None:
+        """Do it, until the window is closed."""
+        from mpma_mj.motions.read import BUILT_IN
+
+        is_run = self.dance not in BUILT_IN and Path(self.dance).is_dir()
+        dance = self._of_run() if is_run else self._of_recording()
+        word = shlex.quote(self.dance)
+        video = f"mpma render {word}" if is_run else f"mpma motion {word} --video"
+
+        from mpma_mj.training.playback import play
+
+        play(dance, instead=f"make a video: {video}", on_open=_print_keys)
+
+    def _of_run(self) -> Dance:
+        from mpma_mj.training.playback import Dance
+        from mpma_mj.training.run_folder import RunFolder
+
+        folder = RunFolder(Path(self.dance))
+        folder.read_config()
+        useless = given(self.reading.reading)
+        if useless:
+            raise BadOptionError(
+                f"{option_name(min(useless))} is for a recording, and {self.dance} is a run; leave"
+                " it out"
+            )
+        return Dance.of_run(folder.read_trace(), folder.read_motion())
+
+    def _of_recording(self) -> Dance:
+        from mpma_mj.motions.read import read_with_findings
+        from mpma_mj.training.playback import Dance
+
+        reading = read_with_findings(self.dance, self.reading.reading)
+        reading.findings.tell(self.dance)
+        return Dance.of_reading(reading)
+
+
+def _print_keys() -> None:
+    from mpma_mj.training.player import KEYS
+
+    print("; ".join(f"{key}: {does}" for key, does in KEYS.items()), flush=True)
