@@ -123,9 +123,9 @@ class Demonstration:
 
     def _pushes(self, seed: int, number: int) -> Array | None:
         """Draw pushes: a Poisson process, directions uniform on the sphere."""
-        rate, size = self._options.push
-        if rate == 0.0 or size == 0.0:
+        if not self._options.pushed:
             return None
+        rate, size = self._options.push
         rng = stream(seed, "pushes", number)
         moments = len(self._clean)
         length = max(1, round(_PUSH_DURATION * self.motion.rate))

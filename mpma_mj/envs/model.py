@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import mujoco
@@ -34,20 +36,17 @@ def make_model(options: EnvironmentOptions) -> mujoco.MjModel:
     path = MODEL_PATH if options.model is None else Path(options.model)
     if not path.is_file():
         raise BadOptionError(f"model is {path}; expected an MJCF file, and there is none")
-    try:
+    with _errors_in_one_line(path):
         spec = mujoco.MjSpec.from_file(str(path))
-        _check_complete(path, spec, hands=options.payload > 0 or min(options.push) > 0)
-        if options.gravity_compensation:
-            for body in spec.bodies[1:]:
-                body.gravcomp = 1.0
-        if options.payload > 0:
-            for hand in HANDS:
-                _put_ball(spec.body(hand), options.payload)
+    _check_complete(path, spec, hands=options.payload > 0 or options.pushed)
+    if options.gravity_compensation:
+        for body in spec.bodies[1:]:
+            body.gravcomp = 1.0
+    if options.payload > 0:
+        for hand in HANDS:
+            _put_ball(spec.body(hand), options.payload)
+    with _errors_in_one_line(path):
         model = spec.compile()
-    except (ValueError, mujoco.FatalError) as error:
-        if isinstance(error, BadOptionError):
-            raise
-        raise BadOptionError(f"{path}: {' '.join(str(error).split())}") from None
     actuators = [mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, n) for n in JOINT_NAMES]
     _check_actuators(path, model, actuators, forces=options.strength != 1.0)
     model.actuator_forcerange[actuators] *= options.strength
@@ -59,6 +58,14 @@ def make_model(options: EnvironmentOptions) -> mujoco.MjModel:
     else:
         model.opt.disableflags |= contact
     return model
+
+
+@contextmanager
+def _errors_in_one_line(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except (ValueError, mujoco.FatalError) as error:
+        raise BadOptionError(f"{path}: {' '.join(str(error).split())}") from None
 
 
 def _check_complete(path: Path, spec: mujoco.MjSpec, *, hands: bool) -> None:

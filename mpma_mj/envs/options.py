@@ -101,6 +101,11 @@ class EnvironmentOptions:
         self._check_weights()
         self._check_arms_have_mass()
 
+    @property
+    def pushed(self) -> bool:
+        """Whether there are pushes."""
+        return min(self.push) > 0.0
+
     def _check_whole(self, name: str, low: int, high: int) -> None:
         value = getattr(self, name)
         whole = isinstance(value, Integral) and not isinstance(value, bool)

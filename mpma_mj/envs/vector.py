@@ -82,7 +82,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         self._demonstration = Demonstration(self.motion, chosen, self.max_joint_speed)
         self._observer = Observer(self._demonstration, chosen)
         self._weights = reward_weights(chosen.reward_weights)
-        self._batch = make_batch(arms, num_envs, nstep, pushed=min(chosen.push) > 0)
+        self._batch = make_batch(arms, num_envs, nstep, pushed=chosen.pushed)
         self.steps = self._demonstration.steps
         self.metadata = self.metadata | {"render_fps": round(self.motion.rate, 3)}
         self.single_action_space = action_space()

@@ -201,7 +201,7 @@ def test_strength_scales_the_greatest_forces() -> None:
 def test_what_is_harder_is_followed_worse() -> None:
     easy = followed(load("ymca", repeats=1))
     for harder in ({"payload": 5.0}, {"strength": 0.1}, {"latency": 2}, {"push": (5.0, 100.0)}):
-        assert followed(load("ymca", repeats=1, **harder)) > 1.2 * easy, harder
+        assert followed(load("ymca", repeats=1, **harder)) > 1.1 * easy, harder
 
 
 @pytest.mark.parametrize("arms", ["physics", "kinematic"])

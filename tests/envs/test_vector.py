@@ -1,0 +1,221 @@
+"""Many environments at once: each is the single one, bit for bit."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
+from numpy.typing import NDArray
+
+import mpma_mj
+from mpma_mj.envs.gym import FlatImitationEnv, ImitationEnv
+from mpma_mj.envs.load import load
+from mpma_mj.envs.vector import FlatVectorImitationEnv, VectorImitationEnv, make_vec
+from mpma_mj.errors import BadOptionError
+
+HARD: dict[str, Any] = {
+    **{"latency": 2, "observation_noise": 0.02, "push": (2.0, 40.0), "payload": 1.0},
+    **{"gravity_compensation": True, "strength": 0.7, "collisions": True, "random_start": True},
+    **{"early_termination": 0.5, "reward_weights": {"left_forearm": 3}, "future": 5},
+    "phase": True,
+}
+OPTIONS = [{}, {"arms": "kinematic"}, HARD]
+IDS = ["physics", "kinematic", "hard"]
+
+Array = NDArray[np.float64]
+
+
+@contextmanager
+def many(num_envs: int, **options: Any) -> Iterator[VectorImitationEnv]:
+    envs = make_vec(num_envs, **{"repeats": 1, **options})
+    yield envs
+    envs.close()
+
+
+def at_random(steps: int, num_envs: int, seed: int = 0) -> Array:
+    """Return actions, some beyond the bounds, that drive elbows into their limits too."""
+    rng = np.random.default_rng(seed)
+    return rng.uniform(-1.0, 1.0, (steps, num_envs, 8)).cumsum(axis=0).clip(-1.5, 1.5)
+
+
+@pytest.mark.parametrize("options", OPTIONS, ids=IDS)
+@pytest.mark.parametrize("num_envs", [1, 2, 7])
+def test_members_are_single_environments_bit_for_bit(
+    num_envs: int, options: dict[str, Any]
+) -> None:
+    singles = [load("ymca", repeats=1, seed=4 + i, **options) for i in range(num_envs)]
+    with many(num_envs, seed=4, **options) as envs:
+        observations, _ = envs.reset()
+        timesteps = [single.reset() for single in singles]
+        begun = np.zeros(num_envs, int)
+        for actions in at_random(260, num_envs):
+            for i, timestep in enumerate(timesteps):
+                assert list(observations) == list(timestep.observation)
+                for name, values in timestep.observation.items():
+                    np.testing.assert_array_equal(observations[name][i], values)
+            observations, rewards, terminated, truncated, infos = envs.step(actions)
+            timesteps = [s.step(a) for s, a in zip(singles, actions, strict=True)]
+            for i, (single, timestep) in enumerate(zip(singles, timesteps, strict=True)):
+                assert rewards[i] == (timestep.reward or 0.0)
+                assert terminated[i] == (timestep.discount == 0.0)
+                assert truncated[i] == (timestep.last() and timestep.discount == 1.0)
+                assert infos["ending"][i] == single.task.ending
+                assert infos["clipped"][i] == single.task.clipped
+                terms = single.task.reward_terms(single.physics)
+                assert {k: v[i] for k, v in infos["reward_terms"].items() if k[0] != "_"} == terms
+                begun[i] += timestep.first()
+        assert (begun >= 1).all()
+
+
+@pytest.mark.parametrize(
+    ("kind", "flat"), [(ImitationEnv, False), (FlatImitationEnv, True)], ids=["dict", "flat"]
+)
+def test_gymnasiums_own_vector_environment_has_the_same_numbers(
+    kind: type[ImitationEnv], flat: bool
+) -> None:
+    theirs = SyncVectorEnv([lambda: kind(repeats=1) for _ in range(3)])
+    with many(3, flat=flat) as ours:
+        assert ours.single_observation_space == theirs.single_observation_space
+        assert ours.observation_space == theirs.observation_space
+        assert ours.action_space == theirs.action_space
+        assert ours.metadata["autoreset_mode"] == theirs.metadata["autoreset_mode"]
+        one, other = ours.reset(seed=9), theirs.reset(seed=9)
+        for actions in at_random(240, 3):
+            assert one[0] in ours.observation_space
+            assert_same(one[:-1], other[:-1])
+            assert_same([one[-1]], [other[-1]])
+            one, other = ours.step(actions), theirs.step(actions)
+
+
+def assert_same(one: Any, other: Any) -> None:
+    for a, b in zip(one, other, strict=True):
+        if isinstance(a, dict):
+            assert a.keys() == b.keys()
+            assert_same(a.values(), [b[name] for name in a])
+        else:
+            np.testing.assert_array_equal(a, b)
+            assert a.dtype == b.dtype
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        ("TwoArmImitation-v0", VectorImitationEnv),
+        ("TwoArmImitationFlat-v0", FlatVectorImitationEnv),
+    ],
+)
+def test_gymnasium_makes_it(name: str, kind: type) -> None:
+    envs = gymnasium.make_vec(f"mpma_mj:{name}", num_envs=2, motion="ymca", arms="kinematic")
+    assert type(envs.unwrapped) is kind
+    envs.reset(seed=1)
+    envs.step(envs.action_space.sample())
+    envs.close()
+
+
+def test_a_finished_member_begins_anew_while_others_go_on() -> None:
+    with many(4, arms="kinematic", random_start=True, seed=3) as envs:
+        envs.reset()
+        over = np.zeros(4, bool)
+        seen = set()
+        for _ in range(400):
+            _, rewards, terminated, truncated, _ = envs.step(np.zeros((4, 8)))
+            assert not (terminated | truncated)[over].any()
+            assert (rewards[over] == 0.0).all()
+            assert (rewards[~over] > 0.0).all()
+            over = terminated | truncated
+            seen.add(tuple(over))
+        assert any(0 < sum(pattern) < 4 for pattern in seen)
+
+
+def test_seeds_one_for_all_or_one_for_each() -> None:
+    with many(3, arms="kinematic", seed=5) as envs:
+        by_option = envs.reset()[0]["target"]
+        following = envs.reset()[0]["target"]
+        np.testing.assert_array_equal(envs.reset(seed=5)[0]["target"], by_option)
+        np.testing.assert_array_equal(envs.reset()[0]["target"], following)
+        assert not np.array_equal(by_option, following)
+        assert len({tuple(target) for target in by_option}) == 3
+        same = envs.reset(seed=[5, 5, 7])[0]["target"]
+        np.testing.assert_array_equal(same, by_option[[0, 0, 2]])
+        assert envs.np_random_seed == 5
+
+
+def test_returned_arrays_are_not_touched_again() -> None:
+    with many(2) as envs:
+        envs.reset()
+        first = envs.step(np.ones((2, 8)))
+        kept = {name: values.copy() for name, values in first[0].items()}
+        terms = first[4]["reward_terms"]["left_forearm"].copy()
+        second = envs.step(-np.ones((2, 8)))
+        for name, values in kept.items():
+            np.testing.assert_array_equal(first[0][name], values)
+            assert not np.shares_memory(first[0][name], second[0][name])
+        np.testing.assert_array_equal(first[4]["reward_terms"]["left_forearm"], terms)
+        second[0]["target"][:] = 9.0  # spoils nothing
+        assert np.abs(envs.step(np.zeros((2, 8)))[0]["reference"]).max() <= 1.0
+
+
+def test_what_it_offers_beside_gymnasiums() -> None:
+    with many(2) as envs:
+        single = load("ymca", repeats=1)
+        np.testing.assert_array_equal(envs.max_joint_speed, single.task.max_joint_speed)
+        assert envs.control_timestep == single.control_timestep()
+        assert envs.steps == single.task.steps
+        assert envs.metadata["render_fps"] == 20
+        assert envs.metadata["autoreset_mode"] == AutoresetMode.NEXT_STEP
+        assert mpma_mj.make_vec is make_vec
+
+
+@pytest.mark.parametrize(
+    ("actions", "message"),
+    [
+        (np.zeros((2, 7)), r"action has shape \(2, 7\); expected \(2, 8\)"),
+        (np.zeros(8), r"action has shape \(8,\); expected \(2, 8\)"),
+        (np.eye(2, 8) * np.nan, r"action\[0, 0\] is nan"),
+        (np.where(np.eye(2, 8, 3)[::-1], -np.inf, 0.0), r"action\[0, 4\] is -inf"),
+        (np.zeros((2, 8), complex), "action is of type complex128"),
+    ],
+)
+def test_actions_that_are_none_are_refused_and_change_nothing(actions: Any, message: str) -> None:
+    with many(2) as envs, many(2) as others:
+        envs.reset(), others.reset()
+        with pytest.raises(BadOptionError, match=message):
+            envs.step(actions)
+        one, other = envs.step(np.ones((2, 8))), others.step(np.ones((2, 8)))
+        assert_same(one[:-1], other[:-1])
+
+
+def test_no_step_before_a_reset() -> None:
+    with many(2) as envs, pytest.raises(gymnasium.error.ResetNeeded):
+        envs.step(np.zeros((2, 8)))
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"num_envs": 0}, "num_envs is 0; expected a whole number from 1 up"),
+        ({"num_envs": 2.0}, "num_envs is 2.0"),
+        ({"num_envs": 2, "render_mode": "rgb_array"}, "draw nothing; leave render_mode out"),
+        ({"num_envs": 2, "lateny": 1}, "no option 'lateny'; did you mean latency"),
+        ({"num_envs": 2, "seed": -3}, "seed is -3"),
+    ],
+)
+def test_bad_options_are_one_line(options: dict[str, Any], message: str) -> None:
+    with pytest.raises(BadOptionError, match=message):
+        VectorImitationEnv(**options)
+
+
+@pytest.mark.parametrize("seed", [-1, [0, 1], [0, -1, 2]])
+def test_seeds_that_are_none_are_refused(seed: Any) -> None:
+    with many(3) as envs, pytest.raises(BadOptionError, match="expected a whole number from 0"):
+        envs.reset(seed=seed)
+
+
+def test_closing_twice_is_no_matter() -> None:
+    envs = make_vec(2)
+    envs.reset()
+    envs.close()
+    envs.close()
