@@ -1,8 +1,9 @@
 """What the command line offers: a file a command, each with its options and `run`."""
 
+from mpma_mj.commands.bench import Bench
 from mpma_mj.commands.imitate import Imitate
 from mpma_mj.commands.motion import InspectMotion
 from mpma_mj.commands.render import Render
 from mpma_mj.commands.view import View
 
-__all__ = ["Imitate", "InspectMotion", "Render", "View"]
+__all__ = ["Bench", "Imitate", "InspectMotion", "Render", "View"]

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, track
 
-__all__ = ["show_epochs", "show_frames"]
+__all__ = ["show_epochs", "show_frames", "show_range"]
 
 
 @contextmanager
@@ -45,8 +45,13 @@ def show_epochs(epochs: int) -> Iterator[Callable[[dict[str, float]], None]]:
 
 def show_frames(steps: range) -> Iterable[int]:
     """Count the frames of a video on a bar."""
+    return show_range(steps, f"drawing {len(steps)} frames")
+
+
+def show_range(steps: range, title: str) -> Iterable[int]:
+    """Show a title and, on a terminal, how far a range has been gone through."""
     console = Console(stderr=True, highlight=False)
     disable = not console.is_terminal
     if disable:
-        console.print(f"drawing {len(steps)} frames")
-    return track(steps, "drawing ", console=console, transient=True, disable=disable)
+        console.print(title)
+    return track(steps, title, console=console, transient=True, disable=disable)

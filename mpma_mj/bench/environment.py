@@ -1,0 +1,174 @@
+"""What a step of the environment costs beside its physics, alone and in company."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from dm_control.rl.control import Environment
+from mujoco import rollout
+from numpy.typing import NDArray
+
+from mpma_mj.bench.timing import Case, Ratio, Spread, in_turn, ratio, spread
+from mpma_mj.envs.gym import ImitationEnv
+from mpma_mj.envs.load import load
+from mpma_mj.envs.vector import make_vec
+
+__all__ = ["Report", "measure"]
+
+Array = NDArray[np.float64]
+Progress = Callable[[range, str], Iterable[int]]
+
+_STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
+_MEMBERS = 64
+_STEPS = 225  # of an episode of 227, so that no reset is timed
+_BATCHES = 20
+_ROUNDS, _STARTS = 21, 5
+
+_FLOOR = "bare mj_step calls, one step's worth"
+_STEP = "env.step"
+_GYM = "the same through Gymnasium"
+_ALONE = f"env.step, {_MEMBERS} environments one after the other"
+_TOGETHER = f"make_vec({_MEMBERS}).step, per environment"
+_ROLLOUT = f"bare mujoco.rollout of {_MEMBERS}, per environment"
+_OURS = "import mpma_mj; load()"
+_THEIRS = 'from dm_control import suite; suite.load("reacher", "easy")'
+_PROGRAMS = {_OURS: "import mpma_mj; mpma_mj.load()", _THEIRS: _THEIRS}
+
+
+@dataclass(frozen=True)
+class Report:
+    """What was measured.
+
+    Attributes:
+        seconds: Times by what was timed.
+        ratios: What the issue's targets are about, by name.
+    """
+
+    seconds: dict[str, Spread]
+    ratios: dict[str, Ratio]
+
+
+def measure(progress: Progress) -> Report:
+    """Time physics arms on the built-in dance, and the start of a program.
+
+    Args:
+        progress: Shows how far a range of rounds is, under a title.
+    """
+    cases = {_FLOOR: _floor(load()), _STEP: _steps(load()), _GYM: _steps(ImitationEnv())}
+    times = in_turn(cases, progress(range(_ROUNDS), "timing one environment"))
+    cases = {_ALONE: _one_after_the_other(), _TOGETHER: _together(), _ROLLOUT: _bare_rollout()}
+    times |= in_turn(cases, progress(range(_ROUNDS), f"timing {_MEMBERS} environments"))
+    starts = {name: _program(code) for name, code in _PROGRAMS.items()}
+    times |= in_turn(starts, progress(range(_STARTS), "timing the start of a program"))
+    return Report(
+        seconds={name: spread(values) for name, values in times.items()},
+        ratios={
+            "env.step over bare mj_step calls": ratio(times[_STEP], times[_FLOOR], 1.35),
+            "throughput of make_vec over one after the other": ratio(
+                times[_ALONE], times[_TOGETHER], 1.6, at_least=True
+            ),
+            "make_vec over bare mujoco.rollout": ratio(times[_TOGETHER], times[_ROLLOUT], 1.5),
+            "import and first environment over dm_control's": ratio(
+                times[_OURS], times[_THEIRS], 1.5
+            ),
+        },
+    )
+
+
+def _actions(*shape: int) -> Array:
+    return np.random.default_rng(0).uniform(-1.0, 1.0, (*shape, 8))
+
+
+def _floor(env: Environment) -> Case:
+    """Return the same simulation as `_steps`, by bare calls."""
+    env.reset()
+    model, data = env.physics.model.ptr, env.physics.data.ptr
+    nstep = round(env.control_timestep() / env.physics.timestep())
+    begin = env.physics.get_state(_STATE)
+    controls = _actions(_STEPS) * env.task.max_joint_speed
+
+    def run() -> int:
+        for control in controls:
+            data.ctrl[:] = control
+            for _ in range(nstep):
+                mujoco.mj_step(model, data)
+        return _STEPS
+
+    return Case(run, lambda: mujoco.mj_setState(model, data, begin, _STATE))
+
+
+def _steps(env: Environment | ImitationEnv) -> Case:
+    actions = _actions(_STEPS)
+
+    def run() -> int:
+        for action in actions:
+            env.step(action)
+        return _STEPS
+
+    return Case(run, env.reset)
+
+
+def _one_after_the_other() -> Case:
+    envs = [load(seed=i) for i in range(_MEMBERS)]
+    actions = _actions(_BATCHES, _MEMBERS)
+
+    def run() -> int:
+        for batch in actions:
+            for env, action in zip(envs, batch, strict=True):
+                env.step(action)
+        return _BATCHES * _MEMBERS
+
+    return Case(run, lambda: [env.reset() for env in envs])
+
+
+def _together() -> Case:
+    envs, actions = make_vec(_MEMBERS), _actions(_BATCHES, _MEMBERS)
+
+    def run() -> int:
+        for batch in actions:
+            envs.step(batch)
+        return _BATCHES * _MEMBERS
+
+    return Case(run, envs.reset)
+
+
+def _bare_rollout() -> Case:
+    """Return the same simulation as `_together`, by bare calls with all that makes them fast."""
+    env = load()
+    model, threads = env.physics.model.ptr, os.cpu_count() or 1
+    nstep = round(env.control_timestep() / env.physics.timestep())
+    controls = _actions(_BATCHES, _MEMBERS) * env.task.max_joint_speed
+    size = mujoco.mj_stateSize(model, _STATE)
+    begin, trajectory = np.zeros((_MEMBERS, size)), np.zeros((_MEMBERS, nstep, size))
+    for row in begin:
+        env.reset()
+        row[:] = env.physics.get_state(_STATE)
+    applied = np.zeros((_MEMBERS, nstep, model.nu))
+    models, data = [model] * _MEMBERS, [mujoco.MjData(model) for _ in range(threads)]
+    pool = rollout.Rollout(nthread=threads)
+
+    def run() -> int:
+        state = begin
+        for control in controls:
+            applied[:] = control[:, None]
+            pool.rollout(
+                models, data, state, applied, skip_checks=True, nstep=nstep, state=trajectory
+            )
+            state = trajectory[:, -1].copy()
+        return _BATCHES * _MEMBERS
+
+    return Case(run)
+
+
+def _program(code: str) -> Case:
+    def run() -> int:
+        subprocess.run([sys.executable, "-W", "ignore", "-c", code], check=True)
+        return 1
+
+    return Case(run)
