@@ -30,7 +30,9 @@ def _takes(options: Callable[P, object]) -> Callable[[Callable[..., R]], Callabl
     """Tell type checkers and `help` that a function takes what makes the options."""
 
     def decorate(function: Callable[..., R]) -> Callable[P, R]:
-        function.__signature__ = inspect.signature(options)  # type: ignore[attr-defined]
+        returned = inspect.signature(function).return_annotation
+        signature = inspect.signature(options).replace(return_annotation=returned)
+        function.__signature__ = signature  # type: ignore[attr-defined]
         return function
 
     return decorate

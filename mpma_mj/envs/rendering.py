@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.envs.gl import HOW_TO_MEND
 from mpma_mj.envs.physics import PhysicsArms
-from mpma_mj.errors import RenderingError
+from mpma_mj.errors import BadOptionError, RenderingError
 
 __all__ = ["ArmRenderer", "add_ghost"]
 
@@ -44,8 +44,17 @@ class ArmRenderer:
             physics: The arms.
             width: Width of pictures, pixels.
             height: Height of pictures, pixels.
-            camera: Name of a camera of the model: front, side or three_quarter.
+            camera: Name of a camera of the model; ours has front, side and three_quarter.
+
+        Raises:
+            BadOptionError: The model has no such camera.
         """
+        model = physics.model
+        cameras = [model.id2name(i, "camera") for i in range(model.ncam)]
+        if camera not in cameras:
+            raise BadOptionError(
+                f"camera is '{camera}'; the model has {', '.join(cameras) or 'none'}"
+            )
         self._physics = physics
         self._size = (height, width)
         self._camera = camera

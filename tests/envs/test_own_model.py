@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mpma_mj.envs.gym import ImitationEnv
 from mpma_mj.envs.load import load
 from mpma_mj.envs.model import MODEL_PATH
 from mpma_mj.envs.vector import make_vec
@@ -160,6 +161,14 @@ def test_other_joints_and_another_order_are_no_matter(own: Path) -> None:
         observations, *_ = many.step(np.stack([action, -action]))
     assert abs(env.physics.named.data.qpos["swing"]) > 0.1
     many.close()
+
+
+def test_pictures_need_the_camera_that_they_are_taken_by(own: Path) -> None:
+    edited(own, ('<camera name="front"', '<camera name="mine"'))
+    env = ImitationEnv(model=own, render_mode="rgb_array")
+    env.reset()
+    with pytest.raises(BadOptionError, match="camera is 'front'; the model has mine, side, three"):
+        env.render()
 
 
 WILD = (('integrator="implicitfast"', 'integrator="Euler"'), ('kv="20"', 'kv="90000"'))

@@ -47,10 +47,6 @@ class RecordVideo(Wrapper):
         super().__init__(env)
         if Path(path).suffix != ".mp4":
             raise BadOptionError(f"path is '{path}'; expected a name that ends in .mp4")
-        model = env.physics.model
-        cameras = [model.id2name(i, "camera") for i in range(model.ncam)]
-        if camera not in cameras:
-            raise BadOptionError(f"camera is '{camera}'; expected one of {', '.join(cameras)}")
         self._path = str(path)
         self._renderer = ArmRenderer(env.physics, camera=camera)
         self._video = contextlib.ExitStack()
