@@ -50,6 +50,11 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
     `reset()` the next one. Before any seed is given it is the option `seed`. In a vector
     environment give one to the first reset, or all environments see the same noise.
 
+    Attributes:
+        seen: The last observation as a dictionary, also where the environment is flat.
+        max_joint_speed: Joint speeds that action 1 commands, shape (8,), rad/s.
+        control_timestep: Time between two actions, s.
+
     A pickled environment, or a copy, goes on as the original does, with a renderer of its own;
     it is made again from its options, so a recording has to be where it was.
     """
@@ -76,10 +81,12 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
         self._options = options
         self._env = load(**options)
         self._over = True
+        self.seen: dict[str, Array] = {}
+        self.max_joint_speed: Array = self._env.task.max_joint_speed
+        self.control_timestep: float = self._env.control_timestep()
         self._renderer: ArmRenderer | None = None
         self._viewer: ArmViewer | None = None
-        rate = 1.0 / self._env.control_timestep()
-        self.metadata = self.metadata | {"render_fps": round(rate, 3)}
+        self.metadata = self.metadata | {"render_fps": round(1.0 / self.control_timestep, 3)}
         self.action_space = action_space()
         shapes = {name: spec.shape for name, spec in self._env.observation_spec().items()}
         self.observation_space = observation_space(shapes, flat=self._flat)
@@ -185,6 +192,7 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
         physics.divergence = divergence
 
     def _pack(self, observation: dict[str, Array]) -> Any:
+        self.seen = observation
         return flatten(observation) if self._flat else observation
 
     def _info(self) -> dict[str, Any]:
@@ -199,7 +207,7 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
         if self._viewer is None:
             from mpma_mj.envs.viewer import ArmViewer  # and the libraries of windows
 
-            self._viewer = ArmViewer(self._env.physics, self._env.control_timestep())
+            self._viewer = ArmViewer(self._env.physics, self.control_timestep)
         self._viewer.show(self._ghost())
 
 

@@ -46,6 +46,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         motion: The movement.
         max_joint_speed: Joint speeds that action 1 commands, shape (8,), rad/s.
         control_timestep: Time between two actions, s.
+        seen: The last observations as a dictionary, also where the environments are flat.
         steps: Number of steps of an episode that starts at the beginning.
     """
 
@@ -89,6 +90,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         self.single_observation_space = observation_space(self._observer.shapes, flat=self._flat)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.seen: dict[str, Array] = {}
         self._rows = np.arange(num_envs)
         self._seeds = chosen.seed + self._rows
         self._next_episode = np.zeros(num_envs, int)
@@ -198,7 +200,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         return self._pack(posture), rewards, terminated, truncated, self._masked(info)
 
     def _pack(self, posture: Array) -> Any:
-        observation = self._observer.observe(
+        self.seen = self._observer.observe(
             self._drawn,
             self._step,
             posture,
@@ -206,7 +208,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
             self._batch.joint_velocities(),
             (self._rows,),
         )
-        return flatten(observation, (self.num_envs,)) if self._flat else observation
+        return flatten(self.seen, (self.num_envs,)) if self._flat else self.seen
 
     def _masked(self, info: dict[str, Any]) -> dict[str, Any]:
         """Return info that says by `_name`, as Gymnasium has it, that all members have it."""

@@ -2,7 +2,15 @@
 
 from mpma_mj.envs.wrappers.evaluate import Evaluate
 from mpma_mj.envs.wrappers.feedback_assist import FeedbackAssist
+from mpma_mj.envs.wrappers.gym_feedback_assist import GymFeedbackAssist, VectorFeedbackAssist
 from mpma_mj.envs.wrappers.record_video import RecordVideo
 from mpma_mj.envs.wrappers.wrapper import Wrapper
 
-__all__ = ["Evaluate", "FeedbackAssist", "RecordVideo", "Wrapper"]
+__all__ = [
+    "Evaluate",
+    "FeedbackAssist",
+    "GymFeedbackAssist",
+    "RecordVideo",
+    "VectorFeedbackAssist",
+    "Wrapper",
+]

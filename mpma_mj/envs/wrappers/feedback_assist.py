@@ -6,8 +6,9 @@ import dm_env
 import numpy as np
 from numpy.typing import NDArray
 
+from mpma_mj.envs.actions import check_action, clip_action
+from mpma_mj.envs.wrappers.gain import check_gain
 from mpma_mj.envs.wrappers.wrapper import Wrapper
-from mpma_mj.errors import BadOptionError
 from mpma_mj.feedback import feedback_action
 
 __all__ = ["FeedbackAssist"]
@@ -50,9 +51,7 @@ class FeedbackAssist(Wrapper):
 
     @gain.setter
     def gain(self, gain: float) -> None:
-        if not 0.0 <= gain <= 1.0:
-            raise BadOptionError(f"gain is {gain:g}; expected 0 to 1")
-        self._gain = gain
+        self._gain = check_gain(gain)
 
     def step(self, action: Array) -> dm_env.TimeStep:
         """Act with the feedback controller's help.
@@ -61,7 +60,7 @@ class FeedbackAssist(Wrapper):
             action: The agent's action, shape (8,).
         """
         feedback = self.gain * self._feedback
-        assisted = np.clip(action + feedback, -1.0, 1.0)
+        assisted = clip_action(check_action(action) + feedback)
         timestep = super().step(assisted)
         if not timestep.first():
             self.last_action, self.last_feedback = assisted, feedback
