@@ -21,6 +21,33 @@ __all__ = ["GymFeedbackAssist", "VectorFeedbackAssist"]
 Array = NDArray[np.float64]
 
 
+class _Controller:
+    """The feedback controller of one environment or of many.
+
+    Attributes:
+        feedback: K u_fb of what was seen last, shape (8,) or (N, 8).
+    """
+
+    def __init__(self, env: Any, gain: float) -> None:
+        inner = env.unwrapped
+        if not isinstance(inner, ImitationEnv | VectorImitationEnv):
+            raise BadOptionError(f"env is {inner}; expected one of TwoArmImitation, or of make_vec")
+        self._env = inner
+        self._gain = check_gain(gain)
+        self.feedback: Array = np.zeros(env.action_space.shape)
+
+    def look(self) -> None:
+        """Compute the feedback at once: observations are the agent's, which may write into them."""
+        seen, env = self._env.seen, self._env
+        self.feedback = self._gain * feedback_action(
+            seen["joint_angles"], seen["reference"], env.max_joint_speed, env.control_timestep
+        )
+
+    def assist(self, action: ArrayLike) -> Array:
+        """Return the sum of an action and the feedback, clipped."""
+        return clip_action(check_action(action, self.feedback.shape) + self.feedback)
+
+
 class GymFeedbackAssist(gymnasium.Wrapper[Any, Any, Any, Any]):
     """`FeedbackAssist` for an environment of `gymnasium.make`, flat or not.
 
@@ -38,14 +65,12 @@ class GymFeedbackAssist(gymnasium.Wrapper[Any, Any, Any, Any]):
             BadOptionError: The gain is not between 0 and 1, or it is another environment.
         """
         super().__init__(env)
-        self._inner = _ours(env)
-        self._gain = check_gain(gain)
-        self._feedback = np.zeros(8)
+        self._controller = _Controller(env, gain)
 
     def reset(self, **options: Any) -> tuple[Any, dict[str, Any]]:
         """Begin an episode; see `ImitationEnv.reset`."""
         outcome = super().reset(**options)
-        self._feedback = self._gain * _controller(self._inner)
+        self._controller.look()
         return outcome
 
     def step(self, action: ArrayLike) -> Any:
@@ -54,9 +79,9 @@ class GymFeedbackAssist(gymnasium.Wrapper[Any, Any, Any, Any]):
         Args:
             action: The agent's action, shape (8,).
         """
-        feedback = self._feedback
-        *outcome, info = super().step(clip_action(check_action(action) + feedback))
-        self._feedback = self._gain * _controller(self._inner)
+        feedback = self._controller.feedback
+        *outcome, info = super().step(self._controller.assist(action))
+        self._controller.look()
         return *outcome, info | {"feedback": feedback}
 
 
@@ -68,24 +93,14 @@ class VectorFeedbackAssist(VectorWrapper[Any, Any, Any]):
     """
 
     def __init__(self, env: VectorImitationEnv, gain: float = 1.0) -> None:
-        """Wrap environments.
-
-        Args:
-            env: Environments that `make_vec` returned, perhaps wrapped.
-            gain: Gain K of the feedback controller.
-
-        Raises:
-            BadOptionError: The gain is not between 0 and 1, or it is another environment.
-        """
+        """Wrap environments; arguments and errors are those of `GymFeedbackAssist`."""
         super().__init__(env)
-        self._inner = _ours(env)
-        self._gain = check_gain(gain)
-        self._feedback = np.zeros((env.num_envs, 8))
+        self._controller = _Controller(env, gain)
 
     def reset(self, **options: Any) -> tuple[Any, dict[str, Any]]:
         """Begin an episode of every member; see `VectorImitationEnv.reset`."""
         outcome = super().reset(**options)
-        self._feedback = self._gain * _controller(self._inner)
+        self._controller.look()
         return outcome
 
     def step(self, actions: ArrayLike) -> Any:
@@ -94,27 +109,8 @@ class VectorFeedbackAssist(VectorWrapper[Any, Any, Any]):
         Args:
             actions: The agents' actions, shape (N, 8).
         """
-        feedback = self._feedback
-        assisted = clip_action(check_action(actions, feedback.shape) + feedback)
-        *outcome, info = super().step(assisted)
-        self._feedback = self._gain * _controller(self._inner)
+        feedback = self._controller.feedback
+        *outcome, info = super().step(self._controller.assist(actions))
+        self._controller.look()
         every = np.ones(self.num_envs, bool)
         return *outcome, info | {"feedback": feedback, "_feedback": every}
-
-
-def _ours(env: Any) -> ImitationEnv | VectorImitationEnv:
-    """Return the environment inside all wrappers, which has to be one of this package."""
-    inner = env.unwrapped
-    if not isinstance(inner, ImitationEnv | VectorImitationEnv):
-        raise BadOptionError(f"env is {inner}; expected one of TwoArmImitation, or of make_vec")
-    return inner
-
-
-def _controller(env: ImitationEnv | VectorImitationEnv) -> Array:
-    """Return u_fb at once: observations are the agent's, which may write into them."""
-    return feedback_action(
-        env.seen["joint_angles"],
-        env.seen["reference"],
-        env.max_joint_speed,
-        env.control_timestep,
-    )
