@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterable
@@ -15,6 +14,7 @@ from mujoco import rollout
 from numpy.typing import NDArray
 
 from mpma_mj.bench.timing import Case, Ratio, Spread, in_turn, ratio, spread
+from mpma_mj.envs.batch import processors
 from mpma_mj.envs.gym import ImitationEnv
 from mpma_mj.envs.load import load
 from mpma_mj.envs.vector import make_vec
@@ -141,7 +141,7 @@ def _together() -> Case:
 def _bare_rollout() -> Case:
     """Return the same simulation as `_together`, by bare calls with all that makes them fast."""
     env = load()
-    model, threads = env.physics.model.ptr, os.cpu_count() or 1
+    model, threads = env.physics.model.ptr, processors()
     nstep = round(env.control_timestep() / env.physics.timestep())
     controls = _actions(_BATCHES, _MEMBERS) * env.task.max_joint_speed
     size = mujoco.mj_stateSize(model, _STATE)

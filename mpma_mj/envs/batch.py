@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.envs.physics import KinematicArms, PhysicsArms, ideal_move
 
-__all__ = ["Batch", "KinematicBatch", "PhysicsBatch", "make_batch"]
+__all__ = ["Batch", "KinematicBatch", "PhysicsBatch", "make_batch", "processors"]
 
 Array = NDArray[np.float64]
 
@@ -42,6 +42,7 @@ class Batch(abc.ABC):
         self._rest[0] = _BEGIN
         self._state = np.tile(self._rest, (count, 1))  # (N, time, positions, velocities, …)
         self._qpos = slice(1, 1 + model.nq)
+        self._moving = slice(1, 1 + model.nq + model.nv)
         self._angles = np.arange(1, 1 + model.nq)[arms.joints]
         self._velocities = np.arange(1 + model.nq, 1 + model.nq + model.nv)[arms.speeds]
 
@@ -110,7 +111,7 @@ class PhysicsBatch(Batch):
         """
         super().__init__(arms, count, nstep)
         model = arms.model.ptr
-        threads = min(count, os.cpu_count() or 1)
+        threads = min(count, processors())
         self._pool = rollout.Rollout(nthread=threads)
         self._models = [model] * count
         self._data = [mujoco.MjData(model) for _ in range(threads)]
@@ -125,7 +126,7 @@ class PhysicsBatch(Batch):
         self._control[..., self._arms.actuators] = control[:, None]
         if forces is not None:
             self._force[:, :, self._arms.hands, :3] = forces[:, None]
-        self._state[:, 0] = _BEGIN
+        began = self._state[:, 0].copy()
         self._pool.rollout(
             self._models,
             self._data,
@@ -137,7 +138,9 @@ class PhysicsBatch(Batch):
             state=self._trajectory,
         )
         self._state[:] = self._trajectory[:, -1]
-        diverged = self._state[:, 0] < _BEGIN
+        # MuJoCo looks for numbers that run away when a step begins, so not yet after the last.
+        bounded = np.abs(self._state[:, self._moving]) <= mujoco.mjMAXVAL
+        diverged = (self._state[:, 0] <= began) | ~bounded.all(axis=1)
         self._state[diverged] = self._rest
         return diverged
 
@@ -157,6 +160,13 @@ class KinematicBatch(Batch):
         self._state[:, self._angles] = after
         self._state[:, self._velocities] = (after - before) / elapsed
         return np.zeros(len(self), bool)
+
+
+def processors() -> int:
+    """Return how many processors this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def make_batch(arms: PhysicsArms, count: int, nstep: int, *, pushed: bool) -> Batch:

@@ -130,8 +130,8 @@ class Demonstration:
         moments = len(self._clean)
         length = max(1, round(_PUSH_DURATION * self.motion.rate))
         forces = np.zeros((moments, 2, 3))
-        for begin in np.flatnonzero(rng.random(moments) < rate / self.motion.rate):
+        for begin in np.repeat(np.arange(moments), rng.poisson(rate / self.motion.rate, moments)):
             direction = rng.standard_normal(3)
             force = size * direction / np.linalg.norm(direction)
-            forces[begin : begin + length, rng.integers(2)] = force
+            forces[begin : begin + length, rng.integers(2)] += force
         return forces

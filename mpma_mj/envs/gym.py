@@ -15,7 +15,9 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mpma_mj.envs.load import load
+from mpma_mj.envs.load import make_environment
+from mpma_mj.envs.options import read_options
+from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.envs.rendering import ArmRenderer
 from mpma_mj.envs.spaces import action_space, flatten, observation_space
 from mpma_mj.errors import BadOptionError
@@ -78,8 +80,8 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
         if render_mode is not None and render_mode not in modes:
             raise BadOptionError(f"render_mode is '{render_mode}'; expected {' or '.join(modes)}")
         self.render_mode = render_mode
-        self._options = options
-        self._env = load(**options)
+        self._options = read_options(**options)
+        self._env = make_environment(self._options)
         self._over = True
         self.seen: dict[str, Array] = {}
         self.max_joint_speed: Array = self._env.task.max_joint_speed
@@ -92,6 +94,16 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
         self.observation_space = observation_space(shapes, flat=self._flat)
         # Not from the clock: a run can be had again from its options.
         super().reset(seed=int(self._env.task.seed))
+
+    @property
+    def physics(self) -> PhysicsArms:
+        """The arms."""
+        return self._env.physics
+
+    @property
+    def last_action(self) -> Array:
+        """The last action as it was given, shape (8,)."""
+        return self._env.task.last_action
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -172,24 +184,21 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
         left = ("_env", "_renderer", "_viewer")
         physics = self._env.physics
         return {name: value for name, value in vars(self).items() if name not in left} | {
-            "task": vars(self._env.task).copy(),
+            "task": vars(self._env.task),
             "arms": physics.get_state(_STATE),
-            "divergence": physics.divergence,
         }
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Make the environment again and take it to where it was."""
-        state = state.copy()
-        task, arms, divergence = (state.pop(name) for name in ("task", "arms", "divergence"))
+        task, arms = state.pop("task"), state.pop("arms")
         vars(self).update(state)
         self._renderer = self._viewer = None
-        self._env = load(**self._options)
+        self._env = make_environment(self._options)
         self._env.reset()  # or its first step would be one
         vars(self._env.task).update(task)
         physics = self._env.physics
         physics.set_state(arms, _STATE)
-        mujoco.mj_step1(physics.model.ptr, physics.data.ptr)  # positions from the state
-        physics.divergence = divergence
+        mujoco.mj_kinematics(physics.model.ptr, physics.data.ptr)  # positions from the state
 
     def _pack(self, observation: dict[str, Array]) -> Any:
         self.seen = observation

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import inspect
+import math
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
@@ -11,11 +13,12 @@ from dm_control.rl import control
 from numpy.typing import NDArray
 
 from mpma_mj.envs.options import EnvironmentOptions, read_options
+from mpma_mj.envs.own_model import check_geometry
 from mpma_mj.envs.physics import KinematicArms, PhysicsArms
 from mpma_mj.envs.task import TwoArmImitation
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions import Motion, read_motion
-from mpma_mj.motions.reach import check_reach
+from mpma_mj.motions.reach import check_ranges, check_reach
 from mpma_mj.options import Arms
 
 __all__ = ["arm_limits", "load", "make_environment", "prepare"]
@@ -77,16 +80,25 @@ def prepare(options: EnvironmentOptions) -> tuple[Motion, PhysicsArms, int]:
     """
     motion = _motion(options)
     physics = _KINDS[options.arms].make(options)
+    if options.model is not None:
+        check_geometry(Path(options.model), physics)
     check_reach(motion, physics.max_joint_speed, physics.max_elbow)
-    try:
-        nstep = control.compute_n_steps(1.0 / motion.rate, physics.timestep())
-    except ValueError:
+    if options.model is not None:
+        check_ranges(motion, *physics.joint_range)
+    return motion, physics, _physics_steps(motion.rate, physics.timestep())
+
+
+def _physics_steps(rate: float, timestep: float) -> int:
+    """Return the physics steps of a control step, at a rate in Hz and a timestep in s."""
+    steps = 1.0 / rate / timestep
+    fewer = max(1, math.floor(steps + 1e-6))
+    if abs(steps - round(steps)) > 1e-6 or round(steps) < 1:
         raise BadOptionError(
-            f"rate is {motion.rate:g} Hz; one control step, {1000 / motion.rate:g} ms, has to be"
-            f" a whole number of physics steps of {1000 * physics.timestep():g} ms, as at 20, 25,"
-            " 40 or 50 Hz"
-        ) from None
-    return motion, physics, nstep
+            f"rate is {rate:g} Hz; one control step, {1000 / rate:g} ms, has to be a whole number"
+            f" of physics steps of {1000 * timestep:g} ms, as at {1 / timestep / (fewer + 1):.6g}"
+            f" or {1 / timestep / fewer:.6g} Hz"
+        )
+    return round(steps)
 
 
 def arm_limits(arms: Arms) -> tuple[NDArray[np.float64], float]:

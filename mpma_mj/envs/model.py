@@ -10,18 +10,17 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from mpma_mj.arm import JOINT_NAMES, SIDES
+from mpma_mj.arm import JOINT_NAMES
 from mpma_mj.envs.options import EnvironmentOptions
+from mpma_mj.envs.own_model import HANDS, check_actuators, check_complete
 from mpma_mj.errors import BadOptionError
 
-__all__ = ["HANDS", "MODEL_PATH", "SITES", "make_model"]
+__all__ = ["MODEL_PATH", "make_model"]
 
 MODEL_PATH = Path(__file__).parent.parent / "assets" / "two_arm.xml"
-SITES = tuple(f"{side}_{point}" for side in SIDES for point in ("shoulder", "elbow", "wrist"))
-HANDS = tuple(f"{side}_hand" for side in SIDES)
-"""Bodies that carry the payload and are pushed."""
 
 _IRON = 7870.0  # density, kg/m³
+_MEMORY = 2**24  # bytes; where contacts need more than there is, MuJoCo ends the process
 
 
 def make_model(options: EnvironmentOptions) -> mujoco.MjModel:
@@ -38,25 +37,25 @@ def make_model(options: EnvironmentOptions) -> mujoco.MjModel:
         raise BadOptionError(f"model is {path}; expected an MJCF file, and there is none")
     with _errors_in_one_line(path):
         spec = mujoco.MjSpec.from_file(str(path))
-    _check_complete(path, spec, hands=options.payload > 0 or options.pushed)
-    if options.gravity_compensation:
-        for body in spec.bodies[1:]:
-            body.gravcomp = 1.0
-    if options.payload > 0:
-        for hand in HANDS:
-            _put_ball(spec.body(hand), options.payload)
-    with _errors_in_one_line(path):
+        check_complete(path, spec, hands=options.payload > 0 or options.pushed)
+        spec.memory = max(spec.memory, _MEMORY)
+        if options.gravity_compensation:
+            _carry_arms(spec)
+        if options.payload > 0:
+            _put_balls(spec, options.payload)
         model = spec.compile()
-    actuators = [mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, n) for n in JOINT_NAMES]
-    _check_actuators(path, model, actuators, forces=options.strength != 1.0)
-    model.actuator_forcerange[actuators] *= options.strength
-    # A solver that begins where it ended makes a step depend on how one came to a state.
-    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_WARMSTART)
-    contact = int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
+    check_actuators(path, model, forces=options.strength != 1.0)
+    for name in JOINT_NAMES:
+        model.actuator(name).forcerange[:] *= options.strength
+    flag = mujoco.mjtDisableBit
+    # A solver that begins where it ended makes a step depend on how one came to a state. And a
+    # simulation that has diverged is known by having been started over.
+    model.opt.disableflags |= int(flag.mjDSBL_WARMSTART)
+    model.opt.disableflags &= ~int(flag.mjDSBL_AUTORESET)
     if options.collisions:
-        model.opt.disableflags &= ~contact
+        model.opt.disableflags &= ~int(flag.mjDSBL_CONTACT)
     else:
-        model.opt.disableflags |= contact
+        model.opt.disableflags |= int(flag.mjDSBL_CONTACT)
     return model
 
 
@@ -64,54 +63,33 @@ def make_model(options: EnvironmentOptions) -> mujoco.MjModel:
 def _errors_in_one_line(path: Path) -> Iterator[None]:
     try:
         yield
+    except BadOptionError:
+        raise
     except (ValueError, mujoco.FatalError) as error:
         raise BadOptionError(f"{path}: {' '.join(str(error).split())}") from None
 
 
-def _check_complete(path: Path, spec: mujoco.MjSpec, *, hands: bool) -> None:
-    """Refuse a model that lacks something, with the list of all that is missing."""
-    needed = {"joint": JOINT_NAMES, "actuator": JOINT_NAMES, "site": SITES}
-    if hands:
-        needed["body"] = HANDS
-    missing = [
-        f"{kind} {name}"
-        for kind, names in needed.items()
-        for name in names
-        if getattr(spec, kind)(name) is None
-    ]
-    if missing:
-        raise BadOptionError(f"{path}: lacks {', '.join(missing)}; name them so, or add them")
-    for name in JOINT_NAMES:
-        if spec.joint(name).type != mujoco.mjtJoint.mjJNT_HINGE:
-            raise BadOptionError(f"{path}: joint {name} is no hinge; arms have hinges only")
+def _carry_arms(spec: mujoco.MjSpec) -> None:
+    """Compensate gravity for all that the arms' joints move."""
+    below = [spec.joint(name).parent for name in JOINT_NAMES]
+    while below:
+        body = below.pop()
+        body.gravcomp = 1.0
+        below += body.bodies
 
 
-def _check_actuators(
-    path: Path, model: mujoco.MjModel, actuators: list[int], *, forces: bool
-) -> None:
-    for name, actuator in zip(JOINT_NAMES, actuators, strict=True):
-        joint = model.actuator_trnid[actuator, 0]
-        moves_joint = model.actuator_trntype[actuator] == mujoco.mjtTrn.mjTRN_JOINT
-        if not moves_joint or model.joint(joint).name != name:
-            raise BadOptionError(f"{path}: actuator {name} moves something else than joint {name}")
-        if not model.actuator_ctrllimited[actuator] or model.actuator_ctrlrange[actuator, 1] <= 0:
-            raise BadOptionError(
-                f"{path}: actuator {name} has no ctrlrange; it says which velocity, rad/s, action 1"
-                " commands"
-            )
-        if forces and not model.actuator_forcelimited[actuator]:
-            raise BadOptionError(
-                f"{path}: actuator {name} has no forcerange; strength has nothing to scale"
-            )
-
-
-def _put_ball(hand: mujoco.MjsBody, mass: float) -> None:
-    """Put an iron ball into the middle of a hand; gravity compensation does not know of it."""
+def _put_balls(spec: mujoco.MjSpec, mass: float) -> None:
+    """Put an iron ball into the middle of each hand; gravity compensation does not know of it."""
+    bare = spec.compile()
     radius = (3.0 * mass / (4.0 * math.pi * _IRON)) ** (1.0 / 3.0)
-    name = f"{hand.name}_payload"
-    ball = hand.add_body(name=name, pos=hand.ipos)
-    ball.mass, ball.ipos, ball.inertia = mass, np.zeros(3), np.full(3, 0.4 * mass * radius**2)
-    ball.explicitinertial = True
-    ball.add_geom(
-        name=name, type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[radius, 0, 0], rgba=[0.2, 0.2, 0.22, 1]
-    )
+    for name in HANDS:
+        hand, ball = bare.body(name), spec.body(name).add_body(name=f"{name}_payload")
+        ball.pos, ball.ipos = hand.ipos, np.zeros(3)
+        ball.mass, ball.inertia = mass, np.full(3, 0.4 * mass * radius**2)
+        ball.explicitinertial = True
+        geom = ball.add_geom(name=f"{name}_payload", type=mujoco.mjtGeom.mjGEOM_SPHERE)
+        geom.size, geom.rgba = [radius, 0.0, 0.0], [0.2, 0.2, 0.22, 1.0]
+        geom.mass = mass  # for models that take inertia from geoms
+        if hand.geomnum[0]:  # touches what the hand touches
+            of_hand = bare.geom(int(hand.geomadr[0]))
+            geom.contype, geom.conaffinity = of_hand.contype[0], of_hand.conaffinity[0]

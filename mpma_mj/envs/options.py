@@ -8,15 +8,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from numbers import Integral, Real
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, SupportsFloat, SupportsInt, TypeGuard, get_args
+
+import numpy as np
 
 from mpma_mj.arm import SEGMENT_NAMES
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions import Motion
 from mpma_mj.options import Arms
 
-__all__ = ["EnvironmentOptions", "read_options"]
+__all__ = ["EnvironmentOptions", "is_whole", "read_options", "whole_seed"]
 
+_MOST_WEIGHT = 1e6
 # What acts by forces, which ideal arms do not have.
 _OF_MASS = ("gravity_compensation", "payload", "strength", "push", "collisions")
 
@@ -44,7 +47,7 @@ class EnvironmentOptions:
             each coordinate of `posture`, whose vectors are made unit again, on `joint_angles`
             in rad, and on `joint_velocities` in parts of the joints' top speeds.
         push: Rate, 1/s, and size, N, of pushes: forces of random direction on a random hand,
-            each for a tenth of a second.
+            each for a tenth of a second, rounded to control steps; those that meet add up.
         random_start: Whether an episode starts anywhere in the demonstration, arms in its
             posture and at its speed, instead of at its beginning and at rest.
         early_termination: Distance of an elbow or wrist from the demonstrated place beyond which
@@ -78,27 +81,35 @@ class EnvironmentOptions:
     phase: bool = False
 
     def __post_init__(self) -> None:
-        """Check every option."""
+        """Check every option, and keep copies of plain types."""
+        if not isinstance(self.motion, Motion | str | Path):
+            raise BadOptionError(
+                f"motion is {self.motion!r}; expected a name, a path, or what read_motion returned"
+            )
         if self.arms not in get_args(Arms):
             expected = " or ".join(get_args(Arms))
-            raise BadOptionError(f"arms is '{self.arms}'; expected {expected}")
-        self._check_whole("repeats", 1, 1000)
-        self._check_number("noise", 0.0, 1.0, "such as 0.01")
-        self._check_whole("seed", 0, 2**63)
+            raise BadOptionError(f"arms is {self.arms!r}; expected {expected}")
+        if not isinstance(self.model, str | Path | None):
+            raise BadOptionError(f"model is {self.model!r}; expected the path of an MJCF file")
+        self._keep_whole("repeats", 1, 1000)
+        self._keep_number("noise", 0.0, 1.0, "such as 0.01")
+        object.__setattr__(self, "seed", whole_seed(self.seed))
         if self.control_timestep is not None:
-            self._check_number("control_timestep", 0.001, 1.0, "in seconds, such as 0.05")
-        self._check_number("payload", 0.0, 1000.0, "in kg")
-        self._check_number("strength", 0.01, 100.0, "1 leaves the forces as they are")
-        self._check_whole("latency", 0, 100)
-        self._check_number("observation_noise", 0.0, 1.0, "such as 0.01")
+            self._keep_number("control_timestep", 0.001, 1.0, "in seconds, such as 0.05")
+        self._keep_number("payload", 0.0, 1000.0, "in kg")
+        self._keep_number("strength", 0.01, 100.0, "1 leaves the forces as they are")
+        self._keep_whole("latency", 0, 100)
+        self._keep_number("observation_noise", 0.0, 1.0, "such as 0.01")
         if self.early_termination is not None:
-            self._check_number("early_termination", 0.001, 10.0, "in metres, such as 0.3")
-        self._check_whole("future", 0, 1000)
+            self._keep_number("early_termination", 0.001, 10.0, "in metres, such as 0.3")
+        self._keep_whole("future", 0, 1000)
         for name in ("gravity_compensation", "collisions", "random_start", "phase"):
-            if not isinstance(getattr(self, name), bool):
-                raise BadOptionError(f"{name} is {getattr(self, name)!r}; expected True or False")
-        self._check_push()
-        self._check_weights()
+            value = getattr(self, name)
+            if not isinstance(value, bool | np.bool_):
+                raise BadOptionError(f"{name} is {value!r}; expected True or False")
+            object.__setattr__(self, name, bool(value))
+        self._keep_push()
+        self._keep_weights()
         self._check_arms_have_mass()
 
     @property
@@ -106,30 +117,34 @@ class EnvironmentOptions:
         """Whether there are pushes."""
         return min(self.push) > 0.0
 
-    def _check_whole(self, name: str, low: int, high: int) -> None:
+    def _keep_whole(self, name: str, low: int, high: int) -> None:
         value = getattr(self, name)
-        whole = isinstance(value, Integral) and not isinstance(value, bool)
-        if not (whole and low <= int(value) <= high):
+        if not (is_whole(value) and low <= int(value) <= high):
             raise BadOptionError(
-                f"{name} is {value!r}; expected a whole number from {low}"
-                f"{f' to {high}' if high < 2**63 else ' up'}"
+                f"{name} is {value!r}; expected a whole number from {low} to {high}"
             )
+        object.__setattr__(self, name, int(value))
 
-    def _check_number(self, name: str, low: float, high: float, hint: str) -> None:
+    def _keep_number(self, name: str, low: float, high: float, hint: str) -> None:
         value = getattr(self, name)
-        if not _is_number(value) or not low <= value <= high:
+        if not (_is_number(value) and low <= float(value) <= high):
             raise BadOptionError(f"{name} is {value!r}; expected {low:g} to {high:g}, {hint}")
+        object.__setattr__(self, name, float(value))
 
-    def _check_push(self) -> None:
-        push = self.push
-        pair = isinstance(push, tuple | list) and len(push) == 2 and all(map(_is_number, push))
-        if not (pair and 0.0 <= push[0] <= 100.0 and 0.0 <= push[1] <= 10_000.0):
+    def _keep_push(self) -> None:
+        try:
+            rate, size = self.push
+        except (TypeError, ValueError):
+            rate = size = math.nan
+        numbers = _is_number(rate) and _is_number(size)
+        if not (numbers and 0.0 <= rate <= 100.0 and 0.0 <= size <= 10_000.0):
             raise BadOptionError(
-                f"push is {push!r}; expected rate (0 to 100 a second) and size (0 to 10000 N),"
-                " such as (0.5, 30)"
+                f"push is {self.push!r}; expected rate (0 to 100 a second) and size (0 to 10000"
+                " N), such as (0.5, 30)"
             )
+        object.__setattr__(self, "push", (float(rate), float(size)))
 
-    def _check_weights(self) -> None:
+    def _keep_weights(self) -> None:
         weights = self.reward_weights
         if not isinstance(weights, Mapping) or not weights.keys() <= set(SEGMENT_NAMES):
             raise BadOptionError(
@@ -137,12 +152,14 @@ class EnvironmentOptions:
                 f" {', '.join(SEGMENT_NAMES)}"
             )
         for name, weight in weights.items():
-            if not _is_number(weight) or not 0.0 <= weight < math.inf:
+            if not (_is_number(weight) and 0.0 <= float(weight) <= _MOST_WEIGHT):
                 raise BadOptionError(
-                    f"reward_weights has {weight!r} for {name}; expected a number from 0 up"
+                    f"reward_weights has {weight!r} for {name}; expected 0 to {_MOST_WEIGHT:g}"
                 )
         if len(weights) == len(SEGMENT_NAMES) and not any(weights.values()):
             raise BadOptionError("reward_weights are all 0; expected at least one above 0")
+        copy = {name: float(weight) for name, weight in weights.items()}
+        object.__setattr__(self, "reward_weights", copy)
 
     def _check_arms_have_mass(self) -> None:
         if self.arms == "physics":
@@ -174,5 +191,21 @@ def read_options(*motion: Any, **given: Any) -> EnvironmentOptions:
     return EnvironmentOptions(*motion, **given)
 
 
-def _is_number(value: object) -> bool:
+def whole_seed(seed: object) -> int:
+    """Return a seed as Python's own whole number.
+
+    Raises:
+        BadOptionError: It is none.
+    """
+    if not (is_whole(seed) and int(seed) >= 0):
+        raise BadOptionError(f"seed is {seed!r}; expected a whole number from 0 up")
+    return int(seed)
+
+
+def is_whole(value: object) -> TypeGuard[SupportsInt]:
+    """Tell whether a value is a whole number, of Python's or numpy's, and not True or False."""
+    return isinstance(value, Integral) and not isinstance(value, bool)
+
+
+def _is_number(value: object) -> TypeGuard[SupportsFloat]:
     return isinstance(value, Real) and not isinstance(value, bool)

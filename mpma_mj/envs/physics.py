@@ -11,11 +11,10 @@ from dm_control import mujoco as dm_mujoco
 from dm_control.mujoco.wrapper import MjModel
 from numpy.typing import NDArray
 
-from mpma_mj import arm
-from mpma_mj.arm import JOINT_NAMES, SEGMENT_NAMES, SIDES
-from mpma_mj.envs.model import HANDS, make_model
+from mpma_mj.arm import JOINT_NAMES, SIDES
+from mpma_mj.envs.model import make_model
 from mpma_mj.envs.options import EnvironmentOptions
-from mpma_mj.errors import BadOptionError
+from mpma_mj.envs.own_model import HANDS
 
 __all__ = ["KinematicArms", "PhysicsArms", "ideal_move"]
 
@@ -28,7 +27,6 @@ _RAN_AWAY = {
     mujoco.mjtWarning.mjWARN_BADQVEL: "velocity",
     mujoco.mjtWarning.mjWARN_BADQACC: "acceleration",
 }
-_GEOMETRY_TOLERANCE = 1e-3  # on unit vectors, of a user's own arms
 
 
 class PhysicsArms(dm_mujoco.Physics):
@@ -48,13 +46,9 @@ class PhysicsArms(dm_mujoco.Physics):
             options: Options of the environment; those that are the default if not given.
 
         Raises:
-            BadOptionError: A model of the user's own does not make such arms.
+            BadOptionError: A model of the user's own cannot be read, or lacks something.
         """
-        options = options or EnvironmentOptions()
-        arms = cls.from_model(MjModel(make_model(options)))
-        if options.model is not None:
-            arms.check_geometry(str(options.model))
-        return arms
+        return cls.from_model(MjModel(make_model(options or EnvironmentOptions())))
 
     @functools.cached_property
     def joints(self) -> Index:
@@ -143,33 +137,6 @@ class PhysicsArms(dm_mujoco.Physics):
         start = np.broadcast_to(shoulders[:, None, :], (*segments.shape[:-2], 1, 3))
         return np.concatenate([start, start + np.cumsum(segments, axis=-2)], axis=-2)
 
-    def check_geometry(self, source: str) -> None:
-        """Check that joint angles give the postures that `arm` says they give.
-
-        Args:
-            source: Where the model comes from, for the message.
-
-        Raises:
-            BadOptionError: They do not; names the first joint that turns otherwise.
-        """
-        poses = {"at zero joint angles": np.zeros(8)}
-        for joint in reversed(range(8)):  # outermost first, which moves nothing else
-            pose = np.zeros(8)
-            pose[joint // 4 * 4 + 3] = 1.0  # or rotation would not show
-            pose[joint] += 0.5
-            poses[f"where {JOINT_NAMES[joint]} turns"] = pose
-        poses |= {"where all joints turn (order of axes?)": np.tile([0.4, 0.5, 0.6, 0.7], 2)}
-        for moment, pose in poses.items():
-            with self.reset_context():
-                self.data.ptr.qpos[self.joints] = pose
-            off = self.posture() - arm.posture_from_angles(pose)
-            if np.abs(off).max() > _GEOMETRY_TOLERANCE:
-                segment = SEGMENT_NAMES[int(np.abs(off).argmax()) // 3]
-                raise BadOptionError(
-                    f"{source}: {segment} points elsewhere than joint angles should make it,"
-                    f" {moment}; the axes have to be those of the package's two_arm.xml"
-                )
-
     def place(self, joint_angles: Array, joint_velocities: Array) -> None:
         """Set joint angles, (8,), rad, and velocities, (8,), rad/s, and what follows of them."""
         self.data.ptr.qpos[self.joints] = joint_angles
@@ -194,9 +161,12 @@ class PhysicsArms(dm_mujoco.Physics):
         # dm_control's own step looks after every quantity and costs as much as the simulation.
         # What is seen of the arms after it are joints and sites, and these are brought up to date.
         mujoco.mj_step(model, data, nstep)
+        # MuJoCo looks for numbers that run away when a step begins, so not yet after the last.
+        mujoco.mj_checkPos(model, data)
+        mujoco.mj_checkVel(model, data)
         mujoco.mj_kinematics(model, data)
-        # Where numbers run away MuJoCo warns and starts over at time 0, which shows by the time,
-        # but not in the first step.
+        # Where they do it warns and starts over at time 0, which shows by the time, but not in
+        # the first step.
         if data.time <= began or (began == 0.0 and self._ran_away()):
             self._give_up()
 
@@ -207,13 +177,15 @@ class PhysicsArms(dm_mujoco.Physics):
 
     def _ran_away(self) -> list[str]:
         """Return what ran away since the last reset, in words."""
-        warnings = self.data.ptr.warning
-        dof_joint = self.model.dof_jntid
-        return [
-            f"the {quantity} of {self.model.id2name(dof_joint[warnings[kind].lastinfo], 'joint')}"
-            for kind, quantity in _RAN_AWAY.items()
-            if warnings[kind].number
-        ]
+        warnings, model = self.data.ptr.warning, self.model
+        ran_away = []
+        for kind, quantity in _RAN_AWAY.items():
+            if warnings[kind].number:
+                addresses = model.jnt_qposadr if quantity == "angle" else model.jnt_dofadr
+                joint = int(np.searchsorted(addresses, warnings[kind].lastinfo, "right")) - 1
+                name = model.id2name(joint, "joint") or f"joint {joint}"
+                ran_away.append(f"the {quantity} of {name}")
+        return ran_away
 
     def _give_up(self) -> None:
         """Leave the arms hanging at rest, where numbers are finite."""

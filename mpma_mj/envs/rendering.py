@@ -73,6 +73,8 @@ class ArmRenderer:
             RenderingError: OpenGL does not draw.
         """
         renderer = self._renderer = self._renderer or self._make()
+        # Ideal arms move no cameras or lights, of which a model may have some on its arms.
+        mujoco.mj_camlight(self._physics.model.ptr, self._physics.data.ptr)
         renderer.update_scene(self._physics.data.ptr, self._camera)
         if ghost is not None:
             add_ghost(renderer.scene, self._physics, ghost)

@@ -41,8 +41,11 @@ def closeness(posture: Array, reference: Array) -> Array:
 
 def reward_weights(weights: Mapping[str, float]) -> Array:
     """Return the weights of all terms, 1 where none is given, so that they sum to 1, shape (4,)."""
-    full = np.array([float(weights.get(name, 1.0)) for name in SEGMENT_NAMES])
-    return full / full.sum()
+    full = np.array([weights.get(name, 1.0) for name in SEGMENT_NAMES])
+    full /= full.sum()
+    while mean_reward(np.ones(4), full) > 1.0:  # by rounding; then no reward is above 1 either
+        full = np.nextafter(full, 0.0)
+    return full
 
 
 def mean_reward(terms: Array, weights: Array) -> Array:

@@ -45,6 +45,7 @@ class TwoArmImitation(control.Task):
         episode: Number of the episode that the next reset starts, from 0.
         seed: Seed of everything random.
         ending: Why the episode has ended; empty while it goes on.
+        last_action: The last action as it was given, shape (8,).
     """
 
     def __init__(self, motion: Motion, options: EnvironmentOptions, physics: PhysicsArms) -> None:
@@ -67,7 +68,7 @@ class TwoArmImitation(control.Task):
         self._latency = options.latency
         self._drawn = self._demonstration.episode(self.seed, 0)
         self._step = 0
-        self._action = np.zeros(8)
+        self.last_action = np.zeros(8)
         self._pending: list[Array] = []
         self._posture = physics.posture()
 
@@ -84,7 +85,7 @@ class TwoArmImitation(control.Task):
     @property
     def clipped(self) -> int:
         """How many entries of the last action were beyond [-1, 1]."""
-        return int(np.count_nonzero(np.abs(self._action) > 1.0))
+        return int(np.count_nonzero(np.abs(self.last_action) > 1.0))
 
     def initialize_episode(self, physics: PhysicsArms) -> None:
         """Draw this episode and put the arms where it starts."""
@@ -92,8 +93,8 @@ class TwoArmImitation(control.Task):
         self.episode += 1
         self.ending = ""
         self._step = self._drawn.start
-        self._action = np.zeros(8)
-        self._pending = [self._action] * self._latency
+        self.last_action = np.zeros(8)
+        self._pending = [self.last_action] * self._latency
         physics.place(*self._demonstration.start_of(self._drawn))
         self._posture = physics.posture()
 
@@ -103,10 +104,10 @@ class TwoArmImitation(control.Task):
         Raises:
             BadOptionError: The action is no array of eight finite numbers; names the entry.
         """
-        self._action = due = check_action(action)
+        self.last_action = due = check_action(action).copy()
         if self._latency:
-            self._pending.append(self._action.copy())
-            due = self._pending.pop(0)
+            due, *rest = *self._pending, self.last_action
+            self._pending = rest
         physics.set_control(clip_action(due) * self.max_joint_speed)
         if self._drawn.pushes is not None:
             physics.push(self._drawn.pushes[self._step])

@@ -18,7 +18,7 @@ from mpma_mj.envs.batch import make_batch
 from mpma_mj.envs.demonstration import Demonstration, Episode
 from mpma_mj.envs.load import prepare
 from mpma_mj.envs.observation import Observer
-from mpma_mj.envs.options import read_options
+from mpma_mj.envs.options import is_whole, read_options, whole_seed
 from mpma_mj.envs.reward import closeness, mean_reward, reward_weights, site_distance
 from mpma_mj.envs.spaces import action_space, flatten, observation_space
 from mpma_mj.envs.task import OVER, TOO_FAR
@@ -53,7 +53,6 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
     _flat = False
     metadata = {  # noqa: RUF012
         "render_modes": [],
-        "render_fps": 20,
         "autoreset_mode": AutoresetMode.NEXT_STEP,
     }
 
@@ -69,13 +68,13 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
             BadOptionError: An option is outside what it may be, or there is none of that name.
             MpmaError: The movement cannot be read, or is faster than the arms.
         """
-        if isinstance(num_envs, bool) or not isinstance(num_envs, int) or num_envs < 1:
+        if not (is_whole(num_envs) and int(num_envs) >= 1):
             raise BadOptionError(f"num_envs is {num_envs!r}; expected a whole number from 1 up")
         if render_mode is not None:
             raise BadOptionError("many environments draw nothing; leave render_mode out")
         chosen = read_options(**options)
         self.motion, arms, nstep = prepare(chosen)
-        self.num_envs = num_envs
+        self.num_envs = num_envs = int(num_envs)
         self.max_joint_speed = arms.max_joint_speed
         self.control_timestep = 1.0 / self.motion.rate
         self._options = chosen
@@ -85,45 +84,44 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         self._weights = reward_weights(chosen.reward_weights)
         self._batch = make_batch(arms, num_envs, nstep, pushed=chosen.pushed)
         self.steps = self._demonstration.steps
-        self.metadata = self.metadata | {"render_fps": round(self.motion.rate, 3)}
         self.single_action_space = action_space()
         self.single_observation_space = observation_space(self._observer.shapes, flat=self._flat)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.seen: dict[str, Array] = {}
         self._rows = np.arange(num_envs)
-        self._seeds = chosen.seed + self._rows
+        self._seeds = [chosen.seed + row for row in range(num_envs)]
         self._next_episode = np.zeros(num_envs, int)
         self._step = np.zeros(num_envs, int)
         self._over = np.ones(num_envs, bool)
         self._pending = np.zeros((chosen.latency, num_envs, 8))
         self._drawn = _space_for(self._demonstration.episode(chosen.seed, 0), num_envs)
-        super().reset(seed=int(chosen.seed))
+        super().reset(seed=chosen.seed)
 
     def reset(
         self,
         *,
-        seed: int | Sequence[int] | None = None,
+        seed: int | Sequence[int | None] | None = None,
         options: dict[str, Any] | None = None,
     ) -> tuple[Any, dict[str, Any]]:
         """Start the next episode of all members, or the first one of a seed.
 
         Args:
-            seed: Seed of the first member, the others' follow it; or one for each.
+            seed: Seed of the first member, the others' follow it; or one for each, None for
+                those that go on with theirs.
             options: Not used.
 
         Returns:
             Observations and info.
+
+        Raises:
+            BadOptionError: A seed is no whole number from 0 up, or there are not N of them.
         """
         if seed is not None:
-            seeds = np.arange(seed, seed + self.num_envs) if isinstance(seed, int) else seed
-            self._seeds = np.array(seeds)
-            if self._seeds.shape != (self.num_envs,) or (self._seeds < 0).any():
-                raise BadOptionError(
-                    f"seed is {seed}; expected a whole number from 0 up, or {self.num_envs} of them"
-                )
-            self._next_episode[:] = 0
-            super().reset(seed=int(self._seeds[0]))
+            for row, own in enumerate(self._seeds_of_members(seed)):
+                if own is not None:
+                    self._seeds[row], self._next_episode[row] = own, 0
+            super().reset(seed=self._seeds[0])
         self._over[:] = True
         self._begin_episodes()
         nothing = np.zeros(self.num_envs, bool)
@@ -144,20 +142,21 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         Raises:
             BadOptionError: The actions have another shape, or hold what is no finite number.
             ResetNeeded: `reset` has not been called.
+            ClosedEnvironmentError: `close` has been called.
         """
+        if self.closed:
+            raise gymnasium.error.ClosedEnvironmentError("closed; make another with make_vec()")
         if not self._next_episode.any():
             raise gymnasium.error.ResetNeeded("no episode is under way; call reset()")
         actions = check_action(actions, (self.num_envs, 8))
-        begins = self._over.copy()
+        begins = self._over
         due = actions
         if self._options.latency:
-            due = self._pending[0].copy()
+            due = self._pending[0]
             self._pending = np.concatenate([self._pending[1:], actions[None]])
-        control = clip_action(due) * self.max_joint_speed
-        control[begins] = 0.0
         pushes = self._drawn.pushes
         forces = None if pushes is None else pushes[self._rows, self._step]
-        diverged = self._batch.step(control, forces)
+        diverged = self._batch.step(clip_action(due) * self.max_joint_speed, forces)
         self._step += 1
         self._begin_episodes()
         return self._outcome(begins, diverged & ~begins, actions)
@@ -165,6 +164,14 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
     def close_extras(self, **kwargs: Any) -> None:
         """End the threads."""
         self._batch.close()
+
+    def _seeds_of_members(self, seed: int | Sequence[int | None]) -> list[int | None]:
+        if not isinstance(seed, list | tuple | np.ndarray):
+            first = whole_seed(seed)
+            return [first + row for row in range(self.num_envs)]
+        if len(seed) != self.num_envs:
+            raise BadOptionError(f"seed has {len(seed)} entries; expected {self.num_envs}")
+        return [None if own is None else whole_seed(own) for own in seed]
 
     def _begin_episodes(self) -> None:
         """Begin an episode for all whose last one is over."""
@@ -195,7 +202,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         for reason, ended in ((_DIVERGED, diverged), (TOO_FAR, too_far), (OVER, truncated)):
             ending[ended] = reason
         clipped = np.where(begins, 0, np.count_nonzero(np.abs(actions) > 1.0, axis=1))
-        by_name = dict(zip(arm.SEGMENT_NAMES, terms.T.copy(), strict=True))
+        by_name = dict(zip(arm.SEGMENT_NAMES, terms.T, strict=True))
         info = {"reward_terms": self._masked(by_name), "clipped": clipped, "ending": ending}
         return self._pack(posture), rewards, terminated, truncated, self._masked(info)
 

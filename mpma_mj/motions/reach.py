@@ -9,7 +9,7 @@ from mpma_mj import arm
 from mpma_mj.errors import MotionReachError
 from mpma_mj.motions.motion import Motion
 
-__all__ = ["check_reach", "joint_speeds"]
+__all__ = ["check_ranges", "check_reach", "joint_speeds"]
 
 Array = NDArray[np.float64]
 
@@ -62,6 +62,27 @@ def check_reach(motion: Motion, max_joint_speed: Array, max_elbow: float) -> Non
             f" {worst * max_joint_speed[joint]:.1f} rad/s at {_place(motion, int(frame))}, its"
             f" actuator reaches {max_joint_speed[joint]:g}; slow the movement with"
             f" --tempo {tempo:g} or less, or leave that moment out with --from or --to"
+        )
+
+
+def check_ranges(motion: Motion, lowest: Array, highest: Array) -> None:
+    """Refuse a movement that leads out of the joints' ranges.
+
+    Args:
+        motion: The movement.
+        lowest: Lowest joint angles, shape (8,), rad, -inf where there is none.
+        highest: Highest joint angles, shape (8,), rad.
+
+    Raises:
+        MotionReachError: Names joint and frame, what is asked and what can be.
+    """
+    beyond = np.maximum(lowest - motion.joint_angles, motion.joint_angles - highest)
+    frame, joint = np.unravel_index(np.argmax(beyond), beyond.shape)
+    if beyond[frame, joint] > 0.0:
+        raise MotionReachError(
+            f"{motion.name}: {arm.JOINT_NAMES[joint]} would have to be at"
+            f" {motion.joint_angles[frame, joint]:.2f} rad at {_place(motion, int(frame))}, its"
+            f" range is {lowest[joint]:g} to {highest[joint]:g}; widen the range in the model"
         )
 
 

@@ -1,22 +1,26 @@
 """Every option: what it may be, what it does, and that the documentation has it."""
 
 import inspect
+import itertools
 import re
 from dataclasses import fields
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
 import dm_env
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import mpma_mj
 from mpma_mj import metrics
-from mpma_mj.arm import posture_from_angles
+from mpma_mj.arm import SEGMENT_NAMES, posture_from_angles
+from mpma_mj.envs.demonstration import Demonstration
 from mpma_mj.envs.load import load
 from mpma_mj.envs.options import EnvironmentOptions, read_options
+from mpma_mj.envs.reward import mean_reward, reward_weights
 from mpma_mj.errors import BadOptionError
 from mpma_mj.feedback import feedback_action
 from mpma_mj.motions import Motion, read_motion, ymca
@@ -69,11 +73,23 @@ def followed(env: dm_env.Environment) -> float:
         ("random_start", 0, "random_start is 0; expected True or False"),
         ("early_termination", 0.0, "early_termination is 0.0; expected 0.001 to 10, in metres"),
         ("reward_weights", {"elbow": 1.0}, "expected a weight for some of left_upper_arm, "),
-        ("reward_weights", {"left_forearm": -1.0}, "reward_weights has -1.0 for left_forearm"),
+        (
+            "reward_weights",
+            {"left_forearm": -1.0},
+            "reward_weights has -1.0 for left_forearm; expected 0 to 1e+06",
+        ),
         ("reward_weights", {"left_forearm": float("inf")}, "reward_weights has inf"),
         ("reward_weights", [1, 1, 1, 1], "reward_weights is [1, 1, 1, 1]"),
         ("future", -1, "future is -1; expected a whole number from 0 to 1000"),
         ("phase", None, "phase is None; expected True or False"),
+        ("repeats", 1001, "repeats is 1001"),
+        ("latency", 101, "latency is 101"),
+        ("future", 1001, "future is 1001"),
+        ("noise", True, "noise is True"),
+        ("push", (101.0, 1.0), "push is (101.0, 1.0)"),
+        ("push", (1.0, 10_001.0), "push is (1.0, 10001.0)"),
+        ("push", (True, 1.0), "push is (True, 1.0)"),
+        ("model", 5, "model is 5; expected the path of an MJCF file"),
         ("model", "none.xml", "model is none.xml; expected an MJCF file, and there is none"),
     ],
 )
@@ -82,6 +98,33 @@ def test_what_an_option_may_not_be_is_one_line(option: str, value: Any, message:
         load("ymca", **{option: value})
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("motion", [5, None, ["ymca"]])
+def test_what_is_no_movement_is_refused(motion: Any) -> None:
+    with pytest.raises(BadOptionError, match=r"motion is .*; expected a name, a path, or what"):
+        load(motion)
+
+
+def test_options_keep_their_own_plain_copies() -> None:
+    weights = {"left_forearm": np.float32(2)}
+    options = read_options(
+        repeats=np.uint8(200), noise=Fraction(1, 100), phase=np.True_, push=np.array([0.5, 30.0]),
+        reward_weights=weights, seed=np.uint64(2**63),
+    )  # fmt: skip
+    weights["left_forearm"] = np.float32(-1)
+    assert options.reward_weights == {"left_forearm": 2.0}
+    assert type(options.repeats) is type(options.seed) is int
+    assert (options.noise, options.phase, options.push) == (0.01, True, (0.5, 30.0))
+    assert options.seed == 2**63
+    load("ymca", arms="kinematic", push=[0.0, 0.0])
+    assert load("ymca", repeats=np.uint8(200)).task.steps == 200 * len(ymca()) - 1
+
+
+def test_no_reward_is_above_one_whatever_the_weights() -> None:
+    for weights in itertools.product((1.0, 2.0, 3.0, 4.0, 1e6), repeat=4):
+        named = dict(zip(SEGMENT_NAMES, weights, strict=True))
+        assert 1.0 - 1e-12 < mean_reward(np.ones(4), reward_weights(named)) <= 1.0
 
 
 def test_weights_that_are_all_zero_are_refused() -> None:
@@ -143,8 +186,10 @@ def test_control_timestep_is_that_of_a_recording_read_at_that_rate() -> None:
 def test_a_movement_of_another_rate_is_refused() -> None:
     with pytest.raises(BadOptionError, match=r"a posture every 0.05 s; read it with rate=40"):
         load(ymca(), control_timestep=0.025)
-    with pytest.raises(BadOptionError, match="whole number of physics steps"):
+    with pytest.raises(BadOptionError, match=r"physics steps of 5 ms, as at 28\.5714 or 33\.3333"):
         load("ymca", control_timestep=0.033)
+    with pytest.raises(BadOptionError, match=r"physics steps of 5 ms, as at 100 or 200 Hz"):
+        load("ymca", control_timestep=0.006)
 
 
 def test_compensated_arms_stand_still_and_others_sink() -> None:
@@ -259,32 +304,57 @@ def test_observation_noise_is_as_large_as_said_and_only_observed(arms: Any) -> N
         assert not off(name).any()
 
 
-def test_pushes_come_as_often_and_as_hard_as_said() -> None:
-    task = load("ymca", repeats=100, push=(0.5, 30.0)).task
-    forces = np.concatenate([task._demonstration.episode(0, number).pushes for number in range(5)])
-    sizes = np.linalg.norm(forces, axis=-1)
-    np.testing.assert_allclose(sizes[sizes > 0], 30.0)
-    seconds = len(forces) / task.motion.rate
+@given(st.floats(0.1, 3.0), st.floats(5.0, 50.0))
+@settings(max_examples=10)
+def test_pushes_come_as_often_and_as_hard_as_said(rate: float, size: float) -> None:
+    demonstration = demonstration_of(repeats=200, push=(rate, size))
+    forces = demonstration.episode(0, 0).pushes
+    assert forces is not None
+    seconds = len(forces) / demonstration.motion.rate
     lasting = 2  # steps of 0.05 s in a tenth of a second
-    assert (sizes > 0).sum() / lasting / seconds == pytest.approx(0.5, rel=0.1)
-    directions = forces[sizes > 0] / 30.0
-    np.testing.assert_allclose(directions.mean(axis=0), 0.0, atol=0.1)
-    assert abs((sizes[:, 0] > 0).sum() / (sizes > 0).sum() - 0.5) < 0.1
+    # Of a Poisson process: impulses of random direction add up like a random walk, also where
+    # pushes meet.
+    expected = rate * seconds * lasting * size**2
+    assert (forces**2).sum() == pytest.approx(expected, rel=6.0 / np.sqrt(rate * seconds))
+    sizes = np.linalg.norm(forces, axis=-1)
+    alone = np.isclose(sizes, size)
+    assert alone.sum() > 0.6 * (sizes > 0).sum()
+    np.testing.assert_allclose(
+        forces[alone].mean(axis=0), 0.0, atol=6 * size / np.sqrt(alone.sum())
+    )
+    assert abs((sizes[:, 0] > 0).mean() / (sizes > 0).any(axis=1).mean() - 0.5) < 0.3
+
+
+def demonstration_of(**options: Any) -> Demonstration:
+    return Demonstration(ymca(), read_options(**options), np.full(8, 12.0))
+
+
+def test_a_push_lasts_a_tenth_of_a_second_and_at_least_one_step() -> None:
+    for rate, steps in ((20.0, 2), (50.0, 5), (4.0, 1)):
+        motion = ymca(rate=rate)
+        options = read_options(push=(0.05, 1.0), repeats=100)
+        forces = Demonstration(motion, options, np.full(8, 100.0)).episode(0, 0).pushes
+        assert forces is not None
+        pushed = np.concatenate([[0], (np.abs(forces).sum(axis=(1, 2)) > 0).astype(int), [0]])
+        (begins,), (ends,) = np.where(np.diff(pushed) == 1), np.where(np.diff(pushed) == -1)
+        assert len(begins) > 3
+        assert np.median(ends - begins) == steps
 
 
 def test_a_push_moves_the_arm_that_is_pushed() -> None:
-    env, calm = load("ymca", push=(0.5, 100.0)), load("ymca")
-    pushed = at_rest(env, 60)
-    left = at_rest(calm, 60)
-    pushes = env.task._drawn.pushes[:60]
-    first, hand = np.argwhere(np.linalg.norm(pushes, axis=-1) > 0)[0]
-    for before in range(first + 1):
-        np.testing.assert_array_equal(
-            pushed[before].observation["posture"], left[before].observation["posture"]
-        )
-    moved = pushed[first + 1].observation["posture"] - left[first + 1].observation["posture"]
-    assert np.abs(moved.reshape(2, 6)[hand]).max() > 0.01
-    assert np.abs(moved.reshape(2, 6)[1 - hand]).max() < 1e-9
+    env, calm = load("ymca", push=(2.0, 100.0)), load("ymca")
+    pushed, left = at_rest(env, 60), at_rest(calm, 60)
+    apart = np.array(
+        [
+            p.observation["posture"] - c.observation["posture"]
+            for p, c in zip(pushed, left, strict=True)
+        ]
+    ).reshape(-1, 2, 6)
+    forces = env.task._drawn.pushes[:60]
+    first, hand = np.argwhere(np.linalg.norm(forces, axis=-1) > 0)[0]
+    assert not apart[: first + 1].any()
+    assert np.abs(apart[first + 1, hand]).max() > 0.01
+    assert np.abs(apart[first + 1, 1 - hand]).max() < 1e-9
 
 
 def test_arms_that_collide_do_not_pass_through_the_body() -> None:
@@ -395,14 +465,14 @@ def test_phase_goes_round_once_a_repetition() -> None:
 
 def test_what_is_random_depends_on_seed_and_episode_alone() -> None:
     options = {"observation_noise": 0.1, "push": (1.0, 10.0), "random_start": True}
-    one, other = (load("ymca", seed=5, **options).task._demonstration for _ in range(2))
+    one, other = demonstration_of(**options), demonstration_of(seed=9, **options)
     a, b, c = one.episode(5, 7), other.episode(5, 7), one.episode(5, 8)
     assert a.start == b.start
     for name in ("shown", "sensor_noise", "pushes"):
         np.testing.assert_array_equal(getattr(a, name), getattr(b, name))
         assert not np.array_equal(getattr(a, name), getattr(c, name))
     # Nor on what else is asked for.
-    plain = load("ymca", seed=5).task._demonstration.episode(5, 7)
+    plain = demonstration_of().episode(5, 7)
     np.testing.assert_array_equal(plain.shown, a.shown)
 
 

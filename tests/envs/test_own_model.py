@@ -10,7 +10,7 @@ from mpma_mj.envs.gym import ImitationEnv
 from mpma_mj.envs.load import load
 from mpma_mj.envs.model import MODEL_PATH
 from mpma_mj.envs.vector import make_vec
-from mpma_mj.errors import BadOptionError, MotionReachError
+from mpma_mj.errors import BadOptionError, MotionReachError, RenderingError
 
 OURS = MODEL_PATH.read_text(encoding="utf-8")
 
@@ -105,6 +105,46 @@ def test_hands_are_needed_only_where_something_acts_on_them(own: Path) -> None:
             'kv="20"',
             "actuator left_elbow has no ctrlrange",
         ),
+        (
+            'kv="20" ctrlrange="-15 15"',
+            'kv="20" ctrllimited="false" ctrlrange="-15 15"',
+            "actuator left_elbow has no ctrlrange from -v to v",
+        ),
+        (
+            'kv="20" ctrlrange="-15 15"',
+            'kv="20" ctrlrange="-1 15"',
+            "actuator left_elbow has no ctrlrange from -v to v",
+        ),
+        (
+            '<velocity name="left_elbow" joint="left_elbow" class="elbow"/>',
+            '<motor name="left_elbow" joint="left_elbow" ctrlrange="-1 1"/>',
+            "actuator left_elbow is no <velocity kv=…> with gear 1",
+        ),
+        (
+            '<velocity name="left_elbow" joint="left_elbow" class="elbow"/>',
+            '<position name="left_elbow" joint="left_elbow" kp="20" ctrlrange="-1 1"/>',
+            "actuator left_elbow is no <velocity",
+        ),
+        (
+            '<velocity name="left_elbow" joint="left_elbow" class="elbow"/>',
+            '<velocity name="left_elbow" joint="left_elbow" class="elbow" gear="10"/>',
+            "actuator left_elbow is no <velocity",
+        ),
+        (
+            '<velocity name="left_elbow" joint="left_elbow" class="elbow"/>',
+            '<velocity name="left_elbow" site="left_elbow" class="elbow"/>',
+            "actuator left_elbow moves something else than joint left_elbow",
+        ),
+        (
+            '<site name="left_elbow"/>',
+            '<site name="left_elbow" pos="0 0 0.2817"/>',
+            "left_upper_arm has no length; move the site at its end",
+        ),
+        (
+            '<material name="floor"',
+            '<mesh name="lost" file="lost.stl"/><material name="floor"',
+            "lost.stl",
+        ),
         ("<joint type=", "<joint typo=", "typo"),
         ("</mujoco>", "", "XML"),
         (
@@ -169,6 +209,162 @@ def test_pictures_need_the_camera_that_they_are_taken_by(own: Path) -> None:
     env.reset()
     with pytest.raises(BadOptionError, match="camera is 'front'; the model has mine, side, three"):
         env.render()
+
+
+def test_ranges_that_the_dance_leaves_are_told(own: Path) -> None:
+    axis = '<joint name="left_shoulder_abduction" axis="1 0 0"'
+    edited(own, (f"{axis}/>", f'{axis} range="-0.1 0.1"/>'))
+    message = r"left_shoulder_abduction would have to be at .* rad at frame .* -0.1 to 0.1"
+    with pytest.raises(MotionReachError, match=message):
+        load("ymca", model=own)
+
+
+INERTIAL = re.compile(r"\s*<inertial [^>]*/>")
+
+
+@pytest.mark.parametrize("from_geoms", ["auto", "true"])
+def test_payload_weighs_the_same_whatever_says_how_heavy_the_hands_are(
+    own: Path, from_geoms: str
+) -> None:
+    edited(own, ('inertiafromgeom="false"', f'inertiafromgeom="{from_geoms}"'))
+    own.write_text(INERTIAL.sub("", own.read_text()))
+    bare, loaded = load("ymca", model=own), load("ymca", model=own, payload=2.0)
+    extra = loaded.physics.model.body_mass.sum() - bare.physics.model.body_mass.sum()
+    assert extra == pytest.approx(4.0)
+    ball = loaded.physics.model.body("left_hand_payload")
+    radius = loaded.physics.model.geom("left_hand_payload").size[0]
+    np.testing.assert_allclose(ball.inertia, 0.4 * 2.0 * radius**2)
+    np.testing.assert_allclose(ball.pos, bare.physics.model.body("left_hand").ipos)
+    loaded.reset()
+    assert loaded.step(np.zeros(8)).mid()
+
+
+def test_payload_touches_what_the_hand_touches() -> None:
+    model = load("ymca", payload=30.0, collisions=True).physics.model
+    hand, ball = model.geom("left_hand"), model.geom("left_hand_payload")
+    assert (ball.contype, ball.conaffinity) == (hand.contype, hand.conaffinity)
+    assert ball.contype[0] & model.geom("chest").contype[0] == 0  # by affinity, then
+    assert ball.conaffinity[0] & model.geom("chest").contype[0]
+
+
+def test_a_name_that_the_payload_needs_is_told(own: Path) -> None:
+    edited(own, ('<geom name="left_hand"', '<geom name="left_hand_payload"'))
+    assert "left_hand_payload" in refused(own, payload=1.0)
+
+
+BALL = (
+    '<body name="torso" pos="0 0 1.15">',
+    '<body name="ball" pos="2 0 2"><freejoint name="free"/>'
+    '<inertial pos="0 0 0" mass="1" diaginertia="0.1 0.1 0.1"/></body>'
+    '<body name="torso" pos="0 0 1.15">',
+)
+
+
+def test_gravity_compensation_carries_the_arms_only(own: Path) -> None:
+    env = load("ymca", model=edited(own, BALL), gravity_compensation=True)
+    env.reset()
+    for _ in range(10):
+        env.step(np.zeros(8))
+    assert env.physics.named.data.xpos["ball", "z"] < 1.5
+    carried = env.physics.model.body_gravcomp
+    assert carried[env.physics.model.body("left_hand").id] == 1.0
+    assert carried[env.physics.model.body("torso").id] == 0.0
+
+
+def test_what_ran_away_is_told_by_its_joint_or_its_number(own: Path) -> None:
+    env = load("ymca", model=edited(own, BALL))
+    for address, name in ((7, "left_shoulder_abduction"), (14, "right_elbow"), (2, "free")):
+        env.reset()
+        env.physics.data.qpos[address] = np.inf
+        assert env.step(np.zeros(8)).last()
+        assert f"the angle of {name} ran away" in env.task.ending
+    nameless = (BALL[0], BALL[1].replace(' name="free"', ""))
+    env = load("ymca", model=edited(own, nameless))
+    env.reset()
+    env.physics.data.qpos[2] = np.inf
+    env.step(np.zeros(8))
+    assert "the angle of joint 0 ran away" in env.task.ending
+
+
+def test_a_model_that_does_not_start_over_diverges_as_others(own: Path) -> None:
+    edited(own, ('<flag contact="disable"/>', '<flag contact="disable" autoreset="disable"/>'))
+    env = load("ymca", model=own)
+    env.reset()
+    env.physics.data.qvel[3] = np.nan
+    assert env.step(np.zeros(8)).discount == 0.0
+
+
+def test_contacts_of_a_model_are_off_unless_asked_for(own: Path) -> None:
+    edited(own, ('<flag contact="disable"/>', ""))
+    for collisions in (False, True):
+        env = load("ymca", model=own, collisions=collisions)
+        with env.physics.reset_context():
+            env.physics.data.qpos[:] = np.array([0.0, 0.9, -1.5, 1.6] * 2)
+        assert (env.physics.data.ncon > 0) == collisions
+
+
+def test_numbers_that_run_away_in_the_last_physics_step_are_not_handed_out(own: Path) -> None:
+    """One physics step a control step, and gains that drive what they should slow."""
+    edited(
+        own,
+        ('timestep="0.005"', 'timestep="0.05"'),
+        ('integrator="implicitfast"', 'integrator="Euler"'),
+        *((f'forcerange="-{n} {n}"', "") for n in (70, 40, 60)),
+        ('kv="20"', 'kv="1e14"'),
+    )
+    env, many = load("ymca", model=own), make_vec(2, "ymca", model=own)
+    timestep, (observations, _) = env.reset(), many.reset()
+    for _ in range(4):
+        timestep = env.step(np.ones(8))
+        observations, _, terminated, *_ = many.step(np.ones((2, 8)))
+        assert np.abs(timestep.observation["joint_velocities"]).max() <= 1e10
+        assert np.abs(observations["joint_velocities"]).max() <= 1e10
+        assert terminated.all() == (timestep.discount == 0.0)
+    many.close()
+
+
+def test_delayed_actuators_are_the_same_alone_and_in_company(own: Path) -> None:
+    edited(
+        own,
+        (
+            '<velocity name="left_elbow" joint="left_elbow" class="elbow"/>',
+            '<velocity name="left_elbow" joint="left_elbow" class="elbow" delay="0.02"'
+            ' nsample="8"/>',
+        ),
+    )
+    env, many = load("ymca", model=own), make_vec(2, "ymca", model=own)
+    env.reset(), many.reset()
+    for action in np.random.default_rng(0).uniform(-1, 1, (30, 8)):
+        expected = env.step(action).observation["joint_angles"]
+        np.testing.assert_array_equal(many.step([action] * 2)[0]["joint_angles"][0], expected)
+    many.close()
+
+
+def test_a_camera_on_an_arm_goes_along(own: Path) -> None:
+    lens = '<camera name="front" pos="0 0 -0.3"/><body name="left_hand" pos="0 0 -0.2689">'
+    edited(
+        own,
+        ('<camera name="front"', '<camera name="fixed"'),
+        ('<body name="left_hand" pos="0 0 -0.2689">', lens),
+    )
+    places = {}
+    for arms in ("physics", "kinematic"):
+        env = ImitationEnv(model=own, arms=arms, render_mode="rgb_array", repeats=1)
+        env.reset()
+        for _ in range(10):
+            env.step(np.full(8, 0.3))
+        try:
+            env.render()
+        except RenderingError as error:
+            pytest.skip(str(error))
+        camera, forearm = (
+            env.physics.named.data.cam_xpos["front"],
+            env.physics.named.data.xpos["left_forearm"],
+        )
+        places[arms] = float(np.linalg.norm(camera - forearm))
+        env.close()
+    assert places["kinematic"] == pytest.approx(0.3, abs=1e-6)
+    assert places["physics"] == pytest.approx(0.3, abs=1e-6)
 
 
 WILD = (('integrator="implicitfast"', 'integrator="Euler"'), ('kv="20"', 'kv="90000"'))

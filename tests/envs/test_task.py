@@ -269,18 +269,3 @@ def test_a_rate_that_does_not_fit_the_physics_is_refused() -> None:
 def test_a_movement_that_is_too_fast_is_refused() -> None:
     with pytest.raises(MotionReachError, match=r"--tempo [1-3]\.?\d* or less"):
         load(ymca(tempo=4.0))
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"arms": "rubber"}, "arms is 'rubber'"),
-        ({"repeats": 0}, "repeats is 0"),
-        ({"noise": -1.0}, "noise is -1"),
-        ({"noise": float("inf")}, "noise is inf"),
-        ({"seed": -1}, "seed is -1"),
-    ],
-)
-def test_bad_options_are_named(options: dict[str, object], message: str) -> None:
-    with pytest.raises(BadOptionError, match=message):
-        load("ymca", **options)  # type: ignore[arg-type]

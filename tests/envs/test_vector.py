@@ -22,9 +22,11 @@ HARD: dict[str, Any] = {
     **{"early_termination": 0.5, "reward_weights": {"left_forearm": 3}, "future": 5},
     "phase": True,
 }
-WILD: dict[str, Any] = {"push": (20.0, 10_000.0), "latency": 1}  # diverges
-OPTIONS = [{}, {"arms": "kinematic"}, HARD, WILD]
-IDS = ["physics", "kinematic", "hard", "wild"]
+# Diverges, or is too far off, at any time.
+WILD: dict[str, Any] = {"push": (20.0, 10_000.0), "latency": 1, "early_termination": 0.5}
+TINY: dict[str, Any] = {"early_termination": 0.001, "noise": 0.1}  # ends as soon as it has begun
+OPTIONS = [{}, {"arms": "kinematic"}, HARD, WILD, TINY]
+IDS = ["physics", "kinematic", "hard", "wild", "tiny"]
 
 Array = NDArray[np.float64]
 
@@ -141,7 +143,8 @@ def test_seeds_one_for_all_or_one_for_each() -> None:
         assert len({tuple(target) for target in by_option}) == 3
         same = envs.reset(seed=[5, 5, 7])[0]["target"]
         np.testing.assert_array_equal(same, by_option[[0, 0, 2]])
-        assert envs.np_random_seed == 5
+        envs.reset(seed=9)
+        assert envs.np_random_seed == 9
 
 
 def test_returned_arrays_are_not_touched_again() -> None:
@@ -165,7 +168,6 @@ def test_what_it_offers_beside_gymnasiums() -> None:
         np.testing.assert_array_equal(envs.max_joint_speed, single.task.max_joint_speed)
         assert envs.control_timestep == single.control_timestep()
         assert envs.steps == single.task.steps
-        assert envs.metadata["render_fps"] == 20
         assert envs.metadata["autoreset_mode"] == AutoresetMode.NEXT_STEP
         assert mpma_mj.make_vec is make_vec
 
@@ -199,6 +201,7 @@ def test_no_step_before_a_reset() -> None:
     [
         ({"num_envs": 0}, "num_envs is 0; expected a whole number from 1 up"),
         ({"num_envs": 2.0}, "num_envs is 2.0"),
+        ({"num_envs": True}, "num_envs is True"),
         ({"num_envs": 2, "render_mode": "rgb_array"}, "draw nothing; leave render_mode out"),
         ({"num_envs": 2, "lateny": 1}, "no option 'lateny'; did you mean latency"),
         ({"num_envs": 2, "seed": -3}, "seed is -3"),
@@ -209,10 +212,39 @@ def test_bad_options_are_one_line(options: dict[str, Any], message: str) -> None
         VectorImitationEnv(**options)
 
 
-@pytest.mark.parametrize("seed", [-1, [0, 1], [0, -1, 2]])
-def test_seeds_that_are_none_are_refused(seed: Any) -> None:
-    with many(3) as envs, pytest.raises(BadOptionError, match="expected a whole number from 0"):
-        envs.reset(seed=seed)
+@pytest.mark.parametrize(
+    ("seed", "message"),
+    [
+        (-1, "seed is -1; expected a whole number from 0 up"),
+        ([0, 1], "seed has 2 entries; expected 3"),
+        ([0, -1, 2], "seed is -1"),
+        ([0, 0.5, 2], "seed is 0.5"),
+        ("one", "seed is 'one'"),
+    ],
+)
+def test_seeds_that_are_none_are_refused_and_change_nothing(seed: Any, message: str) -> None:
+    with many(3, seed=4) as envs, many(3, seed=4) as others:
+        with pytest.raises(BadOptionError, match=message):
+            envs.reset(seed=seed)
+        assert_same([envs.reset()[0]], [others.reset()[0]])
+
+
+@pytest.mark.parametrize("seed", [2**63 - 1, 2**64, np.uint64(5), np.int64(3)])
+def test_seeds_are_whole_numbers_of_any_size_and_kind(seed: Any) -> None:
+    with many(2, seed=seed) as envs:
+        by_option = envs.reset()[0]["target"]
+        np.testing.assert_array_equal(envs.reset(seed=seed)[0]["target"], by_option)
+    single = load("ymca", repeats=1, seed=int(seed) + 1).reset().observation["target"]
+    np.testing.assert_array_equal(by_option[1], single)
+
+
+def test_a_member_without_a_seed_goes_on_with_its_own() -> None:
+    with many(2, seed=4) as envs, many(2, seed=4) as others:
+        first, following = others.reset()[0]["target"], others.reset()[0]["target"]
+        envs.reset()
+        np.testing.assert_array_equal(
+            envs.reset(seed=[4, None])[0]["target"], [first[0], following[1]]
+        )
 
 
 def test_closing_twice_is_no_matter() -> None:
@@ -220,3 +252,5 @@ def test_closing_twice_is_no_matter() -> None:
     envs.reset()
     envs.close()
     envs.close()
+    with pytest.raises(gymnasium.error.ClosedEnvironmentError, match="make another"):
+        envs.step(np.zeros((2, 8)))

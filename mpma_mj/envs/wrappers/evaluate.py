@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import dm_env
+import gymnasium
 import numpy as np
+from gymnasium.utils import RecordConstructorArgs
 from numpy.typing import NDArray
 
-from mpma_mj import metrics
+from mpma_mj.envs.actions import clip_action
+from mpma_mj.envs.gym import ImitationEnv
+from mpma_mj.envs.wrappers.course import Course
+from mpma_mj.envs.wrappers.inside import inside
 from mpma_mj.envs.wrappers.wrapper import Wrapper
 
-__all__ = ["Evaluate"]
+__all__ = ["Evaluate", "GymEvaluate"]
 
 Array = NDArray[np.float64]
 
@@ -30,34 +37,60 @@ class Evaluate(Wrapper):
         """Wrap an environment, which may be a wrapper itself."""
         super().__init__(env)
         self.episode_metrics: list[dict[str, float]] = []
-        self._steps: list[dict[str, Array]] = []
+        self._course = Course()
 
     def _begun(self, timestep: dm_env.TimeStep) -> None:
-        self._steps = []
+        self._course = Course()
 
     def _stepped(self, action: Array, timestep: dm_env.TimeStep) -> None:
-        step = {
-            "posture": self._env.physics.posture(),  # what is observed may have noise
-            "reference": timestep.observation["reference"].copy(),
-            "reward": np.array(timestep.reward),
-        }
-        if hasattr(self._env, "last_feedback"):
-            step |= {"feedback": self._env.last_feedback, "action": self._env.last_action}
-        self._steps.append(step)
+        assist, env = {}, self._env
+        if hasattr(env, "last_feedback"):
+            assist = {"feedback": env.last_feedback, "action": env.last_action}
+        self._course.add(env.physics, timestep.observation["reference"], timestep.reward, **assist)
         if timestep.last():
-            self.episode_metrics.append(self._measures() | {"terminated": timestep.discount == 0})
+            terminated = timestep.discount == 0.0
+            measures = self._course.measures(env.physics, terminated=terminated)
+            self.episode_metrics.append(measures)
 
-    def _measures(self) -> dict[str, float]:
-        course = {name: np.stack([step[name] for step in self._steps]) for name in self._steps[0]}
-        posture, reference = course["posture"], course["reference"]
-        sites = self._env.physics.site_positions
-        measures = {
-            "p_e_percent": metrics.posture_error_percent(posture, reference),
-            "mpkpe_m": metrics.mpkpe(sites(posture), sites(reference)),
-            "mean_reward": float(np.mean(course["reward"])),
-            "steps": len(posture),
-        }
-        if "feedback" in course:
-            ratio = metrics.feedback_ratio(course["feedback"], course["action"])
-            measures["feedback_ratio"] = ratio
-        return measures
+
+class GymEvaluate(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
+    """`Evaluate` for an environment of `gymnasium.make`, flat or not.
+
+    Put it outermost, so that it sees a `GymFeedbackAssist`, if there is one.
+
+    Attributes:
+        episode_metrics: As of `Evaluate`.
+    """
+
+    def __init__(self, env: gymnasium.Env[Any, Any]) -> None:
+        """Wrap an environment.
+
+        Args:
+            env: Environment that `gymnasium.make` returned, perhaps wrapped.
+
+        Raises:
+            BadOptionError: It is another environment.
+        """
+        self._inner = inside(env, ImitationEnv)
+        RecordConstructorArgs.__init__(self)
+        gymnasium.Wrapper.__init__(self, env)
+        self.episode_metrics: list[dict[str, float]] = []
+        self._course = Course()
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Any, dict[str, Any]]:
+        """Begin an episode; see `ImitationEnv.reset`."""
+        self._course = Course()
+        return super().reset(seed=seed, options=options)
+
+    def step(self, action: Any) -> Any:
+        """Act; see `ImitationEnv.step`."""
+        observation, reward, terminated, truncated, info = super().step(action)
+        physics, assist = self._inner.physics, {}
+        if "feedback" in info:
+            assist = {"feedback": info["feedback"], "action": clip_action(self._inner.last_action)}
+        self._course.add(physics, self._inner.seen["reference"], float(reward), **assist)
+        if terminated or truncated:
+            self.episode_metrics.append(self._course.measures(physics, terminated=terminated))
+        return observation, reward, terminated, truncated, info

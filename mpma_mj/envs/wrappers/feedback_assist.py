@@ -60,10 +60,10 @@ class FeedbackAssist(Wrapper):
             action: The agent's action, shape (8,).
         """
         feedback = self.gain * self._feedback
-        assisted = clip_action(check_action(action) + feedback)
+        assisted = check_action(action) + feedback  # the environment clips, and counts
         timestep = super().step(assisted)
         if not timestep.first():
-            self.last_action, self.last_feedback = assisted, feedback
+            self.last_action, self.last_feedback = clip_action(assisted), feedback
         return timestep
 
     def _begun(self, timestep: dm_env.TimeStep) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from numbers import Real
+
 from mpma_mj.errors import BadOptionError
 
 __all__ = ["check_gain"]
@@ -13,6 +15,6 @@ def check_gain(gain: float) -> float:
     Raises:
         BadOptionError: It is not between 0 and 1.
     """
-    if not 0.0 <= gain <= 1.0:
-        raise BadOptionError(f"gain is {gain:g}; expected 0 to 1")
-    return gain
+    if not (isinstance(gain, Real) and 0.0 <= gain <= 1.0):
+        raise BadOptionError(f"gain is {gain!r}; expected 0 to 1")
+    return float(gain)

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import gymnasium
 import numpy as np
-from gymnasium.vector import VectorWrapper
+from gymnasium.utils import RecordConstructorArgs
+from gymnasium.vector import VectorEnv, VectorWrapper
 from numpy.typing import ArrayLike, NDArray
 
-from mpma_mj.envs.actions import check_action, clip_action
+from mpma_mj.envs.actions import check_action
 from mpma_mj.envs.gym import ImitationEnv
 from mpma_mj.envs.vector import VectorImitationEnv
 from mpma_mj.envs.wrappers.gain import check_gain
-from mpma_mj.errors import BadOptionError
+from mpma_mj.envs.wrappers.inside import inside
 from mpma_mj.feedback import feedback_action
 
 __all__ = ["GymFeedbackAssist", "VectorFeedbackAssist"]
@@ -25,30 +27,28 @@ class _Controller:
     """The feedback controller of one environment or of many.
 
     Attributes:
-        feedback: K u_fb of what was seen last, shape (8,) or (N, 8).
+        gain: Gain K.
     """
 
-    def __init__(self, env: Any, gain: float) -> None:
-        inner = env.unwrapped
-        if not isinstance(inner, ImitationEnv | VectorImitationEnv):
-            raise BadOptionError(f"env is {inner}; expected one of TwoArmImitation, or of make_vec")
-        self._env = inner
-        self._gain = check_gain(gain)
-        self.feedback: Array = np.zeros(env.action_space.shape)
+    def __init__(self, env: ImitationEnv | VectorImitationEnv, gain: float) -> None:
+        self._env = env
+        self.gain = check_gain(gain)
+        self._feedback: Array = np.zeros(env.action_space.shape)  # type: ignore[arg-type] # a box
 
     def look(self) -> None:
-        """Compute the feedback at once: observations are the agent's, which may write into them."""
+        """Compute u_fb at once: observations are the agent's, which may write into them."""
         seen, env = self._env.seen, self._env
-        self.feedback = self._gain * feedback_action(
+        self._feedback = feedback_action(
             seen["joint_angles"], seen["reference"], env.max_joint_speed, env.control_timestep
         )
 
-    def assist(self, action: ArrayLike) -> Array:
-        """Return the sum of an action and the feedback, clipped."""
-        return clip_action(check_action(action, self.feedback.shape) + self.feedback)
+    def assist(self, action: ArrayLike) -> tuple[Array, Array]:
+        """Return the sum of an action and K u_fb, and K u_fb; the environment clips, and counts."""
+        feedback = self.gain * self._feedback
+        return check_action(action, feedback.shape) + feedback, feedback
 
 
-class GymFeedbackAssist(gymnasium.Wrapper[Any, Any, Any, Any]):
+class GymFeedbackAssist(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
     """`FeedbackAssist` for an environment of `gymnasium.make`, flat or not.
 
     `info["feedback"]` is the controller's part K u_fb of the step, shape (8,).
@@ -64,12 +64,24 @@ class GymFeedbackAssist(gymnasium.Wrapper[Any, Any, Any, Any]):
         Raises:
             BadOptionError: The gain is not between 0 and 1, or it is another environment.
         """
-        super().__init__(env)
-        self._controller = _Controller(env, gain)
+        self._controller = _Controller(inside(env, ImitationEnv), gain)
+        RecordConstructorArgs.__init__(self, gain=gain)
+        gymnasium.Wrapper.__init__(self, env)
 
-    def reset(self, **options: Any) -> tuple[Any, dict[str, Any]]:
+    @property
+    def gain(self) -> float:
+        """Gain K of the feedback controller, in [0, 1]."""
+        return self._controller.gain
+
+    @gain.setter
+    def gain(self, gain: float) -> None:
+        self._controller.gain = check_gain(gain)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Any, dict[str, Any]]:
         """Begin an episode; see `ImitationEnv.reset`."""
-        outcome = super().reset(**options)
+        outcome = super().reset(seed=seed, options=options)
         self._controller.look()
         return outcome
 
@@ -79,8 +91,8 @@ class GymFeedbackAssist(gymnasium.Wrapper[Any, Any, Any, Any]):
         Args:
             action: The agent's action, shape (8,).
         """
-        feedback = self._controller.feedback
-        *outcome, info = super().step(self._controller.assist(action))
+        assisted, feedback = self._controller.assist(action)
+        *outcome, info = super().step(assisted)
         self._controller.look()
         return *outcome, info | {"feedback": feedback}
 
@@ -92,14 +104,36 @@ class VectorFeedbackAssist(VectorWrapper[Any, Any, Any]):
     begins, it had no effect.
     """
 
-    def __init__(self, env: VectorImitationEnv, gain: float = 1.0) -> None:
-        """Wrap environments; arguments and errors are those of `GymFeedbackAssist`."""
-        super().__init__(env)
-        self._controller = _Controller(env, gain)
+    def __init__(self, env: VectorEnv[Any, Any, Any], gain: float = 1.0) -> None:
+        """Wrap environments.
 
-    def reset(self, **options: Any) -> tuple[Any, dict[str, Any]]:
+        Args:
+            env: Environments that `make_vec` returned, perhaps wrapped.
+            gain: Gain K of the feedback controller.
+
+        Raises:
+            BadOptionError: The gain is not between 0 and 1, or they are other environments.
+        """
+        self._controller = _Controller(inside(env, VectorImitationEnv), gain)
+        super().__init__(env)
+
+    @property
+    def gain(self) -> float:
+        """Gain K of the feedback controller, in [0, 1]."""
+        return self._controller.gain
+
+    @gain.setter
+    def gain(self, gain: float) -> None:
+        self._controller.gain = check_gain(gain)
+
+    def reset(
+        self,
+        *,
+        seed: int | Sequence[int | None] | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[Any, dict[str, Any]]:
         """Begin an episode of every member; see `VectorImitationEnv.reset`."""
-        outcome = super().reset(**options)
+        outcome = super().reset(seed=seed, options=options)  # type: ignore[arg-type] # None too
         self._controller.look()
         return outcome
 
@@ -109,8 +143,8 @@ class VectorFeedbackAssist(VectorWrapper[Any, Any, Any]):
         Args:
             actions: The agents' actions, shape (N, 8).
         """
-        feedback = self._controller.feedback
-        *outcome, info = super().step(self._controller.assist(actions))
+        assisted, feedback = self._controller.assist(actions)
+        *outcome, info = super().step(assisted)
         self._controller.look()
         every = np.ones(self.num_envs, bool)
         return *outcome, info | {"feedback": feedback, "_feedback": every}

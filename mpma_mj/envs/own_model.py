@@ -1,0 +1,115 @@
+"""What arms of a user's own have to be, with all that they lack told."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import mujoco
+import numpy as np
+
+from mpma_mj import arm
+from mpma_mj.arm import JOINT_NAMES, SEGMENT_NAMES, SIDES
+from mpma_mj.errors import BadOptionError
+
+if TYPE_CHECKING:
+    from mpma_mj.envs.physics import PhysicsArms
+
+__all__ = ["HANDS", "check_actuators", "check_complete", "check_geometry"]
+
+HANDS = tuple(f"{side}_hand" for side in SIDES)
+"""Bodies that carry the payload and are pushed."""
+
+_SITES = tuple(f"{side}_{point}" for side in SIDES for point in ("shoulder", "elbow", "wrist"))
+_TOLERANCE = 1e-3  # on unit vectors
+
+
+def check_complete(path: Path, spec: mujoco.MjSpec, *, hands: bool) -> None:
+    """Check that a model has all that arms need.
+
+    Args:
+        path: Where it comes from.
+        spec: The model.
+        hands: Whether something acts on hands.
+
+    Raises:
+        BadOptionError: It lacks something; lists all that is missing.
+    """
+    needed = {"joint": JOINT_NAMES, "actuator": JOINT_NAMES, "site": _SITES}
+    if hands:
+        needed["body"] = HANDS
+    missing = [
+        f"{kind} {name}"
+        for kind, names in needed.items()
+        for name in names
+        if getattr(spec, kind)(name) is None
+    ]
+    if missing:
+        raise BadOptionError(f"{path}: lacks {', '.join(missing)}; name them so, or add them")
+    for name in JOINT_NAMES:
+        if spec.joint(name).type != mujoco.mjtJoint.mjJNT_HINGE:
+            raise BadOptionError(f"{path}: joint {name} is no hinge; arms have hinges only")
+
+
+def check_actuators(path: Path, model: mujoco.MjModel, *, forces: bool) -> None:
+    """Check that each joint is moved by an actuator of velocity that bears its name.
+
+    Args:
+        path: Where the model comes from.
+        model: The model.
+        forces: Whether the forces are to be scaled.
+
+    Raises:
+        BadOptionError: One is of another kind; names it.
+    """
+    for name in JOINT_NAMES:
+        actuator = model.actuator(name)
+        moved = model.joint(int(actuator.trnid[0])).name
+        if actuator.trntype[0] != mujoco.mjtTrn.mjTRN_JOINT or moved != name:
+            raise BadOptionError(f"{path}: actuator {name} moves something else than joint {name}")
+        gain = actuator.gainprm[0]
+        of_velocity = gain > 0 and np.array_equal(actuator.biasprm[:3], [0.0, 0.0, -gain])
+        if not of_velocity or actuator.gear[0] != 1.0:
+            raise BadOptionError(f"{path}: actuator {name} is no <velocity kv=…> with gear 1")
+        low, high = actuator.ctrlrange
+        if not actuator.ctrllimited[0] or not high == -low > 0:
+            raise BadOptionError(
+                f"{path}: actuator {name} has no ctrlrange from -v to v; v is the velocity, rad/s,"
+                " that action 1 commands"
+            )
+        if forces and not actuator.forcelimited[0]:
+            raise BadOptionError(
+                f"{path}: actuator {name} has no forcerange; strength has nothing to scale"
+            )
+
+
+def check_geometry(path: Path, arms: PhysicsArms) -> None:
+    """Check that joint angles give the postures that `arm` says they give.
+
+    Args:
+        path: Where the arms' model comes from.
+        arms: The arms.
+
+    Raises:
+        BadOptionError: They do not; names the first joint that turns otherwise.
+    """
+    for segment, length in zip(SEGMENT_NAMES, arms.segment_lengths, strict=True):
+        if length < _TOLERANCE:
+            raise BadOptionError(f"{path}: {segment} has no length; move the site at its end")
+    poses = {"at zero joint angles": np.zeros(8)}
+    for joint in reversed(range(8)):  # outermost first, which moves nothing else
+        pose = np.zeros(8)
+        pose[joint // 4 * 4 + 3] = 1.0  # or rotation would not show
+        pose[joint] += 0.5
+        poses[f"where {JOINT_NAMES[joint]} turns"] = pose
+    poses |= {"where all joints turn (order of axes?)": np.tile([0.4, 0.5, 0.6, 0.7], 2)}
+    for moment, pose in poses.items():
+        with arms.reset_context():
+            arms.place(pose, np.zeros(8))
+        off = np.abs(arms.posture() - arm.posture_from_angles(pose))
+        if not off.max() <= _TOLERANCE:
+            raise BadOptionError(
+                f"{path}: {SEGMENT_NAMES[int(off.argmax()) // 3]} points elsewhere than joint"
+                f" angles should make it, {moment}; the axes have to be those of the package's"
+                " two_arm.xml"
+            )
