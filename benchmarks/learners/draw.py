@@ -30,7 +30,7 @@ GOAL = 1.0  # percent
 def main(
     curves: tyro.conf.Positional[Path],
     figure: Path | None = None,
-    columns: tuple[int, ...] = (1_000, 5_000, 50_000, 500_000, 1_000_000, 5_000_000),
+    columns: tuple[int, ...] = (1_000, 5_000, 50_000, 500_000, 1_000_000, 2_000_000),
 ) -> None:
     """Print a table, and draw if there is a name for the figure.
 

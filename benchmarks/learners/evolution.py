@@ -15,7 +15,7 @@ from mpma_mj import metrics
 from mpma_mj.agents.agent import Observation
 from mpma_mj.options import Arms
 
-__all__ = ["EvolutionSettings", "learn"]
+__all__ = ["ALONE", "ASSISTED", "EvolutionSettings", "learn"]
 
 Array = NDArray[np.float64]
 
@@ -35,9 +35,14 @@ class EvolutionSettings:
         population: Candidates of a generation; 0 for the package's choice.
     """
 
-    sigma: float = 0.1
+    sigma: float
     diagonal: bool = False
     population: int = 0
+
+
+# The best of those that docs/results.md lists, without the feedback controller's help and with it.
+ALONE = EvolutionSettings(sigma=0.01)
+ASSISTED = EvolutionSettings(sigma=0.003, diagonal=True)
 
 
 def learn(
@@ -46,7 +51,7 @@ def learn(
     steps: int,
     *,
     assisted: bool,
-    settings: EvolutionSettings = EvolutionSettings(),
+    settings: EvolutionSettings | None = None,
 ) -> Curve:
     """Minimise p_e of an episode, and measure the mean of the search distribution.
 
@@ -55,8 +60,9 @@ def learn(
         arms: "physics" or "kinematic".
         steps: Environment steps of all candidates together.
         assisted: Whether the feedback controller's action is added.
-        settings: Settings of the strategy.
+        settings: Settings of the strategy; `ALONE` or `ASSISTED` if not given.
     """
+    settings = settings or (ASSISTED if assisted else ALONE)
     options: dict[str, Any] = {"seed": seed + 1, "verbose": -9, "CMA_diagonal": settings.diagonal}
     options |= {"tolfun": 0, "tolx": 0, "tolflatfitness": np.inf, "tolstagnation": np.inf}
     if settings.population:

@@ -11,13 +11,12 @@ from evaluation import Curve, Evaluation, Policy, is_due, training_seed
 from numpy.typing import NDArray
 from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecNormalize
-from stable_vec import StableVecEnv
+from stable_vec import StableVecEnv, policy_inputs
 
 from mpma_mj.agents.agent import Observation
-from mpma_mj.envs.spaces import flatten
 from mpma_mj.options import Arms
 
-__all__ = ["PPOSettings", "learn"]
+__all__ = ["ALONE", "ASSISTED", "PPOSettings", "learn"]
 
 Array = NDArray[np.float64]
 
@@ -27,7 +26,7 @@ class PPOSettings:
     """Settings of PPO.
 
     Attributes:
-        gamma: Discount; arms that are commanded velocities forget fast.
+        gamma: Discount; arms that are commanded velocities soon forget an action.
         log_std: Logarithm of the actions' first standard deviation.
         width: Neurons of each of the two layers.
         envs: Environments that dance at once.
@@ -37,8 +36,8 @@ class PPOSettings:
         rate: Learning rate.
     """
 
-    gamma: float = 0.95
-    log_std: float = -1.0
+    gamma: float
+    log_std: float
     width: int = 64
     envs: int = 16
     n_steps: int = 128
@@ -47,13 +46,18 @@ class PPOSettings:
     rate: float = 3e-4
 
 
+# The best of those that docs/results.md lists, without the feedback controller's help and with it.
+ALONE = PPOSettings(gamma=0.8, log_std=-1.0)
+ASSISTED = PPOSettings(gamma=0.5, log_std=-2.0)
+
+
 def learn(
     seed: int,
     arms: Arms,
     steps: int,
     *,
     assisted: bool,
-    settings: PPOSettings = PPOSettings(),
+    settings: PPOSettings | None = None,
 ) -> Curve:
     """Maximise the environment's reward, and measure the policy without its randomness.
 
@@ -62,8 +66,9 @@ def learn(
         arms: "physics" or "kinematic".
         steps: Environment steps of all members together.
         assisted: Whether the feedback controller's action is added.
-        settings: Settings of PPO.
+        settings: Settings of PPO; `ALONE` or `ASSISTED` if not given.
     """
+    settings = settings or (ASSISTED if assisted else ALONE)
     torch.set_num_threads(1)
     members = StableVecEnv(make_training(settings.envs, arms, assisted=assisted))
     env = VecNormalize(members, gamma=settings.gamma)
@@ -81,7 +86,7 @@ def learn(
     )
 
     def act(observation: Observation) -> Array:
-        normal = env.normalize_obs(flatten(observation).astype(np.float32))
+        normal = env.normalize_obs(policy_inputs(observation))
         return model.predict(normal, deterministic=True)[0]
 
     evaluation = Evaluation(arms, assisted=assisted)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,11 +10,19 @@ from gymnasium.spaces import Box
 from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecEnv
 
-from mpma_mj.envs.spaces import flatten
-
-__all__ = ["StableVecEnv"]
+__all__ = ["StableVecEnv", "policy_inputs"]
 
 Array = NDArray[np.float64]
+
+
+def policy_inputs(observation: Mapping[str, Array]) -> NDArray[np.float32]:
+    """Return what a policy sees, shape (..., 52 + C + 12): the flat observation and the way to go.
+
+    Posture and target are nearly the same, and only their difference tells where to go: given as
+    such, normalisation makes it as large as anything else.
+    """
+    way = observation["target"] - observation["posture"]
+    return np.concatenate([*observation.values(), way], axis=-1).astype(np.float32)
 
 
 class StableVecEnv(VecEnv):
@@ -30,7 +38,7 @@ class StableVecEnv(VecEnv):
         """Take environments of `mpma_mj.make_vec` with dictionaries as observations."""
         self._env = env
         observation, _ = env.reset()
-        size = self._flat(observation, env.num_envs).shape[1]
+        size = policy_inputs(observation).shape[1]
         super().__init__(env.num_envs, Box(-np.inf, np.inf, (size,)), env.single_action_space)
 
     def reset(self) -> Array:
@@ -38,7 +46,7 @@ class StableVecEnv(VecEnv):
         seeds = None if None in self._seeds else self._seeds
         self._reset_seeds()
         observation, _ = self._env.reset(seed=seeds)
-        return self._flat(observation, self.num_envs)
+        return policy_inputs(observation)
 
     def step_async(self, actions: Array) -> None:
         """Remember the actions, shape (N, 8)."""
@@ -47,7 +55,7 @@ class StableVecEnv(VecEnv):
     def step_wait(self) -> tuple[Array, Array, NDArray[np.bool_], list[dict[str, Any]]]:
         """Act; return observations, rewards, which episodes are over, and what else there is."""
         seen, rewards, terminated, truncated, _ = self._env.step(self._actions)
-        observation, over = self._flat(seen, self.num_envs), terminated | truncated
+        observation, over = policy_inputs(seen), terminated | truncated
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         for row in np.flatnonzero(over):
             infos[row]["terminal_observation"] = observation[row]
@@ -75,6 +83,3 @@ class StableVecEnv(VecEnv):
     def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> Sequence[bool]:
         """Return that no member is wrapped."""
         return [False] * self.num_envs
-
-    def _flat(self, observation: dict[str, Array], count: int) -> Array:
-        return flatten(observation, (count,)).astype(np.float32)

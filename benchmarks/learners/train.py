@@ -41,7 +41,7 @@ def main(
     seeds: int = 5,
     ppo_seeds: int = 3,
     mpma_steps: int = 50_000,
-    cma_steps: int = 5_000_000,
+    cma_steps: int = 2_000_000,
     ppo_steps: int = 1_000_000,
     out: Path = Path("curves.csv"),
 ) -> None:
