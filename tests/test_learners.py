@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 import mpma_mj
-from mpma_mj.envs.wrappers import FeedbackAssist
 
 LEARNERS = Path(__file__).parent.parent / "benchmarks" / "learners"
 
@@ -27,20 +26,6 @@ def trained(out: Path, *arguments: str) -> str:
     result = subprocess.run(command, capture_output=True, text=True, check=False)
     assert result.returncode == 0, result.stderr
     return out.read_text(encoding="utf-8")
-
-
-def test_many_assisted_arms_are_assisted_as_one_pair_is(monkeypatch: pytest.MonkeyPatch) -> None:
-    many = module("assisted", monkeypatch).make_training(3, "physics", assisted=True)
-    observations, _ = many.reset()
-    ones = [FeedbackAssist(mpma_mj.load("ymca", seed=seed)) for seed in range(3)]
-    timesteps = [env.reset() for env in ones]
-    rng = np.random.default_rng(0)
-    for _ in range(5):
-        actions = rng.uniform(-0.1, 0.1, (3, 8))
-        observations, *_ = many.step(actions)
-        timesteps = [env.step(action) for env, action in zip(ones, actions, strict=True)]
-    single = np.stack([timestep.observation["posture"] for timestep in timesteps])
-    np.testing.assert_allclose(observations["posture"], single, atol=1e-9)
 
 
 def test_the_same_seed_gives_the_same_curve(tmp_path: Path) -> None:

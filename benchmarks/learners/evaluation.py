@@ -1,8 +1,9 @@
-"""How well a policy tracks, in episodes that no learner trains in."""
+"""Where learners train, and how well they track in episodes that none trains in."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,10 +11,10 @@ from numpy.typing import NDArray
 import mpma_mj
 from mpma_mj.agents import Agent, FixedAgent
 from mpma_mj.agents.agent import Observation
-from mpma_mj.envs.wrappers import Evaluate, FeedbackAssist
+from mpma_mj.envs.wrappers import Evaluate, FeedbackAssist, VectorFeedbackAssist
 from mpma_mj.options import Arms
 
-__all__ = ["Curve", "Evaluation", "Policy", "is_due", "training_seed"]
+__all__ = ["Curve", "Evaluation", "Policy", "is_due", "make_training", "training_seed"]
 
 Array = NDArray[np.float64]
 Curve = Iterator[tuple[int, float]]
@@ -57,6 +58,12 @@ class Evaluation:
                 timestep = self._env.step(agent.act(timestep.observation))
             errors.append(self._env.episode_metrics.pop()["p_e_percent"])
         return float(np.mean(errors))
+
+
+def make_training(num_envs: int, arms: Arms, *, assisted: bool) -> Any:
+    """Return environments to train in, with the feedback controller's help or without."""
+    env = mpma_mj.make_vec(num_envs, "ymca", arms=arms)
+    return VectorFeedbackAssist(env) if assisted else env
 
 
 def training_seed(seed: int) -> int:

@@ -7,8 +7,7 @@ from typing import Any
 
 import cma
 import numpy as np
-from assisted import make_training
-from evaluation import Curve, Evaluation, Policy, is_due, training_seed
+from evaluation import Curve, Evaluation, Policy, is_due, make_training, training_seed
 from numpy.typing import NDArray
 
 from mpma_mj import metrics

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import torch
-from assisted import make_training
-from evaluation import Curve, Evaluation, Policy, is_due, training_seed
+from evaluation import Curve, Evaluation, Policy, is_due, make_training, training_seed
 from numpy.typing import NDArray
 from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecNormalize
