@@ -24,6 +24,8 @@ COLOURS = {
     "CMA-ES": "#009e73",
     "CMA-ES + feedback": "#cc79a7",
 }
+# Steps above which the name is written where other curves pass the end.
+NAMED_AT = {"MPMA": 6_000}
 GOAL = 1.0  # percent
 
 
@@ -54,22 +56,37 @@ def by_run(rows: list[Row]) -> dict[str, dict[int, list[Row]]]:
 
 
 def table(runs: dict[str, dict[int, list[Row]]], columns: tuple[int, ...]) -> str:
-    """Return medians and ranges over seeds as Markdown."""
-    lines = ["| p_e, %, after | " + " | ".join(f"{steps:,}" for steps in columns) + " | seeds |"]
-    lines.append("|---" * (len(columns) + 2) + "|")
+    """Return medians and ranges over seeds as Markdown; nothing beyond the end of training."""
+    heads = [f"{steps:,}" for steps in columns]
+    lines = ["| p_e, %, after | " + " | ".join(heads) + f" | below {GOAL:g} % after | seeds |"]
+    lines.append("|---" * (len(columns) + 3) + "|")
     for learner, seeds in runs.items():
         cells = [cell([p_e_after(rows, steps) for rows in seeds.values()]) for steps in columns]
+        cells.append(reached([steps_to_goal(rows) for rows in seeds.values()]))
         lines.append(f"| {learner} | " + " | ".join(cells) + f" | {len(seeds)} |")
     return "\n".join(lines)
 
 
-def cell(reached: list[float | None]) -> str:
-    """Return median, least and greatest as text."""
-    values = [value for value in reached if value is not None]
-    if not values:
+def cell(values: list[float | None], form: str = ".3g") -> str:
+    """Return median, least and greatest as text; nothing where there is none."""
+    known = [value for value in values if value is not None]
+    if not known:
         return ""
-    low, middle, high = (f"{f(values):.3g}" for f in (min, np.median, max))
+    low, middle, high = (format(f(known), form) for f in (min, np.median, max))
     return middle if low == high else f"{middle} ({low} to {high})"
+
+
+def steps_to_goal(rows: list[Row]) -> float | None:
+    """Return the steps at which one run was first measured below the goal."""
+    return next((row.steps for row in rows if row.p_e < GOAL), None)
+
+
+def reached(steps: list[float | None]) -> str:
+    """Return when the goal was reached, and by how many seeds if not by all."""
+    count = sum(first is not None for first in steps)
+    if count == 0:
+        return "never"
+    return cell(steps, ",.0f") + ("" if count == len(steps) else f", {count} of {len(steps)}")
 
 
 def draw(runs: dict[str, dict[int, list[Row]]]) -> Figure:
@@ -79,7 +96,7 @@ def draw(runs: dict[str, dict[int, list[Row]]]) -> Figure:
     learning = {name: runs[name] for name in COLOURS if name in runs}
     last = max((seeds[0][-1].steps for seeds in learning.values()), default=1)
     axes.set_xlim(200, 9 * last)  # room for names
-    axes.set_ylim(0.3, 50)
+    axes.set_ylim(0.25, 50)
     for name, seeds in learning.items():
         _curve(axes, name, seeds)
     for name in (name for name in runs if name not in COLOURS):
@@ -102,13 +119,17 @@ def _curve(axes: Axes, name: str, seeds: dict[int, list[Row]]) -> None:
         steps, p_e.min(axis=1), p_e.max(axis=1), color=COLOURS[name], alpha=0.25, linewidth=0
     )
     axes.plot(steps, middle, color=COLOURS[name], linewidth=2)
+    at, offset, across = -1, (5, 0), "left"
+    if name in NAMED_AT:
+        at, offset, across = int(np.searchsorted(steps, NAMED_AT[name])), (0, 14), "center"
     axes.annotate(
         name,
-        (steps[-1], middle[-1]),
-        (5, 0),
+        (steps[at], middle[at]),
+        offset,
         textcoords="offset points",
         color=COLOURS[name],
         fontweight="bold",
+        horizontalalignment=across,
         verticalalignment="center",
     )
 

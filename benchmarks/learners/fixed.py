@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 
 class Anticipating(FixedAgent):
-    """The hand-written agent of docs/your_own_agent.md, with its gain of 0.7."""
+    """The hand-written agent of docs/your_own_agent.md."""
 
     def __init__(self, *, max_joint_speed: Array, control_timestep: float) -> None:
         """Take what the arms can do: top speeds, shape (8,), rad/s, and the time of a step, s."""
@@ -31,7 +31,7 @@ class Anticipating(FixedAgent):
         """Return the action, shape (8,)."""
         angles = observation["joint_angles"]
         wanted = angles_from_posture(observation["target"], near=angles)
-        return np.clip(0.7 * (wanted - angles) / self._farthest, -1, 1)
+        return np.clip((wanted - angles) / self._farthest, -1, 1)
 
 
 AGENTS: dict[str, Callable[[dict[str, Any], int], FixedAgent]] = {
