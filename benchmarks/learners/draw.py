@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
-from mpma_mj.training.colours import DEMONSTRATED, INK
+from mpma_mj.training.colours import DEMONSTRATED, INK, PAPER
 
 # Okabe & Ito's palette, which colour-blind people can tell apart.
 COLOURS = {
@@ -131,6 +131,7 @@ def _curve(axes: Axes, name: str, seeds: dict[int, list[Row]]) -> None:
         fontweight="bold",
         horizontalalignment=across,
         verticalalignment="center",
+        bbox={"color": PAPER, "pad": 1.0},  # levels pass behind
     )
 
 
