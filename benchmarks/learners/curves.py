@@ -52,11 +52,12 @@ def p_e_after(rows: list[Row], steps: int) -> float | None:
         steps: Environment steps of training.
 
     Returns:
-        The last measurement until then; None before the first, and past the end of training
-        unless there was none.
+        The last measurement until then, or up to 1 % later, since training ends with a whole
+        episode or generation; None before the first, and past the end of training unless there
+        was none.
     """
-    until = [row.p_e for row in rows if row.steps <= steps]
+    until = [row.p_e for row in rows if row.steps <= 1.01 * steps]
     trained = rows[-1].steps
-    if not until or 0 < trained < 0.98 * steps:  # the last episode may not be a full one
+    if not until or 0 < trained < 0.98 * steps:
         return None
     return until[-1]

@@ -12,7 +12,7 @@ import tyro
 from curves import Row, p_e_after, read_curves
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter
+from matplotlib.ticker import FuncFormatter, NullLocator
 
 from mpma_mj.training.colours import DEMONSTRATED, INK, PAPER
 
@@ -95,8 +95,10 @@ def draw(runs: dict[str, dict[int, list[Row]]]) -> Figure:
     axes = figure.add_subplot(xscale="log", yscale="log")
     learning = {name: runs[name] for name in COLOURS if name in runs}
     last = max((seeds[0][-1].steps for seeds in learning.values()), default=1)
-    axes.set_xlim(200, 9 * last)  # room for names
+    axes.set_xlim(200, 12 * last)  # room for names
     axes.set_ylim(0.25, 50)
+    axes.set_yticks([0.3, 0.5, 1, 2, 5, 10, 20, 50])
+    axes.yaxis.set_minor_locator(NullLocator())
     for name, seeds in learning.items():
         _curve(axes, name, seeds)
     for name in (name for name in runs if name not in COLOURS):
