@@ -19,13 +19,14 @@ from mpma_mj.training.colours import DEMONSTRATED, INK, PAPER
 # Okabe & Ito's palette, which colour-blind people can tell apart.
 COLOURS = {
     "MPMA": "#d55e00",
+    "MPMA without noise": "#e69f00",
     "PPO": "#0072b2",
     "PPO + feedback": "#56b4e9",
     "CMA-ES": "#009e73",
     "CMA-ES + feedback": "#cc79a7",
 }
 # Steps above which the name is written where other curves pass the end.
-NAMED_AT = {"MPMA": 6_000}
+NAMED_AT = {"MPMA": 6_000, "MPMA without noise": 9_000}
 GOAL = 1.0  # percent
 
 
@@ -96,8 +97,8 @@ def draw(runs: dict[str, dict[int, list[Row]]]) -> Figure:
     learning = {name: runs[name] for name in COLOURS if name in runs}
     last = max((seeds[0][-1].steps for seeds in learning.values()), default=1)
     axes.set_xlim(200, 12 * last)  # room for names
-    axes.set_ylim(0.25, 50)
-    axes.set_yticks([0.3, 0.5, 1, 2, 5, 10, 20, 50])
+    axes.set_ylim(0.18, 50)
+    axes.set_yticks([0.2, 0.5, 1, 2, 5, 10, 20, 50])
     axes.yaxis.set_minor_locator(NullLocator())
     for name, seeds in learning.items():
         _curve(axes, name, seeds)

@@ -27,6 +27,7 @@ from mpma_mj.options import Arms
 FIXED = ("random", "open loop", "feedback only", "by hand")
 TRAINED = {
     "MPMA": ("modules", {}),
+    "MPMA without noise": ("modules", {"noise": 0.0}),
     "CMA-ES": ("evolution", {"assisted": False}),
     "CMA-ES + feedback": ("evolution", {"assisted": True}),
     "PPO": ("ppo", {"assisted": False}),
