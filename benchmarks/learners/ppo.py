@@ -46,7 +46,7 @@ class PPOSettings:
 
 
 # The best of those that docs/results.md lists, without the feedback controller's help and with it.
-ALONE = PPOSettings(gamma=0.8, log_std=-1.0)
+ALONE = PPOSettings(gamma=0.8, log_std=-1.0, rate=1e-3)
 ASSISTED = PPOSettings(gamma=0.5, log_std=-2.0)
 
 
