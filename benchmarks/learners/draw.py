@@ -59,7 +59,7 @@ def by_run(rows: list[Row]) -> dict[str, dict[int, list[Row]]]:
 def table(runs: dict[str, dict[int, list[Row]]], columns: tuple[int, ...]) -> str:
     """Return medians and ranges over seeds as Markdown; nothing beyond the end of training."""
     heads = [f"{steps:,}" for steps in columns]
-    lines = ["| p_e, %, after | " + " | ".join(heads) + f" | below {GOAL:g} % after | seeds |"]
+    lines = ["| p_e, %, after | " + " | ".join(heads) + f" | first below {GOAL:g} % | seeds |"]
     lines.append("|---" * (len(columns) + 3) + "|")
     for learner, seeds in runs.items():
         cells = [cell([p_e_after(rows, steps) for rows in seeds.values()]) for steps in columns]
