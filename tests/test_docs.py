@@ -1,4 +1,4 @@
-"""That the examples of docs/your_own_agent.md run as they stand."""
+"""That the examples of the documentation run as they stand."""
 
 import ast
 import importlib.util
@@ -10,14 +10,11 @@ from pathlib import Path
 import pytest
 
 DOCS = Path(__file__).parent.parent / "docs"
-PAGE = (DOCS / "your_own_agent.md").read_text(encoding="utf-8")
-EXAMPLES = dict(
-    zip(
-        re.findall(r"^## (.*)\n", PAGE, re.MULTILINE)[:3],
-        re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL),
-        strict=True,
-    )
-)
+EXAMPLES = {
+    f"{page.stem} {number}": code
+    for page in sorted(DOCS.glob("*.md"))
+    for number, code in enumerate(re.findall(r"```python\n(.*?)```", page.read_text(), re.DOTALL))
+}
 
 
 def imported(code: str) -> set[str]:

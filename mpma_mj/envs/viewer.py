@@ -115,8 +115,6 @@ def _open(physics: PhysicsArms, instead: str, on_key: Callable[[int], None] | No
     missing = _what_is_missing()
     if missing is not None:
         raise RenderingError(f"no window: {missing}; {instead}")
-    whole = mujoco.mjtState.mjSTATE_INTEGRATION
-    state = physics.get_state(whole)
     try:
         window = mujoco.viewer.launch_passive(
             physics.model.ptr,
@@ -130,7 +128,6 @@ def _open(physics: PhysicsArms, instead: str, on_key: Callable[[int], None] | No
             "no window without mjpython; run that in the place of python (mjpython -m mpma_mj is"
             f" mpma), or {instead}"
         ) from error
-    physics.set_state(state, whole)  # the forward pass of opening leaves a trace in it
     with window.lock():
         window.cam.lookat[:] = _LOOKED_AT
         window.cam.distance = _DISTANCE

@@ -1,12 +1,11 @@
 """That what is compared is the same work; how long it takes is no matter here."""
 
 import json
-import time
 
 import numpy as np
 import pytest
 
-from mpma_mj.bench import environment
+from mpma_mj.bench import environment, timing
 from mpma_mj.bench.timing import Case, Ratio, Spread, in_turn, ratio, spread
 from mpma_mj.cli import main
 from mpma_mj.envs.load import load
@@ -36,13 +35,18 @@ def test_cases_are_timed_in_turn_and_prepared_before_each_run() -> None:
     assert {name: values.shape for name, values in times.items()} == {"a": (2,), "b": (2,)}
 
 
-def test_a_time_is_per_unit_of_work_and_without_preparation() -> None:
-    def run() -> int:
-        time.sleep(0.02)
+def test_a_time_is_per_unit_of_work_and_without_preparation(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    clock = [100.0]
+    monkeypatch.setattr(timing.time, "perf_counter", lambda: clock[0])
+
+    def passes(seconds: float) -> int:
+        clock[0] += seconds
         return 4
 
-    (seconds,) = in_turn({"nap": Case(run, lambda: time.sleep(0.2))}, range(1))["nap"]
-    assert 0.005 <= seconds < 0.05
+    case = Case(lambda: passes(2.0), lambda: passes(7.0))
+    assert in_turn({"nap": case}, range(3))["nap"].tolist() == [0.5, 0.5, 0.5]
 
 
 def test_ratios_are_of_the_same_round_and_know_what_is_wanted() -> None:

@@ -463,6 +463,24 @@ def test_phase_goes_round_once_a_repetition() -> None:
     np.testing.assert_allclose(turn, 2 * np.pi * np.arange(len(turn)) / env.task.period, atol=1e-9)
 
 
+def test_spoilt_phases_and_futures_spoil_no_later_episode() -> None:
+    env = load("ymca", phase=True, future=2)
+    first = {name: value.copy() for name, value in env.reset().observation.items()}
+    env.task.episode = 0
+    for value in env.reset().observation.values():
+        value[:] = 7.0
+    env.task.episode = 0
+    for name, value in env.reset().observation.items():
+        np.testing.assert_array_equal(value, first[name])
+
+
+def test_arms_start_no_faster_than_they_can_turn() -> None:
+    options = read_options(random_start=True)
+    slow = Demonstration(ymca(), options, np.full(8, 0.5))
+    speeds = [np.abs(slow.start_of(slow.episode(0, number))[1]).max() for number in range(20)]
+    assert max(speeds) == 0.5
+
+
 def test_what_is_random_depends_on_seed_and_episode_alone() -> None:
     options = {"observation_noise": 0.1, "push": (1.0, 10.0), "random_start": True}
     one, other = demonstration_of(**options), demonstration_of(seed=9, **options)

@@ -188,18 +188,20 @@ def test_other_joints_and_another_order_are_no_matter(own: Path) -> None:
         text = text.replace(line, "")
     text = text.replace("<actuator>\n", "<actuator>\n" + "".join(actuators[4:] + actuators[:4]))
     own.write_text(text)
-    env, plain = load("ymca", model=own, seed=1), load("ymca", seed=1)
-    many = make_vec(2, "ymca", model=own, seed=1)
+    env, plain = (load("ymca", model=m, seed=1, repeats=1) for m in (own, None))
+    many = make_vec(2, "ymca", model=own, seed=1, repeats=1)
     one, expected = env.reset(), plain.reset()
     observations, _ = many.reset()
     rng = np.random.default_rng(0)
-    for action in rng.uniform(-1, 1, (60, 8)):
+    for action in rng.uniform(-1, 1, (100, 8)):  # into a second episode
         for name, values in expected.observation.items():
             np.testing.assert_allclose(one.observation[name], values, atol=1e-8)
             np.testing.assert_array_equal(observations[name][0], one.observation[name])
         one, expected = env.step(action), plain.step(action)
         observations, *_ = many.step(np.stack([action, -action]))
-    assert abs(env.physics.named.data.qpos["swing"]) > 0.1
+        swung = env.physics.data.qpos[0]
+        assert swung == pytest.approx(many._batch._state[0, 1], abs=0.0)
+    assert abs(swung) > 0.1
     many.close()
 
 
