@@ -14,7 +14,7 @@ from mujoco import rollout
 from numpy.typing import NDArray
 
 from mpma_mj.bench.timing import Case, Ratio, Spread, in_turn, ratio, spread
-from mpma_mj.envs.batch import processors
+from mpma_mj.envs.batch import chunk_size, processors
 from mpma_mj.envs.gym import ImitationEnv
 from mpma_mj.envs.load import load
 from mpma_mj.envs.vector import make_vec
@@ -158,7 +158,14 @@ def _bare_rollout() -> Case:
         for control in controls:
             applied[:] = control[:, None]
             pool.rollout(
-                models, data, state, applied, skip_checks=True, nstep=nstep, state=trajectory
+                models,
+                data,
+                state,
+                applied,
+                skip_checks=True,
+                nstep=nstep,
+                state=trajectory,
+                chunk_size=chunk_size(_MEMBERS, threads),
             )
             state = trajectory[:, -1].copy()
         return _BATCHES * _MEMBERS
