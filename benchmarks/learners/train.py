@@ -78,7 +78,7 @@ def check(learners: tuple[str, ...]) -> None:
             sys.exit(f"no learner '{learner}'; expected {', '.join((*FIXED, *TRAINED))}")
         package = NEEDED.get(TRAINED[learner][0]) if learner in TRAINED else None
         if package and importlib.util.find_spec(package) is None:
-            sys.exit(f"{learner} needs {package}: pip install '.[sb3,cma]'")
+            sys.exit(f"{learner} needs {package}: pip install -e '.[sb3,cma]'")
 
 
 def trainer(learner: str, arms: Arms, steps: dict[str, int]) -> Callable[[int], Any]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from numbers import Integral
 from typing import Literal, get_args
 
 import dm_env
@@ -62,8 +63,8 @@ class MPMAConfig:
         """Check the settings."""
         for name, most in {"modules": 1000, "nodes": 20000}.items():
             count = getattr(self, name)
-            if not 1 <= count <= most:
-                raise BadOptionError(f"{name} is {count}; expected 1 to {most}")
+            if not (isinstance(count, Integral) and 1 <= int(count) <= most):
+                raise BadOptionError(f"{name} is {count!r}; expected a whole number, 1 to {most}")
         if self.rule not in get_args(RuleName):
             raise BadOptionError(f"rule is '{self.rule}'; expected weighted or gated")
         if self.forward_input not in ("total", "own"):

@@ -113,7 +113,8 @@ class PhysicsBatch(Batch):
         model = arms.model.ptr
         threads = min(count, processors())
         self._chunk = chunk_size(count, threads)
-        self._pool = rollout.Rollout(nthread=threads)
+        self._threads = threads
+        self._start_threads()
         self._models = [model] * count
         self._data = [mujoco.MjData(model) for _ in range(threads)]
         self._trajectory = np.zeros((count, nstep, len(self._rest)))
@@ -127,6 +128,8 @@ class PhysicsBatch(Batch):
         self._control[..., self._arms.actuators] = control[:, None]
         if forces is not None:
             self._force[:, :, self._arms.hands, :3] = forces[:, None]
+        if os.getpid() != self._process:
+            self._start_threads()
         began = self._state[:, 0].copy()
         self._pool.rollout(
             self._models,
@@ -149,6 +152,12 @@ class PhysicsBatch(Batch):
     def close(self) -> None:
         """End the threads."""
         self._pool.close()
+
+    def _start_threads(self) -> None:
+        """Start the pool; a process that was forked has none of its parent's threads."""
+        self._process = os.getpid()
+        self._pools = [*getattr(self, "_pools", []), rollout.Rollout(nthread=self._threads)]
+        self._pool = self._pools[-1]  # the parent's are kept: to end them would wait for ever
 
 
 class KinematicBatch(Batch):

@@ -112,11 +112,16 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
 
         Args:
             seed: Seed of the demonstration's noise, a whole number from 0 up.
-            options: Not used.
+            options: There are none.
 
         Returns:
-            Observation, and the terms of the reward at the start.
+            Observation and info.
+
+        Raises:
+            BadOptionError: There are options.
         """
+        if options:
+            raise BadOptionError(f"options is {options!r}; expected none, reset has no options")
         super().reset(seed=seed)
         if seed is not None:
             self._env.task.seed = seed

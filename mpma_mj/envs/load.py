@@ -96,7 +96,8 @@ def _physics_steps(rate: float, timestep: float) -> int:
         raise BadOptionError(
             f"rate is {rate:g} Hz; one control step, {1000 / rate:g} ms, has to be a whole number"
             f" of physics steps of {1000 * timestep:g} ms, as at {1 / timestep / (fewer + 1):.6g}"
-            f" or {1 / timestep / fewer:.6g} Hz"
+            f" or {1 / timestep / fewer:.6g} Hz (control_timestep {(fewer + 1) * timestep:g} or"
+            f" {fewer * timestep:g} s)"
         )
     return round(steps)
 

@@ -34,7 +34,8 @@ def make_model(options: EnvironmentOptions) -> mujoco.MjModel:
     """
     path = MODEL_PATH if options.model is None else Path(options.model)
     if not path.is_file():
-        raise BadOptionError(f"model is {path}; expected an MJCF file, and there is none")
+        found = "this is a folder" if path.is_dir() else "there is none"
+        raise BadOptionError(f"model is {path}; expected an MJCF file, and {found}")
     with _errors_in_one_line(path):
         spec = mujoco.MjSpec.from_file(str(path))
         check_complete(path, spec, hands=options.payload > 0 or options.pushed)

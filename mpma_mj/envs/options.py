@@ -132,10 +132,8 @@ class EnvironmentOptions:
         object.__setattr__(self, name, float(value))
 
     def _keep_push(self) -> None:
-        try:
-            rate, size = self.push
-        except (TypeError, ValueError):
-            rate = size = math.nan
+        pair = isinstance(self.push, tuple | list | np.ndarray) and len(self.push) == 2
+        rate, size = self.push if pair else (math.nan, math.nan)
         numbers = _is_number(rate) and _is_number(size)
         if not (numbers and 0.0 <= rate <= 100.0 and 0.0 <= size <= 10_000.0):
             raise BadOptionError(

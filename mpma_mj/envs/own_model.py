@@ -70,7 +70,9 @@ def check_actuators(path: Path, model: mujoco.MjModel, *, forces: bool) -> None:
         gain = actuator.gainprm[0]
         of_velocity = gain > 0 and np.array_equal(actuator.biasprm[:3], [0.0, 0.0, -gain])
         if not of_velocity or actuator.gear[0] != 1.0:
-            raise BadOptionError(f"{path}: actuator {name} is no <velocity kv=…> with gear 1")
+            raise BadOptionError(
+                f"{path}: actuator {name} is no <velocity> with kv above 0 and gear 1"
+            )
         low, high = actuator.ctrlrange
         if not actuator.ctrllimited[0] or not high == -low > 0:
             raise BadOptionError(

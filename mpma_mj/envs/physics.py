@@ -91,7 +91,10 @@ class PhysicsArms(dm_mujoco.Physics):
     @functools.cached_property
     def segment_lengths(self) -> Array:
         """Lengths of the four segments, shape (4,), m, in the order of `SEGMENT_NAMES`."""
-        return np.linalg.norm(self._segments @ self.data.site_xpos, axis=1)
+        # Not as the arms are now: rounding would depend on when one asks first.
+        rest = mujoco.MjData(self.model.ptr)
+        mujoco.mj_kinematics(self.model.ptr, rest)
+        return np.linalg.norm(self._segments @ rest.site_xpos, axis=1)
 
     @functools.cached_property
     def _segments(self) -> Array:

@@ -40,7 +40,8 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
     an episode has ended, the next `step` begins another, whatever the action: reward 0, not
     terminated, the first observation (Gymnasium's autoreset at the next step).
 
-    Observations, rewards and `info` are those of `ImitationEnv` with an axis N in front.
+    Observations, rewards and `info` are those of `ImitationEnv` with an axis N in front. To be
+    used by one Python thread at a time.
 
     Attributes:
         motion: The movement.
@@ -109,23 +110,30 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         Args:
             seed: Seed of the first member, the others' follow it; or one for each, None for
                 those that go on with theirs.
-            options: Not used.
+            options: {"reset_mask": which members are meant, shape (N,)}, as Gymnasium has it;
+                the others stay where they are.
 
         Returns:
             Observations and info.
 
         Raises:
-            BadOptionError: A seed is no whole number from 0 up, or there are not N of them.
+            BadOptionError: A seed is no whole number from 0 up, or there are not N of them; or
+                there is no such option.
+            ClosedEnvironmentError: `close` has been called.
         """
+        self._check_open()
+        meant = self._mask(options)
         if seed is not None:
             for row, own in enumerate(self._seeds_of_members(seed)):
-                if own is not None:
+                if own is not None and meant[row]:
                     self._seeds[row], self._next_episode[row] = own, 0
             super().reset(seed=self._seeds[0])
-        self._over[:] = True
+        over_before = self._over & ~meant
+        self._over = meant
         self._begin_episodes()
         nothing = np.zeros(self.num_envs, bool)
         observation, _, _, _, info = self._outcome(~nothing, nothing, np.zeros((self.num_envs, 8)))
+        self._over = over_before
         return observation, info
 
     def step(self, actions: ArrayLike) -> tuple[Any, Array, Mask, Mask, dict[str, Any]]:
@@ -144,8 +152,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
             ResetNeeded: `reset` has not been called.
             ClosedEnvironmentError: `close` has been called.
         """
-        if self.closed:
-            raise gymnasium.error.ClosedEnvironmentError("closed; make another with make_vec()")
+        self._check_open()
         if not self._next_episode.any():
             raise gymnasium.error.ResetNeeded("no episode is under way; call reset()")
         actions = check_action(actions, (self.num_envs, 8))
@@ -164,6 +171,27 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
     def close_extras(self, **kwargs: Any) -> None:
         """End the threads."""
         self._batch.close()
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Refuse to be pickled or copied, as threads cannot be."""
+        raise BadOptionError("many environments cannot be pickled or copied; call make_vec() anew")
+
+    def _check_open(self) -> None:
+        if self.closed:
+            raise gymnasium.error.ClosedEnvironmentError("closed; make another with make_vec()")
+
+    def _mask(self, options: dict[str, Any] | None) -> Mask:
+        """Return which members a reset is meant for, shape (N,)."""
+        if not options:
+            return np.ones(self.num_envs, bool)
+        mask = np.array(options.get("reset_mask")) if isinstance(options, dict) else None
+        fits = mask is not None and mask.dtype == bool and mask.shape == (self.num_envs,)
+        if not fits or len(options) > 1:
+            raise BadOptionError(
+                f"options is {options!r}; expected nothing, or a reset_mask of {self.num_envs}"
+                " truth values"
+            )
+        return mask
 
     def _seeds_of_members(self, seed: int | Sequence[int | None]) -> list[int | None]:
         if not isinstance(seed, list | tuple | np.ndarray):
@@ -244,6 +272,8 @@ def make_vec(
         BadOptionError: An option is outside what it may be, or there is none of that name.
         MpmaError: The movement cannot be read, or is faster than the arms.
     """
+    if not isinstance(flat, bool):
+        raise BadOptionError(f"flat is {flat!r}; expected True or False")
     kind = FlatVectorImitationEnv if flat else VectorImitationEnv
     return kind(num_envs, motion=motion, **options)
 

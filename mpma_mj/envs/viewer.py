@@ -7,6 +7,7 @@ import sys
 import threading
 import time
 import warnings
+import weakref
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -24,6 +25,9 @@ __all__ = ["ArmViewer"]
 _INSTEAD = 'use render_mode="rgb_array"'
 # Where the model's camera "front" is, but free to be moved by mouse: m, m, degrees, degrees.
 _LOOKED_AT, _DISTANCE, _AZIMUTH, _ELEVATION = (0.0, 0.0, 1.15), 2.47, 180.0, -7.0
+
+
+_viewers: weakref.WeakSet[ArmViewer] = weakref.WeakSet()
 
 
 class ArmViewer:
@@ -46,14 +50,17 @@ class ArmViewer:
             on_key: Called with GLFW's code of every key that is pressed, in the window's thread.
 
         Raises:
-            RenderingError: There is no display, or it does not draw.
+            RenderingError: There is no display, or it does not draw, or a window is open already.
         """
+        if any(viewer.is_open for viewer in _viewers):
+            raise RenderingError(f"no second window: MuJoCo draws one at a time; {instead}")
         self._physics = physics
         self._period = period
         self._shown = 0.0
         before = threading.enumerate()
         self._window = _open(physics, instead, on_key)
         self._threads = [t for t in threading.enumerate() if t not in before]
+        _viewers.add(self)
         # A process that ends while the window is drawn crashes.
         atexit.register(self.close)
 

@@ -65,6 +65,8 @@ class Motion:
                 )
             if not np.isfinite(value).all():
                 raise MotionFileError(f"{self.name}: {field} holds a value that is not finite")
+        if self.context.min() < 0.0 or self.context.max() > 1.0:
+            raise MotionFileError(f"{self.name}: context holds a value outside [0, 1]")
         lengths = np.linalg.norm(self.posture.reshape(frames, 4, 3), axis=-1)
         if not np.allclose(lengths, 1.0, atol=1e-6):
             raise MotionFileError(f"{self.name}: posture holds vectors that have not length 1")

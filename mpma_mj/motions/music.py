@@ -92,7 +92,8 @@ def _read(path: Path) -> Samples:
         import soundfile
     except ImportError:
         raise BadOptionError(
-            f"{path}: audio needs libraries that are not installed; pip install 'mpma-mj[audio]'"
+            f"{path}: audio needs libraries that are not installed; in the checkout, pip install"
+            " -e '.[audio]'"
         ) from None
     try:
         if not path.is_file():

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
+from numbers import Integral, Real
+from pathlib import PurePath
 from typing import Literal, get_args
 
 from mpma_mj.errors import BadOptionError
@@ -14,6 +16,7 @@ __all__ = ["ContextName", "ReadingOptions", "given", "option_name"]
 ContextName = Literal["auto", "equal", "changes", "events", "bars", "sections"]
 
 _PARTS = 4
+_NUMBERS = ("rate_in", "start", "end", "max_gap", "cutoff", "tempo")
 _TEMPO = (0.01, 100.0)  # beyond, a movement has hardly a sample, or fills the memory
 
 
@@ -67,6 +70,16 @@ class ReadingOptions:
         Raises:
             BadOptionError: An option is outside what it may be, or contradicts another.
         """
+        for name in _NUMBERS:
+            number = getattr(self, name)
+            if number is not None and (isinstance(number, bool) or not isinstance(number, Real)):
+                raise BadOptionError(f"{option_name(name)} is {number!r}; expected a number")
+        if not isinstance(self.segments, Integral):
+            raise BadOptionError(f"segments is {self.segments!r}; expected a whole number")
+        if self.map is not None and not isinstance(self.map, str | PurePath):
+            raise BadOptionError(
+                f'map is {self.map!r}; expected text such as "left_elbow=A+B", or a TOML file'
+            )
         for option, allowed in {"unit": Unit, "up": Up, "context": ContextName}.items():
             value = getattr(self, option)
             if value is not None and value not in get_args(allowed):

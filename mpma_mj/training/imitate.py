@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import dm_env
 import numpy as np
 from dm_control.rl import control
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from threadpoolctl import threadpool_limits
 
 from mpma_mj.agents import MPMA, MPMAConfig
 from mpma_mj.envs.load import load
+from mpma_mj.envs.options import whole_seed
 from mpma_mj.errors import BadOptionError, CheckpointError
 from mpma_mj.motions import Motion
 from mpma_mj.motions.context import danced_label
@@ -109,13 +111,18 @@ def make_agent(
         env: Environment that `load` returned.
         config: Settings of the architecture.
         seed: Seed of weights and noise.
+
+    Raises:
+        BadOptionError: The seed is no whole number from 0 up, or the environment another.
     """
+    if not isinstance(env, dm_env.Environment):
+        raise BadOptionError(f"env is {env}; expected what mpma_mj.load returned")
     return MPMA(
         config,
         context_size=env.observation_spec()["context"].shape[0],
         max_joint_speed=env.task.max_joint_speed,
         control_timestep=env.control_timestep(),
-        seed=seed,
+        seed=whole_seed(seed),
     )
 
 

@@ -393,10 +393,27 @@ def test_a_window_follows_the_steps_and_changes_nothing(monkeypatch: pytest.Monk
     window = env.unwrapped._viewer._window
     assert window.synced == 5
     assert window.user_scn.ngeom == 8  # of one ghost
-    pickle.loads(pickle.dumps(env)).step(np.zeros(8))
     assert window.texts == []
+    copied = pickle.dumps(env)
     env.close()
     assert not window.open
+    other = pickle.loads(copied)
+    other.step(np.zeros(8))
+    other.close()
+
+
+def test_a_second_window_is_refused_while_one_is_open(monkeypatch: pytest.MonkeyPatch) -> None:
+    from mpma_mj.envs import viewer
+
+    monkeypatch.setattr(viewer, "_what_is_missing", lambda: None)
+    monkeypatch.setattr("mujoco.viewer.launch_passive", Window)
+    first, second = make(render_mode="human"), make(render_mode="human")
+    first.reset()
+    with pytest.raises(RenderingError, match="no second window: MuJoCo draws one at a time"):
+        second.reset()
+    first.close()
+    second.reset()
+    second.close()
 
 
 def test_registered_in_whichever_order_packages_are_imported() -> None:

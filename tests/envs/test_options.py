@@ -68,6 +68,8 @@ def followed(env: dm_env.Environment) -> float:
         ("push", 5.0, "push is 5.0; expected rate (0 to 100 a second) and size"),
         ("push", (1.0, -5.0), "push is (1.0, -5.0)"),
         ("push", (1.0,), "push is (1.0,)"),
+        ("push", {1.0, 2.0}, "push is {1.0, 2.0}"),
+        ("push", {1.0: 2.0, 3.0: 4.0}, "push is {1.0: 2.0"),
         ("push", ("often", 3), "push is ('often', 3)"),
         ("collisions", "yes", "collisions is 'yes'; expected True or False"),
         ("random_start", 0, "random_start is 0; expected True or False"),
@@ -186,7 +188,10 @@ def test_control_timestep_is_that_of_a_recording_read_at_that_rate() -> None:
 def test_a_movement_of_another_rate_is_refused() -> None:
     with pytest.raises(BadOptionError, match=r"a posture every 0.05 s; read it with rate=40"):
         load(ymca(), control_timestep=0.025)
-    with pytest.raises(BadOptionError, match=r"physics steps of 5 ms, as at 28\.5714 or 33\.3333"):
+    with pytest.raises(
+        BadOptionError,
+        match=r"physics steps of 5 ms, as at 28\.5714 or 33\.3333 Hz \(control_timestep 0\.035 or",
+    ):
         load("ymca", control_timestep=0.033)
     with pytest.raises(BadOptionError, match=r"physics steps of 5 ms, as at 100 or 200 Hz"):
         load("ymca", control_timestep=0.006)

@@ -50,6 +50,11 @@ def test_a_copy_of_our_arms_moves_as_ours(own: Path) -> None:
             np.testing.assert_array_equal(values, other[name])
 
 
+def test_a_folder_is_no_model(tmp_path: Path) -> None:
+    with pytest.raises(BadOptionError, match="expected an MJCF file, and this is a folder"):
+        load("ymca", model=tmp_path)
+
+
 def test_all_that_is_missing_is_listed(own: Path) -> None:
     elbow = '<velocity name="left_elbow" joint="left_elbow" class="elbow"/>'
     edited(
@@ -118,7 +123,7 @@ def test_hands_are_needed_only_where_something_acts_on_them(own: Path) -> None:
         (
             '<velocity name="left_elbow" joint="left_elbow" class="elbow"/>',
             '<motor name="left_elbow" joint="left_elbow" ctrlrange="-1 1"/>',
-            "actuator left_elbow is no <velocity kv=…> with gear 1",
+            "actuator left_elbow is no <velocity> with kv above 0 and gear 1",
         ),
         (
             '<velocity name="left_elbow" joint="left_elbow" class="elbow"/>',
@@ -145,6 +150,7 @@ def test_hands_are_needed_only_where_something_acts_on_them(own: Path) -> None:
             '<mesh name="lost" file="lost.stl"/><material name="floor"',
             "lost.stl",
         ),
+        ('kv="20" ctrlrange="-15 15"', 'kv="-20" ctrlrange="-15 15"', "with kv above 0"),
         ("<joint type=", "<joint typo=", "typo"),
         ("</mujoco>", "", "XML"),
         (

@@ -1,5 +1,9 @@
 """Many environments at once: each is the single one, bit for bit."""
 
+import copy
+import multiprocessing
+import os
+import pickle
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -247,10 +251,77 @@ def test_a_member_without_a_seed_goes_on_with_its_own() -> None:
         )
 
 
+def test_some_members_begin_anew_where_a_mask_says_so() -> None:
+    with many(3, seed=1, arms="kinematic") as envs, many(3, seed=1, arms="kinematic") as others:
+        for each in (envs, others):
+            each.reset()
+            for _ in range(5):
+                before = each.step(np.full((3, 8), 0.1))[0]
+        mask = np.array([False, True, False])
+        after = envs.reset(seed=[9, 9, 9], options={"reset_mask": mask})[0]
+        np.testing.assert_array_equal(after["posture"][~mask], before["posture"][~mask])
+        first = load("ymca", repeats=1, arms="kinematic", seed=9).reset().observation
+        np.testing.assert_array_equal(after["target"][1], first["target"])
+        one, other = envs.step(np.zeros((3, 8)))[0], others.step(np.zeros((3, 8)))[0]
+        np.testing.assert_array_equal(one["target"][~mask], other["target"][~mask])
+
+
+def test_a_mask_leaves_a_finished_member_finished() -> None:
+    with many(2, arms="kinematic") as envs:
+        envs.reset()
+        while not envs.step(np.zeros((2, 8)))[3].all():
+            pass
+        envs.reset(options={"reset_mask": np.array([True, False])})
+        _, rewards, *_ = envs.step(np.zeros((2, 8)))
+        assert rewards[0] > 0.0
+        assert rewards[1] == 0.0  # begins only now
+
+
+@pytest.mark.parametrize(
+    "options",
+    [3, {"mask": [True, True]}, {"reset_mask": [True]}, {"reset_mask": [1, 0]}, {"reset_mask": 1}],
+)
+def test_options_of_a_reset_that_are_none_are_refused(options: Any) -> None:
+    message = "expected nothing, or a reset_mask of 2 truth values"
+    with many(2, arms="kinematic") as envs, pytest.raises(BadOptionError, match=message):
+        envs.reset(options=options)
+    with pytest.raises(BadOptionError, match="reset has no options"):
+        ImitationEnv(arms="kinematic").reset(options=options)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
+def test_a_forked_process_has_threads_of_its_own() -> None:
+    with many(4) as envs:
+        envs.reset()
+        expected = envs.step(np.ones((4, 8)))[0]["posture"]
+        envs.reset(seed=0)
+        results: Any = multiprocessing.get_context("fork").Queue()
+        step = lambda: results.put(envs.step(np.ones((4, 8)))[0]["posture"])  # noqa: E731
+        child = multiprocessing.get_context("fork").Process(target=step)
+        child.start()
+        np.testing.assert_array_equal(results.get(timeout=60), expected)
+        child.join(timeout=60)
+        assert child.exitcode == 0
+        np.testing.assert_array_equal(envs.step(np.ones((4, 8)))[0]["posture"], expected)
+
+
+@pytest.mark.parametrize("again", [pickle.dumps, copy.deepcopy, copy.copy])
+@pytest.mark.parametrize("arms", ["physics", "kinematic"])
+def test_copies_are_refused(again: Any, arms: str) -> None:
+    with many(2, arms=arms) as envs, pytest.raises(BadOptionError, match=r"call make_vec\(\) anew"):
+        again(envs)
+
+
+def test_flat_is_a_truth_value() -> None:
+    with pytest.raises(BadOptionError, match="flat is 'yes'; expected True or False"):
+        make_vec(2, flat="yes")  # type: ignore[arg-type]
+
+
 def test_closing_twice_is_no_matter() -> None:
     envs = make_vec(2)
     envs.reset()
     envs.close()
     envs.close()
-    with pytest.raises(gymnasium.error.ClosedEnvironmentError, match="make another"):
-        envs.step(np.zeros((2, 8)))
+    for use in (envs.reset, lambda: envs.step(np.zeros((2, 8)))):
+        with pytest.raises(gymnasium.error.ClosedEnvironmentError, match="make another"):
+            use()

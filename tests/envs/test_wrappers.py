@@ -11,6 +11,7 @@ import pytest
 from mpma_mj import load, metrics
 from mpma_mj.agents import FeedbackOnly, RandomAgent
 from mpma_mj.envs import gl
+from mpma_mj.envs.gym import ImitationEnv
 from mpma_mj.envs.wrappers import Evaluate, FeedbackAssist, RecordVideo, Wrapper
 from mpma_mj.errors import BadOptionError, RenderingError, RunFolderError
 from mpma_mj.training.trace import record_epoch
@@ -77,6 +78,23 @@ def test_a_wrapper_that_holds_nothing_yet_can_be_asked() -> None:
     with pytest.raises(AttributeError):
         _ = Wrapper.__new__(Wrapper).task
     assert copy.copy(Wrapper(ymca())).task is not None
+
+
+@pytest.mark.parametrize("wrap", [Wrapper, Evaluate, FeedbackAssist])
+def test_other_interfaces_are_refused(wrap: type[Wrapper]) -> None:
+    for other in (ImitationEnv(), None):
+        with pytest.raises(BadOptionError, match=r"expected what mpma_mj\.load returned; for Gym"):
+            wrap(other)
+
+
+def test_a_copy_goes_on_identically() -> None:
+    env = ymca()
+    env.reset()
+    env.step(np.ones(8))
+    other = copy.deepcopy(env)
+    for _ in range(5):
+        one, two = env.step(np.ones(8)), other.step(np.ones(8))
+        np.testing.assert_array_equal(one.observation["posture"], two.observation["posture"])
 
 
 def test_closing_closes_what_is_inside() -> None:
@@ -279,6 +297,9 @@ def test_a_folder_that_cannot_be_is_told_at_the_first_step(tmp_path: Path) -> No
 
 
 def test_a_video_says_what_it_cannot_be(tmp_path: Path) -> None:
+    for name in ("{ep}.mp4", "{}.mp4", "{episode:03d}.mp4"):
+        with pytest.raises(BadOptionError, match=r"what is filled in is \{episode\} only"):
+            RecordVideo(ymca(), tmp_path / name)
     with pytest.raises(BadOptionError, match=r"ends in \.mp4"):
         RecordVideo(ymca(), tmp_path / "dance.gif")
     with pytest.raises(BadOptionError, match="front, side, three_quarter"):

@@ -211,5 +211,5 @@ def test_a_missing_library_is_one_line_that_says_how_to_install_it(
         return whole(name, *args, **kwargs)  # type: ignore[arg-type]
 
     monkeypatch.setattr(builtins, "__import__", without)
-    with pytest.raises(BadOptionError, match=r"^[^\n]*pip install 'mpma-mj\[audio\]'$"):
+    with pytest.raises(BadOptionError, match=r"^[^\n]*pip install -e '\.\[audio\]'$"):
         bars(path)

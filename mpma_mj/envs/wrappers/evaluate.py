@@ -93,4 +93,5 @@ class GymEvaluate(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         self._course.add(physics, self._inner.seen["reference"], float(reward), **assist)
         if terminated or truncated:
             self.episode_metrics.append(self._course.measures(physics, terminated=terminated))
+            self._course = Course()
         return observation, reward, terminated, truncated, info

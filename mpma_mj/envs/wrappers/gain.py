@@ -15,6 +15,6 @@ def check_gain(gain: float) -> float:
     Raises:
         BadOptionError: It is not between 0 and 1.
     """
-    if not (isinstance(gain, Real) and 0.0 <= gain <= 1.0):
+    if isinstance(gain, bool) or not (isinstance(gain, Real) and 0.0 <= gain <= 1.0):
         raise BadOptionError(f"gain is {gain!r}; expected 0 to 1")
     return float(gain)

@@ -47,6 +47,8 @@ class RecordVideo(Wrapper):
         super().__init__(env)
         if Path(path).suffix != ".mp4":
             raise BadOptionError(f"path is '{path}'; expected a name that ends in .mp4")
+        if "{" in str(path).replace(_NUMBER, ""):
+            raise BadOptionError(f"path is '{path}'; what is filled in is {_NUMBER} only")
         self._path = str(path)
         self._renderer = ArmRenderer(env.physics, camera=camera)
         self._video = contextlib.ExitStack()

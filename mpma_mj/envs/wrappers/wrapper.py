@@ -8,6 +8,8 @@ import dm_env
 import numpy as np
 from numpy.typing import NDArray
 
+from mpma_mj.errors import BadOptionError
+
 __all__ = ["Wrapper"]
 
 Array = NDArray[np.float64]
@@ -21,7 +23,16 @@ class Wrapper(dm_env.Environment):
     """
 
     def __init__(self, env: dm_env.Environment) -> None:
-        """Wrap an environment, which may be a wrapper itself."""
+        """Wrap an environment, which may be a wrapper itself.
+
+        Raises:
+            BadOptionError: It has another interface than dm_env's.
+        """
+        if not isinstance(env, dm_env.Environment):
+            raise BadOptionError(
+                f"env is {env}; expected what mpma_mj.load returned; for Gymnasium there are"
+                " GymEvaluate, GymFeedbackAssist, VectorFeedbackAssist"
+            )
         self._env = env
 
     def __getattr__(self, name: str) -> Any:
