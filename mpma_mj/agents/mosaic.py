@@ -8,7 +8,6 @@ import dm_env
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.learning import WeightedRule
 from mpma_mj.agents.pairs import PairsConfig
 from mpma_mj.agents.responsible import ResponsiblePairs
 from mpma_mj.errors import BadOptionError
@@ -17,25 +16,23 @@ __all__ = ["MOSAIC", "LearningRates"]
 
 Array = NDArray[np.float64]
 
-_WIDTH = WeightedRule()  # σ follows the prediction error as under our rule (choice)
-
 
 @dataclass(frozen=True)
 class LearningRates:
     """Learning rates η of normalised LMS, of MOSAIC's three kinds of networks (choice).
 
     Attributes:
-        forward: Of the forward models; twice as much or more, and one module wins everything.
+        forward: Of the forward models.
         inverse: Of the inverse models.
-        predictor: Of the responsibility predictors; with less they do not keep up with λ.
+        predictor: Of the responsibility predictors.
 
     Raises:
         BadOptionError: A rate is not between 0 and 2, where the error would grow.
     """
 
     forward: float = 0.2
-    inverse: float = 0.5
-    predictor: float = 0.3
+    inverse: float = 0.2
+    predictor: float = 0.1
 
     def __post_init__(self) -> None:
         """Check the rates."""
@@ -60,6 +57,10 @@ class MOSAIC(ResponsiblePairs):
     the second being feedback-error learning (Kawato 1990): what the feedback controller has to
     add to the command's outcome is the command's error. Since it learns while it dances, the
     state that a trainer keeps is the one at the beginning of an epoch.
+
+    σ stays (choice). At 0.5, where MPMA's begins, the likelihood says little and the context
+    decides; at 0.144 one module wins everything; and if σ follows the prediction error, as under
+    MPMA's weighted rule, modules divide inside labels, which predictors cannot tell by context.
     """
 
     def __init__(
@@ -71,6 +72,7 @@ class MOSAIC(ResponsiblePairs):
         control_timestep: float,
         seed: int = 0,
         rates: LearningRates = LearningRates(),
+        sigma: float = 0.5,
     ) -> None:
         """Draw the reservoirs.
 
@@ -81,14 +83,20 @@ class MOSAIC(ResponsiblePairs):
             control_timestep: Time between two actions, s.
             seed: Seed of weights and noise.
             rates: Learning rates.
+            sigma: Width σ of the likelihood, in units of posture.
+
+        Raises:
+            BadOptionError: σ is not above 0.
         """
+        if not sigma > 0.0:
+            raise BadOptionError(f"sigma is {sigma:g}; expected above 0")
         self._rates = rates
         super().__init__(
             config,
             context_size=context_size,
             max_joint_speed=max_joint_speed,
             control_timestep=control_timestep,
-            sigma=_WIDTH.first_sigma,
+            sigma=sigma,
             seed=seed,
         )
 
@@ -113,7 +121,5 @@ class MOSAIC(ResponsiblePairs):
         return action
 
     def _learn_epoch(self) -> dict[str, float]:
-        """Adapt σ, all else has been learned; log the σ of the episode."""
-        sigma = self._sigma
-        self._sigma = _WIDTH.next_sigma(self._close_epoch(), sigma)
-        return {"sigma": sigma}
+        """Learn nothing: all has been learned step by step."""
+        return {}

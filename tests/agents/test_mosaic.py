@@ -130,3 +130,15 @@ def test_with_control_it_tracks_better_than_feedback() -> None:
 def test_rates_at_which_nothing_converges_are_refused(rate: float) -> None:
     with pytest.raises(BadOptionError, match=f"rate 'inverse' is {rate:g}; expected"):
         LearningRates(inverse=rate)
+
+
+@pytest.mark.parametrize("sigma", [0.0, -1.0, float("nan")])
+def test_a_width_without_width_is_refused(sigma: float) -> None:
+    with pytest.raises(BadOptionError, match=f"sigma is {sigma:g}; expected above 0"):
+        MOSAIC(
+            PairsConfig(nodes=5),
+            context_size=4,
+            max_joint_speed=SPEED,
+            control_timestep=0.05,
+            sigma=sigma,
+        )
