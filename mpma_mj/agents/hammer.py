@@ -53,8 +53,8 @@ class HAMMER(PairsAgent):
     Preparation (choice): in the first 3 epochs the feedback controller leads, K and L wait, each
     pair has control in the steps of its own label and learns from these only, by ridge
     regression: the forward model x_{t+1} of the command that was taken, the inverse model
-    clip(u_t + u_fb,t+1, -1, 1), the command that would have hit. Then learning is over, and K
-    and L move on as MPMA's do.
+    clip(u_t + u_fb,t+1, -1, 1), the command that would have hit. From steps without a label none
+    learns. Then learning is over, and K and L move on as MPMA's do.
     """
 
     def __init__(

@@ -72,6 +72,19 @@ def test_each_pair_learns_by_ridge_regression_from_its_own_label_only() -> None:
             np.testing.assert_allclose(weights, expected, atol=1e-8)
 
 
+def test_from_steps_without_a_label_no_pair_learns() -> None:
+    agent = hammer()
+    env = load("ymca", arms="kinematic", repeats=1)
+    timestep = env.reset()
+    while not timestep.last():
+        silent = dict(timestep.observation) | {"context": np.zeros(4)}
+        timestep = env.step(agent.act(silent))
+        agent.observe(timestep)
+    agent.learn()
+    assert not agent._readouts.forward.weights.any()
+    assert not agent._readouts.inverse.weights.any()
+
+
 def test_prepared_pairs_stay_as_they_are_and_control_passes() -> None:
     agent = hammer()
     dance(agent, 3)
