@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,16 +12,31 @@ from mpma_mj.agents.responsibility import commitment_target, prediction_errors
 from mpma_mj.esn import ReadoutBank
 from mpma_mj.options import RuleName
 
-__all__ = ["RULES", "Epoch", "GatedRule", "LearningRule", "Readouts", "WeightedRule"]
+__all__ = [
+    "RULES",
+    "Epoch",
+    "GatedRule",
+    "LearningRule",
+    "PairReadouts",
+    "Readouts",
+    "WeightedRule",
+]
 
 Array = NDArray[np.float64]
 
 
-class Readouts(NamedTuple):
-    """The three readouts of all modules."""
+@dataclass(frozen=True, eq=False)
+class PairReadouts:
+    """The readouts of all pairs of inverse and forward model."""
 
     inverse: ReadoutBank
     forward: ReadoutBank
+
+
+@dataclass(frozen=True, eq=False)
+class Readouts(PairReadouts):
+    """The three readouts of all modules."""
+
     predictor: ReadoutBank
 
 

@@ -1,4 +1,4 @@
-"""Linear readouts of reservoirs, fitted by recursive weighted ridge regression."""
+"""Linear readouts of reservoirs: fitted by ridge regression, or moved step by step."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ __all__ = ["ReadoutBank"]
 
 Array = NDArray[np.float64]
 
+_EPSILON = 1e-6  # keeps features of 0 from dividing by 0
+
 
 class ReadoutBank:
     """Readouts of a reservoir bank, output_i = W_out,i z_i, that remember earlier epochs.
@@ -19,13 +21,13 @@ class ReadoutBank:
         G_i ← φ G_i + Σ_t w_t z zᵀ      B_i ← φ B_i + Σ_t w_t z yᵀ      n ← φ n + T
         W_out,i = ((G_i + ρ n I)⁻¹ B_i)ᵀ
 
-    With φ = 0 it is plain ridge regression on the last epoch.
+    With φ = 0 it is plain ridge regression on the last epoch. `nudge` learns a step instead.
 
     Attributes:
         weights: W_out, shape (M, K, F).
     """
 
-    def __init__(self, weights: Array, *, forgetting: float, ridge: float) -> None:
+    def __init__(self, weights: Array, *, forgetting: float = 0.0, ridge: float = 1.0) -> None:
         """Start from given readouts and no memory.
 
         Args:
@@ -65,6 +67,22 @@ class ReadoutBank:
             self._moment[i] = self._forgetting * self._moment[i] + weighted.T @ targets[:, i]
             solution = linalg.solve(self._gram[i] + ridge, self._moment[i], assume_a="pos")
             self.weights[i] = solution.T
+
+    def nudge(self, features: Array, errors: Array, rate: float) -> None:
+        """Move the weights along an error by normalised LMS.
+
+            W_out,i ← W_out,i + η e_i z_iᵀ / (ε + z_iᵀz_i)
+
+        (Nagumo & Noda 1967.) Of the error on the same features 1 - η is left.
+
+        Args:
+            features: Features z, shape (M, F).
+            errors: Errors e, what should have been said less what was, shape (M, K).
+            rate: Learning rate η.
+        """
+        power = _EPSILON + np.sum(features**2, axis=1)  # (M,)
+        step = rate * errors / power[:, None]
+        self.weights += step[:, :, None] * features[:, None, :]
 
     def state_dict(self) -> dict[str, Array]:
         """Return a copy of everything that `fit` and reading depend on."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Literal, overload
 
 import dm_env
 import numpy as np
@@ -11,7 +11,8 @@ from dm_control.rl import control
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from mpma_mj.agents import MPMA, MPMAConfig
+from mpma_mj.agents import AGENTS, MPMA, Agent, MPMAConfig
+from mpma_mj.agents.kinds import Arena
 from mpma_mj.envs.load import load
 from mpma_mj.envs.options import whole_seed
 from mpma_mj.errors import BadOptionError, CheckpointError
@@ -99,31 +100,52 @@ def resume(
         return _train(trainer, config, folder, len(trainer.rows) + epochs, on_epoch)
 
 
+@overload
+def make_agent(
+    env: control.Environment,
+    config: MPMAConfig = ...,
+    *,
+    kind: Literal["mpma", "single"] = ...,
+    seed: int = ...,
+) -> MPMA: ...
+
+
+@overload
+def make_agent(
+    env: control.Environment, config: MPMAConfig = ..., *, kind: str, seed: int = ...
+) -> Agent: ...
+
+
 def make_agent(
     env: control.Environment,
     config: MPMAConfig = MPMAConfig(),  # noqa: B008, frozen
     *,
+    kind: str = "mpma",
     seed: int = 0,
-) -> MPMA:
+) -> Agent:
     """Return an untrained agent that fits an environment.
 
     Args:
         env: Environment that `load` returned.
-        config: Settings of the architecture.
+        config: Settings, of which an agent takes what it has: MOSAIC and HAMMER those of the
+            networks, HAMMER not the number of modules, agents without networks none.
+        kind: One of `mpma_mj.agents.AGENTS`: "mpma" or a rival.
         seed: Seed of weights and noise.
 
     Raises:
-        BadOptionError: The seed is no whole number from 0 up, or the environment another.
+        BadOptionError: There is no such kind, the seed is no whole number from 0 up, or the
+            environment is another.
     """
     if not isinstance(env, dm_env.Environment):
         raise BadOptionError(f"env is {env}; expected what mpma_mj.load returned")
-    return MPMA(
-        config,
+    if kind not in AGENTS:
+        raise BadOptionError(f"kind is '{kind}'; expected one of {', '.join(AGENTS)}")
+    arena = Arena(
         context_size=env.observation_spec()["context"].shape[0],
         max_joint_speed=env.task.max_joint_speed,
         control_timestep=env.control_timestep(),
-        seed=whole_seed(seed),
     )
+    return AGENTS[kind](config, arena, whole_seed(seed))
 
 
 def _one_thread() -> threadpool_limits:

@@ -22,7 +22,7 @@ def record_epoch(env: control.Environment, agent: Agent, epoch: int) -> dict[str
 
     Args:
         env: Environment; its next episode becomes number `epoch`.
-        agent: Agent; it acts and observes, but does not learn here.
+        agent: Agent; it acts and observes. Only one that learns at every step learns here.
         epoch: Number of the epoch, from 0.
 
     Returns:

@@ -6,6 +6,7 @@ import dm_env
 import numpy as np
 import pytest
 
+import mpma_mj
 from mpma_mj.agents import MPMA, MPMAConfig
 from mpma_mj.agents.learning import RULES
 from mpma_mj.envs.load import load
@@ -224,3 +225,19 @@ def test_an_agent_needs_no_environment() -> None:
     player.observe(dm_env.transition(0.0, observation))
     assert action.shape == (8,)
     assert player.learn().keys() == {"gain_feedback", "gain_inverse", "sigma"}
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [({"modules": 2.5}, "modules is 2.5; expected a whole"), ({"nodes": "x"}, "nodes is 'x'")],
+)
+def test_numbers_of_modules_and_nodes_are_whole(options: dict[str, object], message: str) -> None:
+    with pytest.raises(BadOptionError, match=message):
+        MPMAConfig(**options)  # type: ignore[arg-type]
+
+
+def test_an_agent_needs_an_environment_and_a_seed() -> None:
+    with pytest.raises(BadOptionError, match=r"expected what mpma_mj\.load returned"):
+        mpma_mj.make_agent(None)
+    with pytest.raises(BadOptionError, match="seed is -1"):
+        mpma_mj.make_agent(load("ymca"), seed=-1)

@@ -90,3 +90,26 @@ def test_state_is_a_copy(data: tuple[np.ndarray, ...]) -> None:
     bank.fit(z, y * 2, w)
     for name, value in before.items():
         np.testing.assert_array_equal(state[name], value)
+
+
+def test_a_nudge_is_a_step_of_normalised_lms() -> None:
+    bank = ReadoutBank(np.array([[[1.0, -1.0]], [[0.0, 0.0]]]))
+    bank.nudge(np.array([[3.0, 4.0], [1.0, 0.0]]), np.array([[0.5], [-2.0]]), rate=0.1)
+    # zᵀz is 25 and 1, so that the weights move by 0.1 · 0.5 / 25 · [3, 4] and 0.1 · -2 · [1, 0].
+    np.testing.assert_allclose(bank.weights, [[[1.006, -0.992]], [[-0.2, 0.0]]], atol=1e-6)
+
+
+@pytest.mark.parametrize("rate", [0.25, 1.0, 1.5])
+def test_nudges_leave_the_closed_forms_share_of_the_error(rate: float) -> None:
+    rng = np.random.default_rng(0)
+    z, y = rng.normal(size=(M, F)), rng.normal(size=(M, K))
+    bank = ReadoutBank(np.zeros((M, K, F)))
+    for step in range(4):
+        np.testing.assert_allclose(y - bank(z), (1 - rate) ** step * y, atol=1e-5)
+        bank.nudge(z, y - bank(z), rate)
+
+
+def test_a_nudge_on_silent_features_changes_nothing() -> None:
+    bank = ReadoutBank(np.ones((M, K, F)))
+    bank.nudge(np.zeros((M, F)), np.ones((M, K)), 1.0)
+    np.testing.assert_array_equal(bank.weights, 1.0)

@@ -1,0 +1,139 @@
+"""HAMMER of Demiris & Khadhouri 2006: pairs that are prepared, and compete for control."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.agents.agent import Observation
+from mpma_mj.agents.learning import WeightedRule
+from mpma_mj.agents.pairs import PairsAgent, PairsConfig
+from mpma_mj.agents.responsibility import prediction_errors
+from mpma_mj.motions.context import danced_label
+
+__all__ = ["HAMMER", "next_confidence"]
+
+Array = NDArray[np.float64]
+
+# Choices: Demiris & Khadhouri leave the preparation to the experiment, and let confidence grow
+# without bound; here a pair that was right for long has to be overtaken within a quarter second.
+_PREPARATION = 3  # epochs
+_MOST = 5.0  # confidence, steps
+
+_RIDGE = WeightedRule().ridge
+
+
+def next_confidence(confidence: Array, errors: Array) -> Array:
+    """Return what confidences become: one more where a prediction was right, else one less.
+
+        c^i ← clip(c^i ± 1, 0, 5)        right is the pair with the least error
+
+    Which errors count as right is the experimenter's threshold in Demiris & Khadhouri 2006; to
+    be the best predictor of the step needs none (choice).
+
+    Args:
+        confidence: Confidences c, shape (M,).
+        errors: Errors of the last predictions, shape (M,).
+    """
+    change = np.where(errors == errors.min(), 1.0, -1.0)
+    return np.clip(confidence + change, 0.0, _MOST)
+
+
+class HAMMER(PairsAgent):
+    """A pair of inverse and forward model per context label; the most confident takes all.
+
+        x̂^i = FM_i([u^i ; x ; s])         c^i ← c^i ± 1         λ = one-hot(argmax_i c^i)
+
+    A pair is right if its forward model says of its own inverse model's command what the
+    demonstrator then does: x̂^i against x'. So confidence recognises the movement, and the context
+    is not heard. Nothing is mixed; there is no responsibility predictor.
+
+    Preparation (choice): in the first 3 epochs the feedback controller leads, K and L wait, each
+    pair has control in the steps of its own label and learns from these only, by ridge
+    regression: the forward model x_{t+1} of the command that was taken, the inverse model
+    clip(u_t + u_fb,t+1, -1, 1), the command that would have hit. From steps without a label none
+    learns. Then learning is over, and K and L move on as MPMA's do.
+    """
+
+    def __init__(
+        self,
+        config: PairsConfig,
+        *,
+        max_joint_speed: Array,
+        control_timestep: float,
+        seed: int = 0,
+    ) -> None:
+        """Draw the reservoirs.
+
+        Args:
+            config: Settings of the networks; `modules` is the number of context labels.
+            max_joint_speed: Joint speeds that action 1 commands, shape (8,), rad/s.
+            control_timestep: Time between two actions, s.
+            seed: Seed of weights and noise.
+        """
+        self._prepared = 0  # epochs
+        super().__init__(
+            config,
+            max_joint_speed=max_joint_speed,
+            control_timestep=control_timestep,
+            seed=seed,
+            forgetting=1.0,  # every epoch of preparation counts alike
+            ridge=_RIDGE,
+        )
+
+    @property
+    def is_preparing(self) -> bool:
+        """Whether pairs still learn, each its own label."""
+        return self._prepared < _PREPARATION
+
+    def reset(self, episode: int) -> None:
+        """Begin an episode with reservoirs at rest and no confidence in any pair."""
+        super().reset(episode)
+        self._confidence = np.zeros(self._modules)
+
+    def learn(self) -> dict[str, float]:
+        """Learn from the episode while preparing; afterwards let the gains follow."""
+        gains = self.gains
+        preparing = self.is_preparing
+        logged = super().learn()
+        if preparing:
+            self.gains = gains
+        return logged
+
+    def state_dict(self) -> dict[str, Array]:
+        """Return all that learning has changed, as arrays by name."""
+        return super().state_dict() | {"prepared": np.array(self._prepared)}
+
+    def load_state_dict(self, state: Mapping[str, Array]) -> None:
+        """Continue from what `state_dict` returned."""
+        super().load_state_dict(state)
+        self._prepared = int(state["prepared"])
+
+    def _gate(self, observation: Observation) -> dict[str, Array]:
+        context = observation["context"]
+        if self._steps:
+            predictions = self._steps[-1]["predictions"]
+            errors = prediction_errors(predictions, observation["reference"])
+            self._confidence = next_confidence(self._confidence, errors)
+        winner = np.argmax(context if self.is_preparing else self._confidence)
+        one_hot = np.eye(self._modules)[winner]
+        return {"prior": one_hot, "responsibility": one_hot, "context": context.copy()}
+
+    def _heard(self, action: Array, module_actions: Array) -> Array:
+        return action if self.is_preparing else module_actions
+
+    def _learn_epoch(self) -> dict[str, float]:
+        """Fit each pair to the steps of its label, if the preparation is not over."""
+        if self.is_preparing:
+            epoch = self._epoch_signals()
+            own = danced_label(epoch["context"])[:, None] == np.arange(self._modules)
+            weight = own.astype(float)  # (T, M)
+            hit = np.clip(epoch["action"] + epoch["next_feedback"], -1.0, 1.0)
+            self._readouts.forward.fit(
+                epoch["forward_features"], epoch["next_posture"][:, None, :], weight
+            )
+            self._readouts.inverse.fit(epoch["inverse_features"], hit[:, None, :], weight)
+            self._prepared += 1
+        return {}

@@ -1,0 +1,125 @@
+"""MOSAIC of Wolpert & Kawato 1998 and Haruno, Wolpert & Kawato 2001."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import dm_env
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.agents.pairs import PairsConfig
+from mpma_mj.agents.responsible import ResponsiblePairs
+from mpma_mj.errors import BadOptionError
+
+__all__ = ["MOSAIC", "LearningRates"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class LearningRates:
+    """Learning rates η of normalised LMS, of MOSAIC's three kinds of networks (choice).
+
+    Attributes:
+        forward: Of the forward models.
+        inverse: Of the inverse models.
+        predictor: Of the responsibility predictors.
+
+    Raises:
+        BadOptionError: A rate is not between 0 and 2, where the error would grow.
+    """
+
+    forward: float = 0.2
+    inverse: float = 0.2
+    predictor: float = 0.1
+
+    def __post_init__(self) -> None:
+        """Check the rates."""
+        for name, rate in vars(self).items():
+            if not 0.0 < rate < 2.0:
+                raise BadOptionError(f"rate '{name}' is {rate:g}; expected between 0 and 2")
+
+
+class MOSAIC(ResponsiblePairs):
+    """Modules of forward and inverse model that learn at every step, gated by responsibility.
+
+    The command, the responsibilities λ and the schedule of the gains K and L are MPMA's, so that
+    both are compared on equal terms (choice). Every forward model hears the total command. As
+    soon as an action has shown what it leads to, every readout moves along its error e,
+
+        W_out,i ← W_out,i + η e zᵀ / (ε + zᵀz)
+
+        forward models           e = λ^i (x_{t+1} - x̂^i_{t+1})
+        inverse models           e = λ^i (K u_fb)_{t+1}
+        responsibility pred.     e = λ^i - p^i
+
+    the second being feedback-error learning (Kawato 1990): what the feedback controller has to
+    add to the command's outcome is the command's error. Since it learns while it dances, the
+    state that a trainer keeps is the one at the beginning of an epoch.
+
+    σ stays (choice). At 0.5, where MPMA's begins, the likelihood says little and the context
+    decides; at 0.144 one module wins everything; and if σ follows the prediction error, as under
+    MPMA's weighted rule, modules divide inside labels, which predictors cannot tell by context.
+    """
+
+    def __init__(
+        self,
+        config: PairsConfig,
+        *,
+        context_size: int,
+        max_joint_speed: Array,
+        control_timestep: float,
+        seed: int = 0,
+        rates: LearningRates = LearningRates(),
+        sigma: float = 0.5,
+    ) -> None:
+        """Draw the reservoirs.
+
+        Args:
+            config: Settings of the networks.
+            context_size: Size of the observation's context, C.
+            max_joint_speed: Joint speeds that action 1 commands, shape (8,), rad/s.
+            control_timestep: Time between two actions, s.
+            seed: Seed of weights and noise.
+            rates: Learning rates.
+            sigma: Width σ of the likelihood, in units of posture.
+
+        Raises:
+            BadOptionError: σ is not above 0.
+        """
+        if not sigma > 0.0:
+            raise BadOptionError(f"sigma is {sigma:g}; expected above 0")
+        self._rates = rates
+        super().__init__(
+            config,
+            context_size=context_size,
+            max_joint_speed=max_joint_speed,
+            control_timestep=control_timestep,
+            sigma=sigma,
+            seed=seed,
+        )
+
+    def observe(self, timestep: dm_env.TimeStep) -> None:
+        """Take in what the action led to, and learn from it."""
+        super().observe(timestep)
+        step, posture = self._steps[-1], self._last["posture"]
+        gate = step["responsibility"][:, None]  # (M, 1)
+        next_feedback = self.gains.feedback * self._feedback(self._last)  # (8,)
+        self._readouts.forward.nudge(
+            step["forward_features"], gate * (posture - step["predictions"]), self._rates.forward
+        )
+        self._readouts.inverse.nudge(
+            step["inverse_features"], gate * next_feedback, self._rates.inverse
+        )
+        said = self._readouts.predictor(step["predictor_features"])  # (M, 1)
+        self._readouts.predictor.nudge(
+            step["predictor_features"], gate - said, self._rates.predictor
+        )
+
+    def _heard(self, action: Array, module_actions: Array) -> Array:
+        return action
+
+    def _learn_epoch(self) -> dict[str, float]:
+        """Learn nothing: all has been learned step by step."""
+        return {}

@@ -1,0 +1,103 @@
+"""Pairs with responsibility predictors: how MPMA and MOSAIC decide who controls."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.agents import responsibility as gating
+from mpma_mj.agents.agent import Observation
+from mpma_mj.agents.learning import Epoch, Readouts
+from mpma_mj.agents.pairs import PairsAgent, PairsConfig
+from mpma_mj.randomness import stream
+
+__all__ = ["ResponsiblePairs"]
+
+Array = NDArray[np.float64]
+
+_LEAST_PRIOR = 0.01  # p_min: no module is shut out for ever (choice)
+
+
+class ResponsiblePairs(PairsAgent):
+    """Pairs that share control by what was heard and by what they predicted.
+
+    The forward models' last predictions are held against the posture that came (likelihood ℓ),
+    the context y says beforehand who should be suited (prior p); both give the responsibilities:
+
+        p^i = clip(RP_i(y), p_min, 1)           λ^i = p^i ℓ^i / Σ_j p^j ℓ^j
+
+    Wolpert & Kawato 1998; Haruno, Wolpert & Kawato 2001.
+    """
+
+    _readouts: Readouts
+
+    def __init__(
+        self,
+        config: PairsConfig,
+        *,
+        context_size: int,
+        max_joint_speed: Array,
+        control_timestep: float,
+        sigma: float,
+        seed: int = 0,
+        forgetting: float = 0.0,
+        ridge: float = 1.0,
+    ) -> None:
+        """Draw the reservoirs.
+
+        Args:
+            config: Settings of the networks.
+            context_size: Size of the observation's context, C.
+            max_joint_speed: Joint speeds that action 1 commands, shape (8,), rad/s.
+            control_timestep: Time between two actions, s.
+            sigma: Width σ of the likelihood in the first epoch.
+            seed: Seed of weights and noise.
+            forgetting: Forgetting φ of the readouts, where they are fitted.
+            ridge: Ridge ρ of the readouts, where they are fitted.
+        """
+        super().__init__(
+            config,
+            max_joint_speed=max_joint_speed,
+            control_timestep=control_timestep,
+            seed=seed,
+            forgetting=forgetting,
+            ridge=ridge,
+        )
+        self._sigma = sigma
+        self._predictor = self._reservoirs("predictor", context_size)
+        # Random preferences for contexts, so that modules differ from the first step (choice).
+        preference = np.zeros((config.modules, 1, self._predictor.features))
+        preference[:, 0, config.nodes :] = stream(seed, "preference").random(
+            (config.modules, context_size)
+        )
+        self._readouts = Readouts(
+            inverse=self._readouts.inverse,
+            forward=self._readouts.forward,
+            predictor=self._readout(preference),
+        )
+
+    def state_dict(self) -> dict[str, Array]:
+        """Return all that learning has changed, as arrays by name."""
+        return super().state_dict() | {"sigma": np.array(self._sigma)}
+
+    def load_state_dict(self, state: Mapping[str, Array]) -> None:
+        """Continue from what `state_dict` returned."""
+        super().load_state_dict(state)
+        self._sigma = float(state["sigma"])
+
+    def _gate(self, observation: Observation) -> dict[str, Array]:
+        features = self._predictor.step(observation["context"], self._rng)
+        prior = np.clip(self._readouts.predictor(features)[:, 0], _LEAST_PRIOR, 1.0)
+        likelihood = np.ones(self._modules)
+        if self._steps:
+            predictions = self._steps[-1]["predictions"]
+            errors = gating.prediction_errors(predictions, observation["posture"])
+            likelihood = gating.likelihood(errors, self._sigma)
+        responsibility = gating.responsibilities(prior, likelihood)
+        return {"predictor_features": features, "prior": prior, "responsibility": responsibility}
+
+    def _close_epoch(self) -> Epoch:
+        """Return what happened in the episode that ended."""
+        return Epoch(**self._epoch_signals(), feedback_gain=self._gain_used)

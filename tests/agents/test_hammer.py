@@ -1,0 +1,167 @@
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import linalg
+
+from mpma_mj import load, make_agent
+from mpma_mj.agents import HAMMER, MPMAConfig
+from mpma_mj.agents.hammer import next_confidence
+from mpma_mj.agents.pairs import PairsConfig
+from mpma_mj.training.trace import record_epoch
+
+SPEED = np.array([12.0, 12.0, 20.0, 15.0] * 2)
+
+
+def hammer(pairs: int = 4) -> HAMMER:
+    config = PairsConfig(modules=pairs, nodes=20)
+    return HAMMER(config, max_joint_speed=SPEED, control_timestep=0.05)
+
+
+def dance(agent: Any, epochs: int, learn: bool = True) -> dict[str, np.ndarray]:
+    env = load("ymca", arms="kinematic", repeats=1)
+    for epoch in range(epochs):
+        trace = record_epoch(env, agent, epoch)
+        if learn:
+            agent.learn()
+    return trace
+
+
+def test_confidence_grows_where_right_and_falls_where_wrong() -> None:
+    confidence = np.array([1.0, 2.0, 3.0])
+    np.testing.assert_array_equal(next_confidence(confidence, np.array([0.3, 0.1, 0.2])), [0, 3, 2])
+
+
+def test_confidence_stays_between_0_and_5_so_that_it_can_be_lost() -> None:
+    confidence = np.zeros(2)
+    for _ in range(20):
+        confidence = next_confidence(confidence, np.array([0.0, 1.0]))
+    np.testing.assert_array_equal(confidence, [5, 0])
+    for _ in range(3):
+        confidence = next_confidence(confidence, np.array([1.0, 0.0]))
+    np.testing.assert_array_equal(confidence, [2, 3])
+
+
+def test_equally_right_pairs_both_gain() -> None:
+    np.testing.assert_array_equal(next_confidence(np.zeros(3), np.zeros(3)), 1.0)
+
+
+def test_while_preparing_each_label_has_its_own_pair_and_feedback_leads() -> None:
+    agent = hammer()
+    for _ in range(3):
+        assert agent.is_preparing
+        trace = dance(agent, 1)
+        np.testing.assert_array_equal(trace["responsibility"], trace["context"][:-1])
+        assert agent.gains.progress == 0.0
+    assert not agent.is_preparing
+
+
+def test_each_pair_learns_by_ridge_regression_from_its_own_label_only() -> None:
+    agent = hammer()
+    trace = dance(agent, 1)
+    epoch = agent._epoch_signals()
+    hit = np.clip(trace["action"] + epoch["next_feedback"], -1, 1)
+    for i in range(4):
+        own = trace["context"][:-1, i] == 1
+        assert 0 < own.sum() < len(own)
+        for name, target in (("forward", trace["posture"][1:]), ("inverse", hit)):
+            z = epoch[f"{name}_features"][own, i]
+            ridge = 1e-4 * len(own) * np.eye(z.shape[1])
+            expected = linalg.solve(z.T @ z + ridge, z.T @ target[own]).T
+            weights = getattr(agent._readouts, name).weights[i]
+            np.testing.assert_allclose(weights, expected, atol=1e-8)
+
+
+def test_from_steps_without_a_label_no_pair_learns() -> None:
+    agent = hammer()
+    env = load("ymca", arms="kinematic", repeats=1)
+    timestep = env.reset()
+    while not timestep.last():
+        silent = dict(timestep.observation) | {"context": np.zeros(4)}
+        timestep = env.step(agent.act(silent))
+        agent.observe(timestep)
+    agent.learn()
+    assert not agent._readouts.forward.weights.any()
+    assert not agent._readouts.inverse.weights.any()
+
+
+def test_prepared_pairs_stay_as_they_are_and_control_passes() -> None:
+    agent = hammer()
+    dance(agent, 3)
+    before = agent.state_dict()
+    dance(agent, 2)
+    after = agent.state_dict()
+    for name in before.keys() - {"progress", "untrained_error"}:
+        np.testing.assert_array_equal(after[name], before[name])
+    assert after["progress"] > before["progress"] == 0.0
+
+
+def test_the_most_confident_takes_all_by_what_the_demonstrator_did() -> None:
+    agent = hammer()
+    dance(agent, 3)
+    trace = dance(agent, 1)
+    confidence = np.zeros(4)
+    for t, share in enumerate(trace["responsibility"]):
+        if t > 0:
+            away = trace["predictions"][t - 1] - trace["reference"][t]
+            confidence = next_confidence(confidence, np.mean(away**2, axis=1))
+        expected = np.eye(4)[np.argmax(confidence)]
+        np.testing.assert_array_equal(share, expected)
+    np.testing.assert_array_equal(trace["prior"], trace["responsibility"])
+
+
+def test_prepared_forward_models_hear_their_own_inverse_model() -> None:
+    agent = hammer()
+    for preparing in (True, False):
+        assert agent.is_preparing == preparing
+        trace = dance(agent, 1, learn=False)
+        heard = agent._epoch_signals()["forward_features"][:, :, 20:28]
+        total = np.repeat(trace["action"][:, None], 4, axis=1)
+        np.testing.assert_array_equal(heard, total if preparing else trace["module_actions"])
+        dance(agent, 3)
+
+
+def test_the_winner_is_found_without_hearing_the_music() -> None:
+    agent = hammer()
+    dance(agent, 3)
+    trace = dance(agent, 1)
+    right = (trace["responsibility"] * trace["context"][:-1]).sum(axis=1)
+    assert right.mean() > 0.5  # a quarter by chance
+    env = load("ymca", arms="kinematic", repeats=1)
+    observation = dict(env.reset().observation)
+    agent.reset(3)
+    heard = agent.act(observation)
+    agent.reset(3)
+    np.testing.assert_array_equal(agent.act(observation | {"context": np.zeros(4)}), heard)
+
+
+def test_one_pair_is_always_responsible() -> None:
+    agent = hammer(1)
+    env = load("ymca", arms="kinematic", repeats=1)
+    observation = dict(env.reset().observation) | {"context": np.ones(1)}
+    agent.act(observation)
+    np.testing.assert_array_equal(agent._steps[0]["responsibility"], [1.0])
+
+
+@pytest.mark.parametrize("epochs", [1, 4])
+def test_state_goes_round(epochs: int) -> None:
+    trained, copy = hammer(), hammer()
+    dance(trained, epochs)
+    copy.load_state_dict(trained.state_dict())
+    assert copy.is_preparing == trained.is_preparing
+    np.testing.assert_array_equal(dance(trained, 2)["action"], dance(copy, 2)["action"])
+    for name, value in trained.state_dict().items():
+        np.testing.assert_array_equal(value, copy.state_dict()[name])
+
+
+def test_on_the_way_it_tracks_better_than_feedback() -> None:
+    env = load("ymca", arms="kinematic")
+    agent = make_agent(env, MPMAConfig(nodes=50), kind="hammer")
+    errors = []
+    for epoch in range(9):
+        trace = record_epoch(env, agent, epoch)
+        agent.learn()
+        errors.append(np.abs(trace["posture"] - trace["reference"]).mean())
+    alone = record_epoch(env, make_agent(env, kind="feedback_only"), 8)
+    usual = np.abs(alone["posture"] - alone["reference"]).mean()
+    assert min(errors) < 0.6 * usual

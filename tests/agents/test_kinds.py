@@ -1,0 +1,59 @@
+import numpy as np
+import pytest
+
+from mpma_mj import MPMAConfig, load, make_agent
+from mpma_mj.agents import AGENTS, MPMA
+from mpma_mj.errors import BadOptionError
+from mpma_mj.training.trace import record_epoch
+
+SMALL = MPMAConfig(nodes=20, modules=2)
+LEARNING = ("mpma", "mosaic", "hammer", "single")
+
+
+def actions(kind: str, seed: int, epochs: int = 2) -> np.ndarray:
+    env = load("ymca", arms="kinematic", repeats=1)
+    agent = make_agent(env, SMALL, kind=kind, seed=seed)
+    for epoch in range(epochs):
+        trace = record_epoch(env, agent, epoch)
+        agent.learn()
+    return trace["action"]
+
+
+def test_all_agents_of_the_repository_are_there() -> None:
+    assert list(AGENTS) == [*LEARNING, "feedback_only", "open_loop", "random"]
+
+
+@pytest.mark.parametrize("kind", AGENTS)
+def test_every_kind_dances_and_learns(kind: str) -> None:
+    action = actions(kind, 0)
+    assert action.shape[1] == 8
+    assert np.abs(action).max() <= 1.0
+
+
+@pytest.mark.parametrize("kind", [*LEARNING, "random"])
+def test_seed_zero_is_a_seed(kind: str) -> None:
+    np.testing.assert_array_equal(actions(kind, 0), actions(kind, 0))
+    assert not np.array_equal(actions(kind, 0), actions(kind, 1))
+
+
+@pytest.mark.parametrize(("kind", "pairs"), [("mpma", 2), ("mosaic", 2), ("hammer", 4)])
+def test_hammer_has_a_pair_for_each_label_the_others_what_is_set(kind: str, pairs: int) -> None:
+    env = load("ymca", repeats=1)
+    agent = make_agent(env, SMALL, kind=kind)
+    assert record_epoch(env, agent, 0)["responsibility"].shape[1] == pairs
+
+
+def test_single_is_mpma_of_one_module() -> None:
+    env = load("ymca")
+    agent = make_agent(env, SMALL, kind="single")
+    assert isinstance(agent, MPMA)
+    assert agent.config == MPMAConfig(nodes=20, modules=1)
+
+
+def test_unknown_kinds_are_refused_in_one_line_with_the_list() -> None:
+    with pytest.raises(BadOptionError) as error:
+        make_agent(load("ymca"), kind="mosiac")
+    assert str(error.value) == (
+        "kind is 'mosiac'; expected one of mpma, mosaic, hammer, single, feedback_only,"
+        " open_loop, random"
+    )

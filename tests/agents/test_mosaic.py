@@ -1,0 +1,144 @@
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mpma_mj import load, make_agent
+from mpma_mj.agents import MOSAIC, MPMAConfig
+from mpma_mj.agents.mosaic import LearningRates
+from mpma_mj.agents.pairs import PairsConfig
+from mpma_mj.errors import BadOptionError
+from mpma_mj.training.trace import record_epoch
+
+SPEED = np.array([12.0, 12.0, 20.0, 15.0] * 2)
+
+
+def mosaic(modules: int = 3, **rates: float) -> MOSAIC:
+    return MOSAIC(
+        PairsConfig(modules=modules, nodes=20),
+        context_size=4,
+        max_joint_speed=SPEED,
+        control_timestep=0.05,
+        rates=LearningRates(**rates),
+    )
+
+
+def dance(agent: Any, epochs: int, **options: Any) -> dict[str, np.ndarray]:
+    env = load("ymca", arms="kinematic", repeats=1, **options)
+    for epoch in range(epochs):
+        trace = record_epoch(env, agent, epoch)
+        agent.learn()
+    return trace
+
+
+def test_every_step_moves_every_readout_along_its_gated_error() -> None:
+    agent = mosaic(forward=0.3, inverse=0.4, predictor=0.6)
+    dance(agent, 3)
+    gain = agent.gains.feedback
+    assert gain < 1.0
+    env = load("ymca", arms="kinematic", repeats=1, seed=5)
+    agent.reset(9)
+    timestep = env.reset()
+    for _ in range(4):
+        before = {n: r.weights.copy() for n, r in vars(agent._readouts).items()}
+        timestep = env.step(agent.act(timestep.observation))
+        step = agent._steps[-1]
+        agent.observe(timestep)
+        feedback = agent._feedback(timestep.observation)
+        for i in range(3):
+            share = step["responsibility"][i]
+            forward, inverse, predictor = (
+                step[f"{n}_features"][i] for n in ("forward", "inverse", "predictor")
+            )
+            errors = {
+                "forward": share * (timestep.observation["posture"] - step["predictions"][i]),
+                "inverse": share * gain * feedback,
+                "predictor": share - before["predictor"][i] @ predictor,
+            }
+            features = {"forward": forward, "inverse": inverse, "predictor": predictor}
+            for name, rate in {"forward": 0.3, "inverse": 0.4, "predictor": 0.6}.items():
+                z = features[name]
+                moved = before[name][i] + rate * np.outer(errors[name], z) / (1e-6 + z @ z)
+                now = getattr(agent._readouts, name).weights[i]
+                np.testing.assert_allclose(now, moved, atol=1e-12)
+
+
+def test_forward_models_hear_the_total_command() -> None:
+    agent = mosaic()
+    trace = dance(agent, 3)
+    features = agent._epoch_signals()["forward_features"]
+    heard = features[:, :, agent._networks.nodes :][:, :, :8]
+    np.testing.assert_array_equal(heard, np.repeat(trace["action"][:, None], 3, axis=1))
+
+
+def test_responsibilities_sum_to_one_and_mix_the_command() -> None:
+    agent = mosaic()
+    dance(agent, 3)
+    inverse = agent.gains.inverse
+    trace = dance(agent, 1)
+    np.testing.assert_allclose(trace["responsibility"].sum(axis=1), 1.0)
+    mixed = np.einsum("tm,tmj->tj", trace["responsibility"], trace["module_actions"])
+    total = np.clip(inverse * mixed + trace["feedback"], -1, 1)
+    np.testing.assert_allclose(trace["action"], total, atol=1e-14)
+
+
+def test_one_module_is_always_responsible() -> None:
+    np.testing.assert_array_equal(dance(mosaic(1), 2)["responsibility"], 1.0)
+
+
+def test_without_observing_nothing_is_learned() -> None:
+    agent, env = mosaic(), load("ymca")
+    before = agent.state_dict()
+    agent.act(env.reset().observation)
+    for name, value in before.items():
+        np.testing.assert_array_equal(agent.state_dict()[name], value)
+
+
+def test_state_goes_round() -> None:
+    trained, copy = mosaic(), mosaic()
+    dance(trained, 3)
+    copy.load_state_dict(trained.state_dict())
+    np.testing.assert_array_equal(dance(trained, 1)["action"], dance(copy, 1)["action"])
+    for name, value in trained.state_dict().items():
+        np.testing.assert_array_equal(value, copy.state_dict()[name])
+
+
+def test_learning_does_not_reach_back_into_a_state() -> None:
+    agent = mosaic()
+    dance(agent, 1)
+    state = agent.state_dict()
+    kept = {name: value.copy() for name, value in state.items()}
+    dance(agent, 1)
+    for name, value in kept.items():
+        np.testing.assert_array_equal(state[name], value)
+    assert not np.array_equal(agent.state_dict()["forward.weights"], kept["forward.weights"])
+
+
+def test_with_control_it_tracks_better_than_feedback() -> None:
+    env = load("ymca", arms="kinematic")
+    agent = make_agent(env, MPMAConfig(nodes=50, modules=2), kind="mosaic")
+    for epoch in range(30):
+        trace = record_epoch(env, agent, epoch)
+        logged = agent.learn()
+    alone = record_epoch(env, make_agent(env, kind="feedback_only"), 29)
+    assert logged["gain_inverse"] == 1.0
+    error, usual = (np.abs(t["posture"] - t["reference"]).mean() for t in (trace, alone))
+    assert error < usual
+
+
+@pytest.mark.parametrize("rate", [0.0, 2.0, float("nan")])
+def test_rates_at_which_nothing_converges_are_refused(rate: float) -> None:
+    with pytest.raises(BadOptionError, match=f"rate 'inverse' is {rate:g}; expected"):
+        LearningRates(inverse=rate)
+
+
+@pytest.mark.parametrize("sigma", [0.0, -1.0, float("nan")])
+def test_a_width_without_width_is_refused(sigma: float) -> None:
+    with pytest.raises(BadOptionError, match=f"sigma is {sigma:g}; expected above 0"):
+        MOSAIC(
+            PairsConfig(nodes=5),
+            context_size=4,
+            max_joint_speed=SPEED,
+            control_timestep=0.05,
+            sigma=sigma,
+        )
