@@ -180,6 +180,11 @@ def read_options(*motion: Any, **given: Any) -> EnvironmentOptions:
     Raises:
         BadOptionError: There is no option of a name, or its value is outside what it may be.
     """
+    if len(motion) > 1:
+        raise BadOptionError(
+            f"{motion[1]!r} has no name; only the movement goes without, as in"
+            ' load("ymca", arms="physics")'
+        )
     known = [option.name for option in fields(EnvironmentOptions)]
     for name in given:
         if name not in known:

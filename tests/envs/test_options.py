@@ -161,6 +161,11 @@ def test_a_misspelt_option_is_guessed() -> None:
         load("ymca", nose=0.1)
 
 
+def test_options_go_by_name() -> None:
+    with pytest.raises(BadOptionError, match="'physics' has no name; only the movement goes"):
+        load("ymca", "physics")  # type: ignore[misc]
+
+
 def test_load_shows_its_options_to_help_and_editors() -> None:
     assert list(inspect.signature(mpma_mj.load).parameters) == NAMES
 
