@@ -74,11 +74,11 @@ class StableVecEnv(VecEnv):
 
     def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
         """Refuse: members are no objects of their own."""
-        raise NotImplementedError
+        raise TypeError("members of make_vec are no objects of their own")
 
     def env_method(self, method_name: str, *args: Any, indices: Any = None, **kwargs: Any) -> Any:
         """Refuse: members are no objects of their own."""
-        raise NotImplementedError
+        raise TypeError("members of make_vec are no objects of their own")
 
     def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> Sequence[bool]:
         """Return that no member is wrapped."""
