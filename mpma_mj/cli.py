@@ -74,8 +74,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"mpma: {place}{error.strerror or error}; check path and rights", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
-        hint = "; finished epochs are saved, --resume FOLDER goes on"
-        print(f"mpma: interrupted{hint * isinstance(command, commands.Imitate)}", file=sys.stderr)
+        print("mpma: interrupted", file=sys.stderr)
         return _INTERRUPTED
     return 0
 

@@ -16,6 +16,7 @@ from mpma_mj.cli import main
 from mpma_mj.commands import Imitate
 from mpma_mj.envs import gl
 from mpma_mj.errors import RenderingError
+from mpma_mj.training.trainer import Trainer
 from tests.conftest import dancer, markers_of
 
 WriteTsv = Callable[..., Path]
@@ -247,6 +248,32 @@ def test_what_stops_a_run_from_outside_is_one_line(
     printed = capsys.readouterr().err
     assert printed.startswith(message)
     assert len(printed.splitlines()) == 1
+
+
+@pytest.mark.parametrize("epochs_done", [0, 2])
+def test_an_interrupted_run_says_how_to_go_on_if_there_is_something_to_go_on_with(
+    epochs_done: int,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    whole = Trainer.run_epoch
+
+    def run_epoch(trainer: Trainer) -> bool:
+        if len(trainer.rows) == epochs_done:
+            raise KeyboardInterrupt
+        return whole(trainer)
+
+    monkeypatch.setattr(Trainer, "run_epoch", run_epoch)
+    out = tmp_path / "run"
+    words = ["imitate", "ymca", "--nodes", "10", "--no-video", "--out", str(out)]
+    assert main(words) == 130
+    *_, hint, last = ["", *capsys.readouterr().err.splitlines()]
+    assert last == "mpma: interrupted"
+    assert (hint == f"mpma: to go on: mpma imitate --resume {out}") == (epochs_done > 0)
+    if epochs_done:
+        monkeypatch.setattr(Trainer, "run_epoch", whole)
+        assert main(["imitate", "--resume", str(out), "--no-video", "--epochs", "1"]) == 0
 
 
 def test_version(capsys: pytest.CaptureFixture[str]) -> None:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
+import functools
 import itertools
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -52,16 +54,17 @@ class Imitate:
         from mpma_mj.training.progress import show_epochs
         from mpma_mj.training.run_folder import RunFolder
 
-        with show_epochs(self.epochs) as show:
-            if self.resume is not None:
-                folder = RunFolder(self.resume)
-                summary = imitate.resume(folder, self.epochs, on_epoch=show)
-            else:
-                config = self._config()
-                folder = RunFolder(self.out or _default_folder(config.motions))
-                summary = imitate.start(
-                    config, folder, self.epochs, overwrite=self.overwrite, on_epoch=show
-                )
+        if self.resume is not None:
+            folder = RunFolder(self.resume)
+            train = functools.partial(imitate.resume, folder, self.epochs)
+        else:
+            config = self._config()
+            folder = RunFolder(self.out or _default_folder(config.motions))
+            train = functools.partial(
+                imitate.start, config, folder, self.epochs, overwrite=self.overwrite
+            )
+        with _told_how_to_go_on(folder), show_epochs(self.epochs) as show:
+            summary = train(on_epoch=show)
         _print_summary(summary)
         _draw_figures(folder)
         if missing_gl is not None:
@@ -107,6 +110,17 @@ class Imitate:
             raise BadOptionError("no motion given; try: mpma imitate ymca")
         motions = expand_folders(self.motions)
         return RunConfig(motions=motions, **dataclasses.asdict(self.settings))
+
+
+@contextlib.contextmanager
+def _told_how_to_go_on(folder: RunFolder) -> Iterator[None]:
+    """Say where an interrupted run can be gone on with, if an epoch of it is saved."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        if folder.can_go_on:
+            print(f"mpma: to go on: mpma imitate --resume {folder.path}", file=sys.stderr)
+        raise
 
 
 def _try_backend() -> str | None:

@@ -60,6 +60,11 @@ class RunFolder:
         """Where the figures are."""
         return self.path / "figures"
 
+    @property
+    def can_go_on(self) -> bool:
+        """Whether an epoch is saved with which training can go on."""
+        return (self.path / "checkpoint" / "latest.npz").exists()
+
     def create(self, config: RunConfig, motion: Motion, *, overwrite: bool) -> None:
         """Make the folder for a new run.
 
