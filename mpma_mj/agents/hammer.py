@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.agents.agent import Observation
-from mpma_mj.agents.learning import WeightedRule
+from mpma_mj.agents.learning import WeightedRule, command_that_hits
 from mpma_mj.agents.pairs import PairsAgent, PairsConfig
 from mpma_mj.agents.responsibility import prediction_errors
+from mpma_mj.errors import BadOptionError
 from mpma_mj.motions.context import danced_label
 
 __all__ = ["HAMMER", "next_confidence"]
@@ -113,6 +114,11 @@ class HAMMER(PairsAgent):
 
     def _gate(self, observation: Observation) -> dict[str, Array]:
         context = observation["context"]
+        if len(context) != self._modules:
+            raise BadOptionError(
+                f"modules is {self._modules}, but the context has {len(context)} labels; HAMMER has"
+                " a pair for each"
+            )
         if self._steps:
             predictions = self._steps[-1]["predictions"]
             errors = prediction_errors(predictions, observation["reference"])
@@ -130,7 +136,7 @@ class HAMMER(PairsAgent):
             epoch = self._epoch_signals()
             own = danced_label(epoch["context"])[:, None] == np.arange(self._modules)
             weight = own.astype(float)  # (T, M)
-            hit = np.clip(epoch["action"] + epoch["next_feedback"], -1.0, 1.0)
+            hit = command_that_hits(epoch["action"], epoch["next_feedback"])
             self._readouts.forward.fit(
                 epoch["forward_features"], epoch["next_posture"][:, None, :], weight
             )

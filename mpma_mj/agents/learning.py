@@ -20,6 +20,7 @@ __all__ = [
     "PairReadouts",
     "Readouts",
     "WeightedRule",
+    "command_that_hits",
 ]
 
 Array = NDArray[np.float64]
@@ -162,7 +163,7 @@ class WeightedRule:
     def fit(self, readouts: Readouts, epoch: Epoch) -> None:
         """Refit all readouts."""
         weight = epoch.responsibility
-        hit = np.clip(epoch.action + epoch.next_feedback, -1.0, 1.0)
+        hit = command_that_hits(epoch.action, epoch.next_feedback)
         share = commitment_target(weight, self.commitment, self.conscience)
         readouts.forward.fit(epoch.forward_features, epoch.next_posture[:, None, :], weight)
         readouts.inverse.fit(epoch.inverse_features, hit[:, None, :], weight)
@@ -173,6 +174,16 @@ class WeightedRule:
         errors = prediction_errors(epoch.predictions, epoch.next_posture)
         rms = np.sqrt(np.mean(np.sum(epoch.responsibility * errors, axis=1)))
         return max(self.least_sigma, float(rms))
+
+
+def command_that_hits(action: Array, next_feedback: Array) -> Array:
+    """Return what inverse models should have said, clip(u_t + u_fb,t+1, -1, 1).
+
+    Args:
+        action: Action u that was taken, shape (T, 8).
+        next_feedback: Feedback action u_fb one step later, shape (T, 8).
+    """
+    return np.clip(action + next_feedback, -1.0, 1.0)
 
 
 RULES: dict[RuleName, LearningRule] = {"weighted": WeightedRule(), "gated": GatedRule()}

@@ -52,7 +52,7 @@ class MOSAIC(ResponsiblePairs):
 
         forward models           e = λ^i (x_{t+1} - x̂^i_{t+1})
         inverse models           e = λ^i (K u_fb)_{t+1}
-        responsibility pred.     e = λ^i - p^i
+        responsibility pred.     e = λ^i - RP_i(y)
 
     the second being feedback-error learning (Kawato 1990): what the feedback controller has to
     add to the command's outcome is the command's error. Since it learns while it dances, the
@@ -103,6 +103,8 @@ class MOSAIC(ResponsiblePairs):
     def observe(self, timestep: dm_env.TimeStep) -> None:
         """Take in what the action led to, and learn from it."""
         super().observe(timestep)
+        if not self._steps:  # an episode has begun
+            return
         step, posture = self._steps[-1], self._last["posture"]
         gate = step["responsibility"][:, None]  # (M, 1)
         next_feedback = self.gains.feedback * self._feedback(self._last)  # (8,)

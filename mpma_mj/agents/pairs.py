@@ -55,7 +55,9 @@ class PairsConfig:
         """Check the settings."""
         for name, most in {"modules": 1000, "nodes": 20000}.items():
             count = getattr(self, name)
-            if not (isinstance(count, Integral) and 1 <= int(count) <= most):
+            if not (
+                type(count) is not bool and isinstance(count, Integral) and 1 <= int(count) <= most
+            ):
                 raise BadOptionError(f"{name} is {count!r}; expected a whole number, 1 to {most}")
         for name in ("spectral_radius", "reservoir_noise"):
             value = getattr(self, name)
@@ -143,6 +145,7 @@ class PairsAgent(ABC):
         """Return the action, shape (8,), in [-1, 1]."""
         modules, rng = self._modules, self._rng
         gate = self._gate(observation)
+        self._stacked = {}  # of the steps before this one
 
         sensed = self._sense(observation)
         inverse_features = self._inverse.step(np.concatenate([sensed, observation["target"]]), rng)

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import abc
+import ctypes
+import functools
 import os
+import weakref
 
 import mujoco
 import numpy as np
@@ -114,6 +117,7 @@ class PhysicsBatch(Batch):
         threads = min(count, processors())
         self._chunk = chunk_size(count, threads)
         self._threads = threads
+        self._pool: rollout.Rollout | None = None
         self._start_threads()
         self._models = [model] * count
         self._data = [mujoco.MjData(model) for _ in range(threads)]
@@ -128,8 +132,9 @@ class PhysicsBatch(Batch):
         self._control[..., self._arms.actuators] = control[:, None]
         if forces is not None:
             self._force[:, :, self._arms.hands, :3] = forces[:, None]
-        if os.getpid() != self._process:
+        if self._pool is None:
             self._start_threads()
+        assert self._pool is not None
         began = self._state[:, 0].copy()
         self._pool.rollout(
             self._models,
@@ -151,13 +156,18 @@ class PhysicsBatch(Batch):
 
     def close(self) -> None:
         """End the threads."""
-        self._pool.close()
+        if self._pool is not None:
+            self._pool.close()
 
     def _start_threads(self) -> None:
-        """Start the pool; a process that was forked has none of its parent's threads."""
-        self._process = os.getpid()
-        self._pools = [*getattr(self, "_pools", []), rollout.Rollout(nthread=self._threads)]
-        self._pool = self._pools[-1]  # the parent's are kept: to end them would wait for ever
+        _mind_forks()
+        self._pool = rollout.Rollout(nthread=self._threads)
+        _with_threads.add(self)
+
+    def leave_parents_threads(self) -> None:
+        """Forget a pool whose threads the parent process has; to end it would wait for ever."""
+        ctypes.pythonapi.Py_IncRef(ctypes.py_object(self._pool))  # never ended
+        self._pool = None
 
 
 class KinematicBatch(Batch):
@@ -171,6 +181,21 @@ class KinematicBatch(Batch):
         self._state[:, self._angles] = after
         self._state[:, self._velocities] = (after - before) / elapsed
         return np.zeros(len(self), bool)
+
+
+_with_threads: weakref.WeakSet[PhysicsBatch] = weakref.WeakSet()
+
+
+@functools.cache
+def _mind_forks() -> None:
+    """See to it, once, that a forked process starts threads of its own."""
+
+    def leave() -> None:
+        for batch in _with_threads:
+            batch.leave_parents_threads()
+
+    if hasattr(os, "register_at_fork"):
+        os.register_at_fork(after_in_child=leave)
 
 
 def processors() -> int:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mpma_mj.envs.load import make_environment
-from mpma_mj.envs.options import read_options
+from mpma_mj.envs.options import read_options, whole_seed
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.envs.rendering import ArmRenderer
 from mpma_mj.envs.spaces import action_space, flatten, observation_space
@@ -118,10 +118,11 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
             Observation and info.
 
         Raises:
-            BadOptionError: There are options.
+            BadOptionError: The seed is no whole number from 0 up, or there are options.
         """
         if options:
             raise BadOptionError(f"options is {options!r}; expected none, reset has no options")
+        seed = None if seed is None else whole_seed(seed)
         super().reset(seed=seed)
         if seed is not None:
             self._env.task.seed = seed

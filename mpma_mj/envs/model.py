@@ -39,12 +39,15 @@ def make_model(options: EnvironmentOptions) -> mujoco.MjModel:
     with _errors_in_one_line(path):
         spec = mujoco.MjSpec.from_file(str(path))
         check_complete(path, spec, hands=options.payload > 0 or options.pushed)
-        spec.memory = max(spec.memory, _MEMORY)
+        if options.model is not None:
+            spec.memory = max(spec.compile().narena, _MEMORY)
         if options.gravity_compensation:
             _carry_arms(spec)
         if options.payload > 0:
             _put_balls(spec, options.payload)
         model = spec.compile()
+    if not 0.0 < model.opt.timestep < math.inf:
+        raise BadOptionError(f"{path}: timestep is {model.opt.timestep:g} s; expected above 0")
     check_actuators(path, model, forces=options.strength != 1.0)
     for name in JOINT_NAMES:
         model.actuator(name).forcerange[:] *= options.strength

@@ -86,7 +86,7 @@ class EnvironmentOptions:
             raise BadOptionError(
                 f"motion is {self.motion!r}; expected a name, a path, or what read_motion returned"
             )
-        if self.arms not in get_args(Arms):
+        if not isinstance(self.arms, str) or self.arms not in get_args(Arms):
             expected = " or ".join(get_args(Arms))
             raise BadOptionError(f"arms is {self.arms!r}; expected {expected}")
         if not isinstance(self.model, str | Path | None):
@@ -185,6 +185,8 @@ def read_options(*motion: Any, **given: Any) -> EnvironmentOptions:
             f"{motion[1]!r} has no name; only the movement goes without, as in"
             ' load("ymca", arms="physics")'
         )
+    if motion and "motion" in given:
+        raise BadOptionError("motion is given twice; leave one out")
     known = [option.name for option in fields(EnvironmentOptions)]
     for name in given:
         if name not in known:

@@ -22,6 +22,11 @@ HANDS = tuple(f"{side}_hand" for side in SIDES)
 
 _SITES = tuple(f"{side}_{point}" for side in SIDES for point in ("shoulder", "elbow", "wrist"))
 _TOLERANCE = 1e-3  # on unit vectors
+_OF_VELOCITY = (
+    mujoco.mjtDyn.mjDYN_NONE,
+    mujoco.mjtGain.mjGAIN_FIXED,
+    mujoco.mjtBias.mjBIAS_AFFINE,
+)
 
 
 def check_complete(path: Path, spec: mujoco.MjSpec, *, hands: bool) -> None:
@@ -64,15 +69,18 @@ def check_actuators(path: Path, model: mujoco.MjModel, *, forces: bool) -> None:
     """
     for name in JOINT_NAMES:
         actuator = model.actuator(name)
-        moved = model.joint(int(actuator.trnid[0])).name
-        if actuator.trntype[0] != mujoco.mjtTrn.mjTRN_JOINT or moved != name:
+        moves_joint = actuator.trntype[0] == mujoco.mjtTrn.mjTRN_JOINT
+        if not moves_joint or model.joint(int(actuator.trnid[0])).name != name:
             raise BadOptionError(f"{path}: actuator {name} moves something else than joint {name}")
         gain = actuator.gainprm[0]
+        kinds = (actuator.dyntype[0], actuator.gaintype[0], actuator.biastype[0])
         of_velocity = gain > 0 and np.array_equal(actuator.biasprm[:3], [0.0, 0.0, -gain])
-        if not of_velocity or actuator.gear[0] != 1.0:
+        if kinds != _OF_VELOCITY or not of_velocity or actuator.gear[0] != 1.0:
             raise BadOptionError(
                 f"{path}: actuator {name} is no <velocity> with kv above 0 and gear 1"
             )
+        if model.opt.disableactuator & (1 << int(actuator.group[0])):
+            raise BadOptionError(f"{path}: actuator {name} is in a group that is disabled")
         low, high = actuator.ctrlrange
         if not actuator.ctrllimited[0] or not high == -low > 0:
             raise BadOptionError(

@@ -95,6 +95,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         self._next_episode = np.zeros(num_envs, int)
         self._step = np.zeros(num_envs, int)
         self._over = np.ones(num_envs, bool)
+        self._ending = np.full(num_envs, "", object)
         self._pending = np.zeros((chosen.latency, num_envs, 8))
         self._drawn = _space_for(self._demonstration.episode(chosen.seed, 0), num_envs)
         super().reset(seed=chosen.seed)
@@ -122,18 +123,19 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
             ClosedEnvironmentError: `close` has been called.
         """
         self._check_open()
-        meant = self._mask(options)
+        meant = self._mask(options) | (self._next_episode == 0)
         if seed is not None:
             for row, own in enumerate(self._seeds_of_members(seed)):
                 if own is not None and meant[row]:
                     self._seeds[row], self._next_episode[row] = own, 0
             super().reset(seed=self._seeds[0])
-        over_before = self._over & ~meant
+        over_before, ending_before = self._over & ~meant, self._ending
         self._over = meant
         self._begin_episodes()
         nothing = np.zeros(self.num_envs, bool)
         observation, _, _, _, info = self._outcome(~nothing, nothing, np.zeros((self.num_envs, 8)))
         self._over = over_before
+        info["ending"] = self._ending = np.where(meant, "", ending_before)
         return observation, info
 
     def step(self, actions: ArrayLike) -> tuple[Any, Array, Mask, Mask, dict[str, Any]]:
@@ -184,9 +186,12 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         """Return which members a reset is meant for, shape (N,)."""
         if not options:
             return np.ones(self.num_envs, bool)
-        mask = np.array(options.get("reset_mask")) if isinstance(options, dict) else None
-        fits = mask is not None and mask.dtype == bool and mask.shape == (self.num_envs,)
-        if not fits or len(options) > 1:
+        try:
+            mask = np.array(options.get("reset_mask")) if isinstance(options, dict) else None
+        except ValueError:  # rows of different lengths
+            mask = None
+        expected = (np.dtype(bool), (self.num_envs,))
+        if mask is None or (mask.dtype, mask.shape) != expected or len(options) > 1:
             raise BadOptionError(
                 f"options is {options!r}; expected nothing, or a reset_mask of {self.num_envs}"
                 " truth values"
@@ -194,8 +199,8 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         return mask
 
     def _seeds_of_members(self, seed: int | Sequence[int | None]) -> list[int | None]:
-        if not isinstance(seed, list | tuple | np.ndarray):
-            first = whole_seed(seed)
+        if not isinstance(seed, list | tuple | np.ndarray) or np.ndim(seed) == 0:
+            first = whole_seed(np.array(seed).item() if isinstance(seed, np.ndarray) else seed)
             return [first + row for row in range(self.num_envs)]
         if len(seed) != self.num_envs:
             raise BadOptionError(f"seed has {len(seed)} entries; expected {self.num_envs}")
@@ -226,12 +231,16 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         terminated = diverged | too_far
         truncated = (self._step >= self.steps) & ~terminated
         self._over = terminated | truncated
-        ending = np.full(self.num_envs, "", object)
+        self._ending = np.full(self.num_envs, "", object)
         for reason, ended in ((_DIVERGED, diverged), (TOO_FAR, too_far), (OVER, truncated)):
-            ending[ended] = reason
+            self._ending[ended] = reason
         clipped = np.where(begins, 0, np.count_nonzero(np.abs(actions) > 1.0, axis=1))
         by_name = dict(zip(arm.SEGMENT_NAMES, terms.T, strict=True))
-        info = {"reward_terms": self._masked(by_name), "clipped": clipped, "ending": ending}
+        info = {
+            "reward_terms": self._masked(by_name),
+            "clipped": clipped,
+            "ending": self._ending.copy(),
+        }
         return self._pack(posture), rewards, terminated, truncated, self._masked(info)
 
     def _pack(self, posture: Array) -> Any:

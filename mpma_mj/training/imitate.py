@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Literal, overload
 
-import dm_env
 import numpy as np
 from dm_control.rl import control
 from numpy.typing import NDArray
@@ -15,6 +14,7 @@ from mpma_mj.agents import AGENTS, MPMA, Agent, MPMAConfig
 from mpma_mj.agents.kinds import Arena
 from mpma_mj.envs.load import load
 from mpma_mj.envs.options import whole_seed
+from mpma_mj.envs.task import TwoArmImitation
 from mpma_mj.errors import BadOptionError, CheckpointError
 from mpma_mj.motions import Motion
 from mpma_mj.motions.context import danced_label
@@ -136,9 +136,11 @@ def make_agent(
         BadOptionError: There is no such kind, the seed is no whole number from 0 up, or the
             environment is another.
     """
-    if not isinstance(env, dm_env.Environment):
+    if not isinstance(getattr(env, "task", None), TwoArmImitation):
         raise BadOptionError(f"env is {env}; expected what mpma_mj.load returned")
-    if kind not in AGENTS:
+    if not isinstance(config, MPMAConfig):
+        raise BadOptionError(f"config is {config!r}; expected an MPMAConfig")
+    if not isinstance(kind, str) or kind not in AGENTS:
         raise BadOptionError(f"kind is '{kind}'; expected one of {', '.join(AGENTS)}")
     arena = Arena(
         context_size=env.observation_spec()["context"].shape[0],

@@ -229,7 +229,11 @@ def test_an_agent_needs_no_environment() -> None:
 
 @pytest.mark.parametrize(
     ("options", "message"),
-    [({"modules": 2.5}, "modules is 2.5; expected a whole"), ({"nodes": "x"}, "nodes is 'x'")],
+    [
+        ({"modules": True}, "modules is True"),
+        ({"modules": 2.5}, "modules is 2.5; expected a whole"),
+        ({"nodes": "x"}, "nodes is 'x'"),
+    ],
 )
 def test_numbers_of_modules_and_nodes_are_whole(options: dict[str, object], message: str) -> None:
     with pytest.raises(BadOptionError, match=message):
@@ -239,5 +243,9 @@ def test_numbers_of_modules_and_nodes_are_whole(options: dict[str, object], mess
 def test_an_agent_needs_an_environment_and_a_seed() -> None:
     with pytest.raises(BadOptionError, match=r"expected what mpma_mj\.load returned"):
         mpma_mj.make_agent(None)
+    with pytest.raises(BadOptionError, match="config is None; expected an MPMAConfig"):
+        mpma_mj.make_agent(load("ymca"), None)  # type: ignore[arg-type]
+    with pytest.raises(BadOptionError, match="kind is"):
+        mpma_mj.make_agent(load("ymca"), kind=["mpma"])  # type: ignore[call-overload]
     with pytest.raises(BadOptionError, match="seed is -1"):
         mpma_mj.make_agent(load("ymca"), seed=-1)

@@ -180,6 +180,15 @@ def test_episodes_follow_from_the_seed_alone() -> None:
     np.testing.assert_array_equal(by_option.reset()[0]["target"], second)
 
 
+def test_seeds_are_whole_numbers_of_any_kind() -> None:
+    env = ImitationEnv(arms="kinematic")
+    first = env.reset(seed=3)[0]["target"]
+    np.testing.assert_array_equal(env.reset(seed=np.int64(3))[0]["target"], first)
+    for seed in (-1, True, 0.5):
+        with pytest.raises(BadOptionError, match=f"seed is {seed}; expected a whole number"):
+            env.reset(seed=seed)
+
+
 def test_the_generator_is_numpys_and_seeded() -> None:
     env = make(seed=0)
     assert isinstance(env.unwrapped.np_random, np.random.Generator)

@@ -50,6 +50,7 @@ def followed(env: dm_env.Environment) -> float:
     ("option", "value", "message"),
     [
         ("arms", "rubber", "arms is 'rubber'; expected physics or kinematic"),
+        ("arms", np.array(["a", "b"]), "arms is array"),
         ("repeats", 0, "repeats is 0; expected a whole number from 1 to 1000"),
         ("repeats", 1.5, "repeats is 1.5"),
         ("repeats", True, "repeats is True"),
@@ -162,6 +163,8 @@ def test_a_misspelt_option_is_guessed() -> None:
 
 
 def test_options_go_by_name() -> None:
+    with pytest.raises(BadOptionError, match="motion is given twice"):
+        load("ymca", motion="ymca")  # type: ignore[misc]
     with pytest.raises(BadOptionError, match="'physics' has no name; only the movement goes"):
         load("ymca", "physics")  # type: ignore[misc]
 

@@ -150,6 +150,25 @@ def test_hands_are_needed_only_where_something_acts_on_them(own: Path) -> None:
             '<mesh name="lost" file="lost.stl"/><material name="floor"',
             "lost.stl",
         ),
+        (
+            '<velocity name="left_elbow" joint="left_elbow" class="elbow"/>',
+            '<general name="left_elbow" joint="left_elbow" gainprm="50" biasprm="0 0 -50"'
+            ' ctrlrange="-15 15"/>',
+            "is no <velocity>",
+        ),
+        (
+            '<velocity name="left_elbow" joint="left_elbow" class="elbow"/>',
+            '<general name="left_elbow" joint="left_elbow" gainprm="50" biasprm="0 0 -50"'
+            ' biastype="affine" dyntype="filter" dynprm="0.5" ctrlrange="-15 15"/>',
+            "is no <velocity>",
+        ),
+        (
+            '<option timestep="0.005"',
+            '<option actuatorgroupdisable="0" timestep="0.005"',
+            "actuator left_shoulder_abduction is in a group that is disabled",
+        ),
+        ('timestep="0.005"', 'timestep="0"', "timestep is 0 s; expected above 0"),
+        ('timestep="0.005"', 'timestep="-0.005"', "timestep is -0.005 s; expected above 0"),
         ('kv="20" ctrlrange="-15 15"', 'kv="-20" ctrlrange="-15 15"', "with kv above 0"),
         ("<joint type=", "<joint typo=", "typo"),
         ("</mujoco>", "", "XML"),
@@ -217,6 +236,13 @@ def test_pictures_need_the_camera_that_they_are_taken_by(own: Path) -> None:
     env.reset()
     with pytest.raises(BadOptionError, match="camera is 'front'; the model has mine, side, three"):
         env.render()
+
+
+def test_contacts_have_the_memory_that_mujoco_would_give_them(own: Path) -> None:
+    edited(own, ('<size memory="1M"/>', ""))
+    assert load("ymca", model=own).physics.model.narena >= 2**24
+    edited(own, ('<size memory="1M"/>', '<size memory="64M"/>'))
+    assert load("ymca", model=own).physics.model.narena == 2**26
 
 
 def test_ranges_that_the_dance_leaves_are_told(own: Path) -> None:

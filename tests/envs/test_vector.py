@@ -1,6 +1,7 @@
 """Many environments at once: each is the single one, bit for bit."""
 
 import copy
+import gc
 import multiprocessing
 import os
 import pickle
@@ -224,6 +225,7 @@ def test_bad_options_are_one_line(options: dict[str, Any], message: str) -> None
         ([0, -1, 2], "seed is -1"),
         ([0, 0.5, 2], "seed is 0.5"),
         ("one", "seed is 'one'"),
+        (np.array(0.5), "seed is 0.5"),
     ],
 )
 def test_seeds_that_are_none_are_refused_and_change_nothing(seed: Any, message: str) -> None:
@@ -233,9 +235,9 @@ def test_seeds_that_are_none_are_refused_and_change_nothing(seed: Any, message: 
         assert_same([envs.reset()[0]], [others.reset()[0]])
 
 
-@pytest.mark.parametrize("seed", [2**63 - 1, 2**64, np.uint64(5), np.int64(3)])
+@pytest.mark.parametrize("seed", [2**63 - 1, 2**64, np.uint64(5), np.int64(3), np.array(4)])
 def test_seeds_are_whole_numbers_of_any_size_and_kind(seed: Any) -> None:
-    with many(2, seed=seed) as envs:
+    with many(2, seed=int(seed)) as envs:
         by_option = envs.reset()[0]["target"]
         np.testing.assert_array_equal(envs.reset(seed=seed)[0]["target"], by_option)
     single = load("ymca", repeats=1, seed=int(seed) + 1).reset().observation["target"]
@@ -258,7 +260,8 @@ def test_some_members_begin_anew_where_a_mask_says_so() -> None:
             for _ in range(5):
                 before = each.step(np.full((3, 8), 0.1))[0]
         mask = np.array([False, True, False])
-        after = envs.reset(seed=[9, 9, 9], options={"reset_mask": mask})[0]
+        after, info = envs.reset(seed=[9, 9, 9], options={"reset_mask": mask})
+        assert info["ending"].tolist() == ["", "", ""]
         np.testing.assert_array_equal(after["posture"][~mask], before["posture"][~mask])
         first = load("ymca", repeats=1, arms="kinematic", seed=9).reset().observation
         np.testing.assert_array_equal(after["target"][1], first["target"])
@@ -271,7 +274,8 @@ def test_a_mask_leaves_a_finished_member_finished() -> None:
         envs.reset()
         while not envs.step(np.zeros((2, 8)))[3].all():
             pass
-        envs.reset(options={"reset_mask": np.array([True, False])})
+        info = envs.reset(options={"reset_mask": np.array([True, False])})[1]
+        assert info["ending"].tolist() == ["", "the demonstration is over"]
         _, rewards, *_ = envs.step(np.zeros((2, 8)))
         assert rewards[0] > 0.0
         assert rewards[1] == 0.0  # begins only now
@@ -279,7 +283,14 @@ def test_a_mask_leaves_a_finished_member_finished() -> None:
 
 @pytest.mark.parametrize(
     "options",
-    [3, {"mask": [True, True]}, {"reset_mask": [True]}, {"reset_mask": [1, 0]}, {"reset_mask": 1}],
+    [
+        3,
+        {"mask": [True, True]},
+        {"reset_mask": [[True], [True, False]]},
+        {"reset_mask": [True]},
+        {"reset_mask": [1, 0]},
+        {"reset_mask": 1},
+    ],
 )
 def test_options_of_a_reset_that_are_none_are_refused(options: Any) -> None:
     message = "expected nothing, or a reset_mask of 2 truth values"
@@ -287,6 +298,30 @@ def test_options_of_a_reset_that_are_none_are_refused(options: Any) -> None:
         envs.reset(options=options)
     with pytest.raises(BadOptionError, match="reset has no options"):
         ImitationEnv(arms="kinematic").reset(options=options)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
+@pytest.mark.parametrize("use", ["step and close", "close", "forget", "leave"])
+def test_a_forked_process_ends_whatever_it_does_with_its_parents_environments(use: str) -> None:
+    envs = make_vec(4, repeats=1)
+    envs.reset()
+
+    def work() -> None:
+        nonlocal envs
+        if use == "step and close":
+            envs.step(np.ones((4, 8)))
+        if "close" in use:
+            envs.close()
+        if use == "forget":
+            envs = make_vec(4, repeats=1)
+            gc.collect()
+
+    child = multiprocessing.get_context("fork").Process(target=work)
+    child.start()
+    child.join(timeout=60)
+    assert child.exitcode == 0
+    envs.step(np.ones((4, 8)))
+    envs.close()
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")

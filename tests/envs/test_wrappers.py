@@ -87,6 +87,11 @@ def test_other_interfaces_are_refused(wrap: type[Wrapper]) -> None:
             wrap(other)
 
 
+def test_a_film_cannot_be_copied(tmp_path: Path) -> None:
+    with pytest.raises(BadOptionError, match="cannot be pickled or copied; copy what is inside"):
+        copy.deepcopy(RecordVideo(ymca(), tmp_path / "a.mp4"))
+
+
 def test_a_copy_goes_on_identically() -> None:
     env = ymca()
     env.reset()

@@ -56,6 +56,10 @@ class RecordVideo(Wrapper):
         self._ghost: Array | None = None
         self._episode = -1
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Refuse to be pickled or copied, as an OpenGL context cannot be."""
+        raise BadOptionError("a RecordVideo cannot be pickled or copied; copy what is inside")
+
     def reset(self) -> dm_env.TimeStep:
         """Begin an episode; what there is of the one before is a video."""
         self._finish()
