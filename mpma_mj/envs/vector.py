@@ -69,6 +69,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
             BadOptionError: An option is outside what it may be, or there is none of that name.
             MpmaError: The movement cannot be read, or is faster than the arms.
         """
+        self.closed = True  # there is nothing to close yet
         if not (is_whole(num_envs) and int(num_envs) >= 1):
             raise BadOptionError(f"num_envs is {num_envs!r}; expected a whole number from 1 up")
         if render_mode is not None:
@@ -98,6 +99,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         self._ending = np.full(num_envs, "", object)
         self._pending = np.zeros((chosen.latency, num_envs, 8))
         self._drawn = _space_for(self._demonstration.episode(chosen.seed, 0), num_envs)
+        self.closed = False
         super().reset(seed=chosen.seed)
 
     def reset(

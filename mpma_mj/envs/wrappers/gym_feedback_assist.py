@@ -97,7 +97,7 @@ class GymFeedbackAssist(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructor
         return *outcome, info | {"feedback": feedback}
 
 
-class VectorFeedbackAssist(VectorWrapper[Any, Any, Any]):
+class VectorFeedbackAssist(VectorWrapper):
     """`FeedbackAssist` for the environments of `make_vec`, flat or not.
 
     `info["feedback"]` is the controller's part K u_fb of the step, shape (N, 8); where an episode
