@@ -8,6 +8,7 @@ from mpma_mj import load, make_agent
 from mpma_mj.agents import HAMMER, MPMAConfig
 from mpma_mj.agents.hammer import next_confidence
 from mpma_mj.agents.pairs import PairsConfig
+from mpma_mj.errors import BadOptionError
 from mpma_mj.training.trace import record_epoch
 
 SPEED = np.array([12.0, 12.0, 20.0, 15.0] * 2)
@@ -165,3 +166,10 @@ def test_on_the_way_it_tracks_better_than_feedback() -> None:
     alone = record_epoch(env, make_agent(env, kind="feedback_only"), 8)
     usual = np.abs(alone["posture"] - alone["reference"]).mean()
     assert min(errors) < 0.6 * usual
+
+
+@pytest.mark.parametrize("pairs", [2, 6])
+def test_there_is_a_pair_for_every_label(pairs: int) -> None:
+    observation = load("ymca", arms="kinematic").reset().observation
+    with pytest.raises(BadOptionError, match=f"modules is {pairs}, but the context has 4 labels"):
+        hammer(pairs).act(observation)

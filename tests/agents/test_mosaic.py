@@ -142,3 +142,11 @@ def test_a_width_without_width_is_refused(sigma: float) -> None:
             control_timestep=0.05,
             sigma=sigma,
         )
+
+
+def test_the_first_moment_of_an_episode_teaches_nothing() -> None:
+    agent = mosaic()
+    before = agent.state_dict()
+    agent.observe(load("ymca", arms="kinematic").reset())
+    for name, value in agent.state_dict().items():
+        np.testing.assert_array_equal(value, before[name])

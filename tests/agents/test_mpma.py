@@ -249,3 +249,14 @@ def test_an_agent_needs_an_environment_and_a_seed() -> None:
         mpma_mj.make_agent(load("ymca"), kind=["mpma"])  # type: ignore[call-overload]
     with pytest.raises(BadOptionError, match="seed is -1"):
         mpma_mj.make_agent(load("ymca"), seed=-1)
+
+
+def test_signals_are_of_all_steps_also_where_a_reset_was_left_out() -> None:
+    env = load("ymca", arms="kinematic", repeats=1)
+    acting = mpma_mj.make_agent(env, MPMAConfig(nodes=10))
+    for episode in (1, 2):
+        timestep = env.reset()
+        while not timestep.last():
+            timestep = env.step(acting.act(timestep.observation))
+            acting.observe(timestep)
+        assert len(acting.signals()["prior"]) == episode * env.task.steps

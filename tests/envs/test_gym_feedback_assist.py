@@ -89,7 +89,7 @@ def test_other_environments_and_gains_are_refused() -> None:
     for other in (pendulum, ours, load("ymca")):
         with pytest.raises(BadOptionError, match=r"expected what mpma_mj\.make_vec"):
             VectorFeedbackAssist(other)
-    for gain in (2.0, "much", None):
+    for gain in (2.0, "much", None, True):
         with pytest.raises(BadOptionError, match=r"gain is .*; expected 0 to 1"):
             GymFeedbackAssist(ours, gain)
         with pytest.raises(BadOptionError, match=r"gain is .*; expected 0 to 1"):
@@ -143,6 +143,14 @@ def test_what_is_measured_is_what_the_other_face_measures(name: str) -> None:
     assert truncated
     assert env.episode_metrics == plain.episode_metrics
     assert plain.episode_metrics[0]["feedback_ratio"] > 0.0
+
+
+def test_steps_after_the_end_do_not_count_twice() -> None:
+    env = GymEvaluate(gymnasium.make(f"mpma_mj:{NAMES[0]}", max_episode_steps=10))
+    env.reset(seed=0)
+    for _ in range(11):
+        env.step(np.zeros(8))
+    assert [row["steps"] for row in env.episode_metrics] == [10, 1]
 
 
 def test_measures_are_of_the_true_arms_not_of_what_is_observed() -> None:
