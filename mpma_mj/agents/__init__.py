@@ -1,6 +1,7 @@
 """Agents: what acts and learns in the environments, knowing only observations."""
 
 from mpma_mj.agents.agent import Agent
+from mpma_mj.agents.arena import Arena
 from mpma_mj.agents.feedback_only import FeedbackOnly
 from mpma_mj.agents.fixed import FixedAgent
 from mpma_mj.agents.hammer import HAMMER
@@ -16,6 +17,7 @@ __all__ = [
     "MOSAIC",
     "MPMA",
     "Agent",
+    "Arena",
     "FeedbackOnly",
     "FixedAgent",
     "MPMAConfig",

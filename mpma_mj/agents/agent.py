@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 import dm_env
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Agent", "Observation"]
+__all__ = ["Agent", "Observation", "Seeds"]
 
 Array = NDArray[np.float64]
 Observation = Mapping[str, Array]
+Seeds = int | Sequence[int]
 
 
 class Agent(Protocol):

@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.agents.agent import Observation
+from mpma_mj.agents.arena import Arena
 from mpma_mj.agents.fixed import FixedAgent
-from mpma_mj.feedback import feedback_action
+from mpma_mj.agents.memory import Memory
 
 __all__ = ["FeedbackOnly"]
 
@@ -20,32 +21,25 @@ class FeedbackOnly(FixedAgent):
     It undoes the error that is there, so that it runs one step behind the demonstration.
     """
 
-    def __init__(self, *, max_joint_speed: Array, control_timestep: float) -> None:
+    def __init__(self, arena: Arena) -> None:
         """Take what the arms can do.
 
         Args:
-            max_joint_speed: Joint speeds that action 1 commands, shape (8,), rad/s.
-            control_timestep: Time between two actions, s.
+            arena: Where it acts.
         """
-        self._max_joint_speed = max_joint_speed
-        self._control_timestep = control_timestep
-        self.reset(0)
+        self._arena = arena
+        self._steps = Memory()
 
     def reset(self, episode: int) -> None:
         """Begin an episode."""
-        self._feedback: list[Array] = []
+        self._steps.clear()
 
     def act(self, observation: Observation) -> Array:
-        """Return the action, shape (8,), in [-1, 1]."""
-        action = feedback_action(
-            observation["joint_angles"],
-            observation["reference"],
-            self._max_joint_speed,
-            self._control_timestep,
-        )
-        self._feedback.append(action.copy())
+        """Return the action, shape (..., 8), in [-1, 1]."""
+        action = self._arena.feedback(observation["joint_angles"], observation["reference"])
+        self._steps.append({"feedback": action})
         return action
 
     def signals(self) -> dict[str, Array]:
-        """Return `feedback`, shape (T, 8), which is the action."""
-        return {"feedback": np.reshape(self._feedback, (-1, 8))}
+        """Return `feedback`, shape (T, ..., 8), which is the action."""
+        return {name: rows.copy() for name, rows in self._steps.episode().items()}

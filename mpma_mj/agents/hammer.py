@@ -7,9 +7,10 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.agent import Observation
+from mpma_mj.agents.agent import Observation, Seeds
+from mpma_mj.agents.arena import Arena
 from mpma_mj.agents.learning import WeightedRule, command_that_hits
-from mpma_mj.agents.pairs import PairsAgent, PairsConfig
+from mpma_mj.agents.pairs import Member, PairsAgent, PairsConfig
 from mpma_mj.agents.responsibility import prediction_errors
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions.context import danced_label
@@ -35,10 +36,10 @@ def next_confidence(confidence: Array, errors: Array) -> Array:
     be the best predictor of the step needs none (choice).
 
     Args:
-        confidence: Confidences c, shape (M,).
-        errors: Errors of the last predictions, shape (M,).
+        confidence: Confidences c, shape (..., M).
+        errors: Errors of the last predictions, shape (..., M).
     """
-    change = np.where(errors == errors.min(), 1.0, -1.0)
+    change = np.where(errors == errors.min(axis=-1, keepdims=True), 1.0, -1.0)
     return np.clip(confidence + change, 0.0, _MOST)
 
 
@@ -58,27 +59,18 @@ class HAMMER(PairsAgent):
     learns. Then learning is over, and K and L move on as MPMA's do.
     """
 
-    def __init__(
-        self,
-        config: PairsConfig,
-        *,
-        max_joint_speed: Array,
-        control_timestep: float,
-        seed: int = 0,
-    ) -> None:
+    def __init__(self, config: PairsConfig, arena: Arena, *, seed: Seeds = 0) -> None:
         """Draw the reservoirs.
 
         Args:
             config: Settings of the networks; `modules` is the number of context labels.
-            max_joint_speed: Joint speeds that action 1 commands, shape (8,), rad/s.
-            control_timestep: Time between two actions, s.
-            seed: Seed of weights and noise.
+            arena: Where it acts.
+            seed: Seed of weights and noise; several are agents side by side.
         """
         self._prepared = 0  # epochs
         super().__init__(
             config,
-            max_joint_speed=max_joint_speed,
-            control_timestep=control_timestep,
+            arena,
             seed=seed,
             forgetting=1.0,  # every epoch of preparation counts alike
             ridge=_RIDGE,
@@ -92,54 +84,55 @@ class HAMMER(PairsAgent):
     def reset(self, episode: int) -> None:
         """Begin an episode with reservoirs at rest and no confidence in any pair."""
         super().reset(episode)
-        self._confidence = np.zeros(self._modules)
+        self._confidence = np.zeros((*self._lead, self._modules))
 
-    def learn(self) -> dict[str, float]:
+    def learn_side_by_side(self) -> list[dict[str, float]]:
         """Learn from the episode while preparing; afterwards let the gains follow."""
-        gains = self.gains
-        preparing = self.is_preparing
-        logged = super().learn()
-        if preparing:
-            self.gains = gains
+        if not self.is_preparing:
+            return super().learn_side_by_side()
+        progress = self._progress.copy()
+        logged = super().learn_side_by_side()
+        self._progress = progress
+        self._prepared += 1
         return logged
 
     def state_dict(self) -> dict[str, Array]:
         """Return all that learning has changed, as arrays by name."""
-        return super().state_dict() | {"prepared": np.array(self._prepared)}
+        return super().state_dict() | {"prepared": np.full(self._lead, self._prepared)}
 
     def load_state_dict(self, state: Mapping[str, Array]) -> None:
         """Continue from what `state_dict` returned."""
         super().load_state_dict(state)
-        self._prepared = int(state["prepared"])
+        self._prepared = int(np.max(state["prepared"]))
 
     def _gate(self, observation: Observation) -> dict[str, Array]:
         context = observation["context"]
-        if len(context) != self._modules:
+        if context.shape[-1] != self._modules:
             raise BadOptionError(
-                f"modules is {self._modules}, but the context has {len(context)} labels; HAMMER has"
-                " a pair for each"
+                f"modules is {self._modules}, but the context has {context.shape[-1]} labels;"
+                " HAMMER has a pair for each"
             )
-        if self._steps:
+        if len(self._steps):
             predictions = self._steps[-1]["predictions"]
             errors = prediction_errors(predictions, observation["reference"])
             self._confidence = next_confidence(self._confidence, errors)
-        winner = np.argmax(context if self.is_preparing else self._confidence)
+        winner = np.argmax(context if self.is_preparing else self._confidence, axis=-1)
         one_hot = np.eye(self._modules)[winner]
-        return {"prior": one_hot, "responsibility": one_hot, "context": context.copy()}
+        return {"prior": one_hot, "responsibility": one_hot, "context": context}
 
     def _heard(self, action: Array, module_actions: Array) -> Array:
         return action if self.is_preparing else module_actions
 
-    def _learn_epoch(self) -> dict[str, float]:
+    def _learn_epoch(self, member: Member, episode: dict[str, Array]) -> dict[str, float]:
         """Fit each pair to the steps of its label, if the preparation is not over."""
         if self.is_preparing:
-            epoch = self._epoch_signals()
-            own = danced_label(epoch["context"])[:, None] == np.arange(self._modules)
+            own = danced_label(episode["context"])[:, None] == np.arange(self._modules)
             weight = own.astype(float)  # (T, M)
-            hit = command_that_hits(epoch["action"], epoch["next_feedback"])
-            self._readouts.forward.fit(
-                epoch["forward_features"], epoch["next_posture"][:, None, :], weight
+            hit = command_that_hits(episode["action"], episode["next_feedback"])
+            self._readouts.forward.member(member).fit(
+                episode["forward_features"], episode["next_posture"][:, None, :], weight
             )
-            self._readouts.inverse.fit(epoch["inverse_features"], hit[:, None, :], weight)
-            self._prepared += 1
+            self._readouts.inverse.member(member).fit(
+                episode["inverse_features"], hit[:, None, :], weight
+            )
         return {}

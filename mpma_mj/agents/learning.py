@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
 from typing import Protocol
 
 import numpy as np
@@ -40,6 +41,10 @@ class Readouts(PairReadouts):
 
     predictor: ReadoutBank
 
+    def member(self, index: tuple[int, ...]) -> Readouts:
+        """Return one member's, of agents side by side."""
+        return Readouts(**{name: bank.member(index) for name, bank in vars(self).items()})
+
 
 @dataclass(frozen=True, eq=False)
 class Epoch:
@@ -72,6 +77,12 @@ class Epoch:
     feedback: Array
     next_feedback: Array
     feedback_gain: float
+
+    @classmethod
+    def of(cls, episode: Mapping[str, Array]) -> Epoch:
+        """Return it from what was remembered, by name, of which more is passed over."""
+        known = {f.name: episode[f.name] for f in fields(cls) if f.name != "feedback_gain"}
+        return cls(**known, feedback_gain=float(episode["feedback_gain"][0]))
 
 
 class LearningRule(Protocol):

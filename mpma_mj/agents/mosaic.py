@@ -8,7 +8,9 @@ import dm_env
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.pairs import PairsConfig
+from mpma_mj.agents.agent import Seeds
+from mpma_mj.agents.arena import Arena
+from mpma_mj.agents.pairs import Member, PairsConfig
 from mpma_mj.agents.responsible import ResponsiblePairs
 from mpma_mj.errors import BadOptionError
 
@@ -66,11 +68,9 @@ class MOSAIC(ResponsiblePairs):
     def __init__(
         self,
         config: PairsConfig,
+        arena: Arena,
         *,
-        context_size: int,
-        max_joint_speed: Array,
-        control_timestep: float,
-        seed: int = 0,
+        seed: Seeds = 0,
         rates: LearningRates = LearningRates(),
         sigma: float = 0.5,
     ) -> None:
@@ -78,10 +78,8 @@ class MOSAIC(ResponsiblePairs):
 
         Args:
             config: Settings of the networks.
-            context_size: Size of the observation's context, C.
-            max_joint_speed: Joint speeds that action 1 commands, shape (8,), rad/s.
-            control_timestep: Time between two actions, s.
-            seed: Seed of weights and noise.
+            arena: Where it acts.
+            seed: Seed of weights and noise; several are agents side by side.
             rates: Learning rates.
             sigma: Width σ of the likelihood, in units of posture.
 
@@ -91,37 +89,27 @@ class MOSAIC(ResponsiblePairs):
         if not sigma > 0.0:
             raise BadOptionError(f"sigma is {sigma:g}; expected above 0")
         self._rates = rates
-        super().__init__(
-            config,
-            context_size=context_size,
-            max_joint_speed=max_joint_speed,
-            control_timestep=control_timestep,
-            sigma=sigma,
-            seed=seed,
-        )
+        super().__init__(config, arena, sigma=sigma, seed=seed)
 
     def observe(self, timestep: dm_env.TimeStep) -> None:
         """Take in what the action led to, and learn from it."""
         super().observe(timestep)
-        if not self._steps:  # an episode has begun
+        if not len(self._steps):  # an episode has begun
             return
-        step, posture = self._steps[-1], self._last["posture"]
-        gate = step["responsibility"][:, None]  # (M, 1)
-        next_feedback = self.gains.feedback * self._feedback(self._last)  # (8,)
-        self._readouts.forward.nudge(
-            step["forward_features"], gate * (posture - step["predictions"]), self._rates.forward
-        )
-        self._readouts.inverse.nudge(
-            step["inverse_features"], gate * next_feedback, self._rates.inverse
-        )
-        said = self._readouts.predictor(step["predictor_features"])  # (M, 1)
-        self._readouts.predictor.nudge(
-            step["predictor_features"], gate - said, self._rates.predictor
-        )
+        step, last, readouts = self._steps[-1], self._last, self._readouts
+        gate = step["responsibility"][..., None]  # (..., M, 1)
+        surprise = last["posture"][..., None, :] - step["predictions"]
+        feedback = self._arena.feedback(last["joint_angles"], last["reference"])
+        correction = (step["feedback_gain"][..., None] * feedback)[..., None, :]  # (..., 1, 8)
+        said = readouts.predictor(step["predictor_features"])  # (..., M, 1)
+        rates = self._rates
+        readouts.forward.nudge(step["forward_features"], gate * surprise, rates.forward)
+        readouts.inverse.nudge(step["inverse_features"], gate * correction, rates.inverse)
+        readouts.predictor.nudge(step["predictor_features"], gate - said, rates.predictor)
 
     def _heard(self, action: Array, module_actions: Array) -> Array:
         return action
 
-    def _learn_epoch(self) -> dict[str, float]:
+    def _learn_epoch(self, member: Member, episode: dict[str, Array]) -> dict[str, float]:
         """Learn nothing: all has been learned step by step."""
         return {}

@@ -8,8 +8,10 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.learning import RULES
-from mpma_mj.agents.pairs import PairsConfig
+from mpma_mj.agents.agent import Seeds
+from mpma_mj.agents.arena import Arena
+from mpma_mj.agents.learning import RULES, Epoch
+from mpma_mj.agents.pairs import Member, PairsConfig
 from mpma_mj.agents.responsible import ResponsiblePairs
 from mpma_mj.errors import BadOptionError
 from mpma_mj.options import RuleName
@@ -54,31 +56,19 @@ class MPMA(ResponsiblePairs):
         config: Settings.
     """
 
-    def __init__(
-        self,
-        config: MPMAConfig,
-        *,
-        context_size: int,
-        max_joint_speed: Array,
-        control_timestep: float,
-        seed: int = 0,
-    ) -> None:
+    def __init__(self, config: MPMAConfig, arena: Arena, *, seed: Seeds = 0) -> None:
         """Draw the reservoirs.
 
         Args:
             config: Settings.
-            context_size: Size of the observation's context, C.
-            max_joint_speed: Joint speeds that action 1 commands, shape (8,), rad/s.
-            control_timestep: Time between two actions, s.
-            seed: Seed of weights and noise.
+            arena: Where it acts.
+            seed: Seed of weights and noise; several are agents side by side.
         """
         self.config = config
         self._rule = RULES[config.rule]
         super().__init__(
             config,
-            context_size=context_size,
-            max_joint_speed=max_joint_speed,
-            control_timestep=control_timestep,
+            arena,
             sigma=self._rule.first_sigma,
             seed=seed,
             forgetting=self._rule.forgetting,
@@ -88,9 +78,9 @@ class MPMA(ResponsiblePairs):
     def _heard(self, action: Array, module_actions: Array) -> Array:
         return action if self.config.forward_input == "total" else module_actions
 
-    def _learn_epoch(self) -> dict[str, float]:
+    def _learn_epoch(self, member: Member, episode: dict[str, Array]) -> dict[str, float]:
         """Refit all readouts; log the σ of the episode."""
-        epoch, sigma = self._close_epoch(), self._sigma
-        self._rule.fit(self._readouts, epoch)
-        self._sigma = self._rule.next_sigma(epoch, sigma)
+        epoch, sigma = Epoch.of(episode), float(self._sigma[member])
+        self._rule.fit(self._readouts.member(member), epoch)
+        self._sigma[member] = self._rule.next_sigma(epoch, sigma)
         return {"sigma": sigma}

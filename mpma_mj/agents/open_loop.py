@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from mpma_mj import arm
 from mpma_mj.agents.agent import Observation
+from mpma_mj.agents.arena import Arena
 from mpma_mj.agents.fixed import FixedAgent
 
 __all__ = ["OpenLoop"]
@@ -24,14 +25,13 @@ class OpenLoop(FixedAgent):
     the next (choice). Of what the arms do instead it takes no notice.
     """
 
-    def __init__(self, *, max_joint_speed: Array, control_timestep: float) -> None:
+    def __init__(self, arena: Arena) -> None:
         """Take what the arms can do.
 
         Args:
-            max_joint_speed: Joint speeds that action 1 commands, shape (8,), rad/s.
-            control_timestep: Time between two actions, s.
+            arena: Where it acts.
         """
-        self._farthest = control_timestep * max_joint_speed
+        self._farthest = arena.control_timestep * arena.max_joint_speed
         self.reset(0)
 
     def reset(self, episode: int) -> None:
@@ -39,10 +39,11 @@ class OpenLoop(FixedAgent):
         self._angles: Array | None = None
 
     def act(self, observation: Observation) -> Array:
-        """Return the action, shape (8,), in [-1, 1]."""
+        """Return the action, shape (..., 8), in [-1, 1]."""
         angles = self._angles
         if angles is None:  # near 0, as the arms start
-            angles = arm.angles_from_posture(observation["reference"], near=np.zeros(8))
+            still = np.zeros((*observation["reference"].shape[:-1], 8))
+            angles = arm.angles_from_posture(observation["reference"], near=still)
         way = arm.angles_from_posture(observation["target"], near=angles) - angles
         action = np.clip(way / self._farthest, -1.0, 1.0)
         self._angles = angles + self._farthest * action

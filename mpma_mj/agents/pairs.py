@@ -6,26 +6,30 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from numbers import Integral
+from typing import Any
 
 import dm_env
 import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj import metrics
-from mpma_mj.agents.agent import Observation
+from mpma_mj.agents.agent import Observation, Seeds
+from mpma_mj.agents.arena import Arena
 from mpma_mj.agents.gains import Gains, performance
 from mpma_mj.agents.learning import PairReadouts
+from mpma_mj.agents.memory import Memory
 from mpma_mj.errors import BadOptionError
 from mpma_mj.esn import ReadoutBank, ReservoirBank
-from mpma_mj.feedback import feedback_action
 from mpma_mj.randomness import stream
 
 __all__ = ["PairsAgent", "PairsConfig"]
 
 Array = NDArray[np.float64]
+Member = tuple[int, ...]  # index of a member; () where there is one
 
 _JOINTS, _POSTURE = 8, 12
 _NEEDED_LAST = ("posture", "joint_angles", "reference")
+_SIGNALS = ("responsibility", "prior", "module_actions", "predictions")
 
 
 @dataclass(frozen=True)
@@ -78,6 +82,9 @@ class PairsAgent(ABC):
     Subclasses say who is responsible (`_gate`), which command forward models hear (`_heard`) and
     what is learned from an epoch (`_learn_epoch`). After it K and L move on.
 
+    With several seeds it is so many agents side by side: all arrays of observations, actions,
+    signals and state have an axis R for them, and each acts and learns as it would alone.
+
     Attributes:
         gains: K and L of the present epoch.
     """
@@ -85,10 +92,9 @@ class PairsAgent(ABC):
     def __init__(
         self,
         config: PairsConfig,
+        arena: Arena,
         *,
-        max_joint_speed: Array,
-        control_timestep: float,
-        seed: int = 0,
+        seed: Seeds = 0,
         forgetting: float = 0.0,
         ridge: float = 1.0,
     ) -> None:
@@ -96,79 +102,83 @@ class PairsAgent(ABC):
 
         Args:
             config: Settings of the networks.
-            max_joint_speed: Joint speeds that action 1 commands, shape (8,), rad/s.
-            control_timestep: Time between two actions, s.
-            seed: Seed of weights and noise.
+            arena: Where it acts.
+            seed: Seed of weights and noise; several are agents side by side.
             forgetting: Forgetting φ of the readouts, where they are fitted.
             ridge: Ridge ρ of the readouts, where they are fitted.
         """
-        self.gains = Gains()
+        self._lead = np.shape(seed)
+        self._seeds: list[int] = np.ravel(seed).tolist()
+        self._members = list(np.ndindex(self._lead))
         self._modules = config.modules
         self._networks = config
+        self._arena = arena
         self._fitting = {"forgetting": forgetting, "ridge": ridge}
-        self._untrained_error = float("nan")
-        self._max_joint_speed = max_joint_speed
-        self._control_timestep = control_timestep
-        self._seed = seed
-        self._banks: list[ReservoirBank] = []
+        self._progress = np.zeros(self._lead)
+        self._untrained_error = np.full(self._lead, np.nan)
+        self._banks: dict[str, ReservoirBank] = {}
         sensed = _POSTURE + (2 * _JOINTS if config.proprioception else 0)
         self._inverse = self._reservoirs("inverse", sensed + _POSTURE)
         self._forward = self._reservoirs("forward", _JOINTS + sensed)
         self._readouts = PairReadouts(
-            inverse=self._readout(np.zeros((config.modules, _JOINTS, self._inverse.features))),
-            forward=self._readout(np.zeros((config.modules, _POSTURE, self._forward.features))),
+            inverse=self._readout(self._zeros(_JOINTS, self._inverse.features)),
+            forward=self._readout(self._zeros(_POSTURE, self._forward.features)),
         )
+        self._steps = Memory()
         self.reset(0)
 
     @abstractmethod
     def _gate(self, observation: Observation) -> dict[str, Array]:
-        """Return at least `prior` and `responsibility`, shape (M,), to be remembered."""
+        """Return at least `prior` and `responsibility`, shape (..., M), to be remembered."""
 
     @abstractmethod
     def _heard(self, action: Array, module_actions: Array) -> Array:
-        """Return the command that forward models hear, (8,) or (M, 8), of u and the u^i."""
+        """Return the command that forward models hear, (..., 8) or (..., M, 8)."""
 
     @abstractmethod
-    def _learn_epoch(self) -> dict[str, float]:
-        """Learn from the epoch that ended; return what is worth logging, by name."""
+    def _learn_epoch(self, member: Member, episode: dict[str, Array]) -> dict[str, float]:
+        """Let one member learn from its episode, (T, ...); return what is worth logging."""
+
+    @property
+    def gains(self) -> Gains:
+        """K and L of the present epoch, each of the shape of the seeds."""
+        progress: Any = self._progress[()]
+        return Gains(progress)
 
     def reset(self, episode: int) -> None:
         """Begin an episode with reservoirs at rest and that episode's own noise."""
-        for bank in self._banks:
-            bank.reset()
-        self._rng = stream(self._seed, "reservoir_noise", episode)
-        self._steps: list[dict[str, Array]] = []
-        self._stacked: dict[str, Array] = {}
+        for name, bank in self._banks.items():
+            bank.reset([stream(seed, "reservoir_noise", name, episode) for seed in self._seeds])
+        self._steps.clear()
         self._last: Observation = {}
 
     def act(self, observation: Observation) -> Array:
-        """Return the action, shape (8,), in [-1, 1]."""
-        modules, rng = self._modules, self._rng
+        """Return the action, shape (..., 8), in [-1, 1]."""
         gate = self._gate(observation)
-        self._stacked = {}  # of the steps before this one
-
         sensed = self._sense(observation)
-        inverse_features = self._inverse.step(np.concatenate([sensed, observation["target"]]), rng)
+        inverse_features = self._inverse.step(
+            np.concatenate([sensed, observation["target"]], axis=-1)
+        )
         module_actions = np.clip(self._readouts.inverse(inverse_features), -1.0, 1.0)
-        feedback = self._feedback(observation)
-        mixed = gate["responsibility"] @ module_actions
-        action = np.clip(self.gains.inverse * mixed + self.gains.feedback * feedback, -1.0, 1.0)
+        feedback = self._arena.feedback(observation["joint_angles"], observation["reference"])
+        mixed = (gate["responsibility"][..., None, :] @ module_actions)[..., 0, :]
+        inverse_gain = np.asarray(self.gains.inverse)[..., None]
+        feedback_gain = np.asarray(self.gains.feedback)[..., None]
+        action = np.clip(inverse_gain * mixed + feedback_gain * feedback, -1.0, 1.0)
 
-        heard = np.broadcast_to(self._heard(action, module_actions), (modules, _JOINTS))
-        felt = np.broadcast_to(sensed, (modules, len(sensed)))
-        forward_features = self._forward.step(np.concatenate([heard, felt], axis=1), rng)
-        predictions = self._readouts.forward(forward_features)
-
+        heard = self._heard(action, module_actions)
+        forward_features = self._forward.step(_beside(heard, sensed))
         self._steps.append(
             {
                 **gate,
                 "inverse_features": inverse_features,
                 "forward_features": forward_features,
                 "module_actions": module_actions,
-                "predictions": predictions,
+                "predictions": self._readouts.forward(forward_features),
                 "action": action,
-                "posture": observation["posture"].copy(),
+                "posture": observation["posture"],
                 "feedback": feedback,
+                "feedback_gain": np.asarray(self.gains.feedback),
             }
         )
         return action
@@ -183,32 +193,30 @@ class PairsAgent(ABC):
         Returns:
             Gains K and L of the episode, and what else the architecture logs, by name.
         """
-        epoch = self._epoch_signals()
-        logged = {"gain_feedback": self.gains.feedback, "gain_inverse": self.gains.inverse}
-        mixed = np.einsum("tm,tmd->td", epoch["responsibility"], epoch["predictions"])
-        error = metrics.posture_error_percent(mixed, epoch["next_posture"])
-        if np.isnan(self._untrained_error):
-            self._untrained_error = error
-        logged |= self._learn_epoch()
-        self.gains = self.gains.after(performance(error, self._untrained_error))
+        (logged,) = self.learn_side_by_side()
         return logged
+
+    def learn_side_by_side(self) -> list[dict[str, float]]:
+        """Let every member learn from its episode; return what `learn` does of each."""
+        return [self._learn_member(member) for member in self._members]
 
     def signals(self) -> dict[str, Array]:
         """Return the signals of the episode that ended.
 
         Returns:
-            `responsibility` and `prior` (T, M), `module_actions` (T, M, 8), `predictions`
-            (T, M, 12) of the next posture, `feedback` (T, 8) with its gain.
+            `responsibility` and `prior` (T, ..., M), `module_actions` (T, ..., M, 8),
+            `predictions` (T, ..., M, 12) of the next posture, `feedback` (T, ..., 8) with the
+            gain that it had.
         """
-        epoch = self._epoch_signals()
-        names = ("responsibility", "prior", "module_actions", "predictions")
-        return {n: epoch[n] for n in names} | {"feedback": self._gain_used * epoch["feedback"]}
+        steps = self._steps.episode()
+        feedback = steps["feedback_gain"][..., None] * steps["feedback"]
+        return {n: steps[n].copy() for n in _SIGNALS} | {"feedback": feedback}
 
     def state_dict(self) -> dict[str, Array]:
         """Return all that learning has changed, as arrays by name."""
         state = {
-            "progress": np.array(self.gains.progress),
-            "untrained_error": np.array(self._untrained_error),
+            "progress": self._progress.copy(),
+            "untrained_error": self._untrained_error.copy(),
         }
         for part, readout in vars(self._readouts).items():
             state |= {f"{part}.{name}": value for name, value in readout.state_dict().items()}
@@ -216,51 +224,81 @@ class PairsAgent(ABC):
 
     def load_state_dict(self, state: Mapping[str, Array]) -> None:
         """Continue from what `state_dict` returned."""
-        self.gains = Gains(float(state["progress"]))
-        self._untrained_error = float(state["untrained_error"])
+        self._progress[...] = state["progress"]
+        self._untrained_error[...] = state["untrained_error"]
         for part, readout in vars(self._readouts).items():
             readout.load_state_dict(
                 {name: state[f"{part}.{name}"] for name in readout.state_dict()}
             )
+
+    def keep(self, members: NDArray[np.intp]) -> None:
+        """Go on with some of the agents side by side only.
+
+        Args:
+            members: Their numbers, shape (R',).
+        """
+        self._lead = members.shape
+        self._seeds = [self._seeds[i] for i in members]
+        self._members = list(np.ndindex(self._lead))
+        self._progress = self._progress[members]
+        self._untrained_error = self._untrained_error[members]
+        for part in (*self._banks.values(), *vars(self._readouts).values()):
+            part.keep(members)
+        self._steps = Memory()
 
     def _sense(self, observation: Observation) -> Array:
         """Return what the models know of the arms: posture and, if set, joint angles."""
         if not self._networks.proprioception:
             return observation["posture"]
         angles = observation["joint_angles"]
-        return np.concatenate([observation["posture"], np.sin(angles), np.cos(angles)])
+        return np.concatenate([observation["posture"], np.sin(angles), np.cos(angles)], axis=-1)
 
     def _reservoirs(self, name: str, inputs: int) -> ReservoirBank:
         bank = ReservoirBank(
+            self._lead,
             self._modules,
             inputs,
             self._networks.nodes,
             radius=self._networks.spectral_radius,
             noise=self._networks.reservoir_noise,
-            rng=stream(self._seed, "reservoir", name),
+            streams=[stream(seed, "reservoir", name) for seed in self._seeds],
         )
-        self._banks.append(bank)
+        self._banks[name] = bank
         return bank
 
     def _readout(self, weights: Array) -> ReadoutBank:
         return ReadoutBank(weights, **self._fitting)
 
-    def _feedback(self, observation: Observation) -> Array:
-        return feedback_action(
-            observation["joint_angles"],
-            observation["reference"],
-            self._max_joint_speed,
-            self._control_timestep,
-        )
+    def _zeros(self, outputs: int, features: int) -> Array:
+        return np.zeros((*self._lead, self._modules, outputs, features))
 
-    def _epoch_signals(self) -> dict[str, Array]:
-        """Stack what was remembered, once an episode: what `act` keeps, and what came of it."""
-        if not self._stacked:
-            steps = {n: np.stack([step[n] for step in self._steps]) for n in self._steps[0]}
-            posture, last_feedback = steps.pop("posture"), self._feedback(self._last)
-            self._gain_used = self.gains.feedback
-            self._stacked = steps | {
-                "next_posture": np.concatenate([posture[1:], self._last["posture"][None]]),
-                "next_feedback": np.concatenate([steps["feedback"][1:], last_feedback[None]]),
-            }
-        return self._stacked
+    def _learn_member(self, member: Member) -> dict[str, float]:
+        episode = self._episode(member)
+        gains = Gains(float(self._progress[member]))
+        mixed = np.einsum("tm,tmd->td", episode["responsibility"], episode["predictions"])
+        error = metrics.posture_error_percent(mixed, episode["next_posture"])
+        if np.isnan(self._untrained_error[member]):
+            self._untrained_error[member] = error
+        logged = {"gain_feedback": gains.feedback, "gain_inverse": gains.inverse}
+        logged |= self._learn_epoch(member, episode)
+        after = gains.after(performance(error, float(self._untrained_error[member])))
+        self._progress[member] = after.progress
+        return logged
+
+    def _episode(self, member: Member) -> dict[str, Array]:
+        """Return what one member remembers, (T, ...) by name, and what came of each step."""
+        own: tuple[Any, ...] = (slice(None), *member)
+        steps = {name: rows[own] for name, rows in self._steps.episode().items()}
+        last = {name: value[member] for name, value in self._last.items()}
+        feedback = self._arena.feedback(last["joint_angles"], last["reference"])
+        return steps | {
+            "next_posture": np.concatenate([steps["posture"][1:], last["posture"][None]]),
+            "next_feedback": np.concatenate([steps["feedback"][1:], feedback[None]]),
+        }
+
+
+def _beside(heard: Array, sensed: Array) -> Array:
+    """Join a command, for all modules alike or for each, and what is sensed."""
+    if heard.ndim > sensed.ndim:
+        sensed = np.broadcast_to(sensed[..., None, :], (*heard.shape[:-1], sensed.shape[-1]))
+    return np.concatenate([heard, sensed], axis=-1)

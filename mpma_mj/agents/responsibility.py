@@ -28,7 +28,7 @@ def prediction_errors(predictions: Array, posture: Array) -> Array:
     return np.mean((predictions - posture[..., None, :]) ** 2, axis=-1)
 
 
-def likelihood(errors: Array, sigma: float) -> Array:
+def likelihood(errors: Array, sigma: float | Array) -> Array:
     """Compute how likely each module's prediction makes what came.
 
         ℓⁱ = exp(-(errⁱ - min_j errʲ) / 2σ²)
@@ -38,12 +38,13 @@ def likelihood(errors: Array, sigma: float) -> Array:
 
     Args:
         errors: Mean squared prediction errors, shape (..., M).
-        sigma: Error at which a module begins to lose, in units of posture.
+        sigma: Error at which a module begins to lose, in units of posture, shape (...).
 
     Returns:
         Likelihoods, shape (..., M), in [0, 1], the best module's 1.
     """
-    return np.exp((errors.min(axis=-1, keepdims=True) - errors) / (2.0 * sigma**2))
+    width = 2.0 * np.asarray(sigma)[..., None] ** 2
+    return np.exp((errors.min(axis=-1, keepdims=True) - errors) / width)
 
 
 def responsibilities(prior: Array, likelihoods: Array) -> Array:

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.agents import responsibility as gating
-from mpma_mj.agents.agent import Observation
-from mpma_mj.agents.learning import Epoch, Readouts
+from mpma_mj.agents.agent import Observation, Seeds
+from mpma_mj.agents.arena import Arena
+from mpma_mj.agents.learning import Readouts
 from mpma_mj.agents.pairs import PairsAgent, PairsConfig
 from mpma_mj.randomness import stream
 
@@ -36,12 +37,10 @@ class ResponsiblePairs(PairsAgent):
     def __init__(
         self,
         config: PairsConfig,
+        arena: Arena,
         *,
-        context_size: int,
-        max_joint_speed: Array,
-        control_timestep: float,
         sigma: float,
-        seed: int = 0,
+        seed: Seeds = 0,
         forgetting: float = 0.0,
         ridge: float = 1.0,
     ) -> None:
@@ -49,55 +48,49 @@ class ResponsiblePairs(PairsAgent):
 
         Args:
             config: Settings of the networks.
-            context_size: Size of the observation's context, C.
-            max_joint_speed: Joint speeds that action 1 commands, shape (8,), rad/s.
-            control_timestep: Time between two actions, s.
+            arena: Where it acts.
             sigma: Width σ of the likelihood in the first epoch.
-            seed: Seed of weights and noise.
+            seed: Seed of weights and noise; several are agents side by side.
             forgetting: Forgetting φ of the readouts, where they are fitted.
             ridge: Ridge ρ of the readouts, where they are fitted.
         """
-        super().__init__(
-            config,
-            max_joint_speed=max_joint_speed,
-            control_timestep=control_timestep,
-            seed=seed,
-            forgetting=forgetting,
-            ridge=ridge,
-        )
-        self._sigma = sigma
-        self._predictor = self._reservoirs("predictor", context_size)
+        super().__init__(config, arena, seed=seed, forgetting=forgetting, ridge=ridge)
+        self._sigma = np.full(self._lead, sigma)
+        self._predictor = self._reservoirs("predictor", arena.context_size)
         # Random preferences for contexts, so that modules differ from the first step (choice).
-        preference = np.zeros((config.modules, 1, self._predictor.features))
-        preference[:, 0, config.nodes :] = stream(seed, "preference").random(
-            (config.modules, context_size)
-        )
+        preference = self._zeros(1, self._predictor.features)
+        for own, member in zip(self._seeds, self._members, strict=True):
+            preference[(*member, ..., 0, slice(config.nodes, None))] = stream(
+                own, "preference"
+            ).random((config.modules, arena.context_size))
         self._readouts = Readouts(
             inverse=self._readouts.inverse,
             forward=self._readouts.forward,
             predictor=self._readout(preference),
         )
+        self.reset(0)
+
+    def keep(self, members: NDArray[np.intp]) -> None:
+        """Go on with some of the agents side by side only, (R',) of R."""
+        super().keep(members)
+        self._sigma = self._sigma[members]
 
     def state_dict(self) -> dict[str, Array]:
         """Return all that learning has changed, as arrays by name."""
-        return super().state_dict() | {"sigma": np.array(self._sigma)}
+        return super().state_dict() | {"sigma": self._sigma.copy()}
 
     def load_state_dict(self, state: Mapping[str, Array]) -> None:
         """Continue from what `state_dict` returned."""
         super().load_state_dict(state)
-        self._sigma = float(state["sigma"])
+        self._sigma[...] = state["sigma"]
 
     def _gate(self, observation: Observation) -> dict[str, Array]:
-        features = self._predictor.step(observation["context"], self._rng)
-        prior = np.clip(self._readouts.predictor(features)[:, 0], _LEAST_PRIOR, 1.0)
-        likelihood = np.ones(self._modules)
-        if self._steps:
+        features = self._predictor.step(observation["context"])
+        prior = np.clip(self._readouts.predictor(features)[..., 0], _LEAST_PRIOR, 1.0)
+        likelihood = np.ones_like(prior)
+        if len(self._steps):
             predictions = self._steps[-1]["predictions"]
             errors = gating.prediction_errors(predictions, observation["posture"])
             likelihood = gating.likelihood(errors, self._sigma)
         responsibility = gating.responsibilities(prior, likelihood)
         return {"predictor_features": features, "prior": prior, "responsibility": responsibility}
-
-    def _close_epoch(self) -> Epoch:
-        """Return what happened in the episode that ended."""
-        return Epoch(**self._epoch_signals(), feedback_gain=self._gain_used)

@@ -103,18 +103,21 @@ class Batch(abc.ABC):
 class PhysicsBatch(Batch):
     """Simulated arms, stepped by the thread pool of `mujoco.rollout`."""
 
-    def __init__(self, arms: PhysicsArms, count: int, nstep: int, *, pushed: bool) -> None:
-        """Start the threads, one for each processor.
+    def __init__(
+        self, arms: PhysicsArms, count: int, nstep: int, *, pushed: bool, threads: int
+    ) -> None:
+        """Start the threads.
 
         Args:
             arms: A pair of arms like all of them.
             count: Number N of pairs.
             nstep: Physics steps of a control step.
             pushed: Whether there may be forces on the hands.
+            threads: Most threads that simulate.
         """
         super().__init__(arms, count, nstep)
         model = arms.model.ptr
-        threads = min(count, processors())
+        threads = min(count, threads)
         self._chunk = chunk_size(count, threads)
         self._threads = threads
         self._pool: rollout.Rollout | None = None
@@ -161,7 +164,8 @@ class PhysicsBatch(Batch):
 
     def _start_threads(self) -> None:
         _mind_forks()
-        self._pool = rollout.Rollout(nthread=self._threads)
+        alone = self._threads == 1  # the caller's own thread does
+        self._pool = rollout.Rollout(nthread=0 if alone else self._threads)
         _with_threads.add(self)
 
     def leave_parents_threads(self) -> None:
@@ -214,8 +218,8 @@ def chunk_size(count: int, threads: int) -> int:
     return -(-count // (2 * threads))
 
 
-def make_batch(arms: PhysicsArms, count: int, nstep: int, *, pushed: bool) -> Batch:
+def make_batch(arms: PhysicsArms, count: int, nstep: int, *, pushed: bool, threads: int) -> Batch:
     """Return N pairs of arms of the same kind as one pair; see `PhysicsBatch`."""
     if isinstance(arms, KinematicArms):
         return KinematicBatch(arms, count, nstep)
-    return PhysicsBatch(arms, count, nstep, pushed=pushed)
+    return PhysicsBatch(arms, count, nstep, pushed=pushed, threads=threads)

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mpma_mj import arm
 from mpma_mj.envs.actions import check_action, clip_action
-from mpma_mj.envs.batch import make_batch
+from mpma_mj.envs.batch import make_batch, processors
 from mpma_mj.envs.demonstration import Demonstration, Episode
 from mpma_mj.envs.load import prepare
 from mpma_mj.envs.observation import Observer
@@ -49,6 +49,9 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         control_timestep: Time between two actions, s.
         seen: The last observations as a dictionary, also where the environments are flat.
         steps: Number of steps of an episode that starts at the beginning.
+        period: Number of steps from one repetition to the next.
+        arms: A pair of arms like all of them.
+        episode: Number of the episode that each member begins next, from 0, shape (N,).
     """
 
     _flat = False
@@ -57,12 +60,20 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         "autoreset_mode": AutoresetMode.NEXT_STEP,
     }
 
-    def __init__(self, num_envs: int = 1, *, render_mode: None = None, **options: Any) -> None:
+    def __init__(
+        self,
+        num_envs: int = 1,
+        *,
+        render_mode: None = None,
+        threads: int | None = None,
+        **options: Any,
+    ) -> None:
         """Load the environments.
 
         Args:
             num_envs: Number N of environments.
             render_mode: None; for pictures take a single environment.
+            threads: Most threads that simulate; one for each processor if not given.
             **options: The fields of `EnvironmentOptions`, such as arms="kinematic".
 
         Raises:
@@ -72,20 +83,23 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         self.closed = True  # there is nothing to close yet
         if not (is_whole(num_envs) and int(num_envs) >= 1):
             raise BadOptionError(f"num_envs is {num_envs!r}; expected a whole number from 1 up")
+        if threads is not None and not (is_whole(threads) and int(threads) >= 1):
+            raise BadOptionError(f"threads is {threads!r}; expected a whole number from 1 up")
         if render_mode is not None:
             raise BadOptionError("many environments draw nothing; leave render_mode out")
         chosen = read_options(**options)
-        self.motion, arms, nstep = prepare(chosen)
+        self.motion, self.arms, nstep = prepare(chosen)
         self.num_envs = num_envs = int(num_envs)
-        self.max_joint_speed = arms.max_joint_speed
+        self.max_joint_speed = self.arms.max_joint_speed
         self.control_timestep = 1.0 / self.motion.rate
         self._options = chosen
-        self._segment_lengths = arms.segment_lengths
         self._demonstration = Demonstration(self.motion, chosen, self.max_joint_speed)
         self._observer = Observer(self._demonstration, chosen)
         self._weights = reward_weights(chosen.reward_weights)
-        self._batch = make_batch(arms, num_envs, nstep, pushed=chosen.pushed)
-        self.steps = self._demonstration.steps
+        self._batch = make_batch(
+            self.arms, num_envs, nstep, pushed=chosen.pushed, threads=threads or processors()
+        )
+        self.steps, self.period = self._demonstration.steps, self._demonstration.period
         self.single_action_space = action_space()
         self.single_observation_space = observation_space(self._observer.shapes, flat=self._flat)
         self.action_space = batch_space(self.single_action_space, num_envs)
@@ -93,7 +107,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         self.seen: dict[str, Array] = {}
         self._rows = np.arange(num_envs)
         self._seeds = [chosen.seed + row for row in range(num_envs)]
-        self._next_episode = np.zeros(num_envs, int)
+        self.episode = np.zeros(num_envs, int)
         self._step = np.zeros(num_envs, int)
         self._over = np.ones(num_envs, bool)
         self._ending = np.full(num_envs, "", object)
@@ -125,11 +139,11 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
             ClosedEnvironmentError: `close` has been called.
         """
         self._check_open()
-        meant = self._mask(options) | (self._next_episode == 0)
+        meant = self._mask(options) | (self.episode == 0)
         if seed is not None:
             for row, own in enumerate(self._seeds_of_members(seed)):
                 if own is not None and meant[row]:
-                    self._seeds[row], self._next_episode[row] = own, 0
+                    self._seeds[row], self.episode[row] = own, 0
             super().reset(seed=self._seeds[0])
         over_before, ending_before = self._over & ~meant, self._ending
         self._over = meant
@@ -157,7 +171,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
             ClosedEnvironmentError: `close` has been called.
         """
         self._check_open()
-        if not self._next_episode.any():
+        if not self.episode.any():
             raise gymnasium.error.ResetNeeded("no episode is under way; call reset()")
         actions = check_action(actions, (self.num_envs, 8))
         begins = self._over
@@ -211,11 +225,11 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
     def _begin_episodes(self) -> None:
         """Begin an episode for all whose last one is over."""
         for row in np.flatnonzero(self._over).tolist():
-            episode = self._demonstration.episode(self._seeds[row], self._next_episode[row])
+            episode = self._demonstration.episode(self._seeds[row], self.episode[row])
             for whole, part in zip(_arrays(self._drawn), _arrays(episode), strict=True):
                 whole[row] = part
             self._batch.place(row, *self._demonstration.start_of(episode))
-            self._next_episode[row] += 1
+            self.episode[row] += 1
             self._step[row] = episode.start
             self._pending[:, row] = 0.0
 
@@ -228,7 +242,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         rewards = np.where(begins, 0.0, mean_reward(terms, self._weights))
         too_far = np.zeros(self.num_envs, bool)
         if self._options.early_termination is not None:
-            distance = site_distance(posture, self._drawn.shown[now], self._segment_lengths)
+            distance = site_distance(posture, self._drawn.shown[now], self.arms.segment_lengths)
             too_far = (distance > self._options.early_termination) & ~diverged & ~begins
         terminated = diverged | too_far
         truncated = (self._step >= self.steps) & ~terminated

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator, Sequence
+
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
 
-__all__ = ["ReservoirBank", "random_recurrence"]
+from mpma_mj.esn.recurrence import block_diagonal, random_recurrence
+
+__all__ = ["ReservoirBank"]
 
 Array = NDArray[np.float64]
+Streams = Sequence[np.random.Generator]
 
-# Each neuron hears this many others (choice): enough to mix, few enough to be fast.
-_CONNECTIONS = 10
+# Steps for which noise is drawn at once; a stream's numbers do not depend on it.
+_DRAWN_AHEAD = 16
 
 
 class ReservoirBank:
@@ -23,77 +28,88 @@ class ReservoirBank:
     the noise stays on while executing, where it stabilises. All recurrences are one product
     with a block-diagonal sparse matrix.
 
+    Arrays begin with the shape `lead` of those who have such a bank, () for one and (R,) for R
+    members side by side; each member's reservoirs are drawn from a stream of its own, and are
+    what they would be alone.
+
     Attributes:
         features: Length of z, nodes + inputs.
     """
 
     def __init__(
         self,
+        lead: tuple[int, ...],
         count: int,
         inputs: int,
         nodes: int,
         *,
         radius: float,
         noise: float,
-        rng: np.random.Generator,
+        streams: Streams,
     ) -> None:
         """Draw the reservoirs' weights.
 
         Args:
-            count: Number of reservoirs, M.
+            lead: Shape of the members.
+            count: Number of reservoirs of a member, M.
             inputs: Size of the input v, D.
             nodes: Neurons of a reservoir, N.
             radius: Spectral radius of every W.
             noise: Noise level ν.
-            rng: Source of the weights.
+            streams: Source of the weights of each member.
         """
         self.features = nodes + inputs
         self._noise = noise
-        self._input_weights = rng.uniform(-1.0, 1.0, (count, nodes, inputs))
-        self._recurrence: sp.csr_array = sp.block_diag(
-            [random_recurrence(nodes, radius, rng) for _ in range(count)], format="csr"
-        )
-        self._state = np.zeros((count, nodes))
+        drawn, blocks = [], []
+        for stream in streams:
+            drawn.append(stream.uniform(-1.0, 1.0, (count, nodes, inputs)))
+            blocks += [random_recurrence(nodes, radius, stream) for _ in range(count)]
+        self._input_weights = np.reshape(drawn, (*lead, count, nodes, inputs))
+        self._recurrence = block_diagonal(blocks)
+        self.reset(streams)
 
-    def reset(self) -> None:
-        """Set all states to 0."""
-        self._state = np.zeros_like(self._state)
+    def reset(self, streams: Streams) -> None:
+        """Set all states to 0; noise will come from these streams, one for each member."""
+        self._state = np.zeros(self._input_weights.shape[:-1])
+        self._streams = streams
+        self._ahead: Iterator[Array] = iter(())  # noise of the next steps
 
-    def step(self, inputs: Array, rng: np.random.Generator) -> Array:
+    def keep(self, members: NDArray[np.intp]) -> None:
+        """Go on with some of the members only, (R',) of R, from the next reset."""
+        count, nodes = self._input_weights.shape[1:3]
+        own = (count * nodes * members[:, None] + np.arange(count * nodes)).ravel()
+        self._input_weights = self._input_weights[members]
+        self._recurrence = self._recurrence[own][:, own]
+
+    def step(self, inputs: Array) -> Array:
         """Update the states with an input.
 
         Args:
-            inputs: Input v, shape (D,) for all reservoirs alike or (M, D).
-            rng: Source of the noise.
+            inputs: Input v, shape (..., D) for all reservoirs of a member alike or (..., M, D).
 
         Returns:
-            Features z, shape (M, N + D), a new array.
+            Features z, shape (..., M, N + D), a new array.
         """
-        count, nodes = self._state.shape
-        recurrent = (self._recurrence @ self._state.ravel()).reshape(count, nodes)
-        driven = (self._input_weights @ inputs[..., None])[..., 0]  # (M, N)
-        noise = self._noise * (rng.random((count, nodes)) - 0.5)
-        self._state = np.tanh(recurrent + driven) + noise
-        features = np.empty((count, self.features))
-        features[:, :nodes] = self._state
-        features[:, nodes:] = inputs
+        shape, nodes = self._state.shape, self._state.shape[-1]
+        if inputs.ndim < self._state.ndim:
+            inputs = inputs[..., None, :]
+        driven = (self._input_weights @ inputs[..., None])[..., 0]  # (..., M, N)
+        driven += (self._recurrence @ self._state.ravel()).reshape(shape)
+        self._state = np.tanh(driven, out=driven)
+        self._state += self._next_noise()
+        features = np.empty((*shape[:-1], self.features))
+        features[..., :nodes] = self._state
+        features[..., nodes:] = inputs
         return features
 
-
-def random_recurrence(nodes: int, radius: float, rng: np.random.Generator) -> sp.csr_array:
-    """Draw a sparse recurrent matrix of a given spectral radius.
-
-    Args:
-        nodes: Number of neurons, N.
-        radius: Spectral radius, 0 or more.
-        rng: Source of places and weights.
-
-    Returns:
-        W, shape (N, N), with `_CONNECTIONS` weights a row (all of them where N is smaller).
-    """
-    degree = min(_CONNECTIONS, nodes)
-    columns = np.argpartition(rng.random((nodes, nodes)), degree - 1, axis=1)[:, :degree]
-    weights = rng.uniform(-1.0, 1.0, (nodes, degree))
-    rows = np.repeat(np.arange(nodes), degree)
-    matrix = sp.csr_array((weights.ravel(), (rows, columns.ravel())), shape=(nodes, nodes))
-    return matrix * (radius / np.max(np.abs(np.linalg.eigvals(matrix.toarray()))))
+    def _next_noise(self) -> Array:
+        noise: Array | None = next(self._ahead, None)
+        if noise is None:
+            shape = self._state.shape
+            each = (_DRAWN_AHEAD, math.prod(shape) // len(self._streams))
+            drawn = np.stack([stream.random(each) for stream in self._streams], axis=1)
+            drawn -= 0.5
+            drawn *= self._noise
+            self._ahead = iter(drawn.reshape(_DRAWN_AHEAD, *shape))
+            return next(self._ahead)
+        return noise

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
@@ -23,32 +26,48 @@ class ReadoutBank:
 
     With φ = 0 it is plain ridge regression on the last epoch. `nudge` learns a step instead.
 
+    As a bank's, arrays may begin with an axis of members; `member` gives one of them.
+
     Attributes:
-        weights: W_out, shape (M, K, F).
+        weights: W_out, shape (..., M, K, F).
     """
 
     def __init__(self, weights: Array, *, forgetting: float = 0.0, ridge: float = 1.0) -> None:
         """Start from given readouts and no memory.
 
         Args:
-            weights: Initial W_out, shape (M, K, F): modules, outputs, features.
+            weights: Initial W_out, shape (..., M, K, F): modules, outputs, features.
             forgetting: φ, in [0, 1].
             ridge: ρ, above 0.
         """
-        count, outputs, features = weights.shape
+        *modules, outputs, features = weights.shape
         self.weights = weights.copy()
         self._forgetting = forgetting
         self._ridge = ridge
-        self._gram = np.zeros((count, features, features))
-        self._moment = np.zeros((count, features, outputs))
-        self._steps = 0.0
+        self._gram = np.zeros((*modules, features, features))
+        self._moment = np.zeros((*modules, features, outputs))
+        self._steps = np.zeros(modules[:-1])
 
     def __call__(self, features: Array) -> Array:
-        """Read the reservoirs: features (M, F) to outputs (M, K)."""
+        """Read the reservoirs: features (..., M, F) to outputs (..., M, K)."""
         return (self.weights @ features[..., None])[..., 0]
 
+    def member(self, index: tuple[int, ...]) -> ReadoutBank:
+        """Return one member's readouts, (M, K, F); what it learns is learned here."""
+        own = ReadoutBank.__new__(ReadoutBank)
+        own._forgetting, own._ridge = self._forgetting, self._ridge
+        view: tuple[Any, ...] = (*index, ...)  # not a copy, also of a single number
+        own.weights, own._gram = self.weights[view], self._gram[view]
+        own._moment, own._steps = self._moment[view], self._steps[view]
+        return own
+
+    def keep(self, members: NDArray[np.intp]) -> None:
+        """Go on with some of the members only, (R',) of R."""
+        self.weights, self._steps = self.weights[members], self._steps[members]
+        self._gram, self._moment = self._gram[members], self._moment[members]
+
     def fit(self, features: Array, targets: Array, step_weights: Array | None = None) -> None:
-        """Learn an epoch.
+        """Learn an epoch of one member.
 
         Args:
             features: Features z, shape (T, M, F).
@@ -56,17 +75,23 @@ class ReadoutBank:
                 modules, (T, 1, K).
             step_weights: Weight w of every step for every module, shape (T, M); 1 if not given.
         """
-        steps, count, size = features.shape
-        self._steps = self._forgetting * self._steps + steps
-        ridge = self._ridge * self._steps * np.eye(size)
+        steps, count, _ = features.shape
+        self._steps[...] = self._forgetting * self._steps + steps
+        ridge = self._ridge * float(self._steps)
         targets = np.broadcast_to(targets, (steps, count, targets.shape[2]))
         for i in range(count):
-            z = features[:, i]
-            weighted = z if step_weights is None else z * step_weights[:, i, None]
-            self._gram[i] = self._forgetting * self._gram[i] + weighted.T @ z
-            self._moment[i] = self._forgetting * self._moment[i] + weighted.T @ targets[:, i]
-            solution = linalg.solve(self._gram[i] + ridge, self._moment[i], assume_a="pos")
-            self.weights[i] = solution.T
+            z, y = features[:, i], targets[:, i]
+            if step_weights is not None:
+                root = np.sqrt(step_weights[:, i, None])
+                z, y = root * z, root * y
+            self._gram[i] *= self._forgetting
+            self._gram[i] += z.T @ z
+            self._moment[i] *= self._forgetting
+            self._moment[i] += z.T @ y
+            regular = self._gram[i].copy()
+            regular.flat[:: len(regular) + 1] += ridge
+            factor = linalg.cho_factor(regular, overwrite_a=True, check_finite=False)
+            self.weights[i] = linalg.cho_solve(factor, self._moment[i], check_finite=False).T
 
     def nudge(self, features: Array, errors: Array, rate: float) -> None:
         """Move the weights along an error by normalised LMS.
@@ -76,26 +101,31 @@ class ReadoutBank:
         (Nagumo & Noda 1967.) Of the error on the same features 1 - η is left.
 
         Args:
-            features: Features z, shape (M, F).
-            errors: Errors e, what should have been said less what was, shape (M, K).
+            features: Features z, shape (..., M, F).
+            errors: Errors e, what should have been said less what was, shape (..., M, K).
             rate: Learning rate η.
         """
-        power = _EPSILON + np.sum(features**2, axis=1)  # (M,)
-        step = rate * errors / power[:, None]
-        self.weights += step[:, :, None] * features[:, None, :]
+        power = _EPSILON + np.sum(features**2, axis=-1, keepdims=True)  # (..., M, 1)
+        step = rate * errors / power
+        self.weights += step[..., :, None] * features[..., None, :]
 
     def state_dict(self) -> dict[str, Array]:
         """Return a copy of everything that `fit` and reading depend on."""
-        return {
-            "weights": self.weights.copy(),
-            "gram": self._gram.copy(),
-            "moment": self._moment.copy(),
-            "steps": np.array(self._steps),
-        }
+        return {name: value.copy() for name, value in self._state().items()}
 
-    def load_state_dict(self, state: dict[str, Array]) -> None:
-        """Continue from a state that `state_dict` returned."""
-        self.weights = state["weights"].copy()
-        self._gram = state["gram"].copy()
-        self._moment = state["moment"].copy()
-        self._steps = float(state["steps"])
+    def load_state_dict(self, state: Mapping[str, Array]) -> None:
+        """Continue from a state that `state_dict` returned.
+
+        Raises:
+            KeyError: Something is missing.
+        """
+        for name, value in self._state().items():
+            value[...] = state[name]
+
+    def _state(self) -> dict[str, Array]:
+        return {
+            "weights": self.weights,
+            "gram": self._gram,
+            "moment": self._moment,
+            "steps": self._steps,
+        }

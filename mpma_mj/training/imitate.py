@@ -10,8 +10,7 @@ from dm_control.rl import control
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from mpma_mj.agents import AGENTS, MPMA, Agent, MPMAConfig
-from mpma_mj.agents.kinds import Arena
+from mpma_mj.agents import AGENTS, MPMA, Agent, Arena, MPMAConfig
 from mpma_mj.envs.load import load
 from mpma_mj.envs.options import whole_seed
 from mpma_mj.envs.task import TwoArmImitation

@@ -5,7 +5,7 @@ import pytest
 from scipy import linalg
 
 from mpma_mj import load, make_agent
-from mpma_mj.agents import HAMMER, MPMAConfig
+from mpma_mj.agents import HAMMER, Arena, MPMAConfig
 from mpma_mj.agents.hammer import next_confidence
 from mpma_mj.agents.pairs import PairsConfig
 from mpma_mj.errors import BadOptionError
@@ -16,7 +16,7 @@ SPEED = np.array([12.0, 12.0, 20.0, 15.0] * 2)
 
 def hammer(pairs: int = 4) -> HAMMER:
     config = PairsConfig(modules=pairs, nodes=20)
-    return HAMMER(config, max_joint_speed=SPEED, control_timestep=0.05)
+    return HAMMER(config, Arena(pairs, SPEED, 0.05))
 
 
 def dance(agent: Any, epochs: int, learn: bool = True) -> dict[str, np.ndarray]:
@@ -60,7 +60,7 @@ def test_while_preparing_each_label_has_its_own_pair_and_feedback_leads() -> Non
 def test_each_pair_learns_by_ridge_regression_from_its_own_label_only() -> None:
     agent = hammer()
     trace = dance(agent, 1)
-    epoch = agent._epoch_signals()
+    epoch = agent._episode(())
     hit = np.clip(trace["action"] + epoch["next_feedback"], -1, 1)
     for i in range(4):
         own = trace["context"][:-1, i] == 1
@@ -116,7 +116,7 @@ def test_prepared_forward_models_hear_their_own_inverse_model() -> None:
     for preparing in (True, False):
         assert agent.is_preparing == preparing
         trace = dance(agent, 1, learn=False)
-        heard = agent._epoch_signals()["forward_features"][:, :, 20:28]
+        heard = agent._episode(())["forward_features"][:, :, 20:28]
         total = np.repeat(trace["action"][:, None], 4, axis=1)
         np.testing.assert_array_equal(heard, total if preparing else trace["module_actions"])
         dance(agent, 3)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mpma_mj import load, make_agent
-from mpma_mj.agents import MOSAIC, MPMAConfig
+from mpma_mj.agents import MOSAIC, Arena, MPMAConfig
 from mpma_mj.agents.mosaic import LearningRates
 from mpma_mj.agents.pairs import PairsConfig
 from mpma_mj.errors import BadOptionError
@@ -16,9 +16,7 @@ SPEED = np.array([12.0, 12.0, 20.0, 15.0] * 2)
 def mosaic(modules: int = 3, **rates: float) -> MOSAIC:
     return MOSAIC(
         PairsConfig(modules=modules, nodes=20),
-        context_size=4,
-        max_joint_speed=SPEED,
-        control_timestep=0.05,
+        Arena(4, SPEED, 0.05),
         rates=LearningRates(**rates),
     )
 
@@ -44,7 +42,9 @@ def test_every_step_moves_every_readout_along_its_gated_error() -> None:
         timestep = env.step(agent.act(timestep.observation))
         step = agent._steps[-1]
         agent.observe(timestep)
-        feedback = agent._feedback(timestep.observation)
+        feedback = agent._arena.feedback(
+            timestep.observation["joint_angles"], timestep.observation["reference"]
+        )
         for i in range(3):
             share = step["responsibility"][i]
             forward, inverse, predictor = (
@@ -66,7 +66,7 @@ def test_every_step_moves_every_readout_along_its_gated_error() -> None:
 def test_forward_models_hear_the_total_command() -> None:
     agent = mosaic()
     trace = dance(agent, 3)
-    features = agent._epoch_signals()["forward_features"]
+    features = agent._episode(())["forward_features"]
     heard = features[:, :, agent._networks.nodes :][:, :, :8]
     np.testing.assert_array_equal(heard, np.repeat(trace["action"][:, None], 3, axis=1))
 
@@ -137,9 +137,7 @@ def test_a_width_without_width_is_refused(sigma: float) -> None:
     with pytest.raises(BadOptionError, match=f"sigma is {sigma:g}; expected above 0"):
         MOSAIC(
             PairsConfig(nodes=5),
-            context_size=4,
-            max_joint_speed=SPEED,
-            control_timestep=0.05,
+            Arena(4, SPEED, 0.05),
             sigma=sigma,
         )
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import mpma_mj
-from mpma_mj.agents import MPMA, MPMAConfig
-from mpma_mj.agents.learning import RULES
+from mpma_mj.agents import MPMA, Arena, MPMAConfig
+from mpma_mj.agents.learning import RULES, Epoch
 from mpma_mj.envs.load import load
 from mpma_mj.errors import BadOptionError
 from mpma_mj.feedback import feedback_action
@@ -18,7 +18,7 @@ SPEED = np.array([12.0, 12.0, 20.0, 15.0] * 2)
 
 def agent(seed: int = 0, **config: Any) -> MPMA:
     settings = MPMAConfig(**({"nodes": 20, "modules": 3} | config))
-    return MPMA(settings, context_size=4, max_joint_speed=SPEED, control_timestep=0.05, seed=seed)
+    return MPMA(settings, Arena(4, SPEED, 0.05), seed=seed)
 
 
 def dance(player: MPMA, epochs: int = 1, seed: int = 0) -> np.ndarray:
@@ -81,7 +81,7 @@ def test_networks_hear_what_the_equations_say(forward_input: str, proprioception
     player = agent(forward_input=forward_input, proprioception=proprioception)
     dance(player, 2)
     observations = watch(player)
-    epoch = player._close_epoch()
+    epoch = Epoch.of(player._episode(()))
     for t, seen in enumerate(observations[:-1]):
         angles = seen["joint_angles"] if proprioception else np.empty(0)
         sensed = np.concatenate([seen["posture"], np.sin(angles), np.cos(angles)])
@@ -98,7 +98,7 @@ def test_networks_hear_what_the_equations_say(forward_input: str, proprioception
 def test_what_is_learned_from_is_one_step_later_to_the_very_end() -> None:
     player = agent()
     observations = watch(player)
-    epoch = player._close_epoch()
+    epoch = Epoch.of(player._episode(()))
     for t, (seen, after) in enumerate(itertools.pairwise(observations)):
         np.testing.assert_array_equal(epoch.next_posture[t], after["posture"])
         for remembered, moment in ((epoch.feedback, seen), (epoch.next_feedback, after)):
@@ -112,7 +112,7 @@ def test_responsibility_is_prior_times_likelihood_of_the_last_prediction(rule: s
     dance(player, 2)
     sigma = float(player.state_dict()["sigma"])
     observations = watch(player)
-    epoch = player._close_epoch()
+    epoch = Epoch.of(player._episode(()))
     first = epoch.prior[0] / epoch.prior[0].sum()
     np.testing.assert_allclose(epoch.responsibility[0], first)
     for t in range(1, len(epoch.prior)):
@@ -129,7 +129,7 @@ def test_each_episode_has_its_own_noise() -> None:
     for episode in (0, 1, 0):
         player.reset(episode)
         player.act(observation)
-        features.append(player._steps[0]["inverse_features"])
+        features.append(player._steps[0]["inverse_features"].copy())
     np.testing.assert_array_equal(features[0], features[2])
     assert not np.array_equal(features[0], features[1])
 
@@ -177,7 +177,7 @@ def test_learning_does_not_reach_back_into_a_state() -> None:
 def test_a_module_without_responsibility_learns_nothing_under_the_gated_rule() -> None:
     player = agent(rule="gated")
     dance(player)
-    epoch = player._close_epoch()
+    epoch = Epoch.of(player._episode(()))
     alone = np.zeros_like(epoch.responsibility)
     alone[:, 0] = 1.0
     RULES["gated"].fit(player._readouts, dataclasses.replace(epoch, responsibility=alone))
@@ -188,7 +188,7 @@ def test_a_module_without_responsibility_learns_nothing_under_the_gated_rule() -
 def test_forward_models_learn_what_actions_lead_to() -> None:
     player = agent(modules=1, nodes=50)
     dance(player, 3)
-    epoch = player._close_epoch()
+    epoch = Epoch.of(player._episode(()))
     error = np.abs(epoch.predictions[:, 0] - epoch.next_posture).mean()
     assert error < 0.03
 

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from mpma_mj.esn.bank import ReservoirBank, random_recurrence
+from mpma_mj.esn import ReservoirBank
+from mpma_mj.esn.recurrence import random_recurrence
 
 
 def rng(seed: int = 0) -> np.random.Generator:
@@ -9,7 +10,7 @@ def rng(seed: int = 0) -> np.random.Generator:
 
 
 def bank(count: int = 3, inputs: int = 4, nodes: int = 20, noise: float = 0.0) -> ReservoirBank:
-    return ReservoirBank(count, inputs, nodes, radius=0.9, noise=noise, rng=rng())
+    return ReservoirBank((), count, inputs, nodes, radius=0.9, noise=noise, streams=[rng()])
 
 
 @pytest.mark.parametrize("nodes", [1, 5, 50, 200])
@@ -26,7 +27,7 @@ def test_a_bank_is_what_its_reservoirs_are_one_by_one() -> None:
     states = np.zeros((3, 20))
     for t in range(5):
         v = rng(t).normal(size=(3, 4))
-        features = together.step(v, rng())
+        features = together.step(v)
         for i in range(3):
             block = recurrence[20 * i : 20 * (i + 1), 20 * i : 20 * (i + 1)]
             states[i] = np.tanh(block @ states[i] + weights[i] @ v[i])
@@ -36,7 +37,7 @@ def test_a_bank_is_what_its_reservoirs_are_one_by_one() -> None:
 
 def test_one_input_for_all_is_the_same_as_one_for_each() -> None:
     v = rng(1).normal(size=4)
-    shared, each = bank().step(v, rng()), bank().step(np.tile(v, (3, 1)), rng())
+    shared, each = bank().step(v), bank().step(np.tile(v, (3, 1)))
     np.testing.assert_allclose(shared, each, atol=1e-15)
 
 
@@ -48,22 +49,22 @@ def test_input_weights_are_uniform_between_minus_one_and_one() -> None:
 
 
 def test_reservoirs_differ() -> None:
-    features = bank().step(np.ones(4), rng())
+    features = bank().step(np.ones(4))
     assert not np.allclose(features[0], features[1])
 
 
 def test_states_forget_where_they_began() -> None:
     one, other = bank(), bank()
-    other.step(np.full(4, 3.0), rng())
+    other.step(np.full(4, 3.0))
     for t in range(200):
         v = rng(t).normal(size=4)
-        difference = one.step(v, rng()) - other.step(v, rng())
+        difference = one.step(v) - other.step(v)
     assert np.abs(difference).max() < 1e-6
 
 
 def test_noise_is_uniform_of_the_given_width() -> None:
     quiet, noisy = bank(nodes=400), bank(nodes=400, noise=0.2)
-    difference = noisy.step(np.ones(4), rng(5)) - quiet.step(np.ones(4), rng(5))
+    difference = noisy.step(np.ones(4)) - quiet.step(np.ones(4))
     assert np.abs(difference).max() <= 0.1
     assert difference[:, :400].std() == pytest.approx(0.2 / np.sqrt(12), rel=0.05)
     assert (difference[:, 400:] == 0).all()
@@ -71,7 +72,7 @@ def test_noise_is_uniform_of_the_given_width() -> None:
 
 def test_reset_brings_rest() -> None:
     used = bank()
-    first = used.step(np.ones(4), rng())
-    used.step(np.ones(4), rng())
-    used.reset()
-    np.testing.assert_array_equal(used.step(np.ones(4), rng()), first)
+    first = used.step(np.ones(4))
+    used.step(np.ones(4))
+    used.reset([rng()])
+    np.testing.assert_array_equal(used.step(np.ones(4)), first)
