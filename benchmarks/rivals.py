@@ -17,8 +17,9 @@ import mpma_mj
 from mpma_mj import metrics
 from mpma_mj.agents import AGENTS
 from mpma_mj.options import Arms
+from mpma_mj.training.course import has_converged
 from mpma_mj.training.trace import record_epoch
-from mpma_mj.training.trainer import Trainer, has_converged
+from mpma_mj.training.trainer import Trainer
 
 MEASURES = ("epochs", "p_e_percent", "feedback_ratio", "nmi", "modules_used", "seconds")
 

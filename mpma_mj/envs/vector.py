@@ -97,7 +97,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         self._observer = Observer(self._demonstration, chosen)
         self._weights = reward_weights(chosen.reward_weights)
         self._batch = make_batch(
-            self.arms, num_envs, nstep, pushed=chosen.pushed, threads=threads or processors()
+            self.arms, num_envs, nstep, pushed=chosen.pushed, threads=int(threads or processors())
         )
         self.steps, self.period = self._demonstration.steps, self._demonstration.period
         self.single_action_space = action_space()

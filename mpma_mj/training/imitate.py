@@ -3,27 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Literal, overload
+from typing import Any
 
 import numpy as np
-from dm_control.rl import control
 from numpy.typing import NDArray
-from threadpoolctl import threadpool_limits
 
-from mpma_mj.agents import AGENTS, MPMA, Agent, Arena, MPMAConfig
 from mpma_mj.envs.load import load
-from mpma_mj.envs.options import whole_seed
-from mpma_mj.envs.task import TwoArmImitation
 from mpma_mj.errors import BadOptionError, CheckpointError
 from mpma_mj.motions import Motion
 from mpma_mj.motions.context import danced_label
+from mpma_mj.training.build import (
+    architecture,
+    environment_options,
+    make_agent,
+    one_thread,
+)
 from mpma_mj.training.config import RunConfig
+from mpma_mj.training.course import Kept, Row
 from mpma_mj.training.movements import read_movements
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.training.trace import part_metrics
-from mpma_mj.training.trainer import Kept, Row, Trainer
+from mpma_mj.training.trainer import Trainer
 
-__all__ = ["make_agent", "resume", "start"]
+__all__ = ["resume", "start"]
 
 Array = NDArray[np.float64]
 OnEpoch = Callable[[Row], None]
@@ -55,7 +57,7 @@ def start(
     """
     _check_epochs(epochs)
     motion = read_movements(config)
-    with _one_thread():
+    with one_thread():
         trainer = _trainer(config, motion)
         folder.create(config, motion, overwrite=overwrite)
         return _train(trainer, config, folder, epochs, on_epoch)
@@ -86,7 +88,7 @@ def resume(
     state, meta = folder.read_checkpoint("latest", config)
     best_state, best_meta = folder.read_checkpoint("best", config)
     trace = folder.read_trace()
-    with _one_thread():
+    with one_thread():
         trainer = _trainer(config, motion)
         try:
             trainer.agent.load_state_dict(state)
@@ -99,71 +101,9 @@ def resume(
         return _train(trainer, config, folder, len(trainer.rows) + epochs, on_epoch)
 
 
-@overload
-def make_agent(
-    env: control.Environment,
-    config: MPMAConfig = ...,
-    *,
-    kind: Literal["mpma", "single"] = ...,
-    seed: int = ...,
-) -> MPMA: ...
-
-
-@overload
-def make_agent(
-    env: control.Environment, config: MPMAConfig = ..., *, kind: str, seed: int = ...
-) -> Agent: ...
-
-
-def make_agent(
-    env: control.Environment,
-    config: MPMAConfig = MPMAConfig(),  # noqa: B008, frozen
-    *,
-    kind: str = "mpma",
-    seed: int = 0,
-) -> Agent:
-    """Return an untrained agent that fits an environment.
-
-    Args:
-        env: Environment that `load` returned.
-        config: Settings, of which an agent takes what it has: MOSAIC and HAMMER those of the
-            networks, HAMMER not the number of modules, agents without networks none.
-        kind: One of `mpma_mj.agents.AGENTS`: "mpma" or a rival.
-        seed: Seed of weights and noise.
-
-    Raises:
-        BadOptionError: There is no such kind, the seed is no whole number from 0 up, or the
-            environment is another.
-    """
-    if not isinstance(getattr(env, "task", None), TwoArmImitation):
-        raise BadOptionError(f"env is {env}; expected what mpma_mj.load returned")
-    if not isinstance(config, MPMAConfig):
-        raise BadOptionError(f"config is {config!r}; expected an MPMAConfig")
-    if not isinstance(kind, str) or kind not in AGENTS:
-        raise BadOptionError(f"kind is '{kind}'; expected one of {', '.join(AGENTS)}")
-    arena = Arena(
-        context_size=env.observation_spec()["context"].shape[0],
-        max_joint_speed=env.task.max_joint_speed,
-        control_timestep=env.control_timestep(),
-    )
-    return AGENTS[kind](config, arena, whole_seed(seed))
-
-
-def _one_thread() -> threadpool_limits:
-    """Keep BLAS to one thread.
-
-    The matrices are small: with two threads training takes twice as long. And results do not
-    depend on the number of cores.
-    """
-    return threadpool_limits(1, user_api="blas")
-
-
 def _trainer(config: RunConfig, motion: Motion) -> Trainer:
-    env = load(
-        motion, arms=config.arms, repeats=config.repeats, noise=config.noise, seed=config.seed
-    )
-    architecture = MPMAConfig(modules=config.modules, nodes=config.nodes, rule=config.rule)
-    return Trainer(env, make_agent(env, architecture, seed=config.seed))
+    env = load(motion, **environment_options(config))
+    return Trainer(env, make_agent(env, architecture(config), seed=config.seed))
 
 
 def _train(

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
+import dm_env
 import numpy as np
 from dm_control.rl import control
 from numpy.typing import NDArray
 
 from mpma_mj import metrics
 from mpma_mj.agents import Agent
+from mpma_mj.envs.vector import VectorImitationEnv
 from mpma_mj.errors import DivergedError
 
-__all__ = ["epoch_metrics", "part_metrics", "record_epoch"]
+__all__ = ["epoch_metrics", "part_metrics", "record_epoch", "record_epochs"]
 
 Array = NDArray[np.float64]
 
@@ -52,44 +56,86 @@ def record_epoch(env: control.Environment, agent: Agent, epoch: int) -> dict[str
     return trace | agent.signals()
 
 
-def epoch_metrics(env: control.Environment, trace: dict[str, Array]) -> dict[str, float]:
+def record_epochs(
+    envs: VectorImitationEnv, agent: Agent, epoch: int
+) -> tuple[list[dict[str, Array]], NDArray[np.bool_]]:
+    """Dance an episode with many arms side by side and record every signal of each.
+
+    Args:
+        envs: N environments; their next episode becomes number `epoch`.
+        agent: As many agents side by side.
+        epoch: Number of the epoch, from 0.
+
+    Returns:
+        What `record_epoch` returns, for each of the N; and whose simulation diverged, shape
+        (N,), whose signals then mean nothing.
+    """
+    envs.episode[:] = epoch
+    agent.reset(epoch)
+    observation, _ = envs.reset()
+    observations, actions, rewards = [observation], [], []
+    diverged = np.zeros(envs.num_envs, bool)
+    for _ in range(envs.steps):
+        actions.append(agent.act(observation))
+        observation, reward, terminated, _, _ = envs.step(actions[-1])
+        agent.observe(dm_env.transition(reward, observation))
+        observations.append(observation)
+        rewards.append(reward)
+        diverged |= terminated
+    together = {name: np.stack([o[name] for o in observations]) for name in _OBSERVED}
+    together |= {"action": np.stack(actions), "reward": np.stack(rewards)}
+    together |= agent.signals()
+    traces = [
+        {name: np.ascontiguousarray(signal[:, row]) for name, signal in together.items()}
+        for row in range(envs.num_envs)
+    ]
+    return traces, diverged
+
+
+def epoch_metrics(
+    site_positions: Callable[[Array], Array], trace: dict[str, Array]
+) -> dict[str, float]:
     """Compute the measures of an epoch.
 
     Args:
-        env: Environment in which it was danced, for the arms' own lengths.
-        trace: What `record_epoch` returned, of an agent of modules.
+        site_positions: Where the arms' sites are in postures; `PhysicsArms.site_positions`.
+        trace: What `record_epoch` returned; measures of modules need an agent that has some.
 
     Returns:
         The measures by name; see `metrics` for their definitions.
     """
     posture, reference = trace["posture"][1:], trace["reference"][1:]
-    responsibility, context = trace["responsibility"], trace["context"][:-1]
-    sites = env.physics.site_positions
-    return {
-        **part_metrics(trace, np.ones(len(context), bool)),
-        "nmi": metrics.nmi(responsibility, context),
-        "modules_used": metrics.modules_used(responsibility, context),
-        "mpkpe_m": metrics.mpkpe(sites(posture), sites(reference)),
+    measures = part_metrics(trace, np.ones(len(posture), bool)) | {
+        "mpkpe_m": metrics.mpkpe(site_positions(posture), site_positions(reference)),
         "mean_reward": float(np.mean(trace["reward"])),
     }
+    if "responsibility" in trace:
+        responsibility, context = trace["responsibility"], trace["context"][:-1]
+        measures["nmi"] = metrics.nmi(responsibility, context)
+        measures["modules_used"] = metrics.modules_used(responsibility, context)
+    return measures
 
 
 def part_metrics(trace: dict[str, Array], part: NDArray[np.bool_]) -> dict[str, float]:
     """Compute the measures that a part of an epoch has too.
 
     Args:
-        trace: What `record_epoch` returned, of an agent of modules.
+        trace: What `record_epoch` returned; measures of modules need an agent that has some.
         part: Which steps to look at, shape (T,).
 
     Returns:
         The measures by name; see `metrics` for their definitions.
     """
     posture, reference = trace["posture"][1:][part], trace["reference"][1:][part]
-    responsibility = trace["responsibility"][part]
-    predicted = np.einsum("tm,tmd->td", responsibility, trace["predictions"][part])
-    return {
-        "p_e_percent": metrics.posture_error_percent(posture, reference),
-        "prediction_error_percent": metrics.posture_error_percent(predicted, posture),
-        "rp_error_percent": metrics.rp_error_percent(trace["prior"][part], responsibility),
-        "feedback_ratio": metrics.feedback_ratio(trace["feedback"][part], trace["action"][part]),
-    }
+    measures = {"p_e_percent": metrics.posture_error_percent(posture, reference)}
+    if "responsibility" in trace:
+        responsibility = trace["responsibility"][part]
+        predicted = np.einsum("tm,tmd->td", responsibility, trace["predictions"][part])
+        measures |= {
+            "prediction_error_percent": metrics.posture_error_percent(predicted, posture),
+            "rp_error_percent": metrics.rp_error_percent(trace["prior"][part], responsibility),
+        }
+    if "feedback" in trace:
+        feedback, action = trace["feedback"][part], trace["action"][part]
+        measures["feedback_ratio"] = metrics.feedback_ratio(feedback, action)
+    return measures

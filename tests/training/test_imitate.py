@@ -14,11 +14,13 @@ from mpma_mj.envs.load import load
 from mpma_mj.errors import BadOptionError, CheckpointError, DivergedError, RunFolderError
 from mpma_mj.files import FORMAT
 from mpma_mj.motions import ymca
+from mpma_mj.training.build import make_agent
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.imitate import _trainer, make_agent, resume, start
+from mpma_mj.training.course import _rank, has_converged
+from mpma_mj.training.imitate import _trainer, resume, start
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.training.trace import epoch_metrics, record_epoch
-from mpma_mj.training.trainer import Trainer, _rank, has_converged
+from mpma_mj.training.trainer import Trainer
 
 SMALL = RunConfig(nodes=20, modules=2)
 SMALL_AGENT = MPMAConfig(nodes=20, modules=2)
@@ -127,12 +129,14 @@ def test_measures_compare_what_belongs_together() -> None:
     env = load("ymca")
     trace = record_epoch(env, make_agent(env, SMALL_AGENT), 0)
     trace["predictions"] = np.repeat(trace["posture"][1:, None], 2, axis=1)
-    assert epoch_metrics(env, trace)["prediction_error_percent"] == pytest.approx(0.0, abs=1e-12)
+    assert epoch_metrics(env.physics.site_positions, trace)[
+        "prediction_error_percent"
+    ] == pytest.approx(0.0, abs=1e-12)
     trace["responsibility"] = trace["prior"] = np.clip(trace["context"][:-1], 0.01, 1)
     trace["predictions"] = np.repeat(trace["posture"][1:, None], 4, axis=1)
-    assert epoch_metrics(env, trace)["nmi"] == pytest.approx(1.0, abs=1e-3)
+    assert epoch_metrics(env.physics.site_positions, trace)["nmi"] == pytest.approx(1.0, abs=1e-3)
     trace["posture"] = trace["reference"]
-    measures = epoch_metrics(env, trace)
+    measures = epoch_metrics(env.physics.site_positions, trace)
     assert measures["p_e_percent"] == 0.0
     assert measures["mpkpe_m"] == 0.0
 

@@ -1,0 +1,110 @@
+"""What a run is made of: environment and agent, as its settings say."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Literal, TypeAlias, overload
+
+from dm_control.rl import control
+from threadpoolctl import threadpool_limits
+
+from mpma_mj.agents import AGENTS, MPMA, Agent, Arena, MPMAConfig
+from mpma_mj.agents.agent import Seeds
+from mpma_mj.envs.options import whole_seed
+from mpma_mj.envs.task import TwoArmImitation
+from mpma_mj.envs.vector import VectorImitationEnv
+from mpma_mj.errors import BadOptionError
+from mpma_mj.training.config import RunConfig
+
+__all__ = ["architecture", "environment_options", "make_agent", "one_thread"]
+
+Environments: TypeAlias = control.Environment | VectorImitationEnv
+
+
+@overload
+def make_agent(
+    env: Environments,
+    config: MPMAConfig = ...,
+    *,
+    kind: Literal["mpma", "single"] = ...,
+    seed: Seeds = ...,
+) -> MPMA: ...
+
+
+@overload
+def make_agent(
+    env: Environments, config: MPMAConfig = ..., *, kind: str, seed: Seeds = ...
+) -> Agent: ...
+
+
+def make_agent(
+    env: Environments,
+    config: MPMAConfig = MPMAConfig(),  # noqa: B008, frozen
+    *,
+    kind: str = "mpma",
+    seed: Seeds = 0,
+) -> Agent:
+    """Return an untrained agent that fits an environment.
+
+    Args:
+        env: Environment that `load` returned, or those that `make_vec` did.
+        config: Settings, of which an agent takes what it has: MOSAIC and HAMMER those of the
+            networks, HAMMER not the number of modules, agents without networks none.
+        kind: One of `mpma_mj.agents.AGENTS`: "mpma" or a rival.
+        seed: Seed of weights and noise; for many environments the first member's, which the
+            others' follow, or one for each.
+
+    Raises:
+        BadOptionError: There is no such kind, the seed is no whole number from 0 up, or the
+            environment is another.
+    """
+    if not isinstance(config, MPMAConfig):
+        raise BadOptionError(f"config is {config!r}; expected an MPMAConfig")
+    if not isinstance(kind, str) or kind not in AGENTS:
+        raise BadOptionError(f"kind is '{kind}'; expected one of {', '.join(AGENTS)}")
+    return AGENTS[kind](config, _arena(env), _seeds(env, seed))
+
+
+def _arena(env: Environments) -> Arena:
+    if isinstance(env, VectorImitationEnv):
+        context_size = len(env.motion.labels)
+        return Arena(context_size, env.max_joint_speed, env.control_timestep)
+    if not isinstance(getattr(env, "task", None), TwoArmImitation):
+        raise BadOptionError(
+            f"env is {env}; expected what mpma_mj.load or mpma_mj.make_vec returned"
+        )
+    return Arena(
+        context_size=env.observation_spec()["context"].shape[0],
+        max_joint_speed=env.task.max_joint_speed,
+        control_timestep=env.control_timestep(),
+    )
+
+
+def _seeds(env: Environments, seed: Seeds) -> Seeds:
+    """Return a seed, or one for each of many environments."""
+    if not isinstance(env, VectorImitationEnv):
+        return whole_seed(seed)
+    if not isinstance(seed, Sequence):
+        return [whole_seed(seed) + member for member in range(env.num_envs)]
+    if len(seed) != env.num_envs:
+        raise BadOptionError(f"seed has {len(seed)} entries; expected {env.num_envs}")
+    return [whole_seed(own) for own in seed]
+
+
+def architecture(config: RunConfig) -> MPMAConfig:
+    """Return the settings of the agent of a run."""
+    return MPMAConfig(modules=config.modules, nodes=config.nodes, rule=config.rule)
+
+
+def environment_options(config: RunConfig) -> dict[str, Any]:
+    """Return the options of the environment of a run, by name, but for the movement."""
+    return {name: getattr(config, name) for name in ("arms", "repeats", "noise", "seed")}
+
+
+def one_thread() -> threadpool_limits:
+    """Keep BLAS to one thread.
+
+    The matrices are small: with two threads training takes twice as long. And results do not
+    depend on the number of cores.
+    """
+    return threadpool_limits(1, user_api="blas")

@@ -1,0 +1,94 @@
+"""Many runs of one setting, trained side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.agents.pairs import PairsAgent
+from mpma_mj.envs.vector import VectorImitationEnv
+from mpma_mj.motions import Motion
+from mpma_mj.training.build import architecture, environment_options, make_agent, one_thread
+from mpma_mj.training.config import RunConfig
+from mpma_mj.training.course import Course, Stage
+from mpma_mj.training.trace import record_epochs
+
+__all__ = ["train_crowd"]
+
+_THREADS = 1  # of physics: crowds share processors by processes
+
+
+def train_crowd(configs: Sequence[RunConfig], motion: Motion, epochs: int) -> list[dict[str, Any]]:
+    """Train runs that differ in their seeds only, side by side; each goes as it would alone.
+
+    Args:
+        configs: Settings of R runs.
+        motion: The movement.
+        epochs: Largest number of epochs; a run ends earlier when it has converged.
+
+    Returns:
+        A summary of each run, as `Course.summary` returns it; of one whose simulation diverged
+        `failed`, why.
+    """
+    with one_thread():
+        crowd = _Crowd(configs, motion)
+        while crowd.epoch < epochs and len(crowd.going):
+            crowd.run_epoch()
+    return crowd.outcomes()
+
+
+class _Crowd:
+    """Runs side by side, of which those that have converged leave."""
+
+    def __init__(self, configs: Sequence[RunConfig], motion: Motion) -> None:
+        self.epoch = 0
+        self.going: NDArray[np.intp] = np.arange(len(configs))
+        self._config, self._motion = configs[0], motion
+        self._seeds = np.array([config.seed for config in configs])
+        self._failed: dict[int, str] = {}
+        self._set_stage()
+        seeds = self._seeds.tolist()
+        self._agent = make_agent(self._envs, architecture(self._config), seed=seeds)
+        self._courses = [Course(Stage.of(self._envs)) for _ in configs]
+
+    def run_epoch(self) -> None:
+        """Dance an epoch, learn from it, and let those leave who are done."""
+        traces, diverged = record_epochs(self._envs, self._agent, self.epoch)
+        self.epoch += 1
+        learns = isinstance(self._agent, PairsAgent)
+        logged = self._agent.learn_side_by_side() if learns else [{}] * len(traces)
+        done = diverged.copy()
+        for row, run in enumerate(self.going.tolist()):
+            if diverged[row]:
+                self._failed[run] = f"epoch {self.epoch}: the simulation diverged"
+                continue
+            course = self._courses[run]
+            course.enter(traces[row], logged[row], {})
+            done[row] = course.converged or not learns
+        if done.any():
+            self._leave(done)
+
+    def outcomes(self) -> list[dict[str, Any]]:
+        """Return a summary of each run, or why it failed."""
+        return [
+            {"failed": self._failed[run]} if run in self._failed else course.summary()
+            for run, course in enumerate(self._courses)
+        ]
+
+    def _leave(self, done: NDArray[np.bool_]) -> None:
+        stay = np.flatnonzero(~done)
+        self.going = self.going[stay]
+        self._envs.close()
+        if len(stay):
+            self._agent.keep(stay)
+            self._set_stage()
+
+    def _set_stage(self) -> None:
+        options = environment_options(self._config)
+        self._envs = VectorImitationEnv(
+            len(self.going), motion=self._motion, threads=_THREADS, **options
+        )
+        self._envs.reset(seed=self._seeds[self.going].tolist())
