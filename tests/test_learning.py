@@ -10,8 +10,9 @@ from mpma_mj.agents import MPMAConfig
 from mpma_mj.envs.load import load
 from mpma_mj.motions import Motion
 from mpma_mj.motions.context import equal_segments
-from mpma_mj.training.build import make_agent, start
+from mpma_mj.training.build import make_agent
 from mpma_mj.training.config import RunConfig
+from mpma_mj.training.imitate import start
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.training.trainer import Trainer
 
@@ -75,8 +76,8 @@ def test_arms_raised_through_straight_forward_and_lowered_sideways_are_learned()
             trainer.run_epoch()
         return trainer.summary()["p_e_percent"] if trainer.converged else np.inf
 
-    assert best(proprioception=True) < 2.0
-    assert best(proprioception=False) > 2.0
+    assert best(proprioception=True) < 2.5
+    assert best(proprioception=False) > 2.5
 
 
 @pytest.mark.slow

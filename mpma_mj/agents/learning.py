@@ -97,6 +97,10 @@ class LearningRule(Protocol):
         """Ridge ρ of the readouts."""
 
     @property
+    def gain_rate(self) -> float:
+        """Largest part of the gains' way that is gone after one epoch."""
+
+    @property
     def first_sigma(self) -> float:
         """Width σ of the likelihood in the first epoch."""
 
@@ -119,11 +123,13 @@ class GatedRule:
     in batches nor σ (choice); the window of σ in which it converges is narrow.
 
     Attributes:
+        gain_rate: Largest part of the gains' way that is gone after one epoch (choice).
         forgetting: φ; 0, so that only the last epoch counts.
         ridge: ρ, per step (choice).
         first_sigma: σ, which stays (choice).
     """
 
+    gain_rate: float = 0.2
     forgetting: float = 0.0
     ridge: float = 1e-2
     first_sigma: float = 0.144
@@ -150,32 +156,32 @@ class WeightedRule:
 
         forward models           x_{t+1}                              weight λ^i
         inverse models           clip(u_t + u_fb,t+1, -1, 1)          weight λ^i
-        responsibility pred.     y ∝ (λ^i)^γ / ū_i^β                  weight 1
+        responsibility pred.     y ∝ (λ^i)^γ c_i, all used alike      weight 1
 
     where the inverse models' target is the command that would have hit. After each epoch σ is
     the responsible modules' rms prediction error, but not under `least_sigma`.
 
     Attributes:
+        gain_rate: Largest part of the gains' way that is gone after one epoch (choice).
         forgetting: φ.
         ridge: ρ, per step; with 1e-3 median p_e on YMCA is 0.03 % higher than with 1e-4.
         first_sigma: σ of the first epoch, in which predictions say nothing yet.
         least_sigma: Least σ; 0.02 is the size of the demonstration's noise.
         commitment: γ.
-        conscience: β.
     """
 
+    gain_rate: float = 0.25
     forgetting: float = 0.7
     ridge: float = 1e-4
     first_sigma: float = 0.5
     least_sigma: float = 0.02
-    commitment: float = 2.0
-    conscience: float = 1.5
+    commitment: float = 3.0
 
     def fit(self, readouts: Readouts, epoch: Epoch) -> None:
         """Refit all readouts."""
         weight = epoch.responsibility
         hit = command_that_hits(epoch.action, epoch.next_feedback)
-        share = commitment_target(weight, self.commitment, self.conscience)
+        share = commitment_target(weight, self.commitment)
         readouts.forward.fit(epoch.forward_features, epoch.next_posture[:, None, :], weight)
         readouts.inverse.fit(epoch.inverse_features, hit[:, None, :], weight)
         readouts.predictor.fit(epoch.predictor_features, share[:, :, None])

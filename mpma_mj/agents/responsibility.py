@@ -12,7 +12,8 @@ __all__ = ["commitment_target", "likelihood", "prediction_errors", "responsibili
 
 Array = NDArray[np.float64]
 
-_LEAST_USAGE = 0.01  # a module that is never used does not get all at once (choice)
+_LEAST_SHARE = 1e-6  # so that a module that was never used can come back (choice)
+_EVENINGS = 10  # rounds; more change nothing
 
 
 def prediction_errors(predictions: Array, posture: Array) -> Array:
@@ -61,21 +62,23 @@ def responsibilities(prior: Array, likelihoods: Array) -> Array:
     return joint / joint.sum(axis=-1, keepdims=True)
 
 
-def commitment_target(responsibility: Array, commitment: float, conscience: float) -> Array:
+def commitment_target(responsibility: Array, commitment: float) -> Array:
     """Compute what responsibility predictors learn under the weighted rule (choice).
 
-        y ∝ (λⁱ)^γ / (ūⁱ)^β        ūⁱ = mean responsibility of module i in the epoch
+        y ∝ (λⁱ)^γ cⁱ        with cⁱ such that all modules are used alike, mean_t yⁱ = 1 / M
 
-    γ > 1 makes modules commit; β > 0 is a conscience that keeps one from winning everything.
+    γ > 1 makes modules commit; cⁱ is a conscience (DeSieno 1988) that keeps one from winning
+    everything. It is found by evening out modules and steps in turn (Sinkhorn & Knopp 1967).
 
     Args:
         responsibility: Responsibilities of an epoch, shape (T, M).
         commitment: γ.
-        conscience: β.
 
     Returns:
         Targets, shape (T, M), that sum to 1 over modules.
     """
-    usage = np.maximum(responsibility.mean(axis=0), _LEAST_USAGE)
-    raw = responsibility**commitment / usage**conscience
-    return raw / raw.sum(axis=1, keepdims=True)
+    target = np.maximum(responsibility, _LEAST_SHARE) ** commitment
+    for _ in range(_EVENINGS):
+        target = target / target.mean(axis=0)
+        target /= target.sum(axis=1, keepdims=True)
+    return target

@@ -56,17 +56,24 @@ def test_prediction_error_is_the_mean_square() -> None:
     )
 
 
-def test_a_module_that_was_never_used_gets_nothing_and_breaks_nothing() -> None:
-    responsibility = np.tile([0.7, 0.3, 0.0], (10, 1))
-    target = commitment_target(responsibility, 2.0, 1.5)
+@given(arrays(np.float64, (9, 3), elements=st.floats(0.05, 1.0)), st.floats(1.0, 3.0))
+def test_targets_are_shares_and_use_all_modules_alike(raw: np.ndarray, commitment: float) -> None:
+    target = commitment_target(raw / raw.sum(axis=1, keepdims=True), commitment)
     np.testing.assert_allclose(target.sum(axis=1), 1.0)
-    np.testing.assert_array_equal(target[:, 2], 0.0)
+    np.testing.assert_allclose(target.mean(axis=0), 1 / 3, atol=0.02)
 
 
-def test_commitment_sharpens_and_conscience_evens_out() -> None:
-    responsibility = np.tile([0.6, 0.3, 0.1], (10, 1))
-    plain = commitment_target(responsibility, 1.0, 0.0)
-    np.testing.assert_allclose(plain, responsibility)
-    assert commitment_target(responsibility, 2.0, 0.0)[0, 0] > 0.6
-    assert commitment_target(responsibility, 1.0, 0.5)[0, 0] < 0.6
-    np.testing.assert_allclose(commitment_target(responsibility, 1.0, 1.0), 1 / 3)
+def test_commitment_sharpens_what_is_used_alike() -> None:
+    responsibility = np.array([[0.6, 0.3, 0.1], [0.1, 0.6, 0.3], [0.3, 0.1, 0.6]])
+    np.testing.assert_allclose(commitment_target(responsibility, 1.0), responsibility)
+    sharp = responsibility**2 / (0.6**2 + 0.3**2 + 0.1**2)
+    np.testing.assert_allclose(commitment_target(responsibility, 2.0), sharp)
+
+
+def test_one_module_that_wins_everything_is_evened_out() -> None:
+    np.testing.assert_allclose(commitment_target(np.tile([0.6, 0.3, 0.1], (9, 1)), 3.0), 1 / 3)
+
+
+def test_a_module_that_was_never_used_can_come_back() -> None:
+    responsibility = np.tile([0.7, 0.3, 0.0], (10, 1))
+    np.testing.assert_allclose(commitment_target(responsibility, 2.0), 1 / 3)
