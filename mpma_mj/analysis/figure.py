@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import functools
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -27,7 +28,10 @@ Array = NDArray[np.float64]
 
 _DPI = 110
 _MOST_NUMBERED = 8  # with more modules the numbers in the cells would touch
+_HEIGHTS = (1.3, 1.0, 1.0, 1.3, 0.8)  # of the panels on the right, relative
 _ROW = 0.19  # height of a row of shares, inches
+_SMALL: dict[str, Any] = {"fontsize": "x-small", "frameon": False, "borderaxespad": 0.2}
+_CHANCE: dict[str, Any] = {"marker": "|", "color": "#d55e00", "markersize": 11, "mew": 2, "ls": ""}
 
 
 def write_figure(path: Path, captured: Captured, motion: Motion) -> None:
@@ -39,14 +43,15 @@ def write_figure(path: Path, captured: Captured, motion: Motion) -> None:
         motion: The movement that was imitated.
     """
     rows = sum(len(names) for names in captured.shares.values())
-    figure = Figure(figsize=(11.0, max(9.0, 1.5 + _ROW * rows)), layout="constrained")
-    grid = figure.add_gridspec(4, 2, width_ratios=[1.0, 1.25], height_ratios=[1.3, 1.0, 1.0, 1.3])
+    figure = Figure(figsize=(11.0, max(10.5, 1.5 + _ROW * rows)), layout="constrained")
+    grid = figure.add_gridspec(5, 2, width_ratios=[1.0, 1.25], height_ratios=_HEIGHTS)
     _draw_shares(figure.add_subplot(grid[:, 0]), captured)
-    panels = [figure.add_subplot(grid[row, 1]) for row in range(4)]
+    panels = [figure.add_subplot(grid[row, 1]) for row in range(5)]
     _draw_told(panels[0], captured.told)
     _draw_variance(panels[1], captured.synergies)
     _draw_loads(panels[2], captured.synergies, captured.output)
     _draw_repetitions(panels[3], captured.repetition, motion.rate)
+    _draw_recurrence(panels[4], captured.repetition, motion.rate)
     for panel in panels:
         panel.spines[["top", "right"]].set_visible(False)
     figure.suptitle(f"Which module captures what ({motion.name})", fontsize="medium")
@@ -65,10 +70,10 @@ def _draw_shares(axis: Axes, captured: Captured) -> None:
     ]
     axis.set_yticks(range(len(names)), [name.replace("_", " ") for name in names], fontsize=8)
     modules = table.shape[1]
+    axis.xaxis.tick_top()
     axis.set_xticks(range(modules), [str(i + 1) for i in range(modules)])
     for tick, colour in zip(axis.get_xticklabels(), module_colours(modules), strict=True):
         tick.set(color=colour, fontweight="bold")
-    axis.xaxis.tick_top()
     if modules <= _MOST_NUMBERED:
         for (row, module), share in np.ndenumerate(table):
             text = "" if np.isnan(share) else f"{100.0 * share:.0f}"
@@ -82,28 +87,24 @@ def _draw_shares(axis: Axes, captured: Captured) -> None:
 
 def _draw_told(axis: Axes, told: Told) -> None:
     """Draw what each source tells, as shares, and a mark at what it tells by chance."""
-    nothing = np.full(1, np.nan)
-    entropy = told.entropy[0] if told.entropy[0] > 0 else nothing[0]
-    shares: dict[str, tuple[str, dict[str, BesideChance], float]] = {
-        "R² of a linear readout": ("#7f7f7f", told.r2, 1.0),
-        "bits / entropy of dominant module": ("#d9d9d9", told.bits, entropy),
-    }
-    for number, (name, (colour, measures, whole)) in enumerate(shares.items()):
+    entropy = told.entropy[0] if told.entropy[0] > 0 else np.nan
+    shares: tuple[tuple[str, str, dict[str, BesideChance], float], ...] = (
+        ("R² of a linear readout", "#7f7f7f", told.r2, 1.0),
+        ("bits / entropy of the dominant module", "#d9d9d9", told.bits, entropy),
+    )
+    for number, (name, colour, measures, whole) in enumerate(shares):
         place = np.arange(len(measures)) + 0.38 * (number - 0.5)
         value = np.array([measure.value[0] for measure in measures.values()]) / whole
         chance = np.array([measure.by_chance[0] for measure in measures.values()]) / whole
-        axis.barh(place, np.nan_to_num(value), 0.36, color=colour, edgecolor=INK, lw=0.5)
-        axis.plot(chance, place, "|", color="#d55e00", markersize=11, markeredgewidth=2)
-        axis.barh([], [], color=colour, edgecolor=INK, label=name)
-    axis.plot([], [], "|", color="#d55e00", markeredgewidth=2, label="by chance", linestyle="")
+        axis.barh(place, value, 0.36, color=colour, edgecolor=INK, linewidth=0.5, label=name)
+        label = "by chance" if number == 0 else None
+        axis.plot(chance, place, label=label, **_CHANCE)
     axis.set_yticks(range(len(told.r2)), list(told.r2))
     axis.invert_yaxis()
     axis.axvline(0.0, color=INK, linewidth=0.8)
     axis.set_title("What tells which module is responsible", fontsize="medium", pad=20)
     axis.legend(loc="lower center", bbox_to_anchor=(0.4, 0.98), ncols=3, **_SMALL)
-
-
-_SMALL = {"fontsize": "x-small", "frameon": False, "borderaxespad": 0.2}
+    axis.set_xlim(right=1.05)
 
 
 def _draw_variance(axis: Axes, synergies: Synergies) -> None:
@@ -112,7 +113,8 @@ def _draw_variance(axis: Axes, synergies: Synergies) -> None:
     axis.plot(np.arange(len(explained)) + 1, explained, "o-", color=INK, markersize=3.5, lw=1)
     axis.plot(enough, explained[enough - 1], "o", color="#d55e00", markersize=7)
     axis.axhline(100.0 * ENOUGH, color=INK, linestyle="--", linewidth=0.8)
-    axis.set(ylim=(0.0, 103.0), xlabel="number of synergies", ylabel="variance\naccounted for, %")
+    axis.set_xticks(np.arange(len(explained)) + 1)
+    axis.set(ylim=(0.0, 105.0), xlabel="number of synergies", ylabel="variance\naccounted for, %")
     axis.set_title("Synergies in the modules' motor outputs", fontsize="medium")
 
 
@@ -129,16 +131,19 @@ def _draw_loads(axis: Axes, synergies: Synergies, output: Array) -> None:
 
 
 def _draw_repetitions(axis: Axes, repetition: Repetition, rate: float) -> None:
-    """Draw λ of all repetitions over each other, and above it how it comes back."""
     _, period, modules = repetition.laid_over.shape
     time = np.arange(period) / rate
     for module, colour in enumerate(module_colours(modules)):
         for course in repetition.laid_over[:, :, module]:
-            axis.plot(time, course, color=colour, linewidth=1.2, alpha=0.6)
-    lag = np.arange(len(repetition.recurrence)) / rate
-    axis.plot(lag, repetition.recurrence, ":", color=INK, linewidth=1.2, label="likeness of λ")
-    axis.axvline(period / rate, color=INK, linewidth=0.8)
-    axis.set(ylim=(-0.03, 1.05), xlabel="time in a repetition, lag: s", ylabel="λ")
+            axis.plot(time, course, color=colour, linewidth=1.0, alpha=0.6)
+    axis.set(ylim=(-0.03, 1.05), xlabel="time in a repetition, s", ylabel="λ")
     axis.margins(x=0)
-    axis.set_title("λ of all repetitions laid over each other", fontsize="medium", pad=16)
-    axis.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), **_SMALL)
+    axis.set_title("λ of all repetitions laid over each other", fontsize="medium")
+
+
+def _draw_recurrence(axis: Axes, repetition: Repetition, rate: float) -> None:
+    lag = np.arange(len(repetition.recurrence)) / rate
+    axis.plot(lag, repetition.recurrence, color=INK, linewidth=1.2)
+    axis.axvline(repetition.period / rate, color="#d55e00", linestyle="--", linewidth=1.0)
+    axis.set(ylim=(0.0, 1.05), xlabel="lag, s; dashed: one repetition", ylabel="likeness\nof λ")
+    axis.margins(x=0)

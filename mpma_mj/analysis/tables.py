@@ -26,6 +26,7 @@ def tables(captured: Captured) -> str:
         [
             _shares(captured),
             _told(captured.told),
+            _told_of_each(captured.told),
             _synergies(captured.synergies, captured.output),
             _repetition(captured.repetition),
         ]
@@ -64,6 +65,25 @@ def _told(told: Told) -> str:
         rows.append((source, *map(_number, values), _percent(share)))
     head = ("λ is told by", "R²", "by chance", "bits", "by chance", f"% of {entropy:.2f} bits")
     return _table(head, rows)
+
+
+def _told_of_each(told: Told) -> str:
+    """Return what posture and context tell about each module, by chance in brackets."""
+    rows = [
+        (
+            f"{source}, {unit}",
+            *(
+                f"{_number(value)} ({_number(chance)})"
+                for value, chance in zip(
+                    measures[source].value[1:], measures[source].by_chance[1:], strict=True
+                )
+            ),
+        )
+        for unit, measures in (("R²", told.r2), ("bits", told.bits))
+        for source in ("posture", "context")
+    ]
+    rows.append(("entropy, bits", *map(_number, told.entropy[1:])))
+    return _table(("each alone (by chance)", *_modules(len(told.entropy) - 1)), rows)
 
 
 def _synergies(synergies: Synergies, output: Array) -> str:
