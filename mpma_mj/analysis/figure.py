@@ -62,7 +62,7 @@ def _draw_shares(axis: Axes, captured: Captured) -> None:
     """Draw a cell for each thing that is shared and each module."""
     kinds = captured.shares
     table = np.array([share for names in kinds.values() for share in names.values()])
-    axis.imshow(100.0 * table, cmap="Greys", vmin=0.0, vmax=100.0, aspect="auto")
+    axis.imshow(100.0 * table, cmap="Greys", vmin=0.0, aspect="auto")
     names = [
         f"{kind} {name}" if kind in ("label", "posture region") else name or "all steps"
         for kind, rows in kinds.items()
@@ -77,7 +77,7 @@ def _draw_shares(axis: Axes, captured: Captured) -> None:
     if modules <= _MOST_NUMBERED:
         for (row, module), share in np.ndenumerate(table):
             text = "" if np.isnan(share) else f"{100.0 * share:.0f}"
-            colour = "white" if share > 0.5 else INK
+            colour = "white" if share > 0.5 * np.nanmax(table) else INK
             axis.text(module, row, text, ha="center", va="center", color=colour, fontsize=8)
     for end in np.cumsum([len(rows) for rows in kinds.values()])[:-1]:
         axis.axhline(end - 0.5, color=INK, linewidth=0.8)
@@ -100,7 +100,7 @@ def _draw_told(axis: Axes, told: Told) -> None:
         label = "by chance" if number == 0 else None
         axis.plot(chance, place, label=label, **_CHANCE)
     axis.set_yticks(range(len(told.r2)), list(told.r2))
-    axis.invert_yaxis()
+    axis.set_ylim(len(told.r2) - 0.5, -0.5)
     axis.axvline(0.0, color=INK, linewidth=0.8)
     axis.set_title("What tells which module is responsible", fontsize="medium", pad=20)
     axis.legend(loc="lower center", bbox_to_anchor=(0.4, 0.98), ncols=3, **_SMALL)
