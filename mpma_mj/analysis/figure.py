@@ -28,6 +28,7 @@ Array = NDArray[np.float64]
 
 _DPI = 110
 _MOST_NUMBERED = 8  # with more modules the numbers in the cells would touch
+_DARK = 0.5  # least share that is drawn black, so that shares that are all alike look alike
 _HEIGHTS = (1.3, 1.0, 1.0, 1.3, 0.8)  # of the panels on the right, relative
 _ROW = 0.19  # height of a row of shares, inches
 _SMALL: dict[str, Any] = {"fontsize": "x-small", "frameon": False, "borderaxespad": 0.2}
@@ -62,7 +63,8 @@ def _draw_shares(axis: Axes, captured: Captured) -> None:
     """Draw a cell for each thing that is shared and each module."""
     kinds = captured.shares
     table = np.array([share for names in kinds.values() for share in names.values()])
-    axis.imshow(100.0 * table, cmap="Greys", vmin=0.0, aspect="auto")
+    darkest = max(_DARK, float(np.nanmax(table)))
+    axis.imshow(table, cmap="Greys", vmin=0.0, vmax=darkest, aspect="auto")
     names = [
         f"{kind} {name}" if kind in ("label", "posture region") else name or "all steps"
         for kind, rows in kinds.items()
@@ -77,7 +79,7 @@ def _draw_shares(axis: Axes, captured: Captured) -> None:
     if modules <= _MOST_NUMBERED:
         for (row, module), share in np.ndenumerate(table):
             text = "" if np.isnan(share) else f"{100.0 * share:.0f}"
-            colour = "white" if share > 0.5 * np.nanmax(table) else INK
+            colour = "white" if share > 0.5 * darkest else INK
             axis.text(module, row, text, ha="center", va="center", color=colour, fontsize=8)
     for end in np.cumsum([len(rows) for rows in kinds.values()])[:-1]:
         axis.axhline(end - 0.5, color=INK, linewidth=0.8)
