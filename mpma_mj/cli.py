@@ -31,6 +31,7 @@ _COMMANDS: dict[str, Callable[..., Command]] = {
     "render": commands.Render,
     "view": commands.View,
     "bench": commands.Bench,
+    "capture": commands.Capture,
 }
 
 

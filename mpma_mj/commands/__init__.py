@@ -1,9 +1,10 @@
 """What the command line offers: a file a command, each with its options and `run`."""
 
 from mpma_mj.commands.bench import Bench
+from mpma_mj.commands.capture import Capture
 from mpma_mj.commands.imitate import Imitate
 from mpma_mj.commands.motion import InspectMotion
 from mpma_mj.commands.render import Render
 from mpma_mj.commands.view import View
 
-__all__ = ["Bench", "Imitate", "InspectMotion", "Render", "View"]
+__all__ = ["Bench", "Capture", "Imitate", "InspectMotion", "Render", "View"]

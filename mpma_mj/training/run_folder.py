@@ -32,6 +32,7 @@ _DRAWN = {"posture", "reference", "context", "joint_angles", "action"} | {
 _CONTENTS = (
     "metrics.csv",
     "summary.json",
+    "capture.json",
     "trace.npz",
     "checkpoint",
     "figures",

@@ -1,0 +1,44 @@
+"""`mpma capture`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+__all__ = ["Capture"]
+
+
+@dataclass(frozen=True)
+class Capture:
+    """Find out which module of a trained run captures what, as tables, JSON and a figure."""
+
+    run_folder: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
+    """Folder of the run."""
+
+    def run(self) -> Path:
+        """Do it and return the figure's path."""
+        from mpma_mj import files
+        from mpma_mj.analysis.captured import analyse
+        from mpma_mj.analysis.danced import read_danced
+        from mpma_mj.analysis.figure import write_figure
+        from mpma_mj.analysis.tables import tables
+        from mpma_mj.training.progress import show_range
+        from mpma_mj.training.run_folder import RunFolder
+
+        folder = RunFolder(self.run_folder)
+        danced = read_danced(folder)
+        captured = analyse(
+            danced.trace,
+            danced.motion.labels,
+            danced.period,
+            lambda factors: show_range(factors, "looking for synergies"),
+        )
+        print(tables(captured) + "\n")
+        content = {"format": files.FORMAT, "motion": danced.motion.name} | captured.as_json()
+        files.write_json(folder.path / "capture.json", content)
+        picture = folder.figures / "capture.png"
+        write_figure(picture, captured, danced.motion)
+        return picture
