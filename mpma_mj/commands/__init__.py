@@ -4,6 +4,7 @@ from mpma_mj.commands.bench import Bench
 from mpma_mj.commands.imitate import Imitate
 from mpma_mj.commands.motion import InspectMotion
 from mpma_mj.commands.render import Render
+from mpma_mj.commands.sweep import Sweep
 from mpma_mj.commands.view import View
 
-__all__ = ["Bench", "Imitate", "InspectMotion", "Render", "View"]
+__all__ = ["Bench", "Imitate", "InspectMotion", "Render", "Sweep", "View"]

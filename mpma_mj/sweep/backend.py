@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import contextlib
-from typing import Literal, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from mpma_mj.errors import BadOptionError
-from mpma_mj.sweep.work import Job, Summaries
+from mpma_mj.options import BackendName
 
-__all__ = ["Backend", "BackendName", "open_backend"]
+if TYPE_CHECKING:
+    from mpma_mj.sweep.work import Job, Summaries
 
-BackendName = Literal["processes", "ray"]
+__all__ = ["Backend", "open_backend"]
 
 
 class Backend(Protocol):

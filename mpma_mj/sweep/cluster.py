@@ -11,8 +11,8 @@ import time
 from types import TracebackType
 from typing import Any, Self
 
-from mpma_mj.envs.batch import processors
 from mpma_mj.errors import BadOptionError, WorkerError
+from mpma_mj.machine import processors
 from mpma_mj.sweep.work import Job, Summaries, do
 
 __all__ = ["Cluster"]

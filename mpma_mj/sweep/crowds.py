@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 
@@ -39,7 +40,7 @@ def _pieces(group: Sequence[RunConfig], count: int) -> list[Crowd]:
     """Cut a group into pieces whose sizes differ by one at most; none is empty."""
     count = min(count, len(group))
     ends = [round(len(group) * piece / count) for piece in range(count + 1)]
-    return [tuple(group[start:end]) for start, end in zip(ends, ends[1:], strict=False)]
+    return [tuple(group[start:end]) for start, end in itertools.pairwise(ends)]
 
 
 def _work(crowd: Crowd) -> int:

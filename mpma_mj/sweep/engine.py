@@ -7,7 +7,6 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 
-from mpma_mj.errors import WorkerError
 from mpma_mj.motions import Motion
 from mpma_mj.sweep.asked import Asked, by_point, without_seed
 from mpma_mj.sweep.backend import Backend
@@ -33,22 +32,17 @@ def finish(folder: SweepFolder, backend: Backend, on_crowd: OnCrowd = lambda cro
         backend: Who trains.
         on_crowd: Called with the runs of every crowd that is over.
 
+    Runs whose workers die time and again stay missing.
+
     Raises:
         MpmaError: A movement cannot be read, a setting is outside what it may be, or the folder
             cannot be written; what is over stays in the folder.
-        WorkerError: Some workers died time and again; all other runs are in the folder.
     """
-    over = {run.config for run in folder.finished()}
-    missing = [config for config in folder.asked.configs if config not in over]
-    if not missing:
-        return
-    jobs = _jobs(folder.asked, missing, backend.workers)
+    jobs = _jobs(folder.asked, folder.missing(), backend.workers)
     folder.begin()
-    lost = 0
     began = time.perf_counter()
     for job, summaries in _train(jobs, backend):
         if summaries is None:
-            lost += len(job.configs)
             continue
         crowd = [
             Finished(config, summary, job.tries)
@@ -60,11 +54,6 @@ def finish(folder: SweepFolder, backend: Backend, on_crowd: OnCrowd = lambda cro
         folder.add_seconds(now - began)
         began = now
         on_crowd(crowd)
-    if lost:
-        raise WorkerError(
-            f"{lost} runs are missing: their workers died {_MOST_TRIES} times (memory?);"
-            f" start again with --out {folder.path} to go on with them"
-        )
 
 
 def _jobs(asked: Asked, configs: Sequence[RunConfig], workers: int) -> list[Job]:

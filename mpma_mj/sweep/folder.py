@@ -18,7 +18,7 @@ from mpma_mj.errors import RunFolderError
 from mpma_mj.sweep.asked import Asked
 from mpma_mj.training.config import RunConfig, versions
 
-__all__ = ["Finished", "SweepFolder"]
+__all__ = ["Finished", "SweepFolder", "flat"]
 
 _KIND = "sweep"
 _NAME_LENGTH = 100  # letters of a file's name, of 255 that file systems allow
@@ -77,14 +77,17 @@ class SweepFolder:
         }
         files.write_json(self._file(run.config), content)
 
+    def missing(self) -> list[RunConfig]:
+        """Return the settings of the runs that are not over yet."""
+        return [config for config in self.asked.configs if not self._file(config).exists()]
+
     def finished(self) -> list[Finished]:
         """Read the runs that are over, in the order in which they were asked for.
 
         Raises:
             RunFolderError: The file of a run is damaged.
         """
-        there = [config for config in self.asked.configs if self._file(config).exists()]
-        return [self._read(config) for config in there]
+        return [self._read(c) for c in self.asked.configs if self._file(c).exists()]
 
     def add_seconds(self, seconds: float) -> None:
         """Add to the time that training has taken, which `seconds` returns."""
@@ -105,7 +108,7 @@ class SweepFolder:
         rows = [
             {name: getattr(run.config, name) for name in (*varying, "seed")}
             | {"tries": run.tries}
-            | _flat(run.summary)
+            | flat(run.summary)
             for run in runs
         ]
         columns = list(dict.fromkeys(name for row in rows for name in row))
@@ -114,6 +117,11 @@ class SweepFolder:
         writer.writeheader()
         writer.writerows(rows)
         files.write_text(self.path / "results.csv", text.getvalue())
+
+    def title(self, config: RunConfig) -> str:
+        """Return the settings of a run that vary, but for the seed, in words."""
+        shown = (f"{name} {getattr(config, name)}" for name in self.asked.varying)
+        return ", ".join(shown)
 
     @property
     def _header(self) -> Path:
@@ -216,12 +224,12 @@ def _name(config: RunConfig, varying: Iterable[str]) -> str:
     return f"{text[:_NAME_LENGTH]}-{hashlib.sha256(settings.encode()).hexdigest()[:8]}"
 
 
-def _flat(summary: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+def flat(summary: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
     """Return a summary without its branches, `active_modules.Y` and so on."""
-    flat: dict[str, Any] = {}
+    leaves: dict[str, Any] = {}
     for name, value in summary.items():
         if isinstance(value, Mapping):
-            flat |= _flat(value, f"{prefix}{name}.")
+            leaves |= flat(value, f"{prefix}{name}.")
         else:
-            flat[f"{prefix}{name}"] = value
-    return flat
+            leaves[f"{prefix}{name}"] = value
+    return leaves

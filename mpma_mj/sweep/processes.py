@@ -9,18 +9,20 @@ import traceback
 from multiprocessing import connection, forkserver
 from multiprocessing.connection import Connection
 from types import TracebackType
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
-from mpma_mj.envs.batch import processors
 from mpma_mj.errors import MpmaError
-from mpma_mj.sweep.work import Job, Summaries, do
+from mpma_mj.machine import processors
+
+if TYPE_CHECKING:
+    from mpma_mj.sweep.work import Job, Summaries
 
 __all__ = ["Processes"]
 
 # A forked server forks them: as fast as to fork this process, and safe whatever threads it has.
 _METHODS = ("forkserver", "spawn")
-# What the server imports once, for all workers; the command too, which is each one's `__main__`.
-_PRELOADED = ["mpma_mj.sweep.work", "mpma_mj.cli"]
+# What the server imports once for all workers: the work, and what each one's `__main__` imports.
+_PRELOADED = ["mpma_mj.sweep.work", "mpma_mj.commands"]
 
 
 class Processes:
@@ -113,6 +115,8 @@ def _serve(pipe: Connection) -> None:
 
 
 def _answer(job: Job) -> Summaries | Exception:
+    from mpma_mj.sweep.work import do  # here, so that the server starts before all is imported
+
     try:
         return do(job)
     except MpmaError as error:

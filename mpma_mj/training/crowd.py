@@ -23,9 +23,7 @@ def check(config: RunConfig, motion: Motion) -> None:
     _trainer(dataclasses.replace(config, nodes=min(config.nodes, 1)), motion)
 
 
-def train_crowd(
-    configs: Sequence[RunConfig], motion: Motion, epochs: int
-) -> list[dict[str, Any]]:
+def train_crowd(configs: Sequence[RunConfig], motion: Motion, epochs: int) -> list[dict[str, Any]]:
     """Train runs and return the summary of each, or {"failed": why} where it diverged."""
     with _one_thread():
         return [_train(config, motion, epochs) for config in configs]
