@@ -5,6 +5,7 @@ from mpma_mj.commands.imitate import Imitate
 from mpma_mj.commands.motion import InspectMotion
 from mpma_mj.commands.render import Render
 from mpma_mj.commands.sweep import Sweep
+from mpma_mj.commands.table1 import Table1
 from mpma_mj.commands.view import View
 
-__all__ = ["Bench", "Imitate", "InspectMotion", "Render", "Sweep", "View"]
+__all__ = ["Bench", "Imitate", "InspectMotion", "Render", "Sweep", "Table1", "View"]
