@@ -204,14 +204,12 @@ def _damaged(path: Path, mend: str = "remove it and start again") -> RunFolderEr
 
 def _difference(key: str, there: Any, asked: Any) -> str:
     """Say in a few words in what two sweeps differ; `there` may be anything."""
-    if isinstance(there, dict) and isinstance(asked, dict):
-        names = [name for name in asked if there.get(name) != asked[name]]
-        names += [name for name in there if name not in asked]
-        name = names[0]
-        return f"with {name} {there.get(name)} where {asked.get(name)} is asked for"
-    if key == "runs" and isinstance(there, list):
-        if len(there) != len(asked):
-            return f"of {len(there)} runs where {len(asked)} are asked for"
+    if isinstance(there, dict) and there.keys() == asked.keys():
+        name = next(name for name in asked if there[name] != asked[name])
+        return f"with {name} {there[name]} where {asked[name]} is asked for"
+    if isinstance(there, list) and len(there) != len(asked):
+        return f"of {len(there)} runs where {len(asked)} are asked for"
+    if isinstance(asked, dict | list):
         return "of another grid"
     return f"with {key} {there} where {asked} is asked for"
 

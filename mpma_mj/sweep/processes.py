@@ -45,7 +45,7 @@ class Processes:
             self._context.set_forkserver_preload(_PRELOADED)
             forkserver.ensure_running()
         self._idle: list[_Worker] = []
-        self._busy: dict[Connection, tuple[_Worker, Job]] = {}
+        self._busy: dict[Any, tuple[_Worker, Job]] = {}  # by the pipe of the worker
 
     def __enter__(self) -> Self:
         """Return the backend."""
@@ -69,11 +69,9 @@ class Processes:
 
     def next_done(self) -> tuple[Job, Summaries | None]:
         """Wait for a process to be done with its job, or dead; see `Backend`."""
-        pipe = connection.wait(list(self._busy))[0]
-        assert isinstance(pipe, Connection)
-        worker, job = self._busy.pop(pipe)
+        worker, job = self._busy.pop(connection.wait(list(self._busy))[0])
         try:
-            answer = pipe.recv()
+            answer = worker.pipe.recv()
         except (EOFError, OSError):
             worker.end()
             return job, None

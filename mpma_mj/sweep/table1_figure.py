@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -24,6 +25,7 @@ _OURS = module_colours(1)[0]
 _APART = 0.17  # of the paper's and our place from the middle between them
 _SPRAY = 0.16  # width over which runs are laid side by side
 
+_PALER = 0.5  # a bar beside the one of a module more
 _NAMED_SHARE = 10.0  # percent; less has no room for a number
 
 _PANELS = (
@@ -61,36 +63,36 @@ def write_figure(path: Path, asked: Asked, runs: Sequence[Finished]) -> None:
         fontsize="large",
     )
     handles, names = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, names, loc="outside lower center", ncols=3, fontsize="small")
+    once = dict(zip(names, handles, strict=True))
+    figure.legend(once.values(), once.keys(), loc="outside lower center", ncols=3, fontsize="small")
     write_whole(path, functools.partial(figure.savefig, dpi=_DPI))
 
 
 def _every_run(axis: Axes, runs: Sequence[Finished], sizes: Sequence[int], measure: str) -> None:
     """Draw a dot a run, and mean and deviation beside the paper's."""
+    paper = {place: PAPER[n] for place, n in enumerate(sizes) if n in PAPER}
+    told = {p: line.measures[measure] for p, line in paper.items() if measure in line.measures}
+    apart = _APART if told else 0.0
     for place, nodes in enumerate(sizes):
         found = values(of_size(runs, nodes), measure)
         spray = np.linspace(-_SPRAY / 2, _SPRAY / 2, max(len(found), 2))[: len(found)]
-        axis.plot(
-            place + _APART + spray, found, ".", color=_OURS, alpha=0.35, markeredgewidth=0,
-            markersize=7, label="a run of ours" if place == 0 else None,
-        )  # fmt: skip
-        ours = spread(of_size(runs, nodes), measure)
-        _mean(axis, place + _APART, ours, _OURS, "ours, µ ± σ" if place == 0 else None)
-    named = False
-    for place, nodes in enumerate(sizes):
-        if nodes in PAPER and measure in PAPER[nodes].measures:
-            label = None if named else "the paper, µ ± σ"
-            _mean(axis, place - _APART, PAPER[nodes].measures[measure], DEMONSTRATED, label)
-            named = True
+        dots: dict[str, Any] = {
+            "color": _OURS,
+            "alpha": 0.35,
+            "markeredgewidth": 0,
+            "markersize": 7,
+        }
+        axis.plot(place + apart + spray, found, ".", **dots, label="a run of ours")
+        _mean(axis, place + apart, spread(of_size(runs, nodes), measure), _OURS, "ours, µ ± σ")
+    for place, value in told.items():
+        _mean(axis, place - apart, value, DEMONSTRATED, "the paper, µ ± σ")
     _name_sizes(axis, sizes)
     axis.set_ylim(bottom=0)
 
 
-def _mean(axis: Axes, place: float, value: Spread, colour: str, label: str | None) -> None:
-    axis.errorbar(
-        place, value.mean, value.deviation, fmt="o", color=colour, markersize=6, capsize=3,
-        linewidth=1.5, label=label,
-    )  # fmt: skip
+def _mean(axis: Axes, place: float, value: Spread, colour: str, label: str) -> None:
+    look: dict[str, Any] = {"markersize": 6, "capsize": 3, "linewidth": 1.5}
+    axis.errorbar(place, value.mean, value.deviation, fmt="o", color=colour, **look, label=label)
 
 
 def _active_modules(axis: Axes, runs: Sequence[Finished], sizes: Sequence[int]) -> None:
@@ -115,8 +117,8 @@ def _modules_used(axis: Axes, runs: Sequence[Finished], sizes: Sequence[int], mo
     below = np.zeros(len(sizes))
     for count in range(modules, 0, -1):
         share = np.array([100 * np.mean(u == count) if len(u) else 0.0 for u in used])
-        shade = 0.25 + 0.75 * count / modules
-        axis.bar(range(len(sizes)), share, 0.6, below, color=_OURS, alpha=shade, label=str(count))
+        shade = _PALER ** (modules - count)
+        axis.bar(range(len(sizes)), share, 0.6, below, color=_OURS, alpha=shade)
         ink = "white" if shade > 0.6 else INK
         for place, (start, height) in enumerate(zip(below, share, strict=True)):
             if height >= _NAMED_SHARE:

@@ -1,0 +1,136 @@
+"""Sweeps on Ray: that an address answers soon or not at all, and a cluster that loses a node."""
+
+import importlib.util
+import socket
+import sys
+import time
+import uuid
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from mpma_mj.errors import BadOptionError
+from mpma_mj.sweep import cluster
+from mpma_mj.sweep.backend import open_backend
+from mpma_mj.sweep.engine import finish
+from mpma_mj.sweep.folder import SweepFolder
+from tests.sweep.runs import TINY_WORDS, asked, environment, mpma, results, run_files
+
+ROOT = Path(__file__).parents[2]
+
+needs_ray = pytest.mark.skipif(importlib.util.find_spec("ray") is None, reason="needs ray")
+
+
+@pytest.mark.parametrize("address", ["head", "head:", ":6379", "ray://head:10001", "head:6379/x"])
+def test_what_is_no_address_is_refused(address: str) -> None:
+    with pytest.raises(BadOptionError, match="expected HOST:PORT of a Ray cluster's head"):
+        cluster._check_answers(address)
+
+
+def test_a_port_where_nobody_listens_is_refused_at_once() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        port = server.getsockname()[1]
+    for address in (f"127.0.0.1:{port}", "127.0.0.1:99999"):
+        with pytest.raises(BadOptionError, match=f"address {address}: no Ray cluster answers"):
+            cluster._check_answers(address)
+
+
+def test_an_attempt_that_hangs_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cluster, "_CONNECT", "import time; time.sleep(60)")
+    monkeypatch.setattr(cluster, "_PATIENCE", 0.2)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        address = f"127.0.0.1:{server.getsockname()[1]}"
+        began = time.monotonic()
+        with pytest.raises(BadOptionError, match=r"nothing within 0\.2 s"):
+            cluster._check_answers(address)
+    assert time.monotonic() - began < 30
+
+
+def test_an_attempt_that_fails_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cluster, "_CONNECT", "raise SystemExit('a cluster of Ray 1.0')")
+    with pytest.raises(BadOptionError, match=r"answers \(a cluster of Ray 1\.0\)"):
+        cluster._check_answers("auto")
+
+
+def test_without_ray_the_command_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "ray", None)
+    with pytest.raises(BadOptionError, match=r"pip install 'mpma-mj\[ray\]'"):
+        open_backend("ray", 1, None)
+
+
+@pytest.fixture
+def two_nodes(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
+    """Yield a cluster of a head that does no work and two nodes with a worker each."""
+    monkeypatch.setenv("RAY_AUTH_MODE", "token")
+    monkeypatch.setenv("RAY_AUTH_TOKEN", str(uuid.uuid4()))
+    monkeypatch.setenv("RAY_USAGE_STATS_ENABLED", "0")
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    from ray.cluster_utils import Cluster
+
+    nodes = Cluster(initialize_head=True, head_node_args={"num_cpus": 0})
+    for _ in range(2):
+        nodes.add_node(num_cpus=1)
+    nodes.wait_for_nodes()
+    yield nodes
+    nodes.shutdown()
+
+
+@needs_ray
+@pytest.mark.slow
+def test_a_node_that_dies_on_the_way_changes_no_result(tmp_path: Path, two_nodes: Any) -> None:
+    out = tmp_path / "ray"
+    grid = "nodes=30,31,32,33,34,35,36,37"
+    words = ("sweep", "--grid", grid, "--runs", 4, *TINY_WORDS[2:], "--out", out)
+    command = mpma(*words, "--backend", "ray", "--address", two_nodes.address, cwd=tmp_path)
+    while not run_files(out):
+        assert command.poll() is None, command.communicate()
+        time.sleep(0.01)
+    two_nodes.remove_node(two_nodes.worker_nodes.copy().pop(), allow_graceful=False)
+    printed, told = command.communicate(timeout=300)
+    assert command.returncode == 0, told
+    assert "Traceback" not in told
+    assert "were tried again, because their worker died." in printed
+    here = tmp_path / "here"
+    other = mpma(*words[:-1], here)
+    assert other.communicate()[0].count("\n| 3") == 8
+    without_tries = [
+        [row for i, row in enumerate(line.split(",")) if i != 2]
+        for folder in (out, here)
+        for line in (folder / "results.csv").read_text().splitlines()
+    ]
+    half = len(without_tries) // 2
+    assert without_tries[:half] == without_tries[half:]
+
+
+@needs_ray
+@pytest.mark.slow
+def test_a_cluster_of_its_own_gives_the_same_results(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("RAY_AUTH_TOKEN", str(uuid.uuid4()))
+    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    sweep = asked("nodes=5,6", runs=3)
+    one, other = SweepFolder(tmp_path / "a", sweep), SweepFolder(tmp_path / "b", sweep)
+    for folder, name in ((one, "ray"), (other, "processes")):
+        with open_backend(name, 2, None) as backend:  # type: ignore[arg-type]
+            finish(folder, backend)
+    assert results(one) == results(other)
+
+
+@needs_ray
+@pytest.mark.slow
+def test_something_else_that_listens_is_given_up_within_seconds(tmp_path: Path) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        address = f"127.0.0.1:{server.getsockname()[1]}"
+        words = ("sweep", "--runs", 1, *TINY_WORDS, "--backend", "ray", "--address", address)
+        command = mpma(*words, "--out", tmp_path / "new", env=environment(PYTHONPATH=str(ROOT)))
+        began = time.monotonic()
+        printed, told = command.communicate(timeout=60)
+    assert time.monotonic() - began < 15
+    assert command.returncode == 2
+    assert told.splitlines()[-1].startswith(f"mpma: address {address}: no Ray cluster answers")
+    assert len(told.splitlines()) == 1
+    assert printed == ""
+    assert not (tmp_path / "new").exists()
