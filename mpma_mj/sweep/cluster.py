@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import re
 import socket
@@ -55,9 +56,12 @@ class Cluster:
         # Ray would try again by itself, but not say so.
         self._do = ray.remote(num_cpus=1, max_retries=0)(do)
         self._jobs: dict[Any, Job] = {}
+        # Ray prints what happens to its nodes, and results are to stand alone.
+        self._quiet = contextlib.redirect_stdout(sys.stderr)
 
     def __enter__(self) -> Self:
         """Return the backend."""
+        self._quiet.__enter__()
         return self
 
     def __exit__(
@@ -68,6 +72,7 @@ class Cluster:
     ) -> None:
         """Leave the cluster, which ends what still runs there for this command."""
         self._ray.shutdown()
+        self._quiet.__exit__(kind, error, trace)
 
     def submit(self, job: Job) -> None:
         """Give a job to the cluster."""

@@ -60,12 +60,12 @@ def _jobs(asked: Asked, configs: Sequence[RunConfig], workers: int) -> list[Job]
     """Return the work to do, longest first, after a look at whether it can be done."""
     motions: dict[RunConfig, Motion] = {}
     read: dict[tuple[object, ...], Motion] = {}
-    for point in by_point(configs):
+    for point, runs in by_point(configs).items():
         source = (point.motions, point.reading, point.arms)
         if source not in read:
             read[source] = read_movements(point)
         motions[point] = read[source]
-        check(point, motions[point])
+        check(runs[0], motions[point])
     ours = versions()
     return [
         Job(crowd, motions[without_seed(crowd[0])], asked.epochs, ours)

@@ -1,6 +1,8 @@
 """Sweeps on Ray: that an address answers soon or not at all, and a cluster that loses a node."""
 
 import importlib.util
+import os
+import signal
 import socket
 import sys
 import time
@@ -60,13 +62,21 @@ def test_without_ray_the_command_says_what_to_install(monkeypatch: pytest.Monkey
         open_backend("ray", 1, None)
 
 
+TOKEN = str(uuid.uuid4())  # Ray reads it once for a process
+
+
 @pytest.fixture
-def two_nodes(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
-    """Yield a cluster of a head that does no work and two nodes with a worker each."""
+def own_clusters(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Make clusters that nobody else can use and that find this checkout."""
     monkeypatch.setenv("RAY_AUTH_MODE", "token")
-    monkeypatch.setenv("RAY_AUTH_TOKEN", str(uuid.uuid4()))
+    monkeypatch.setenv("RAY_AUTH_TOKEN", TOKEN)
     monkeypatch.setenv("RAY_USAGE_STATS_ENABLED", "0")
     monkeypatch.setenv("PYTHONPATH", str(ROOT))
+
+
+@pytest.fixture
+def two_nodes(own_clusters: None) -> Iterator[Any]:
+    """Yield a cluster of a head that does no work and two nodes with a worker each."""
     from ray.cluster_utils import Cluster
 
     nodes = Cluster(initialize_head=True, head_node_args={"num_cpus": 0})
@@ -77,20 +87,34 @@ def two_nodes(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
     nodes.shutdown()
 
 
+def busy_worker(node: Any) -> int:
+    """Wait until a worker of a node is at work and return its process id."""
+    raylet = node.all_processes["raylet"][0].process.pid
+    children = Path(f"/proc/{raylet}/task/{raylet}/children")
+    while True:
+        for child in children.read_text().split():
+            if Path(f"/proc/{child}/cmdline").read_bytes().startswith(b"ray::do"):
+                return int(child)
+        time.sleep(0.01)
+
+
 @needs_ray
 @pytest.mark.slow
 def test_a_node_that_dies_on_the_way_changes_no_result(tmp_path: Path, two_nodes: Any) -> None:
     out = tmp_path / "ray"
-    grid = "nodes=30,31,32,33,34,35,36,37"
-    words = ("sweep", "--grid", grid, "--runs", 4, *TINY_WORDS[2:], "--out", out)
+    grid = "nodes=300,301,302,303,304,305,306,307"  # of which each takes a while
+    words = ("sweep", "--grid", grid, "--runs", 8, *TINY_WORDS[2:], "--out", out)
     command = mpma(*words, "--backend", "ray", "--address", two_nodes.address, cwd=tmp_path)
     while not run_files(out):
         assert command.poll() is None, command.communicate()
         time.sleep(0.01)
-    two_nodes.remove_node(two_nodes.worker_nodes.copy().pop(), allow_graceful=False)
+    node = two_nodes.worker_nodes.copy().pop()
+    os.kill(busy_worker(node), signal.SIGKILL)  # before its node, which would let it end its work
+    two_nodes.remove_node(node, allow_graceful=False)
     printed, told = command.communicate(timeout=300)
     assert command.returncode == 0, told
     assert "Traceback" not in told
+    assert printed.startswith("| nodes |")
     assert "were tried again, because their worker died." in printed
     here = tmp_path / "here"
     other = mpma(*words[:-1], here)
@@ -106,11 +130,8 @@ def test_a_node_that_dies_on_the_way_changes_no_result(tmp_path: Path, two_nodes
 
 @needs_ray
 @pytest.mark.slow
-def test_a_cluster_of_its_own_gives_the_same_results(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("RAY_AUTH_TOKEN", str(uuid.uuid4()))
-    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+@pytest.mark.usefixtures("own_clusters")
+def test_a_cluster_of_its_own_gives_the_same_results(tmp_path: Path) -> None:
     sweep = asked("nodes=5,6", runs=3)
     one, other = SweepFolder(tmp_path / "a", sweep), SweepFolder(tmp_path / "b", sweep)
     for folder, name in ((one, "ray"), (other, "processes")):
