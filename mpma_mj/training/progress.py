@@ -80,7 +80,7 @@ def show_runs(runs: int, over: int) -> Iterator[Callable[[int, str], None]]:
             nonlocal over
             over += count
             if disable:
-                console.print(f"{over:4d} of {runs} runs   {what}")
+                console.print(f"{over:4d} of {runs} runs   {what}".rstrip())
             bar.update(task, completed=over)
 
         yield show
