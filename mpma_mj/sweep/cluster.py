@@ -88,9 +88,9 @@ class Cluster:
             cause = error.cause
         except self._ray.exceptions.RayError:  # the process, its node, or its memory is gone
             return job, None
-        if isinstance(cause, ImportError):
+        if "failed to import on the worker" in str(cause):  # as Ray puts it
             raise WorkerError(
-                f"a worker of the cluster says: {cause}; install the same mpma-mj on all nodes"
+                "a node of the cluster cannot import mpma_mj; install the same version on all nodes"
             )
         raise cause
 
@@ -115,13 +115,12 @@ def _check_answers(address: str) -> None:
             [sys.executable, "-c", _CONNECT, address],
             check=True,
             capture_output=True,
-            text=True,
             timeout=max(1.0, until - time.monotonic()),
         )
     except subprocess.CalledProcessError as error:
-        reason = (error.stderr.strip().splitlines() or ["it says nothing"])[-1]
-    except subprocess.TimeoutExpired:
-        reason = f"nothing within {_PATIENCE:g} s"
+        reason = _last_line(error.stderr)
+    except subprocess.TimeoutExpired as error:
+        reason = f"within {_PATIENCE:g} s: {_last_line(error.stderr)}"
     except (OSError, OverflowError) as error:
         reason = str(error)
     else:
@@ -130,3 +129,9 @@ def _check_answers(address: str) -> None:
         f"address {address}: no Ray cluster answers ({reason}); start one with"
         " `ray start --head`, or mend the address"
     )
+
+
+def _last_line(told: bytes | None) -> str:
+    """Return the last line that Ray has told, without the time and place that it begins with."""
+    lines = (told or b"").decode(errors="replace").strip().splitlines() or ["nothing"]
+    return re.sub(r"^\[.*?\] (\S+: )?", "", lines[-1])

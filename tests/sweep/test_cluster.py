@@ -6,6 +6,7 @@ import signal
 import socket
 import sys
 import time
+import types
 import uuid
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from mpma_mj.errors import BadOptionError
+from mpma_mj.errors import BadOptionError, WorkerError
 from mpma_mj.sweep import cluster
 from mpma_mj.sweep.backend import open_backend
 from mpma_mj.sweep.engine import finish
@@ -39,13 +40,20 @@ def test_a_port_where_nobody_listens_is_refused_at_once() -> None:
             cluster._check_answers(address)
 
 
-def test_an_attempt_that_hangs_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cluster, "_CONNECT", "import time; time.sleep(60)")
-    monkeypatch.setattr(cluster, "_PATIENCE", 0.2)
+@pytest.mark.parametrize(
+    ("said", "shown"),
+    [("", "nothing"), ("[2026-01-01 12:00:00 W 1 1] gcs.cc:2: No token", "No token")],
+)
+def test_an_attempt_that_hangs_is_ended(
+    said: str, shown: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    code = f"import sys, time; print({said!r}, file=sys.stderr, flush=True); time.sleep(60)"
+    monkeypatch.setattr(cluster, "_CONNECT", code)
+    monkeypatch.setattr(cluster, "_PATIENCE", 1.0)
     with socket.create_server(("127.0.0.1", 0)) as server:
         address = f"127.0.0.1:{server.getsockname()[1]}"
         began = time.monotonic()
-        with pytest.raises(BadOptionError, match=r"nothing within 0\.2 s"):
+        with pytest.raises(BadOptionError, match=rf"answers \(within 1 s: {shown}\);"):
             cluster._check_answers(address)
     assert time.monotonic() - began < 30
 
@@ -126,6 +134,24 @@ def test_a_node_that_dies_on_the_way_changes_no_result(tmp_path: Path, two_nodes
     ]
     half = len(without_tries) // 2
     assert without_tries[:half] == without_tries[half:]
+
+
+@needs_ray
+@pytest.mark.slow
+@pytest.mark.usefixtures("own_clusters")
+def test_a_node_without_the_package_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ghost = types.ModuleType("ghost")
+    exec("def do(job): ...", vars(ghost))
+    monkeypatch.setitem(sys.modules, "ghost", ghost)
+    ghost.do.__module__ = "ghost"
+    monkeypatch.setattr(cluster, "do", ghost.do)
+    with (
+        open_backend("ray", 1, None) as backend,
+        pytest.raises(WorkerError, match="a node of the cluster cannot import mpma_mj"),
+    ):
+        finish(SweepFolder(tmp_path, asked()), backend)
 
 
 @needs_ray
