@@ -2,6 +2,7 @@
 
 import csv
 import errno
+import functools
 import json
 import os
 import signal
@@ -89,7 +90,8 @@ def test_a_sweep_that_is_killed_goes_on_where_it_was(
     grid = "nodes=" + ",".join(str(nodes) for nodes in range(20, 60))
     words = ["--grid", grid, "--runs", 1, *NO_NODES, "--workers", 1]
     out = tmp_path / "killed"
-    command = mpma("sweep", *words, "--out", out)
+    heeds = functools.partial(signal.signal, signal.SIGINT, signal.SIG_DFL)  # whoever runs tests
+    command = mpma("sweep", *words, "--out", out, preexec_fn=heeds)
     while not run_files(out):
         assert command.poll() is None, command.communicate()
         time.sleep(0.005)
@@ -98,7 +100,7 @@ def test_a_sweep_that_is_killed_goes_on_where_it_was(
     before = len(run_files(out))
     assert 0 < before < 40
     if kill == signal.SIGINT:
-        assert command.returncode == 130
+        assert command.returncode == 130, told
         assert told.splitlines()[-2:] == [
             f"mpma: to go on: the same command with --out {out}",
             "mpma: interrupted",
