@@ -27,12 +27,12 @@ _MOST_TRIES = 3  # of a crowd whose worker dies (choice)
 def finish(folder: SweepFolder, backend: Backend, on_crowd: OnCrowd = lambda crowd: None) -> None:
     """Train the runs of a sweep that are missing in its folder, and write them there.
 
+    Runs whose workers die time and again stay missing.
+
     Args:
         folder: The sweep.
         backend: Who trains.
         on_crowd: Called with the runs of every crowd that is over.
-
-    Runs whose workers die time and again stay missing.
 
     Raises:
         MpmaError: A movement cannot be read, a setting is outside what it may be, or the folder
@@ -59,7 +59,7 @@ def finish(folder: SweepFolder, backend: Backend, on_crowd: OnCrowd = lambda cro
 def _jobs(asked: Asked, configs: Sequence[RunConfig], workers: int) -> list[Job]:
     """Return the work to do, longest first, after a look at whether it can be done."""
     motions: dict[RunConfig, Motion] = {}
-    read: dict[tuple[object, ...], Motion] = {}
+    read: dict[tuple[object, ...], Motion] = {}  # by what reading looks at
     for point, runs in by_point(configs).items():
         source = (point.motions, point.reading, point.arms)
         if source not in read:

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import multiprocessing
+import os
 import signal
+import sys
 import traceback
 from multiprocessing import connection, forkserver
 from multiprocessing.connection import Connection
+from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
@@ -41,9 +44,8 @@ class Processes:
         available = multiprocessing.get_all_start_methods()
         self._context = multiprocessing.get_context(next(m for m in _METHODS if m in available))
         if self._context.get_start_method() == "forkserver":
-            # It imports on one processor what this process imports on another.
             self._context.set_forkserver_preload(_PRELOADED)
-            forkserver.ensure_running()
+            _start_server()
         self._idle: list[_Worker] = []
         self._busy: dict[Any, tuple[_Worker, Job]] = {}  # by the pipe of the worker
 
@@ -79,6 +81,23 @@ class Processes:
         if isinstance(answer, BaseException):
             raise answer
         return job, answer
+
+
+def _start_server() -> None:
+    """Start the process that forks workers; it imports while this one imports something else.
+
+    It has to find the modules that this process finds. Python 3.11 hands it `sys.path`, which it
+    does not look at; so it comes by the environment.
+    """
+    name, before = "PYTHONPATH", os.environ.get("PYTHONPATH")
+    os.environ[name] = os.pathsep.join(path or str(Path.cwd()) for path in sys.path)
+    try:
+        forkserver.ensure_running()
+    finally:
+        if before is None:
+            del os.environ[name]
+        else:
+            os.environ[name] = before
 
 
 class _Worker:

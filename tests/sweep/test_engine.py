@@ -2,6 +2,8 @@
 
 import errno
 import multiprocessing
+import subprocess
+import sys
 from collections import deque
 from pathlib import Path
 
@@ -20,6 +22,8 @@ from mpma_mj.training.config import versions
 from mpma_mj.training.crowd import train_crowd
 from mpma_mj.training.movements import read_movements
 from tests.sweep.runs import TINY, asked, finished, results
+
+ROOT = Path(__file__).parents[2]
 
 
 class Here:
@@ -222,3 +226,28 @@ def test_workers_that_cannot_be_are_refused(
 ) -> None:
     with pytest.raises(BadOptionError, match=message):
         open_backend(*options)  # type: ignore[arg-type]
+
+
+def test_workers_find_the_modules_that_this_process_finds(tmp_path: Path) -> None:
+    library = tmp_path / "library"
+    library.mkdir()
+    (library / "found.py").write_text(
+        f"import os; open({str(tmp_path / 'imported')!r}, 'a').write(f'{{os.getpid()}}\\n')"
+    )
+    program = tmp_path / "program.py"
+    program.write_text(
+        f"import sys; sys.path[:0] = [{str(library)!r}, {str(ROOT)!r}]\n"
+        "from mpma_mj.sweep import processes, work\n"
+        "from mpma_mj.training.config import RunConfig\n"
+        "from mpma_mj.training.movements import read_movements\n"
+        "if __name__ == '__main__':\n"
+        "    processes._PRELOADED.append('found')\n"
+        "    config = RunConfig(nodes=5, modules=1, repeats=1)\n"
+        "    job = work.Job((config,), read_movements(config), 1, {})\n"
+        "    with processes.Processes(2) as backend:\n"
+        "        for _ in range(2):\n"
+        "            backend.submit(job)\n"
+        "        assert all(backend.next_done()[1] for _ in range(2))\n"
+    )
+    subprocess.run([sys.executable, program], check=True, cwd=tmp_path)
+    assert len((tmp_path / "imported").read_text().splitlines()) == 1  # by the server, for both
