@@ -30,6 +30,8 @@ _COMMANDS: dict[str, Callable[..., Command]] = {
     "motion": commands.InspectMotion,
     "render": commands.Render,
     "view": commands.View,
+    "table1": commands.Table1,
+    "sweep": commands.Sweep,
     "bench": commands.Bench,
     "capture": commands.Capture,
 }

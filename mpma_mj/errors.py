@@ -18,6 +18,7 @@ __all__ = [
     "RenderingError",
     "RunFolderError",
     "UnknownMotionError",
+    "WorkerError",
 ]
 
 
@@ -59,6 +60,12 @@ class DivergedError(MpmaError):
 
 class RenderingError(MpmaError):
     """No OpenGL backend can draw."""
+
+    exit_code = 1
+
+
+class WorkerError(MpmaError):
+    """Processes that train runs died, or are not like the one that sent them work."""
 
     exit_code = 1
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Literal
 
-__all__ = ["Arms", "RuleName"]
+__all__ = ["Arms", "BackendName", "RuleName"]
 
 Arms = Literal["physics", "kinematic"]
 RuleName = Literal["weighted", "gated"]
+BackendName = Literal["processes", "ray"]

@@ -14,12 +14,13 @@ from mujoco import rollout
 from numpy.typing import NDArray
 
 from mpma_mj.bench.timing import Case, Ratio, Spread, in_turn, ratio, spread
-from mpma_mj.envs.batch import chunk_size, processors
+from mpma_mj.envs.batch import chunk_size
 from mpma_mj.envs.gym import ImitationEnv
 from mpma_mj.envs.load import load
 from mpma_mj.envs.vector import make_vec
+from mpma_mj.machine import processors
 
-__all__ = ["Report", "measure"]
+__all__ = ["Report", "bare_rollout", "measure"]
 
 Array = NDArray[np.float64]
 Progress = Callable[[range, str], Iterable[int]]
@@ -62,7 +63,11 @@ def measure(progress: Progress) -> Report:
     """
     cases = {_FLOOR: _floor(load()), _STEP: _steps(load()), _GYM: _steps(ImitationEnv())}
     times = in_turn(cases, progress(range(_ROUNDS), "timing one environment"))
-    cases = {_ALONE: _one_after_the_other(), _TOGETHER: _together(), _ROLLOUT: _bare_rollout()}
+    cases = {
+        _ALONE: _one_after_the_other(),
+        _TOGETHER: _together(),
+        _ROLLOUT: bare_rollout(processors()),
+    }
     times |= in_turn(cases, progress(range(_ROUNDS), f"timing {_MEMBERS} environments"))
     starts = {name: _program(code) for name, code in _PROGRAMS.items()}
     times |= in_turn(starts, progress(range(_STARTS), "timing the start of a program"))
@@ -138,10 +143,17 @@ def _together() -> Case:
     return Case(run, envs.reset)
 
 
-def _bare_rollout() -> Case:
-    """Return the same simulation as `_together`, by bare calls with all that makes them fast."""
+def bare_rollout(threads: int) -> Case:
+    """Return the same simulation as `_together`, by bare calls with all that makes them fast.
+
+    Args:
+        threads: How many simulate at a time.
+
+    Returns:
+        Its unit of work is a control step of one pair of arms.
+    """
     env = load()
-    model, threads = env.physics.model.ptr, processors()
+    model = env.physics.model.ptr
     nstep = round(env.control_timestep() / env.physics.timestep())
     controls = _actions(_BATCHES, _MEMBERS) * env.task.max_joint_speed
     size = mujoco.mj_stateSize(model, _STATE)

@@ -5,6 +5,17 @@ from mpma_mj.commands.capture import Capture
 from mpma_mj.commands.imitate import Imitate
 from mpma_mj.commands.motion import InspectMotion
 from mpma_mj.commands.render import Render
+from mpma_mj.commands.sweep import Sweep
+from mpma_mj.commands.table1 import Table1
 from mpma_mj.commands.view import View
 
-__all__ = ["Bench", "Capture", "Imitate", "InspectMotion", "Render", "View"]
+__all__ = [
+    "Bench",
+    "Capture",
+    "Imitate",
+    "InspectMotion",
+    "Render",
+    "Sweep",
+    "Table1",
+    "View",
+]

@@ -5,9 +5,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import functools
-import itertools
 import sys
-import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from mpma_mj.commands.dance_video import write_dance_video
+from mpma_mj.commands.folders import default_folder
 from mpma_mj.envs.gl import require_backend
 from mpma_mj.errors import BadOptionError, RenderingError
 from mpma_mj.motions.options import option_name
@@ -137,10 +136,7 @@ def _shown(value: object) -> str:
 
 
 def _default_folder(motions: Sequence[str]) -> Path:
-    stem = Path(motions[0]).stem if len(motions) == 1 else "repertoire"
-    name = f"{stem}-{time.strftime('%Y%m%d-%H%M%S')}"
-    names = itertools.chain([name], (f"{name}-{i}" for i in itertools.count(2)))
-    return next(path for path in (Path("runs") / n for n in names) if not path.exists())
+    return default_folder(Path(motions[0]).stem if len(motions) == 1 else "repertoire")
 
 
 def _draw_figures(folder: RunFolder) -> None:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.envs.physics import KinematicArms, PhysicsArms, ideal_move
 
-__all__ = ["Batch", "KinematicBatch", "PhysicsBatch", "chunk_size", "make_batch", "processors"]
+__all__ = ["Batch", "KinematicBatch", "PhysicsBatch", "chunk_size", "make_batch"]
 
 Array = NDArray[np.float64]
 
@@ -200,13 +200,6 @@ def _mind_forks() -> None:
 
     if hasattr(os, "register_at_fork"):
         os.register_at_fork(after_in_child=leave)
-
-
-def processors() -> int:
-    """Return how many processors this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def chunk_size(count: int, threads: int) -> int:

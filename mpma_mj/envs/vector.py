@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mpma_mj import arm
 from mpma_mj.envs.actions import check_action, clip_action
-from mpma_mj.envs.batch import make_batch, processors
+from mpma_mj.envs.batch import make_batch
 from mpma_mj.envs.demonstration import Demonstration, Episode
 from mpma_mj.envs.load import prepare
 from mpma_mj.envs.observation import Observer
@@ -23,6 +23,7 @@ from mpma_mj.envs.reward import closeness, mean_reward, reward_weights, site_dis
 from mpma_mj.envs.spaces import action_space, flatten, observation_space
 from mpma_mj.envs.task import OVER, TOO_FAR
 from mpma_mj.errors import BadOptionError
+from mpma_mj.machine import processors
 from mpma_mj.motions import Motion
 
 __all__ = ["FlatVectorImitationEnv", "VectorImitationEnv", "make_vec"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from typing import Any
 
@@ -16,9 +17,18 @@ from mpma_mj.training.config import RunConfig
 from mpma_mj.training.course import Course, Stage
 from mpma_mj.training.trace import record_epochs
 
-__all__ = ["train_crowd"]
+__all__ = ["check", "train_crowd"]
 
 _THREADS = 1  # of physics: crowds share processors by processes
+
+
+def check(config: RunConfig, motion: Motion) -> None:
+    """Refuse settings with which no run can begin, for the price of the smallest networks.
+
+    Raises:
+        MpmaError: A setting is outside what it may be, or does not fit the motion.
+    """
+    _Crowd([dataclasses.replace(config, nodes=min(config.nodes, 1))], motion).close()
 
 
 def train_crowd(configs: Sequence[RunConfig], motion: Motion, epochs: int) -> list[dict[str, Any]]:
@@ -37,6 +47,7 @@ def train_crowd(configs: Sequence[RunConfig], motion: Motion, epochs: int) -> li
         crowd = _Crowd(configs, motion)
         while crowd.epoch < epochs and len(crowd.going):
             crowd.run_epoch()
+    crowd.close()
     return crowd.outcomes()
 
 
@@ -77,6 +88,10 @@ class _Crowd:
             {"failed": self._failed[run]} if run in self._failed else course.summary()
             for run, course in enumerate(self._courses)
         ]
+
+    def close(self) -> None:
+        """Give back what environments hold."""
+        self._envs.close()
 
     def _leave(self, done: NDArray[np.bool_]) -> None:
         stay = np.flatnonzero(~done)

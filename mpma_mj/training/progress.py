@@ -6,9 +6,16 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, track
+from rich.progress import (
+    BarColumn,
+    Progress,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+    track,
+)
 
-__all__ = ["show_epochs", "show_frames", "show_range"]
+__all__ = ["show_epochs", "show_frames", "show_range", "show_runs"]
 
 
 @contextmanager
@@ -39,6 +46,42 @@ def show_epochs(epochs: int) -> Iterator[Callable[[dict[str, float]], None]]:
                 f"   K {row['gain_feedback']:4.2f}   L {row['gain_inverse']:4.2f}"
             )
             bar.advance(task)
+
+        yield show
+
+
+@contextmanager
+def show_runs(runs: int, over: int) -> Iterator[Callable[[int, str], None]]:
+    """Show on a terminal a bar with the time left, and elsewhere a line now and then.
+
+    Args:
+        runs: Number of runs that are asked for.
+        over: How many were over before.
+
+    Yields:
+        What to call when some runs are over: their number, and what they are.
+    """
+    console = Console(stderr=True, highlight=False)
+    columns = (
+        TextColumn("training"),
+        BarColumn(),
+        TextColumn("run {task.completed} of {task.total}"),
+        TimeElapsedColumn(),
+        TextColumn("left"),
+        TimeRemainingColumn(),
+    )
+    disable = not console.is_terminal
+    if over:
+        console.print(f"going on: {over} of {runs} runs are there")
+    with Progress(*columns, console=console, transient=True, disable=disable) as bar:
+        task = bar.add_task("training", total=runs, completed=over)
+
+        def show(count: int, what: str) -> None:
+            nonlocal over
+            over += count
+            if disable:
+                console.print(f"{over:4d} of {runs} runs   {what}".rstrip())
+            bar.update(task, completed=over)
 
         yield show
 

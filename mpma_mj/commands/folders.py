@@ -1,0 +1,16 @@
+"""Where a command writes if it is not told."""
+
+from __future__ import annotations
+
+import itertools
+import time
+from pathlib import Path
+
+__all__ = ["default_folder"]
+
+
+def default_folder(stem: str) -> Path:
+    """Return a folder that is not there yet, below runs/, named by a stem and the time."""
+    name = f"{stem}-{time.strftime('%Y%m%d-%H%M%S')}"
+    names = itertools.chain([name], (f"{name}-{i}" for i in itertools.count(2)))
+    return next(path for path in (Path("runs") / n for n in names) if not path.exists())

@@ -1,0 +1,64 @@
+"""`mpma sweep`."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from mpma_mj.commands.folders import default_folder
+from mpma_mj.commands.workers import Workers, require_all
+from mpma_mj.training.config import RunConfig, Settings
+
+__all__ = ["Sweep"]
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """Train many runs, all points of a grid of settings, and print a table of them.
+
+    Started again with the same --out it goes on where it was.
+    """
+
+    motions: Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="MOTION")] = (
+        "ymca",
+    )
+    """What is imitated, as of `mpma imitate`."""
+    grid: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME=VALUE,VALUE,…")] = ()
+    """Settings that vary, such as nodes=50,200 rule=gated,weighted."""
+    runs: int = 20
+    """Runs of each point, with seeds from --seed up."""
+    settings: tyro.conf.OmitArgPrefixes[Settings] = dataclasses.field(default_factory=Settings)
+    """What all runs have in common."""
+    epochs: int = 30
+    """Most epochs of a run; it ends when it has converged."""
+    who: tyro.conf.OmitArgPrefixes[Workers] = dataclasses.field(default_factory=Workers)
+    """Who trains."""
+    out: Path | None = None
+    """Folder of the sweep; runs/sweep-TIME if not given."""
+
+    def run(self) -> Path:
+        """Do it and return the folder."""
+        from mpma_mj.files import write_text
+        from mpma_mj.sweep.asked import Asked, seeds
+        from mpma_mj.sweep.folder import SweepFolder
+        from mpma_mj.sweep.grid import points
+        from mpma_mj.sweep.table import as_markdown
+        from mpma_mj.training.movements import expand_folders
+
+        base = RunConfig(motions=expand_folders(self.motions), **dataclasses.asdict(self.settings))
+        configs = [run for point in points(self.grid, base) for run in seeds(point, self.runs)]
+        folder = SweepFolder(
+            self.out or default_folder("sweep"), Asked(tuple(configs), self.epochs)
+        )
+        self.who.train(folder)
+        runs = folder.finished()
+        table = as_markdown(folder.asked, runs)
+        folder.write_rows(runs)
+        write_text(folder.path / "table.md", table)
+        print(table)
+        require_all(folder)
+        return folder.path

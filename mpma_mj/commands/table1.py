@@ -1,0 +1,66 @@
+"""`mpma table1`."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from pathlib import Path
+
+import tyro
+
+from mpma_mj.commands.folders import default_folder
+from mpma_mj.commands.workers import Workers, require_all
+from mpma_mj.machine import processors
+from mpma_mj.options import Arms, RuleName
+from mpma_mj.training.config import RunConfig
+
+__all__ = ["Table1"]
+
+
+@dataclass(frozen=True)
+class Table1:
+    """Train the YMCA with networks of several sizes: the paper's Table 1, its numbers beside ours.
+
+    Started again with the same --out it goes on where it was.
+    """
+
+    nodes: tuple[int, ...] = (50, 100, 200, 400)
+    """Sizes: neurons of each reservoir."""
+    runs: int = 20
+    """Runs of each size, with seeds from 0."""
+    rule: RuleName = "weighted"
+    """Learning rule: ours, or the paper's."""
+    arms: Arms = "physics"
+    """Simulated arms, or arms that move ideally."""
+    who: tyro.conf.OmitArgPrefixes[Workers] = dataclasses.field(default_factory=Workers)
+    """Who trains."""
+    out: Path | None = None
+    """Folder of the table; runs/table1-TIME if not given."""
+
+    def run(self) -> Path:
+        """Do it and return the folder."""
+        from mpma_mj.files import write_text
+        from mpma_mj.sweep import table1
+        from mpma_mj.sweep.folder import SweepFolder
+
+        asked = table1.ask(self.nodes, self.runs, RunConfig(rule=self.rule, arms=self.arms))
+        folder = SweepFolder(self.out or default_folder("table1"), asked)
+        self.who.train(folder)
+        from mpma_mj.sweep import floor
+        from mpma_mj.sweep.table1_figure import write_figure
+        from mpma_mj.training.progress import show_range
+
+        runs = folder.finished()
+        markdown = table1.as_markdown(asked, runs)
+        if self.arms == "physics" and not all(run.diverged for run in runs):
+            rounds = show_range(range(floor.ROUNDS), "timing bare physics")
+            threads = self.who.workers or processors()
+            said = floor.beside_bare_physics(folder.seconds(), runs, threads, rounds)
+            markdown += f"\n{said}\n"
+        folder.write_rows(runs)
+        write_text(folder.path / "table1.md", markdown)
+        write_text(folder.path / "table1.csv", table1.as_csv(asked, runs))
+        write_figure(folder.path / "table1.png", asked, runs)
+        print(markdown)
+        require_all(folder)
+        return folder.path

@@ -1,0 +1,81 @@
+"""What all commands have in common that train many runs."""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mpma_mj.errors import WorkerError
+from mpma_mj.options import BackendName
+
+if TYPE_CHECKING:
+    from mpma_mj.sweep.folder import Finished, SweepFolder
+
+__all__ = ["Workers", "require_all"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Workers:
+    """Who trains.
+
+    Attributes:
+        backend: Processes of this machine, or workers of a Ray cluster.
+        workers: How many at a time; as many as there are processors if not given.
+        address: HOST:PORT of the Ray cluster's head, or "auto" for the cluster of this machine;
+            one is started if not given.
+    """
+
+    backend: BackendName = "processes"
+    workers: int | None = None
+    address: str | None = None
+
+    def train(self, folder: SweepFolder) -> None:
+        """Train what is missing in the folder of a sweep, showing how far it is."""
+        from mpma_mj.sweep.backend import open_backend
+        from mpma_mj.training.progress import show_runs
+
+        total, missing = len(folder.asked.configs), len(folder.missing())
+        if not missing:
+            return
+        with (
+            _told_how_to_go_on(folder.path),
+            open_backend(self.backend, self.workers, self.address) as backend,
+        ):
+            # Workers get ready while this is imported.
+            from mpma_mj.sweep.engine import finish
+
+            with show_runs(total, total - missing) as show:
+
+                def on_crowd(crowd: Sequence[Finished]) -> None:
+                    show(len(crowd), folder.title(crowd[0].config))
+
+                finish(folder, backend, on_crowd)
+
+
+def require_all(folder: SweepFolder) -> None:
+    """Fail if runs are missing, after all that can be had from the others is written.
+
+    Raises:
+        WorkerError: Runs are missing.
+    """
+    missing = len(folder.missing())
+    if missing:
+        raise WorkerError(
+            f"{missing} runs are missing, their workers died time and again (memory?); the same"
+            f" command with --out {folder.path} goes on with them"
+        )
+
+
+@contextlib.contextmanager
+def _told_how_to_go_on(path: Path) -> Iterator[None]:
+    """Say where an interrupted sweep can be gone on with, if some of it is saved."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        if path.exists():
+            print(f"mpma: to go on: the same command with --out {path}", file=sys.stderr)
+        raise

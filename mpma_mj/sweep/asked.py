@@ -1,0 +1,70 @@
+"""What a sweep is asked to train."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+from mpma_mj.errors import BadOptionError
+from mpma_mj.training.config import RunConfig
+
+__all__ = ["Asked", "by_point", "seeds", "without_seed"]
+
+
+@dataclass(frozen=True)
+class Asked:
+    """Runs, each known by its settings.
+
+    Attributes:
+        configs: Settings of the runs, no two alike.
+        epochs: Most epochs of a run.
+
+    Raises:
+        BadOptionError: There is no run or no epoch, or a run is asked for twice.
+    """
+
+    configs: tuple[RunConfig, ...]
+    epochs: int
+
+    def __post_init__(self) -> None:
+        """Check what every user relies on."""
+        if not self.configs:
+            raise BadOptionError("no runs are asked for; expected at least 1")
+        if self.epochs < 1:
+            raise BadOptionError(f"epochs is {self.epochs}; expected at least 1")
+        if len(set(self.configs)) < len(self.configs):
+            raise BadOptionError("the same run is asked for twice; leave one out")
+
+    @property
+    def varying(self) -> tuple[str, ...]:
+        """Names of the settings in which the runs differ; of all but the seed."""
+        return tuple(
+            field.name
+            for field in fields(RunConfig)
+            if field.name != "seed" and len({getattr(c, field.name) for c in self.configs}) > 1
+        )
+
+
+def seeds(point: RunConfig, runs: int) -> list[RunConfig]:
+    """Return the runs of settings: their seed and those that follow it.
+
+    Raises:
+        BadOptionError: The number of runs is less than one.
+    """
+    if runs < 1:
+        raise BadOptionError(f"runs is {runs}; expected at least 1")
+    return [dataclasses.replace(point, seed=point.seed + number) for number in range(runs)]
+
+
+def without_seed(config: RunConfig) -> RunConfig:
+    """Return what runs have in common that differ in their seed only."""
+    return dataclasses.replace(config, seed=0)
+
+
+def by_point(configs: Sequence[RunConfig]) -> dict[RunConfig, list[RunConfig]]:
+    """Group runs that differ in their seed only, in the order of the first of each."""
+    points: dict[RunConfig, list[RunConfig]] = {}
+    for config in configs:
+        points.setdefault(without_seed(config), []).append(config)
+    return points

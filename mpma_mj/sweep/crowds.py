@@ -1,0 +1,47 @@
+"""How runs are shared out: crowds that train side by side in one process."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+
+from mpma_mj.sweep.asked import by_point
+from mpma_mj.training.config import RunConfig
+
+__all__ = ["cut"]
+
+Crowd = tuple[RunConfig, ...]
+
+_LARGEST = 20  # runs of a crowd; what side by side saves is had by then (choice)
+_PLENTY = 4  # points of a grid for each worker that keep all busy to the end (choice)
+
+
+def cut(configs: Sequence[RunConfig], workers: int) -> list[Crowd]:
+    """Return crowds of runs that differ in their seed only, those that take longest first.
+
+    Where there are few points every worker gets its share of each, so that none waits.
+
+    Args:
+        configs: Settings of the runs.
+        workers: How many crowds are trained at a time.
+    """
+    groups = by_point(configs).values()
+    shares = workers if len(groups) < _PLENTY * workers else 1
+    crowds = [
+        crowd
+        for group in groups
+        for crowd in _pieces(group, max(shares, math.ceil(len(group) / _LARGEST)))
+    ]
+    return sorted(crowds, key=_work, reverse=True)
+
+
+def _pieces(group: Sequence[RunConfig], count: int) -> list[Crowd]:
+    """Cut a group into pieces whose sizes differ by one at most; none is empty."""
+    count = min(count, len(group))
+    ends = [round(len(group) * piece / count) for piece in range(count + 1)]
+    return [tuple(group[start:end]) for start, end in itertools.pairwise(ends)]
+
+
+def _work(crowd: Crowd) -> int:
+    return len(crowd) * crowd[0].modules * crowd[0].nodes

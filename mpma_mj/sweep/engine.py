@@ -1,0 +1,88 @@
+"""Training all runs of a sweep that are not over yet."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+
+from mpma_mj.motions import Motion
+from mpma_mj.sweep.asked import Asked, by_point, without_seed
+from mpma_mj.sweep.backend import Backend
+from mpma_mj.sweep.crowds import cut
+from mpma_mj.sweep.folder import Finished, SweepFolder
+from mpma_mj.sweep.work import Job, Summaries
+from mpma_mj.training.config import RunConfig, versions
+from mpma_mj.training.crowd import check
+from mpma_mj.training.movements import read_movements
+
+__all__ = ["OnCrowd", "finish"]
+
+OnCrowd = Callable[[Sequence[Finished]], None]
+
+_MOST_TRIES = 3  # of a crowd whose worker dies (choice)
+
+
+def finish(folder: SweepFolder, backend: Backend, on_crowd: OnCrowd = lambda crowd: None) -> None:
+    """Train the runs of a sweep that are missing in its folder, and write them there.
+
+    Runs whose workers die time and again stay missing.
+
+    Args:
+        folder: The sweep.
+        backend: Who trains.
+        on_crowd: Called with the runs of every crowd that is over.
+
+    Raises:
+        MpmaError: A movement cannot be read, a setting is outside what it may be, or the folder
+            cannot be written; what is over stays in the folder.
+    """
+    jobs = _jobs(folder.asked, folder.missing(), backend.workers)
+    folder.begin()
+    began = time.perf_counter()
+    for job, summaries in _train(jobs, backend):
+        if summaries is None:
+            continue
+        crowd = [
+            Finished(config, summary, job.tries)
+            for config, summary in zip(job.configs, summaries, strict=True)
+        ]
+        for run in crowd:
+            folder.add(run)
+        now = time.perf_counter()
+        folder.add_seconds(now - began)
+        began = now
+        on_crowd(crowd)
+
+
+def _jobs(asked: Asked, configs: Sequence[RunConfig], workers: int) -> list[Job]:
+    """Return the work to do, longest first, after a look at whether it can be done."""
+    motions: dict[RunConfig, Motion] = {}
+    read: dict[tuple[object, ...], Motion] = {}  # by what reading looks at
+    for point, runs in by_point(configs).items():
+        source = (point.motions, point.reading, point.arms)
+        if source not in read:
+            read[source] = read_movements(point)
+        motions[point] = read[source]
+        check(runs[0], motions[point])
+    ours = versions()
+    return [
+        Job(crowd, motions[without_seed(crowd[0])], asked.epochs, ours)
+        for crowd in cut(configs, workers)
+    ]
+
+
+def _train(jobs: Sequence[Job], backend: Backend) -> Iterator[tuple[Job, Summaries | None]]:
+    """Yield each job when it is done; with None if its worker died as often as it may."""
+    waiting, working = deque(jobs), 0
+    while waiting or working:
+        while waiting and working < backend.workers:
+            backend.submit(waiting.popleft())
+            working += 1
+        job, summaries = backend.next_done()
+        working -= 1
+        if summaries is None and job.tries < _MOST_TRIES:
+            waiting.append(dataclasses.replace(job, tries=job.tries + 1))
+        else:
+            yield job, summaries

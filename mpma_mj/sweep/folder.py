@@ -1,0 +1,233 @@
+"""The folder of a sweep: what was asked, and a file for every run that is over."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import hashlib
+import io
+import json
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from mpma_mj import files
+from mpma_mj.errors import RunFolderError
+from mpma_mj.sweep.asked import Asked
+from mpma_mj.training.config import RunConfig, versions
+
+__all__ = ["Finished", "SweepFolder", "flat"]
+
+_KIND = "sweep"
+_NAME_LENGTH = 100  # letters of a file's name, of 255 that file systems allow
+
+
+@dataclass(frozen=True)
+class Finished:
+    """A run that is over.
+
+    Attributes:
+        config: Its settings.
+        summary: What it came to, as of `Trainer.summary`; or {"failed": why}.
+        tries: How often it was begun; more than once if its worker died.
+    """
+
+    config: RunConfig
+    summary: dict[str, Any]
+    tries: int
+
+    @property
+    def diverged(self) -> bool:
+        """Whether it came to no end that can be measured."""
+        return "failed" in self.summary
+
+
+class SweepFolder:
+    """Results on disk, so that a sweep that was interrupted goes on where it was.
+
+    Attributes:
+        path: The folder.
+        asked: What the sweep is.
+    """
+
+    def __init__(self, path: Path, asked: Asked) -> None:
+        """Look whether the folder is free, or holds this very sweep; write nothing yet.
+
+        Raises:
+            RunFolderError: It holds something else, or a sweep of other settings or versions.
+        """
+        self.path = path
+        self.asked = asked
+        self._names = {config: _name(config, asked.varying) for config in asked.configs}
+        self._check()
+
+    def begin(self) -> None:
+        """Write what is asked, if it is not there yet."""
+        if not self._header.exists():
+            files.write_json(self._header, self._content())
+
+    def add(self, run: Finished) -> None:
+        """Write the file of a run."""
+        content = {
+            "config": dataclasses.asdict(run.config),
+            "tries": run.tries,
+            "summary": run.summary,
+        }
+        files.write_json(self._file(run.config), content)
+
+    def missing(self) -> list[RunConfig]:
+        """Return the settings of the runs that are not over yet."""
+        return [config for config in self.asked.configs if not self._file(config).exists()]
+
+    def finished(self) -> list[Finished]:
+        """Read the runs that are over, in the order in which they were asked for.
+
+        Raises:
+            RunFolderError: The file of a run is damaged.
+        """
+        return [self._read(c) for c in self.asked.configs if self._file(c).exists()]
+
+    def add_seconds(self, seconds: float) -> None:
+        """Add to the time that training has taken, which `seconds` returns."""
+        files.write_json(self._clock, {"training_seconds": self.seconds() + seconds})
+
+    def seconds(self) -> float:
+        """Return how long training has taken so far, over all times the sweep was started, s."""
+        try:
+            return float(_read_json(self._clock)["training_seconds"])
+        except FileNotFoundError:
+            return 0.0
+        except (OSError, ValueError, KeyError, TypeError):
+            raise _damaged(self._clock) from None
+
+    def write_rows(self, runs: Iterable[Finished]) -> None:
+        """Write `results.csv`: a row for each run, what it came to and the settings that vary."""
+        varying = self.asked.varying
+        rows = [
+            {name: getattr(run.config, name) for name in (*varying, "seed")}
+            | {"tries": run.tries}
+            | flat(run.summary)
+            for run in runs
+        ]
+        columns = list(dict.fromkeys(name for row in rows for name in row))
+        text = io.StringIO()
+        writer = csv.DictWriter(text, columns, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+        files.write_text(self.path / "results.csv", text.getvalue())
+
+    def title(self, config: RunConfig) -> str:
+        """Return the settings of a run that vary, but for the seed, in words."""
+        shown = (f"{name} {getattr(config, name)}" for name in self.asked.varying)
+        return ", ".join(shown)
+
+    @property
+    def _header(self) -> Path:
+        return self.path / "sweep.json"
+
+    @property
+    def _clock(self) -> Path:
+        return self.path / "time.json"
+
+    def _file(self, config: RunConfig) -> Path:
+        return self.path / "runs" / f"{self._names[config]}.json"
+
+    def _content(self) -> dict[str, Any]:
+        """Return what is asked, in a form that JSON gives back unchanged."""
+        names = (*self.asked.varying, "seed")
+        configs = [dataclasses.asdict(config) for config in self.asked.configs]
+        content = {
+            "kind": _KIND,
+            "format": files.FORMAT,
+            "versions": versions(),
+            "epochs": self.asked.epochs,
+            "settings": {k: v for k, v in configs[0].items() if k not in names},
+            "runs": [{name: config[name] for name in names} for config in configs],
+        }
+        return json.loads(json.dumps(content))
+
+    def _check(self) -> None:
+        if not self.path.exists():
+            return
+        if not self.path.is_dir():
+            raise RunFolderError(f"{self.path}: is a file; choose another folder with --out")
+        if not any(self.path.iterdir()):
+            return
+        try:
+            there = _read_json(self._header)
+        except FileNotFoundError:
+            raise RunFolderError(
+                f"{self.path}: is not empty and holds no sweep; choose another folder with --out"
+            ) from None
+        except (OSError, ValueError):
+            raise _damaged(self._header, "choose another folder with --out") from None
+        asked = self._content()
+        differing = [key for key in asked if there.get(key) != asked[key]]
+        if differing:
+            which = _difference(differing[0], there.get(differing[0]), asked[differing[0]])
+            raise RunFolderError(
+                f"{self.path}: holds another sweep, {which}; choose another folder with --out"
+            )
+
+    def _read(self, config: RunConfig) -> Finished:
+        path = self._file(config)
+        try:
+            content = _read_json(path)
+            run = Finished(
+                RunConfig.from_json(content["config"]), dict(content["summary"]), content["tries"]
+            )
+        except (OSError, ValueError, KeyError, TypeError):
+            raise _damaged(path) from None
+        if run.config != config:
+            raise RunFolderError(f"{path}: is of another run; remove it, and it is trained anew")
+        return run
+
+
+def _read_json(path: Path) -> dict[str, Any]:
+    """Read an object.
+
+    Raises:
+        OSError: The file cannot be read.
+        ValueError: It holds something else.
+    """
+    content = json.loads(path.read_text(encoding="utf-8"))
+    if not isinstance(content, dict):
+        raise ValueError("not an object")
+    return content
+
+
+def _damaged(path: Path, mend: str = "remove it and start again") -> RunFolderError:
+    return RunFolderError(f"{path}: damaged, or not of a sweep; {mend}")
+
+
+def _difference(key: str, there: Any, asked: Any) -> str:
+    """Say in a few words in what two sweeps differ; `there` may be anything."""
+    if isinstance(there, dict) and there.keys() == asked.keys():
+        name = next(name for name in asked if there[name] != asked[name])
+        return f"with {name} {there[name]} where {asked[name]} is asked for"
+    if isinstance(there, list) and len(there) != len(asked):
+        return f"of {len(there)} runs where {len(asked)} are asked for"
+    if isinstance(asked, dict | list):
+        return "of another grid"
+    return f"with {key} {there} where {asked} is asked for"
+
+
+def _name(config: RunConfig, varying: Iterable[str]) -> str:
+    """Return a name that tells the settings that vary and is no other run's."""
+    told = [f"{name}-{getattr(config, name)}" for name in varying] + [f"seed-{config.seed}"]
+    text = re.sub(r"[^A-Za-z0-9.-]+", "-", "-".join(told))
+    settings = json.dumps(dataclasses.asdict(config), sort_keys=True)
+    return f"{text[:_NAME_LENGTH]}-{hashlib.sha256(settings.encode()).hexdigest()[:8]}"
+
+
+def flat(summary: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Return a summary without its branches, `active_modules.Y` and so on."""
+    leaves: dict[str, Any] = {}
+    for name, value in summary.items():
+        if isinstance(value, Mapping):
+            leaves |= flat(value, f"{prefix}{name}.")
+        else:
+            leaves[f"{prefix}{name}"] = value
+    return leaves

@@ -1,0 +1,111 @@
+"""Grids of settings, as they are typed: `nodes=50,200 rule=gated,weighted`."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import itertools
+import types
+from collections.abc import Sequence
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+
+from mpma_mj.errors import BadOptionError
+from mpma_mj.motions.options import option_name
+from mpma_mj.training.config import RunConfig, Settings
+
+__all__ = ["points"]
+
+_TRUTH = {"true": True, "yes": True, "false": False, "no": False}
+
+
+def points(words: Sequence[str], base: RunConfig) -> list[RunConfig]:
+    """Return the settings of all points of a grid, the last axis running fastest.
+
+    Args:
+        words: Axes, each `name=value,value,…`; a name is a field of `Settings`, or what the
+            command line calls it. None are a grid of one point.
+        base: All other settings.
+
+    Raises:
+        BadOptionError: A name is unknown or given twice, or a value is not what it may be.
+    """
+    axes: dict[str, list[Any]] = {}
+    for word in words:
+        name, values = _axis(word)
+        if name in axes:
+            raise BadOptionError(f"grid has {option_name(name)} twice; give all its values at once")
+        axes[name] = values
+    return [
+        dataclasses.replace(base, **dict(zip(axes, values, strict=True)))
+        for values in itertools.product(*axes.values())
+    ]
+
+
+def _axis(word: str) -> tuple[str, list[Any]]:
+    """Return the field and the values of an axis."""
+    typed, equals, texts = word.partition("=")
+    if not equals:
+        raise BadOptionError(
+            f"grid has '{word}'; expected name=value,value,… (motions stand before --grid)"
+        )
+    hints = get_type_hints(Settings)
+    fields = {option_name(name): name for name in hints} | {name: name for name in hints}
+    if typed not in fields:
+        near = difflib.get_close_matches(typed, fields, 1)
+        hint = f"did you mean {near[0]}?" if near else f"expected one of {', '.join(sorted(hints))}"
+        raise BadOptionError(f"grid has unknown '{typed}'; {hint}")
+    name = fields[typed]
+    if name == "seed":
+        raise BadOptionError("grid has seed; give the first with --seed, their number with --runs")
+    values = [_value(typed, text, hints[name]) for text in texts.split(",")]
+    if len(set(values)) < len(values):
+        raise BadOptionError(f"grid has a value of {typed} twice: '{texts}'; leave one out")
+    return name, values
+
+
+def _value(name: str, text: str, hint: Any) -> Any:
+    """Return what a text means to a field of a type."""
+    if not text:
+        raise BadOptionError(f"grid has an empty value of {name}; expected {_expected(hint)}")
+    for choice in _choices(hint):
+        try:
+            return _parsed(text, choice)
+        except (ValueError, KeyError):
+            continue
+    raise BadOptionError(f"grid has {name} '{text}'; expected {_expected(hint)}")
+
+
+def _parsed(text: str, hint: Any) -> Any:
+    """Return the value of one plain type that a text stands for.
+
+    Raises:
+        ValueError, KeyError: It stands for none.
+    """
+    if get_origin(hint) is Literal:
+        return {str(allowed): allowed for allowed in get_args(hint)}[text]
+    if hint is bool:
+        return _TRUTH[text.lower()]
+    if hint is types.NoneType:
+        return {"none": None}[text.lower()]
+    if hint not in (int, float, str):
+        raise ValueError
+    return hint(text)
+
+
+def _choices(hint: Any) -> tuple[Any, ...]:
+    """Return the types of a union, None first, so that "none" is not taken for a text."""
+    if get_origin(hint) not in (Union, types.UnionType):
+        return (hint,)
+    return tuple(sorted(get_args(hint), key=lambda choice: choice is not types.NoneType))
+
+
+def _expected(hint: Any) -> str:
+    """Return in words what a type lets through."""
+    if get_origin(hint) is Literal:
+        return "one of " + ", ".join(str(allowed) for allowed in get_args(hint))
+    plain = {int: "a whole number", float: "a number", bool: "true or false", str: "text"}
+    if hint in plain:
+        return plain[hint]
+    if hint is types.NoneType:
+        return "none"
+    return " or ".join(_expected(choice) for choice in reversed(_choices(hint)))

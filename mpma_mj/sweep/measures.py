@@ -1,0 +1,73 @@
+"""Measures of finished runs, over seeds."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from mpma_mj.sweep.folder import Finished, flat
+
+__all__ = ["Spread", "remarks", "spread", "values"]
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Mean and standard deviation over seeds.
+
+    Attributes:
+        mean: Mean; NaN of no value.
+        deviation: Standard deviation of the sample, with N - 1; NaN of fewer than two values.
+    """
+
+    mean: float
+    deviation: float
+
+    def text(self, digits: int, between: str = " ± ") -> str:
+        """Return both with so many digits after the point; a dash for what is not there."""
+        parts = (
+            f"{x:.{digits}f}" if math.isfinite(x) else "–" for x in (self.mean, self.deviation)
+        )
+        return between.join(parts)
+
+
+def values(runs: Sequence[Finished], measure: str) -> list[float]:
+    """Return a measure of all runs that have it.
+
+    Runs that diverged have none, and neither have some agents; those that did not converge
+    count with their best epoch (choice).
+
+    Args:
+        runs: Finished runs.
+        measure: Its name in a summary; "active_modules.Y" for an entry of an entry.
+    """
+    found = (flat(run.summary).get(measure) for run in runs)
+    return [float(value) for value in found if value is not None]
+
+
+def spread(runs: Sequence[Finished], measure: str) -> Spread:
+    """Return mean and deviation of a measure; see `values`."""
+    found = values(runs, measure)
+    return Spread(
+        statistics.fmean(found) if found else math.nan,
+        statistics.stdev(found) if len(found) > 1 else math.nan,
+    )
+
+
+def remarks(runs: Sequence[Finished], asked: int) -> list[str]:
+    """Return a sentence for everything that did not go as usual.
+
+    Args:
+        runs: Finished runs.
+        asked: How many were asked for.
+    """
+    diverged = sum(run.diverged for run in runs)
+    again = sum(run.tries > 1 for run in runs)
+    counts = {
+        f"{asked - len(runs)} of {asked} runs are missing, because their workers died or the"
+        " command was stopped; start it again to go on.": asked - len(runs),
+        f"{diverged} of {asked} runs diverged; they count in no mean.": diverged,
+        f"{again} of {asked} runs were tried again, because their worker died.": again,
+    }
+    return [sentence for sentence, count in counts.items() if count]

@@ -1,0 +1,57 @@
+"""The table of a sweep: a row for each point of the grid."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from mpma_mj.motions.options import option_name
+from mpma_mj.sweep.asked import Asked, by_point, without_seed
+from mpma_mj.sweep.folder import Finished
+from mpma_mj.sweep.measures import remarks, spread
+
+__all__ = ["as_markdown", "markdown_rows"]
+
+# Title, name in a summary, digits after the point.
+_COLUMNS = (
+    ("epochs", "epochs", 1),
+    ("p_e, %", "p_e_percent", 2),
+    ("feedback ratio", "feedback_ratio", 3),
+    ("nmi", "nmi", 2),
+    ("modules used", "modules_used", 1),
+)
+
+
+def as_markdown(asked: Asked, runs: Sequence[Finished]) -> str:
+    """Return the table: how many converged, and means ± standard deviations over seeds.
+
+    Args:
+        asked: What the sweep is.
+        runs: Its finished runs.
+    """
+    varying = asked.varying
+    titles = [*map(option_name, varying), "converged", *(title for title, _, _ in _COLUMNS)]
+    rows = [titles, ["---"] * len(titles)]
+    for point, configs in by_point(asked.configs).items():
+        of_point = [run for run in runs if without_seed(run.config) == point]
+        converged = sum(bool(run.summary.get("converged")) for run in of_point)
+        rows.append(
+            [
+                *(_shown(getattr(point, name)) for name in varying),
+                f"{converged} of {len(configs)}",
+                *(spread(of_point, name).text(digits) for _, name, digits in _COLUMNS),
+            ]
+        )
+    return "\n".join([*markdown_rows(rows), *_paragraphs(remarks(runs, len(asked.configs)))]) + "\n"
+
+
+def markdown_rows(rows: Iterable[Iterable[str]]) -> list[str]:
+    """Return the lines of a table, given its cells."""
+    return [f"| {' | '.join(cells)} |" for cells in rows]
+
+
+def _paragraphs(sentences: Sequence[str]) -> list[str]:
+    return ["", " ".join(sentences)] if sentences else []
+
+
+def _shown(value: object) -> str:
+    return " ".join(value) if isinstance(value, tuple) else str(value)

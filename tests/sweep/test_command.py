@@ -1,0 +1,193 @@
+"""`mpma sweep` as a user types it."""
+
+import csv
+import errno
+import functools
+import json
+import os
+import signal
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from mpma_mj import files
+from mpma_mj.cli import main
+from tests.sweep.runs import TINY_WORDS, mpma, run_files
+
+TINY = [str(word) for word in TINY_WORDS]
+NO_NODES = TINY[2:]
+
+
+def sweep(*words: object, out: Path) -> int:
+    return main(["sweep", *map(str, words), "--out", str(out)])
+
+
+def table(path: Path) -> list[dict[str, str]]:
+    with path.open() as file:
+        return list(csv.DictReader(file))
+
+
+def test_a_sweep_writes_and_prints_its_table(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "sweep"
+    words = ["--grid", "nodes=5,6", "rule=gated,weighted", "--runs", 2, "--seed", 3, *NO_NODES]
+    assert sweep(*words, out=out) == 0
+    printed = capsys.readouterr()
+    *lines, empty, last = printed.out.splitlines()
+    assert last == str(out)
+    assert empty == ""
+    assert lines == (out / "table.md").read_text().splitlines()
+    assert lines[0].startswith("| nodes | rule | converged | epochs | p_e, % | feedback ratio |")
+    assert [line.split(" | ")[:3] for line in lines[2:]] == [
+        ["| 5", "gated", "0 of 2"],
+        ["| 5", "weighted", "0 of 2"],
+        ["| 6", "gated", "0 of 2"],
+        ["| 6", "weighted", "0 of 2"],
+    ]
+    assert printed.err.splitlines()[-1].startswith("   8 of 8 runs   nodes ")
+    rows = table(out / "results.csv")
+    assert [(r["nodes"], r["rule"], r["seed"]) for r in rows[:3]] == [
+        ("5", "gated", "3"),
+        ("5", "gated", "4"),
+        ("5", "weighted", "3"),
+    ]
+    mean = sum(float(row["p_e_percent"]) for row in rows[:2]) / 2
+    assert f"| {mean:.2f} ± " in lines[2]
+
+
+def test_a_run_of_a_sweep_is_the_run_of_imitate(tmp_path: Path) -> None:
+    assert sweep("ymca", "--runs", 2, *TINY, out=tmp_path / "sweep") == 0
+    alone = [*TINY, "--seed", "1", "--no-video", "--out", str(tmp_path / "run")]
+    assert main(["imitate", "ymca", *alone]) == 0
+    summary = json.loads((tmp_path / "run" / "summary.json").read_text())
+    of_sweep = json.loads(run_files(tmp_path / "sweep")[1].read_text())["summary"]
+    assert of_sweep == {name: summary[name] for name in of_sweep}
+    assert of_sweep["p_e_percent"] > 0
+
+
+def test_started_again_a_sweep_trains_nothing_and_says_the_same(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["--runs", 2, *TINY]
+    assert sweep(*words, out=tmp_path) == 0
+    first = capsys.readouterr()
+    times = [path.stat().st_mtime_ns for path in run_files(tmp_path)]
+    assert sweep(*words, out=tmp_path) == 0
+    again = capsys.readouterr()
+    assert again.out == first.out
+    assert again.err == ""
+    assert [path.stat().st_mtime_ns for path in run_files(tmp_path)] == times
+
+
+@pytest.mark.parametrize("kill", [signal.SIGKILL, signal.SIGINT])
+def test_a_sweep_that_is_killed_goes_on_where_it_was(
+    tmp_path: Path, kill: signal.Signals, capsys: pytest.CaptureFixture[str]
+) -> None:
+    grid = "nodes=" + ",".join(str(nodes) for nodes in range(20, 60))
+    words = ["--grid", grid, "--runs", 1, *NO_NODES, "--workers", 1]
+    out = tmp_path / "killed"
+    heeds = functools.partial(signal.signal, signal.SIGINT, signal.SIG_DFL)  # whoever runs tests
+    command = mpma("sweep", *words, "--out", out, preexec_fn=heeds)
+    while not run_files(out):
+        assert command.poll() is None, command.communicate()
+        time.sleep(0.005)
+    os.kill(command.pid, kill)
+    told = command.communicate()[1]
+    before = len(run_files(out))
+    assert 0 < before < 40
+    if kill == signal.SIGINT:
+        assert command.returncode == 130, told
+        assert told.splitlines()[-2:] == [
+            f"mpma: to go on: the same command with --out {out}",
+            "mpma: interrupted",
+        ]
+    assert "Traceback" not in told
+    assert sweep(*words, out=out) == 0
+    assert capsys.readouterr().err.splitlines()[0] == f"going on: {before} of 40 runs are there"
+    assert sweep(*words, out=tmp_path / "whole") == 0
+    assert (out / "results.csv").read_text() == (tmp_path / "whole" / "results.csv").read_text()
+    assert (out / "table.md").read_text() == (tmp_path / "whole" / "table.md").read_text()
+
+
+def test_workers_end_when_the_command_is_killed(tmp_path: Path) -> None:
+    command = mpma("sweep", "--runs", 4, "--nodes", 200, "--out", tmp_path / "s", "--workers", 2)
+    children = Path(f"/proc/{command.pid}/task/{command.pid}/children")
+    if not children.exists():
+        pytest.skip("needs /proc")
+    while not (tmp_path / "s" / "sweep.json").exists():
+        assert command.poll() is None, command.communicate()
+        time.sleep(0.01)
+    server = children.read_text().split()
+    workers: list[str] = []
+    while not workers:
+        assert command.poll() is None, command.communicate()
+        for pid in server:
+            workers += Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
+    command.kill()
+    command.communicate()
+    until = time.monotonic() + 60  # they may finish what they are at
+    while any(Path(f"/proc/{pid}").exists() for pid in [*server, *workers]):
+        assert time.monotonic() < until
+        time.sleep(0.05)
+
+
+@pytest.mark.parametrize("name", ["table.md", "results.csv"])
+def test_a_disk_that_is_full_at_the_end_is_one_line(
+    tmp_path: Path,
+    name: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    write_text: Callable[..., int] = files.Path.write_text
+
+    def full(path: Path, *args: Any, **options: Any) -> int:
+        if path.suffix == Path(name).suffix:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return write_text(path, *args, **options)
+
+    monkeypatch.setattr(files.Path, "write_text", full)
+    assert sweep("--runs", 1, *TINY, out=tmp_path) == 2
+    message = capsys.readouterr().err.splitlines()[-1]
+    assert message.startswith(f"mpma: {tmp_path / name}: cannot be written (No space left")
+    monkeypatch.undo()
+    assert sweep("--runs", 1, *TINY, out=tmp_path) == 0
+
+
+def test_without_out_a_sweep_goes_below_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["sweep", "--runs", "1", *TINY]) == 0
+    folder = Path(capsys.readouterr().out.splitlines()[-1])
+    assert folder.parent == Path("runs")
+    assert folder.name.startswith("sweep-20")
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--runs", "0"], "runs is 0"),
+        (["--epochs", "0"], "epochs is 0"),
+        (["--workers", "0"], "workers is 0"),
+        (["--grid", "nodes=0"], "nodes is 0"),
+        (["--grid", "node=5"], "did you mean nodes?"),
+        (["--grid", "nodes=5", "ymca"], "motions stand before --grid"),
+        (["--seed", "-1"], "seed is -1"),
+        (["--address", "head:6379"], "add --backend ray, or drop it"),
+        (["macarena"], "no motion 'macarena'"),
+        (["ymca", "gone.tsv"], "gone.tsv"),
+    ],
+)
+def test_bad_input_is_one_line_exit_2_and_no_folder(
+    words: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert sweep(*words, out=tmp_path / "new") == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert len(printed.err.splitlines()) == 1
+    assert message in printed.err
+    assert not (tmp_path / "new").exists()

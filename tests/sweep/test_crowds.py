@@ -1,0 +1,41 @@
+"""How runs are shared out among workers."""
+
+import hypothesis
+import hypothesis.strategies as st
+import pytest
+
+from mpma_mj.sweep.asked import by_point, without_seed
+from mpma_mj.sweep.crowds import cut
+from tests.sweep.runs import asked
+
+GRIDS = st.sampled_from([(), ("nodes=5,6",), ("nodes=5,6,7,8", "modules=1,2,3")])
+
+
+@hypothesis.given(grid=GRIDS, runs=st.integers(1, 50), workers=st.integers(1, 30))
+def test_every_run_is_in_one_crowd_of_its_like(
+    grid: tuple[str, ...], runs: int, workers: int
+) -> None:
+    sweep = asked(*grid, runs=runs)
+    crowds = cut(sweep.configs, workers)
+    assert sorted(c.seed for crowd in crowds for c in crowd) == sorted(
+        c.seed for c in sweep.configs
+    )
+    assert {c for crowd in crowds for c in crowd} == set(sweep.configs)
+    assert all(len({without_seed(config) for config in crowd}) == 1 for crowd in crowds)
+    assert max(map(len, crowds)) <= 20
+    assert len(crowds) >= min(workers, len(sweep.configs), runs)
+    sizes = [len(crowd) * crowd[0].modules * crowd[0].nodes for crowd in crowds]
+    assert sizes == sorted(sizes, reverse=True)
+
+
+@pytest.mark.parametrize(("workers", "sizes"), [(1, [20]), (2, [10, 10]), (3, [6, 7, 7])])
+def test_few_points_are_cut_among_all_workers(workers: int, sizes: list[int]) -> None:
+    sweep = asked("nodes=50,100,200,400", runs=20)
+    crowds = cut(sweep.configs, workers)
+    for point in by_point(sweep.configs):
+        assert sorted(len(c) for c in crowds if without_seed(c[0]) == point) == sizes
+
+
+def test_many_points_stay_whole() -> None:
+    sweep = asked("nodes=1,2,3,4,5,6,7,8", runs=20)
+    assert [len(crowd) for crowd in cut(sweep.configs, 2)] == [20] * 8

@@ -1,0 +1,109 @@
+"""Grids as they are typed."""
+
+import dataclasses
+from typing import get_type_hints
+
+import pytest
+
+from mpma_mj.errors import BadOptionError
+from mpma_mj.sweep.asked import Asked, by_point, seeds
+from mpma_mj.sweep.grid import points
+from mpma_mj.training.config import RunConfig, Settings
+from tests.sweep.runs import TINY, asked
+
+
+def test_a_grid_is_all_combinations_the_last_axis_running_fastest() -> None:
+    grid = points(["nodes=50,200", "modules=2,4,8", "rule=gated,weighted"], TINY)
+    assert [(p.nodes, p.modules, p.rule) for p in grid[:3]] == [
+        (50, 2, "gated"),
+        (50, 2, "weighted"),
+        (50, 4, "gated"),
+    ]
+    assert len(set(grid)) == 2 * 3 * 2
+    assert {p.repeats for p in grid} == {TINY.repeats}
+
+
+def test_no_grid_is_one_point() -> None:
+    assert points([], TINY) == [TINY]
+
+
+@pytest.mark.parametrize(
+    ("word", "values"),
+    [
+        ("noise=0,0.5,1e-3", [0.0, 0.5, 1e-3]),
+        ("longest=true,no", [True, False]),
+        ("unit=mm,none", ["mm", None]),
+        ("rate-in=100", [100.0]),
+        ("rate_in=none,60", [None, 60.0]),
+        ("from=1.5", [1.5]),
+        ("labels=bars.csv,none", ["bars.csv", None]),
+    ],
+)
+def test_values_have_the_type_of_their_setting(word: str, values: list[object]) -> None:
+    name = {"from": "start"}.get(word.split("=")[0], word.split("=")[0].replace("-", "_"))
+    found = [getattr(p, name) for p in points([word], TINY)]
+    assert found == values
+    assert list(map(type, found)) == list(map(type, values))
+
+
+@pytest.mark.parametrize("field", [f.name for f in dataclasses.fields(Settings)])
+def test_every_setting_but_the_seed_can_vary(field: str) -> None:
+    if field == "seed":
+        return
+    shown = str(getattr(RunConfig(), field)).lower()
+    (point,) = points([f"{field}={shown}"], RunConfig())
+    assert point == RunConfig()
+    assert field in get_type_hints(Settings)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["node=5"], "unknown 'node'; did you mean nodes?"),
+        (["zzz=5"], "unknown 'zzz'; expected one of arms, "),
+        (["motions=ymca"], "unknown 'motions'"),
+        (["nodes"], "'nodes'; expected name=value,value"),
+        (["nodes="], "empty value of nodes; expected a whole number"),
+        (["nodes=5,,6"], "empty value of nodes"),
+        (["nodes=5.5"], "nodes '5.5'; expected a whole number"),
+        (["noise=much"], "noise 'much'; expected a number"),
+        (["loop=maybe"], "loop 'maybe'; expected true or false"),
+        (["rule=gatd"], "rule 'gatd'; expected one of weighted, gated"),
+        (["unit=km"], "unit 'km'; expected one of m, cm, mm, inch or none"),
+        (["nodes=5", "nodes=6"], "nodes twice; give all its values at once"),
+        (["from=1", "start=2"], "from twice"),
+        (["nodes=5,6,05"], "a value of nodes twice: '5,6,05'"),
+        (["seed=1,2"], "the first with --seed, their number with --runs"),
+    ],
+)
+def test_what_is_no_grid_is_refused_in_one_line(words: list[str], message: str) -> None:
+    with pytest.raises(BadOptionError) as raised:
+        points(words, TINY)
+    assert message in str(raised.value)
+    assert "\n" not in str(raised.value)
+
+
+def test_runs_of_a_point_have_seeds_from_its_own_up() -> None:
+    point = dataclasses.replace(TINY, seed=3)
+    assert [run.seed for run in seeds(point, 3)] == [3, 4, 5]
+    assert {dataclasses.replace(run, seed=3) for run in seeds(point, 3)} == {point}
+
+
+def test_no_runs_no_epochs_and_equal_runs_are_refused() -> None:
+    with pytest.raises(BadOptionError, match="runs is 0"):
+        seeds(TINY, 0)
+    with pytest.raises(BadOptionError, match="epochs is 0"):
+        Asked((TINY,), 0)
+    with pytest.raises(BadOptionError, match="no runs"):
+        Asked((), 1)
+    with pytest.raises(BadOptionError, match="twice"):
+        Asked((TINY, TINY), 1)
+
+
+def test_what_varies_is_told_and_runs_are_grouped_by_all_but_the_seed() -> None:
+    sweep = asked("rule=gated,weighted", runs=3)
+    assert sweep.varying == ("rule",)
+    groups = by_point(sweep.configs)
+    assert [point.rule for point in groups] == ["gated", "weighted"]
+    assert [len(runs) for runs in groups.values()] == [3, 3]
+    assert [run for runs in groups.values() for run in runs] == list(sweep.configs)
