@@ -25,7 +25,7 @@ __all__ = [
     "write_whole",
 ]
 
-FORMAT = 2
+FORMAT = 3
 """Version of the files' format; what another version wrote is refused."""
 
 _META = "meta"

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from typing import Literal
 
-__all__ = ["Arms", "BackendName", "RuleName"]
+__all__ = ["AgentName", "Arms", "BackendName", "ForwardInput", "HearsName", "RuleName"]
 
 Arms = Literal["physics", "kinematic"]
 RuleName = Literal["weighted", "gated"]
 BackendName = Literal["processes", "ray"]
+AgentName = Literal["mpma", "mosaic", "hammer", "single", "feedback_only", "open_loop", "random"]
+ForwardInput = Literal["total", "own"]
+HearsName = Literal["labels", "nothing", "constant", "shuffled", "halves"]

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import dm_env
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Agent", "Observation", "Seeds"]
+__all__ = ["Agent", "Observation", "Seeds", "SideBySide"]
 
 Array = NDArray[np.float64]
 Observation = Mapping[str, Array]
@@ -47,3 +47,17 @@ class Agent(Protocol):
 
     def load_state_dict(self, state: Mapping[str, Array]) -> None:
         """Continue from what `state_dict` returned."""
+
+
+@runtime_checkable
+class SideBySide(Agent, Protocol):
+    """Agents side by side: all arrays have an axis R, and each acts and learns as alone."""
+
+    def learn_side_by_side(self) -> list[dict[str, float]]:
+        """Let each learn from its episode; return what is worth logging of each.
+
+        Nothing where agents do not learn.
+        """
+
+    def keep(self, members: NDArray[np.intp]) -> None:
+        """Go on with some of the agents only, of numbers (R',)."""

@@ -26,6 +26,13 @@ class FixedAgent:
         """Learn nothing; there is nothing to log."""
         return {}
 
+    def learn_side_by_side(self) -> list[dict[str, float]]:
+        """Learn nothing."""
+        return []
+
+    def keep(self, members: NDArray[np.intp]) -> None:
+        """Go on: one that keeps no account of its own side by side acts for any number."""
+
     def signals(self) -> dict[str, Array]:
         """Return no signals."""
         return {}

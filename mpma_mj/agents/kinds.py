@@ -14,7 +14,7 @@ from mpma_mj.agents.mpma import MPMA, MPMAConfig
 from mpma_mj.agents.open_loop import OpenLoop
 from mpma_mj.agents.random import RandomAgent
 
-__all__ = ["AGENTS"]
+__all__ = ["AGENTS", "DO_NOT_LEARN"]
 
 
 def _mpma(config: MPMAConfig, arena: Arena, seed: Seeds) -> MPMA:
@@ -47,3 +47,6 @@ AGENTS: dict[str, Callable[[MPMAConfig, Arena, Seeds], Agent]] = {
 }
 """Makers of agents: what each is given are settings, of which it takes what it has, where it acts,
 and a seed, or several for agents side by side."""
+
+DO_NOT_LEARN = ("feedback_only", "open_loop", "random")
+"""Agents for which one epoch says all."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from mpma_mj.agents.learning import RULES, Epoch
 from mpma_mj.agents.pairs import Member, PairsConfig
 from mpma_mj.agents.responsible import ResponsiblePairs
 from mpma_mj.errors import BadOptionError
-from mpma_mj.options import RuleName
+from mpma_mj.options import ForwardInput, RuleName
 
 __all__ = ["MPMA", "MPMAConfig"]
 
@@ -29,20 +29,24 @@ class MPMAConfig(PairsConfig):
         rule: "weighted" (ours) or "gated" (the paper's); see `learning`.
         forward_input: Which command forward models hear: "total" that was taken, or each
             module's "own", as the paper's text says.
+        responsibility_predictors: Whether it counts what they say; if not, all are as suited.
+        forward_gating: Whether it counts whose forward model predicted well.
 
     Raises:
         BadOptionError: A setting is outside what it may be.
     """
 
     rule: RuleName = "weighted"
-    forward_input: Literal["total", "own"] = "total"
+    forward_input: ForwardInput = "total"
+    responsibility_predictors: bool = True
+    forward_gating: bool = True
 
     def __post_init__(self) -> None:
         """Check the settings."""
         super().__post_init__()
         if self.rule not in get_args(RuleName):
             raise BadOptionError(f"rule is '{self.rule}'; expected weighted or gated")
-        if self.forward_input not in ("total", "own"):
+        if self.forward_input not in get_args(ForwardInput):
             raise BadOptionError(f"forward_input is '{self.forward_input}'; expected total or own")
 
 
@@ -75,6 +79,14 @@ class MPMA(ResponsiblePairs):
             forgetting=self._rule.forgetting,
             ridge=self._rule.ridge,
         )
+
+    def _suited(self, said: Array) -> Array:
+        heeded = self.config.responsibility_predictors
+        return super()._suited(said) if heeded else np.ones_like(said)
+
+    def _likelihood(self, errors: Array) -> Array:
+        heeded = self.config.forward_gating
+        return super()._likelihood(errors) if heeded else np.ones_like(errors)
 
     def _heard(self, action: Array, module_actions: Array) -> Array:
         return action if self.config.forward_input == "total" else module_actions

@@ -33,6 +33,11 @@ class RandomAgent(FixedAgent):
         """Begin an episode with that episode's own random numbers."""
         self._streams = [stream(seed, "random_action", episode) for seed in self._seeds]
 
+    def keep(self, members: NDArray[np.intp]) -> None:
+        """Go on with some of the agents side by side only, (R',) of R."""
+        self._seeds = [self._seeds[i] for i in members]
+        self._shape = (*members.shape, _JOINTS)
+
     def act(self, observation: Observation) -> Array:
         """Return the action, shape (..., 8), in [-1, 1]."""
         drawn = [own.uniform(-1.0, 1.0, _JOINTS) for own in self._streams]

@@ -90,11 +90,19 @@ class ResponsiblePairs(PairsAgent):
 
     def _gate(self, observation: Observation) -> dict[str, Array]:
         features = self._predictor.step(observation["context"])
-        prior = np.clip(self._readouts.predictor(features)[..., 0], _LEAST_PRIOR, 1.0)
+        prior = self._suited(self._readouts.predictor(features)[..., 0])
         likelihood = np.ones_like(prior)
         if len(self._steps):
             predictions = self._steps[-1]["predictions"]
             errors = gating.prediction_errors(predictions, observation["posture"])
-            likelihood = gating.likelihood(errors, self._sigma)
+            likelihood = self._likelihood(errors)
         responsibility = gating.responsibilities(prior, likelihood)
         return {"predictor_features": features, "prior": prior, "responsibility": responsibility}
+
+    def _suited(self, said: Array) -> Array:
+        """Return the priors p, (..., M), of what the responsibility predictors said."""
+        return np.clip(said, _LEAST_PRIOR, 1.0)
+
+    def _likelihood(self, errors: Array) -> Array:
+        """Return the likelihoods ℓ, (..., M), of the forward models' errors."""
+        return gating.likelihood(errors, self._sigma)

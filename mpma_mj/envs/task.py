@@ -78,6 +78,11 @@ class TwoArmImitation(control.Task):
         return self._demonstration.steps
 
     @property
+    def context(self) -> Array:
+        """Context at each moment of the movement as it is repeated, shape (T, C)."""
+        return self._demonstration.context
+
+    @property
     def period(self) -> int:
         """Number of steps from one repetition to the next."""
         return self._demonstration.period

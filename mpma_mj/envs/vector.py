@@ -51,6 +51,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         seen: The last observations as a dictionary, also where the environments are flat.
         steps: Number of steps of an episode that starts at the beginning.
         period: Number of steps from one repetition to the next.
+        context: Context at each moment of the movement as it is repeated, shape (T, C).
         arms: A pair of arms like all of them.
         episode: Number of the episode that each member begins next, from 0, shape (N,).
     """
@@ -105,6 +106,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         self.single_observation_space = observation_space(self._observer.shapes, flat=self._flat)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.context = self._demonstration.context
         self.seen: dict[str, Array] = {}
         self._rows = np.arange(num_envs)
         self._seeds = [chosen.seed + row for row in range(num_envs)]

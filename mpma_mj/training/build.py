@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
+from dataclasses import fields
 from typing import Any, Literal, TypeAlias, overload
 
 from dm_control.rl import control
@@ -10,13 +12,14 @@ from threadpoolctl import threadpool_limits
 
 from mpma_mj.agents import AGENTS, MPMA, Agent, Arena, MPMAConfig
 from mpma_mj.agents.agent import Seeds
+from mpma_mj.agents.hearing import Hearing, heard_size
 from mpma_mj.envs.options import whole_seed
 from mpma_mj.envs.task import TwoArmImitation
 from mpma_mj.envs.vector import VectorImitationEnv
 from mpma_mj.errors import BadOptionError
 from mpma_mj.training.config import RunConfig
 
-__all__ = ["architecture", "environment_options", "make_agent", "one_thread"]
+__all__ = ["agent_of", "architecture", "environment_options", "make_agent", "one_thread"]
 
 Environments: TypeAlias = control.Environment | VectorImitationEnv
 
@@ -93,7 +96,28 @@ def _seeds(env: Environments, seed: Seeds) -> Seeds:
 
 def architecture(config: RunConfig) -> MPMAConfig:
     """Return the settings of the agent of a run."""
-    return MPMAConfig(modules=config.modules, nodes=config.nodes, rule=config.rule)
+    return MPMAConfig(**{f.name: getattr(config, f.name) for f in fields(MPMAConfig)})
+
+
+def agent_of(config: RunConfig, env: Environments, seed: Seeds) -> Agent:
+    """Return the agent of a run, or those of runs side by side.
+
+    Args:
+        config: Settings, of which the seed does not count.
+        env: Environment, or environments.
+        seed: Seed of weights and noise, or one for each environment.
+
+    Raises:
+        BadOptionError: A setting is outside what it may be.
+    """
+    if config.hears == "labels":
+        return make_agent(env, architecture(config), kind=config.agent, seed=seed)
+    arena = _arena(env)
+    wider = dataclasses.replace(arena, context_size=heard_size(config.hears, arena.context_size))
+    seeds = _seeds(env, seed)
+    agent = AGENTS[config.agent](architecture(config), wider, seeds)
+    context = env.context if isinstance(env, VectorImitationEnv) else env.task.context
+    return Hearing(agent, config.hears, context, seeds)
 
 
 def environment_options(config: RunConfig) -> dict[str, Any]:

@@ -11,7 +11,7 @@ import tyro
 
 from mpma_mj import __version__
 from mpma_mj.motions.options import ReadingOptions
-from mpma_mj.options import Arms, RuleName
+from mpma_mj.options import AgentName, Arms, ForwardInput, HearsName, RuleName
 
 __all__ = ["ReadingArguments", "RunConfig", "Settings", "versions"]
 
@@ -41,6 +41,15 @@ class Settings(ReadingArguments):
         seed: Seed of everything random.
         repeats: How often the movement is danced in an epoch.
         noise: Standard deviation of the noise on the demonstration, 0.01 is 1 %.
+        agent: MPMA, or one to compare it with.
+        hears: What it hears of the music: the labels as they are; or, to find out what they are
+            good for, nothing, one constant sound, the labels shuffled, or each cut in two halves.
+        responsibility_predictors: Whether it counts what they say; if not, all are as suited.
+        forward_gating: Whether it counts whose forward model predicted well.
+        forward_input: Which command forward models hear: the total, or each module's own.
+        proprioception: Whether models sense the joint angles too; the paper's do not.
+        spectral_radius: Spectral radius of the reservoirs.
+        reservoir_noise: Noise level of the reservoirs.
     """
 
     arms: Arms = "physics"
@@ -50,6 +59,14 @@ class Settings(ReadingArguments):
     seed: int = 0
     repeats: int = 3
     noise: float = 0.01
+    agent: AgentName = "mpma"
+    hears: HearsName = "labels"
+    responsibility_predictors: bool = True
+    forward_gating: bool = True
+    forward_input: ForwardInput = "total"
+    proprioception: bool = True
+    spectral_radius: float = 0.1
+    reservoir_noise: float = 0.2
 
 
 @dataclass(frozen=True, kw_only=True)

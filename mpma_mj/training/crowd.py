@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.pairs import PairsAgent
+from mpma_mj.agents.agent import SideBySide
 from mpma_mj.envs.vector import VectorImitationEnv
 from mpma_mj.motions import Motion
-from mpma_mj.training.build import architecture, environment_options, make_agent, one_thread
+from mpma_mj.training.build import agent_of, environment_options, one_thread
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.course import Course, Stage
 from mpma_mj.training.trace import record_epochs
@@ -62,22 +62,24 @@ class _Crowd:
         self._failed: dict[int, str] = {}
         self._set_stage()
         seeds = self._seeds.tolist()
-        self._agent = make_agent(self._envs, architecture(self._config), seed=seeds)
+        agent = agent_of(self._config, self._envs, seeds)
+        assert isinstance(agent, SideBySide)
+        self._agent = agent
         self._courses = [Course(Stage.of(self._envs)) for _ in configs]
 
     def run_epoch(self) -> None:
         """Dance an epoch, learn from it, and let those leave who are done."""
         traces, diverged = record_epochs(self._envs, self._agent, self.epoch)
         self.epoch += 1
-        learns = isinstance(self._agent, PairsAgent)
-        logged = self._agent.learn_side_by_side() if learns else [{}] * len(traces)
+        logged = self._agent.learn_side_by_side()
+        learns = bool(logged)
         done = diverged.copy()
         for row, run in enumerate(self.going.tolist()):
             if diverged[row]:
                 self._failed[run] = f"epoch {self.epoch}: the simulation diverged"
                 continue
             course = self._courses[run]
-            course.enter(traces[row], logged[row], {})
+            course.enter(traces[row], logged[row] if learns else {}, {})
             done[row] = course.converged or not learns
         if done.any():
             self._leave(done)

@@ -8,16 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mpma_mj.agents.kinds import AGENTS, DO_NOT_LEARN
 from mpma_mj.envs.load import load
 from mpma_mj.errors import BadOptionError, CheckpointError
 from mpma_mj.motions import Motion
 from mpma_mj.motions.context import danced_label
-from mpma_mj.training.build import (
-    architecture,
-    environment_options,
-    make_agent,
-    one_thread,
-)
+from mpma_mj.training.build import agent_of, environment_options, one_thread
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.course import Kept, Row
 from mpma_mj.training.movements import read_movements
@@ -56,6 +52,11 @@ def start(
         DivergedError: The simulation did not stay finite.
     """
     _check_epochs(epochs)
+    if config.agent in DO_NOT_LEARN:
+        raise BadOptionError(
+            f"agent is {config.agent}, which does not learn; expected one of"
+            f" {', '.join(name for name in AGENTS if name not in DO_NOT_LEARN)}"
+        )
     motion = read_movements(config)
     with one_thread():
         trainer = _trainer(config, motion)
@@ -103,7 +104,7 @@ def resume(
 
 def _trainer(config: RunConfig, motion: Motion) -> Trainer:
     env = load(motion, **environment_options(config))
-    return Trainer(env, make_agent(env, architecture(config), seed=config.seed))
+    return Trainer(env, agent_of(config, env, config.seed))
 
 
 def _train(

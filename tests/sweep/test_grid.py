@@ -60,7 +60,7 @@ def test_every_setting_but_the_seed_can_vary(field: str) -> None:
     ("words", "message"),
     [
         (["node=5"], "unknown 'node'; did you mean nodes?"),
-        (["zzz=5"], "unknown 'zzz'; expected one of arms, "),
+        (["zzz=5"], "unknown 'zzz'; expected one of agent, arms, "),
         (["motions=ymca"], "unknown 'motions'"),
         (["nodes"], "'nodes'; expected name=value,value"),
         (["nodes="], "empty value of nodes; expected a whole number"),
