@@ -234,13 +234,6 @@ def test_once_through_the_movement_is_enough(tmp_path: Path) -> None:
     assert summary["repeatability"] == {"responsibility": None, "module_output": None}
 
 
-def test_a_video_of_an_epoch_that_is_not_kept_any_more_goes(tmp_path: Path) -> None:
-    folder = run(tmp_path / "a", epochs=2)
-    folder.video.write_bytes(b"of epoch 2")
-    resume(folder, 3)
-    assert not folder.video.exists()
-
-
 def test_a_trace_that_lacks_a_signal_is_refused(tmp_path: Path) -> None:
     folder = run(tmp_path / "a", epochs=1)
     trace = folder.read_trace()
