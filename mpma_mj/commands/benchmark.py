@@ -52,7 +52,7 @@ class Benchmark:
 
         asked = benchmark.ask(self._bases(), self.runs, self.epochs, stop=self.stop)
         folder = SweepFolder(self.out or default_folder("benchmark"), asked)
-        self.who.train(folder)
+        self.who.train(folder, benchmark.title)
         from mpma_mj.sweep.benchmark_figure import write_figure
 
         runs = folder.finished()

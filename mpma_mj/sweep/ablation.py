@@ -109,7 +109,7 @@ def _differences(asked: Asked, runs: Sequence[Finished]) -> str:
         cells = []
         for _, measure, digits in _COLUMNS:
             found = _difference(whole, own, measure)
-            text = found.text(digits, "+")
+            text = found.text(digits + 1, "+")
             cells.append(f"**{text}**" if found.excludes_zero else text)
         rows.append([name, *cells])
     return "\n".join(markdown_rows(rows))

@@ -18,7 +18,7 @@ from mpma_mj.sweep.measures import converged, of_point, remarks, values
 from mpma_mj.sweep.table import markdown_rows
 from mpma_mj.training.config import RunConfig
 
-__all__ = ["Line", "as_csv", "as_markdown", "ask", "lines"]
+__all__ = ["Line", "as_csv", "as_markdown", "ask", "lines", "title"]
 
 # Title, name in a summary, digits after the point.
 _COLUMNS = (
@@ -51,8 +51,8 @@ class Line:
 
     @property
     def motion(self) -> str:
-        """The movement, without the folders on the way to it."""
-        return Path(self.point.motions[0]).name
+        """The movement, in short."""
+        return _short(self.point)
 
 
 def ask(bases: Sequence[RunConfig], runs: int, epochs: int, *, stop: bool) -> Asked:
@@ -74,6 +74,11 @@ def ask(bases: Sequence[RunConfig], runs: int, epochs: int, *, stop: bool) -> As
         for agent in get_args(AgentName)
     ]
     return Asked(tuple(run for point in points for run in seeds(point, runs)), epochs, stop)
+
+
+def title(config: RunConfig) -> str:
+    """Return in short what a run is."""
+    return f"{_short(config)}, {config.arms} arms, {config.agent}"
 
 
 def lines(asked: Asked, runs: Sequence[Finished]) -> list[Line]:
@@ -126,3 +131,8 @@ def as_csv(asked: Asked, runs: Sequence[Finished]) -> str:
             row |= found.columns(name)
         rows.append(row | {"seconds_mean": line.seconds})
     return csv_text(rows)
+
+
+def _short(config: RunConfig) -> str:
+    """Return the movement, without the folders on the way to it."""
+    return Path(config.motions[0]).name

@@ -12,7 +12,7 @@ from typing import Any, get_args
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, NullFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from mpma_mj.files import write_whole
 from mpma_mj.options import Arms
@@ -50,7 +50,9 @@ def write_figure(path: Path, lines: Sequence[Line]) -> None:
             _draw(axis, panel)
     figure.supxlabel("p_e, %, and the 95 % interval of its mean; pale: each run", fontsize="small")
     handles, names = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, names, loc="outside upper right", ncols=2, fontsize="small")
+    figure.legend(
+        handles, names, loc="outside upper right", ncols=2, fontsize="small", frameon=False
+    )
     write_whole(path, functools.partial(figure.savefig, dpi=_DPI))
 
 
@@ -81,8 +83,9 @@ def _draw(axis: Axes, lines: Sequence[Line]) -> None:
     axis.set_yticks(range(len(agents)), [agent.replace("_", " ") for agent in agents])
     axis.set_ylim(len(agents) - 0.5, -0.5)
     axis.xaxis.set_major_formatter(FuncFormatter(lambda p_e, _: f"{p_e:g}"))
-    axis.xaxis.set_minor_formatter(NullFormatter())
-    axis.grid(axis="x", which="both", color="0.92")
+    axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.xaxis.set_minor_locator(NullLocator())
+    axis.grid(axis="x", color="0.92")
     axis.set_axisbelow(True)
     axis.set_title(lines[0].motion, fontsize="medium", loc="left")
     axis.tick_params(labelsize="small")
