@@ -1,5 +1,6 @@
 """Agents that hear something else than which part of the dance is on."""
 
+import itertools
 from typing import Any
 
 import dm_env
@@ -84,7 +85,7 @@ def test_halves_cut_every_stretch_in_two_and_leave_silence(
     np.testing.assert_array_equal(fine.reshape(-1, LABELS, 2).sum(axis=2), context)
     half = danced_label(fine)
     ends = [0, *np.flatnonzero(np.diff(label)) + 1, len(label)]
-    for start, end in zip(ends, ends[1:], strict=False):
+    for start, end in itertools.pairwise(ends):
         if label[start] < 0:
             assert (fine[start:end] == 0).all()
             continue

@@ -251,3 +251,11 @@ def test_workers_find_the_modules_that_this_process_finds(tmp_path: Path) -> Non
     )
     subprocess.run([sys.executable, program], check=True, cwd=tmp_path)
     assert len((tmp_path / "imported").read_text().splitlines()) == 1  # by the server, for both
+
+
+def test_a_run_knows_its_share_of_the_time(tmp_path: Path) -> None:
+    folder = SweepFolder(tmp_path, asked(runs=4))
+    finish(folder, Here())
+    runs = folder.finished()
+    assert all(run.seconds > 0 for run in runs)
+    assert sum(run.seconds for run in runs) <= folder.seconds()
