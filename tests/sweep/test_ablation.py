@@ -105,7 +105,7 @@ def test_the_command_writes_tables_and_file(
     assert printed.out.splitlines()[-1] == str(tmp_path)
     table = (tmp_path / "ablate.md").read_text()
     assert table in printed.out
-    assert table.startswith("Ablations: ymca, gated rule, 5 nodes, physics arms, 1 runs each.")
+    assert table.startswith("Ablations: ymca, gated rule, 5 nodes, physics arms, runs of each: 1.")
     assert all(table.count(f"\n| {name} |") == 2 for name in list(CHANGES)[1:])
     assert "12 of 12 runs   " in printed.err
     names = {path.name for path in tmp_path.iterdir() if path.is_file()}
