@@ -70,7 +70,8 @@ def as_markdown(asked: Asked, runs: Sequence[Finished]) -> str:
     first = asked.configs[0]
     parts = [
         f"Ablations: {first.motions[0]}, {first.rule} rule, {first.nodes} nodes, {first.arms} arms,"
-        f" runs of each: {len(asked.configs) // len(CHANGES)}. Means ± standard deviations over seeds:",
+        f" runs of each: {len(asked.configs) // len(CHANGES)}."
+        " Means ± standard deviations over seeds:",
         _means(asked, runs),
         "Differences to the whole, seed by seed: means and their 95 % bootstrap intervals, bold"
         " where these do not contain 0:",
