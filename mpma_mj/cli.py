@@ -32,6 +32,8 @@ _COMMANDS: dict[str, Callable[..., Command]] = {
     "view": commands.View,
     "table1": commands.Table1,
     "sweep": commands.Sweep,
+    "benchmark": commands.Benchmark,
+    "ablate": commands.Ablate,
     "bench": commands.Bench,
     "capture": commands.Capture,
 }

@@ -1,6 +1,8 @@
 """What the command line offers: a file a command, each with its options and `run`."""
 
+from mpma_mj.commands.ablate import Ablate
 from mpma_mj.commands.bench import Bench
+from mpma_mj.commands.benchmark import Benchmark
 from mpma_mj.commands.capture import Capture
 from mpma_mj.commands.imitate import Imitate
 from mpma_mj.commands.motion import InspectMotion
@@ -10,7 +12,9 @@ from mpma_mj.commands.table1 import Table1
 from mpma_mj.commands.view import View
 
 __all__ = [
+    "Ablate",
     "Bench",
+    "Benchmark",
     "Capture",
     "Imitate",
     "InspectMotion",

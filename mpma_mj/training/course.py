@@ -106,7 +106,7 @@ class Course:
         assert self.kept is not None, "no epoch has been run"
         return {
             "epochs": len(self.rows),
-            "converged": self.converged,
+            "converged": has_converged(self.kept.row),
             "kept_epoch": self.kept.row["epoch"],
             **{name: value for name, value in self.kept.row.items() if name != "epoch"},
             **self._decomposition(self.kept.trace),
