@@ -32,6 +32,7 @@ _COMMANDS: dict[str, Callable[..., Command]] = {
     "view": commands.View,
     "table1": commands.Table1,
     "sweep": commands.Sweep,
+    "scale": commands.Scale,
     "bench": commands.Bench,
     "capture": commands.Capture,
 }

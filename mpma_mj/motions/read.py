@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import os
+from collections.abc import Callable
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -36,7 +37,7 @@ __all__ = ["BUILT_IN", "read_motion", "read_with_findings"]
 
 Array = NDArray[np.float64]
 
-BUILT_IN = {
+BUILT_IN: dict[str, Callable[[float, float], Motion]] = {
     "ymca": ymca,
     "invented": invented,
     **{f"invented-{n}": functools.partial(invented, dance=n) for n in range(1, DANCES + 1)},
@@ -53,8 +54,8 @@ def read_motion(source: str | Path, *, rate: float = _RATE, **options: Any) -> M
     What may be wrong with a recording is told by a `RecordingWarning`.
 
     Args:
-        source: "ymca", "invented", or the path of a recording: C3D, BVH, ASF/AMC, TRC, Qualisys TSV, a
-            table with a header, or npz.
+        source: "ymca", "invented", or the path of a recording: C3D, BVH, ASF/AMC, TRC, Qualisys
+            TSV, a table with a header, or npz.
         rate: Postures per second that are wanted, Hz.
         **options: The fields of `ReadingOptions`, such as tempo=0.5 or max_gap=0.3.
 
@@ -231,8 +232,8 @@ def _check_file(path: Path) -> None:
         if path.suffix or len(path.parts) > 1:
             raise UnknownMotionError(f"{path}: no such file; give the path of a recording")
         raise UnknownMotionError(
-            f"no motion '{path}'; built in: ymca, invented, invented-1 to invented-{DANCES}; or give"
-            " the path of a recording"
+            f"no motion '{path}'; built in: ymca, invented, invented-1 to invented-{DANCES}; or"
+            " give the path of a recording"
         )
     if path.is_dir():
         raise MotionFileError(f"{path}: is a folder; give the path of a recording in it")

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import csv
 import dataclasses
 import hashlib
-import io
 import json
 import re
 from collections.abc import Iterable, Mapping
@@ -111,12 +109,7 @@ class SweepFolder:
             | flat(run.summary)
             for run in runs
         ]
-        columns = list(dict.fromkeys(name for row in rows for name in row))
-        text = io.StringIO()
-        writer = csv.DictWriter(text, columns, lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
-        files.write_text(self.path / "results.csv", text.getvalue())
+        files.write_rows(self.path / "results.csv", rows)
 
     def title(self, config: RunConfig) -> str:
         """Return the settings of a run that vary, but for the seed, in words."""

@@ -80,11 +80,16 @@ class Scale:
     @property
     def lines(self) -> dict[Literal["modules", "nodes"], tuple[Size, ...]]:
         """Sizes along which one thing varies, by its name."""
-        nodes, modules = _middle(self.nodes), _middle(self.modules)
+        modules, nodes = self.crossing
         return {
             "modules": tuple(Size(count, nodes) for count in sorted(self.modules)),
             "nodes": tuple(Size(modules, count) for count in sorted(self.nodes)),
         }
+
+    @property
+    def crossing(self) -> Size:
+        """The size that is on both lines."""
+        return Size(_middle(self.modules), _middle(self.nodes))
 
     @property
     def sizes(self) -> tuple[Size, ...]:
@@ -165,7 +170,7 @@ def _check_lengths(lengths: Sequence[float], name: str, duration: float) -> None
     if len(set(lengths)) < len(lengths):
         raise BadOptionError("lengths has a value twice; leave one out")
     for length in lengths:
-        if not (math.isfinite(length) and 0 < length):
+        if not (math.isfinite(length) and length > 0):
             raise BadOptionError(f"lengths has {length:g}; expected seconds above 0")
         if length > duration:
             raise BadOptionError(

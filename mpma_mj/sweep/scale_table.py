@@ -4,15 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Literal
+from typing import Literal, get_args
 
-from mpma_mj.sweep.asked import by_point, without_seed
+from mpma_mj.sweep.asked import without_seed
 from mpma_mj.sweep.folder import Finished
 from mpma_mj.sweep.measures import remarks, spread
 from mpma_mj.sweep.scale import Growing, Material, Scale, Size
 from mpma_mj.sweep.table import markdown_rows
 
-__all__ = ["TOLERANCE", "Results", "as_markdown", "as_rows", "least_enough"]
+__all__ = [
+    "TOLERANCE",
+    "Results",
+    "as_markdown",
+    "as_rows",
+    "least_enough",
+    "material_name",
+    "saturation",
+]
 
 TOLERANCE = 0.1  # of the best value; what is nearer counts as good (choice)
 
@@ -57,7 +65,7 @@ class Results:
 
 
 def least_enough(found: Mapping[int, float]) -> int | None:
-    """Return the least size from which on all are within `TOLERANCE` of the best, the lowest.
+    """Return the least size whose value is within `TOLERANCE` of the best, the lowest.
 
     Args:
         found: Values by size; those that are NaN do not count.
@@ -65,10 +73,145 @@ def least_enough(found: Mapping[int, float]) -> int | None:
     Returns:
         The size; None if there is no value.
     """
-    known = {size: value for size, value in sorted(found.items()) if math.isfinite(value)}
+    known = {size: value for size, value in found.items() if math.isfinite(value)}
     if not known:
         return None
     most = min(known.values()) * (1.0 + TOLERANCE)
-    sizes = list(known)
-    worse = [place for place, size in enumerate(sizes) if known[size] > most]
-    return sizes[worse[-1] + 1 if worse else 0] if not worse or worse[-1] + 1 < len(sizes) else None
+    return min(size for size, value in known.items() if value <= most)
+
+
+def as_markdown(results: Results, runs: Sequence[Finished], asked: int) -> str:
+    """Return a table for each measure, means over seeds, and where it saturates.
+
+    Args:
+        results: Finished runs by material and size.
+        runs: The same in a row.
+        asked: How many were asked for.
+    """
+    scale = results.scale
+    parts = ["Means over seeds; columns are what is learned, rows are what learns it."]
+    for title, measure, digits in _MEASURES:
+        cells = {
+            (material, size): _number(results.mean(material, size, measure), digits)
+            for material in scale.materials
+            for size in scale.sizes
+        }
+        parts += [f"**{title}**", _table(scale, cells)]
+    converged = {
+        (material, size): str(sum(bool(run.summary.get("converged")) for run in found))
+        for material in scale.materials
+        for size in scale.sizes
+        for found in [results.of(material, size)]
+    }
+    parts += ["**runs that converged**", _table(scale, converged)]
+    parts += ["**Where it saturates**", "\n".join(f"- {said}" for said in saturation(results))]
+    return "\n\n".join([*parts, *remarks(runs, asked)]) + "\n"
+
+
+def _table(scale: Scale, cells: Mapping[tuple[Material, Size], str]) -> str:
+    """Return a table with a column for each material and a row for each size."""
+    titles = ["modules", "nodes", *map(material_name, scale.materials)]
+    rows = [
+        [str(size.modules), str(size.nodes), *(cells[m, size] for m in scale.materials)]
+        for size in scale.sizes
+    ]
+    return "\n".join(markdown_rows([titles, ["---"] * len(titles), *rows]))
+
+
+def saturation(results: Results) -> list[str]:
+    """Return in sentences from which size on more does not help, and what more material costs."""
+    said = []
+    for growing in get_args(Growing):
+        said += _enough(results, growing)
+    for growing in get_args(Growing):
+        said += [_most_used(results, growing), _cost(results, growing)]
+    return said
+
+
+def _enough(results: Results, growing: Growing) -> list[str]:
+    """Say how many modules and nodes are enough for p_e."""
+    sentences = []
+    for varying, line in results.scale.lines.items():
+        if len(line) < 2:
+            continue
+        groups: dict[int | None, list[Material]] = {}
+        for material in results.growing(growing):
+            found = {
+                getattr(size, varying): results.mean(material, size, "p_e_percent") for size in line
+            }
+            groups.setdefault(least_enough(found), []).append(material)
+        told = "; ".join(
+            f"{'–' if least is None else least} for {_list(group)}"
+            for least, group in groups.items()
+        )
+        sentences.append(
+            f"{growing}, {varying} ({_fixed(varying, line[0])}): p_e is within"
+            f" {100 * TOLERANCE:.0f} % of its best with {told}."
+        )
+    return sentences
+
+
+def _most_used(results: Results, growing: Growing) -> str:
+    """Say how many modules are used at most."""
+    line = results.scale.lines["modules"]
+    told = []
+    for material in results.growing(growing):
+        found = {size: results.mean(material, size, "modules_used") for size in line}
+        known = {size: value for size, value in found.items() if math.isfinite(value)}
+        most = max(known, key=lambda size: known[size], default=None)
+        told.append(
+            f"{known[most]:.1f} of {most.modules} for {material_name(material)}"
+            if most is not None
+            else f"– for {material_name(material)}"
+        )
+    return f"{growing}: at most so many modules are used: {', '.join(told)}."
+
+
+def _cost(results: Results, growing: Growing) -> str:
+    """Say how p_e goes with the material, for the size where both lines cross."""
+    size = results.scale.crossing
+    found = (
+        f"{results.mean(material, size, 'p_e_percent'):.2f} % for {material_name(material)}"
+        for material in results.growing(growing)
+    )
+    return f"{growing}: p_e of {size.modules} modules of {size.nodes} nodes is {', '.join(found)}."
+
+
+def as_rows(results: Results) -> list[dict[str, object]]:
+    """Return a row for each material and size, with means and deviations of all measures."""
+    rows: list[dict[str, object]] = []
+    for material in results.scale.materials:
+        for size in results.scale.sizes:
+            runs = results.of(material, size)
+            row: dict[str, object] = {
+                "growing": material.growing,
+                "amount": material.amount,
+                **size._asdict(),
+                "runs": len(runs),
+                "converged": sum(bool(run.summary.get("converged")) for run in runs),
+            }
+            for _, measure, _ in _MEASURES:
+                found = spread(runs, measure)
+                row |= {f"{measure}_mean": found.mean, f"{measure}_sd": found.deviation}
+            rows.append(row)
+    return rows
+
+
+def material_name(material: Material) -> str:
+    """Return what there is of a material, in words."""
+    if material.growing == "seconds":
+        return f"{material.amount:g} s"
+    return f"{material.amount:g} movement" + ("s" if material.amount > 1 else "")
+
+
+def _number(value: float, digits: int) -> str:
+    return f"{value:.{digits}f}" if math.isfinite(value) else "–"
+
+
+def _list(group: Iterable[Material]) -> str:
+    return ", ".join(map(material_name, group))
+
+
+def _fixed(varying: Literal["modules", "nodes"], size: Size) -> str:
+    """Say what is the same all along a line."""
+    return f"{size.nodes} nodes" if varying == "modules" else f"{size.modules} modules"
