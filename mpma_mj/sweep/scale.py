@@ -16,9 +16,10 @@ from mpma_mj.motions.read import read_with_findings
 from mpma_mj.sweep.asked import Asked, seeds
 from mpma_mj.training.config import RunConfig
 
-__all__ = ["Growing", "Material", "Scale", "Size", "materials"]
+__all__ = ["Growing", "Material", "Scale", "Size", "Varying", "materials"]
 
 Growing: TypeAlias = Literal["movements", "seconds"]
+Varying: TypeAlias = Literal["modules", "nodes"]
 
 _EPOCHS = 20  # most of a run; those that converge do so in about 7 (choice)
 _SHORTEST = 5.0  # s, of the lengths that are tried if none are given (choice)
@@ -78,7 +79,7 @@ class Scale:
                 raise BadOptionError(f"{name} has no value; expected at least 1 size")
 
     @property
-    def lines(self) -> dict[Literal["modules", "nodes"], tuple[Size, ...]]:
+    def lines(self) -> dict[Varying, tuple[Size, ...]]:
         """Sizes along which one thing varies, by its name."""
         modules, nodes = self.crossing
         return {

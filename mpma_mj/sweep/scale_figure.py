@@ -12,21 +12,25 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mpma_mj.files import write_whole
-from mpma_mj.sweep.measures import spread
-from mpma_mj.sweep.scale import Growing, Size
-from mpma_mj.sweep.scale_table import Results
-from mpma_mj.training.colours import module_colours
+from mpma_mj.sweep.measures import Spread, spread
+from mpma_mj.sweep.scale import Growing, Varying
+from mpma_mj.sweep.scale_table import Results, fixed
+from mpma_mj.training.colours import INK, module_colours
 
 __all__ = ["write_figure"]
 
 _DPI = 110
+_GROWN: dict[Growing, str] = {
+    "movements": "movements, a label for each",
+    "seconds": "seconds of one, in four labels",
+}
 # Title of a row of panels, and the measure of its lines, or of solid and of dashed ones.
 _ROWS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("p_e, %", ("p_e_percent",)),
     ("modules used", ("modules_used",)),
-    ("entropy of λ / log M", ("entropy.usage", "entropy.sharing")),
+    ("entropy of λ, of log M", ("entropy.usage", "entropy.sharing")),
 )
-_STYLES = ("o-", "o--")
+_STYLES = {"in the whole (usage)": "o-", "at a time (sharing)": "o--"}
 
 
 def write_figure(path: Path, results: Results) -> None:
@@ -36,59 +40,52 @@ def write_figure(path: Path, results: Results) -> None:
         path: The PNG file.
         results: Finished runs by material and size.
     """
-    lines = results.scale.lines
-    columns = list(itertools.product(get_args(Growing), lines))
+    columns = list(itertools.product(get_args(Growing), results.scale.lines))
     figure = Figure(figsize=(12.0, 8.0), layout="constrained")
     axes = figure.subplots(len(_ROWS), len(columns), sharey="row", sharex="col", squeeze=False)
     for column, (growing, varying) in enumerate(columns):
-        for row, (title, measures) in enumerate(_ROWS):
-            axis = axes[row, column]
-            for style, measure in zip(_STYLES, measures, strict=False):
-                _lines(axis, results, growing, lines[varying], measure, style)
-            axis.spines[["top", "right"]].set_visible(False)
-            axis.tick_params(labelsize="small")
-            axis.set_ylim(bottom=0)
-            if column == 0:
-                axis.set_ylabel(title)
-        amounts = [material.amount for material in results.growing(growing)]
-        axes[0, column].set_xscale("log", base=2)
-        axes[-1, column].set_xticks(amounts, [f"{amount:g}" for amount in amounts])
-        axes[-1, column].minorticks_off()
-        named = {
-            "movements": "movements, a label for each",
-            "seconds": "seconds of one, four labels",
-        }
-        axes[-1, column].set_xlabel(named[growing], fontsize="small")
-        handles = axes[0, column].get_lines()
-        names = [str(getattr(size, varying)) for size in lines[varying]]
-        axes[0, column].legend(handles, names, title=varying, fontsize="x-small", ncols=2)
-        size = lines[varying][0]
-        fixed = f"{size.nodes} nodes" if varying == "modules" else f"{size.modules} modules"
-        axes[0, column].set_title(f"{varying} vary, {fixed}", fontsize="medium")
+        _column(list(axes[:, column]), results, growing, varying)
+    for row, (title, _) in enumerate(_ROWS):
+        axes[row, 0].set_ylabel(title)
+        axes[row, 0].set_ylim(bottom=0)
+    for name, style in _STYLES.items():
+        axes[-1, 0].plot([], style, color=INK, markersize=4, linewidth=1.2, label=name)
+    axes[-1, 0].legend(fontsize="x-small")
     base = results.scale.base
     figure.suptitle(
-        f"{base.rule} rule, {base.arms} arms, mean ± standard deviation over seeds",
-        fontsize="large",
+        f"{base.rule} rule, {base.arms} arms, µ ± σ over seeds: what learns grows, line by line,"
+        " and what is learned, from left to right",
+        fontsize="medium",
     )
     write_whole(path, functools.partial(figure.savefig, dpi=_DPI))
 
 
-def _lines(
-    axis: Axes,
-    results: Results,
-    growing: Growing,
-    sizes: Sequence[Size],
-    measure: str,
-    style: str,
-) -> None:
-    """Draw a measure over the amount of material, a line for each size."""
-    materials = results.growing(growing)
+def _column(axes: Sequence[Axes], results: Results, growing: Growing, varying: Varying) -> None:
+    """Draw all measures for what grows and what varies."""
+    sizes, materials = results.scale.lines[varying], results.growing(growing)
     amounts = [material.amount for material in materials]
-    look: dict[str, Any] = {"markersize": 4, "linewidth": 1.2}
-    for size, colour in zip(sizes, module_colours(len(sizes)), strict=True):
-        found = [spread(results.of(material, size), measure) for material in materials]
-        means = [one.mean for one in found]
-        axis.plot(amounts, means, style, color=colour, **look)
-        low = [one.mean - one.deviation for one in found]
-        high = [one.mean + one.deviation for one in found]
-        axis.fill_between(amounts, low, high, color=colour, alpha=0.15, linewidth=0)
+    for axis, (_, measures) in zip(axes, _ROWS, strict=True):
+        for measure, style in zip(measures, _STYLES.values(), strict=False):
+            for size, colour in zip(sizes, module_colours(len(sizes)), strict=True):
+                found = [spread(results.of(material, size), measure) for material in materials]
+                _line(axis, amounts, found, style, colour)
+        axis.spines[["top", "right"]].set_visible(False)
+        axis.tick_params(labelsize="small")
+    names = [str(getattr(size, varying)) for size in sizes]
+    look: dict[str, Any] = {"fontsize": "x-small", "title_fontsize": "x-small", "ncols": 2}
+    axes[0].legend(axes[0].get_lines(), names, title=varying, **look)
+    axes[0].set_title(f"{varying} vary, {fixed(varying, sizes[0])}", fontsize="medium")
+    axes[-1].set_xscale("log", base=2)
+    axes[-1].set_xticks(amounts, [f"{amount:g}" for amount in amounts])
+    axes[-1].minorticks_off()
+    axes[-1].set_xlabel(_GROWN[growing], fontsize="small")
+
+
+def _line(
+    axis: Axes, amounts: Sequence[float], found: Sequence[Spread], style: str, colour: str
+) -> None:
+    """Draw means, and a band of a deviation on both sides."""
+    axis.plot(amounts, [one.mean for one in found], style, color=colour, markersize=4, lw=1.2)
+    low = [one.mean - one.deviation for one in found]
+    high = [one.mean + one.deviation for one in found]
+    axis.fill_between(amounts, low, high, color=colour, alpha=0.15, linewidth=0)

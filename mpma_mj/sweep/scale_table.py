@@ -3,22 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Literal, get_args
+from collections.abc import Mapping, Sequence
+from typing import get_args
 
 from mpma_mj.sweep.asked import without_seed
 from mpma_mj.sweep.folder import Finished
 from mpma_mj.sweep.measures import remarks, spread
-from mpma_mj.sweep.scale import Growing, Material, Scale, Size
+from mpma_mj.sweep.scale import Growing, Material, Scale, Size, Varying
 from mpma_mj.sweep.table import markdown_rows
 
 __all__ = [
     "TOLERANCE",
     "Results",
+    "amounts",
     "as_markdown",
     "as_rows",
+    "fixed",
     "least_enough",
-    "material_name",
     "saturation",
 ]
 
@@ -34,6 +35,12 @@ _MEASURES = (
     ("modules used", "modules_used", 1),
     ("entropy of λ in the whole (usage), 1 is all modules alike", "entropy.usage", 2),
     ("entropy of λ at a time (sharing), 0 is one module alone", "entropy.sharing", 2),
+)
+
+
+_ENOUGH = (
+    f"Enough is the least number with which p_e is within {100 * TOLERANCE:.0f} % of the lowest"
+    " that was reached."
 )
 
 
@@ -104,13 +111,17 @@ def as_markdown(results: Results, runs: Sequence[Finished], asked: int) -> str:
         for found in [results.of(material, size)]
     }
     parts += ["**runs that converged**", _table(scale, converged)]
-    parts += ["**Where it saturates**", "\n".join(f"- {said}" for said in saturation(results))]
+    parts += [
+        "**Where it saturates**",
+        _ENOUGH,
+        "\n".join(f"- {said}" for said in saturation(results)),
+    ]
     return "\n\n".join([*parts, *remarks(runs, asked)]) + "\n"
 
 
 def _table(scale: Scale, cells: Mapping[tuple[Material, Size], str]) -> str:
     """Return a table with a column for each material and a row for each size."""
-    titles = ["modules", "nodes", *map(material_name, scale.materials)]
+    titles = ["modules", "nodes", *(amounts([m]) for m in scale.materials)]
     rows = [
         [str(size.modules), str(size.nodes), *(cells[m, size] for m in scale.materials)]
         for size in scale.sizes
@@ -120,12 +131,15 @@ def _table(scale: Scale, cells: Mapping[tuple[Material, Size], str]) -> str:
 
 def saturation(results: Results) -> list[str]:
     """Return in sentences from which size on more does not help, and what more material costs."""
-    said = []
-    for growing in get_args(Growing):
-        said += _enough(results, growing)
-    for growing in get_args(Growing):
-        said += [_most_used(results, growing), _cost(results, growing)]
-    return said
+    return [
+        sentence
+        for growing in get_args(Growing)
+        for sentence in (
+            *_enough(results, growing),
+            _most_used(results, growing),
+            _cost(results, growing),
+        )
+    ]
 
 
 def _enough(results: Results, growing: Growing) -> list[str]:
@@ -134,47 +148,41 @@ def _enough(results: Results, growing: Growing) -> list[str]:
     for varying, line in results.scale.lines.items():
         if len(line) < 2:
             continue
-        groups: dict[int | None, list[Material]] = {}
+        groups: dict[str, list[Material]] = {}
         for material in results.growing(growing):
             found = {
                 getattr(size, varying): results.mean(material, size, "p_e_percent") for size in line
             }
-            groups.setdefault(least_enough(found), []).append(material)
+            groups.setdefault(str(least_enough(found) or "–"), []).append(material)
         told = "; ".join(
-            f"{'–' if least is None else least} for {_list(group)}"
-            for least, group in groups.items()
+            f"{least} {varying} are enough for {amounts(group)}" for least, group in groups.items()
         )
-        sentences.append(
-            f"{growing}, {varying} ({_fixed(varying, line[0])}): p_e is within"
-            f" {100 * TOLERANCE:.0f} % of its best with {told}."
-        )
+        sentences.append(f"More {growing}, {fixed(varying, line[0])}: {told}.")
     return sentences
 
 
 def _most_used(results: Results, growing: Growing) -> str:
     """Say how many modules are used at most."""
-    line = results.scale.lines["modules"]
-    told = []
+    most = []
     for material in results.growing(growing):
-        found = {size: results.mean(material, size, "modules_used") for size in line}
-        known = {size: value for size, value in found.items() if math.isfinite(value)}
-        most = max(known, key=lambda size: known[size], default=None)
-        told.append(
-            f"{known[most]:.1f} of {most.modules} for {material_name(material)}"
-            if most is not None
-            else f"– for {material_name(material)}"
-        )
-    return f"{growing}: at most so many modules are used: {', '.join(told)}."
+        found = [
+            results.mean(material, size, "modules_used") for size in results.scale.lines["modules"]
+        ]
+        most.append(max((value for value in found if math.isfinite(value)), default=math.nan))
+    return (
+        f"More {growing}: most modules used {', '.join(_number(value, 1) for value in most)} for"
+        f" {amounts(results.growing(growing))}; {max(results.scale.modules)} is the most there are."
+    )
 
 
 def _cost(results: Results, growing: Growing) -> str:
     """Say how p_e goes with the material, for the size where both lines cross."""
-    size = results.scale.crossing
-    found = (
-        f"{results.mean(material, size, 'p_e_percent'):.2f} % for {material_name(material)}"
-        for material in results.growing(growing)
+    size, grown = results.scale.crossing, results.growing(growing)
+    found = (results.mean(material, size, "p_e_percent") for material in grown)
+    return (
+        f"More {growing}: p_e of {size.modules} modules of {size.nodes} nodes is"
+        f" {', '.join(_number(value, 2) for value in found)} % for {amounts(grown)}."
     )
-    return f"{growing}: p_e of {size.modules} modules of {size.nodes} nodes is {', '.join(found)}."
 
 
 def as_rows(results: Results) -> list[dict[str, object]]:
@@ -197,21 +205,18 @@ def as_rows(results: Results) -> list[dict[str, object]]:
     return rows
 
 
-def material_name(material: Material) -> str:
-    """Return what there is of a material, in words."""
-    if material.growing == "seconds":
-        return f"{material.amount:g} s"
-    return f"{material.amount:g} movement" + ("s" if material.amount > 1 else "")
+def amounts(materials: Sequence[Material]) -> str:
+    """Return how much there is of materials of which one is more than the other, in words."""
+    numbers = ", ".join(f"{material.amount:g}" for material in materials)
+    if materials[-1].growing == "seconds":
+        return f"{numbers} s"
+    return f"{numbers} movement" + ("s" if materials[-1].amount > 1 else "")
+
+
+def fixed(varying: Varying, size: Size) -> str:
+    """Say what is the same all along a line of sizes."""
+    return f"{size.nodes} nodes" if varying == "modules" else f"{size.modules} modules"
 
 
 def _number(value: float, digits: int) -> str:
     return f"{value:.{digits}f}" if math.isfinite(value) else "–"
-
-
-def _list(group: Iterable[Material]) -> str:
-    return ", ".join(map(material_name, group))
-
-
-def _fixed(varying: Literal["modules", "nodes"], size: Size) -> str:
-    """Say what is the same all along a line."""
-    return f"{size.nodes} nodes" if varying == "modules" else f"{size.modules} modules"
