@@ -21,7 +21,7 @@ __all__ = ["Growing", "Material", "Scale", "Size", "Varying", "materials"]
 Growing: TypeAlias = Literal["movements", "seconds"]
 Varying: TypeAlias = Literal["modules", "nodes"]
 
-_EPOCHS = 20  # most of a run; those that converge do so in about 7 (choice)
+_EPOCHS = 12  # most of a run; those that converge do so in about 7 (choice)
 _SHORTEST = 5.0  # s, of the lengths that are tried if none are given (choice)
 _INVENTED = tuple(f"invented-{number}" for number in range(1, DANCES + 1))
 
@@ -141,6 +141,9 @@ def materials(motions: Sequence[str], lengths: Sequence[float]) -> tuple[Materia
     Raises:
         MpmaError: A movement cannot be read, or a length is not one that can be had.
     """
+    for motion in motions:
+        if motions.count(motion) > 1:
+            raise BadOptionError(f"{motion} is given twice; expected different movements")
     if motions:
         longest = {m: read_with_findings(m, ReadingOptions()).motion.duration for m in motions}
     else:
