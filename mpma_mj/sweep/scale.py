@@ -100,18 +100,22 @@ class Scale:
     def point(self, material: Material, size: Size) -> RunConfig:
         """Return the settings with which a size learns a material.
 
-        A repertoire has a label for each movement, and a movement that is cut has four, of
-        equal parts, however long it is (choice): so that growth in labels and growth in length
-        can be told apart.
+        There is a label for each movement, one if there is one; and a movement that is cut has
+        four, of equal parts, however long it is (choice): so that growth in labels and growth in
+        length can be told apart.
         """
-        return dataclasses.replace(
+        point = dataclasses.replace(
             self.base,
             motions=material.motions,
             end=material.end,
-            context="auto" if material.end is None else "equal",
             modules=size.modules,
             nodes=size.nodes,
         )
+        if material.end is not None:
+            return dataclasses.replace(point, context="equal")
+        if len(material.motions) == 1:  # joined with others it has one label too
+            return dataclasses.replace(point, context="equal", segments=1)
+        return point
 
     def ask(self, runs: int) -> Asked:
         """Return the sweep.
