@@ -28,7 +28,7 @@ class Scale:
     """Recordings, or folders of them; the first 1, 2, 4, … are learned together, and of the longest
     the first seconds. Invented dances if none are given."""
     lengths: tuple[float, ...] = ()
-    """Seconds of the longest movement; 5, 10, 20, … as far as it goes if none are given."""
+    """Seconds of the longest movement; 5, 10, 20 and 40, as far as it goes, if none are given."""
     modules: tuple[int, ...] = (2, 4, 8, 16)
     """Numbers of modules."""
     nodes: tuple[int, ...] = (50, 100, 200, 400)

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from typing import Literal, NamedTuple, TypeAlias
 
 from mpma_mj.errors import BadOptionError
-from mpma_mj.motions.invented import DANCES
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.motions.read import read_with_findings
 from mpma_mj.sweep.asked import Asked, seeds
@@ -22,8 +21,9 @@ Growing: TypeAlias = Literal["movements", "seconds"]
 Varying: TypeAlias = Literal["modules", "nodes"]
 
 _EPOCHS = 12  # most of a run; those that converge do so in about 7 (choice)
-_SHORTEST = 5.0  # s, of the lengths that are tried if none are given (choice)
-_INVENTED = tuple(f"invented-{number}" for number in range(1, DANCES + 1))
+# What is tried if nothing is given, so that it takes minutes (choice).
+_INVENTED = tuple(f"invented-{number}" for number in range(1, 9))
+_SHORTEST, _LONGEST = 5.0, 40.0  # s
 
 
 @dataclass(frozen=True)
@@ -139,8 +139,8 @@ def materials(motions: Sequence[str], lengths: Sequence[float]) -> tuple[Materia
 
     Args:
         motions: Names and files of movements; the invented dances if there are none.
-        lengths: How much of the longest is learned, s; if there are none, 5, 10, 20, … s, up
-            to as long as it is.
+        lengths: How much of the longest is learned, s; if there are none, 5, 10, 20 and 40 s, as
+            far as it goes.
 
     Raises:
         MpmaError: A movement cannot be read, or a length is not one that can be had.
@@ -155,7 +155,7 @@ def materials(motions: Sequence[str], lengths: Sequence[float]) -> tuple[Materia
         longest = {"invented": read_with_findings("invented", ReadingOptions()).motion.duration}
     name = max(longest, key=lambda motion: longest[motion])
     counts = [*_doublings(1, len(motions) - 1), len(motions)]
-    seconds = lengths or _doublings(_SHORTEST, longest[name])
+    seconds = lengths or _doublings(_SHORTEST, min(longest[name], _LONGEST))
     _check_lengths(seconds, name, longest[name])
     return (
         *(Material("movements", count, tuple(motions[: int(count)])) for count in counts),

@@ -47,8 +47,8 @@ def test_movements_double_up_to_all_and_the_longest_is_cut() -> None:
 
 def test_without_motions_dances_are_invented_and_lengths_double() -> None:
     found = materials([], [])
-    assert [m.amount for m in found] == [1, 2, 4, 8, 16, 5, 10, 20, 40, 80]
-    assert found[4].motions[-1] == "invented-16"
+    assert [m.amount for m in found] == [1, 2, 4, 8, 5, 10, 20, 40]
+    assert found[3].motions[-1] == "invented-8"
     assert {m.motions for m in found if m.growing == "seconds"} == {("invented",)}
 
 
