@@ -154,10 +154,8 @@ def _enough(results: Results, growing: Growing) -> list[str]:
                 getattr(size, varying): results.mean(material, size, "p_e_percent") for size in line
             }
             groups.setdefault(str(least_enough(found) or "–"), []).append(material)
-        told = "; ".join(
-            f"{least} {varying} are enough for {amounts(group)}" for least, group in groups.items()
-        )
-        sentences.append(f"More {growing}, {fixed(varying, line[0])}: {told}.")
+        told = "; ".join(f"{least} for {amounts(group)}" for least, group in groups.items())
+        sentences.append(f"More {growing}, {fixed(varying, line[0])}: enough {varying} are {told}.")
     return sentences
 
 
@@ -180,7 +178,7 @@ def _cost(results: Results, growing: Growing) -> str:
     size, grown = results.scale.crossing, results.growing(growing)
     found = (results.mean(material, size, "p_e_percent") for material in grown)
     return (
-        f"More {growing}: p_e of {size.modules} modules of {size.nodes} nodes is"
+        f"More {growing}: p_e with {fixed('nodes', size)} and {fixed('modules', size)} is"
         f" {', '.join(_number(value, 2) for value in found)} % for {amounts(grown)}."
     )
 
@@ -210,12 +208,18 @@ def amounts(materials: Sequence[Material]) -> str:
     numbers = ", ".join(f"{material.amount:g}" for material in materials)
     if materials[-1].growing == "seconds":
         return f"{numbers} s"
-    return f"{numbers} movement" + ("s" if materials[-1].amount > 1 else "")
+    return f"{numbers} {_noun('movements', materials[-1].amount)}"
 
 
 def fixed(varying: Varying, size: Size) -> str:
     """Say what is the same all along a line of sizes."""
-    return f"{size.nodes} nodes" if varying == "modules" else f"{size.modules} modules"
+    other: Varying = "nodes" if varying == "modules" else "modules"
+    number = getattr(size, other)
+    return f"{number} {_noun(other, number)}"
+
+
+def _noun(plural: str, number: float) -> str:
+    return plural.removesuffix("s") if number == 1 else plural
 
 
 def _number(value: float, digits: int) -> str:

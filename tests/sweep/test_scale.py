@@ -14,7 +14,15 @@ from mpma_mj.sweep import scale
 from mpma_mj.sweep.folder import Finished
 from mpma_mj.sweep.scale import Material, Scale, Size, materials
 from mpma_mj.sweep.scale_figure import write_figure
-from mpma_mj.sweep.scale_table import Results, as_markdown, as_rows, least_enough, saturation
+from mpma_mj.sweep.scale_table import (
+    Results,
+    amounts,
+    as_markdown,
+    as_rows,
+    fixed,
+    least_enough,
+    saturation,
+)
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.movements import read_movements
 from tests.sweep.runs import finished, run_files
@@ -89,16 +97,24 @@ def test_the_words_say_what_the_numbers_say() -> None:
     asked = question()
     results = Results(asked, [run_of(config) for config in asked.ask(2).configs])
     assert saturation(results) == [
-        "More movements, 50 nodes: 4 modules are enough for 1, 2, 3 movements.",
-        "More movements, 4 modules: 100 nodes are enough for 1, 2, 3 movements.",
+        "More movements, 50 nodes: enough modules are 4 for 1, 2, 3 movements.",
+        "More movements, 4 modules: enough nodes are 100 for 1, 2, 3 movements.",
         "More movements: most modules used 1.0, 2.0, 3.0 for 1, 2, 3 movements; 8 is the most"
         " there are.",
-        "More movements: p_e of 4 modules of 50 nodes is 0.45, 0.45, 0.45 % for 1, 2, 3 movements.",
-        "More seconds, 50 nodes: 4 modules are enough for 2, 4 s.",
-        "More seconds, 4 modules: 100 nodes are enough for 2, 4 s.",
+        "More movements: p_e with 4 modules and 50 nodes is 0.45, 0.45, 0.45 % for 1, 2, 3"
+        " movements.",
+        "More seconds, 50 nodes: enough modules are 4 for 2, 4 s.",
+        "More seconds, 4 modules: enough nodes are 100 for 2, 4 s.",
         "More seconds: most modules used 1.0, 1.0 for 2, 4 s; 8 is the most there are.",
-        "More seconds: p_e of 4 modules of 50 nodes is 0.45, 0.45 % for 2, 4 s.",
+        "More seconds: p_e with 4 modules and 50 nodes is 0.45, 0.45 % for 2, 4 s.",
     ]
+
+
+def test_one_is_not_many() -> None:
+    one, two, *_ = question().materials
+    assert (amounts([one]), amounts([one, two])) == ("1 movement", "1, 2 movements")
+    assert fixed("nodes", Size(1, 50)) == "1 module"
+    assert fixed("modules", Size(1, 50)) == "50 nodes"
 
 
 def test_a_single_size_says_nothing_about_enough() -> None:
