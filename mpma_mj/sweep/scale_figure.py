@@ -10,6 +10,7 @@ from typing import Any, get_args
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from mpma_mj.files import write_whole
 from mpma_mj.sweep.measures import Spread, spread
@@ -48,9 +49,12 @@ def write_figure(path: Path, results: Results) -> None:
     for row, (title, _) in enumerate(_ROWS):
         axes[row, 0].set_ylabel(title)
         axes[row, 0].set_ylim(bottom=0)
-    for name, style in _STYLES.items():
-        axes[-1, 0].plot([], style, color=INK, markersize=4, linewidth=1.2, label=name)
-    axes[-1, 0].legend(fontsize="x-small")
+    entropies: list[dict[str, Any]] = [
+        {"linestyle": style.removeprefix("o"), "label": f"entropy {name}"}
+        for name, style in _STYLES.items()
+    ]
+    handles = [Line2D([], [], color=INK, **look) for look in entropies]
+    figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize="small")
     base = results.scale.base
     figure.suptitle(
         f"{base.rule} rule, {base.arms} arms, µ ± σ over seeds: what learns grows, line by line,"
@@ -72,7 +76,12 @@ def _column(axes: Sequence[Axes], results: Results, growing: Growing, varying: V
         axis.spines[["top", "right"]].set_visible(False)
         axis.tick_params(labelsize="small")
     names = [str(getattr(size, varying)) for size in sizes]
-    look: dict[str, Any] = {"fontsize": "x-small", "title_fontsize": "x-small", "ncols": 2}
+    look: dict[str, Any] = {
+        "fontsize": "small",
+        "title_fontsize": "small",
+        "ncols": 2,
+        "loc": "lower right",
+    }
     axes[0].legend(axes[0].get_lines(), names, title=varying, **look)
     axes[0].set_title(f"{varying} vary, {fixed(varying, sizes[0])}", fontsize="medium")
     axes[-1].set_xscale("log", base=2)
