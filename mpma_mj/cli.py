@@ -34,6 +34,7 @@ _COMMANDS: dict[str, Callable[..., Command]] = {
     "sweep": commands.Sweep,
     "benchmark": commands.Benchmark,
     "ablate": commands.Ablate,
+    "scale": commands.Scale,
     "bench": commands.Bench,
     "capture": commands.Capture,
 }

@@ -7,6 +7,7 @@ from mpma_mj.commands.capture import Capture
 from mpma_mj.commands.imitate import Imitate
 from mpma_mj.commands.motion import InspectMotion
 from mpma_mj.commands.render import Render
+from mpma_mj.commands.scale import Scale
 from mpma_mj.commands.sweep import Sweep
 from mpma_mj.commands.table1 import Table1
 from mpma_mj.commands.view import View
@@ -19,6 +20,7 @@ __all__ = [
     "Imitate",
     "InspectMotion",
     "Render",
+    "Scale",
     "Sweep",
     "Table1",
     "View",

@@ -116,7 +116,7 @@ class SweepFolder:
 
     def title(self, config: RunConfig) -> str:
         """Return the settings of a run that vary, but for the seed, in words."""
-        shown = (f"{name} {getattr(config, name)}" for name in self.asked.varying)
+        shown = (f"{name} {_told(getattr(config, name))}" for name in self.asked.varying)
         return ", ".join(shown)
 
     @property
@@ -196,6 +196,14 @@ def _read_json(path: Path) -> dict[str, Any]:
     if not isinstance(content, dict):
         raise ValueError("not an object")
     return content
+
+
+def _told(value: object) -> str:
+    """Return a setting in a few words, however many movements there are."""
+    if not isinstance(value, tuple):
+        return str(value)
+    first, *others = value
+    return f"{first} and {len(others)} more" if others else str(first)
 
 
 def _damaged(path: Path, mend: str = "remove it and start again") -> RunFolderError:

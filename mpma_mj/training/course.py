@@ -125,6 +125,10 @@ class Course:
         return {
             "active_modules": dict(zip(labels, active, strict=True)),
             "dominant_module": dict(zip(labels, dominant, strict=True)),
+            "entropy": {
+                "sharing": metrics.sharing_entropy(responsibility),
+                "usage": metrics.usage_entropy(responsibility),
+            },
             "repeatability": {
                 "responsibility": metrics.repeatability(responsibility, period),
                 "module_output": metrics.repeatability(output, period),
