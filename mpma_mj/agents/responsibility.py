@@ -13,7 +13,7 @@ __all__ = ["commitment_target", "likelihood", "prediction_errors", "responsibili
 Array = NDArray[np.float64]
 
 _LEAST_SHARE = 1e-6  # so that a module that was never used can come back (choice)
-_EVENINGS = 10  # rounds; more change nothing
+_EVENINGS = 10  # rounds (choice); after one alone, fewer runs use all modules
 
 
 def prediction_errors(predictions: Array, posture: Array) -> Array:
@@ -65,10 +65,11 @@ def responsibilities(prior: Array, likelihoods: Array) -> Array:
 def commitment_target(responsibility: Array, commitment: float) -> Array:
     """Compute what responsibility predictors learn under the weighted rule (choice).
 
-        y ∝ (λⁱ)^γ cⁱ        with cⁱ such that all modules are used alike, mean_t yⁱ = 1 / M
+        y ∝ (λⁱ)^γ cⁱ        with cⁱ such that modules are used nearly alike, mean_t yⁱ ≈ 1 / M
 
     γ > 1 makes modules commit; cⁱ is a conscience (DeSieno 1988) that keeps one from winning
-    everything. It is found by evening out modules and steps in turn (Sinkhorn & Knopp 1967).
+    everything. It is found by evening out modules and steps in turn (Sinkhorn & Knopp 1967), for
+    a few rounds: more would change little in the end, as the next epoch goes on from there.
 
     Args:
         responsibility: Responsibilities of an epoch, shape (T, M).
