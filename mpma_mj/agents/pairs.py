@@ -220,22 +220,16 @@ class PairsAgent(ABC):
 
     def state_dict(self) -> dict[str, Array]:
         """Return all that learning has changed, as arrays by name."""
-        state = {
+        return {
             "progress": self._progress.copy(),
             "untrained_error": self._untrained_error.copy(),
-        }
-        for part, readout in vars(self._readouts).items():
-            state |= {f"{part}.{name}": value for name, value in readout.state_dict().items()}
-        return state
+        } | self._readouts.state_dict()
 
     def load_state_dict(self, state: Mapping[str, Array]) -> None:
         """Continue from what `state_dict` returned."""
         self._progress[...] = state["progress"]
         self._untrained_error[...] = state["untrained_error"]
-        for part, readout in vars(self._readouts).items():
-            readout.load_state_dict(
-                {name: state[f"{part}.{name}"] for name in readout.state_dict()}
-            )
+        self._readouts.load_state_dict(state)
 
     def keep(self, members: NDArray[np.intp]) -> None:
         """Go on with some of the agents side by side only.
