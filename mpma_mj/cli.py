@@ -34,6 +34,8 @@ _COMMANDS: dict[str, Callable[..., Command]] = {
     "sweep": commands.Sweep,
     "bench": commands.Bench,
     "capture": commands.Capture,
+    "grow": commands.Grow,
+    "attractor": commands.Attractor,
 }
 
 

@@ -206,6 +206,12 @@ class PairsAgent(ABC):
         """Let every member learn from its episode; return what `learn` does of each."""
         return [self._learn_member(member) for member in self._members]
 
+    def expected(self) -> Array:
+        """Return the posture that was last expected to come next, Σ_i λ^i x̂^i, shape (..., 12)."""
+        last = self._steps[-1]
+        expected: Array = (last["responsibility"][..., None, :] @ last["predictions"])[..., 0, :]
+        return expected
+
     def signals(self) -> dict[str, Array]:
         """Return the signals of the episode that ended.
 

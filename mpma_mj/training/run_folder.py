@@ -33,6 +33,7 @@ _CONTENTS = (
     "metrics.csv",
     "summary.json",
     "capture.json",
+    "attractor.json",
     "trace.npz",
     "checkpoint",
     "figures",
