@@ -44,7 +44,7 @@ def write_figure(path: Path, free: FreeDance, motion: Motion) -> None:
         axis.set(ylim=(-1.08, 1.08), ylabel=segment.replace("_", " "))
     axes[0].plot([], color=DEMONSTRATED, linewidth=2.5, alpha=0.6, label="would be demonstrated")
     error_colour, nearest_colour = module_colours(2)
-    axes[4].plot(time, error_over_time(free), color=error_colour, label="error")
+    axes[4].plot(time, error_over_time(free), color=error_colour, label="error now")
     nearest = nearest_over_time(free, free.posture)
     axes[4].plot(time, nearest, color=nearest_colour, label="to the nearest of the label")
     axes[4].axhline(LOST, color=INK, linestyle="--", linewidth=0.8, label=f"{LOST:g} %: lost")

@@ -102,25 +102,26 @@ def judge(free: FreeDance) -> Freedom:
 
 
 def as_markdown(found: Mapping[str, Freedom]) -> str:
-    """Return a table with a row for each run, by its name."""
+    """Return a table with a row for each run, by its name.
+
+    Behind a number stands in brackets that of arms that stay where they are.
+    """
     windows = [*(f"{window:g} s" for window in WINDOWS), "all"]
-    titles = ["run", "held, s", "near, s", *(f"p_e {window}, %" for window in windows)]
-    titles += ["nearest, %", "speed", "amplitude", "ends in"]
+    head = ["run", "held, s", "near, s", *(f"p_e {window}, %" for window in windows)]
+    head += ["chance, %", "nearest, %", "speed", "amplitude", "ends in"]
     rows = []
     for name, freedom in found.items():
-        errors = [_beside(freedom.p_e_percent, freedom.still_percent, name) for name in windows]
+        times = [f"{freedom.held_s:.2f}", f"{freedom.near_s:.2f}"]
+        errors = [_beside(freedom.p_e_percent, freedom.still_percent, window) for window in windows]
+        chance = f"{freedom.chance_percent:.1f}"
         nearest = f"{freedom.nearest_percent:.1f} ({freedom.still_nearest_percent:.1f})"
         moved = [f"{freedom.speed:.2f}", f"{freedom.amplitude:.2f}", freedom.ending]
-        rows.append(
-            [name, f"{freedom.held_s:.2f}", f"{freedom.near_s:.2f}", *errors, nearest, *moved]
-        )
-    chances = " ".join(f"{freedom.chance_percent:.1f}" for freedom in found.values())
-    said = f"In brackets: arms that stay where they are. Two postures at random: {chances} %."
-    return f"{markdown_table(titles, rows)}\n\n{said}"
+        rows.append([name, *times, *errors, chance, nearest, *moved])
+    return f"{markdown_table(head, rows)}\n\nin brackets: arms that stay where they are"
 
 
-def _beside(errors: Mapping[str, float], still: Mapping[str, float], name: str) -> str:
-    return f"{errors[name]:.1f} ({still[name]:.1f})" if name in errors else "–"
+def _beside(errors: Mapping[str, float], still: Mapping[str, float], window: str) -> str:
+    return f"{errors[window]:.1f} ({still[window]:.1f})" if window in errors else "–"
 
 
 def error_over_time(free: FreeDance) -> Array:

@@ -12,7 +12,7 @@ from mpma_mj.analysis.posture_space import Told
 from mpma_mj.analysis.synergies import ENOUGH, Synergies
 from mpma_mj.arm import JOINT_NAMES
 
-__all__ = ["joint_terms", "tables"]
+__all__ = ["joint_terms", "markdown_table", "tables"]
 
 Array = NDArray[np.float64]
 
@@ -123,6 +123,7 @@ def _repetition(repetition: Repetition) -> str:
 
 
 def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return a table in Markdown, given the cells of its head and of its rows."""
     lines = [f"| {' | '.join(line)} |" for line in (head, *rows)]
     return "\n".join([lines[0], "|---" * len(head) + "|", *lines[1:]])
 
