@@ -70,6 +70,10 @@ def dance_freely(folder: RunFolder) -> tuple[FreeDance, Motion]:
         raise CheckpointError(
             f"{folder.path}: the checkpoint lacks {error.args[0]}; train anew"
         ) from None
+    except ValueError:
+        raise CheckpointError(
+            f"{folder.path}: the checkpoint does not fit its settings; train anew"
+        ) from None
     with one_thread():
         trace = record_epoch(env, agent, epoch)  # the noise is that of the epoch after
     free = FreeDance(
