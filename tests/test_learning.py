@@ -29,7 +29,7 @@ def test_the_dance_is_learned_by_several_modules(arms: str, tmp_path: Path) -> N
 
 
 def test_the_papers_rule_converges(tmp_path: Path) -> None:
-    summary = start(RunConfig(nodes=100, rule="gated"), RunFolder(tmp_path / "run"), 25)
+    summary = start(RunConfig(nodes=100, rule="gated"), RunFolder(tmp_path / "run"), 30)
     assert summary["converged"]
     assert summary["p_e_percent"] < 3.0
     assert all(1 <= count <= 3 for count in summary["active_modules"].values())
@@ -88,4 +88,4 @@ def test_every_seed_converges(seed: int, tmp_path: Path) -> None:
     assert summary["epochs"] <= 9
     assert summary["p_e_percent"] < 0.8
     gated = RunConfig(seed=seed, rule="gated", nodes=100)
-    assert start(gated, RunFolder(tmp_path / "gated"), 25)["p_e_percent"] < 3.0
+    assert start(gated, RunFolder(tmp_path / "gated"), 30)["p_e_percent"] < 3.0

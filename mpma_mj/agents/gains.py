@@ -13,6 +13,9 @@ __all__ = ["CRITERION", "FINAL_FEEDBACK", "Gains", "performance"]
 _FEEDBACK_START, _FEEDBACK_END = 1.0, 0.14
 _INVERSE_START, _INVERSE_END = 0.01, 1.0
 
+# Largest part of the way that is gone after one epoch (choice).
+_RATE = 0.25
+
 CRITERION = 3.0
 """The paper's criterion for predictions and for tracking, percent."""
 
@@ -42,9 +45,9 @@ class Gains:
         """Gain L of the inverse models."""
         return _INVERSE_START + (_INVERSE_END - _INVERSE_START) * self.progress
 
-    def after(self, performance: float, rate: float) -> Gains:
-        """Return the next epoch's gains: s ← min(1, s + rate · performance)."""
-        return Gains(min(1.0, self.progress + rate * performance))
+    def after(self, performance: float) -> Gains:
+        """Return the next epoch's gains: s ← min(1, s + performance / 4)."""
+        return Gains(min(1.0, self.progress + _RATE * performance))
 
 
 def performance(prediction_error: float, untrained_error: float) -> float:

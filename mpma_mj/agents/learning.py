@@ -122,10 +122,6 @@ class LearningRule(Protocol):
         """Ridge ρ of the readouts."""
 
     @property
-    def gain_rate(self) -> float:
-        """Largest part of the gains' way that is gone after one epoch."""
-
-    @property
     def first_sigma(self) -> float:
         """Width σ of the likelihood in the first epoch."""
 
@@ -141,29 +137,32 @@ class GatedRule:
     """The paper's process: every error is multiplied by the responsibility.
 
         forward models           x̂^i + λ^i (x_{t+1} - x̂^i)
-        inverse models           u^i + λ^i (K u_fb)_{t+1}
+        inverse models           u^i + η λ^i (K u_fb)_{t+1}
         responsibility pred.     λ^i
 
     fitted by ridge regression over the last epoch. The paper says neither whether training is
-    in batches nor σ (choice); the window of σ in which it converges is narrow.
+    in batches nor σ, η or how the gains follow (choices). With these training ends as the paper's
+    did, when p_e has come down to 3 % after some thirteen epochs; with η = 1 it is at 2 % after
+    nine. A larger ρ leaves an error that never goes away: each epoch shrinks what is refitted.
 
     Attributes:
-        gain_rate: Largest part of the gains' way that is gone after one epoch (choice).
         forgetting: φ; 0, so that only the last epoch counts.
         ridge: ρ, per step (choice).
-        first_sigma: σ, which stays (choice).
+        first_sigma: σ, which stays; under 0.1 one module wins all, above 0.3 all stay active.
+        inverse_rate: Learning rate η of the inverse models.
     """
 
-    gain_rate: float = 0.2
     forgetting: float = 0.0
-    ridge: float = 1e-2
-    first_sigma: float = 0.144
+    ridge: float = 1e-4
+    first_sigma: float = 0.25
+    inverse_rate: float = 0.2
 
     def fit(self, readouts: Readouts, epoch: Epoch) -> None:
         """Refit all readouts."""
         gate = epoch.responsibility[:, :, None]
         forward_error = epoch.next_posture[:, None, :] - epoch.predictions
-        inverse_error = epoch.feedback_gain * epoch.next_feedback[:, None, :]
+        correction = epoch.feedback_gain * epoch.next_feedback[:, None, :]
+        inverse_error = self.inverse_rate * correction
         readouts.forward.fit(epoch.forward_features, epoch.predictions + gate * forward_error)
         readouts.inverse.fit(epoch.inverse_features, epoch.module_actions + gate * inverse_error)
         readouts.predictor.fit(epoch.predictor_features, gate)
@@ -187,7 +186,6 @@ class WeightedRule:
     the responsible modules' rms prediction error, but not under `least_sigma`.
 
     Attributes:
-        gain_rate: Largest part of the gains' way that is gone after one epoch (choice).
         forgetting: φ.
         ridge: ρ, per step; with 1e-3 median p_e on YMCA is 0.03 % higher than with 1e-4.
         first_sigma: σ of the first epoch, in which predictions say nothing yet.
@@ -195,7 +193,6 @@ class WeightedRule:
         commitment: γ.
     """
 
-    gain_rate: float = 0.25
     forgetting: float = 0.7
     ridge: float = 1e-4
     first_sigma: float = 0.5

@@ -75,7 +75,6 @@ class MPMA(ResponsiblePairs):
             arena,
             sigma=self._rule.first_sigma,
             seed=seed,
-            gain_rate=self._rule.gain_rate,
             forgetting=self._rule.forgetting,
             ridge=self._rule.ridge,
         )

@@ -22,13 +22,10 @@ from mpma_mj.errors import BadOptionError
 from mpma_mj.esn import ReadoutBank, ReservoirBank
 from mpma_mj.randomness import stream
 
-__all__ = ["GAIN_RATE", "PairsAgent", "PairsConfig"]
+__all__ = ["PairsAgent", "PairsConfig"]
 
 Array = NDArray[np.float64]
 Member = tuple[int, ...]  # index of a member; () where there is one
-
-GAIN_RATE = 0.2
-"""Largest part of the gains' way that is gone after one epoch, of rivals (choice)."""
 
 _JOINTS, _POSTURE = 8, 12
 _NEEDED_LAST = ("posture", "joint_angles", "reference")
@@ -98,7 +95,6 @@ class PairsAgent(ABC):
         arena: Arena,
         *,
         seed: Seeds = 0,
-        gain_rate: float = GAIN_RATE,
         forgetting: float = 0.0,
         ridge: float = 1.0,
     ) -> None:
@@ -108,7 +104,6 @@ class PairsAgent(ABC):
             config: Settings of the networks.
             arena: Where it acts.
             seed: Seed of weights and noise; several are agents side by side.
-            gain_rate: Largest part of the gains' way that is gone after one epoch.
             forgetting: Forgetting φ of the readouts, where they are fitted.
             ridge: Ridge ρ of the readouts, where they are fitted.
         """
@@ -118,7 +113,6 @@ class PairsAgent(ABC):
         self._modules = config.modules
         self._networks = config
         self._arena = arena
-        self._gain_rate = gain_rate
         self._fitting = {"forgetting": forgetting, "ridge": ridge}
         self._progress = np.zeros(self._lead)
         self._untrained_error = np.full(self._lead, np.nan)
@@ -288,7 +282,7 @@ class PairsAgent(ABC):
         logged = {"gain_feedback": gains.feedback, "gain_inverse": gains.inverse}
         logged |= self._learn_epoch(member, episode)
         performed = performance(error, float(self._untrained_error[member]))
-        self._progress[member] = gains.after(performed, self._gain_rate).progress
+        self._progress[member] = gains.after(performed).progress
         return logged
 
     def _episode(self, member: Member) -> dict[str, Array]:

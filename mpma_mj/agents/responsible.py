@@ -11,7 +11,7 @@ from mpma_mj.agents import responsibility as gating
 from mpma_mj.agents.agent import Observation, Seeds
 from mpma_mj.agents.arena import Arena
 from mpma_mj.agents.learning import Readouts
-from mpma_mj.agents.pairs import GAIN_RATE, PairsAgent, PairsConfig
+from mpma_mj.agents.pairs import PairsAgent, PairsConfig
 from mpma_mj.randomness import stream
 
 __all__ = ["ResponsiblePairs"]
@@ -41,7 +41,6 @@ class ResponsiblePairs(PairsAgent):
         *,
         sigma: float,
         seed: Seeds = 0,
-        gain_rate: float = GAIN_RATE,
         forgetting: float = 0.0,
         ridge: float = 1.0,
     ) -> None:
@@ -52,13 +51,10 @@ class ResponsiblePairs(PairsAgent):
             arena: Where it acts.
             sigma: Width σ of the likelihood in the first epoch.
             seed: Seed of weights and noise; several are agents side by side.
-            gain_rate: Largest part of the gains' way that is gone after one epoch.
             forgetting: Forgetting φ of the readouts, where they are fitted.
             ridge: Ridge ρ of the readouts, where they are fitted.
         """
-        super().__init__(
-            config, arena, seed=seed, gain_rate=gain_rate, forgetting=forgetting, ridge=ridge
-        )
+        super().__init__(config, arena, seed=seed, forgetting=forgetting, ridge=ridge)
         self._sigma = np.full(self._lead, sigma)
         self._predictor = self._reservoirs("predictor", arena.context_size)
         # Random preferences for contexts, so that modules differ from the first step (choice).

@@ -38,7 +38,7 @@ class Capture:
         )
         print(tables(captured) + "\n")
         content = {"format": files.FORMAT, "motion": danced.motion.name} | captured.as_json()
-        files.write_json(folder.path / "capture.json", content)
+        files.write_json(folder.captured, content)
         picture = folder.figures / "capture.png"
         write_figure(picture, captured, danced.motion)
         return picture

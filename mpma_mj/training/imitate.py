@@ -116,7 +116,7 @@ def _train(
     """
     while len(trainer.rows) < epochs and not trainer.converged:
         if trainer.run_epoch() and trainer.kept is not None:
-            folder.video.unlink(missing_ok=True)  # it shows an epoch that is not kept any more
+            folder.forget_epoch()
             folder.write_trace(trainer.kept.trace, int(trainer.kept.row["epoch"]))
             folder.write_checkpoint("best", config, trainer.kept.state, {"row": trainer.kept.row})
         folder.write_metrics(trainer.rows)

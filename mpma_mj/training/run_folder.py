@@ -58,6 +58,11 @@ class RunFolder:
         return self.path / "dance.mp4"
 
     @property
+    def captured(self) -> Path:
+        """Where it is written which module captures what."""
+        return self.path / "capture.json"
+
+    @property
     def figures(self) -> Path:
         """Where the figures are."""
         return self.path / "figures"
@@ -137,6 +142,11 @@ class RunFolder:
         if motion is None:
             raise CheckpointError(f"{path}: damaged; train anew with --overwrite")
         return motion
+
+    def forget_epoch(self) -> None:
+        """Remove what was made of an epoch that is not kept any more."""
+        for made in (self.video, self.captured, self.figures / "capture.png"):
+            made.unlink(missing_ok=True)
 
     def write_checkpoint(
         self, name: str, config: RunConfig, state: dict[str, Array], meta: dict[str, Any]

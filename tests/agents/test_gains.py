@@ -16,17 +16,17 @@ def test_gains_are_linear_in_progress() -> None:
     assert middle.inverse == pytest.approx((Gains().inverse + Gains(1.0).inverse) / 2)
 
 
-def test_full_performance_arrives_in_five_epochs_and_stays() -> None:
+def test_full_performance_arrives_in_four_epochs_and_stays() -> None:
     gains = Gains()
-    for epoch in range(1, 6):
-        gains = gains.after(1.0, 0.2)
-        assert gains.progress == pytest.approx(epoch / 5)
+    for epoch in range(1, 5):
+        gains = gains.after(1.0)
+        assert gains.progress == pytest.approx(epoch / 4)
     assert gains == Gains(1.0)
-    assert gains.after(1.0, 0.2) == Gains(1.0)
+    assert gains.after(1.0) == Gains(1.0)
 
 
 def test_without_performance_nothing_moves() -> None:
-    assert Gains(0.3).after(0.0, 0.2) == Gains(0.3)
+    assert Gains(0.3).after(0.0) == Gains(0.3)
 
 
 @pytest.mark.parametrize(

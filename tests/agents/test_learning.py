@@ -99,7 +99,7 @@ def test_gated_errors_are_multiplied_by_responsibility(epoch: Epoch) -> None:
         )
         np.testing.assert_allclose(
             inverse.targets[:, i],
-            epoch.module_actions[:, i] + gate * 0.3 * epoch.next_feedback,
+            epoch.module_actions[:, i] + 0.2 * gate * 0.3 * epoch.next_feedback,
             rtol=1e-12,
         )
     np.testing.assert_array_equal(predictor.targets[:, :, 0], epoch.responsibility)

@@ -234,13 +234,6 @@ def test_once_through_the_movement_is_enough(tmp_path: Path) -> None:
     assert summary["repeatability"] == {"responsibility": None, "module_output": None}
 
 
-def test_a_video_of_an_epoch_that_is_not_kept_any_more_goes(tmp_path: Path) -> None:
-    folder = run(tmp_path / "a", epochs=2)
-    folder.video.write_bytes(b"of epoch 2")
-    resume(folder, 3)
-    assert not folder.video.exists()
-
-
 def test_a_trace_that_lacks_a_signal_is_refused(tmp_path: Path) -> None:
     folder = run(tmp_path / "a", epochs=1)
     trace = folder.read_trace()
@@ -343,3 +336,14 @@ def test_no_epochs_are_refused_before_anything_is_written(tmp_path: Path) -> Non
     with pytest.raises(BadOptionError, match="epochs is 0"):
         run(tmp_path / "a", epochs=0)
     assert not (tmp_path / "a").exists()
+
+
+def test_what_shows_an_epoch_that_is_not_kept_any_more_is_removed(tmp_path: Path) -> None:
+    folder = run(tmp_path / "a", epochs=1)
+    made = (folder.video, folder.captured, folder.figures / "capture.png")
+    folder.figures.mkdir()
+    for file in made:
+        file.write_text("of epoch 1")
+    resume(folder, 6)
+    assert folder.read_trace() is not None
+    assert not any(file.exists() for file in made)
