@@ -41,7 +41,7 @@ class Attractor:
             freedom = judge(free)
             found[str(folder.path)] = freedom
             content = {"format": files.FORMAT, "motion": motion.name} | freedom.as_json()
-            files.write_json(folder.path / "attractor.json", content)
+            files.write_json(folder.freed, content)
             picture = folder.figures / "attractor.png"
             write_figure(picture, free, motion)
         print(as_markdown(found))

@@ -340,7 +340,8 @@ def test_no_epochs_are_refused_before_anything_is_written(tmp_path: Path) -> Non
 
 def test_what_shows_an_epoch_that_is_not_kept_any_more_is_removed(tmp_path: Path) -> None:
     folder = run(tmp_path / "a", epochs=1)
-    made = (folder.video, folder.captured, folder.figures / "capture.png")
+    pictures = (folder.figures / "capture.png", folder.figures / "attractor.png")
+    made = (folder.video, folder.captured, folder.freed, *pictures)
     folder.figures.mkdir()
     for file in made:
         file.write_text("of epoch 1")
