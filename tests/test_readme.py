@@ -21,7 +21,9 @@ def test_python_examples_run(code: str, tmp_path: Path) -> None:
     assert result.returncode == 0, result.stderr
 
 
-@pytest.mark.parametrize("command", ["imitate", "motion", "render", "view", "table1", "sweep"])
+@pytest.mark.parametrize(
+    "command", ["imitate", "motion", "render", "view", "table1", "sweep", "grow"]
+)
 def test_options_that_are_shown_exist(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     shown = {
         option

@@ -47,6 +47,8 @@ class FreeDance:
 def dance_freely(folder: RunFolder) -> tuple[FreeDance, Motion]:
     """Let the agent of a run's kept epoch dance on.
 
+    The demonstration has no noise here, which would add to speeds and errors (choice).
+
     Args:
         folder: Folder of the run.
 
@@ -59,7 +61,8 @@ def dance_freely(folder: RunFolder) -> tuple[FreeDance, Motion]:
     """
     config, motion = folder.read_config(), folder.read_motion()
     state, meta = folder.read_checkpoint("best", config)
-    options: dict[str, Any] = environment_options(config) | {"repeats": 1 + REPEATS}
+    options: dict[str, Any] = environment_options(config)
+    options |= {"repeats": 1 + REPEATS, "noise": 0.0}
     env = load(motion, **options)
     period = env.task.period
     agent = Freed(agent_of(config, env, config.seed), period)
@@ -75,7 +78,7 @@ def dance_freely(folder: RunFolder) -> tuple[FreeDance, Motion]:
             f"{folder.path}: the checkpoint does not fit its settings; train anew"
         ) from None
     with one_thread():
-        trace = record_epoch(env, agent, epoch)  # the noise is that of the epoch after
+        trace = record_epoch(env, agent, epoch)  # the reservoirs' noise is of the epoch after
     free = FreeDance(
         trace["posture"][period:],
         trace["reference"][period:],
