@@ -22,7 +22,7 @@ __all__ = ["GrowingMPMA", "with_one_more", "with_the_first"]
 
 Array = NDArray[np.float64]
 
-_HELPED = "helped."  # begins the names of what was learned with the modules that have helped
+_HELPED = "helped."  # begins the names of what was learned before the last module awoke
 _OF_MODULES = (
     *("inverse_features", "forward_features", "predictor_features", "prior"),
     *("responsibility", "module_actions", "predictions"),
@@ -35,8 +35,8 @@ class GrowingMPMA(MPMA):
     All modules' reservoirs are there from the beginning; a module that sleeps has p = 0, so that
     λ = 0, and learns nothing. When control has passed to the inverse models `Growth` decides
     after each epoch whether one more awakes; how it then learns, see `with_one_more`. In the end
-    all is again as it was with the number of modules that has helped last. The paper leaves
-    growth to future work; how it is done is our choice.
+    all is again as it was before a module awoke that did not help. The paper leaves growth to
+    future work; how it is done is our choice.
     """
 
     def __init__(self, config: MPMAConfig, arena: Arena, *, seed: Seeds = 0) -> None:
@@ -49,8 +49,8 @@ class GrowingMPMA(MPMA):
         """
         super().__init__(config, arena, seed=seed)
         row = Growth().as_row()
-        self._growth = np.tile(row, (*self._lead, 1))  # (..., 6)
-        self._helped = copy.deepcopy(self._readouts)  # with the number that has helped last
+        self._growth = np.tile(row, (*self._lead, 1))  # (..., 5)
+        self._helped = copy.deepcopy(self._readouts)  # as it was before the last module awoke
         self._helped_sigma = self._sigma.copy()
 
     @property
@@ -103,15 +103,14 @@ class GrowingMPMA(MPMA):
         self._growth[member] = after.as_row()
         if after.modules < now.modules:
             return logged | self._go_back(member)
-        if after.best > now.best:
+        if after.modules > now.modules:
             self._helped.member(member).take(self._readouts.member(member))
             self._helped_sigma[member] = self._sigma[member]
-        if after.modules > now.modules:
             episode = with_one_more(episode, now.modules)
         return logged | super()._learn_epoch(member, with_the_first(episode, after.modules))
 
     def _go_back(self, member: Member) -> dict[str, float]:
-        """Have again what was learned with the modules that have helped; learn nothing else."""
+        """Have again what was learned before the last module awoke; learn nothing else."""
         sigma = float(self._sigma[member])
         self._readouts.member(member).take(self._helped.member(member))
         self._sigma[member] = self._helped_sigma[member]

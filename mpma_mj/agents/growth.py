@@ -8,7 +8,7 @@ from dataclasses import astuple, dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["EPOCHS", "LEAST_GAIN", "PATIENCE", "Growth"]
+__all__ = ["EPOCHS", "LEAST_GAIN", "Growth"]
 
 Array = NDArray[np.float64]
 
@@ -16,34 +16,29 @@ EPOCHS = 4
 """Epochs with each number of modules; the first is not judged, it is new to the last module
 (choice)."""
 
-LEAST_GAIN = 0.05
-"""Part of the prediction error that more modules must take away to have helped (choice)."""
-
-PATIENCE = 2
-"""Modules that may be added in vain, one after the other, before growth is over (choice)."""
+LEAST_GAIN = 0.03
+"""Part of the prediction error that one more module must take away to have helped (choice)."""
 
 
 @dataclass(frozen=True)
 class Growth:
     """Where growth is.
 
-    Every number of modules is tried for `EPOCHS` epochs. It has helped if the mean prediction
-    error is `LEAST_GAIN` lower than with the last number that has. After `PATIENCE` modules in
-    vain, or with as many as there may be, the agent goes back to that number and growth is over.
+    Every number of modules is tried for `EPOCHS` epochs. A module has helped if the mean
+    prediction error is then `LEAST_GAIN` lower than without it. The first that has not is taken
+    away again, and growth is over; as it is when there are as many as there may be.
 
     Attributes:
         modules: Number of modules.
         epochs: Epochs danced with this number.
         error: Sum of the prediction errors of those that are judged, percent.
-        best: Last number that has helped; 0 before the first is judged.
-        best_error: Mean prediction error with it, percent.
+        best_error: Mean prediction error with one module less, percent.
         over: Whether growth is over.
     """
 
     modules: int = 1
     epochs: int = 0
     error: float = 0.0
-    best: int = 0
     best_error: float = math.inf
     over: bool = False
 
@@ -62,18 +57,18 @@ class Growth:
 
     def _next(self, most: int) -> Growth:
         mean = self.error / (EPOCHS - 1)
-        helped = mean < (1.0 - LEAST_GAIN) * self.best_error
-        best, best_error = (self.modules, mean) if helped else (self.best, self.best_error)
-        over = self.modules == most or self.modules - best >= PATIENCE
-        modules = best if over else self.modules + 1
-        return Growth(modules, best=best, best_error=best_error, over=over)
+        if mean >= (1.0 - LEAST_GAIN) * self.best_error:
+            return Growth(self.modules - 1, best_error=self.best_error, over=True)
+        if self.modules == most:
+            return Growth(self.modules, best_error=mean, over=True)
+        return Growth(self.modules + 1, best_error=mean)
 
     def as_row(self) -> Array:
-        """Return it as numbers, shape (6,)."""
+        """Return it as numbers, shape (5,)."""
         return np.array(astuple(self), np.float64)
 
     @classmethod
     def of_row(cls, row: Array) -> Growth:
         """Return what `as_row` made numbers of."""
-        modules, epochs, error, best, best_error, over = row.tolist()
-        return cls(int(modules), int(epochs), error, int(best), best_error, bool(over))
+        modules, epochs, error, best_error, over = row.tolist()
+        return cls(int(modules), int(epochs), error, best_error, bool(over))

@@ -11,7 +11,7 @@ from hypothesis import strategies as some
 import mpma_mj
 from mpma_mj.agents import MPMA, Arena, GrowingMPMA, MPMAConfig
 from mpma_mj.agents.growing import with_one_more, with_the_first
-from mpma_mj.agents.growth import EPOCHS, LEAST_GAIN, PATIENCE, Growth
+from mpma_mj.agents.growth import EPOCHS, LEAST_GAIN, Growth
 from mpma_mj.envs.load import load
 from mpma_mj.training.build import make_agent
 from mpma_mj.training.trace import record_epoch, record_epochs
@@ -35,7 +35,7 @@ def numbered(errors: list[float]) -> dict[int, float]:
 def test_growth_settles_where_more_modules_stop_to_help() -> None:
     growth = grown(numbered([2.0, 1.5, 1.2, *[1.19] * 9]))
     assert growth.over
-    assert growth.modules == growth.best == 3
+    assert growth.modules == 3
     assert growth.best_error == pytest.approx(1.2)
 
 
@@ -48,11 +48,8 @@ def test_growth_that_always_helps_ends_at_the_most() -> None:
     assert grown({1: 2.0}, most=1).modules == 1
 
 
-def test_patience_bridges_a_module_that_does_not_help_alone() -> None:
-    bridged = [2.0] * PATIENCE + [1.0] * (12 - PATIENCE)
-    assert grown(numbered(bridged)).modules == PATIENCE + 1
-    too_long = [2.0] * (PATIENCE + 1) + [1.0] * (11 - PATIENCE)
-    assert grown(numbered(too_long)).modules == 1
+def test_the_first_module_that_does_not_help_ends_growth() -> None:
+    assert grown(numbered([2.0, 2.0, *[1.0] * 10])).modules == 1
 
 
 def test_help_is_a_share_of_the_error() -> None:
@@ -171,12 +168,12 @@ def test_what_did_not_help_is_undone() -> None:
     dancer, _ = trained(12)
     learned = dancer.state_dict()
     helped = {name.removeprefix("helped."): v for name, v in learned.items() if "helped." in name}
-    last_chance = Growth(2 + PATIENCE - 1, EPOCHS - 1, 999.0, 1, 1.0)
+    last_chance = Growth(2, EPOCHS - 1, 999.0, 1.0)
     dancer.load_state_dict(learned | {"growth": last_chance.as_row()})
     record_epoch(env, dancer, 12)
     dancer.learn()
     now = dancer.state_dict()
-    assert Growth.of_row(now["growth"]) == Growth(1, best=1, best_error=1.0, over=True)
+    assert Growth.of_row(now["growth"]) == Growth(1, best_error=1.0, over=True)
     for name, value in helped.items():
         np.testing.assert_array_equal(now[name], value, err_msg=name)
     assert not np.array_equal(learned["forward.weights"], now["forward.weights"])
