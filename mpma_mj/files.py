@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import contextlib
+import csv
+import io
 import json
+import math
 import os
 import zipfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +20,7 @@ from mpma_mj.errors import CheckpointError, RunFolderError
 
 __all__ = [
     "FORMAT",
+    "csv_text",
     "read_arrays",
     "whole",
     "write_arrays",
@@ -34,6 +38,21 @@ _UNREADABLE = (
     *(OSError, EOFError, KeyError, TypeError, ValueError),
     *(NotImplementedError, RuntimeError, zipfile.BadZipFile),
 )
+
+
+def csv_text(rows: Sequence[Mapping[str, object]]) -> str:
+    """Return a table with a header of all names; what is not a number, or not there, is empty."""
+    columns = list(dict.fromkeys(name for row in rows for name in row))
+    text = io.StringIO()
+    writer = csv.DictWriter(text, columns, lineterminator="\n")
+    writer.writeheader()
+    for row in rows:
+        writer.writerow({name: "" if _is_nan(entry) else entry for name, entry in row.items()})
+    return text.getvalue()
+
+
+def _is_nan(entry: object) -> bool:
+    return isinstance(entry, float) and math.isnan(entry)
 
 
 def write_whole(path: Path, write: Callable[[Path], None]) -> None:

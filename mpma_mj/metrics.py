@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import special
 
 from mpma_mj.motions.context import danced_label
 
@@ -17,6 +18,8 @@ __all__ = [
     "posture_error_percent",
     "repeatability",
     "rp_error_percent",
+    "sharing_entropy",
+    "usage_entropy",
 ]
 
 Array = NDArray[np.float64]
@@ -119,6 +122,41 @@ def nmi(responsibility: Array, context: Array) -> float:
     seen = joint > 0
     information = np.sum(joint[seen] * np.log(joint[seen] / independent[seen]))
     return max(0.0, float(information / np.log(labels)))
+
+
+def sharing_entropy(responsibility: Array) -> float:
+    """Return how evenly modules share a step, on average.
+
+        mean_t H(λ_t) / log M,   H(λ) = -Σ_i λ^i log λ^i
+
+    Args:
+        responsibility: Responsibilities λ, shape (T, M), each row sums to 1.
+
+    Returns:
+        0 where one module at a time has all of it, 1 where all have the same; 0 for one module.
+    """
+    return float(np.mean(_entropy(responsibility)))
+
+
+def usage_entropy(responsibility: Array) -> float:
+    """Return how evenly modules are used in the whole, H(mean_t λ_t) / log M.
+
+    Args:
+        responsibility: Responsibilities λ, shape (T, M), each row sums to 1.
+
+    Returns:
+        0 where one module does all, 1 where all do as much; never less than the sharing entropy.
+        0 for one module.
+    """
+    return float(_entropy(responsibility.mean(axis=0)))
+
+
+def _entropy(shares: Array) -> Array:
+    """Return the entropy of shares along the last axis, over the most that it can be."""
+    count = shares.shape[-1]
+    if count == 1:
+        return np.zeros(shares.shape[:-1])
+    return special.entr(shares).sum(axis=-1) / np.log(count)
 
 
 def repeatability(signal: Array, period: int) -> float:

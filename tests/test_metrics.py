@@ -58,6 +58,29 @@ def test_nmi_is_one_for_one_module_a_label_and_zero_for_one_module() -> None:
     assert metrics.nmi(np.ones((40, 1)), np.ones((40, 1))) == 0.0
 
 
+def test_entropies_of_one_module_at_a_time_and_of_all_at_once() -> None:
+    turns = np.repeat(EYE, 10, axis=0)
+    assert metrics.sharing_entropy(turns) == 0.0
+    assert metrics.usage_entropy(turns) == pytest.approx(1.0)
+    alone = np.tile(EYE[2], (40, 1))
+    assert metrics.usage_entropy(alone) == metrics.sharing_entropy(alone) == 0.0
+    alike = np.full((40, 4), 0.25)
+    assert metrics.sharing_entropy(alike) == pytest.approx(1.0)
+    assert metrics.usage_entropy(alike) == pytest.approx(1.0)
+    two = np.tile([0.5, 0.5, 0.0, 0.0], (40, 1))
+    assert metrics.sharing_entropy(two) == pytest.approx(0.5)
+    assert metrics.sharing_entropy(np.ones((40, 1))) == metrics.usage_entropy(np.ones((40, 1))) == 0
+
+
+def test_entropies_do_not_care_which_module_and_usage_is_never_less_than_sharing() -> None:
+    responsibility = np.random.default_rng(0).dirichlet(np.full(5, 0.4), 100)
+    sharing, usage = metrics.sharing_entropy(responsibility), metrics.usage_entropy(responsibility)
+    assert 0 < sharing < usage <= 1
+    other = responsibility[:, [3, 0, 4, 2, 1]]
+    assert metrics.sharing_entropy(other) == pytest.approx(sharing)
+    assert metrics.usage_entropy(other) == pytest.approx(usage)
+
+
 def test_repeatability_of_a_repeated_an_inverted_and_a_constant_signal() -> None:
     wave = np.sin(np.linspace(0, 6, 50))
     assert metrics.repeatability(np.tile(wave, 3), 50) == pytest.approx(1.0)

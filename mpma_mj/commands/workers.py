@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,6 +14,7 @@ from mpma_mj.options import BackendName
 
 if TYPE_CHECKING:
     from mpma_mj.sweep.folder import Finished, SweepFolder
+    from mpma_mj.training.config import RunConfig
 
 __all__ = ["Workers", "require_all"]
 
@@ -33,11 +34,17 @@ class Workers:
     workers: int | None = None
     address: str | None = None
 
-    def train(self, folder: SweepFolder) -> None:
-        """Train what is missing in the folder of a sweep, showing how far it is."""
+    def train(self, folder: SweepFolder, title: Callable[[RunConfig], str] | None = None) -> None:
+        """Train what is missing in the folder of a sweep, showing how far it is.
+
+        Args:
+            folder: The sweep.
+            title: What to call a run; the settings that vary if not given.
+        """
         from mpma_mj.sweep.backend import open_backend
         from mpma_mj.training.progress import show_runs
 
+        titled = title or folder.title
         total, missing = len(folder.asked.configs), len(folder.missing())
         if not missing:
             return
@@ -51,7 +58,7 @@ class Workers:
             with show_runs(total, total - missing) as show:
 
                 def on_crowd(crowd: Sequence[Finished]) -> None:
-                    show(len(crowd), folder.title(crowd[0].config))
+                    show(len(crowd), titled(crowd[0].config))
 
                 finish(folder, backend, on_crowd)
 

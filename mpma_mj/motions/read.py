@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import os
+from collections.abc import Callable
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -16,6 +18,7 @@ from mpma_mj.motions.body import ARM_POINTS, check_segments, posture_from_points
 from mpma_mj.motions.cleaning import Cleaner
 from mpma_mj.motions.findings import Findings
 from mpma_mj.motions.finished import read_finished
+from mpma_mj.motions.invented import DANCES, invented
 from mpma_mj.motions.labelling import label
 from mpma_mj.motions.loop import close_loop
 from mpma_mj.motions.mapping import parse_mapping
@@ -34,7 +37,11 @@ __all__ = ["BUILT_IN", "read_motion", "read_with_findings"]
 
 Array = NDArray[np.float64]
 
-BUILT_IN = {"ymca": ymca}
+BUILT_IN: dict[str, Callable[[float, float], Motion]] = {
+    "ymca": ymca,
+    "invented": invented,
+    **{f"invented-{n}": functools.partial(invented, dance=n) for n in range(1, DANCES + 1)},
+}
 _RATE = 20.0  # Hz, of the paper's control step
 _BODY = 1.5  # times as many points as the arms need: then there is more of the body (choice)
 _MOST_VARIED = 0.15  # of a segment's length; skin markers make 3 % (choice)
@@ -47,8 +54,8 @@ def read_motion(source: str | Path, *, rate: float = _RATE, **options: Any) -> M
     What may be wrong with a recording is told by a `RecordingWarning`.
 
     Args:
-        source: "ymca", or the path of a recording: C3D, BVH, ASF/AMC, TRC, Qualisys TSV, a
-            table with a header, or npz.
+        source: "ymca", "invented", or the path of a recording: C3D, BVH, ASF/AMC, TRC, Qualisys
+            TSV, a table with a header, or npz.
         rate: Postures per second that are wanted, Hz.
         **options: The fields of `ReadingOptions`, such as tempo=0.5 or max_gap=0.3.
 
@@ -225,7 +232,8 @@ def _check_file(path: Path) -> None:
         if path.suffix or len(path.parts) > 1:
             raise UnknownMotionError(f"{path}: no such file; give the path of a recording")
         raise UnknownMotionError(
-            f"no motion '{path}'; built in: {', '.join(BUILT_IN)}; or give the path of a recording"
+            f"no motion '{path}'; built in: ymca, invented, invented-1 to invented-{DANCES}; or"
+            " give the path of a recording"
         )
     if path.is_dir():
         raise MotionFileError(f"{path}: is a folder; give the path of a recording in it")

@@ -19,6 +19,7 @@ class Asked:
     Attributes:
         configs: Settings of the runs, no two alike.
         epochs: Most epochs of a run.
+        stop: Whether a run ends when it has converged.
 
     Raises:
         BadOptionError: There is no run or no epoch, or a run is asked for twice.
@@ -26,6 +27,7 @@ class Asked:
 
     configs: tuple[RunConfig, ...]
     epochs: int
+    stop: bool = True
 
     def __post_init__(self) -> None:
         """Check what every user relies on."""

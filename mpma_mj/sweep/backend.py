@@ -9,7 +9,7 @@ from mpma_mj.errors import BadOptionError
 from mpma_mj.options import BackendName
 
 if TYPE_CHECKING:
-    from mpma_mj.sweep.work import Job, Summaries
+    from mpma_mj.sweep.work import Done, Job
 
 __all__ = ["Backend", "open_backend"]
 
@@ -26,11 +26,11 @@ class Backend(Protocol):
     def submit(self, job: Job) -> None:
         """Give a job to a worker that has none; there has to be one."""
 
-    def next_done(self) -> tuple[Job, Summaries | None]:
+    def next_done(self) -> tuple[Job, Done | None]:
         """Wait for a job to end.
 
         Returns:
-            The job and its summaries; None if its worker died.
+            The job and what came of it; None if its worker died.
 
         Raises:
             MpmaError: The worker raised it.

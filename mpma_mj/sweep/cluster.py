@@ -14,7 +14,7 @@ from typing import Any, Self
 
 from mpma_mj.errors import BadOptionError, WorkerError
 from mpma_mj.machine import processors
-from mpma_mj.sweep.work import Job, Summaries, do
+from mpma_mj.sweep.work import Done, Job, do
 
 __all__ = ["Cluster"]
 
@@ -78,7 +78,7 @@ class Cluster:
         """Give a job to the cluster."""
         self._jobs[self._do.remote(job)] = job
 
-    def next_done(self) -> tuple[Job, Summaries | None]:
+    def next_done(self) -> tuple[Job, Done | None]:
         """Wait for a job to be done or lost; see `Backend`."""
         (done,), _ = self._ray.wait(list(self._jobs), num_returns=1)
         job = self._jobs.pop(done)

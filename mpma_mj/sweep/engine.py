@@ -12,7 +12,7 @@ from mpma_mj.sweep.asked import Asked, by_point, without_seed
 from mpma_mj.sweep.backend import Backend
 from mpma_mj.sweep.crowds import cut
 from mpma_mj.sweep.folder import Finished, SweepFolder
-from mpma_mj.sweep.work import Job, Summaries
+from mpma_mj.sweep.work import Done, Job
 from mpma_mj.training.config import RunConfig, versions
 from mpma_mj.training.crowd import check
 from mpma_mj.training.movements import read_movements
@@ -41,12 +41,12 @@ def finish(folder: SweepFolder, backend: Backend, on_crowd: OnCrowd = lambda cro
     jobs = _jobs(folder.asked, folder.missing(), backend.workers)
     folder.begin()
     began = time.perf_counter()
-    for job, summaries in _train(jobs, backend):
-        if summaries is None:
+    for job, done in _train(jobs, backend):
+        if done is None:
             continue
         crowd = [
-            Finished(config, summary, job.tries)
-            for config, summary in zip(job.configs, summaries, strict=True)
+            Finished(config, summary, job.tries, done.seconds)
+            for config, summary in zip(job.configs, done.summaries, strict=True)
         ]
         for run in crowd:
             folder.add(run)
@@ -68,21 +68,21 @@ def _jobs(asked: Asked, configs: Sequence[RunConfig], workers: int) -> list[Job]
         check(runs[0], motions[point])
     ours = versions()
     return [
-        Job(crowd, motions[without_seed(crowd[0])], asked.epochs, ours)
+        Job(crowd, motions[without_seed(crowd[0])], asked.epochs, asked.stop, ours)
         for crowd in cut(configs, workers)
     ]
 
 
-def _train(jobs: Sequence[Job], backend: Backend) -> Iterator[tuple[Job, Summaries | None]]:
+def _train(jobs: Sequence[Job], backend: Backend) -> Iterator[tuple[Job, Done | None]]:
     """Yield each job when it is done; with None if its worker died as often as it may."""
     waiting, working = deque(jobs), 0
     while waiting or working:
         while waiting and working < backend.workers:
             backend.submit(waiting.popleft())
             working += 1
-        job, summaries = backend.next_done()
+        job, done = backend.next_done()
         working -= 1
-        if summaries is None and job.tries < _MOST_TRIES:
+        if done is None and job.tries < _MOST_TRIES:
             waiting.append(dataclasses.replace(job, tries=job.tries + 1))
         else:
-            yield job, summaries
+            yield job, done

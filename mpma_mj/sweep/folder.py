@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import csv
 import dataclasses
 import hashlib
-import io
 import json
 import re
 from collections.abc import Iterable, Mapping
@@ -32,11 +30,13 @@ class Finished:
         config: Its settings.
         summary: What it came to, as of `Trainer.summary`; or {"failed": why}.
         tries: How often it was begun; more than once if its worker died.
+        seconds: Its share of the time that the runs took which were trained side by side, s.
     """
 
     config: RunConfig
     summary: dict[str, Any]
     tries: int
+    seconds: float
 
     @property
     def diverged(self) -> bool:
@@ -73,6 +73,7 @@ class SweepFolder:
         content = {
             "config": dataclasses.asdict(run.config),
             "tries": run.tries,
+            "seconds": run.seconds,
             "summary": run.summary,
         }
         files.write_json(self._file(run.config), content)
@@ -111,16 +112,11 @@ class SweepFolder:
             | flat(run.summary)
             for run in runs
         ]
-        columns = list(dict.fromkeys(name for row in rows for name in row))
-        text = io.StringIO()
-        writer = csv.DictWriter(text, columns, lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
-        files.write_text(self.path / "results.csv", text.getvalue())
+        files.write_text(self.path / "results.csv", files.csv_text(rows))
 
     def title(self, config: RunConfig) -> str:
         """Return the settings of a run that vary, but for the seed, in words."""
-        shown = (f"{name} {getattr(config, name)}" for name in self.asked.varying)
+        shown = (f"{name} {_told(getattr(config, name))}" for name in self.asked.varying)
         return ", ".join(shown)
 
     @property
@@ -143,6 +139,7 @@ class SweepFolder:
             "format": files.FORMAT,
             "versions": versions(),
             "epochs": self.asked.epochs,
+            "stop": self.asked.stop,
             "settings": {k: v for k, v in configs[0].items() if k not in names},
             "runs": [{name: config[name] for name in names} for config in configs],
         }
@@ -176,7 +173,10 @@ class SweepFolder:
         try:
             content = _read_json(path)
             run = Finished(
-                RunConfig.from_json(content["config"]), dict(content["summary"]), content["tries"]
+                RunConfig.from_json(content["config"]),
+                dict(content["summary"]),
+                content["tries"],
+                content["seconds"],
             )
         except (OSError, ValueError, KeyError, TypeError):
             raise _damaged(path) from None
@@ -196,6 +196,14 @@ def _read_json(path: Path) -> dict[str, Any]:
     if not isinstance(content, dict):
         raise ValueError("not an object")
     return content
+
+
+def _told(value: object) -> str:
+    """Return a setting in a few words, however many movements there are."""
+    if not isinstance(value, tuple):
+        return str(value)
+    first, *others = value
+    return f"{first} and {len(others)} more" if others else str(first)
 
 
 def _damaged(path: Path, mend: str = "remove it and start again") -> RunFolderError:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from mpma_mj.sweep.asked import without_seed
 from mpma_mj.sweep.folder import Finished, flat
+from mpma_mj.training.config import RunConfig
 
-__all__ = ["Spread", "remarks", "spread", "values"]
+__all__ = ["Spread", "converged", "of_point", "remarks", "spread", "value", "values"]
 
 
 @dataclass(frozen=True)
@@ -32,6 +34,30 @@ class Spread:
         return between.join(parts)
 
 
+def of_point(runs: Sequence[Finished], point: RunConfig) -> list[Finished]:
+    """Return the runs of settings that differ in their seed only."""
+    return [run for run in runs if without_seed(run.config) == point]
+
+
+def converged(runs: Sequence[Finished]) -> int:
+    """Count the runs that converged."""
+    return sum(bool(run.summary.get("converged")) for run in runs)
+
+
+def value(run: Finished, measure: str) -> float | None:
+    """Return a measure of a run, None if it has none.
+
+    Args:
+        run: The run.
+        measure: Its name in a summary; "active_modules.Y" for an entry of an entry, and
+            "active_modules" for the mean over its entries.
+    """
+    found = run.summary.get(measure, flat(run.summary).get(measure))
+    if isinstance(found, Mapping):
+        return statistics.fmean(found.values())
+    return None if found is None else float(found)
+
+
 def values(runs: Sequence[Finished], measure: str) -> list[float]:
     """Return a measure of all runs that have it.
 
@@ -40,10 +66,10 @@ def values(runs: Sequence[Finished], measure: str) -> list[float]:
 
     Args:
         runs: Finished runs.
-        measure: Its name in a summary; "active_modules.Y" for an entry of an entry.
+        measure: Its name, as of `value`.
     """
-    found = (flat(run.summary).get(measure) for run in runs)
-    return [float(value) for value in found if value is not None]
+    found = (value(run, measure) for run in runs)
+    return [number for number in found if number is not None]
 
 
 def spread(runs: Sequence[Finished], measure: str) -> Spread:

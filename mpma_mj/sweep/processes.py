@@ -18,7 +18,7 @@ from mpma_mj.errors import MpmaError
 from mpma_mj.machine import processors
 
 if TYPE_CHECKING:
-    from mpma_mj.sweep.work import Job, Summaries
+    from mpma_mj.sweep.work import Done, Job
 
 __all__ = ["Processes"]
 
@@ -69,7 +69,7 @@ class Processes:
         worker.send(job)
         self._busy[worker.pipe] = worker, job
 
-    def next_done(self) -> tuple[Job, Summaries | None]:
+    def next_done(self) -> tuple[Job, Done | None]:
         """Wait for a process to be done with its job, or dead; see `Backend`."""
         worker, job = self._busy.pop(connection.wait(list(self._busy))[0])
         try:
@@ -131,7 +131,7 @@ def _serve(pipe: Connection) -> None:
             pipe.send(_answer(pipe.recv()))
 
 
-def _answer(job: Job) -> Summaries | Exception:
+def _answer(job: Job) -> Done | Exception:
     from mpma_mj.sweep.work import do  # here, so that the server starts before all is imported
 
     try:

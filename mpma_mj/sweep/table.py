@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from mpma_mj.motions.options import option_name
-from mpma_mj.sweep.asked import Asked, by_point, without_seed
+from mpma_mj.sweep.asked import Asked, by_point
 from mpma_mj.sweep.folder import Finished
-from mpma_mj.sweep.measures import remarks, spread
+from mpma_mj.sweep.measures import converged, of_point, remarks, spread
 
 __all__ = ["as_markdown", "markdown_rows"]
 
@@ -32,13 +32,12 @@ def as_markdown(asked: Asked, runs: Sequence[Finished]) -> str:
     titles = [*map(option_name, varying), "converged", *(title for title, _, _ in _COLUMNS)]
     rows = [titles, ["---"] * len(titles)]
     for point, configs in by_point(asked.configs).items():
-        of_point = [run for run in runs if without_seed(run.config) == point]
-        converged = sum(bool(run.summary.get("converged")) for run in of_point)
+        own = of_point(runs, point)
         rows.append(
             [
                 *(_shown(getattr(point, name)) for name in varying),
-                f"{converged} of {len(configs)}",
-                *(spread(of_point, name).text(digits) for _, name, digits in _COLUMNS),
+                f"{converged(own)} of {len(configs)}",
+                *(spread(own, name).text(digits) for _, name, digits in _COLUMNS),
             ]
         )
     return "\n".join([*markdown_rows(rows), *_paragraphs(remarks(runs, len(asked.configs)))]) + "\n"

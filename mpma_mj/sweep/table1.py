@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from mpma_mj.sweep.asked import Asked, seeds
 from mpma_mj.sweep.folder import Finished
-from mpma_mj.sweep.measures import Spread, remarks, spread
+from mpma_mj.sweep.measures import Spread, converged, remarks, spread
 from mpma_mj.sweep.table import markdown_rows
 from mpma_mj.training.config import RunConfig
 
@@ -114,14 +114,13 @@ def lines(asked: Asked, runs: Sequence[Finished]) -> list[Line]:
 
 
 def _ours(nodes: int, runs: Sequence[Finished], wanted: int) -> Line:
-    converged = sum(bool(run.summary.get("converged")) for run in runs)
     measured = [run for run in runs if not run.diverged]
     every = [run.summary["modules_used"] == run.config.modules for run in measured]
     return Line(
         nodes,
         "ours",
         {name: spread(runs, name) for _, name, _, _ in _COLUMNS},
-        (converged, wanted),
+        (converged(runs), wanted),
         sum(every) / len(every) if every else math.nan,
     )
 
@@ -136,9 +135,9 @@ def as_markdown(asked: Asked, runs: Sequence[Finished]) -> str:
             for _, name, digits, deviation in _COLUMNS
             for found in [line.measures.get(name, _NONE)]
         ]
-        converged = f"{line.converged[0]} of {line.converged[1]}" if line.converged else "–"
+        ended = f"{line.converged[0]} of {line.converged[1]}" if line.converged else "–"
         share = f"{100 * line.all_used:.0f} %" if math.isfinite(line.all_used) else "–"
-        rows.append([str(line.nodes), line.source, *cells, share, converged])
+        rows.append([str(line.nodes), line.source, *cells, share, ended])
     first = asked.configs[0]
     title = f"Table 1: {first.motions[0]}, {first.rule} rule, {first.arms} arms"
     sentences = remarks(runs, len(asked.configs))

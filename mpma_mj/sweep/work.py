@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,9 +11,7 @@ from mpma_mj.motions import Motion
 from mpma_mj.training.config import RunConfig, versions
 from mpma_mj.training.crowd import train_crowd
 
-__all__ = ["Job", "Summaries", "do"]
-
-Summaries = list[dict[str, Any]]
+__all__ = ["Done", "Job", "do"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,6 +22,7 @@ class Job:
         configs: Their settings, which differ in the seed only.
         motion: What they imitate; it travels along, so that workers need no recording.
         epochs: Most epochs of a run.
+        stop: Whether a run ends when it has converged.
         versions: Of what computes the results, where the work was asked for.
         tries: How often it was begun, this time included.
     """
@@ -30,12 +30,26 @@ class Job:
     configs: tuple[RunConfig, ...]
     motion: Motion
     epochs: int
+    stop: bool
     versions: dict[str, str]
     tries: int = 1
 
 
-def do(job: Job) -> Summaries:
-    """Train and return a summary for each run.
+@dataclass(frozen=True)
+class Done:
+    """What came of a job.
+
+    Attributes:
+        summaries: A summary of each run.
+        seconds: How long it took, for each run its equal share, s.
+    """
+
+    summaries: list[dict[str, Any]]
+    seconds: float
+
+
+def do(job: Job) -> Done:
+    """Train and return what came of it.
 
     Raises:
         WorkerError: The worker would compute other results than the one who asked.
@@ -47,4 +61,6 @@ def do(job: Job) -> Summaries:
             raise WorkerError(
                 f"a worker has {package} {here[package]}, the command {version}; install the same"
             )
-    return train_crowd(job.configs, job.motion, job.epochs)
+    began = time.perf_counter()
+    summaries = train_crowd(job.configs, job.motion, job.epochs, stop=job.stop)
+    return Done(summaries, (time.perf_counter() - began) / len(summaries))

@@ -106,7 +106,7 @@ class Course:
         assert self.kept is not None, "no epoch has been run"
         return {
             "epochs": len(self.rows),
-            "converged": self.converged,
+            "converged": has_converged(self.kept.row),
             "kept_epoch": self.kept.row["epoch"],
             **{name: value for name, value in self.kept.row.items() if name != "epoch"},
             **self._decomposition(self.kept.trace),
@@ -125,6 +125,10 @@ class Course:
         return {
             "active_modules": dict(zip(labels, active, strict=True)),
             "dominant_module": dict(zip(labels, dominant, strict=True)),
+            "entropy": {
+                "sharing": metrics.sharing_entropy(responsibility),
+                "usage": metrics.usage_entropy(responsibility),
+            },
             "repeatability": {
                 "responsibility": metrics.repeatability(responsibility, period),
                 "module_output": metrics.repeatability(output, period),

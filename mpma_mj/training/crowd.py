@@ -31,13 +31,16 @@ def check(config: RunConfig, motion: Motion) -> None:
     _Crowd([dataclasses.replace(config, nodes=min(config.nodes, 1))], motion).close()
 
 
-def train_crowd(configs: Sequence[RunConfig], motion: Motion, epochs: int) -> list[dict[str, Any]]:
+def train_crowd(
+    configs: Sequence[RunConfig], motion: Motion, epochs: int, *, stop: bool = True
+) -> list[dict[str, Any]]:
     """Train runs that differ in their seeds only, side by side; each goes as it would alone.
 
     Args:
         configs: Settings of R runs.
         motion: The movement.
-        epochs: Largest number of epochs; a run ends earlier when it has converged.
+        epochs: Largest number of epochs.
+        stop: Whether a run ends earlier when it has converged.
 
     Returns:
         A summary of each run, as `Course.summary` returns it; of one whose simulation diverged
@@ -46,13 +49,13 @@ def train_crowd(configs: Sequence[RunConfig], motion: Motion, epochs: int) -> li
     with one_thread():
         crowd = _Crowd(configs, motion)
         while crowd.epoch < epochs and len(crowd.going):
-            crowd.run_epoch()
+            crowd.run_epoch(stop=stop)
     crowd.close()
     return crowd.outcomes()
 
 
 class _Crowd:
-    """Runs side by side, of which those that have converged leave."""
+    """Runs side by side, of which those that are over leave."""
 
     def __init__(self, configs: Sequence[RunConfig], motion: Motion) -> None:
         self.epoch = 0
@@ -67,7 +70,7 @@ class _Crowd:
         self._agent = agent
         self._courses = [Course(Stage.of(self._envs)) for _ in configs]
 
-    def run_epoch(self) -> None:
+    def run_epoch(self, *, stop: bool) -> None:
         """Dance an epoch, learn from it, and let those leave who are done."""
         traces, diverged = record_epochs(self._envs, self._agent, self.epoch)
         self.epoch += 1
@@ -80,7 +83,7 @@ class _Crowd:
                 continue
             course = self._courses[run]
             course.enter(traces[row], logged[row] if learns else {}, {})
-            done[row] = course.converged or not learns
+            done[row] = not learns or (stop and course.converged)
         if done.any():
             self._leave(done)
 

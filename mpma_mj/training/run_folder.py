@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import shutil
 from dataclasses import asdict, dataclass
@@ -192,11 +190,7 @@ class RunFolder:
 
     def write_metrics(self, rows: list[dict[str, float]]) -> None:
         """Write a row for every epoch."""
-        text = io.StringIO()
-        writer = csv.DictWriter(text, rows[0].keys(), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
-        files.write_text(self.path / "metrics.csv", text.getvalue())
+        files.write_text(self.path / "metrics.csv", files.csv_text(rows))
 
     def write_summary(self, summary: dict[str, Any]) -> None:
         """Write what the run came to."""

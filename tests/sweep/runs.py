@@ -35,7 +35,7 @@ def finished(config: RunConfig, tries: int = 1, **summary: Any) -> Finished:
         "repeatability": {"responsibility": 0.99, "module_output": None},
         "environment_steps": 7 * 227,
     }
-    return Finished(config, measures | summary, tries)
+    return Finished(config, measures | summary, tries, 0.5)
 
 
 def results(folder: SweepFolder) -> dict[RunConfig, dict[str, Any]]:

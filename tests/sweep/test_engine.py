@@ -17,7 +17,7 @@ from mpma_mj.sweep.engine import finish
 from mpma_mj.sweep.folder import Finished, SweepFolder
 from mpma_mj.sweep.measures import remarks
 from mpma_mj.sweep.processes import Processes
-from mpma_mj.sweep.work import Job, Summaries
+from mpma_mj.sweep.work import Done, Job
 from mpma_mj.training.config import versions
 from mpma_mj.training.crowd import train_crowd
 from mpma_mj.training.movements import read_movements
@@ -40,7 +40,7 @@ class Here:
         self.jobs.append(job)
         self.most = max(self.most, len(self.jobs))
 
-    def next_done(self) -> tuple[Job, Summaries | None]:
+    def next_done(self) -> tuple[Job, Done | None]:
         job = self.jobs.popleft()
         self.losses -= 1
         return job, None if self.losses >= 0 else work.do(job)
@@ -130,7 +130,7 @@ def test_a_process_that_is_killed_is_replaced_and_its_work_done_again(tmp_path: 
 
 
 def test_a_worker_that_dies_idle_costs_a_try_and_nothing_else() -> None:
-    job = Job((TINY,), read_movements(TINY), 1, versions())
+    job = Job((TINY,), read_movements(TINY), 1, True, versions())
     with Processes(1) as backend:
         backend.submit(job)
         assert backend.next_done()[1] is not None
@@ -153,7 +153,7 @@ def test_a_setting_that_no_run_can_have_is_refused_before_anything_is_written(
 
 
 def test_an_error_in_a_worker_arrives_with_its_traceback() -> None:
-    broken = Job(None, read_movements(TINY), 1, versions())  # type: ignore[arg-type]
+    broken = Job(None, read_movements(TINY), 1, True, versions())  # type: ignore[arg-type]
     with Processes(1) as backend:
         backend.submit(broken)
         with pytest.raises(TypeError, match="NoneType") as raised:
@@ -162,7 +162,7 @@ def test_an_error_in_a_worker_arrives_with_its_traceback() -> None:
 
 
 def test_workers_of_other_versions_are_refused() -> None:
-    job = Job((TINY,), read_movements(TINY), 1, versions() | {"numpy": "0.1"})
+    job = Job((TINY,), read_movements(TINY), 1, True, versions() | {"numpy": "0.1"})
     with Processes(1) as backend:
         backend.submit(job)
         with pytest.raises(WorkerError, match=r"has numpy .*, the command 0\.1; install the same"):
@@ -170,7 +170,7 @@ def test_workers_of_other_versions_are_refused() -> None:
 
 
 def test_a_run_that_diverges_is_a_result(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def train(configs: tuple[object, ...], *_: object) -> Summaries:
+    def train(configs: tuple[object, ...], *_: object, stop: bool) -> list[dict[str, str]]:
         return [{"failed": "diverged, at step 3"} for _ in configs]
 
     monkeypatch.setattr(work, "train_crowd", train)
@@ -243,7 +243,7 @@ def test_workers_find_the_modules_that_this_process_finds(tmp_path: Path) -> Non
         "if __name__ == '__main__':\n"
         "    processes._PRELOADED.append('found')\n"
         "    config = RunConfig(nodes=5, modules=1, repeats=1)\n"
-        "    job = work.Job((config,), read_movements(config), 1, {})\n"
+        "    job = work.Job((config,), read_movements(config), 1, True, {})\n"
         "    with processes.Processes(2) as backend:\n"
         "        for _ in range(2):\n"
         "            backend.submit(job)\n"
@@ -251,3 +251,11 @@ def test_workers_find_the_modules_that_this_process_finds(tmp_path: Path) -> Non
     )
     subprocess.run([sys.executable, program], check=True, cwd=tmp_path)
     assert len((tmp_path / "imported").read_text().splitlines()) == 1  # by the server, for both
+
+
+def test_a_run_knows_its_share_of_the_time(tmp_path: Path) -> None:
+    folder = SweepFolder(tmp_path, asked(runs=4))
+    finish(folder, Here())
+    runs = folder.finished()
+    assert all(run.seconds > 0 for run in runs)
+    assert sum(run.seconds for run in runs) <= folder.seconds()

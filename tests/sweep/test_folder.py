@@ -13,6 +13,7 @@ from mpma_mj.errors import RunFolderError
 from mpma_mj.sweep import folder as module
 from mpma_mj.sweep.asked import Asked
 from mpma_mj.sweep.folder import SweepFolder
+from mpma_mj.training.config import RunConfig
 from tests.sweep.runs import asked, finished, run_files
 
 
@@ -49,6 +50,12 @@ def test_files_tell_what_varies_and_never_meet(tmp_path: Path) -> None:
     assert len(names) == len(sweep.configs)
     assert sum("gated" in name and "seed-1" in name for name in names) >= 2
     assert folder.missing() == []
+
+
+def test_a_title_is_short_however_many_movements_there_are(tmp_path: Path) -> None:
+    one, many = (RunConfig(motions=names) for names in [("ymca",), ("ymca", "a.bvh", "b.bvh")])
+    folder = SweepFolder(tmp_path, Asked((one, many), 1))
+    assert [folder.title(c) for c in (one, many)] == ["motions ymca", "motions ymca and 2 more"]
 
 
 def test_looking_writes_nothing(tmp_path: Path) -> None:

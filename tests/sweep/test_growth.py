@@ -26,7 +26,7 @@ def finished(most: int, settled: dict[int, int], p_e: dict[int, float], own: flo
         grows = config.agent == "growing"
         found = {"p_e_percent": own if grows else p_e[config.modules], "converged": True}
         number = {"modules_awake": settled[config.seed], "growing": 0.0} if grows else {}
-        runs.append(Finished(config, found | number, 1))
+        runs.append(Finished(config, found | number, 1, 0.5))
     return asked, runs
 
 
@@ -59,7 +59,7 @@ def test_runs_that_still_grow_have_settled_nowhere() -> None:
 
 def test_runs_that_diverged_are_passed_over() -> None:
     asked, runs = finished(1, {0: 1}, {1: 2.0}, own=1.1)
-    runs = [Finished(run.config, {"failed": "epoch 1"}, 1) for run in runs]
+    runs = [Finished(run.config, {"failed": "epoch 1"}, 1, 0.5) for run in runs]
     assert "2 of 2 runs diverged" in as_markdown(asked, runs)
 
 

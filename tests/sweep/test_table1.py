@@ -34,7 +34,7 @@ def some_runs(asked: Asked) -> list[Finished]:
 def test_mean_and_deviation_are_of_the_sample_and_skip_what_is_not_there() -> None:
     (config,) = table1.ask([5], 1, BASE).configs
     runs = [finished(config, nmi=value) for value in (0.2, 0.4, None)]
-    runs.append(Finished(config, {"failed": "diverged"}, 1))
+    runs.append(Finished(config, {"failed": "diverged"}, 1, 0.5))
     assert values(runs, "nmi") == [0.2, 0.4]
     assert values(runs, "active_modules.M") == [2.0] * 3
     assert spread(runs, "nmi").mean == pytest.approx(0.3)
@@ -86,7 +86,7 @@ def test_the_table_shows_both_and_the_file_has_all_digits() -> None:
 def test_runs_that_did_not_end_well_are_told() -> None:
     asked = table1.ask([50], 4, BASE)
     first, second, *_ = asked.configs
-    runs = [Finished(first, {"failed": "diverged"}, 1), finished(second, 2, converged=False)]
+    runs = [Finished(first, {"failed": "diverged"}, 1, 0.5), finished(second, 2, converged=False)]
     text = table1.as_markdown(asked, runs)
     assert "| 0 of 4 |" in text
     assert "1 of 4 runs diverged" in text
@@ -119,7 +119,7 @@ def test_the_picture_shows_something_whatever_the_sizes(tmp_path: Path, sizes: l
 def test_bare_physics_is_of_as_many_steps(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = table1.ask([50], 2, BASE)
     runs = [finished(config, epochs=5, environment_steps=500) for config in asked.configs]
-    runs.append(Finished(asked.configs[0], {"failed": "diverged"}, 1))
+    runs.append(Finished(asked.configs[0], {"failed": "diverged"}, 1, 0.5))
     monkeypatch.setattr(floor, "bare_rollout", lambda threads: Case(lambda: 1))
     monkeypatch.setattr(floor, "in_turn", lambda cases, rounds: {"bare": np.array([1e-3, 2e-3])})
     said = floor.beside_bare_physics(3.0, runs, 2, range(2))

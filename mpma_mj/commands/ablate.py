@@ -1,0 +1,54 @@
+"""`mpma ablate`."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from dataclasses import dataclass
+from pathlib import Path
+
+import tyro
+
+from mpma_mj.commands.folders import default_folder
+from mpma_mj.commands.workers import Workers, require_all
+from mpma_mj.options import RuleName
+from mpma_mj.training.config import RunConfig
+
+__all__ = ["Ablate"]
+
+
+@dataclass(frozen=True)
+class Ablate:
+    """Train MPMA on the YMCA with one thing changed at a time, to see what it is good for.
+
+    Started again with the same --out it goes on where it was.
+    """
+
+    rule: RuleName = "weighted"
+    """Learning rule: ours, or the paper's."""
+    runs: int = 20
+    """Runs of each change, with seeds from 0."""
+    nodes: int = 100
+    """Neurons of each reservoir."""
+    who: tyro.conf.OmitArgPrefixes[Workers] = dataclasses.field(default_factory=Workers)
+    """Who trains."""
+    out: Path | None = None
+    """Folder of the tables; runs/ablate-TIME if not given."""
+
+    def run(self) -> Path:
+        """Do it and return the folder."""
+        from mpma_mj.files import write_text
+        from mpma_mj.sweep import ablation
+        from mpma_mj.sweep.folder import SweepFolder
+
+        asked = ablation.ask(RunConfig(rule=self.rule, nodes=self.nodes), self.runs)
+        folder = SweepFolder(self.out or default_folder("ablate"), asked)
+        self.who.train(folder, functools.partial(ablation.title, asked))
+        runs = folder.finished()
+        markdown = ablation.as_markdown(asked, runs)
+        folder.write_rows(runs)
+        write_text(folder.path / "ablate.md", markdown)
+        write_text(folder.path / "ablate.csv", ablation.as_csv(asked, runs))
+        print(markdown)
+        require_all(folder)
+        return folder.path

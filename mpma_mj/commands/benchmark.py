@@ -1,0 +1,78 @@
+"""`mpma benchmark`."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from mpma_mj.commands.folders import default_folder
+from mpma_mj.commands.workers import Workers, require_all
+from mpma_mj.training.config import ReadingArguments, RunConfig
+
+__all__ = ["Benchmark"]
+
+_ALWAYS = "ymca"
+
+
+@dataclass(frozen=True)
+class Benchmark:
+    """Train every agent on the YMCA and on recordings, with both kinds of arms: one table.
+
+    Started again with the same --out it goes on where it was.
+    """
+
+    motions: Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="MOTION")] = ()
+    """Recordings, or folders of them; each is learned alone."""
+    runs: int = 5
+    """Runs of each agent, with seeds from 0."""
+    nodes: int = 200
+    """Neurons of each reservoir."""
+    epochs: int = 30
+    """Most epochs of a run."""
+    stop: bool = True
+    """End a run when it has converged; if not, it takes all epochs and the best counts."""
+    reading: tyro.conf.OmitArgPrefixes[ReadingArguments] = dataclasses.field(
+        default_factory=ReadingArguments
+    )
+    """How recordings are read."""
+    who: tyro.conf.OmitArgPrefixes[Workers] = dataclasses.field(default_factory=Workers)
+    """Who trains."""
+    out: Path | None = None
+    """Folder of the table; runs/benchmark-TIME if not given."""
+
+    def run(self) -> Path:
+        """Do it and return the folder."""
+        from mpma_mj.files import write_text
+        from mpma_mj.sweep import benchmark
+        from mpma_mj.sweep.folder import SweepFolder
+
+        asked = benchmark.ask(self._bases(), self.runs, self.epochs, stop=self.stop)
+        folder = SweepFolder(self.out or default_folder("benchmark"), asked)
+        self.who.train(folder, benchmark.title)
+        from mpma_mj.sweep.benchmark_figure import write_figure
+
+        runs = folder.finished()
+        markdown = benchmark.as_markdown(asked, runs)
+        folder.write_rows(runs)
+        write_text(folder.path / "benchmark.md", markdown)
+        write_text(folder.path / "benchmark.csv", benchmark.as_csv(asked, runs))
+        write_figure(folder.path / "benchmark.png", benchmark.lines(asked, runs))
+        print(markdown)
+        require_all(folder)
+        return folder.path
+
+    def _bases(self) -> list[RunConfig]:
+        """Return the settings for each movement; what is built in is not read."""
+        from mpma_mj.training.movements import expand_folders
+
+        recordings = [m for m in expand_folders(self.motions) if m != _ALWAYS]
+        built_in = RunConfig(nodes=self.nodes, tempo=self.reading.tempo)
+        read = dataclasses.asdict(self.reading)
+        return [
+            built_in,
+            *(RunConfig(motions=(m,), nodes=self.nodes, **read) for m in recordings),
+        ]

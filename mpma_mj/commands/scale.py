@@ -1,0 +1,73 @@
+"""`mpma scale`."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from mpma_mj.commands.folders import default_folder
+from mpma_mj.commands.workers import Workers, require_all
+from mpma_mj.options import Arms, RuleName
+from mpma_mj.training.config import RunConfig
+
+__all__ = ["Scale"]
+
+
+@dataclass(frozen=True)
+class Scale:
+    """Train on more and more movements, and on more and more of one: where does it saturate?
+
+    Started again with the same --out it goes on where it was.
+    """
+
+    motions: Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="MOTION")] = ()
+    """Recordings, or folders of them; the first 1, 2, 4, … are learned together, and of the longest
+    the first seconds. Invented dances if none are given."""
+    lengths: tuple[float, ...] = ()
+    """Seconds of the longest movement; 5, 10, 20 and 40, as far as it goes, if none are given."""
+    modules: tuple[int, ...] = (2, 4, 8, 16)
+    """Numbers of modules."""
+    nodes: tuple[int, ...] = (50, 100, 200, 400)
+    """Neurons of each reservoir; modules vary at the middle one, and nodes at the middle one of
+    the modules."""
+    runs: int = 3
+    """Runs of each, with seeds from 0."""
+    rule: RuleName = "weighted"
+    """Learning rule: ours, or the paper's."""
+    arms: Arms = "physics"
+    """Simulated arms, or arms that move ideally."""
+    proprioception: bool = True
+    """Whether models sense the joint angles too; the paper's do not."""
+    who: tyro.conf.OmitArgPrefixes[Workers] = dataclasses.field(default_factory=Workers)
+    """Who trains."""
+    out: Path | None = None
+    """Folder; runs/scale-TIME if not given."""
+
+    def run(self) -> Path:
+        """Do it and return the folder."""
+        from mpma_mj.files import csv_text, write_text
+        from mpma_mj.sweep import scale, scale_table
+        from mpma_mj.sweep.folder import SweepFolder
+        from mpma_mj.training.movements import expand_folders
+
+        base = RunConfig(rule=self.rule, arms=self.arms, proprioception=self.proprioception)
+        learned = scale.materials(expand_folders(self.motions), self.lengths)
+        question = scale.Scale(learned, self.modules, self.nodes, base)
+        folder = SweepFolder(self.out or default_folder("scale"), question.ask(self.runs))
+        self.who.train(folder)
+        from mpma_mj.sweep.scale_figure import write_figure
+
+        runs = folder.finished()
+        results = scale_table.Results(question, runs)
+        markdown = scale_table.as_markdown(results, runs, len(folder.asked.configs))
+        folder.write_rows(runs)
+        write_text(folder.path / "scale.md", markdown)
+        write_text(folder.path / "scale.csv", csv_text(scale_table.as_rows(results)))
+        write_figure(folder.path / "scale.png", results)
+        print(markdown)
+        require_all(folder)
+        return folder.path

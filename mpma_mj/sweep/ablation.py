@@ -1,0 +1,138 @@
+"""MPMA with one thing changed at a time, beside the whole."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from typing import Any
+
+from mpma_mj.files import csv_text
+from mpma_mj.sweep.asked import Asked, seeds, without_seed
+from mpma_mj.sweep.folder import Finished
+from mpma_mj.sweep.interval import Interval, interval
+from mpma_mj.sweep.measures import converged, of_point, remarks, spread, value, values
+from mpma_mj.sweep.table import markdown_rows
+from mpma_mj.training.config import RunConfig
+
+__all__ = ["CHANGES", "as_csv", "as_markdown", "ask", "title"]
+
+CHANGES: dict[str, dict[str, Any]] = {
+    "the whole": {},
+    "no responsibility predictors": {"responsibility_predictors": False},
+    "no forward-model gating": {"forward_gating": False},
+    "hears nothing": {"hears": "nothing"},
+    "hears one constant sound": {"hears": "constant"},
+    "hears labels shuffled": {"hears": "shuffled"},
+    "hears labels twice as fine": {"hears": "halves"},
+    "no noise in the reservoirs": {"reservoir_noise": 0.0},
+    "no noise on the demonstration": {"noise": 0.0},
+    "forward models hear their own command": {"forward_input": "own"},
+    "one module": {"modules": 1},
+    "10 modules": {"modules": 10},
+}
+"""What is changed, by its name; the first is what the others are held against."""
+
+_EPOCHS = 30  # most of a run, as of Table 1 (choice)
+
+# Title, name in a summary, digits after the point.
+_COLUMNS = (
+    ("p_e, %", "p_e_percent", 2),
+    ("epochs", "epochs", 1),
+    ("feedback ratio", "feedback_ratio", 3),
+    ("nmi", "nmi", 2),
+    ("modules used", "modules_used", 1),
+    ("active modules", "active_modules", 2),
+    ("repeatability of λ", "repeatability.responsibility", 3),
+)
+
+
+def ask(base: RunConfig, runs: int) -> Asked:
+    """Return the runs of all changes.
+
+    Args:
+        base: Settings of the whole.
+        runs: Runs of each change; they have the same seeds.
+
+    Raises:
+        BadOptionError: The number of runs is less than one.
+    """
+    points = [dataclasses.replace(base, **change) for change in CHANGES.values()]
+    return Asked(tuple(run for point in points for run in seeds(point, runs)), _EPOCHS)
+
+
+def title(asked: Asked, config: RunConfig) -> str:
+    """Return the name of the change that a run belongs to."""
+    return next(name for name, p in _points(asked).items() if p == without_seed(config))
+
+
+def as_markdown(asked: Asked, runs: Sequence[Finished]) -> str:
+    """Return two tables, of means and of differences, with what has to be said about them."""
+    first = asked.configs[0]
+    parts = [
+        f"Ablations: {first.motions[0]}, {first.rule} rule, {first.nodes} nodes, {first.arms} arms,"
+        f" runs of each: {len(asked.configs) // len(CHANGES)}."
+        " Means ± standard deviations over seeds:",
+        _means(asked, runs),
+        "Differences to the whole, seed by seed: means and their 95 % bootstrap intervals, bold"
+        " where these do not contain 0:",
+        _differences(asked, runs),
+        *remarks(runs, len(asked.configs)),
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+def as_csv(asked: Asked, runs: Sequence[Finished]) -> str:
+    """Return both with all digits."""
+    rows = []
+    whole, *_ = _by_name(asked, runs).values()
+    for name, own in _by_name(asked, runs).items():
+        row: dict[str, object] = {"change": name, "converged": converged(own), "runs": len(own)}
+        for _, measure, _ in _COLUMNS:
+            row |= interval(values(own, measure)).columns(measure)
+            row |= _difference(whole, own, measure).columns(f"{measure}_difference")
+        rows.append(row)
+    return csv_text(rows)
+
+
+def _means(asked: Asked, runs: Sequence[Finished]) -> str:
+    rows = _head("change", "converged")
+    wanted = len(asked.configs) // len(CHANGES)
+    for name, own in _by_name(asked, runs).items():
+        cells = (spread(own, measure).text(digits) for _, measure, digits in _COLUMNS)
+        rows.append([name, f"{converged(own)} of {wanted}", *cells])
+    return "\n".join(markdown_rows(rows))
+
+
+def _differences(asked: Asked, runs: Sequence[Finished]) -> str:
+    rows = _head("change")
+    (_, whole), *others = _by_name(asked, runs).items()
+    for name, own in others:
+        cells = []
+        for _, measure, digits in _COLUMNS:
+            found = _difference(whole, own, measure)
+            text = found.text(digits + 1, "+")
+            cells.append(f"**{text}**" if found.excludes_zero else text)
+        rows.append([name, *cells])
+    return "\n".join(markdown_rows(rows))
+
+
+def _difference(whole: Sequence[Finished], own: Sequence[Finished], measure: str) -> Interval:
+    """Return by how much a measure changes, over the seeds that have it both times."""
+    before = {run.config.seed: value(run, measure) for run in whole}
+    after = {run.config.seed: value(run, measure) for run in own}
+    pairs = ((before[seed], after[seed]) for seed in before if seed in after)
+    return interval([b - a for a, b in pairs if a is not None and b is not None])
+
+
+def _head(*first: str) -> list[list[str]]:
+    titles = [*first, *(title for title, _, _ in _COLUMNS)]
+    return [titles, ["---"] * len(titles)]
+
+
+def _by_name(asked: Asked, runs: Sequence[Finished]) -> dict[str, list[Finished]]:
+    return {name: of_point(runs, point) for name, point in _points(asked).items()}
+
+
+def _points(asked: Asked) -> dict[str, RunConfig]:
+    whole = without_seed(asked.configs[0])
+    return {name: dataclasses.replace(whole, **change) for name, change in CHANGES.items()}

@@ -1,0 +1,139 @@
+"""All agents in the same environments, side by side in one table."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import get_args
+
+from mpma_mj.agents.kinds import DO_NOT_LEARN
+from mpma_mj.files import csv_text
+from mpma_mj.options import AgentName, Arms
+from mpma_mj.sweep.asked import Asked, by_point, seeds
+from mpma_mj.sweep.folder import Finished
+from mpma_mj.sweep.interval import Interval, interval
+from mpma_mj.sweep.measures import converged, of_point, remarks, values
+from mpma_mj.sweep.table import markdown_rows
+from mpma_mj.training.config import RunConfig
+
+__all__ = ["Line", "as_csv", "as_markdown", "ask", "lines", "title"]
+
+# Title, name in a summary, digits after the point.
+_COLUMNS = (
+    ("p_e, %", "p_e_percent", 2),
+    ("feedback ratio", "feedback_ratio", 3),
+    ("epochs", "epochs", 1),
+    ("environment steps", "environment_steps", 0),
+    ("nmi", "nmi", 2),
+    ("modules used", "modules_used", 1),
+)
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of the table: one agent, with one kind of arms, on one movement.
+
+    Attributes:
+        point: Settings, without the seed.
+        wanted: How many runs were asked for.
+        runs: Those that are over.
+        measures: Means over seeds and their intervals, by name in a summary.
+        seconds: How long a run was trained, mean, s; runs side by side, each its equal share.
+    """
+
+    point: RunConfig
+    wanted: int
+    runs: list[Finished]
+    measures: dict[str, Interval]
+    seconds: float
+
+    @property
+    def motion(self) -> str:
+        """The movement, in short."""
+        return _short(self.point)
+
+
+def ask(bases: Sequence[RunConfig], runs: int, epochs: int, *, stop: bool) -> Asked:
+    """Return the runs of all agents with both kinds of arms.
+
+    Args:
+        bases: All other settings, for each movement.
+        runs: Runs of each agent.
+        epochs: Most epochs of a run.
+        stop: Whether a run ends when it has converged.
+
+    Raises:
+        BadOptionError: The number of runs or epochs is less than one, or a movement comes twice.
+    """
+    points = [
+        dataclasses.replace(base, arms=arms, agent=agent)
+        for base in bases
+        for arms in get_args(Arms)
+        for agent in get_args(AgentName)
+        if agent != "growing"  # is MPMA too, and takes more epochs than the others are given
+    ]
+    return Asked(tuple(run for point in points for run in seeds(point, runs)), epochs, stop)
+
+
+def title(config: RunConfig) -> str:
+    """Return in short what a run is."""
+    return f"{_short(config)}, {config.arms} arms, {config.agent}"
+
+
+def lines(asked: Asked, runs: Sequence[Finished]) -> list[Line]:
+    """Return the table."""
+    table = []
+    for point, configs in by_point(asked.configs).items():
+        own = of_point(runs, point)
+        measures = {name: interval(values(own, name)) for _, name, _ in _COLUMNS}
+        seconds = interval([run.seconds for run in own]).mean
+        table.append(Line(point, len(configs), own, measures, seconds))
+    return table
+
+
+def as_markdown(asked: Asked, runs: Sequence[Finished]) -> str:
+    """Return the table with what has to be said about it."""
+    titles = ["motion", "arms", "agent", "converged", *(title for title, _, _ in _COLUMNS)]
+    titles.append("seconds a run")
+    rows = [titles, ["---"] * len(titles)]
+    for line in lines(asked, runs):
+        learns = line.point.agent not in DO_NOT_LEARN
+        rows.append(
+            [
+                *(line.motion, line.point.arms, line.point.agent),
+                f"{converged(line.runs)} of {line.wanted}" if learns else "–",
+                *(line.measures[name].text(digits) for _, name, digits in _COLUMNS),
+                f"{line.seconds:.2g}" if line.runs else "–",
+            ]
+        )
+    said = (
+        "Means over seeds, in brackets their 95 % bootstrap intervals, unless all seeds have the"
+        " same. A run's seconds are its share of the time in which one process trained several"
+        " runs of the line side by side."
+    )
+    sentences = [said, *remarks(runs, len(asked.configs))]
+    return "\n\n".join(["\n".join(markdown_rows(rows)), *sentences]) + "\n"
+
+
+def as_csv(asked: Asked, runs: Sequence[Finished]) -> str:
+    """Return the same with all digits."""
+    rows = []
+    for line in lines(asked, runs):
+        row: dict[str, object] = {
+            "motion": line.point.motions[0],
+            "arms": line.point.arms,
+            "agent": line.point.agent,
+            "converged": converged(line.runs),
+            "runs": line.wanted,
+        }
+        for name, found in line.measures.items():
+            row |= found.columns(name)
+        rows.append(row | {"seconds_mean": line.seconds})
+    return csv_text(rows)
+
+
+def _short(config: RunConfig) -> str:
+    """Return the movement, without the folders on the way to it."""
+    return Path(config.motions[0]).name

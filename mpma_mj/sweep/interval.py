@@ -1,0 +1,79 @@
+"""Means over seeds and how sure they are."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+__all__ = ["Interval", "interval"]
+
+_LEVEL = 0.95
+_RESAMPLES = 9999
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A mean and its 95 % confidence interval.
+
+    Attributes:
+        mean: Mean; NaN of no value.
+        low: Lower end; NaN of fewer than two values.
+        high: Upper end; NaN of fewer than two values.
+    """
+
+    mean: float
+    low: float
+    high: float
+
+    @property
+    def excludes_zero(self) -> bool:
+        """Whether all of the interval is on one side of 0."""
+        return self.low > 0 or self.high < 0
+
+    def text(self, digits: int, sign: str = "") -> str:
+        """Return "mean [low, high]" with so many digits after the point; a point as its mean alone.
+
+        Args:
+            digits: Their number.
+            sign: "+" to show the sign of positive numbers too.
+        """
+        if not math.isfinite(self.mean):
+            return "–"
+        mean, low, high = (f"{x:{sign}.{digits}f}" for x in (self.mean, self.low, self.high))
+        return f"{mean} [{low}, {high}]" if self.high > self.low else mean
+
+    def columns(self, name: str) -> dict[str, float]:
+        """Return the numbers by the names that they have in a file."""
+        return {f"{name}_{part}": value for part, value in vars(self).items()}
+
+
+def interval(found: Sequence[float]) -> Interval:
+    """Return the mean of values and its bootstrap interval.
+
+    Percentiles of the means of 9999 resamples, always the same ones (choice). With few values
+    such an interval is rather too narrow.
+
+    Args:
+        found: Values, one a seed.
+    """
+    if not found:
+        return Interval(math.nan, math.nan, math.nan)
+    mean = statistics.fmean(found)
+    if len(found) == 1:
+        return Interval(mean, math.nan, math.nan)
+    if min(found) == max(found):
+        return Interval(found[0], found[0], found[0])
+    ends = stats.bootstrap(
+        (np.asarray(found),),
+        np.mean,
+        confidence_level=_LEVEL,
+        n_resamples=_RESAMPLES,
+        method="percentile",
+        rng=np.random.default_rng(0),
+    ).confidence_interval
+    return Interval(mean, float(ends.low), float(ends.high))

@@ -1,0 +1,132 @@
+"""MPMA with one thing changed at a time."""
+
+import csv
+import dataclasses
+import io
+from pathlib import Path
+
+import pytest
+
+from mpma_mj.cli import main
+from mpma_mj.errors import BadOptionError
+from mpma_mj.sweep import ablation
+from mpma_mj.sweep.ablation import CHANGES
+from mpma_mj.sweep.asked import Asked, by_point
+from mpma_mj.sweep.folder import Finished
+from mpma_mj.training.config import RunConfig
+from tests.sweep.runs import TINY, finished
+
+
+def some_runs(asked: Asked) -> list[Finished]:
+    """Return runs whose p_e rises with the seed, and by 0.25 without predictors."""
+    return [
+        finished(
+            config,
+            p_e_percent=0.5 + config.seed + (0 if config.responsibility_predictors else 0.25),
+            nmi=0.9 if config.hears == "labels" else 0.1 + 0.1 * config.seed,
+        )
+        for config in asked.configs
+    ]
+
+
+def row(table: str, name: str, number: int) -> list[str]:
+    """Return the cells of a row of the first or second table."""
+    rows = [line for line in table.splitlines() if line.startswith(f"| {name} |")]
+    return rows[number].strip("| ").split(" | ")[1:]
+
+
+def test_each_differs_from_the_whole_in_one_setting() -> None:
+    asked = ablation.ask(TINY, 2)
+    whole, *others = by_point(asked.configs)
+    assert whole == TINY
+    assert len(others) + 1 == len(CHANGES)
+    for other in others:
+        fields = dataclasses.fields(RunConfig)
+        differing = [f.name for f in fields if getattr(other, f.name) != getattr(whole, f.name)]
+        assert len(differing) == 1
+    assert ablation.title(asked, asked.configs[1]) == "the whole"
+    assert ablation.title(asked, asked.configs[-1]) == "10 modules"
+
+
+def test_differences_are_taken_seed_by_seed_and_marked_if_they_exclude_0() -> None:
+    asked = ablation.ask(RunConfig(), 3)
+    table = ablation.as_markdown(asked, some_runs(asked))
+    assert row(table, "the whole", 0)[:2] == ["3 of 3", "1.50 ± 1.00"]
+    assert row(table, "no responsibility predictors", 0)[1] == "1.75 ± 1.00"
+    # Seeds differ by more than the change does; compared with themselves they all agree.
+    assert row(table, "no responsibility predictors", 1)[0] == "**+0.250**"
+    assert row(table, "hears nothing", 1)[3].startswith("**-0.700 [-0.8")
+    assert row(table, "one module", 1)[0] == "+0.000"
+    assert table.count("the whole |") == 1
+
+
+def test_active_modules_are_the_mean_over_labels() -> None:
+    asked = ablation.ask(RunConfig(), 2)
+    assert row(ablation.as_markdown(asked, some_runs(asked)), "one module", 0)[6] == "1.50 ± 0.00"
+
+
+def test_what_a_run_does_not_have_is_in_no_difference() -> None:
+    asked = ablation.ask(RunConfig(), 2)
+    runs = some_runs(asked)
+    lost = {
+        "hears nothing": Finished(runs[6].config, {"failed": "diverged"}, 1, 0.5),
+        "hears one constant sound": finished(runs[8].config, nmi=None),
+    }
+    runs[6], runs[8] = lost.values()
+    assert [ablation.title(asked, run.config) for run in lost.values()] == list(lost)
+    table = ablation.as_markdown(asked, runs)
+    assert row(table, "hears nothing", 0)[:2] == ["1 of 2", "1.50 ± –"]
+    assert row(table, "hears nothing", 1)[0] == "+0.000"
+    assert row(table, "hears one constant sound", 1)[3] == "-0.700"  # of the other seed
+    assert "1 of 24 runs diverged" in table
+
+
+def test_the_file_has_means_and_differences_with_all_digits() -> None:
+    asked = ablation.ask(RunConfig(), 3)
+    rows = list(csv.DictReader(io.StringIO(ablation.as_csv(asked, some_runs(asked)))))
+    assert [r["change"] for r in rows] == list(CHANGES)
+    assert rows[1]["p_e_percent_mean"] == "1.75"
+    assert rows[1]["p_e_percent_difference_low"] == "0.25"
+    assert rows[0]["nmi_difference_mean"] == "0.0"
+
+
+def test_no_runs_are_refused() -> None:
+    with pytest.raises(BadOptionError, match="runs is 0"):
+        ablation.ask(RunConfig(), 0)
+
+
+def test_the_command_writes_tables_and_file(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(ablation, "_EPOCHS", 1)
+    words = ["ablate", "--runs", "1", "--nodes", "5", "--out", str(tmp_path)]
+    assert main([*words, "--rule", "gated"]) == 0
+    printed = capsys.readouterr()
+    assert printed.out.splitlines()[-1] == str(tmp_path)
+    table = (tmp_path / "ablate.md").read_text()
+    assert table in printed.out
+    assert table.startswith("Ablations: ymca, gated rule, 5 nodes, physics arms, runs of each: 1.")
+    assert all(table.count(f"\n| {name} |") == 2 for name in list(CHANGES)[1:])
+    assert "12 of 12 runs   " in printed.err
+    names = {path.name for path in tmp_path.iterdir() if path.is_file()}
+    assert names == {"ablate.md", "ablate.csv", "results.csv", "sweep.json", "time.json"}
+    assert main(words) == 2
+    assert "with rule gated where weighted is asked for" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--nodes", "0"], "nodes is 0"),
+        (["--runs", "0"], "runs is 0"),
+        (["--workers", "0"], "workers is 0"),
+    ],
+)
+def test_bad_input_is_one_line_exit_2_and_no_folder(
+    words: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["ablate", *words, "--out", str(tmp_path / "new")]) == 2
+    told = capsys.readouterr().err
+    assert len(told.splitlines()) == 1
+    assert message in told
+    assert not (tmp_path / "new").exists()

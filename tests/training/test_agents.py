@@ -1,0 +1,80 @@
+"""Runs of other agents than MPMA, and of agents that hear otherwise."""
+
+import dataclasses
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from mpma_mj.agents.kinds import DO_NOT_LEARN
+from mpma_mj.cli import main
+from mpma_mj.training.config import RunConfig
+from mpma_mj.training.imitate import resume, start
+from mpma_mj.training.run_folder import RunFolder
+from tests.training.test_imitate import RESULTS
+
+SMALL = RunConfig(nodes=10, modules=2, repeats=1, arms="kinematic")
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"agent": "hammer"},
+        {"agent": "single"},
+        {"hears": "shuffled"},
+        {"agent": "mosaic", "hears": "halves"},
+        {"forward_gating": False, "responsibility_predictors": False},
+    ],
+    ids=lambda settings: " ".join(map(str, settings.values())),
+)
+def test_a_resumed_run_equals_an_uninterrupted_one(
+    settings: dict[str, Any], tmp_path: Path
+) -> None:
+    config = dataclasses.replace(SMALL, **settings)
+    whole, parts = RunFolder(tmp_path / "whole"), RunFolder(tmp_path / "parts")
+    start(config, whole, 5)
+    start(config, parts, 2)
+    resume(parts, 3)
+    same(whole.path, parts.path)
+
+
+def test_the_command_trains_mosaic_and_goes_on_with_it(tmp_path: Path) -> None:
+    words = [
+        "imitate",
+        "ymca",
+        "--agent",
+        "mosaic",
+        "--nodes",
+        "10",
+        "--repeats",
+        "1",
+        "--no-video",
+    ]
+    whole, parts = tmp_path / "whole", tmp_path / "parts"
+    assert main([*words, "--epochs", "5", "--out", str(whole)]) == 0
+    assert main([*words, "--epochs", "2", "--out", str(parts)]) == 0
+    assert main(["imitate", "--resume", str(parts), "--epochs", "3", "--no-video"]) == 0
+    same(whole, parts)
+    assert json.loads((whole / "config.json").read_text())["config"]["agent"] == "mosaic"
+
+
+def same(whole: Path, parts: Path) -> None:
+    for name in RESULTS:
+        assert (whole / name).read_bytes() == (parts / name).read_bytes(), name
+    assert json.loads((whole / "summary.json").read_text())["epochs"] == 5
+
+
+@pytest.mark.parametrize("agent", DO_NOT_LEARN)
+def test_what_does_not_learn_is_refused_in_one_line(
+    agent: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "new"
+    assert main(["imitate", "ymca", "--agent", agent, "--out", str(out), "--no-video"]) == 2
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert told.err == (
+        f"mpma: agent is {agent}, which does not learn; expected one of mpma, mosaic, hammer,"
+        " single\n"
+    )
+    assert not out.exists()

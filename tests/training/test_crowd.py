@@ -1,0 +1,102 @@
+"""Runs side by side: each goes as it would alone."""
+
+import dataclasses
+import itertools
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mpma_mj.agents import AGENTS
+from mpma_mj.agents.kinds import DO_NOT_LEARN
+from mpma_mj.envs.batch import PhysicsBatch
+from mpma_mj.motions import ymca
+from mpma_mj.training.build import one_thread
+from mpma_mj.training.config import RunConfig
+from mpma_mj.training.crowd import train_crowd
+from mpma_mj.training.imitate import _trainer
+
+SMALL = RunConfig(nodes=20, modules=2, repeats=1)
+EPOCHS = 10
+RULED = ("mpma", "single")  # agents that learn by a rule
+SETTINGS: list[dict[str, Any]] = [
+    *({"agent": agent} for agent in AGENTS),
+    *({"agent": agent, "rule": "gated"} for agent in RULED),
+    *({"hears": hears} for hears in ("nothing", "constant", "shuffled", "halves")),
+    {"agent": "mosaic", "hears": "shuffled"},
+    {"responsibility_predictors": False},
+    {"forward_gating": False, "forward_input": "own"},
+]
+
+
+def seeds(count: int, **settings: Any) -> list[RunConfig]:
+    return [dataclasses.replace(SMALL, seed=seed, **settings) for seed in range(count)]
+
+
+def alone(config: RunConfig, epochs: int) -> dict[str, Any]:
+    """Return the summary of a run by itself, as `mpma imitate` trains it."""
+    with one_thread():
+        trainer = _trainer(config, ymca())
+        trainer.run_epoch()
+        while len(trainer.rows) < epochs and not trainer.converged:
+            trainer.run_epoch()
+    return trainer.summary()
+
+
+def exact(summaries: list[dict[str, Any]]) -> str:
+    """Return all digits, also of what is not a number."""
+    return json.dumps(summaries, default=float)
+
+
+@pytest.mark.parametrize("arms", ["physics", "kinematic"])
+@pytest.mark.parametrize("settings", SETTINGS, ids=lambda s: " ".join(map(str, s.values())))
+def test_each_run_is_to_the_bit_what_it_is_alone(settings: dict[str, Any], arms: str) -> None:
+    configs = seeds(3, arms=arms, **settings)
+    together = train_crowd(configs, ymca(), EPOCHS)
+    epochs = 1 if configs[0].agent in DO_NOT_LEARN else EPOCHS
+    assert exact(together) == exact([alone(config, epochs) for config in configs])
+    if configs[0].agent != "feedback_only":
+        assert len({summary["p_e_percent"] for summary in together}) == 3
+
+
+@pytest.mark.parametrize("rule", ["weighted", "gated"])
+@pytest.mark.parametrize("arms", ["physics", "kinematic"])
+def test_those_who_stay_do_not_notice_who_leaves(rule: str, arms: str) -> None:
+    configs = seeds(4, rule=rule, arms=arms)
+    together = train_crowd(configs, ymca(), EPOCHS)
+    assert len({summary["epochs"] for summary in together}) > 1
+    assert any(a["epochs"] < b["epochs"] for a, b in itertools.pairwise(together))
+    assert exact(together) == exact([alone(config, EPOCHS) for config in configs])
+
+
+def test_without_a_stop_all_epochs_are_danced_and_the_best_counts() -> None:
+    configs = seeds(2, arms="kinematic")
+    stopped = train_crowd(configs, ymca(), EPOCHS)
+    going_on = train_crowd(configs, ymca(), EPOCHS, stop=False)
+    assert [summary["epochs"] for summary in going_on] == [EPOCHS] * 2
+    for before, after in zip(stopped, going_on, strict=True):
+        assert before["converged"]
+        assert before["epochs"] < EPOCHS
+        assert after["converged"]
+        assert after["p_e_percent"] <= before["p_e_percent"]
+    assert any(after["kept_epoch"] > EPOCHS / 2 for after in going_on)
+
+
+@pytest.mark.parametrize("agent", ["mpma", "feedback_only"])
+def test_a_run_that_diverges_fails_alone(agent: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    configs = seeds(3, agent=agent)
+    undisturbed = train_crowd(configs, ymca(), EPOCHS)
+    epoch = 1 if agent in DO_NOT_LEARN else 2
+    steps = undisturbed[0]["environment_steps"] // undisturbed[0]["epochs"]
+    calls, step = itertools.count(), PhysicsBatch.step
+
+    def step_or_diverge(batch: PhysicsBatch, *args: Any) -> np.ndarray:
+        if next(calls) == (epoch - 1) * steps + 5:
+            batch.place(1, np.zeros(8), np.full(8, 1e12))
+        return step(batch, *args)
+
+    monkeypatch.setattr(PhysicsBatch, "step", step_or_diverge)
+    disturbed = train_crowd(configs, ymca(), EPOCHS)
+    assert disturbed[1] == {"failed": f"epoch {epoch}: the simulation diverged"}
+    assert exact([disturbed[0], disturbed[2]]) == exact([undisturbed[0], undisturbed[2]])
