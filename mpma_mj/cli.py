@@ -37,6 +37,8 @@ _COMMANDS: dict[str, Callable[..., Command]] = {
     "scale": commands.Scale,
     "bench": commands.Bench,
     "capture": commands.Capture,
+    "grow": commands.Grow,
+    "attractor": commands.Attractor,
 }
 
 

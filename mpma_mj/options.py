@@ -9,6 +9,8 @@ __all__ = ["AgentName", "Arms", "BackendName", "ForwardInput", "HearsName", "Rul
 Arms = Literal["physics", "kinematic"]
 RuleName = Literal["weighted", "gated"]
 BackendName = Literal["processes", "ray"]
-AgentName = Literal["mpma", "mosaic", "hammer", "single", "feedback_only", "open_loop", "random"]
+AgentName = Literal[
+    "mpma", "growing", "mosaic", "hammer", "single", "feedback_only", "open_loop", "random"
+]
 ForwardInput = Literal["total", "own"]
 HearsName = Literal["labels", "nothing", "constant", "shuffled", "halves"]

@@ -4,6 +4,7 @@ from mpma_mj.agents.agent import Agent
 from mpma_mj.agents.arena import Arena
 from mpma_mj.agents.feedback_only import FeedbackOnly
 from mpma_mj.agents.fixed import FixedAgent
+from mpma_mj.agents.growing import GrowingMPMA
 from mpma_mj.agents.hammer import HAMMER
 from mpma_mj.agents.kinds import AGENTS
 from mpma_mj.agents.mosaic import MOSAIC
@@ -20,6 +21,7 @@ __all__ = [
     "Arena",
     "FeedbackOnly",
     "FixedAgent",
+    "GrowingMPMA",
     "MPMAConfig",
     "OpenLoop",
     "RandomAgent",

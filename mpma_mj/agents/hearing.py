@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
-import dm_env
 import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.agents.agent import Agent, Observation, Seeds, SideBySide
+from mpma_mj.agents.wrapper import AgentWrapper
 from mpma_mj.motions.context import danced_label, one_hot
 from mpma_mj.options import HearsName
 from mpma_mj.randomness import stream
@@ -59,7 +57,7 @@ def _halves(context: Array) -> Array:
     return one_hot(fine, 2 * context.shape[1]) * (fine >= 0)[:, None]
 
 
-class Hearing:
+class Hearing(AgentWrapper):
     """An agent between which and the context something stands; in all else that agent."""
 
     def __init__(self, agent: Agent, hears: HearsName, context: Array, seed: Seeds) -> None:
@@ -71,14 +69,14 @@ class Hearing:
             context: Context of all moments of an episode, shape (T, C).
             seed: Seed of the order, where it is shuffled; several for agents side by side.
         """
-        self.agent = agent
+        super().__init__(agent)
         self._hears, self._context = hears, context
         self._seeds = np.asarray(seed)
         self.reset(0)
 
     def reset(self, episode: int) -> None:
         """Begin an episode."""
-        self.agent.reset(episode)
+        super().reset(episode)
         heard = [
             what_is_heard(self._context, self._hears, stream(own, "hearing", episode))
             for own in np.ravel(self._seeds).tolist()
@@ -88,15 +86,7 @@ class Hearing:
 
     def act(self, observation: Observation) -> Array:
         """Return the action of the agent that hears what it hears."""
-        return self.agent.act(dict(observation) | {"context": next(self._heard)})
-
-    def observe(self, timestep: dm_env.TimeStep) -> None:
-        """Hand on what the action led to."""
-        self.agent.observe(timestep)
-
-    def learn(self) -> dict[str, float]:
-        """Let the agent learn."""
-        return self.agent.learn()
+        return super().act(dict(observation) | {"context": next(self._heard)})
 
     def learn_side_by_side(self) -> list[dict[str, float]]:
         """Let the agents side by side learn."""
@@ -108,15 +98,3 @@ class Hearing:
         assert isinstance(self.agent, SideBySide)
         self.agent.keep(members)
         self._seeds = self._seeds[members]
-
-    def signals(self) -> dict[str, Array]:
-        """Return the agent's signals."""
-        return self.agent.signals()
-
-    def state_dict(self) -> dict[str, Array]:
-        """Return what the agent has learned."""
-        return self.agent.state_dict()
-
-    def load_state_dict(self, state: Mapping[str, Array]) -> None:
-        """Continue from what `state_dict` returned."""
-        self.agent.load_state_dict(state)

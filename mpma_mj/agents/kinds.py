@@ -8,6 +8,7 @@ from collections.abc import Callable
 from mpma_mj.agents.agent import Agent, Seeds
 from mpma_mj.agents.arena import Arena
 from mpma_mj.agents.feedback_only import FeedbackOnly
+from mpma_mj.agents.growing import GrowingMPMA
 from mpma_mj.agents.hammer import HAMMER
 from mpma_mj.agents.mosaic import MOSAIC
 from mpma_mj.agents.mpma import MPMA, MPMAConfig
@@ -19,6 +20,10 @@ __all__ = ["AGENTS", "DO_NOT_LEARN"]
 
 def _mpma(config: MPMAConfig, arena: Arena, seed: Seeds) -> MPMA:
     return MPMA(config, arena, seed=seed)
+
+
+def _growing(config: MPMAConfig, arena: Arena, seed: Seeds) -> GrowingMPMA:
+    return GrowingMPMA(config, arena, seed=seed)
 
 
 def _mosaic(config: MPMAConfig, arena: Arena, seed: Seeds) -> MOSAIC:
@@ -38,6 +43,7 @@ def _single(config: MPMAConfig, arena: Arena, seed: Seeds) -> MPMA:
 
 AGENTS: dict[str, Callable[[MPMAConfig, Arena, Seeds], Agent]] = {
     "mpma": _mpma,
+    "growing": _growing,
     "mosaic": _mosaic,
     "hammer": _hammer,
     "single": _single,

@@ -34,6 +34,23 @@ class PairReadouts:
     inverse: ReadoutBank
     forward: ReadoutBank
 
+    def state_dict(self) -> dict[str, Array]:
+        """Return a copy of all that they have learned, as arrays by name."""
+        return {
+            f"{part}.{name}": value
+            for part, bank in vars(self).items()
+            for name, value in bank.state_dict().items()
+        }
+
+    def load_state_dict(self, state: Mapping[str, Array]) -> None:
+        """Continue from what `state_dict` returned, of which more is passed over.
+
+        Raises:
+            KeyError: Something is missing.
+        """
+        for part, bank in vars(self).items():
+            bank.load_state_dict({name: state[f"{part}.{name}"] for name in bank.state_dict()})
+
 
 @dataclass(frozen=True, eq=False)
 class Readouts(PairReadouts):
@@ -44,6 +61,14 @@ class Readouts(PairReadouts):
     def member(self, index: tuple[int, ...]) -> Readouts:
         """Return one member's, of agents side by side."""
         return Readouts(**{name: bank.member(index) for name, bank in vars(self).items()})
+
+    def first(self, count: int) -> Readouts:
+        """Return those of the first modules."""
+        return Readouts(**{name: bank.first(count) for name, bank in vars(self).items()})
+
+    def take(self, other: Readouts) -> None:
+        """Become a copy of readouts of the same shapes."""
+        self.load_state_dict(other.state_dict())
 
 
 @dataclass(frozen=True, eq=False)

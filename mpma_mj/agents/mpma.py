@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.agents.agent import Seeds
 from mpma_mj.agents.arena import Arena
-from mpma_mj.agents.learning import RULES, Epoch
+from mpma_mj.agents.learning import RULES, Epoch, Readouts
 from mpma_mj.agents.pairs import Member, PairsConfig
 from mpma_mj.agents.responsible import ResponsiblePairs
 from mpma_mj.errors import BadOptionError
@@ -90,9 +90,13 @@ class MPMA(ResponsiblePairs):
     def _heard(self, action: Array, module_actions: Array) -> Array:
         return action if self.config.forward_input == "total" else module_actions
 
+    def _learners(self, member: Member) -> Readouts:
+        """Return the readouts that learn, of one member."""
+        return self._readouts.member(member)
+
     def _learn_epoch(self, member: Member, episode: dict[str, Array]) -> dict[str, float]:
         """Refit all readouts; log the σ of the episode."""
         epoch, sigma = Epoch.of(episode), float(self._sigma[member])
-        self._rule.fit(self._readouts.member(member), epoch)
+        self._rule.fit(self._learners(member), epoch)
         self._sigma[member] = self._rule.next_sigma(epoch, sigma)
         return {"sigma": sigma}

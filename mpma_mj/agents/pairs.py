@@ -200,6 +200,12 @@ class PairsAgent(ABC):
         """Let every member learn from its episode; return what `learn` does of each."""
         return [self._learn_member(member) for member in self._members]
 
+    def expected(self) -> Array:
+        """Return the posture that was last expected to come next, Σ_i λ^i x̂^i, shape (..., 12)."""
+        last = self._steps[-1]
+        expected: Array = (last["responsibility"][..., None, :] @ last["predictions"])[..., 0, :]
+        return expected
+
     def signals(self) -> dict[str, Array]:
         """Return the signals of the episode that ended.
 
@@ -214,22 +220,16 @@ class PairsAgent(ABC):
 
     def state_dict(self) -> dict[str, Array]:
         """Return all that learning has changed, as arrays by name."""
-        state = {
+        return {
             "progress": self._progress.copy(),
             "untrained_error": self._untrained_error.copy(),
-        }
-        for part, readout in vars(self._readouts).items():
-            state |= {f"{part}.{name}": value for name, value in readout.state_dict().items()}
-        return state
+        } | self._readouts.state_dict()
 
     def load_state_dict(self, state: Mapping[str, Array]) -> None:
         """Continue from what `state_dict` returned."""
         self._progress[...] = state["progress"]
         self._untrained_error[...] = state["untrained_error"]
-        for part, readout in vars(self._readouts).items():
-            readout.load_state_dict(
-                {name: state[f"{part}.{name}"] for name in readout.state_dict()}
-            )
+        self._readouts.load_state_dict(state)
 
     def keep(self, members: NDArray[np.intp]) -> None:
         """Go on with some of the agents side by side only.

@@ -12,7 +12,7 @@ from mpma_mj.analysis.posture_space import Told
 from mpma_mj.analysis.synergies import ENOUGH, Synergies
 from mpma_mj.arm import JOINT_NAMES
 
-__all__ = ["joint_terms", "tables"]
+__all__ = ["joint_terms", "markdown_table", "tables"]
 
 Array = NDArray[np.float64]
 
@@ -51,7 +51,7 @@ def _shares(captured: Captured) -> str:
         for kind, names in captured.shares.items()
         for name, share in names.items()
     ]
-    return _table(("share of, %", *_modules(len(captured.output))), rows)
+    return markdown_table(("share of, %", *_modules(len(captured.output))), rows)
 
 
 def _told(told: Told) -> str:
@@ -64,7 +64,7 @@ def _told(told: Told) -> str:
         share = bits.value[0] / entropy if entropy > 0 else np.nan
         rows.append((source, *map(_number, values), _percent(share)))
     head = ("λ is told by", "R²", "by chance", "bits", "by chance", f"% of {entropy:.2f} bits")
-    return _table(head, rows)
+    return markdown_table(head, rows)
 
 
 def _told_of_each(told: Told) -> str:
@@ -83,7 +83,7 @@ def _told_of_each(told: Told) -> str:
         for source in ("posture", "context")
     ]
     rows.append(("entropy, bits", *map(_number, told.entropy[1:])))
-    return _table(("each alone (by chance)", *_modules(len(told.entropy) - 1)), rows)
+    return markdown_table(("each alone (by chance)", *_modules(len(told.entropy) - 1)), rows)
 
 
 def _synergies(synergies: Synergies, output: Array) -> str:
@@ -102,7 +102,7 @@ def _synergies(synergies: Synergies, output: Array) -> str:
         f"{count} for {100 * reached:.1f} % of the motor outputs"
         f" (the least number for {100 * ENOUGH:.0f} %); % in each module:"
     )
-    return f"{title}\n\n{_table(head, rows)}"
+    return f"{title}\n\n{markdown_table(head, rows)}"
 
 
 def _repetition(repetition: Repetition) -> str:
@@ -111,7 +111,7 @@ def _repetition(repetition: Repetition) -> str:
         ("motor output", *map(_number, repetition.module_output)),
     ]
     head = ("correlation between repetitions", *_modules(len(repetition.responsibility)))
-    text = _table(head, rows)
+    text = markdown_table(head, rows)
     course = repetition.recurrence
     if len(course) <= repetition.period:
         return text
@@ -122,7 +122,8 @@ def _repetition(repetition: Repetition) -> str:
     )
 
 
-def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return a table in Markdown, given the cells of its head and of its rows."""
     lines = [f"| {' | '.join(line)} |" for line in (head, *rows)]
     return "\n".join([lines[0], "|---" * len(head) + "|", *lines[1:]])
 

@@ -1,9 +1,11 @@
 """What the command line offers: a file a command, each with its options and `run`."""
 
 from mpma_mj.commands.ablate import Ablate
+from mpma_mj.commands.attractor import Attractor
 from mpma_mj.commands.bench import Bench
 from mpma_mj.commands.benchmark import Benchmark
 from mpma_mj.commands.capture import Capture
+from mpma_mj.commands.grow import Grow
 from mpma_mj.commands.imitate import Imitate
 from mpma_mj.commands.motion import InspectMotion
 from mpma_mj.commands.render import Render
@@ -14,9 +16,11 @@ from mpma_mj.commands.view import View
 
 __all__ = [
     "Ablate",
+    "Attractor",
     "Bench",
     "Benchmark",
     "Capture",
+    "Grow",
     "Imitate",
     "InspectMotion",
     "Render",

@@ -54,12 +54,19 @@ class ReadoutBank:
 
     def member(self, index: tuple[int, ...]) -> ReadoutBank:
         """Return one member's readouts, (M, K, F); what it learns is learned here."""
-        own = ReadoutBank.__new__(ReadoutBank)
-        own._forgetting, own._ridge = self._forgetting, self._ridge
-        view: tuple[Any, ...] = (*index, ...)  # not a copy, also of a single number
-        own.weights, own._gram = self.weights[view], self._gram[view]
-        own._moment, own._steps = self._moment[view], self._steps[view]
-        return own
+        member: tuple[Any, ...] = (*index, ...)  # not a copy, also of a single number
+        return self._part(member, member)
+
+    def first(self, count: int) -> ReadoutBank:
+        """Return the first modules' readouts, (..., M', K, F); what they learn is learned here."""
+        return self._part((..., slice(count), slice(None), slice(None)), (...,))
+
+    def _part(self, view: tuple[Any, ...], steps: tuple[Any, ...]) -> ReadoutBank:
+        part = ReadoutBank.__new__(ReadoutBank)
+        part._forgetting, part._ridge = self._forgetting, self._ridge
+        part.weights, part._gram = self.weights[view], self._gram[view]
+        part._moment, part._steps = self._moment[view], self._steps[steps]
+        return part
 
     def keep(self, members: NDArray[np.intp]) -> None:
         """Go on with some of the members only, (R',) of R."""

@@ -72,6 +72,7 @@ def ask(bases: Sequence[RunConfig], runs: int, epochs: int, *, stop: bool) -> As
         for base in bases
         for arms in get_args(Arms)
         for agent in get_args(AgentName)
+        if agent != "growing"  # is MPMA too, and takes more epochs than the others are given
     ]
     return Asked(tuple(run for point in points for run in seeds(point, runs)), epochs, stop)
 

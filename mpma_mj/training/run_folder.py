@@ -31,6 +31,7 @@ _CONTENTS = (
     "metrics.csv",
     "summary.json",
     "capture.json",
+    "attractor.json",
     "trace.npz",
     "checkpoint",
     "figures",
@@ -58,6 +59,11 @@ class RunFolder:
     def captured(self) -> Path:
         """Where it is written which module captures what."""
         return self.path / "capture.json"
+
+    @property
+    def freed(self) -> Path:
+        """Where it is written how the dance goes on without the demonstration."""
+        return self.path / "attractor.json"
 
     @property
     def figures(self) -> Path:
@@ -142,7 +148,8 @@ class RunFolder:
 
     def forget_epoch(self) -> None:
         """Remove what was made of an epoch that is not kept any more."""
-        for made in (self.video, self.captured, self.figures / "capture.png"):
+        pictures = (self.figures / "capture.png", self.figures / "attractor.png")
+        for made in (self.video, self.captured, self.freed, *pictures):
             made.unlink(missing_ok=True)
 
     def write_checkpoint(

@@ -7,7 +7,7 @@ from mpma_mj.errors import BadOptionError
 from mpma_mj.training.trace import record_epoch
 
 SMALL = MPMAConfig(nodes=20, modules=2)
-LEARNING = ("mpma", "mosaic", "hammer", "single")
+LEARNING = ("mpma", "growing", "mosaic", "hammer", "single")
 
 
 def actions(kind: str, seed: int, epochs: int = 2) -> np.ndarray:
@@ -54,6 +54,6 @@ def test_unknown_kinds_are_refused_in_one_line_with_the_list() -> None:
     with pytest.raises(BadOptionError) as error:
         make_agent(load("ymca"), kind="mosiac")
     assert str(error.value) == (
-        "kind is 'mosiac'; expected one of mpma, mosaic, hammer, single, feedback_only,"
-        " open_loop, random"
+        "kind is 'mosiac'; expected one of mpma, growing, mosaic, hammer, single,"
+        " feedback_only, open_loop, random"
     )

@@ -68,6 +68,18 @@ def test_a_resumed_run_equals_an_uninterrupted_one(tmp_path: Path, rule: Any, ar
     same(whole, parts)
 
 
+def test_a_run_that_grows_can_be_resumed_before_and_after_a_module_awakes(tmp_path: Path) -> None:
+    config = RunConfig(nodes=10, modules=3, arms="kinematic", repeats=1, agent="growing")
+    whole = run(tmp_path / "whole", config, epochs=14)
+    rows = (whole.path / "metrics.csv").read_text().splitlines()
+    awake = [row.split(",")[rows[0].split(",").index("modules_awake")] for row in rows[1:]]
+    woke = awake.index("2.0")
+    parts = run(tmp_path / "parts", config, epochs=woke - 1)
+    resume(parts, 2)
+    resume(parts, 14 - woke - 1)
+    same(whole, parts)
+
+
 def test_a_converged_run_stays_as_it_is(tmp_path: Path) -> None:
     folder = run(tmp_path / "a", RunConfig(nodes=50), epochs=30)
     before = {name: (folder.path / name).read_bytes() for name in RESULTS}
@@ -340,7 +352,8 @@ def test_no_epochs_are_refused_before_anything_is_written(tmp_path: Path) -> Non
 
 def test_what_shows_an_epoch_that_is_not_kept_any_more_is_removed(tmp_path: Path) -> None:
     folder = run(tmp_path / "a", epochs=1)
-    made = (folder.video, folder.captured, folder.figures / "capture.png")
+    pictures = (folder.figures / "capture.png", folder.figures / "attractor.png")
+    made = (folder.video, folder.captured, folder.freed, *pictures)
     folder.figures.mkdir()
     for file in made:
         file.write_text("of epoch 1")

@@ -1,0 +1,158 @@
+"""MPMA that begins with one module and adds others where none predicts well."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj import metrics
+from mpma_mj.agents.agent import Observation, Seeds
+from mpma_mj.agents.arena import Arena
+from mpma_mj.agents.growth import Growth
+from mpma_mj.agents.learning import Readouts
+from mpma_mj.agents.mpma import MPMA, MPMAConfig
+from mpma_mj.agents.pairs import Member
+from mpma_mj.agents.responsibility import prediction_errors
+from mpma_mj.motions.context import danced_label
+
+__all__ = ["GrowingMPMA", "with_one_more", "with_the_first"]
+
+Array = NDArray[np.float64]
+
+_HELPED = "helped."  # begins the names of what was learned before the last module awoke
+_OF_MODULES = (
+    *("inverse_features", "forward_features", "predictor_features", "prior"),
+    *("responsibility", "module_actions", "predictions"),
+)
+
+
+class GrowingMPMA(MPMA):
+    """MPMA that begins with one module, of as many as `modules` at most.
+
+    All modules' reservoirs are there from the beginning; a module that sleeps has p = 0, so that
+    λ = 0, and learns nothing. When control has passed to the inverse models `Growth` decides
+    after each epoch whether one more awakes; how it then learns, see `with_one_more`. In the end
+    all is again as it was before a module awoke that did not help. The paper leaves growth to
+    future work; how it is done is our choice.
+    """
+
+    def __init__(self, config: MPMAConfig, arena: Arena, *, seed: Seeds = 0) -> None:
+        """Draw the reservoirs.
+
+        Args:
+            config: Settings; `modules` is the largest number.
+            arena: Where it acts.
+            seed: Seed of weights and noise; several are agents side by side.
+        """
+        super().__init__(config, arena, seed=seed)
+        row = Growth().as_row()
+        self._growth = np.tile(row, (*self._lead, 1))  # (..., 5)
+        self._helped = copy.deepcopy(self._readouts)  # as it was before the last module awoke
+        self._helped_sigma = self._sigma.copy()
+
+    @property
+    def awake(self) -> NDArray[np.bool_]:
+        """Which modules are awake, shape (..., M)."""
+        return np.arange(self._modules) < self._growth[..., :1]
+
+    def keep(self, members: NDArray[np.intp]) -> None:
+        """Go on with some of the agents side by side only, (R',) of R."""
+        super().keep(members)
+        self._growth = self._growth[members]
+        self._helped_sigma = self._helped_sigma[members]
+        for bank in vars(self._helped).values():
+            bank.keep(members)
+
+    def state_dict(self) -> dict[str, Array]:
+        """Return all that learning has changed, as arrays by name."""
+        state = super().state_dict() | {"growth": self._growth.copy()}
+        helped = self._helped.state_dict() | {"sigma": self._helped_sigma}
+        return state | {f"{_HELPED}{name}": value.copy() for name, value in helped.items()}
+
+    def load_state_dict(self, state: Mapping[str, Array]) -> None:
+        """Continue from what `state_dict` returned."""
+        super().load_state_dict(state)
+        self._growth[...] = state["growth"]
+        names = [name for name in state if name.startswith(_HELPED)]
+        helped = {name.removeprefix(_HELPED): state[name] for name in names}
+        self._helped_sigma[...] = helped["sigma"]
+        self._helped.load_state_dict(helped)
+
+    def _gate(self, observation: Observation) -> dict[str, Array]:
+        return super()._gate(observation) | {"context": observation["context"]}
+
+    def _suited(self, said: Array) -> Array:
+        return np.where(self.awake, super()._suited(said), 0.0)
+
+    def _likelihood(self, errors: Array) -> Array:
+        return super()._likelihood(np.where(self.awake, errors, np.inf))
+
+    def _learners(self, member: Member) -> Readouts:
+        awake = Growth.of_row(self._growth[member]).modules
+        return super()._learners(member).first(awake)
+
+    def _learn_epoch(self, member: Member, episode: dict[str, Array]) -> dict[str, float]:
+        """Let growth follow, and refit the readouts of those that are then awake, or go back."""
+        now = after = Growth.of_row(self._growth[member])
+        logged = {"modules_awake": float(now.modules), "growing": float(not now.over)}
+        if self._progress[member] >= 1.0:
+            after = now.after(_prediction_error(episode), self._modules)
+        self._growth[member] = after.as_row()
+        if after.modules < now.modules:
+            return logged | self._go_back(member)
+        if after.modules > now.modules:
+            self._helped.member(member).take(self._readouts.member(member))
+            self._helped_sigma[member] = self._sigma[member]
+            episode = with_one_more(episode, now.modules)
+        return logged | super()._learn_epoch(member, with_the_first(episode, after.modules))
+
+    def _go_back(self, member: Member) -> dict[str, float]:
+        """Have again what was learned before the last module awoke; learn nothing else."""
+        sigma = float(self._sigma[member])
+        self._readouts.member(member).take(self._helped.member(member))
+        self._sigma[member] = self._helped_sigma[member]
+        return {"sigma": sigma}
+
+
+def with_one_more(episode: dict[str, Array], new: int) -> dict[str, Array]:
+    """Give a module half of the responsibility for the label that is predicted worst (choice).
+
+    That is the label with most of the epoch's error Σ_t Σ_i λ^i errⁱ, so that most can be won.
+    In place of what the new module has said, which is nothing, stands what all said together.
+
+    Args:
+        episode: What happened in an epoch, (T, ...) by name.
+        new: Number of the module.
+
+    Returns:
+        The same with other signals of that module, and responsibilities that still sum to 1.
+    """
+    responsibility, context = episode["responsibility"].copy(), episode["context"]
+    errors = prediction_errors(episode["predictions"], episode["next_posture"])
+    surprise = np.sum(responsibility * errors, axis=1)
+    label = danced_label(context)
+    worst = max(np.unique(label), key=lambda danced: float(surprise[label == danced].sum()))
+    responsibility[label == worst] *= 0.5
+    responsibility[label == worst, new] = 0.5
+    changed = {"responsibility": responsibility}
+    for name in ("module_actions", "predictions"):
+        changed[name] = episode[name].copy()
+        changed[name][:, new] = _mixed(episode, name)
+    return episode | changed
+
+
+def with_the_first(episode: dict[str, Array], count: int) -> dict[str, Array]:
+    """Return an epoch as if there were only the first modules; the others had λ = 0."""
+    return episode | {name: episode[name][:, :count] for name in _OF_MODULES}
+
+
+def _prediction_error(episode: dict[str, Array]) -> float:
+    return metrics.posture_error_percent(_mixed(episode, "predictions"), episode["next_posture"])
+
+
+def _mixed(episode: dict[str, Array], name: str) -> Array:
+    """Return what all modules said together, Σ_i λ^i (...)^i, shape (T, ...)."""
+    return np.einsum("tm,tmd->td", episode["responsibility"], episode[name])

@@ -1,0 +1,55 @@
+"""What stands between an agent and the loop that runs it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import dm_env
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.agents.agent import Agent, Observation
+
+__all__ = ["AgentWrapper"]
+
+Array = NDArray[np.float64]
+
+
+class AgentWrapper:
+    """An agent that is another one; subclasses change what they have to.
+
+    Attributes:
+        agent: The other one.
+    """
+
+    def __init__(self, agent: Agent) -> None:
+        """Stand before an agent."""
+        self.agent = agent
+
+    def reset(self, episode: int) -> None:
+        """Begin an episode."""
+        self.agent.reset(episode)
+
+    def act(self, observation: Observation) -> Array:
+        """Return the agent's action."""
+        return self.agent.act(observation)
+
+    def observe(self, timestep: dm_env.TimeStep) -> None:
+        """Hand on what the action led to."""
+        self.agent.observe(timestep)
+
+    def learn(self) -> dict[str, float]:
+        """Let the agent learn."""
+        return self.agent.learn()
+
+    def signals(self) -> dict[str, Array]:
+        """Return the agent's signals."""
+        return self.agent.signals()
+
+    def state_dict(self) -> dict[str, Array]:
+        """Return what the agent has learned."""
+        return self.agent.state_dict()
+
+    def load_state_dict(self, state: Mapping[str, Array]) -> None:
+        """Continue from what `state_dict` returned."""
+        self.agent.load_state_dict(state)

@@ -1,0 +1,89 @@
+"""How a trained agent dances on when the demonstration is taken away."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.agents.freed import Freed
+from mpma_mj.envs.load import load
+from mpma_mj.errors import CheckpointError
+from mpma_mj.motions import Motion
+from mpma_mj.motions.context import danced_label
+from mpma_mj.training.build import agent_of, environment_options, one_thread
+from mpma_mj.training.run_folder import RunFolder
+from mpma_mj.training.trace import record_epoch
+
+__all__ = ["REPEATS", "FreeDance", "dance_freely"]
+
+Array = NDArray[np.float64]
+
+REPEATS = 3
+"""Repetitions without the demonstration, after one with it."""
+
+
+@dataclass(frozen=True, eq=False)
+class FreeDance:
+    """What was danced from the moment of release on, and what would have been demonstrated.
+
+    Attributes:
+        posture: Danced postures, shape (T, 12).
+        reference: Demonstrated postures that were not shown, shape (T, 12).
+        label: Which label's music is on, shape (T,); -1 for none.
+        period: Steps of one repetition; T is at most `REPEATS` times as many.
+        rate: Steps per second, Hz.
+    """
+
+    posture: Array
+    reference: Array
+    label: NDArray[np.int_]
+    period: int
+    rate: float
+
+
+def dance_freely(folder: RunFolder) -> tuple[FreeDance, Motion]:
+    """Let the agent of a run's kept epoch dance on.
+
+    The demonstration has no noise here, which would add to speeds and errors (choice).
+
+    Args:
+        folder: Folder of the run.
+
+    Returns:
+        What it danced, and the movement that it had learned.
+
+    Raises:
+        MpmaError: There is no run, or it is damaged, or its agent has no forward models.
+        DivergedError: The simulation did not stay finite.
+    """
+    config, motion = folder.read_config(), folder.read_motion()
+    state, meta = folder.read_checkpoint("best", config)
+    options: dict[str, Any] = environment_options(config)
+    options |= {"repeats": 1 + REPEATS, "noise": 0.0}
+    env = load(motion, **options)
+    period = env.task.period
+    agent = Freed(agent_of(config, env, config.seed), period)
+    try:
+        agent.load_state_dict(state)
+        epoch = int(meta["row"]["epoch"])
+    except KeyError as error:
+        raise CheckpointError(
+            f"{folder.path}: the checkpoint lacks {error.args[0]}; train anew"
+        ) from None
+    except ValueError:
+        raise CheckpointError(
+            f"{folder.path}: the checkpoint does not fit its settings; train anew"
+        ) from None
+    with one_thread():
+        trace = record_epoch(env, agent, epoch)  # the reservoirs' noise is of the epoch after
+    free = FreeDance(
+        trace["posture"][period:],
+        trace["reference"][period:],
+        danced_label(trace["context"][period:]),
+        period,
+        motion.rate,
+    )
+    return free, motion

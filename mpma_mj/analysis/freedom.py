@@ -1,0 +1,185 @@
+"""How long and how well a dance goes on without its demonstration."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj import metrics
+from mpma_mj.analysis.attractor import FreeDance
+from mpma_mj.analysis.tables import markdown_table
+
+__all__ = [
+    "LOST",
+    "WINDOWS",
+    "Freedom",
+    "as_markdown",
+    "error_over_time",
+    "judge",
+    "nearest_over_time",
+]
+
+Array = NDArray[np.float64]
+Ending = Literal["standstill", "cycle", "wandering"]
+
+LOST = 10.0
+"""Error at which the dance is lost, percent of a coordinate's range (choice)."""
+
+WINDOWS = (1.0, 2.0, 5.0)
+"""Times from the release over which p_e is told, s."""
+
+_STANDS = 0.1  # amplitude, of the demonstrated one, below which arms stand still (choice)
+_REPEATS = 0.5  # change between repetitions, of the amplitude, below which it is a cycle (choice)
+
+
+@dataclass(frozen=True)
+class Freedom:
+    """How long and how well; errors in percent of a coordinate's range.
+
+    Attributes:
+        held_s: Time until the error first exceeds `LOST`, s; all of the time if it never does.
+        near_s: The same for the distance to the nearest demonstrated posture of the same label.
+        p_e_percent: Error over the first seconds, by their number, and over all of the time.
+        still_percent: The same for arms that stay where they are at the release.
+        nearest_percent: Mean distance to the nearest demonstrated posture of the same label.
+        still_nearest_percent: The same for arms that stay where they are.
+        chance_percent: Mean distance of two demonstrated postures, the error of no timing at all.
+        speed: Mean speed of the posture over the demonstrated one.
+        amplitude: Rms deviation from the mean posture over the demonstrated one, in the last
+            repetition.
+        change: Rms change from the last repetition but one to the last, over the rms deviation
+            from the mean posture in the last.
+        ending: "standstill" where the amplitude is below 0.1, "cycle" where repetitions are
+            alike, change below 0.5, else "wandering".
+    """
+
+    held_s: float
+    near_s: float
+    p_e_percent: dict[str, float]
+    still_percent: dict[str, float]
+    nearest_percent: float
+    still_nearest_percent: float
+    chance_percent: float
+    speed: float
+    amplitude: float
+    change: float
+    ending: Ending
+
+    def as_json(self) -> dict[str, Any]:
+        """Return it as JSON can hold it."""
+        return asdict(self)
+
+
+def judge(free: FreeDance) -> Freedom:
+    """Measure what was danced.
+
+    Args:
+        free: The dance from the release on, two repetitions or more.
+    """
+    still = np.broadcast_to(free.posture[0], free.posture.shape)
+    nearest = nearest_over_time(free, free.posture)
+    amplitude = _deviation(free.posture[-free.period :])
+    before, last = free.posture[-2 * free.period : -free.period], free.posture[-free.period :]
+    change = _rms(last - before) / max(amplitude, np.finfo(float).tiny)
+    moved = amplitude / _deviation(free.reference[-free.period :])
+    return Freedom(
+        held_s=_first(error_over_time(free) > LOST) / free.rate,
+        near_s=_first(nearest > LOST) / free.rate,
+        p_e_percent=_windows(free, free.posture),
+        still_percent=_windows(free, still),
+        nearest_percent=float(nearest.mean()),
+        still_nearest_percent=float(nearest_over_time(free, still).mean()),
+        chance_percent=_chance(free.reference[: free.period]),
+        speed=_path(free.posture) / _path(free.reference),
+        amplitude=moved,
+        change=change,
+        ending=_ending(moved, change),
+    )
+
+
+def as_markdown(found: Mapping[str, Freedom]) -> str:
+    """Return a table with a row for each run, by its name.
+
+    Behind a number stands in brackets that of arms that stay where they are.
+    """
+    windows = [*(f"{window:g} s" for window in WINDOWS), "all"]
+    head = ["run", "held, s", "near, s", *(f"p_e {window}, %" for window in windows)]
+    head += ["chance, %", "nearest, %", "speed", "amplitude", "ends in"]
+    rows = []
+    for name, freedom in found.items():
+        times = [f"{freedom.held_s:.2f}", f"{freedom.near_s:.2f}"]
+        errors = [_beside(freedom.p_e_percent, freedom.still_percent, window) for window in windows]
+        chance = f"{freedom.chance_percent:.1f}"
+        nearest = f"{freedom.nearest_percent:.1f} ({freedom.still_nearest_percent:.1f})"
+        moved = [f"{freedom.speed:.2f}", f"{freedom.amplitude:.2f}", freedom.ending]
+        rows.append([name, *times, *errors, chance, nearest, *moved])
+    return f"{markdown_table(head, rows)}\n\nin brackets: arms that stay where they are"
+
+
+def _beside(errors: Mapping[str, float], still: Mapping[str, float], window: str) -> str:
+    return f"{errors[window]:.1f} ({still[window]:.1f})" if window in errors else "–"
+
+
+def error_over_time(free: FreeDance) -> Array:
+    """Return the error of each moment, shape (T,), percent."""
+    return 50.0 * np.abs(free.posture - free.reference).mean(axis=1)
+
+
+def nearest_over_time(free: FreeDance, posture: Array) -> Array:
+    """Return how far postures are from the nearest demonstrated one of the same label.
+
+    Args:
+        free: What was demonstrated, and when which label's music was on.
+        posture: Postures, shape (T, 12).
+
+    Returns:
+        Distances, shape (T,), percent.
+    """
+    nearest = np.empty(len(posture))
+    for label in np.unique(free.label):
+        part = free.label == label
+        shown = free.reference[part]
+        nearest[part] = [50.0 * np.abs(shown - x).mean(axis=1).min() for x in posture[part]]
+    return nearest
+
+
+def _windows(free: FreeDance, posture: Array) -> dict[str, float]:
+    """Return the error over the windows that are not longer than the dance, and over all."""
+    steps = {f"{window:g} s": round(window * free.rate) for window in WINDOWS}
+    inside = {name: count for name, count in steps.items() if count <= len(posture)}
+    return {
+        name: metrics.posture_error_percent(posture[:count], free.reference[:count])
+        for name, count in (inside | {"all": len(posture)}).items()
+    }
+
+
+def _chance(posture: Array) -> float:
+    """Return the mean distance of all pairs of postures, shape (T, 12), percent."""
+    return float(np.mean([metrics.posture_error_percent(posture, one) for one in posture]))
+
+
+def _ending(amplitude: float, change: float) -> Ending:
+    if amplitude < _STANDS:
+        return "standstill"
+    return "cycle" if change < _REPEATS else "wandering"
+
+
+def _first(true: NDArray[np.bool_]) -> int:
+    """Return the first step of which something is true, or their number."""
+    return int(true.argmax()) if true.any() else len(true)
+
+
+def _deviation(posture: Array) -> float:
+    return _rms(posture - posture.mean(axis=0))
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _path(posture: Array) -> float:
+    return float(np.linalg.norm(np.diff(posture, axis=0), axis=1).sum())

@@ -1,0 +1,48 @@
+"""`mpma attractor`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from mpma_mj.errors import BadOptionError
+
+__all__ = ["Attractor"]
+
+
+@dataclass(frozen=True)
+class Attractor:
+    """Let trained runs dance on without the demonstration, by the music alone: how long, how well?
+
+    Each run's folder gets attractor.json and figures/attractor.png.
+    """
+
+    run_folders: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
+    """Folders of runs."""
+
+    def run(self) -> Path:
+        """Do it and return the last figure's path."""
+        from mpma_mj import files
+        from mpma_mj.analysis.attractor import dance_freely
+        from mpma_mj.analysis.attractor_figure import write_figure
+        from mpma_mj.analysis.freedom import as_markdown, judge
+        from mpma_mj.training.progress import show_range
+        from mpma_mj.training.run_folder import RunFolder
+
+        if not self.run_folders:
+            raise BadOptionError("no run given; try: mpma attractor runs/ymca")
+        found = {}
+        for number in show_range(range(len(self.run_folders)), "dancing without demonstration"):
+            folder = RunFolder(self.run_folders[number])
+            free, motion = dance_freely(folder)
+            freedom = judge(free)
+            found[str(folder.path)] = freedom
+            content = {"format": files.FORMAT, "motion": motion.name} | freedom.as_json()
+            files.write_json(folder.freed, content)
+            picture = folder.figures / "attractor.png"
+            write_figure(picture, free, motion)
+        print(as_markdown(found))
+        return picture

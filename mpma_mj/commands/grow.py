@@ -1,0 +1,64 @@
+"""`mpma grow`."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from mpma_mj.commands.folders import default_folder
+from mpma_mj.commands.workers import Workers, require_all
+from mpma_mj.training.config import RunConfig, Settings
+
+__all__ = ["Grow"]
+
+
+@dataclass(frozen=True)
+class Grow:
+    """Let agents grow from one module, and compare where they settle with fixed numbers.
+
+    Started again with the same --out it goes on where it was.
+    """
+
+    motions: Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="MOTION")] = (
+        "ymca",
+    )
+    """What is imitated, as of `mpma imitate`."""
+    most: int = 8
+    """Most modules."""
+    runs: int = 10
+    """Runs that grow, and runs of each fixed number, with seeds from --seed up."""
+    settings: tyro.conf.OmitArgPrefixes[Settings] = dataclasses.field(default_factory=Settings)
+    """What all runs have in common."""
+    epochs: int = 100
+    """Most epochs of a run; it ends when it has converged."""
+    who: tyro.conf.OmitArgPrefixes[Workers] = dataclasses.field(default_factory=Workers)
+    """Who trains."""
+    out: Path | None = None
+    """Folder of the runs; runs/grow-TIME if not given."""
+
+    def run(self) -> Path:
+        """Do it and return the folder."""
+        from mpma_mj.files import write_text
+        from mpma_mj.sweep.folder import SweepFolder
+        from mpma_mj.sweep.growth import as_markdown, ask
+        from mpma_mj.training.movements import expand_folders
+
+        base = RunConfig(motions=expand_folders(self.motions), **dataclasses.asdict(self.settings))
+        asked = ask(self.most, self.runs, base, self.epochs)
+        folder = SweepFolder(self.out or default_folder("grow"), asked)
+        self.who.train(folder)
+        from mpma_mj.sweep.growth_figure import write_figure
+
+        runs = folder.finished()
+        table = as_markdown(asked, runs)
+        folder.write_rows(runs)
+        write_text(folder.path / "growth.md", table)
+        title = ", ".join(Path(motion).stem for motion in base.motions)
+        write_figure(folder.path / "growth.png", runs, title)
+        print(table)
+        require_all(folder)
+        return folder.path

@@ -1,0 +1,118 @@
+"""The command `mpma attractor` as a user types it."""
+
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mpma_mj import files
+from mpma_mj.cli import main
+
+
+@pytest.fixture
+def run(small_run: Path, tmp_path: Path) -> Path:
+    """Return a copy of a finished run."""
+    return shutil.copytree(small_run, tmp_path / "run")
+
+
+def test_a_run_gets_a_table_json_and_a_figure(run: Path) -> None:
+    words = [sys.executable, "-m", "mpma_mj.cli", "attractor", str(run)]
+    result = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stderr
+    assert result.stderr == "dancing without demonstration\n"
+    lines = result.stdout.splitlines()
+    assert lines[-1] == str(run / "figures" / "attractor.png")
+    assert lines[0].startswith("| run | held, s | near, s | p_e 1 s, % |")
+    assert lines[2].startswith(f"| {run} | ")
+    assert (run / "figures" / "attractor.png").read_bytes().startswith(b"\x89PNG")
+    content = json.loads((run / "attractor.json").read_text())
+    assert list(content["p_e_percent"]) == ["1 s", "2 s", "5 s", "all"]
+    assert content["ending"] in ("standstill", "cycle", "wandering")
+    assert 0.0 < content["held_s"] <= content["near_s"] <= 3 * 3.8
+    # It has learned the dance: freed, it is for a moment where the demonstration is.
+    assert content["held_s"] > 0.1
+
+
+def test_several_runs_have_a_row_each_and_a_later_look_tells_the_same(
+    run: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    again = shutil.copytree(run, run.parent / "again")
+    capsys.readouterr()
+    assert main(["attractor", str(run), str(again)]) == 0
+    rows = capsys.readouterr().out.splitlines()[2:4]
+    assert rows[0].replace(str(run), "") == rows[1].replace(str(again), "")
+    assert (run / "attractor.json").read_bytes() == (again / "attractor.json").read_bytes()
+
+
+def test_a_run_that_grew_can_be_freed(tmp_path: Path) -> None:
+    words = f"imitate ymca --agent growing --nodes 10 --epochs 12 --no-video --out {tmp_path / 'a'}"
+    assert main(words.split()) == 0
+    assert main(["attractor", str(tmp_path / "a")]) == 0
+
+
+def test_overwriting_a_run_removes_what_was_told_about_it(run: Path) -> None:
+    files.write_json(run / "attractor.json", {})
+    words = "imitate ymca --nodes 10 --epochs 1 --no-video --overwrite --out"
+    assert main([*words.split(), str(run)]) == 0
+    assert not (run / "attractor.json").exists()
+
+
+@pytest.mark.parametrize("name", ["config.json", "checkpoint/motion.npz", "checkpoint/best.npz"])
+def test_a_damaged_run_is_one_line_and_exit_2(
+    run: Path, name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (run / name).write_bytes(b"rubbish")
+    assert_refused([str(run)], f"{name}: damaged", capsys)
+    assert not (run / "attractor.json").exists()
+
+
+def test_a_checkpoint_that_lacks_something_is_one_line_and_exit_2(
+    run: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = run / "checkpoint" / "best.npz"
+    arrays, meta = files.read_arrays(path, "checkpoint")
+    del arrays["forward.weights"]
+    files.write_arrays(path, "checkpoint", arrays, meta)
+    assert_refused([str(run)], "the checkpoint lacks forward.weights; train anew", capsys)
+
+
+def test_a_checkpoint_of_other_sizes_is_one_line_and_exit_2(
+    run: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = run / "checkpoint" / "best.npz"
+    arrays, meta = files.read_arrays(path, "checkpoint")
+    arrays["forward.weights"] = np.zeros((2, 3))
+    files.write_arrays(path, "checkpoint", arrays, meta)
+    assert_refused([str(run)], "the checkpoint does not fit its settings; train anew", capsys)
+
+
+def test_an_agent_without_forward_models_is_one_line_and_exit_2(
+    run: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    config = json.loads((run / "config.json").read_text())
+    config["config"]["agent"] = "feedback_only"
+    files.write_json(run / "config.json", config)
+    path = run / "checkpoint" / "best.npz"
+    arrays, meta = files.read_arrays(path, "checkpoint")
+    files.write_arrays(path, "checkpoint", arrays, meta | {"config": config["config"]})
+    assert_refused([str(run)], "agent is FeedbackOnly, which has no forward models", capsys)
+
+
+def test_no_run_is_one_line_and_exit_2(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert_refused([str(tmp_path / "gone")], "no run there", capsys)
+    assert_refused([], "no run given; try: mpma attractor runs/ymca", capsys)
+    assert list(tmp_path.iterdir()) == []
+
+
+def assert_refused(runs: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
+    capsys.readouterr()
+    assert main(["attractor", *runs]) == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    errors = [line for line in printed.err.splitlines() if line.startswith("mpma: ")]
+    assert len(errors) == 1
+    assert message in errors[0]
