@@ -189,8 +189,8 @@ class WeightedRule:
         forgetting: φ.
         ridge: ρ, per step; with 1e-3 median p_e on YMCA is 0.03 % higher than with 1e-4.
         first_sigma: σ of the first epoch, in which predictions say nothing yet.
-        least_sigma: Least σ, twice the size of the reservoirs' noise in predictions. With 0.02
-            modules that share a label take turns by chance, which no predictor can know.
+        least_sigma: Least σ. With 0.02, the size of the demonstration's noise, modules that share a
+            label take turns by chance, which no predictor can know.
         commitment: γ.
     """
 

@@ -60,9 +60,9 @@ class MOSAIC(ResponsiblePairs):
     add to the command's outcome is the command's error. Since it learns while it dances, the
     state that a trainer keeps is the one at the beginning of an epoch.
 
-    σ stays (choice). At 0.5, where that of MPMA's weighted rule begins, the likelihood says little and the context
-    decides; at 0.144 one module wins everything; and if σ follows the prediction error, as under
-    MPMA's weighted rule, modules divide inside labels, which predictors cannot tell by context.
+    σ stays (choice). At 0.5, where MPMA's weighted rule begins, the likelihood says little and the
+    context decides; at 0.144 one module wins everything; and if σ follows the prediction error, as
+    under that rule, modules divide inside labels, which predictors cannot tell by context.
     """
 
     def __init__(
