@@ -6,7 +6,7 @@ import pytest
 from mpma_mj import load, make_agent
 from mpma_mj.agents import MOSAIC, Arena, MPMAConfig
 from mpma_mj.agents.mosaic import LearningRates
-from mpma_mj.agents.pairs import PairsConfig
+from mpma_mj.agents.networks import PairsConfig
 from mpma_mj.errors import BadOptionError
 from mpma_mj.training.trace import record_epoch
 
