@@ -33,7 +33,10 @@ class Agent(Protocol):
         """Take in what the action led to."""
 
     def learn(self) -> dict[str, float]:
-        """Learn from the episode that ended; return what is worth logging, by name."""
+        """Learn from the episode that ended; return what is worth logging, by name.
+
+        Of one agent: those that learn side by side refuse, and have `learn_side_by_side`.
+        """
 
     def signals(self) -> dict[str, Array]:
         """Return the agent's inner signals of the last episode by name, each (T, ...).
@@ -54,9 +57,9 @@ class SideBySide(Agent, Protocol):
     """Agents side by side: all arrays have an axis R, and each acts and learns as alone."""
 
     def learn_side_by_side(self) -> list[dict[str, float]]:
-        """Let each learn from its episode; return what is worth logging of each.
+        """Let each learn from its episode, in place of `learn`; return what is worth logging.
 
-        Nothing where agents do not learn.
+        An entry for each agent, by name; none at all where agents do not learn.
         """
 
     def keep(self, members: NDArray[np.intp]) -> None:

@@ -14,7 +14,10 @@ Array = NDArray[np.float64]
 
 
 class FixedAgent:
-    """An agent without state, signals and learning; a subclass gives it `act`."""
+    """An agent that learns nothing, so that there is nothing of it to save.
+
+    A subclass gives it `act`, and whatever it has to keep in mind during an episode.
+    """
 
     def reset(self, episode: int) -> None:
         """Begin an episode."""
@@ -31,7 +34,11 @@ class FixedAgent:
         return []
 
     def keep(self, members: NDArray[np.intp]) -> None:
-        """Go on: one that keeps no account of its own side by side acts for any number."""
+        """Go on with some of the agents side by side only, (R',) of R, from the next reset.
+
+        There is nothing to do: how many they are is seen from the observations, unless a subclass
+        has something for each.
+        """
 
     def signals(self) -> dict[str, Array]:
         """Return no signals."""

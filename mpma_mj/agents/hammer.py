@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from mpma_mj.agents.agent import Observation, Seeds
 from mpma_mj.agents.arena import Arena
 from mpma_mj.agents.learning import WeightedRule, command_that_hits
-from mpma_mj.agents.pairs import Member, PairsAgent, PairsConfig
+from mpma_mj.agents.networks import PairsConfig
+from mpma_mj.agents.pairs import Member, PairsAgent
 from mpma_mj.agents.responsibility import prediction_errors
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions.context import danced_label
@@ -55,8 +56,9 @@ class HAMMER(PairsAgent):
     Preparation (choice): in the first 3 epochs the feedback controller leads, K and L wait, each
     pair has control in the steps of its own label and learns from these only, by ridge
     regression: the forward model x_{t+1} of the command that was taken, the inverse model
-    clip(u_t + u_fb,t+1, -1, 1), the command that would have hit. From steps without a label none
-    learns. Then learning is over, and K and L move on as MPMA's do.
+    clip(u_t + u_fb,t+1, -1, 1), the command that would have hit. In steps without a label the first
+    pair has control (choice), and none learns. Then learning is over, and K and L move on as
+    MPMA's do.
     """
 
     def __init__(self, config: PairsConfig, arena: Arena, *, seed: Seeds = 0) -> None:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from typing import get_args
+
 import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.agents.agent import Agent, Observation, Seeds, SideBySide
 from mpma_mj.agents.wrapper import AgentWrapper
+from mpma_mj.errors import BadOptionError
 from mpma_mj.motions.context import danced_label, one_hot
 from mpma_mj.options import HearsName
 from mpma_mj.randomness import stream
@@ -21,7 +24,7 @@ def heard_size(hears: HearsName, labels: int) -> int:
     return 2 * labels if hears == "halves" else labels
 
 
-def what_is_heard(context: Array, hears: HearsName, rng: np.random.Generator) -> Array:
+def what_is_heard(context: Array, hears: HearsName, period: int, rng: np.random.Generator) -> Array:
     """Return what is heard in an episode.
 
     Args:
@@ -29,11 +32,17 @@ def what_is_heard(context: Array, hears: HearsName, rng: np.random.Generator) ->
         hears: "labels", as it is; "nothing", silence; "constant", one sound throughout;
             "shuffled", the labels of the moments in any order; "halves", labels twice as fine:
             the first half of each stretch of a label, and the second.
+        period: Steps from one repetition of the movement to the next, where stretches end.
         rng: Source of the order.
 
     Returns:
         Shape (T, C), of halves (T, 2C).
+
+    Raises:
+        BadOptionError: There is nothing of that name to hear.
     """
+    if hears == "labels":
+        return context
     if hears == "nothing":
         return np.zeros_like(context)
     if hears == "constant":
@@ -41,14 +50,16 @@ def what_is_heard(context: Array, hears: HearsName, rng: np.random.Generator) ->
     if hears == "shuffled":
         return rng.permutation(context, axis=0)
     if hears == "halves":
-        return _halves(context)
-    return context
+        return _halves(context, period)
+    raise BadOptionError(f"hears is {hears!r}; expected one of {', '.join(get_args(HearsName))}")
 
 
-def _halves(context: Array) -> Array:
+def _halves(context: Array, period: int) -> Array:
     """Return labels twice as fine, shape (T, 2C); where nothing is heard, nothing still."""
     label = danced_label(context)
-    begins = np.flatnonzero(np.diff(label, prepend=-2))
+    changes = np.diff(label, prepend=-2) != 0
+    changes[::period] = True  # else a label at both ends would make one stretch over the seam
+    begins = np.flatnonzero(changes)
     fine = np.full(len(label), -1)
     for start, end in zip(begins, [*begins[1:], len(label)], strict=True):
         if label[start] >= 0:
@@ -60,17 +71,23 @@ def _halves(context: Array) -> Array:
 class Hearing(AgentWrapper):
     """An agent between which and the context something stands; in all else that agent."""
 
-    def __init__(self, agent: Agent, hears: HearsName, context: Array, seed: Seeds) -> None:
+    def __init__(
+        self, agent: Agent, hears: HearsName, context: Array, period: int, seed: Seeds
+    ) -> None:
         """Stand between.
 
         Args:
             agent: The agent; its context has the size that `heard_size` returns.
             hears: What it hears; see `what_is_heard`.
             context: Context of all moments of an episode, shape (T, C).
+            period: Steps from one repetition of the movement to the next.
             seed: Seed of the order, where it is shuffled; several for agents side by side.
+
+        Raises:
+            BadOptionError: There is nothing of that name to hear.
         """
         super().__init__(agent)
-        self._hears, self._context = hears, context
+        self._hears, self._context, self._period = hears, context, period
         self._seeds = np.asarray(seed)
         self.reset(0)
 
@@ -78,7 +95,7 @@ class Hearing(AgentWrapper):
         """Begin an episode."""
         super().reset(episode)
         heard = [
-            what_is_heard(self._context, self._hears, stream(own, "hearing", episode))
+            what_is_heard(self._context, self._hears, self._period, stream(own, "hearing", episode))
             for own in np.ravel(self._seeds).tolist()
         ]
         moments = np.stack(heard, axis=1)  # (T, R, C')

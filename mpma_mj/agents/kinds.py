@@ -15,7 +15,7 @@ from mpma_mj.agents.mpma import MPMA, MPMAConfig
 from mpma_mj.agents.open_loop import OpenLoop
 from mpma_mj.agents.random import RandomAgent
 
-__all__ = ["AGENTS", "DO_NOT_LEARN"]
+__all__ = ["AGENTS", "DO_NOT_LEARN", "NOT_TAKEN"]
 
 
 def _mpma(config: MPMAConfig, arena: Arena, seed: Seeds) -> MPMA:
@@ -53,6 +53,20 @@ AGENTS: dict[str, Callable[[MPMAConfig, Arena, Seeds], Agent]] = {
 }
 """Makers of agents: what each is given are settings, of which it takes what it has, where it acts,
 and a seed, or several for agents side by side."""
+
+_OF_MPMA = ("rule", "forward_input", "responsibility_predictors", "forward_gating")
+_OF_MODELS = ("proprioception", "spectral_radius", "reservoir_noise", "hears")
+
+NOT_TAKEN: dict[str, tuple[str, ...]] = {
+    "mosaic": _OF_MPMA,
+    "hammer": _OF_MPMA,
+    "feedback_only": (*_OF_MPMA, *_OF_MODELS),
+    "open_loop": (*_OF_MPMA, *_OF_MODELS),
+    "random": (*_OF_MPMA, *_OF_MODELS),
+}
+"""Settings of a run that an agent does not have, by the agent's name. Sizes are not among them, so
+that all agents can stand in one grid of `modules` and `nodes`: who has none, or one of its own, is
+what the others are held against."""
 
 DO_NOT_LEARN = ("feedback_only", "open_loop", "random")
 """Agents for which one epoch says all."""

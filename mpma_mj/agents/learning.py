@@ -49,7 +49,7 @@ class PairReadouts:
             KeyError: Something is missing.
         """
         for part, bank in vars(self).items():
-            bank.load_state_dict({name: state[f"{part}.{name}"] for name in bank.state_dict()})
+            bank.load_state_dict(state, f"{part}.")
 
 
 @dataclass(frozen=True, eq=False)

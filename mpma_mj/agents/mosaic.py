@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 
 from mpma_mj.agents.agent import Seeds
 from mpma_mj.agents.arena import Arena
-from mpma_mj.agents.pairs import Member, PairsConfig
+from mpma_mj.agents.networks import PairsConfig
+from mpma_mj.agents.pairs import Member
 from mpma_mj.agents.responsible import ResponsiblePairs
+from mpma_mj.checks import is_number
 from mpma_mj.errors import BadOptionError
 
 __all__ = ["MOSAIC", "LearningRates"]
@@ -39,8 +41,8 @@ class LearningRates:
     def __post_init__(self) -> None:
         """Check the rates."""
         for name, rate in vars(self).items():
-            if not 0.0 < rate < 2.0:
-                raise BadOptionError(f"rate '{name}' is {rate:g}; expected between 0 and 2")
+            if not (is_number(rate) and 0.0 < float(rate) < 2.0):
+                raise BadOptionError(f"rate '{name}' is {rate!r}; expected between 0 and 2")
 
 
 class MOSAIC(ResponsiblePairs):
@@ -86,8 +88,8 @@ class MOSAIC(ResponsiblePairs):
         Raises:
             BadOptionError: σ is not above 0.
         """
-        if not sigma > 0.0:
-            raise BadOptionError(f"sigma is {sigma:g}; expected above 0")
+        if not (is_number(sigma) and float(sigma) > 0.0):
+            raise BadOptionError(f"sigma is {sigma!r}; expected above 0")
         self._rates = rates
         super().__init__(config, arena, sigma=sigma, seed=seed)
 

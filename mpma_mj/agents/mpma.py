@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from mpma_mj.agents.agent import Seeds
 from mpma_mj.agents.arena import Arena
 from mpma_mj.agents.learning import RULES, Epoch, Readouts
-from mpma_mj.agents.pairs import Member, PairsConfig
+from mpma_mj.agents.networks import PairsConfig
+from mpma_mj.agents.pairs import Member
 from mpma_mj.agents.responsible import ResponsiblePairs
 from mpma_mj.errors import BadOptionError
 from mpma_mj.options import ForwardInput, RuleName

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass
-from numbers import Integral
 from typing import Any
 
 import dm_env
@@ -18,11 +16,12 @@ from mpma_mj.agents.arena import Arena
 from mpma_mj.agents.gains import Gains, performance
 from mpma_mj.agents.learning import PairReadouts
 from mpma_mj.agents.memory import Memory
+from mpma_mj.agents.networks import PairsConfig
 from mpma_mj.errors import BadOptionError
 from mpma_mj.esn import ReadoutBank, ReservoirBank
 from mpma_mj.randomness import stream
 
-__all__ = ["PairsAgent", "PairsConfig"]
+__all__ = ["Member", "PairsAgent"]
 
 Array = NDArray[np.float64]
 Member = tuple[int, ...]  # index of a member; () where there is one
@@ -30,43 +29,6 @@ Member = tuple[int, ...]  # index of a member; () where there is one
 _JOINTS, _POSTURE = 8, 12
 _NEEDED_LAST = ("posture", "joint_angles", "reference")
 _SIGNALS = ("responsibility", "prior", "module_actions", "predictions")
-
-
-@dataclass(frozen=True)
-class PairsConfig:
-    """Settings of the networks.
-
-    Attributes:
-        modules: Number of pairs, M.
-        nodes: Neurons of each reservoir, N.
-        proprioception: Whether inverse and forward models also sense the joint angles. A posture
-            can be held in two ways, and what a joint velocity does depends on which: an arm
-            that was raised through straight forward has turned over. False is the paper's.
-        spectral_radius: Spectral radius of the reservoirs; the paper's 0.1.
-        reservoir_noise: Noise level ν of the reservoirs; the paper's 0.2.
-
-    Raises:
-        BadOptionError: A setting is outside what it may be.
-    """
-
-    modules: int = 4
-    nodes: int = 200
-    proprioception: bool = True
-    spectral_radius: float = 0.1
-    reservoir_noise: float = 0.2
-
-    def __post_init__(self) -> None:
-        """Check the settings."""
-        for name, most in {"modules": 1000, "nodes": 20000}.items():
-            count = getattr(self, name)
-            if not (
-                type(count) is not bool and isinstance(count, Integral) and 1 <= int(count) <= most
-            ):
-                raise BadOptionError(f"{name} is {count!r}; expected a whole number, 1 to {most}")
-        for name in ("spectral_radius", "reservoir_noise"):
-            value = getattr(self, name)
-            if not 0.0 <= value < 1.0:
-                raise BadOptionError(f"{name} is {value:g}; expected 0 or more, below 1")
 
 
 class PairsAgent(ABC):
@@ -192,12 +154,26 @@ class PairsAgent(ABC):
 
         Returns:
             Gains K and L of the episode, and what else the architecture logs, by name.
+
+        Raises:
+            BadOptionError: There are several agents side by side, or there was no episode.
         """
+        if len(self._members) > 1:
+            raise BadOptionError(
+                f"{len(self._members)} agents side by side cannot say in one what each learned;"
+                " call learn_side_by_side()"
+            )
         (logged,) = self.learn_side_by_side()
         return logged
 
     def learn_side_by_side(self) -> list[dict[str, float]]:
-        """Let every member learn from its episode; return what `learn` does of each."""
+        """Let every member learn from its episode; return what `learn` does of each.
+
+        Raises:
+            BadOptionError: There was no episode.
+        """
+        if not (len(self._steps) and self._last):
+            raise BadOptionError("there is nothing to learn from; call act() and observe() first")
         return [self._learn_member(member) for member in self._members]
 
     def expected(self) -> Array:
@@ -212,8 +188,10 @@ class PairsAgent(ABC):
         Returns:
             `responsibility` and `prior` (T, ..., M), `module_actions` (T, ..., M, 8),
             `predictions` (T, ..., M, 12) of the next posture, `feedback` (T, ..., 8) with the
-            gain that it had.
+            gain that it had; nothing before the first step.
         """
+        if not len(self._steps):
+            return {}
         steps = self._steps.episode()
         feedback = steps["feedback_gain"][..., None] * steps["feedback"]
         return {n: steps[n].copy() for n in _SIGNALS} | {"feedback": feedback}

@@ -11,7 +11,8 @@ from mpma_mj.agents import responsibility as gating
 from mpma_mj.agents.agent import Observation, Seeds
 from mpma_mj.agents.arena import Arena
 from mpma_mj.agents.learning import Readouts
-from mpma_mj.agents.pairs import PairsAgent, PairsConfig
+from mpma_mj.agents.networks import PairsConfig
+from mpma_mj.agents.pairs import PairsAgent
 from mpma_mj.randomness import stream
 
 __all__ = ["ResponsiblePairs"]

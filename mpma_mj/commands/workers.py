@@ -73,7 +73,8 @@ def require_all(folder: SweepFolder) -> None:
     if missing:
         raise WorkerError(
             f"{missing} runs are missing, their workers died time and again (memory?); the same"
-            f" command with --out {folder.path} goes on with them"
+            f" command with --out {folder.path} and fewer --workers goes on with them, or start"
+            " anew with smaller --nodes"
         )
 
 

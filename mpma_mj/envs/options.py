@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from numbers import Integral, Real
 from pathlib import Path
-from typing import Any, SupportsFloat, SupportsInt, TypeGuard, get_args
+from typing import Any, get_args
 
 import numpy as np
 
 from mpma_mj.arm import SEGMENT_NAMES
+from mpma_mj.checks import is_number, is_truth, is_whole
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions import Motion
 from mpma_mj.options import Arms
 
-__all__ = ["EnvironmentOptions", "is_whole", "read_options", "whole_seed"]
+__all__ = ["EnvironmentOptions", "read_options", "seeds_of_members", "whole_seed"]
 
 _MOST_WEIGHT = 1e6
 # What acts by forces, which ideal arms do not have.
@@ -105,7 +105,7 @@ class EnvironmentOptions:
         self._keep_whole("future", 0, 1000)
         for name in ("gravity_compensation", "collisions", "random_start", "phase"):
             value = getattr(self, name)
-            if not isinstance(value, bool | np.bool_):
+            if not is_truth(value):
                 raise BadOptionError(f"{name} is {value!r}; expected True or False")
             object.__setattr__(self, name, bool(value))
         self._keep_push()
@@ -127,14 +127,14 @@ class EnvironmentOptions:
 
     def _keep_number(self, name: str, low: float, high: float, hint: str) -> None:
         value = getattr(self, name)
-        if not (_is_number(value) and low <= float(value) <= high):
+        if not (is_number(value) and low <= float(value) <= high):
             raise BadOptionError(f"{name} is {value!r}; expected {low:g} to {high:g}, {hint}")
         object.__setattr__(self, name, float(value))
 
     def _keep_push(self) -> None:
         pair = isinstance(self.push, tuple | list | np.ndarray) and len(self.push) == 2
         rate, size = self.push if pair else (math.nan, math.nan)
-        numbers = _is_number(rate) and _is_number(size)
+        numbers = is_number(rate) and is_number(size)
         if not (numbers and 0.0 <= rate <= 100.0 and 0.0 <= size <= 10_000.0):
             raise BadOptionError(
                 f"push is {self.push!r}; expected rate (0 to 100 a second) and size (0 to 10000"
@@ -150,7 +150,7 @@ class EnvironmentOptions:
                 f" {', '.join(SEGMENT_NAMES)}"
             )
         for name, weight in weights.items():
-            if not (_is_number(weight) and 0.0 <= float(weight) <= _MOST_WEIGHT):
+            if not (is_number(weight) and 0.0 <= float(weight) <= _MOST_WEIGHT):
                 raise BadOptionError(
                     f"reward_weights has {weight!r} for {name}; expected 0 to {_MOST_WEIGHT:g}"
                 )
@@ -207,10 +207,21 @@ def whole_seed(seed: object) -> int:
     return int(seed)
 
 
-def is_whole(value: object) -> TypeGuard[SupportsInt]:
-    """Tell whether a value is a whole number, of Python's or numpy's, and not True or False."""
-    return isinstance(value, Integral) and not isinstance(value, bool)
+def seeds_of_members(seed: object, count: int) -> list[int | None]:
+    """Return a seed for each of many environments.
 
+    Args:
+        seed: Seed of the first, the others' follow it; or one for each, None where there is none.
+        count: Number of environments.
 
-def _is_number(value: object) -> TypeGuard[SupportsFloat]:
-    return isinstance(value, Real) and not isinstance(value, bool)
+    Raises:
+        BadOptionError: A seed is no whole number from 0 up, or there are not so many of them.
+    """
+    if isinstance(seed, np.ndarray):
+        seed = seed.tolist()
+    if not isinstance(seed, Sequence) or isinstance(seed, str | bytes):
+        first = whole_seed(seed)
+        return [first + member for member in range(count)]
+    if len(seed) != count:
+        raise BadOptionError(f"seed has {len(seed)} entries; expected {count}")
+    return [None if own is None else whole_seed(own) for own in seed]

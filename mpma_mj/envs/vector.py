@@ -13,12 +13,13 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
 from mpma_mj import arm
+from mpma_mj.checks import is_whole
 from mpma_mj.envs.actions import check_action, clip_action
 from mpma_mj.envs.batch import make_batch
 from mpma_mj.envs.demonstration import Demonstration, Episode
 from mpma_mj.envs.load import prepare
 from mpma_mj.envs.observation import Observer
-from mpma_mj.envs.options import is_whole, read_options, whole_seed
+from mpma_mj.envs.options import read_options, seeds_of_members
 from mpma_mj.envs.reward import closeness, mean_reward, reward_weights, site_distance
 from mpma_mj.envs.spaces import action_space, flatten, observation_space
 from mpma_mj.envs.task import OVER, TOO_FAR
@@ -144,7 +145,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         self._check_open()
         meant = self._mask(options) | (self.episode == 0)
         if seed is not None:
-            for row, own in enumerate(self._seeds_of_members(seed)):
+            for row, own in enumerate(seeds_of_members(seed, self.num_envs)):
                 if own is not None and meant[row]:
                     self._seeds[row], self.episode[row] = own, 0
             super().reset(seed=self._seeds[0])
@@ -216,14 +217,6 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
                 " truth values"
             )
         return mask
-
-    def _seeds_of_members(self, seed: int | Sequence[int | None]) -> list[int | None]:
-        if not isinstance(seed, list | tuple | np.ndarray) or np.ndim(seed) == 0:
-            first = whole_seed(np.array(seed).item() if isinstance(seed, np.ndarray) else seed)
-            return [first + row for row in range(self.num_envs)]
-        if len(seed) != self.num_envs:
-            raise BadOptionError(f"seed has {len(seed)} entries; expected {self.num_envs}")
-        return [None if own is None else whole_seed(own) for own in seed]
 
     def _begin_episodes(self) -> None:
         """Begin an episode for all whose last one is over."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,13 @@ Array = NDArray[np.float64]
 _EPSILON = 1e-6  # keeps features of 0 from dividing by 0
 
 
+class _Sums(NamedTuple):
+    """What readouts remember of the epochs that they were fitted to."""
+
+    gram: Array  # G, (..., M, F, F)
+    moment: Array  # B, (..., M, F, K)
+
+
 class ReadoutBank:
     """Readouts of a reservoir bank, output_i = W_out,i z_i, that remember earlier epochs.
 
@@ -24,7 +31,8 @@ class ReadoutBank:
         G_i ← φ G_i + Σ_t w_t z zᵀ      B_i ← φ B_i + Σ_t w_t z yᵀ      n ← φ n + T
         W_out,i = ((G_i + ρ n I)⁻¹ B_i)ᵀ
 
-    With φ = 0 it is plain ridge regression on the last epoch. `nudge` learns a step instead.
+    With φ = 0 it is plain ridge regression on the last epoch. `nudge` learns a step instead. G and
+    B, by far the largest, are there only where something is fitted.
 
     As a bank's, arrays may begin with an axis of members; `member` gives one of them.
 
@@ -40,13 +48,11 @@ class ReadoutBank:
             forgetting: φ, in [0, 1].
             ridge: ρ, above 0.
         """
-        *modules, outputs, features = weights.shape
         self.weights = weights.copy()
         self._forgetting = forgetting
         self._ridge = ridge
-        self._gram = np.zeros((*modules, features, features))
-        self._moment = np.zeros((*modules, features, outputs))
-        self._steps = np.zeros(modules[:-1])
+        self._sums: _Sums | None = None
+        self._steps = np.zeros(weights.shape[:-3])
 
     def __call__(self, features: Array) -> Array:
         """Read the reservoirs: features (..., M, F) to outputs (..., M, K)."""
@@ -64,14 +70,16 @@ class ReadoutBank:
     def _part(self, view: tuple[Any, ...], steps: tuple[Any, ...]) -> ReadoutBank:
         part = ReadoutBank.__new__(ReadoutBank)
         part._forgetting, part._ridge = self._forgetting, self._ridge
-        part.weights, part._gram = self.weights[view], self._gram[view]
-        part._moment, part._steps = self._moment[view], self._steps[steps]
+        part.weights, part._steps = self.weights[view], self._steps[steps]
+        # Whoever asks for a part is going to fit it, or to give it what was fitted.
+        part._sums = _Sums(*(sums[view] for sums in self._remembered()))
         return part
 
     def keep(self, members: NDArray[np.intp]) -> None:
         """Go on with some of the members only, (R',) of R."""
         self.weights, self._steps = self.weights[members], self._steps[members]
-        self._gram, self._moment = self._gram[members], self._moment[members]
+        if self._sums is not None:
+            self._sums = _Sums(*(sums[members] for sums in self._sums))
 
     def fit(self, features: Array, targets: Array, step_weights: Array | None = None) -> None:
         """Learn an epoch of one member.
@@ -83,6 +91,7 @@ class ReadoutBank:
             step_weights: Weight w of every step for every module, shape (T, M); 1 if not given.
         """
         steps, count, _ = features.shape
+        gram, moment = self._remembered()
         self._steps[...] = self._forgetting * self._steps + steps
         ridge = self._ridge * float(self._steps)
         targets = np.broadcast_to(targets, (steps, count, targets.shape[2]))
@@ -91,14 +100,14 @@ class ReadoutBank:
             if step_weights is not None:
                 root = np.sqrt(step_weights[:, i, None])
                 z, y = root * z, root * y
-            self._gram[i] *= self._forgetting
-            self._gram[i] += z.T @ z
-            self._moment[i] *= self._forgetting
-            self._moment[i] += z.T @ y
-            regular = self._gram[i].copy()
+            gram[i] *= self._forgetting
+            gram[i] += z.T @ z
+            moment[i] *= self._forgetting
+            moment[i] += z.T @ y
+            regular = gram[i].copy()
             regular.flat[:: len(regular) + 1] += ridge
             factor = linalg.cho_factor(regular, overwrite_a=True, check_finite=False)
-            self.weights[i] = linalg.cho_solve(factor, self._moment[i], check_finite=False).T
+            self.weights[i] = linalg.cho_solve(factor, moment[i], check_finite=False).T
 
     def nudge(self, features: Array, errors: Array, rate: float) -> None:
         """Move the weights along an error by normalised LMS.
@@ -118,21 +127,34 @@ class ReadoutBank:
 
     def state_dict(self) -> dict[str, Array]:
         """Return a copy of everything that `fit` and reading depend on."""
-        return {name: value.copy() for name, value in self._state().items()}
+        state = {"weights": self.weights, "steps": self._steps}
+        if self._steps.any():
+            state |= self._remembered()._asdict()
+        return {name: value.copy() for name, value in state.items()}
 
-    def load_state_dict(self, state: Mapping[str, Array]) -> None:
+    def load_state_dict(self, state: Mapping[str, Array], prefix: str = "") -> None:
         """Continue from a state that `state_dict` returned.
+
+        Args:
+            state: Arrays by name; more is passed over.
+            prefix: What names begin with.
 
         Raises:
             KeyError: Something is missing.
         """
-        for name, value in self._state().items():
-            value[...] = state[name]
+        self.weights[...] = state[f"{prefix}weights"]
+        self._steps[...] = state[f"{prefix}steps"]
+        if self._steps.any():
+            for name, sums in self._remembered()._asdict().items():
+                sums[...] = state[f"{prefix}{name}"]
+        elif self._sums is not None:
+            for sums in self._sums:
+                sums[...] = 0.0
 
-    def _state(self) -> dict[str, Array]:
-        return {
-            "weights": self.weights,
-            "gram": self._gram,
-            "moment": self._moment,
-            "steps": self._steps,
-        }
+    def _remembered(self) -> _Sums:
+        """Return the sums, 0 before the first epoch."""
+        if self._sums is None:
+            *modules, outputs, features = self.weights.shape
+            shapes = (*modules, features, features), (*modules, features, outputs)
+            self._sums = _Sums(*map(np.zeros, shapes))
+        return self._sums

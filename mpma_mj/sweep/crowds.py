@@ -14,13 +14,16 @@ __all__ = ["cut"]
 Crowd = tuple[RunConfig, ...]
 
 _LARGEST = 20  # runs of a crowd; what side by side saves is had by then (choice)
+_MEMORY = 1e9  # most bytes that a crowd remembers in the readouts' Gram matrices (choice)
+_INPUTS = 40  # features of a readout beside its nodes, about
 _PLENTY = 4  # points of a grid for each worker that keep all busy to the end (choice)
 
 
 def cut(configs: Sequence[RunConfig], workers: int) -> list[Crowd]:
     """Return crowds of runs that differ in their seed only, those that take longest first.
 
-    Where there are few points every worker gets its share of each, so that none waits.
+    Where there are few points every worker gets its share of each, so that none waits. Crowds of
+    large networks are small, so that their memory is not.
 
     Args:
         configs: Settings of the runs.
@@ -31,7 +34,7 @@ def cut(configs: Sequence[RunConfig], workers: int) -> list[Crowd]:
     crowds = [
         crowd
         for group in groups
-        for crowd in _pieces(group, max(shares, math.ceil(len(group) / _LARGEST)))
+        for crowd in _pieces(group, max(shares, math.ceil(len(group) / _largest(group[0]))))
     ]
     return sorted(crowds, key=_work, reverse=True)
 
@@ -41,6 +44,12 @@ def _pieces(group: Sequence[RunConfig], count: int) -> list[Crowd]:
     count = min(count, len(group))
     ends = [round(len(group) * piece / count) for piece in range(count + 1)]
     return [tuple(group[start:end]) for start, end in itertools.pairwise(ends)]
+
+
+def _largest(config: RunConfig) -> int:
+    """Return how many runs a crowd may have."""
+    bytes_of_a_run = 3 * config.modules * (config.nodes + _INPUTS) ** 2 * 8
+    return max(1, min(_LARGEST, int(_MEMORY / bytes_of_a_run)))
 
 
 def _work(crowd: Crowd) -> int:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
 from dataclasses import fields
 from typing import Any, Literal, TypeAlias, overload
 
@@ -13,9 +12,10 @@ from threadpoolctl import threadpool_limits
 from mpma_mj.agents import AGENTS, MPMA, Agent, Arena, MPMAConfig
 from mpma_mj.agents.agent import Seeds
 from mpma_mj.agents.hearing import Hearing, heard_size
-from mpma_mj.envs.options import whole_seed
+from mpma_mj.agents.kinds import NOT_TAKEN
+from mpma_mj.envs.options import seeds_of_members, whole_seed
 from mpma_mj.envs.task import TwoArmImitation
-from mpma_mj.envs.vector import VectorImitationEnv
+from mpma_mj.envs.vector import FlatVectorImitationEnv, VectorImitationEnv
 from mpma_mj.errors import BadOptionError
 from mpma_mj.training.config import RunConfig
 
@@ -57,18 +57,28 @@ def make_agent(
         seed: Seed of weights and noise; for many environments the first member's, which the
             others' follow, or one for each.
 
+    Returns:
+        The agent; for many environments as many side by side, see `SideBySide`: they learn by
+        `learn_side_by_side()` in place of `learn()`.
+
     Raises:
-        BadOptionError: There is no such kind, the seed is no whole number from 0 up, or the
-            environment is another.
+        BadOptionError: There is no such kind, a seed is no whole number from 0 up, there are not
+            as many seeds as environments, or the environment is another, or flat.
     """
     if not isinstance(config, MPMAConfig):
         raise BadOptionError(f"config is {config!r}; expected an MPMAConfig")
-    if not isinstance(kind, str) or kind not in AGENTS:
-        raise BadOptionError(f"kind is '{kind}'; expected one of {', '.join(AGENTS)}")
+    _check_name("kind", kind)
     return AGENTS[kind](config, _arena(env), _seeds(env, seed))
 
 
+def _check_name(option: str, name: object) -> None:
+    if not isinstance(name, str) or name not in AGENTS:
+        raise BadOptionError(f"{option} is '{name}'; expected one of {', '.join(AGENTS)}")
+
+
 def _arena(env: Environments) -> Arena:
+    if isinstance(env, FlatVectorImitationEnv):
+        raise BadOptionError("env is flat, but agents need observations by name; leave flat out")
     if isinstance(env, VectorImitationEnv):
         context_size = len(env.motion.labels)
         return Arena(context_size, env.max_joint_speed, env.control_timestep)
@@ -87,11 +97,7 @@ def _seeds(env: Environments, seed: Seeds) -> Seeds:
     """Return a seed, or one for each of many environments."""
     if not isinstance(env, VectorImitationEnv):
         return whole_seed(seed)
-    if not isinstance(seed, Sequence):
-        return [whole_seed(seed) + member for member in range(env.num_envs)]
-    if len(seed) != env.num_envs:
-        raise BadOptionError(f"seed has {len(seed)} entries; expected {env.num_envs}")
-    return [whole_seed(own) for own in seed]
+    return [whole_seed(own) for own in seeds_of_members(seed, env.num_envs)]
 
 
 def architecture(config: RunConfig) -> MPMAConfig:
@@ -108,16 +114,26 @@ def agent_of(config: RunConfig, env: Environments, seed: Seeds) -> Agent:
         seed: Seed of weights and noise, or one for each environment.
 
     Raises:
-        BadOptionError: A setting is outside what it may be.
+        BadOptionError: A setting is outside what it may be, or the agent does not have it.
     """
+    _check_name("agent", config.agent)
+    _refuse_what_is_not_taken(config)
+    arena, seeds = _arena(env), _seeds(env, seed)
+    heard = dataclasses.replace(arena, context_size=heard_size(config.hears, arena.context_size))
+    agent = AGENTS[config.agent](architecture(config), heard, seeds)
     if config.hears == "labels":
-        return make_agent(env, architecture(config), kind=config.agent, seed=seed)
-    arena = _arena(env)
-    wider = dataclasses.replace(arena, context_size=heard_size(config.hears, arena.context_size))
-    seeds = _seeds(env, seed)
-    agent = AGENTS[config.agent](architecture(config), wider, seeds)
-    context = env.context if isinstance(env, VectorImitationEnv) else env.task.context
-    return Hearing(agent, config.hears, context, seeds)
+        return agent
+    stage = env if isinstance(env, VectorImitationEnv) else env.task
+    return Hearing(agent, config.hears, stage.context, stage.period, seeds)
+
+
+def _refuse_what_is_not_taken(config: RunConfig) -> None:
+    for setting in fields(config):
+        value = getattr(config, setting.name)
+        if setting.name in NOT_TAKEN.get(config.agent, ()) and value != setting.default:
+            raise BadOptionError(
+                f"{setting.name} is {value}, which {config.agent} does not have; leave it out"
+            )
 
 
 def environment_options(config: RunConfig) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 from collections.abc import Sequence
 from typing import Any
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from mpma_mj.agents.agent import SideBySide
 from mpma_mj.envs.vector import VectorImitationEnv
 from mpma_mj.motions import Motion
-from mpma_mj.training.build import agent_of, environment_options, one_thread
+from mpma_mj.training.build import agent_of, architecture, environment_options, one_thread
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.course import Course, Stage
 from mpma_mj.training.trace import record_epochs
@@ -28,7 +29,8 @@ def check(config: RunConfig, motion: Motion) -> None:
     Raises:
         MpmaError: A setting is outside what it may be, or does not fit the motion.
     """
-    _Crowd([dataclasses.replace(config, nodes=min(config.nodes, 1))], motion).close()
+    architecture(config)
+    _Crowd([dataclasses.replace(config, nodes=1)], motion).close()
 
 
 def train_crowd(
@@ -46,12 +48,10 @@ def train_crowd(
         A summary of each run, as `Course.summary` returns it; of one whose simulation diverged
         `failed`, why.
     """
-    with one_thread():
-        crowd = _Crowd(configs, motion)
+    with one_thread(), contextlib.closing(_Crowd(configs, motion)) as crowd:
         while crowd.epoch < epochs and len(crowd.going):
             crowd.run_epoch(stop=stop)
-    crowd.close()
-    return crowd.outcomes()
+        return crowd.outcomes()
 
 
 class _Crowd:

@@ -69,7 +69,7 @@ def test_nothing_is_learned_not_even_by_one_that_learns_at_every_step() -> None:
 
 def test_an_agent_that_hears_otherwise_can_be_freed_too() -> None:
     env, agent = trained()
-    freed = Freed(Hearing(agent, "constant", env.task.context, 0), LEAD_IN)
+    freed = Freed(Hearing(agent, "constant", env.task.context, env.task.period, 0), LEAD_IN)
     assert record_epoch(env, freed, 2)["action"].shape == (env.task.steps, 8)
 
 

@@ -7,7 +7,7 @@ from scipy import linalg
 from mpma_mj import load, make_agent
 from mpma_mj.agents import HAMMER, Arena, MPMAConfig
 from mpma_mj.agents.hammer import next_confidence
-from mpma_mj.agents.pairs import PairsConfig
+from mpma_mj.agents.networks import PairsConfig
 from mpma_mj.errors import BadOptionError
 from mpma_mj.training.trace import record_epoch
 

@@ -11,10 +11,16 @@ import pytest
 
 from mpma_mj.agents import FixedAgent
 from mpma_mj.agents.hearing import Hearing, heard_size, what_is_heard
+from mpma_mj.envs.load import load
+from mpma_mj.envs.vector import VectorImitationEnv
+from mpma_mj.errors import BadOptionError
 from mpma_mj.motions.context import danced_label, one_hot
 from mpma_mj.options import HearsName
+from mpma_mj.training.build import agent_of
+from mpma_mj.training.config import RunConfig
 
 LABELS = 3
+LONG = 1000  # more than an episode: no seam
 CONTEXT = one_hot(np.repeat([0, 1, 2, 0, 2], [4, 5, 3, 6, 2]), LABELS)
 
 
@@ -48,19 +54,19 @@ def heard(hearing: Hearing, episode: int) -> np.ndarray:
 
 def test_labels_are_heard_as_they_are_by_who_hears_them() -> None:
     np.testing.assert_array_equal(
-        what_is_heard(CONTEXT, "labels", np.random.default_rng(0)), CONTEXT
+        what_is_heard(CONTEXT, "labels", LONG, np.random.default_rng(0)), CONTEXT
     )
 
 
 @pytest.mark.parametrize(("hears", "sound"), [("nothing", 0.0), ("constant", 1.0)])
 def test_nothing_and_a_constant_sound_tell_nothing(hears: HearsName, sound: float) -> None:
-    found = heard(Hearing(Listener(), hears, CONTEXT, 0), 0)
+    found = heard(Hearing(Listener(), hears, CONTEXT, LONG, 0), 0)
     assert found.shape == CONTEXT.shape
     assert (found == sound).all()
 
 
 def test_shuffled_is_the_same_moments_in_another_order_each_episode() -> None:
-    hearing = Hearing(Listener(), "shuffled", CONTEXT, 0)
+    hearing = Hearing(Listener(), "shuffled", CONTEXT, LONG, 0)
     first, second, again = (heard(hearing, episode) for episode in (0, 1, 0))
     for found in (first, second):
         np.testing.assert_array_equal(found.sum(axis=0), CONTEXT.sum(axis=0))
@@ -68,7 +74,7 @@ def test_shuffled_is_the_same_moments_in_another_order_each_episode() -> None:
         assert not np.array_equal(found, CONTEXT)
     assert not np.array_equal(first, second)
     np.testing.assert_array_equal(first, again)
-    other = heard(Hearing(Listener(), "shuffled", CONTEXT, 1), 0)
+    other = heard(Hearing(Listener(), "shuffled", CONTEXT, LONG, 1), 0)
     assert not np.array_equal(first, other)
 
 
@@ -80,7 +86,7 @@ def test_halves_cut_every_stretch_in_two_and_leave_silence(
 ) -> None:
     label = np.concatenate([np.full(length, which) for which, length in stretches])
     context = np.where((label >= 0)[:, None], one_hot(label, LABELS), 0.0)
-    fine = what_is_heard(context, "halves", np.random.default_rng(0))
+    fine = what_is_heard(context, "halves", LONG, np.random.default_rng(0))
     assert fine.shape == (len(label), heard_size("halves", LABELS)) == (len(label), 6)
     np.testing.assert_array_equal(fine.reshape(-1, LABELS, 2).sum(axis=2), context)
     half = danced_label(fine)
@@ -94,19 +100,59 @@ def test_halves_cut_every_stretch_in_two_and_leave_silence(
         assert later.sum() == (end - start) // 2
 
 
+@hypothesis.given(
+    label=st.lists(st.integers(-1, 2), min_size=1, max_size=12), repeats=st.integers(1, 4)
+)
+def test_each_repetition_is_heard_in_halves_as_the_first(label: list[int], repeats: int) -> None:
+    once = np.where(np.array(label)[:, None] >= 0, one_hot(np.array(label), LABELS), 0.0)
+    rng = np.random.default_rng(0)
+    alone = what_is_heard(once, "halves", len(label), rng)
+    again = what_is_heard(np.tile(once, (repeats, 1)), "halves", len(label), rng)
+    np.testing.assert_array_equal(again, np.tile(alone, (repeats, 1)))
+
+
+def test_one_label_is_cut_at_the_seam_too() -> None:
+    fine = what_is_heard(np.ones((8, 1)), "halves", 4, np.random.default_rng(0))
+    np.testing.assert_array_equal(danced_label(fine), [0, 0, 1, 1, 0, 0, 1, 1])
+
+
+def test_an_agent_hears_each_repetition_of_its_environment_alike() -> None:
+    env = load("ymca", arms="kinematic", repeats=2)
+    config = RunConfig(hears="halves", nodes=2, modules=1, repeats=2, arms="kinematic")
+    agent = agent_of(config, env, 0)
+    assert isinstance(agent, Hearing)
+    envs = VectorImitationEnv(2, arms="kinematic", repeats=2)
+    together = agent_of(config, envs, 0)
+    assert isinstance(together, Hearing)
+    period = env.task.period
+    moments = np.stack(list(agent._heard))
+    np.testing.assert_array_equal(moments[:period][: len(moments) - period], moments[period:])
+    for member in range(2):
+        np.testing.assert_array_equal(np.stack(list(together._heard))[:, member], moments)
+        together.reset(0)
+
+
+def test_what_cannot_be_heard_is_refused_with_the_list() -> None:
+    with pytest.raises(BadOptionError) as error:
+        Hearing(Listener(), "noise", CONTEXT, LONG, 0)  # type: ignore[arg-type]
+    assert str(error.value) == (
+        "hears is 'noise'; expected one of labels, nothing, constant, shuffled, halves"
+    )
+
+
 @pytest.mark.parametrize("hears", ["nothing", "constant", "shuffled", "halves"])
 def test_side_by_side_each_hears_what_it_hears_alone(hears: HearsName) -> None:
-    together = Hearing(Listener(), hears, CONTEXT, [5, 0, 7])
+    together = Hearing(Listener(), hears, CONTEXT, LONG, [5, 0, 7])
     for episode in range(2):
         found = heard(together, episode)
         assert found.shape == (len(CONTEXT), 3, heard_size(hears, LABELS))
         for member, seed in enumerate((5, 0, 7)):
-            own = heard(Hearing(Listener(), hears, CONTEXT, seed), episode)
+            own = heard(Hearing(Listener(), hears, CONTEXT, LONG, seed), episode)
             np.testing.assert_array_equal(found[:, member], own)
 
 
 def test_those_who_stay_go_on_hearing_what_they_would_have_heard() -> None:
-    together = Hearing(Listener(), "shuffled", CONTEXT, [5, 0, 7])
+    together = Hearing(Listener(), "shuffled", CONTEXT, LONG, [5, 0, 7])
     before = heard(together, 1)
     together.keep(np.array([0, 2]))
     np.testing.assert_array_equal(heard(together, 1), before[:, [0, 2]])

@@ -6,7 +6,7 @@ import pytest
 from mpma_mj import load, make_agent
 from mpma_mj.agents import MOSAIC, Arena, MPMAConfig
 from mpma_mj.agents.mosaic import LearningRates
-from mpma_mj.agents.pairs import PairsConfig
+from mpma_mj.agents.networks import PairsConfig
 from mpma_mj.errors import BadOptionError
 from mpma_mj.training.trace import record_epoch
 
@@ -126,15 +126,15 @@ def test_with_control_it_tracks_better_than_feedback() -> None:
     assert error < usual
 
 
-@pytest.mark.parametrize("rate", [0.0, 2.0, float("nan")])
-def test_rates_at_which_nothing_converges_are_refused(rate: float) -> None:
-    with pytest.raises(BadOptionError, match=f"rate 'inverse' is {rate:g}; expected"):
+@pytest.mark.parametrize("rate", [0.0, 2.0, float("nan"), "fast"])
+def test_rates_at_which_nothing_converges_are_refused(rate: object) -> None:
+    with pytest.raises(BadOptionError, match=f"rate 'inverse' is {rate!r}; expected"):
         LearningRates(inverse=rate)
 
 
-@pytest.mark.parametrize("sigma", [0.0, -1.0, float("nan")])
-def test_a_width_without_width_is_refused(sigma: float) -> None:
-    with pytest.raises(BadOptionError, match=f"sigma is {sigma:g}; expected above 0"):
+@pytest.mark.parametrize("sigma", [0.0, -1.0, float("nan"), "wide"])
+def test_a_width_without_width_is_refused(sigma: object) -> None:
+    with pytest.raises(BadOptionError, match=f"sigma is {sigma!r}; expected above 0"):
         MOSAIC(
             PairsConfig(nodes=5),
             Arena(4, SPEED, 0.05),

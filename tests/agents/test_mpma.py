@@ -208,6 +208,12 @@ def test_one_module_is_always_responsible() -> None:
         ({"forward_input": "none"}, "forward_input is 'none'"),
         ({"spectral_radius": 1.0}, "spectral_radius is 1"),
         ({"reservoir_noise": -0.1}, "reservoir_noise is -0.1"),
+        ({"spectral_radius": "a"}, "spectral_radius is 'a'; expected 0 or more, below 1"),
+        ({"spectral_radius": float("nan")}, "spectral_radius is nan"),
+        ({"reservoir_noise": None}, "reservoir_noise is None"),
+        ({"forward_gating": "no"}, "forward_gating is 'no'; expected True or False"),
+        ({"responsibility_predictors": 0}, "responsibility_predictors is 0"),
+        ({"proprioception": None}, "proprioception is None"),
     ],
 )
 def test_bad_settings_are_named(setting: dict[str, Any], message: str) -> None:

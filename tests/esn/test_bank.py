@@ -76,3 +76,22 @@ def test_reset_brings_rest() -> None:
     used.step(np.ones(4))
     used.reset([rng()])
     np.testing.assert_array_equal(used.step(np.ones(4)), first)
+
+
+def test_those_who_are_kept_go_on_as_they_would_have_alone() -> None:
+    def streams(*members: int) -> list[np.random.Generator]:
+        return [rng(10 + member) for member in members]
+
+    options = {"radius": 0.9, "noise": 0.2}
+    together = ReservoirBank((3,), 2, 4, 20, streams=streams(0, 1, 2), **options)
+    v = rng(5).normal(size=(6, 3, 4))
+    together.step(v[0])
+    together.keep(np.array([2, 0]))
+    together.reset(streams(2, 0))
+    for row, member in enumerate((2, 0)):
+        alone = ReservoirBank((), 2, 4, 20, streams=streams(member), **options)
+        alone.reset(streams(member))
+        together.reset(streams(2, 0))
+        for inputs in v:
+            features = together.step(inputs[[2, 0]])
+            np.testing.assert_allclose(features[row], alone.step(inputs[member]), atol=1e-15)

@@ -113,3 +113,77 @@ def test_a_nudge_on_silent_features_changes_nothing() -> None:
     bank = ReadoutBank(np.ones((M, K, F)))
     bank.nudge(np.zeros((M, F)), np.ones((M, K)), 1.0)
     np.testing.assert_array_equal(bank.weights, 1.0)
+
+
+def side_by_side(data: tuple[np.ndarray, ...], members: int = 3) -> ReadoutBank:
+    """Return readouts of members, of which each has learned something else."""
+    z, y, w = data
+    bank = ReadoutBank(np.zeros((members, M, K, F)), forgetting=0.7, ridge=1e-3)
+    for i in range(members):
+        bank.member((i,)).fit(z, (i + 1) * y, w)
+    return bank
+
+
+def test_those_who_are_kept_read_and_learn_on_as_before(data: tuple[np.ndarray, ...]) -> None:
+    z, y, w = data
+    bank, whole = side_by_side(data), side_by_side(data)
+    bank.keep(np.array([2, 0]))
+    for row, member in enumerate((2, 0)):
+        np.testing.assert_array_equal(bank.weights[row], whole.weights[member])
+        for own, index in ((bank, row), (whole, member)):
+            own.member((index,)).fit(z[::-1], y, w)
+        np.testing.assert_array_equal(bank.weights[row], whole.weights[member])
+        assert np.abs(bank.weights[row]).max() > 0.01
+
+
+def test_readouts_that_were_never_fitted_can_be_kept_too() -> None:
+    bank = ReadoutBank(np.arange(3.0 * M * K * F).reshape(3, M, K, F))
+    kept = bank.weights[[1]]
+    bank.keep(np.array([1]))
+    np.testing.assert_array_equal(bank.weights, kept)
+
+
+def test_what_a_part_learns_is_learned_by_the_whole(data: tuple[np.ndarray, ...]) -> None:
+    z, y, w = data
+    bank, alone = readout(0.7), readout(0.7)
+    bank.first(2).fit(z[:, :2], y[:, :2], w[:, :2])
+    alone.fit(z, y, w)
+    state, whole = bank.state_dict(), alone.state_dict()
+    for name in ("weights", "gram", "moment"):
+        np.testing.assert_array_equal(state[name][:2], whole[name][:2])
+        assert not np.any(state[name][2])
+
+
+def test_sums_are_in_a_state_only_where_something_was_fitted(data: tuple[np.ndarray, ...]) -> None:
+    z, y, w = data
+    bank = readout(0.7)
+    bank.nudge(z[0], y[0], 0.5)
+    bank.member(())  # to look at a part is not to fit it
+    assert bank.state_dict().keys() == {"weights", "steps"}
+    bank.fit(z, y, w)
+    assert bank.state_dict().keys() == {"weights", "steps", "gram", "moment"}
+
+
+def test_a_state_of_before_the_first_fit_takes_back_what_was_fitted(
+    data: tuple[np.ndarray, ...],
+) -> None:
+    z, y, w = data
+    untouched, used, fresh = readout(0.7), readout(0.7), readout(0.7)
+    used.fit(z * 3, y, w)
+    used.load_state_dict(untouched.state_dict())
+    np.testing.assert_array_equal(used.weights, 0.0)
+    for bank in (used, fresh):
+        bank.fit(z, y, w)
+    np.testing.assert_array_equal(used.weights, fresh.weights)
+
+
+@pytest.mark.parametrize("name", ["weights", "steps", "gram", "moment"])
+def test_a_state_that_lacks_something_is_refused_by_its_name(
+    name: str, data: tuple[np.ndarray, ...]
+) -> None:
+    z, y, w = data
+    bank = readout(0.7)
+    bank.fit(z, y, w)
+    state = {f"own.{key}": value for key, value in bank.state_dict().items() if key != name}
+    with pytest.raises(KeyError, match=f"own.{name}"):
+        bank.load_state_dict(state, "own.")

@@ -39,3 +39,14 @@ def test_few_points_are_cut_among_all_workers(workers: int, sizes: list[int]) ->
 def test_many_points_stay_whole() -> None:
     sweep = asked("nodes=1,2,3,4,5,6,7,8", runs=20)
     assert [len(crowd) for crowd in cut(sweep.configs, 2)] == [20] * 8
+
+
+@pytest.mark.parametrize(("nodes", "largest"), [(200, 20), (400, 20), (1000, 9), (3000, 1)])
+def test_crowds_of_large_networks_are_small(nodes: int, largest: int) -> None:
+    sweep = asked(f"nodes={nodes}", "modules=4", runs=20)
+    crowds = cut(sweep.configs, 1)
+    assert sorted(c.seed for crowd in crowds for c in crowd) == list(range(20))
+    assert max(map(len, crowds)) <= largest
+    assert len(crowds) == -(-20 // largest)
+    bytes_of_a_crowd = max(map(len, crowds)) * 3 * 4 * (nodes + 40) ** 2 * 8
+    assert bytes_of_a_crowd <= 1e9 or largest == 1

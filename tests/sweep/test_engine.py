@@ -146,7 +146,11 @@ def test_a_worker_that_dies_idle_costs_a_try_and_nothing_else() -> None:
 def test_a_setting_that_no_run_can_have_is_refused_before_anything_is_written(
     tmp_path: Path,
 ) -> None:
-    for grid, message in (("nodes=5,0", "nodes is 0"), ("noise=0,-1", "noise is -1")):
+    for grid, message in (
+        ("nodes=5,0", "nodes is 0"),
+        ("noise=0,-1", "noise is -1"),
+        ("nodes=5,30000", "nodes is 30000"),
+    ):
         with pytest.raises(BadOptionError, match=message):
             finish(SweepFolder(tmp_path / "new", asked(grid)), Here())
     assert not (tmp_path / "new").exists()

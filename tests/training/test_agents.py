@@ -65,6 +65,29 @@ def same(whole: Path, parts: Path) -> None:
     assert json.loads((whole / "summary.json").read_text())["epochs"] == 5
 
 
+@pytest.mark.parametrize(
+    ("agent", "setting", "said"),
+    [
+        ("mosaic", ["--no-forward-gating"], "forward_gating is False"),
+        ("mosaic", ["--rule", "gated"], "rule is gated"),
+        ("hammer", ["--forward-input", "own"], "forward_input is own"),
+    ],
+)
+def test_settings_that_an_agent_does_not_have_are_refused_in_one_line(
+    agent: str,
+    setting: list[str],
+    said: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    out = tmp_path / "new"
+    words = ["imitate", "ymca", "--agent", agent, *setting, "--out", str(out), "--no-video"]
+    assert main(words) == 2
+    told = capsys.readouterr().err
+    assert told == f"mpma: {said}, which {agent} does not have; leave it out\n"
+    assert not out.exists()
+
+
 @pytest.mark.parametrize("agent", DO_NOT_LEARN)
 def test_what_does_not_learn_is_refused_in_one_line(
     agent: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -74,7 +97,7 @@ def test_what_does_not_learn_is_refused_in_one_line(
     told = capsys.readouterr()
     assert told.out == ""
     assert told.err == (
-        f"mpma: agent is {agent}, which does not learn; expected one of mpma, mosaic, hammer,"
-        " single\n"
+        f"mpma: agent is {agent}, which does not learn; expected one of mpma, growing, mosaic,"
+        " hammer, single\n"
     )
     assert not out.exists()

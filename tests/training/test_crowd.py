@@ -3,6 +3,7 @@
 import dataclasses
 import itertools
 import json
+import re
 from typing import Any
 
 import numpy as np
@@ -11,10 +12,13 @@ import pytest
 from mpma_mj.agents import AGENTS
 from mpma_mj.agents.kinds import DO_NOT_LEARN
 from mpma_mj.envs.batch import PhysicsBatch
+from mpma_mj.envs.vector import VectorImitationEnv
+from mpma_mj.errors import BadOptionError
 from mpma_mj.motions import ymca
+from mpma_mj.training import crowd as crowds
 from mpma_mj.training.build import one_thread
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.crowd import train_crowd
+from mpma_mj.training.crowd import check, train_crowd
 from mpma_mj.training.imitate import _trainer
 
 SMALL = RunConfig(nodes=20, modules=2, repeats=1)
@@ -60,10 +64,10 @@ def test_each_run_is_to_the_bit_what_it_is_alone(settings: dict[str, Any], arms:
         assert len({summary["p_e_percent"] for summary in together}) == 3
 
 
-@pytest.mark.parametrize("rule", ["weighted", "gated"])
+@pytest.mark.parametrize(("rule", "noise"), [("weighted", 0.06), ("gated", 0.01)])
 @pytest.mark.parametrize("arms", ["physics", "kinematic"])
-def test_those_who_stay_do_not_notice_who_leaves(rule: str, arms: str) -> None:
-    configs = seeds(4, rule=rule, arms=arms)
+def test_those_who_stay_do_not_notice_who_leaves(rule: str, noise: float, arms: str) -> None:
+    configs = seeds(4, rule=rule, noise=noise, arms=arms)
     together = train_crowd(configs, ymca(), EPOCHS)
     assert len({summary["epochs"] for summary in together}) > 1
     assert any(a["epochs"] < b["epochs"] for a, b in itertools.pairwise(together))
@@ -100,3 +104,86 @@ def test_a_run_that_diverges_fails_alone(agent: str, monkeypatch: pytest.MonkeyP
     disturbed = train_crowd(configs, ymca(), EPOCHS)
     assert disturbed[1] == {"failed": f"epoch {epoch}: the simulation diverged"}
     assert exact([disturbed[0], disturbed[2]]) == exact([undisturbed[0], undisturbed[2]])
+
+
+@pytest.mark.parametrize("agent", ["mpma", "mosaic", "feedback_only"])
+def test_runs_that_all_diverge_at_once_all_fail(
+    agent: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    calls, step = itertools.count(), PhysicsBatch.step
+
+    def step_or_diverge(batch: PhysicsBatch, *args: Any) -> np.ndarray:
+        if next(calls) == 5:
+            for row in range(len(batch)):
+                batch.place(row, np.zeros(8), np.full(8, 1e12))
+        return step(batch, *args)
+
+    monkeypatch.setattr(PhysicsBatch, "step", step_or_diverge)
+    outcomes = train_crowd(seeds(3, agent=agent), ymca(), EPOCHS)
+    assert outcomes == [{"failed": "epoch 1: the simulation diverged"}] * 3
+
+
+def test_environments_are_closed_also_where_an_epoch_fails(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    danced: list[VectorImitationEnv] = []
+
+    def fail(envs: VectorImitationEnv, *_: Any) -> None:
+        danced.append(envs)
+        raise RuntimeError("of the test")
+
+    monkeypatch.setattr(crowds, "record_epochs", fail)
+    with pytest.raises(RuntimeError, match="of the test"):
+        train_crowd(seeds(2), ymca(), EPOCHS)
+    assert [envs.closed for envs in danced] == [True]
+
+
+NO_MPMA: dict[str, Any] = {
+    "rule": "gated",
+    "forward_input": "own",
+    "responsibility_predictors": False,
+    "forward_gating": False,
+}
+NO_MODELS: dict[str, Any] = NO_MPMA | {
+    "proprioception": False,
+    "spectral_radius": 0.5,
+    "reservoir_noise": 0.1,
+    "hears": "nothing",
+}
+
+
+@pytest.mark.parametrize(
+    ("agent", "name", "value"),
+    [(agent, *setting) for agent in ("mosaic", "hammer") for setting in NO_MPMA.items()]
+    + [(agent, *setting) for agent in DO_NOT_LEARN for setting in NO_MODELS.items()],
+)
+def test_settings_that_an_agent_does_not_have_are_refused(
+    agent: str, name: str, value: object
+) -> None:
+    (config,) = seeds(1, agent=agent, **{name: value})
+    told = f"{name} is {value}, which {agent} does not have; leave it out"
+    with pytest.raises(BadOptionError, match=re.escape(told)):
+        check(config, ymca())
+
+
+@pytest.mark.parametrize("agent", AGENTS)
+def test_all_agents_can_stand_in_one_grid_of_sizes(agent: str) -> None:
+    (config,) = seeds(1, agent=agent)
+    check(dataclasses.replace(config, modules=3, nodes=7), ymca())
+
+
+@pytest.mark.parametrize(
+    ("setting", "message"),
+    [
+        ({"agent": "bogus", "hears": "nothing"}, "agent is 'bogus'; expected one of mpma, "),
+        ({"hears": "bogus"}, "hears is 'bogus'; expected one of labels, nothing, "),
+        ({"nodes": 30000}, "nodes is 30000; expected a whole number, 1 to 20000"),
+        ({"nodes": "many"}, "nodes is 'many'"),
+    ],
+)
+def test_what_no_run_can_have_is_refused_before_it_begins(
+    setting: dict[str, Any], message: str
+) -> None:
+    (config,) = seeds(1, **setting)
+    with pytest.raises(BadOptionError, match=message):
+        check(config, ymca())

@@ -1,0 +1,49 @@
+"""Settings of the networks that agents with pairs of models have in common."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+from mpma_mj.checks import is_number, is_truth, is_whole
+from mpma_mj.errors import BadOptionError
+
+__all__ = ["PairsConfig"]
+
+
+@dataclass(frozen=True)
+class PairsConfig:
+    """Settings of the networks.
+
+    Attributes:
+        modules: Number of pairs, M.
+        nodes: Neurons of each reservoir, N.
+        proprioception: Whether inverse and forward models also sense the joint angles. A posture
+            can be held in two ways, and what a joint velocity does depends on which: an arm
+            that was raised through straight forward has turned over. False is the paper's.
+        spectral_radius: Spectral radius of the reservoirs; the paper's 0.1.
+        reservoir_noise: Noise level ν of the reservoirs; the paper's 0.2.
+
+    Raises:
+        BadOptionError: A setting is outside what it may be.
+    """
+
+    modules: int = 4
+    nodes: int = 200
+    proprioception: bool = True
+    spectral_radius: float = 0.1
+    reservoir_noise: float = 0.2
+
+    def __post_init__(self) -> None:
+        """Check the settings; of what is true or false also a subclass's."""
+        for name, most in {"modules": 1000, "nodes": 20000}.items():
+            count = getattr(self, name)
+            if not (is_whole(count) and 1 <= int(count) <= most):
+                raise BadOptionError(f"{name} is {count!r}; expected a whole number, 1 to {most}")
+        for name in ("spectral_radius", "reservoir_noise"):
+            value = getattr(self, name)
+            if not (is_number(value) and 0.0 <= float(value) < 1.0):
+                raise BadOptionError(f"{name} is {value!r}; expected 0 or more, below 1")
+        for setting in fields(self):
+            value = getattr(self, setting.name)
+            if isinstance(setting.default, bool) and not is_truth(value):
+                raise BadOptionError(f"{setting.name} is {value!r}; expected True or False")

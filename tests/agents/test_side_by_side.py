@@ -1,0 +1,127 @@
+"""Agents made for many environments."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mpma_mj import MPMAConfig, load, make_agent, make_vec
+from mpma_mj.agents import AGENTS
+from mpma_mj.agents.agent import SideBySide
+from mpma_mj.agents.kinds import DO_NOT_LEARN
+from mpma_mj.envs.vector import VectorImitationEnv
+from mpma_mj.errors import BadOptionError
+from mpma_mj.training.trace import record_epoch, record_epochs
+
+SMALL = MPMAConfig(nodes=10, modules=2)
+LEARNING = [kind for kind in AGENTS if kind not in DO_NOT_LEARN]
+
+
+@pytest.fixture(scope="module")
+def envs() -> VectorImitationEnv:
+    return make_vec(3, "ymca", arms="kinematic", repeats=1)
+
+
+def many(envs: VectorImitationEnv, kind: str, seed: Any = 0) -> SideBySide:
+    agent = make_agent(envs, SMALL, kind=kind, seed=seed)
+    assert isinstance(agent, SideBySide)
+    return agent
+
+
+def actions(envs: VectorImitationEnv, agent: SideBySide, epoch: int) -> np.ndarray:
+    """Dance and learn; return the actions, shape (R, T, 8)."""
+    traces, _ = record_epochs(envs, agent, epoch)
+    agent.learn_side_by_side()
+    return np.stack([trace["action"] for trace in traces])
+
+
+@pytest.mark.parametrize("seeds", [[4, 5, 6], (4, 5, 6), np.array([4, 5, 6]), range(4, 7)])
+def test_a_number_stands_for_the_seeds_that_follow_it(
+    envs: VectorImitationEnv, seeds: object
+) -> None:
+    listed, numbered = many(envs, "mpma", seeds), many(envs, "mpma", 4)
+    for epoch in range(2):
+        danced = actions(envs, listed, epoch)
+        np.testing.assert_array_equal(danced, actions(envs, numbered, epoch))
+    assert not np.array_equal(danced, actions(envs, many(envs, "mpma", [6, 5, 4]), 0))
+
+
+@pytest.mark.parametrize(
+    ("seed", "message"),
+    [
+        ([1, 2], "seed has 2 entries; expected 3"),
+        ([], "seed has 0 entries; expected 3"),
+        ("123", "seed is '123'; expected a whole number from 0 up"),
+        ([1, 2, -3], "seed is -3"),
+        ([1, None, 3], "seed is None"),
+        (np.array([0.5, 1.0, 2.0]), "seed is 0.5"),
+        (None, "seed is None"),
+        (True, "seed is True"),
+    ],
+)
+def test_seeds_that_cannot_be_are_refused(
+    envs: VectorImitationEnv, seed: object, message: str
+) -> None:
+    with pytest.raises(BadOptionError, match=message):
+        many(envs, "mpma", seed)
+
+
+def test_flat_environments_are_refused() -> None:
+    with pytest.raises(BadOptionError, match=r"env is flat, .* by name; leave flat out"):
+        make_agent(make_vec(2, "ymca", flat=True), SMALL)
+
+
+@pytest.mark.parametrize("kind", LEARNING)
+def test_the_state_of_several_agents_goes_round(envs: VectorImitationEnv, kind: str) -> None:
+    trained, copy = many(envs, kind), many(envs, kind)
+    for epoch in range(4):
+        actions(envs, trained, epoch)
+    copy.load_state_dict(trained.state_dict())
+    for epoch in (4, 5):
+        danced = actions(envs, trained, epoch)
+        np.testing.assert_array_equal(danced, actions(envs, copy, epoch))
+    fresh = actions(envs, many(envs, kind), 5)
+    assert not np.array_equal(danced, fresh)
+    for name, value in trained.state_dict().items():
+        np.testing.assert_array_equal(value, copy.state_dict()[name])
+
+
+@pytest.mark.parametrize("kind", LEARNING)
+def test_several_cannot_learn_as_one(envs: VectorImitationEnv, kind: str) -> None:
+    agent = many(envs, kind)
+    record_epochs(envs, agent, 0)
+    with pytest.raises(BadOptionError, match=r"3 agents .* call learn_side_by_side\(\)"):
+        agent.learn()
+    assert len(agent.learn_side_by_side()) == 3
+
+
+@pytest.mark.parametrize("kind", LEARNING)
+def test_before_a_step_there_are_no_signals_and_nothing_to_learn_from(kind: str) -> None:
+    env = load("ymca", arms="kinematic", repeats=1)
+    agent = make_agent(env, SMALL, kind=kind)
+    before = agent.state_dict()
+
+    def refused() -> None:
+        with pytest.raises(BadOptionError, match=r"nothing to learn from; call act\(\) and"):
+            agent.learn()
+
+    assert agent.signals() == {}
+    refused()
+    agent.act(env.reset().observation)
+    refused()
+    for name, value in agent.state_dict().items():
+        np.testing.assert_array_equal(value, before[name])
+    record_epoch(env, agent, 0)
+    agent.learn()
+    agent.reset(1)
+    assert agent.signals() == {}
+    refused()
+
+
+def test_mosaic_which_is_never_fitted_has_no_gram_matrices(envs: VectorImitationEnv) -> None:
+    agent = many(envs, "mosaic")
+    actions(envs, agent, 0)
+    assert not [name for name in agent.state_dict() if name.endswith((".gram", ".moment"))]
+    fitted = many(envs, "mpma")
+    actions(envs, fitted, 0)
+    assert "forward.gram" in fitted.state_dict()
