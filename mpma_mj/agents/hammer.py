@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.agents.agent import Observation, Seeds
 from mpma_mj.agents.arena import Arena
-from mpma_mj.agents.learning import WeightedRule, command_that_hits
+from mpma_mj.agents.learning import command_that_hits
 from mpma_mj.agents.networks import PairsConfig
 from mpma_mj.agents.pairs import Member, PairsAgent
 from mpma_mj.agents.responsibility import prediction_errors
@@ -24,8 +24,6 @@ Array = NDArray[np.float64]
 # without bound; here a pair that was right for long has to be overtaken within a quarter second.
 _PREPARATION = 3  # epochs
 _MOST = 5.0  # confidence, steps
-
-_RIDGE = WeightedRule().ridge
 
 
 def next_confidence(confidence: Array, errors: Array) -> Array:
@@ -75,7 +73,6 @@ class HAMMER(PairsAgent):
             arena,
             seed=seed,
             forgetting=1.0,  # every epoch of preparation counts alike
-            ridge=_RIDGE,
         )
 
     @property

@@ -55,10 +55,10 @@ AGENTS: dict[str, Callable[[MPMAConfig, Arena, Seeds], Agent]] = {
 and a seed, or several for agents side by side."""
 
 _OF_MPMA = ("rule", "forward_input", "responsibility_predictors", "forward_gating")
-_OF_MODELS = ("proprioception", "spectral_radius", "reservoir_noise", "hears")
+_OF_MODELS = ("proprioception", "spectral_radius", "reservoir_noise", "ridge", "hears")
 
 NOT_TAKEN: dict[str, tuple[str, ...]] = {
-    "mosaic": _OF_MPMA,
+    "mosaic": (*_OF_MPMA, "ridge"),
     "hammer": _OF_MPMA,
     "feedback_only": (*_OF_MPMA, *_OF_MODELS),
     "open_loop": (*_OF_MPMA, *_OF_MODELS),

@@ -118,10 +118,6 @@ class LearningRule(Protocol):
         """Forgetting φ of the readouts."""
 
     @property
-    def ridge(self) -> float:
-        """Ridge ρ of the readouts."""
-
-    @property
     def first_sigma(self) -> float:
         """Width σ of the likelihood in the first epoch."""
 
@@ -147,13 +143,11 @@ class GatedRule:
 
     Attributes:
         forgetting: φ; 0, so that only the last epoch counts.
-        ridge: ρ, per step (choice).
         first_sigma: σ, which stays; under 0.1 one module wins all, above 0.3 all stay active.
         inverse_rate: Learning rate η of the inverse models.
     """
 
     forgetting: float = 0.0
-    ridge: float = 1e-4
     first_sigma: float = 0.25
     inverse_rate: float = 0.2
 
@@ -187,7 +181,6 @@ class WeightedRule:
 
     Attributes:
         forgetting: φ.
-        ridge: ρ, per step; with 1e-3 median p_e on YMCA is 0.03 % higher than with 1e-4.
         first_sigma: σ of the first epoch, in which predictions say nothing yet.
         least_sigma: Least σ. With 0.02, the size of the demonstration's noise, modules that share a
             label take turns by chance, which no predictor can know.
@@ -195,7 +188,6 @@ class WeightedRule:
     """
 
     forgetting: float = 0.7
-    ridge: float = 1e-4
     first_sigma: float = 0.5
     least_sigma: float = 0.04
     commitment: float = 3.0

@@ -77,7 +77,6 @@ class MPMA(ResponsiblePairs):
             sigma=self._rule.first_sigma,
             seed=seed,
             forgetting=self._rule.forgetting,
-            ridge=self._rule.ridge,
         )
 
     def _suited(self, said: Array) -> Array:

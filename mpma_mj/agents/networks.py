@@ -22,6 +22,8 @@ class PairsConfig:
             that was raised through straight forward has turned over. False is the paper's.
         spectral_radius: Spectral radius of the reservoirs; the paper's 0.1.
         reservoir_noise: Noise level ν of the reservoirs; the paper's 0.2.
+        ridge: Ridge ρ of readouts that are fitted, per step. A small one tracks best; with 0.1 or
+            more the dance goes on without its demonstration, see docs/attractors.md (choice).
 
     Raises:
         BadOptionError: A setting is outside what it may be.
@@ -32,6 +34,7 @@ class PairsConfig:
     proprioception: bool = True
     spectral_radius: float = 0.1
     reservoir_noise: float = 0.2
+    ridge: float = 1e-4
 
     def __post_init__(self) -> None:
         """Check the settings; of what is true or false also a subclass's."""
@@ -43,6 +46,8 @@ class PairsConfig:
             value = getattr(self, name)
             if not (is_number(value) and 0.0 <= float(value) < 1.0):
                 raise BadOptionError(f"{name} is {value!r}; expected 0 or more, below 1")
+        if not (is_number(self.ridge) and 0.0 < float(self.ridge) <= 1e6):
+            raise BadOptionError(f"ridge is {self.ridge!r}; expected above 0, at most 1e6")
         for setting in fields(self):
             value = getattr(self, setting.name)
             if isinstance(setting.default, bool) and not is_truth(value):

@@ -58,7 +58,6 @@ class PairsAgent(ABC):
         *,
         seed: Seeds = 0,
         forgetting: float = 0.0,
-        ridge: float = 1.0,
     ) -> None:
         """Draw the reservoirs.
 
@@ -67,7 +66,6 @@ class PairsAgent(ABC):
             arena: Where it acts.
             seed: Seed of weights and noise; several are agents side by side.
             forgetting: Forgetting φ of the readouts, where they are fitted.
-            ridge: Ridge ρ of the readouts, where they are fitted.
         """
         self._lead = np.shape(seed)
         self._seeds: list[int] = np.ravel(seed).tolist()
@@ -75,7 +73,7 @@ class PairsAgent(ABC):
         self._modules = config.modules
         self._networks = config
         self._arena = arena
-        self._fitting = {"forgetting": forgetting, "ridge": ridge}
+        self._fitting = {"forgetting": forgetting, "ridge": config.ridge}
         self._progress = np.zeros(self._lead)
         self._untrained_error = np.full(self._lead, np.nan)
         self._banks: dict[str, ReservoirBank] = {}

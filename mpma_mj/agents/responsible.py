@@ -43,7 +43,6 @@ class ResponsiblePairs(PairsAgent):
         sigma: float,
         seed: Seeds = 0,
         forgetting: float = 0.0,
-        ridge: float = 1.0,
     ) -> None:
         """Draw the reservoirs.
 
@@ -53,9 +52,8 @@ class ResponsiblePairs(PairsAgent):
             sigma: Width σ of the likelihood in the first epoch.
             seed: Seed of weights and noise; several are agents side by side.
             forgetting: Forgetting φ of the readouts, where they are fitted.
-            ridge: Ridge ρ of the readouts, where they are fitted.
         """
-        super().__init__(config, arena, seed=seed, forgetting=forgetting, ridge=ridge)
+        super().__init__(config, arena, seed=seed, forgetting=forgetting)
         self._sigma = np.full(self._lead, sigma)
         self._predictor = self._reservoirs("predictor", arena.context_size)
         # Random preferences for contexts, so that modules differ from the first step (choice).

@@ -50,6 +50,7 @@ class Settings(ReadingArguments):
         proprioception: Whether models sense the joint angles too; the paper's do not.
         spectral_radius: Spectral radius of the reservoirs.
         reservoir_noise: Noise level of the reservoirs.
+        ridge: Ridge of the readouts; 0.1 or more lets a dance go on without its demonstration.
     """
 
     arms: Arms = "physics"
@@ -67,6 +68,7 @@ class Settings(ReadingArguments):
     proprioception: bool = True
     spectral_radius: float = 0.1
     reservoir_noise: float = 0.2
+    ridge: float = 1e-4
 
 
 @dataclass(frozen=True, kw_only=True)
