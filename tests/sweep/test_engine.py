@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from mpma_mj import files
+from mpma_mj.commands.workers import require_all
 from mpma_mj.errors import BadOptionError, RunFolderError, WorkerError
 from mpma_mj.sweep import work
 from mpma_mj.sweep.backend import open_backend
@@ -117,6 +118,13 @@ def test_a_job_that_is_always_lost_is_given_up_and_the_others_are_kept(tmp_path:
     assert [config.nodes for config in folder.missing()] == [6]
     assert [run.config.nodes for run in folder.finished()] == [5]
     assert "1 of 2 runs are missing" in remarks(folder.finished(), 2)[0]
+    with pytest.raises(WorkerError) as error:
+        require_all(folder)
+    assert str(error.value) == (
+        "1 runs are missing, their workers died time and again (memory?); the same command with"
+        f" --out {tmp_path} and fewer --workers goes on with them, or start anew with smaller"
+        " --nodes"
+    )
 
 
 def test_a_process_that_is_killed_is_replaced_and_its_work_done_again(tmp_path: Path) -> None:
