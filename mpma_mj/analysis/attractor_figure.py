@@ -25,6 +25,7 @@ __all__ = ["drawn_spans", "write_figure"]
 
 _DPI = 110
 _COLOURS = ("C3", "C2", "C0")  # of x, y and z, as in trajectory.png
+_STARTS = "a repetition starts"
 _PALE = 0.3  # opacity of what would be demonstrated
 _LONG = 20.0  # s; of a dance of more only the first and the last repetition are drawn (choice)
 
@@ -43,6 +44,7 @@ def write_figure(path: Path, free: FreeDance, motion: Motion) -> None:
     for column, span in zip(axes.T, spans, strict=True):
         _directions(column[:4], free, span)
         _errors(column[4], free, span)
+        column[4].set_xlabel("time since the demonstration was taken away, s", fontsize="small")
         for axis in column:
             _starts(axis, free, span)
             axis.margins(x=0)
@@ -54,16 +56,19 @@ def write_figure(path: Path, free: FreeDance, motion: Motion) -> None:
         axis.set(ylim=(-1.08, 1.08), ylabel=segment.replace("_", " "))
     axes[4, 0].set_ylabel("error, %")
     axes[4, 0].set_ylim(bottom=0.0)
-    figure.supxlabel("time since the demonstration was taken away, s", fontsize="medium")
-    handles, names = (
-        above + below
-        for above, below in zip(
-            axes[0, 0].get_legend_handles_labels(),
-            axes[4, 0].get_legend_handles_labels(),
-            strict=True,
-        )
+    entries: dict[str, Any] = {}
+    for axis in (axes[0, 0], axes[4, 0]):
+        handles, names = axis.get_legend_handles_labels()
+        entries |= dict(zip(names, handles, strict=True))
+    if _STARTS in entries:
+        entries[_STARTS] = entries.pop(_STARTS)  # last
+    figure.legend(
+        entries.values(),
+        entries.keys(),
+        loc="outside lower center",
+        ncols=-(-len(entries) // 3),  # x, y and z below each other
+        fontsize="small",
     )
-    figure.legend(handles, names, loc="outside lower center", ncols=4, fontsize="small")
     figure.suptitle(f"Dancing without the demonstration ({motion.name})", fontsize="medium")
     write_whole(path, functools.partial(figure.savefig, dpi=_DPI))
 
@@ -80,12 +85,13 @@ def _directions(axes: Sequence[Axes], free: FreeDance, span: slice) -> None:
     """Draw a segment an axis."""
     time = np.arange(span.start, span.stop) / free.rate
     for number, axis in enumerate(axes):
-        for part, colour in enumerate(_COLOURS):
-            shown, danced = (x[span, 3 * number + part] for x in (free.reference, free.posture))
-            name = "xyz"[part]
-            look: dict[str, Any] = {"color": colour, "alpha": _PALE, "linewidth": 3.0}
-            axis.plot(time, shown, **look, label=f"{name}, would be demonstrated")
-            axis.plot(time, danced, color=colour, linewidth=1.2, label=f"{name}, danced")
+        for posture, said, look in (
+            (free.reference, "would be demonstrated", {"alpha": _PALE, "linewidth": 3.0}),
+            (free.posture, "danced", {"alpha": 1.0, "linewidth": 1.2}),
+        ):
+            for part, colour in enumerate(_COLOURS):
+                line = posture[span, 3 * number + part]
+                axis.plot(time, line, color=colour, **look, label=f"{'xyz'[part]} {said}")
 
 
 def _errors(axis: Axes, free: FreeDance, span: slice) -> None:
@@ -98,8 +104,9 @@ def _errors(axis: Axes, free: FreeDance, span: slice) -> None:
 
 
 def _starts(axis: Axes, free: FreeDance, span: slice) -> None:
-    """Mark where a repetition starts, but the first."""
-    for start in range(free.period, span.stop, free.period):
-        if start >= span.start:
-            look: dict[str, Any] = {"color": DEMONSTRATED, "linewidth": 1.0, "zorder": 0}
-            axis.axvline(start / free.rate, **look)
+    """Mark where the next repetitions start."""
+    starts = np.arange(span.start + free.period, span.stop, free.period) / free.rate
+    if len(starts):
+        look: dict[str, Any] = {"color": DEMONSTRATED, "linewidth": 1.0, "zorder": 0}
+        top = axis.get_xaxis_transform()
+        axis.vlines(starts, 0, 1, transform=top, label=_STARTS, **look)

@@ -73,7 +73,9 @@ class Benchmark:
         motions = expand_folders(self.motions)
         for motion in motions:
             if motions.count(motion) > 1:
-                raise BadOptionError(f"{motion} is given twice; each is learned alone, give it once")
+                raise BadOptionError(
+                    f"{motion} is given twice; each is learned alone, give it once"
+                )
         recordings = [m for m in motions if m != _ALWAYS]
         built_in = RunConfig(nodes=self.nodes, tempo=self.reading.tempo)
         read = dataclasses.asdict(self.reading)
