@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from mpma_mj.analysis.attractor import FreeDance
 from mpma_mj.analysis.freedom import LOST, error_over_time, nearest_over_time
@@ -22,6 +23,8 @@ from mpma_mj.motions import Motion
 from mpma_mj.training.colours import DEMONSTRATED, INK, module_colours
 
 __all__ = ["drawn_spans", "write_figure"]
+
+Array = NDArray[np.float64]
 
 _DPI = 110
 _COLOURS = ("C3", "C2", "C0")  # of x, y and z, as in trajectory.png
@@ -84,11 +87,12 @@ def drawn_spans(free: FreeDance) -> list[slice]:
 def _directions(axes: Sequence[Axes], free: FreeDance, span: slice) -> None:
     """Draw a segment an axis."""
     time = np.arange(span.start, span.stop) / free.rate
+    looks: tuple[tuple[Array, str, dict[str, Any]], ...] = (
+        (free.reference, "would be demonstrated", {"alpha": _PALE, "linewidth": 3.0}),
+        (free.posture, "danced", {"linewidth": 1.2}),
+    )
     for number, axis in enumerate(axes):
-        for posture, said, look in (
-            (free.reference, "would be demonstrated", {"alpha": _PALE, "linewidth": 3.0}),
-            (free.posture, "danced", {"alpha": 1.0, "linewidth": 1.2}),
-        ):
+        for posture, said, look in looks:
             for part, colour in enumerate(_COLOURS):
                 line = posture[span, 3 * number + part]
                 axis.plot(time, line, color=colour, **look, label=f"{'xyz'[part]} {said}")

@@ -78,6 +78,8 @@ def _every_run(axis: Axes, runs: Sequence[Finished], sizes: Sequence[int], measu
     apart = _APART if told else 0.0
     for place, nodes in enumerate(sizes):
         found = values(of_size(runs, nodes), measure)
+        if not found:
+            continue
         spray = np.linspace(-_SPRAY / 2, _SPRAY / 2, max(len(found), 2))[: len(found)]
         dots: dict[str, Any] = {
             "color": _OURS,
