@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import sys
 import warnings
 from collections.abc import Callable, Iterator, Sequence
@@ -16,6 +17,7 @@ from mpma_mj.errors import MpmaError, RecordingWarning
 __all__ = ["main"]
 
 _INTERRUPTED = 130  # what shells expect of a command that was stopped by Ctrl-C
+_NO_READER = 141  # and of one whose output nobody reads any more, as in `mpma ... | head -1`
 
 
 class Command(Protocol):
@@ -49,25 +51,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments: Words after the command's name; those of the process if not given.
 
     Returns:
-        Exit code: 0, 2 for something that the user has to mend, 1 for a run that failed.
+        Exit code: 0, 2 for something that the user has to mend, 1 for a run that failed; 130 if
+        it was interrupted, 141 if nobody reads its output any more.
     """
-    words = list(sys.argv[1:] if arguments is None else arguments)
-    if words == ["--version"]:
-        print(f"mpma {__version__}")
-        return 0
-    command = tyro.extras.subcommand_cli_from_dict(
-        _COMMANDS,
-        prog="mpma",
-        description="Two simulated arms learn to dance from recordings.",
-        args=words,
-    )
     try:
-        if isinstance(command, commands.Imitate):
-            command.check_resumed(words)
-        with _warnings_as_lines():
-            last = command.run()
-        if last is not None:
-            print(last)
+        _run(list(sys.argv[1:] if arguments is None else arguments))
     except MpmaError as error:
         print(f"mpma: {error}", file=sys.stderr)
         return error.exit_code
@@ -77,6 +65,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
             file=sys.stderr,
         )
         return 1
+    except BrokenPipeError:
+        # What is still to be written would be complained about when the interpreter ends.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return _NO_READER
     except OSError as error:
         place = f"{error.filename}: " if error.filename else ""
         print(f"mpma: {place}{error.strerror or error}; check path and rights", file=sys.stderr)
@@ -85,6 +77,35 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print("mpma: interrupted", file=sys.stderr)
         return _INTERRUPTED
     return 0
+
+
+def _run(words: Sequence[str]) -> None:
+    """Do what is asked for and print what is printed last."""
+    if words == ["--version"]:
+        print(f"mpma {__version__}")
+        _flush()
+        return
+    try:
+        command = tyro.extras.subcommand_cli_from_dict(
+            _COMMANDS,
+            prog="mpma",
+            description="Two simulated arms learn to dance from recordings.",
+            args=words,
+        )
+    finally:
+        _flush()  # the help, after which it ends here
+    if isinstance(command, commands.Imitate):
+        command.check_resumed(words)
+    with _warnings_as_lines():
+        last = command.run()
+    if last is not None:
+        print(last)
+    _flush()
+
+
+def _flush() -> None:
+    """Write what was printed, so that errors come now and not when the interpreter ends."""
+    print(end="", flush=True)
 
 
 @contextlib.contextmanager

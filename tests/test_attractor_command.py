@@ -61,7 +61,9 @@ def test_overwriting_a_run_removes_what_was_told_about_it(run: Path) -> None:
     assert not (run / "attractor.json").exists()
 
 
-@pytest.mark.parametrize("name", ["config.json", "checkpoint/motion.npz", "checkpoint/best.npz"])
+@pytest.mark.parametrize(
+    "name", ["config.json", "trace.npz", "checkpoint/motion.npz", "checkpoint/best.npz"]
+)
 def test_a_damaged_run_is_one_line_and_exit_2(
     run: Path, name: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -100,6 +102,21 @@ def test_an_agent_without_forward_models_is_one_line_and_exit_2(
     arrays, meta = files.read_arrays(path, "checkpoint")
     files.write_arrays(path, "checkpoint", arrays, meta | {"config": config["config"]})
     assert_refused([str(run)], "agent is FeedbackOnly, which has no forward models", capsys)
+
+
+def test_a_run_whose_modules_do_nothing_yet_is_named_before_any_other_dances(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    early = tmp_path / "early"
+    words = "imitate ymca --nodes 10 --epochs 1 --no-video --out"
+    assert main([*words.split(), str(early)]) == 0
+    message = (
+        f"{early}: its modules put out nothing in the kept epoch; go on with"
+        f" mpma imitate --resume {early}"
+    )
+    assert_refused([str(early)], message, capsys)
+    assert_refused([str(run), str(early)], message, capsys)
+    assert not (run / "attractor.json").exists()
 
 
 def test_no_run_is_one_line_and_exit_2(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -276,6 +276,27 @@ def test_an_interrupted_run_says_how_to_go_on_if_there_is_something_to_go_on_wit
         assert main(["imitate", "--resume", str(out), "--no-video", "--epochs", "1"]) == 0
 
 
+@pytest.mark.parametrize("words", [["capture", "RUN"], ["imitate", "--help"], ["--version"]])
+def test_output_that_nobody_reads_any_more_ends_the_command_quietly(
+    words: list[str], small_run: Path
+) -> None:
+    words = [str(small_run) if word == "RUN" else word for word in words]
+    reader, writer = os.pipe()
+    os.close(reader)
+    try:
+        result = subprocess.run(
+            [sys.executable, "-m", "mpma_mj.cli", *words],
+            stdout=writer,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    finally:
+        os.close(writer)
+    assert result.returncode == 141
+    assert result.stderr in ("", "looking for synergies\n")
+
+
 def test_version(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--version"]) == 0
     assert capsys.readouterr().out.strip() == f"mpma {__version__}"

@@ -6,10 +6,14 @@ Drawn with matplotlib's objects alone, without its global state.
 from __future__ import annotations
 
 import functools
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from mpma_mj.analysis.attractor import FreeDance
 from mpma_mj.analysis.freedom import LOST, error_over_time, nearest_over_time
@@ -18,10 +22,15 @@ from mpma_mj.files import write_whole
 from mpma_mj.motions import Motion
 from mpma_mj.training.colours import DEMONSTRATED, INK, module_colours
 
-__all__ = ["write_figure"]
+__all__ = ["drawn_spans", "write_figure"]
+
+Array = NDArray[np.float64]
 
 _DPI = 110
 _COLOURS = ("C3", "C2", "C0")  # of x, y and z, as in trajectory.png
+_STARTS = "a repetition starts"
+_PALE = 0.3  # opacity of what would be demonstrated
+_LONG = 20.0  # s; of a dance of more only the first and the last repetition are drawn (choice)
 
 
 def write_figure(path: Path, free: FreeDance, motion: Motion) -> None:
@@ -32,36 +41,76 @@ def write_figure(path: Path, free: FreeDance, motion: Motion) -> None:
         free: What was danced.
         motion: The movement that had been learned.
     """
+    spans = drawn_spans(free)
     figure = Figure(figsize=(9.0, 8.6), layout="constrained")
-    axes = figure.subplots(5, 1, sharex=True)
-    time = np.arange(len(free.posture)) / free.rate
-    for number, (axis, segment) in enumerate(zip(axes, SEGMENT_NAMES, strict=False)):
-        for part, colour in enumerate(_COLOURS):
-            column = 3 * number + part
-            shown, danced = free.reference[:, column], free.posture[:, column]
-            axis.plot(time, shown, color=DEMONSTRATED, linewidth=2.5, alpha=0.6)
-            axis.plot(time, danced, color=colour, linewidth=1.2, label="xyz"[part])
+    axes = figure.subplots(5, len(spans), sharex="col", sharey="row", squeeze=False)
+    for column, span in zip(axes.T, spans, strict=True):
+        _directions(column[:4], free, span)
+        _errors(column[4], free, span)
+        column[4].set_xlabel("time since the demonstration was taken away, s", fontsize="small")
+        for axis in column:
+            _starts(axis, free, span)
+            axis.margins(x=0)
+            axis.spines[["top", "right"]].set_visible(False)
+    if len(spans) > 1:
+        for axis, name in zip(axes[0], ("first repetition", "last repetition"), strict=True):
+            axis.set_title(name, fontsize="small")
+    for axis, segment in zip(axes[:, 0], SEGMENT_NAMES, strict=False):
         axis.set(ylim=(-1.08, 1.08), ylabel=segment.replace("_", " "))
-    axes[0].plot([], color=DEMONSTRATED, linewidth=2.5, alpha=0.6, label="would be demonstrated")
-    error_colour, nearest_colour = module_colours(2)
-    axes[4].plot(time, error_over_time(free), color=error_colour, label="error now")
-    nearest = nearest_over_time(free, free.posture)
-    axes[4].plot(time, nearest, color=nearest_colour, label="to the nearest of the label")
-    axes[4].axhline(LOST, color=INK, linestyle="--", linewidth=0.8, label=f"{LOST:g} %: lost")
-    axes[4].set(ylabel="error, %", xlabel="time since the demonstration was taken away, s")
-    axes[4].set_ylim(bottom=0.0)
-    for axis in axes:
-        for repetition in range(free.period, len(time), free.period):
-            axis.axvline(repetition / free.rate, color="0.85", linewidth=1.0, zorder=0)
-        axis.margins(x=0)
-        axis.spines[["top", "right"]].set_visible(False)
-    for axis, columns in ((axes[0], 4), (axes[4], 3)):
-        axis.legend(
-            loc="lower center",
-            bbox_to_anchor=(0.5, 1.0),
-            ncols=columns,
-            fontsize="small",
-            frameon=False,
-        )
+    axes[4, 0].set_ylabel("error, %")
+    axes[4, 0].set_ylim(bottom=0.0)
+    entries: dict[str, Any] = {}
+    for axis in (axes[0, 0], axes[4, 0]):
+        handles, names = axis.get_legend_handles_labels()
+        entries |= dict(zip(names, handles, strict=True))
+    if _STARTS in entries:
+        entries[_STARTS] = entries.pop(_STARTS)  # last
+    figure.legend(
+        entries.values(),
+        entries.keys(),
+        loc="outside lower center",
+        ncols=-(-len(entries) // 3),  # x, y and z below each other
+        fontsize="small",
+    )
     figure.suptitle(f"Dancing without the demonstration ({motion.name})", fontsize="medium")
     write_whole(path, functools.partial(figure.savefig, dpi=_DPI))
+
+
+def drawn_spans(free: FreeDance) -> list[slice]:
+    """Return which steps are drawn side by side: all, or of a long dance its first and last."""
+    steps = len(free.posture)
+    if steps <= _LONG * free.rate or steps < 2 * free.period:
+        return [slice(0, steps)]
+    return [slice(0, free.period), slice(steps - free.period, steps)]
+
+
+def _directions(axes: Sequence[Axes], free: FreeDance, span: slice) -> None:
+    """Draw a segment an axis."""
+    time = np.arange(span.start, span.stop) / free.rate
+    looks: tuple[tuple[Array, str, dict[str, Any]], ...] = (
+        (free.reference, "would be demonstrated", {"alpha": _PALE, "linewidth": 3.0}),
+        (free.posture, "danced", {"linewidth": 1.2}),
+    )
+    for number, axis in enumerate(axes):
+        for posture, said, look in looks:
+            for part, colour in enumerate(_COLOURS):
+                line = posture[span, 3 * number + part]
+                axis.plot(time, line, color=colour, **look, label=f"{'xyz'[part]} {said}")
+
+
+def _errors(axis: Axes, free: FreeDance, span: slice) -> None:
+    time = np.arange(span.start, span.stop) / free.rate
+    error_colour, nearest_colour = module_colours(2)
+    axis.plot(time, error_over_time(free)[span], color=error_colour, label="error now")
+    nearest = nearest_over_time(free, free.posture)[span]
+    axis.plot(time, nearest, color=nearest_colour, label="error to the nearest of the label")
+    axis.axhline(LOST, color=INK, linestyle="--", linewidth=0.8, label=f"{LOST:g} %: lost")
+
+
+def _starts(axis: Axes, free: FreeDance, span: slice) -> None:
+    """Mark where the next repetitions start."""
+    starts = np.arange(span.start + free.period, span.stop, free.period) / free.rate
+    if len(starts):
+        look: dict[str, Any] = {"color": DEMONSTRATED, "linewidth": 1.0, "zorder": 0}
+        top = axis.get_xaxis_transform()
+        axis.vlines(starts, 0, 1, transform=top, label=_STARTS, **look)

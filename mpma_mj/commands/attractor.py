@@ -28,15 +28,19 @@ class Attractor:
         from mpma_mj import files
         from mpma_mj.analysis.attractor import dance_freely
         from mpma_mj.analysis.attractor_figure import write_figure
+        from mpma_mj.analysis.danced import read_danced
         from mpma_mj.analysis.freedom import as_markdown, judge
         from mpma_mj.training.progress import show_range
         from mpma_mj.training.run_folder import RunFolder
 
         if not self.run_folders:
             raise BadOptionError("no run given; try: mpma attractor runs/ymca")
+        folders = [RunFolder(path) for path in self.run_folders]
+        for folder in folders:
+            read_danced(folder)  # refuses modules that do nothing yet, and so expect no posture
         found = {}
-        for number in show_range(range(len(self.run_folders)), "dancing without demonstration"):
-            folder = RunFolder(self.run_folders[number])
+        for number in show_range(range(len(folders)), "dancing without demonstration"):
+            folder = folders[number]
             free, motion = dance_freely(folder)
             freedom = judge(free)
             found[str(folder.path)] = freedom

@@ -11,6 +11,7 @@ import tyro
 
 from mpma_mj.commands.folders import default_folder
 from mpma_mj.commands.workers import Workers, require_all
+from mpma_mj.errors import BadOptionError
 from mpma_mj.training.config import ReadingArguments, RunConfig
 
 __all__ = ["Benchmark"]
@@ -69,7 +70,13 @@ class Benchmark:
         """Return the settings for each movement; what is built in is not read."""
         from mpma_mj.training.movements import expand_folders
 
-        recordings = [m for m in expand_folders(self.motions) if m != _ALWAYS]
+        motions = expand_folders(self.motions)
+        for motion in motions:
+            if motions.count(motion) > 1:
+                raise BadOptionError(
+                    f"{motion} is given twice; each is learned alone, give it once"
+                )
+        recordings = [m for m in motions if m != _ALWAYS]
         built_in = RunConfig(nodes=self.nodes, tempo=self.reading.tempo)
         read = dataclasses.asdict(self.reading)
         return [

@@ -9,7 +9,7 @@ from typing import Any
 from mpma_mj.files import csv_text
 from mpma_mj.sweep.asked import Asked, seeds, without_seed
 from mpma_mj.sweep.folder import Finished
-from mpma_mj.sweep.interval import Interval, interval
+from mpma_mj.sweep.interval import interval
 from mpma_mj.sweep.measures import converged, of_point, remarks, spread, value, values
 from mpma_mj.sweep.table import markdown_rows
 from mpma_mj.training.config import RunConfig
@@ -31,6 +31,8 @@ CHANGES: dict[str, dict[str, Any]] = {
     "10 modules": {"modules": 10},
 }
 """What is changed, by its name; the first is what the others are held against."""
+
+_FEWEST = 5  # runs of a difference that is marked; an interval of fewer is too narrow (choice)
 
 _EPOCHS = 30  # most of a run, as of Table 1 (choice)
 
@@ -68,14 +70,16 @@ def title(asked: Asked, config: RunConfig) -> str:
 def as_markdown(asked: Asked, runs: Sequence[Finished]) -> str:
     """Return two tables, of means and of differences, with what has to be said about them."""
     first = asked.configs[0]
+    number = len(asked.configs) // len(CHANGES)
     parts = [
         f"Ablations: {first.motions[0]}, {first.rule} rule, {first.nodes} nodes, {first.arms} arms,"
-        f" runs of each: {len(asked.configs) // len(CHANGES)}."
+        f" runs of each: {number}."
         " Means ± standard deviations over seeds:",
         _means(asked, runs),
         "Differences to the whole, seed by seed: means and their 95 % bootstrap intervals, bold"
-        " where these do not contain 0:",
+        f" where these are of {_FEWEST} runs or more and do not contain 0:",
         _differences(asked, runs),
+        *_nothing_marked(number),
         *remarks(runs, len(asked.configs)),
     ]
     return "\n\n".join(parts) + "\n"
@@ -89,7 +93,7 @@ def as_csv(asked: Asked, runs: Sequence[Finished]) -> str:
         row: dict[str, object] = {"change": name, "converged": converged(own), "runs": len(own)}
         for _, measure, _ in _COLUMNS:
             row |= interval(values(own, measure)).columns(measure)
-            row |= _difference(whole, own, measure).columns(f"{measure}_difference")
+            row |= interval(_changes(whole, own, measure)).columns(f"{measure}_difference")
         rows.append(row)
     return csv_text(rows)
 
@@ -109,19 +113,31 @@ def _differences(asked: Asked, runs: Sequence[Finished]) -> str:
     for name, own in others:
         cells = []
         for _, measure, digits in _COLUMNS:
-            found = _difference(whole, own, measure)
+            changes = _changes(whole, own, measure)
+            found = interval(changes)
             text = found.text(digits + 1, "+")
-            cells.append(f"**{text}**" if found.excludes_zero else text)
+            marked = found.excludes_zero and len(changes) >= _FEWEST
+            cells.append(f"**{text}**" if marked else text)
         rows.append([name, *cells])
     return "\n".join(markdown_rows(rows))
 
 
-def _difference(whole: Sequence[Finished], own: Sequence[Finished], measure: str) -> Interval:
+def _nothing_marked(number: int) -> list[str]:
+    """Return why no difference is in bold, if so many runs of each change are too few."""
+    if number >= _FEWEST:
+        return []
+    return [
+        f"Nothing is in bold: intervals of fewer than {_FEWEST} runs are too narrow to tell a"
+        " change from chance."
+    ]
+
+
+def _changes(whole: Sequence[Finished], own: Sequence[Finished], measure: str) -> list[float]:
     """Return by how much a measure changes, over the seeds that have it both times."""
     before = {run.config.seed: value(run, measure) for run in whole}
     after = {run.config.seed: value(run, measure) for run in own}
     pairs = ((before[seed], after[seed]) for seed in before if seed in after)
-    return interval([b - a for a, b in pairs if a is not None and b is not None])
+    return [b - a for a, b in pairs if a is not None and b is not None]
 
 
 def _head(*first: str) -> list[list[str]]:

@@ -44,7 +44,9 @@ class Cluster:
         try:
             import ray
         except ModuleNotFoundError:
-            raise BadOptionError("--backend ray needs Ray: pip install 'mpma-mj[ray]'") from None
+            raise BadOptionError(
+                "--backend ray needs Ray: in a checkout, pip install -e '.[ray]'"
+            ) from None
         self._ray: Any = ray
         if address is None:
             here = workers or processors()

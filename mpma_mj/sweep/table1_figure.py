@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from mpma_mj.agents.gains import CRITERION
 from mpma_mj.files import write_whole
 from mpma_mj.sweep.asked import Asked
 from mpma_mj.sweep.folder import Finished
@@ -51,6 +52,8 @@ def write_figure(path: Path, asked: Asked, runs: Sequence[Finished]) -> None:
     for axis, (title, measure) in zip(panels, _PANELS, strict=True):
         _every_run(axis, runs, sizes, measure)
         axis.set_title(title, fontsize="medium")
+    line: dict[str, Any] = {"color": INK, "linestyle": "--", "linewidth": 0.8, "zorder": 0}
+    axes[0, 1].axhline(CRITERION, **line, label=f"the criterion, {CRITERION:g} %")
     _active_modules(axes[1, 0], runs, sizes)
     _modules_used(axes[1, 2], runs, sizes, asked.configs[0].modules)
     for axis in axes.flat:
@@ -62,9 +65,9 @@ def write_figure(path: Path, asked: Asked, runs: Sequence[Finished]) -> None:
         " size",
         fontsize="large",
     )
-    handles, names = axes[0, 0].get_legend_handles_labels()
+    handles, names = axes[0, 1].get_legend_handles_labels()
     once = dict(zip(names, handles, strict=True))
-    figure.legend(once.values(), once.keys(), loc="outside lower center", ncols=3, fontsize="small")
+    figure.legend(once.values(), once.keys(), loc="outside lower center", ncols=4, fontsize="small")
     write_whole(path, functools.partial(figure.savefig, dpi=_DPI))
 
 
@@ -75,12 +78,15 @@ def _every_run(axis: Axes, runs: Sequence[Finished], sizes: Sequence[int], measu
     apart = _APART if told else 0.0
     for place, nodes in enumerate(sizes):
         found = values(of_size(runs, nodes), measure)
+        if not found:
+            continue
         spray = np.linspace(-_SPRAY / 2, _SPRAY / 2, max(len(found), 2))[: len(found)]
         dots: dict[str, Any] = {
             "color": _OURS,
             "alpha": 0.35,
             "markeredgewidth": 0,
             "markersize": 7,
+            "clip_on": False,  # a dot at 0 is whole
         }
         axis.plot(place + apart + spray, found, ".", **dots, label="a run of ours")
         _mean(axis, place + apart, spread(of_size(runs, nodes), measure), _OURS, "ours, µ ± σ")
@@ -91,7 +97,7 @@ def _every_run(axis: Axes, runs: Sequence[Finished], sizes: Sequence[int], measu
 
 
 def _mean(axis: Axes, place: float, value: Spread, colour: str, label: str) -> None:
-    look: dict[str, Any] = {"markersize": 6, "capsize": 3, "linewidth": 1.5}
+    look: dict[str, Any] = {"markersize": 6, "capsize": 3, "linewidth": 1.5, "clip_on": False}
     axis.errorbar(place, value.mean, value.deviation, fmt="o", color=colour, **look, label=label)
 
 

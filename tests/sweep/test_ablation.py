@@ -49,15 +49,35 @@ def test_each_differs_from_the_whole_in_one_setting() -> None:
 
 
 def test_differences_are_taken_seed_by_seed_and_marked_if_they_exclude_0() -> None:
-    asked = ablation.ask(RunConfig(), 3)
+    asked = ablation.ask(RunConfig(), 5)
     table = ablation.as_markdown(asked, some_runs(asked))
-    assert row(table, "the whole", 0)[:2] == ["3 of 3", "1.50 ± 1.00"]
-    assert row(table, "no responsibility predictors", 0)[1] == "1.75 ± 1.00"
+    assert row(table, "the whole", 0)[:2] == ["5 of 5", "2.50 ± 1.58"]
+    assert row(table, "no responsibility predictors", 0)[1] == "2.75 ± 1.58"
     # Seeds differ by more than the change does; compared with themselves they all agree.
     assert row(table, "no responsibility predictors", 1)[0] == "**+0.250**"
-    assert row(table, "hears nothing", 1)[3].startswith("**-0.700 [-0.8")
+    assert row(table, "hears nothing", 1)[3].startswith("**-0.600 [-0.7")
     assert row(table, "one module", 1)[0] == "+0.000"
     assert table.count("the whole |") == 1
+    assert "Nothing is in bold" not in table
+
+
+def test_fewer_than_5_runs_mark_nothing_and_it_is_said() -> None:
+    asked = ablation.ask(RunConfig(), 4)
+    table = ablation.as_markdown(asked, some_runs(asked))
+    assert row(table, "no responsibility predictors", 1)[0] == "+0.250"
+    assert row(table, "hears nothing", 1)[3].startswith("-0.650 [-0.7")
+    assert "**" not in table
+    assert "\n\nNothing is in bold: intervals of fewer than 5 runs are too narrow" in table
+
+
+def test_a_difference_of_which_fewer_than_5_runs_are_left_is_not_marked() -> None:
+    asked = ablation.ask(RunConfig(), 5)
+    runs = some_runs(asked)
+    assert ablation.title(asked, runs[5].config) == "no responsibility predictors"
+    runs[5] = Finished(runs[5].config, {"failed": "diverged"}, 1, 0.5)
+    table = ablation.as_markdown(asked, runs)
+    assert row(table, "no responsibility predictors", 1)[0] == "+0.250"
+    assert "**" in "".join(row(table, "hears nothing", 1))
 
 
 def test_active_modules_are_the_mean_over_labels() -> None:

@@ -138,6 +138,8 @@ def test_the_command_writes_table_file_and_picture(
         (["--epochs", "0"], "epochs is 0"),
         (["--nodes", "0"], "nodes is 0"),
         (["gone.tsv"], "gone.tsv"),
+        (["ymca", "ymca"], "ymca is given twice"),
+        (["gone.tsv", "gone.tsv"], "gone.tsv is given twice"),
         (["--tempo", "0"], "tempo is 0"),
     ],
 )

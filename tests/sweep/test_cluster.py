@@ -66,7 +66,7 @@ def test_an_attempt_that_fails_says_why(monkeypatch: pytest.MonkeyPatch) -> None
 
 def test_without_ray_the_command_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "ray", None)
-    with pytest.raises(BadOptionError, match=r"pip install 'mpma-mj\[ray\]'"):
+    with pytest.raises(BadOptionError, match=r"in a checkout, pip install -e '\.\[ray\]'"):
         open_backend("ray", 1, None)
 
 
