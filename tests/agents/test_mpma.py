@@ -208,6 +208,8 @@ def test_one_module_is_always_responsible() -> None:
         ({"forward_input": "none"}, "forward_input is 'none'"),
         ({"spectral_radius": 1.0}, "spectral_radius is 1"),
         ({"reservoir_noise": -0.1}, "reservoir_noise is -0.1"),
+        ({"ridge": 0.0}, "ridge is 0.0; expected above 0"),
+        ({"ridge": "much"}, "ridge is 'much'"),
         ({"spectral_radius": "a"}, "spectral_radius is 'a'; expected 0 or more, below 1"),
         ({"spectral_radius": float("nan")}, "spectral_radius is nan"),
         ({"reservoir_noise": None}, "reservoir_noise is None"),
@@ -266,3 +268,12 @@ def test_signals_are_of_all_steps_also_where_a_reset_was_left_out() -> None:
             timestep = env.step(acting.act(timestep.observation))
             acting.observe(timestep)
         assert len(acting.signals()["prior"]) == episode * env.task.steps
+
+
+def test_a_larger_ridge_leaves_smaller_readouts() -> None:
+    sizes = []
+    for ridge in (1e-4, 1.0):
+        player = agent(ridge=ridge)
+        dance(player)
+        sizes.append(np.linalg.norm(player.state_dict()["inverse.weights"]))
+    assert sizes[1] < 0.5 * sizes[0]
