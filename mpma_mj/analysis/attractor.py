@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from mpma_mj.agents.freed import Freed
 from mpma_mj.envs.load import load
-from mpma_mj.errors import CheckpointError
 from mpma_mj.motions import Motion
 from mpma_mj.motions.context import danced_label
 from mpma_mj.training.build import agent_of, environment_options, one_thread
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.training.trace import record_epoch
+from mpma_mj.training.trained import load_state
 
 __all__ = ["REPEATS", "FreeDance", "dance_freely"]
 
@@ -60,23 +60,13 @@ def dance_freely(folder: RunFolder) -> tuple[FreeDance, Motion]:
         DivergedError: The simulation did not stay finite.
     """
     config, motion = folder.read_config(), folder.read_motion()
-    state, meta = folder.read_checkpoint("best", config)
+    state, epoch = folder.read_best(config)
     options: dict[str, Any] = environment_options(config)
     options |= {"repeats": 1 + REPEATS, "noise": 0.0}
     env = load(motion, **options)
     period = env.task.period
     agent = Freed(agent_of(config, env, config.seed), period)
-    try:
-        agent.load_state_dict(state)
-        epoch = int(meta["row"]["epoch"])
-    except KeyError as error:
-        raise CheckpointError(
-            f"{folder.path}: the checkpoint lacks {error.args[0]}; train anew"
-        ) from None
-    except ValueError:
-        raise CheckpointError(
-            f"{folder.path}: the checkpoint does not fit its settings; train anew"
-        ) from None
+    load_state(agent, state, folder.path)
     with one_thread():
         trace = record_epoch(env, agent, epoch)  # the reservoirs' noise is of the epoch after
     free = FreeDance(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from typing import Any, Literal, TypeAlias, overload
 
@@ -17,11 +18,21 @@ from mpma_mj.envs.options import seeds_of_members, whole_seed
 from mpma_mj.envs.task import TwoArmImitation
 from mpma_mj.envs.vector import FlatVectorImitationEnv, VectorImitationEnv
 from mpma_mj.errors import BadOptionError
+from mpma_mj.motions import Motion
 from mpma_mj.training.config import RunConfig
 
-__all__ = ["agent_of", "architecture", "environment_options", "make_agent", "one_thread"]
+__all__ = [
+    "agent_of",
+    "architecture",
+    "environment_options",
+    "environments_of",
+    "make_agent",
+    "one_thread",
+]
 
 Environments: TypeAlias = control.Environment | VectorImitationEnv
+
+_THREADS = 1  # of physics: runs side by side share processors by processes
 
 
 @overload
@@ -139,6 +150,26 @@ def _refuse_what_is_not_taken(config: RunConfig) -> None:
 def environment_options(config: RunConfig) -> dict[str, Any]:
     """Return the options of the environment of a run, by name, but for the movement."""
     return {name: getattr(config, name) for name in ("arms", "repeats", "noise", "seed")}
+
+
+def environments_of(
+    config: RunConfig, seeds: Sequence[int], motion: Motion, world: Mapping[str, Any]
+) -> VectorImitationEnv:
+    """Return the environments of runs side by side.
+
+    Args:
+        config: Settings of the runs, of which the seed does not count.
+        seeds: Seed of each.
+        motion: The movement.
+        world: Options of the environment that are other than the settings say.
+
+    Raises:
+        MpmaError: An option is outside what it may be, or the movement is faster than the arms.
+    """
+    options = environment_options(config) | dict(world)
+    envs = VectorImitationEnv(len(seeds), motion=motion, threads=_THREADS, **options)
+    envs.reset(seed=seeds)
+    return envs
 
 
 def one_thread() -> threadpool_limits:

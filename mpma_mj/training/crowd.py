@@ -4,23 +4,23 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.agents.agent import SideBySide
-from mpma_mj.envs.vector import VectorImitationEnv
+from mpma_mj.errors import DivergedError
 from mpma_mj.motions import Motion
-from mpma_mj.training.build import agent_of, architecture, environment_options, one_thread
+from mpma_mj.training.build import agent_of, architecture, environments_of, one_thread
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.course import Course, Stage
 from mpma_mj.training.trace import record_epochs
+from mpma_mj.training.trained import Trained
 
-__all__ = ["check", "train_crowd"]
-
-_THREADS = 1  # of physics: crowds share processors by processes
+__all__ = ["check", "train_agents", "train_crowd"]
 
 
 def check(config: RunConfig, motion: Motion) -> None:
@@ -54,13 +54,42 @@ def train_crowd(
         return crowd.outcomes()
 
 
+def train_agents(
+    configs: Sequence[RunConfig], motion: Motion, epochs: int, world: Mapping[str, Any]
+) -> Trained:
+    """Train runs that differ in their seeds only, and return what they have learned.
+
+    Args:
+        configs: Settings of R runs.
+        motion: The movement.
+        epochs: Largest number of epochs; each run ends earlier when it has converged.
+        world: Options of the environment that are other than the settings say.
+
+    Raises:
+        DivergedError: A simulation did not stay finite; names the seed.
+    """
+    crowd = _Crowd(configs, motion, world, keeps_states=True)
+    with one_thread(), contextlib.closing(crowd):
+        while crowd.epoch < epochs and len(crowd.going):
+            crowd.run_epoch(stop=True)
+        return crowd.trained()
+
+
 class _Crowd:
     """Runs side by side, of which those that are over leave."""
 
-    def __init__(self, configs: Sequence[RunConfig], motion: Motion) -> None:
+    def __init__(
+        self,
+        configs: Sequence[RunConfig],
+        motion: Motion,
+        world: Mapping[str, Any] = MappingProxyType({}),
+        *,
+        keeps_states: bool = False,
+    ) -> None:
         self.epoch = 0
         self.going: NDArray[np.intp] = np.arange(len(configs))
-        self._config, self._motion = configs[0], motion
+        self._configs, self._config, self._motion = tuple(configs), configs[0], motion
+        self._world, self._keeps_states = world, keeps_states
         self._seeds = np.array([config.seed for config in configs])
         self._failed: dict[int, str] = {}
         self._set_stage()
@@ -72,6 +101,7 @@ class _Crowd:
 
     def run_epoch(self, *, stop: bool) -> None:
         """Dance an epoch, learn from it, and let those leave who are done."""
+        states = self._agent.state_dict() if self._keeps_states else {}
         traces, diverged = record_epochs(self._envs, self._agent, self.epoch)
         self.epoch += 1
         logged = self._agent.learn_side_by_side()
@@ -82,7 +112,8 @@ class _Crowd:
                 self._failed[run] = f"epoch {self.epoch}: the simulation diverged"
                 continue
             course = self._courses[run]
-            course.enter(traces[row], logged[row] if learns else {}, {})
+            state = {name: array[row] for name, array in states.items()}
+            course.enter(traces[row], logged[row] if learns else {}, state)
             done[row] = not learns or (stop and course.converged)
         if done.any():
             self._leave(done)
@@ -93,6 +124,28 @@ class _Crowd:
             {"failed": self._failed[run]} if run in self._failed else course.summary()
             for run, course in enumerate(self._courses)
         ]
+
+    def trained(self) -> Trained:
+        """Return all agents as they were in their best epochs.
+
+        Raises:
+            DivergedError: A run has none.
+        """
+        kept = []
+        for run, course in enumerate(self._courses):
+            if run in self._failed or course.kept is None:
+                raise DivergedError(
+                    f"seed {self._seeds[run]}, {self._failed[run]}; try a slower --tempo or"
+                    " another --seed"
+                )
+            kept.append(course.kept)
+        names = kept[0].state
+        return Trained(
+            configs=self._configs,
+            motion=self._motion,
+            state={name: np.stack([best.state[name] for best in kept]) for name in names},
+            epochs=np.array([int(best.row["epoch"]) for best in kept]),
+        )
 
     def close(self) -> None:
         """Give back what environments hold."""
@@ -107,8 +160,5 @@ class _Crowd:
             self._set_stage()
 
     def _set_stage(self) -> None:
-        options = environment_options(self._config)
-        self._envs = VectorImitationEnv(
-            len(self.going), motion=self._motion, threads=_THREADS, **options
-        )
-        self._envs.reset(seed=self._seeds[self.going].tolist())
+        seeds = self._seeds[self.going].tolist()
+        self._envs = environments_of(self._config, seeds, self._motion, self._world)

@@ -173,6 +173,20 @@ class RunFolder:
             raise CheckpointError(f"{path}: belongs to a run with other settings; train anew")
         return state, meta
 
+    def read_best(self, config: RunConfig) -> tuple[dict[str, Array], int]:
+        """Read what the agent had learned before the kept epoch, and that epoch's number, from 1.
+
+        Raises:
+            CheckpointError: As of `read_checkpoint`.
+        """
+        state, meta = self.read_checkpoint("best", config)
+        try:
+            return state, int(meta["row"]["epoch"])
+        except KeyError as error:
+            raise CheckpointError(
+                f"{self.path}: the checkpoint lacks {error.args[0]}; train anew"
+            ) from None
+
     def write_trace(self, trace: dict[str, Array], epoch: int) -> None:
         """Write the signals of the kept epoch."""
         files.write_arrays(self.path / "trace.npz", "trace", trace, {"epoch": epoch})

@@ -1,0 +1,1 @@
+"""Trained agents in other worlds than the one in which they learned."""

@@ -1,0 +1,98 @@
+"""Trained agents in another world: as they are, and as they learn on."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.agents.frozen import Frozen
+from mpma_mj.envs.vector import VectorImitationEnv
+from mpma_mj.metrics import posture_error_percent
+from mpma_mj.motions import Motion
+from mpma_mj.training.build import environments_of, one_thread
+from mpma_mj.training.trace import record_epochs
+from mpma_mj.training.trained import Trained
+
+__all__ = ["World", "adapt", "tracking_errors", "try_out"]
+
+Array = NDArray[np.float64]
+Trace = dict[str, Array]
+
+_EPISODE = 1000  # of trials; their noise is that of no epoch of training (choice)
+
+
+@dataclass(frozen=True, eq=False)
+class World:
+    """Where agents are tried.
+
+    Attributes:
+        name: What it is called.
+        motion: What is demonstrated; its context has as many labels as the agents know.
+        options: Options of the environment that are other than in training, by name.
+    """
+
+    name: str
+    motion: Motion
+    options: Mapping[str, Any]
+
+
+def try_out(trained: Trained, world: World) -> list[Trace | None]:
+    """Let agents dance an episode as they have learned to.
+
+    Args:
+        trained: R agents.
+        world: Where.
+
+    Returns:
+        Signals of each agent as `record_epoch` returns them; None where the simulation diverged.
+
+    Raises:
+        MpmaError: The arms cannot follow the world's movement, or there can be no such world.
+    """
+    with one_thread(), contextlib.closing(_environments(trained, world)) as envs:
+        traces, diverged = record_epochs(envs, Frozen(trained.agent(envs)), _EPISODE)
+    return [None if lost else trace for trace, lost in zip(traces, diverged, strict=True)]
+
+
+def adapt(trained: Trained, world: World, epochs: int) -> tuple[Trained, Array]:
+    """Let agents learn on.
+
+    Args:
+        trained: R agents that can learn.
+        world: Where.
+        epochs: Number E of epochs.
+
+    Returns:
+        The agents after the last epoch, and p_e of each epoch, danced before what is learned
+        from it, shape (E, R), percent; NaN where the simulation diverged.
+
+    Raises:
+        MpmaError: As of `try_out`.
+    """
+    errors = np.empty((epochs, len(trained.configs)))
+    with one_thread(), contextlib.closing(_environments(trained, world)) as envs:
+        agent = trained.agent(envs)
+        for epoch in range(epochs):
+            traces, diverged = record_epochs(envs, agent, _EPISODE + 1 + epoch)
+            errors[epoch] = np.where(diverged, np.nan, [_error(trace) for trace in traces])
+            agent.learn_side_by_side()
+        return dataclasses.replace(trained, state=agent.state_dict()), errors
+
+
+def tracking_errors(traces: list[Trace | None]) -> Array:
+    """Return p_e of each trace, shape (R,), percent; NaN where there is none."""
+    return np.array([np.nan if trace is None else _error(trace) for trace in traces])
+
+
+def _error(trace: Trace) -> float:
+    return posture_error_percent(trace["posture"][1:], trace["reference"][1:])
+
+
+def _environments(trained: Trained, world: World) -> VectorImitationEnv:
+    return environments_of(trained.configs[0], trained.seeds, world.motion, world.options)
