@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import dm_env
 import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.agents.agent import Agent, Observation
+from mpma_mj.agents.frozen import Frozen
 from mpma_mj.agents.pairs import PairsAgent
 from mpma_mj.agents.wrapper import AgentWrapper
 from mpma_mj.errors import BadOptionError
@@ -16,7 +16,7 @@ __all__ = ["Freed"]
 Array = NDArray[np.float64]
 
 
-class Freed(AgentWrapper):
+class Freed(Frozen):
     """An agent that after a lead-in goes by its own prediction, and hears only the music.
 
         x'_t = x'_{t+1} = Σ_i λ^i x̂^i        of the step before
@@ -58,6 +58,3 @@ class Freed(AgentWrapper):
             observation = dict(observation) | {"target": expected, "reference": expected}
         self._step += 1
         return super().act(observation)
-
-    def observe(self, timestep: dm_env.TimeStep) -> None:
-        """Keep from the agent what it could learn from."""
