@@ -7,9 +7,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.agents.agent import Agent, Observation
 from mpma_mj.agents.frozen import Frozen
-from mpma_mj.agents.pairs import PairsAgent
-from mpma_mj.agents.wrapper import AgentWrapper
-from mpma_mj.errors import BadOptionError
+from mpma_mj.agents.wrapper import pairs_of
 
 __all__ = ["Freed"]
 
@@ -36,13 +34,7 @@ class Freed(Frozen):
             BadOptionError: The agent has no forward models.
         """
         super().__init__(agent)
-        pairs = agent.agent if isinstance(agent, AgentWrapper) else agent
-        if not isinstance(pairs, PairsAgent):
-            raise BadOptionError(
-                f"agent is {type(pairs).__name__}, which has no forward models; expected MPMA or"
-                " one of its rivals"
-            )
-        self._pairs = pairs
+        self._pairs = pairs_of(agent)
         self._lead_in = lead_in
         self._step = 0
 

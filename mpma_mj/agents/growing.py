@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping
+import dataclasses
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,7 @@ from mpma_mj.agents.learning import Readouts
 from mpma_mj.agents.mpma import MPMA, MPMAConfig
 from mpma_mj.agents.pairs import Member
 from mpma_mj.agents.responsibility import prediction_errors
+from mpma_mj.errors import BadOptionError
 from mpma_mj.motions.context import danced_label
 
 __all__ = ["GrowingMPMA", "with_one_more", "with_the_first"]
@@ -55,7 +57,7 @@ class GrowingMPMA(MPMA):
 
     @property
     def awake(self) -> NDArray[np.bool_]:
-        """Which modules are awake, shape (..., M)."""
+        """Which modules are awake and take part, shape (..., M)."""
         return np.arange(self._modules) < self._growth[..., :1]
 
     def keep(self, members: NDArray[np.intp]) -> None:
@@ -65,6 +67,27 @@ class GrowingMPMA(MPMA):
         self._helped_sigma = self._helped_sigma[members]
         for bank in vars(self._helped).values():
             bank.keep(members)
+
+    def lose(self, modules: Sequence[int]) -> None:
+        """Go on without some of the modules; no other awakes in their place (choice).
+
+        Args:
+            modules: Their numbers, from 0, shape (K,).
+
+        Raises:
+            BadOptionError: There are no others that are awake.
+        """
+        left = np.delete(self.awake, modules, axis=-1).sum(axis=-1)  # (...)
+        if not np.all(left):
+            raise BadOptionError("all modules that are awake would be lost; leave one")
+        super().lose(modules)
+        for bank in vars(self._helped).values():
+            bank.lose(modules)
+        for member in self._members:
+            growth = Growth.of_row(self._growth[member])
+            over = growth.over or len(modules) > 0
+            changed = dataclasses.replace(growth, modules=int(left[member]), over=over)
+            self._growth[member] = changed.as_row()
 
     def state_dict(self) -> dict[str, Array]:
         """Return all that learning has changed, as arrays by name."""

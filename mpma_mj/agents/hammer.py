@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,6 +68,8 @@ class HAMMER(PairsAgent):
             seed: Seed of weights and noise; several are agents side by side.
         """
         self._prepared = 0  # epochs
+        self._labels = np.arange(config.modules)  # each pair's
+        self._known = config.modules  # labels for which there was a pair
         super().__init__(
             config,
             arena,
@@ -95,6 +97,18 @@ class HAMMER(PairsAgent):
         self._prepared += 1
         return logged
 
+    def lose(self, modules: Sequence[int]) -> None:
+        """Go on without some of the pairs, which win no more; the others keep their labels.
+
+        Args:
+            modules: Their numbers, from 0, shape (K,).
+
+        Raises:
+            BadOptionError: There are no others.
+        """
+        super().lose(modules)
+        self._labels = np.delete(self._labels, modules)
+
     def state_dict(self) -> dict[str, Array]:
         """Return all that learning has changed, as arrays by name."""
         return super().state_dict() | {"prepared": np.full(self._lead, self._prepared)}
@@ -106,16 +120,17 @@ class HAMMER(PairsAgent):
 
     def _gate(self, observation: Observation) -> dict[str, Array]:
         context = observation["context"]
-        if context.shape[-1] != self._modules:
+        if context.shape[-1] != self._known:
             raise BadOptionError(
-                f"modules is {self._modules}, but the context has {context.shape[-1]} labels;"
+                f"modules is {self._known}, but the context has {context.shape[-1]} labels;"
                 " HAMMER has a pair for each"
             )
         if len(self._steps):
             predictions = self._steps[-1]["predictions"]
             errors = prediction_errors(predictions, observation["reference"])
             self._confidence = next_confidence(self._confidence, errors)
-        winner = np.argmax(context if self.is_preparing else self._confidence, axis=-1)
+        prepared = context[..., self._labels]
+        winner = np.argmax(prepared if self.is_preparing else self._confidence, axis=-1)
         one_hot = np.eye(self._modules)[winner]
         return {"prior": one_hot, "responsibility": one_hot, "context": context}
 
@@ -125,7 +140,7 @@ class HAMMER(PairsAgent):
     def _learn_epoch(self, member: Member, episode: dict[str, Array]) -> dict[str, float]:
         """Fit each pair to the steps of its label, if the preparation is not over."""
         if self.is_preparing:
-            own = danced_label(episode["context"])[:, None] == np.arange(self._modules)
+            own = danced_label(episode["context"])[:, None] == self._labels
             weight = own.astype(float)  # (T, M)
             hit = command_that_hits(episode["action"], episode["next_feedback"])
             self._readouts.forward.member(member).fit(

@@ -4,10 +4,22 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.agents.agent import Observation
 from mpma_mj.checks import is_number, is_truth, is_whole
 from mpma_mj.errors import BadOptionError
 
-__all__ = ["PairsConfig"]
+__all__ = ["JOINTS", "POSTURE", "PairsConfig"]
+
+Array = NDArray[np.float64]
+
+JOINTS = 8
+"""Length of an action."""
+
+POSTURE = 12
+"""Length of a posture."""
 
 
 @dataclass(frozen=True)
@@ -52,3 +64,15 @@ class PairsConfig:
             value = getattr(self, setting.name)
             if isinstance(setting.default, bool) and not is_truth(value):
                 raise BadOptionError(f"{setting.name} is {value!r}; expected True or False")
+
+    @property
+    def sensed(self) -> int:
+        """Length of what `sense` returns."""
+        return POSTURE + (2 * JOINTS if self.proprioception else 0)
+
+    def sense(self, observation: Observation) -> Array:
+        """Return what the models know of the arms: posture and, if set, joint angles."""
+        if not self.proprioception:
+            return observation["posture"]
+        angles = observation["joint_angles"]
+        return np.concatenate([observation["posture"], np.sin(angles), np.cos(angles)], axis=-1)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import dm_env
@@ -16,7 +16,7 @@ from mpma_mj.agents.arena import Arena
 from mpma_mj.agents.gains import Gains, performance
 from mpma_mj.agents.learning import PairReadouts
 from mpma_mj.agents.memory import Memory
-from mpma_mj.agents.networks import PairsConfig
+from mpma_mj.agents.networks import JOINTS, POSTURE, PairsConfig
 from mpma_mj.errors import BadOptionError
 from mpma_mj.esn import ReadoutBank, ReservoirBank
 from mpma_mj.randomness import stream
@@ -26,7 +26,6 @@ __all__ = ["Member", "PairsAgent"]
 Array = NDArray[np.float64]
 Member = tuple[int, ...]  # index of a member; () where there is one
 
-_JOINTS, _POSTURE = 8, 12
 _NEEDED_LAST = ("posture", "joint_angles", "reference")
 _SIGNALS = ("responsibility", "prior", "module_actions", "predictions")
 
@@ -77,12 +76,12 @@ class PairsAgent(ABC):
         self._progress = np.zeros(self._lead)
         self._untrained_error = np.full(self._lead, np.nan)
         self._banks: dict[str, ReservoirBank] = {}
-        sensed = _POSTURE + (2 * _JOINTS if config.proprioception else 0)
-        self._inverse = self._reservoirs("inverse", sensed + _POSTURE)
-        self._forward = self._reservoirs("forward", _JOINTS + sensed)
+        sensed = config.sensed
+        self._inverse = self._reservoirs("inverse", sensed + POSTURE)
+        self._forward = self._reservoirs("forward", JOINTS + sensed)
         self._readouts = PairReadouts(
-            inverse=self._readout(self._zeros(_JOINTS, self._inverse.features)),
-            forward=self._readout(self._zeros(_POSTURE, self._forward.features)),
+            inverse=self._readout(self._zeros(JOINTS, self._inverse.features)),
+            forward=self._readout(self._zeros(POSTURE, self._forward.features)),
         )
         self._steps = Memory()
         self.reset(0)
@@ -105,6 +104,11 @@ class PairsAgent(ABC):
         progress: Any = self._progress[()]
         return Gains(progress)
 
+    @property
+    def awake(self) -> NDArray[np.bool_]:
+        """Which modules take part, shape (..., M)."""
+        return np.ones((*self._lead, self._modules), bool)
+
     def reset(self, episode: int) -> None:
         """Begin an episode with reservoirs at rest and that episode's own noise."""
         for name, bank in self._banks.items():
@@ -115,7 +119,7 @@ class PairsAgent(ABC):
     def act(self, observation: Observation) -> Array:
         """Return the action, shape (..., 8), in [-1, 1]."""
         gate = self._gate(observation)
-        sensed = self._sense(observation)
+        sensed = self._networks.sense(observation)
         inverse_features = self._inverse.step(
             np.concatenate([sensed, observation["target"]], axis=-1)
         )
@@ -222,12 +226,25 @@ class PairsAgent(ABC):
             part.keep(members)
         self._steps = Memory()
 
-    def _sense(self, observation: Observation) -> Array:
-        """Return what the models know of the arms: posture and, if set, joint angles."""
-        if not self._networks.proprioception:
-            return observation["posture"]
-        angles = observation["joint_angles"]
-        return np.concatenate([observation["posture"], np.sin(angles), np.cos(angles)], axis=-1)
+    def lose(self, modules: Sequence[int]) -> None:
+        """Go on without some of the modules, from the next reset.
+
+        What is left is an agent of fewer modules, each as it was, with the noise that it would
+        have had; the others' numbers close up.
+
+        Args:
+            modules: Their numbers, from 0, shape (K,).
+
+        Raises:
+            BadOptionError: There are no others.
+        """
+        left = np.delete(np.arange(self._modules), modules)
+        if not len(left):
+            raise BadOptionError(f"all {self._modules} modules would be lost; leave one")
+        self._modules = len(left)
+        for part in (*self._banks.values(), *vars(self._readouts).values()):
+            part.lose(modules)
+        self._steps = Memory()
 
     def _reservoirs(self, name: str, inputs: int) -> ReservoirBank:
         bank = ReservoirBank(

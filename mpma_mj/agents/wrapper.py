@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.agents.agent import Agent, Observation
+from mpma_mj.agents.pairs import PairsAgent
+from mpma_mj.errors import BadOptionError
 
-__all__ = ["AgentWrapper"]
+__all__ = ["AgentWrapper", "pairs_of"]
 
 Array = NDArray[np.float64]
 
@@ -53,3 +55,19 @@ class AgentWrapper:
     def load_state_dict(self, state: Mapping[str, Array]) -> None:
         """Continue from what `state_dict` returned."""
         self.agent.load_state_dict(state)
+
+
+def pairs_of(agent: Agent) -> PairsAgent:
+    """Return the agent with pairs of models that is behind all that stands before it.
+
+    Raises:
+        BadOptionError: The agent has no forward models.
+    """
+    while isinstance(agent, AgentWrapper):
+        agent = agent.agent
+    if not isinstance(agent, PairsAgent):
+        raise BadOptionError(
+            f"agent is {type(agent).__name__}, which has no forward models; expected MPMA or one"
+            " of its rivals"
+        )
+    return agent

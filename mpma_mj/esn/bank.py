@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -60,6 +59,8 @@ class ReservoirBank:
         """
         self.features = nodes + inputs
         self._noise = noise
+        self._drawn = count  # reservoirs for which noise is drawn
+        self._left: NDArray[np.intp] | slice = slice(None)  # and those that have it
         drawn, blocks = [], []
         for stream in streams:
             drawn.append(stream.uniform(-1.0, 1.0, (count, nodes, inputs)))
@@ -80,6 +81,18 @@ class ReservoirBank:
         own = (count * nodes * members[:, None] + np.arange(count * nodes)).ravel()
         self._input_weights = self._input_weights[members]
         self._recurrence = self._recurrence[own][:, own]
+
+    def lose(self, reservoirs: Sequence[int]) -> None:
+        """Go on without some reservoirs, (K,) of M, from the next reset.
+
+        The others keep the noise that they would have had.
+        """
+        *_, count, nodes, _ = self._input_weights.shape
+        neurons = np.arange(self._recurrence.shape[0]).reshape(-1, count, nodes)
+        own = np.delete(neurons, reservoirs, axis=1).ravel()
+        self._input_weights = np.delete(self._input_weights, reservoirs, axis=-3)
+        self._recurrence = self._recurrence[own][:, own]
+        self._left = np.delete(np.arange(self._drawn)[self._left], reservoirs)
 
     def step(self, inputs: Array) -> Array:
         """Update the states with an input.
@@ -106,8 +119,9 @@ class ReservoirBank:
         noise: Array | None = next(self._ahead, None)
         if noise is None:
             shape = self._state.shape
-            each = (_DRAWN_AHEAD, math.prod(shape) // len(self._streams))
+            each = (_DRAWN_AHEAD, self._drawn, shape[-1])
             drawn = np.stack([stream.random(each) for stream in self._streams], axis=1)
+            drawn = drawn[:, :, self._left]
             drawn -= 0.5
             drawn *= self._noise
             self._ahead = iter(drawn.reshape(_DRAWN_AHEAD, *shape))

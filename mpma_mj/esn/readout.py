@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -80,6 +80,12 @@ class ReadoutBank:
         self.weights, self._steps = self.weights[members], self._steps[members]
         if self._sums is not None:
             self._sums = _Sums(*(sums[members] for sums in self._sums))
+
+    def lose(self, modules: Sequence[int]) -> None:
+        """Go on without some modules' readouts, (K,) of M, and what they remember."""
+        self.weights = np.delete(self.weights, modules, axis=-3)
+        if self._sums is not None:
+            self._sums = _Sums(*(np.delete(sums, modules, axis=-3) for sums in self._sums))
 
     def fit(self, features: Array, targets: Array, step_weights: Array | None = None) -> None:
         """Learn an epoch of one member.
