@@ -8,6 +8,7 @@ from mpma_mj.commands.capture import Capture
 from mpma_mj.commands.compare import Compare
 from mpma_mj.commands.grow import Grow
 from mpma_mj.commands.imitate import Imitate
+from mpma_mj.commands.lesion import Lesion
 from mpma_mj.commands.motion import InspectMotion
 from mpma_mj.commands.render import Render
 from mpma_mj.commands.scale import Scale
@@ -25,6 +26,7 @@ __all__ = [
     "Grow",
     "Imitate",
     "InspectMotion",
+    "Lesion",
     "Render",
     "Scale",
     "Sweep",

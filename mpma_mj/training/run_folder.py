@@ -32,6 +32,7 @@ _CONTENTS = (
     "summary.json",
     "capture.json",
     "attractor.json",
+    "lesion.json",
     "trace.npz",
     "checkpoint",
     "figures",
@@ -64,6 +65,11 @@ class RunFolder:
     def freed(self) -> Path:
         """Where it is written how the dance goes on without the demonstration."""
         return self.path / "attractor.json"
+
+    @property
+    def lesioned(self) -> Path:
+        """Where it is written how it dances without each module."""
+        return self.path / "lesion.json"
 
     @property
     def figures(self) -> Path:
@@ -148,8 +154,9 @@ class RunFolder:
 
     def forget_epoch(self) -> None:
         """Remove what was made of an epoch that is not kept any more."""
-        pictures = (self.figures / "capture.png", self.figures / "attractor.png")
-        for made in (self.video, self.captured, self.freed, *pictures):
+        names = ("capture", "attractor", "lesion")
+        pictures = (self.figures / f"{name}.png" for name in names)
+        for made in (self.video, self.captured, self.freed, self.lesioned, *pictures):
             made.unlink(missing_ok=True)
 
     def write_checkpoint(

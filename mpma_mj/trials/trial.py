@@ -19,12 +19,13 @@ from mpma_mj.training.build import environments_of, one_thread
 from mpma_mj.training.trace import record_epochs
 from mpma_mj.training.trained import Trained
 
-__all__ = ["World", "adapt", "tracking_errors", "try_out"]
+__all__ = ["EPISODE", "World", "adapt", "tracking_errors", "try_out"]
 
 Array = NDArray[np.float64]
 Trace = dict[str, Array]
 
-_EPISODE = 1000  # of trials; their noise is that of no epoch of training (choice)
+EPISODE = 1000
+"""Number of a trial's episode; its noise is that of no epoch of training (choice)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +57,7 @@ def try_out(trained: Trained, world: World) -> list[Trace | None]:
         MpmaError: The arms cannot follow the world's movement, or there can be no such world.
     """
     with one_thread(), contextlib.closing(_environments(trained, world)) as envs:
-        traces, diverged = record_epochs(envs, Frozen(trained.agent(envs)), _EPISODE)
+        traces, diverged = record_epochs(envs, Frozen(trained.agent(envs)), EPISODE)
     return [None if lost else trace for trace, lost in zip(traces, diverged, strict=True)]
 
 
@@ -79,7 +80,7 @@ def adapt(trained: Trained, world: World, epochs: int) -> tuple[Trained, Array]:
     with one_thread(), contextlib.closing(_environments(trained, world)) as envs:
         agent = trained.agent(envs)
         for epoch in range(epochs):
-            traces, diverged = record_epochs(envs, agent, _EPISODE + 1 + epoch)
+            traces, diverged = record_epochs(envs, agent, EPISODE + 1 + epoch)
             errors[epoch] = np.where(diverged, np.nan, [_error(trace) for trace in traces])
             agent.learn_side_by_side()
         return dataclasses.replace(trained, state=agent.state_dict()), errors

@@ -1,0 +1,63 @@
+"""`mpma lesion`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from mpma_mj.errors import BadOptionError
+
+__all__ = ["Lesion"]
+
+
+@dataclass(frozen=True)
+class Lesion:
+    """Switch off each module and each two of trained runs: what breaks, and who takes over?
+
+    Each run's folder gets lesion.json and figures/lesion.png.
+    """
+
+    run_folders: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
+    """Folders of runs."""
+    retrain: int = 3
+    """Epochs in which the modules that are left learn on; 0 for none."""
+
+    def run(self) -> Path:
+        """Do it and return the last figure's path."""
+        from mpma_mj import files
+        from mpma_mj.analysis.danced import read_danced
+        from mpma_mj.training.progress import show_range
+        from mpma_mj.training.run_folder import RunFolder
+        from mpma_mj.training.trained import Trained
+        from mpma_mj.trials.lesion import Lesions, dance_without, what_can_be_lost
+        from mpma_mj.trials.lesion_figure import write_figure
+        from mpma_mj.trials.lesion_table import matrix, summary
+
+        if not self.run_folders:
+            raise BadOptionError("no run given; try: mpma lesion runs/ymca")
+        if self.retrain < 0:
+            raise BadOptionError(f"retrain is {self.retrain}; expected 0 or more epochs")
+        folders = [RunFolder(path) for path in self.run_folders]
+        runs = []
+        for folder in folders:
+            read_danced(folder)  # refuses modules that do nothing yet: nothing would break
+            trained = Trained.of_run(folder)
+            runs.append((folder, trained, what_can_be_lost(trained)))
+        found = []
+        for folder, trained, losses in runs:
+            title = f"{folder.path}: switching modules off"
+            steps = show_range(range(len(losses)), title)
+            lesions = [dance_without(trained, losses[step], self.retrain) for step in steps]
+            without = Lesions(trained.motion.labels, tuple(lesions), self.retrain)
+            found.append(without)
+            content = {"format": files.FORMAT, "motion": trained.motion.name} | without.as_json()
+            files.write_json(folder.lesioned, content)
+            picture = folder.figures / "lesion.png"
+            write_figure(picture, without, trained.motion.name)
+        if len(found) == 1:
+            print(matrix(found[0]) + "\n")
+        print(summary(found))
+        return picture

@@ -1,0 +1,243 @@
+"""Trained agents from which modules are taken away: what breaks, and who takes over."""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj import metrics
+from mpma_mj.agents import HAMMER, Agent
+from mpma_mj.agents.frozen import Frozen
+from mpma_mj.agents.wrapper import pairs_of
+from mpma_mj.envs.vector import VectorImitationEnv
+from mpma_mj.errors import BadOptionError, DivergedError
+from mpma_mj.motions.context import danced_label
+from mpma_mj.training.build import environments_of, one_thread
+from mpma_mj.training.trace import record_epochs
+from mpma_mj.training.trained import Trained
+from mpma_mj.trials.trial import EPISODE
+
+__all__ = ["Dance", "Lesion", "Lesions", "Lost", "dance_without", "what_can_be_lost"]
+
+Array = NDArray[np.float64]
+Lost = tuple[int, ...]  # numbers of modules, from 0
+
+_TOGETHER = 2  # modules that are switched off at once, at most
+
+
+@dataclass(frozen=True, eq=False)
+class Dance:
+    """An episode of C labels danced by some of M modules.
+
+    Attributes:
+        p_e_percent: p_e, percent.
+        label_p_e_percent: p_e of the steps that lead to postures of each label, shape (C,),
+            percent; NaN of one that is not danced.
+        responsibility: Mean responsibility of each module while a label is heard, shape (C, M);
+            0 of modules that are lost, NaN of a label that is not danced.
+        dominant: Module that most often has the largest responsibility, shape (C,); -1 of a
+            label that is not danced.
+    """
+
+    p_e_percent: float
+    label_p_e_percent: Array
+    responsibility: Array
+    dominant: NDArray[np.int_]
+
+
+@dataclass(frozen=True, eq=False)
+class Lesion:
+    """What became of an agent without some modules.
+
+    Attributes:
+        lost: Which are switched off; none of the intact agent.
+        at_once: How it danced then.
+        retrained: How it danced after it had learned on; None where it did not.
+    """
+
+    lost: Lost
+    at_once: Dance
+    retrained: Dance | None
+
+
+@dataclass(frozen=True, eq=False)
+class Lesions:
+    """What became of an agent without each module and each two.
+
+    Attributes:
+        labels: Names of the labels.
+        lesions: All of them; the first is of the intact agent, in the last all are silent.
+        epochs: Epochs of learning before they danced again.
+    """
+
+    labels: tuple[str, ...]
+    lesions: tuple[Lesion, ...]
+    epochs: int
+
+    @property
+    def intact(self) -> Lesion:
+        """The agent that has lost nothing."""
+        return self.lesions[0]
+
+    @property
+    def silent(self) -> Lesion:
+        """The agent whose modules are all silent."""
+        return self.lesions[-1]
+
+    @property
+    def some(self) -> tuple[Lesion, ...]:
+        """Those without some modules, but not all."""
+        return self.lesions[1:-1]
+
+    @property
+    def retrained(self) -> bool:
+        """Whether the agent learned on."""
+        return self.intact.retrained is not None
+
+    def owned(self, lost: Lost) -> NDArray[np.bool_]:
+        """Return which labels are those of some modules, dominant in them before, shape (C,)."""
+        return np.isin(self.intact.at_once.dominant, lost)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return it as JSON can hold it."""
+        owners = self.intact.at_once.dominant.tolist()
+        return {
+            "retrain_epochs": self.epochs if self.retrained else 0,
+            "dominant_module": dict(zip(self.labels, owners, strict=True)),
+            "lesions": [
+                {
+                    "lost": list(lesion.lost),
+                    "at_once": self._danced(lesion.at_once),
+                    "retrained": lesion.retrained and self._danced(lesion.retrained),
+                }
+                for lesion in self.lesions
+            ],
+        }
+
+    def _danced(self, dance: Dance) -> dict[str, Any]:
+        by_label = {
+            "p_e_percent": dance.label_p_e_percent.tolist(),
+            "responsibility": dance.responsibility.tolist(),
+            "dominant_module": dance.dominant.tolist(),
+        }
+        return {
+            "p_e_percent": dance.p_e_percent,
+            "labels": {
+                label: {name: values[number] for name, values in by_label.items()}
+                for number, label in enumerate(self.labels)
+            },
+        }
+
+
+def what_can_be_lost(trained: Trained) -> list[Lost]:
+    """Return nothing, each module, each two modules that leave another one awake, and all.
+
+    Args:
+        trained: One agent.
+
+    Raises:
+        BadOptionError: The agent has no modules, or a single one.
+        CheckpointError: What it has learned does not fit its settings.
+    """
+    with contextlib.closing(_environment(trained)) as envs:
+        (awake,) = pairs_of(trained.agent(envs)).awake
+    modules = np.flatnonzero(awake).tolist()
+    if len(modules) == 1:
+        raise BadOptionError(
+            f"{trained.source or 'trained agent'}: has one module, and none that could take over;"
+            " expected a run of --modules 2 or more"
+        )
+    sizes = range(1 + min(_TOGETHER, len(modules) - 1))
+    some = [lost for size in sizes for lost in itertools.combinations(modules, size)]
+    return [*some, tuple(modules)]
+
+
+def dance_without(trained: Trained, lost: Lost, retrain: int) -> Lesion:
+    """Switch modules off, and let the agent dance at once and after it has learned on.
+
+    Both times it is the same episode, one that no training sees, and nothing is learned from it.
+    HAMMER that has been prepared learns no more. An agent of which all modules are lost has only
+    its feedback controller, with the gain K that it has: its inverse models are silent, and learn
+    nothing.
+
+    Args:
+        trained: One agent.
+        lost: Which modules.
+        retrain: Number of epochs of learning; at 0 it does not learn.
+
+    Raises:
+        DivergedError: The simulation did not stay finite.
+    """
+    with one_thread(), contextlib.closing(_environment(trained)) as envs:
+        agent = trained.agent(envs)
+        pairs = pairs_of(agent)
+        awake = pairs.awake[0]
+        left = np.delete(np.arange(len(awake)), lost)
+        silent = not awake[left].any()
+        if silent:
+            pairs.load_state_dict(_without_commands(pairs.state_dict()))
+            left = np.arange(len(awake))
+        else:
+            pairs.lose(lost)
+
+        def danced() -> Dance:
+            return _seen(_record(envs, Frozen(agent), EPISODE, lost), left, len(awake))
+
+        at_once = danced()
+        prepared = isinstance(pairs, HAMMER) and not pairs.is_preparing
+        if silent or prepared or retrain == 0:
+            return Lesion(lost, at_once, None)
+        for epoch in range(retrain):
+            _record(envs, agent, EPISODE + 1 + epoch, lost)
+            agent.learn_side_by_side()
+        return Lesion(lost, at_once, danced())
+
+
+def _without_commands(state: dict[str, Array]) -> dict[str, Array]:
+    name = "inverse.weights"
+    return state | {name: np.zeros_like(state[name])}
+
+
+def _environment(trained: Trained) -> VectorImitationEnv:
+    return environments_of(trained.configs[0], trained.seeds, trained.motion, {})
+
+
+def _record(envs: VectorImitationEnv, agent: Agent, episode: int, lost: Lost) -> dict[str, Array]:
+    ((trace,), (diverged,)) = record_epochs(envs, agent, episode)
+    if diverged:
+        raise DivergedError(
+            f"without {' and '.join(f'module {i + 1}' for i in lost) or 'any loss'}: the simulation"
+            " diverged; train anew with a slower --tempo or another --seed"
+        )
+    return trace
+
+
+def _seen(trace: dict[str, Array], left: NDArray[np.intp], modules: int) -> Dance:
+    """Return what is measured of an episode, given which modules are left of how many."""
+    posture, reference = trace["posture"][1:], trace["reference"][1:]
+    context = trace["context"]
+    responsibility = np.zeros((len(posture), modules))
+    responsibility[:, left] = trace["responsibility"]
+    came, heard = danced_label(context[1:]), danced_label(context[:-1])
+    labels = range(context.shape[1])
+    return Dance(
+        p_e_percent=metrics.posture_error_percent(posture, reference),
+        label_p_e_percent=np.array(
+            [_error(posture[came == c], reference[came == c]) for c in labels]
+        ),
+        responsibility=np.array([_mean(responsibility[heard == c]) for c in labels]),
+        dominant=np.array(metrics.dominant_module(responsibility, context[:-1])),
+    )
+
+
+def _error(posture: Array, reference: Array) -> float:
+    return metrics.posture_error_percent(posture, reference) if len(posture) else np.nan
+
+
+def _mean(rows: Array) -> Array:
+    return rows.mean(axis=0) if len(rows) else np.full(rows.shape[1], np.nan)
