@@ -48,7 +48,7 @@ class Lesion:
             runs.append((folder, trained, what_can_be_lost(trained)))
         found = []
         for folder, trained, losses in runs:
-            title = f"{folder.path}: switching modules off"
+            title = f"{folder.path.name}: switching modules off"
             steps = show_range(range(len(losses)), title)
             lesions = [dance_without(trained, losses[step], self.retrain) for step in steps]
             without = Lesions(trained.motion.labels, tuple(lesions), self.retrain)

@@ -62,7 +62,11 @@ def write_figure(path: Path, without: Lesions, movement: str) -> None:
     width = _AROUND[0] + len(times) * _CELL[0] * (len(without.labels) + 1)
     height = _AROUND[1] + 2 * _CELL[1] * len(lesions)
     figure = Figure(figsize=(max(width, _NARROWEST), height), layout="constrained")
-    axes = figure.subplots(2, len(times), sharey=True, squeeze=False)
+    # Below, there is no row for the last lesion, in which all are silent.
+    heights = len(lesions), len(lesions) - 1
+    axes = figure.subplots(
+        2, len(times), sharey="row", squeeze=False, gridspec_kw={"height_ratios": heights}
+    )
     norm = _norm(lesions)
     for column, (when, dances) in enumerate(times.items()):
         _errors(axes[0, column], without, lesions, dances, norm)
@@ -70,14 +74,11 @@ def write_figure(path: Path, without: Lesions, movement: str) -> None:
         axes[0, column].set_title(f"p_e, %, {when}", fontsize="medium")
         axes[1, column].set_title(f"responsibility λ, {when}", fontsize="medium")
     names = [name_of(lesion, without) for lesion in lesions]
-    for axis in axes[:, 0]:
-        axis.set_yticks(range(len(lesions)), names, fontsize=8)
-        axis.set_ylim(len(lesions) - 0.5, -0.5)
-    modules = without.intact.at_once.responsibility.shape[1]
-    patches = [
-        Patch(color=colour, label=f"module {i + 1}")
-        for i, colour in enumerate(module_colours(modules))
-    ]
+    for axis, count in zip(axes[:, 0], heights, strict=True):
+        axis.set_yticks(range(count), names[:count], fontsize=8)
+        axis.set_ylim(count - 0.5, -0.5)
+    colours = _colours(without)
+    patches = [Patch(color=colours[i], label=f"module {i + 1}") for i in without.silent.lost]
     frame = Patch(facecolor="none", edgecolor=INK, label="label of a lost module")
     figure.legend(
         handles=[*patches, frame], loc="outside lower center", ncols=5, fontsize=8, frameon=False
@@ -119,7 +120,7 @@ def _errors(
                 axis.add_patch(
                     Rectangle(place, 0.94, 0.9, fill=False, edgecolor=INK, linewidth=1.4)
                 )
-    axis.axvline(labels - 0.5, color="white", linewidth=4)
+    axis.axvline(labels - 0.5, color="white", linewidth=4, zorder=0.5)
     _columns(axis, without, [*without.labels, "all"])
 
 
@@ -127,7 +128,7 @@ def _shares(
     axis: Axes, without: Lesions, lesions: Sequence[Lesion], dances: Sequence[Dance | None]
 ) -> None:
     """Draw a bar for each lesion and label, divided among the modules that are left."""
-    colours = module_colours(without.intact.at_once.responsibility.shape[1])
+    colours = _colours(without)
     for row, (lesion, dance) in enumerate(zip(lesions, dances, strict=True)):
         if dance is None or lesion is without.silent:
             continue
@@ -141,7 +142,7 @@ def _shares(
 
 def _columns(axis: Axes, without: Lesions, names: Sequence[str]) -> None:
     """Name the labels above their columns, over the colour of the module that was dominant."""
-    colours = module_colours(without.intact.at_once.responsibility.shape[1])
+    colours = _colours(without)
     for column, owner in enumerate(without.intact.at_once.dominant.tolist()):
         if owner >= 0:
             place = (column - 0.5 * _BAR, -0.5 - _CHIP)
@@ -153,3 +154,7 @@ def _columns(axis: Axes, without: Lesions, names: Sequence[str]) -> None:
     axis.set_xticks(range(len(cut)), cut, fontsize=8, rotation=90 if upright else 0)
     axis.tick_params(length=0)
     axis.spines[:].set_visible(False)
+
+
+def _colours(without: Lesions) -> list[str]:
+    return module_colours(without.intact.at_once.responsibility.shape[1])

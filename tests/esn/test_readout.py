@@ -136,6 +136,19 @@ def test_those_who_are_kept_read_and_learn_on_as_before(data: tuple[np.ndarray, 
         assert np.abs(bank.weights[row]).max() > 0.01
 
 
+def test_modules_that_are_left_read_and_learn_on_as_before(data: tuple[np.ndarray, ...]) -> None:
+    z, y, w = data
+    bank, whole = side_by_side(data), side_by_side(data)
+    bank.lose([1])
+    left = [0, 2]
+    for member in range(3):
+        np.testing.assert_array_equal(bank.weights[member], whole.weights[member, left])
+        bank.member((member,)).fit(z[::-1][:, left], y[:, left], w[:, left])
+        whole.member((member,)).fit(z[::-1], y, w)
+        np.testing.assert_array_equal(bank.weights[member], whole.weights[member, left])
+    assert np.abs(bank.weights).max() > 0.01
+
+
 def test_readouts_that_were_never_fitted_can_be_kept_too() -> None:
     bank = ReadoutBank(np.arange(3.0 * M * K * F).reshape(3, M, K, F))
     kept = bank.weights[[1]]

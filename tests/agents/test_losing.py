@@ -1,0 +1,231 @@
+"""Agents from which modules are taken away."""
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mpma_mj import MPMAConfig, load, make_agent, make_vec
+from mpma_mj.agents import HAMMER, GrowingMPMA
+from mpma_mj.agents.frozen import Frozen
+from mpma_mj.agents.growth import Growth
+from mpma_mj.agents.hearing import Hearing
+from mpma_mj.agents.pairs import PairsAgent
+from mpma_mj.agents.wrapper import pairs_of
+from mpma_mj.errors import BadOptionError
+from mpma_mj.training.trace import record_epoch, record_epochs
+
+MODULES = 4  # as many as YMCA has labels, so that HAMMER has no other number
+SMALL = MPMAConfig(nodes=10, modules=MODULES)
+KINDS = ["mpma", "mosaic", "hammer", "growing"]
+
+Trace = dict[str, np.ndarray]
+
+
+@pytest.fixture(scope="module")
+def env() -> Any:
+    return load("ymca", arms="kinematic", repeats=1)
+
+
+@pytest.fixture(scope="module")
+def learned(env: Any) -> dict[str, Trace]:
+    """Return what an agent of each kind has learned, with which its modules do something."""
+    states = {}
+    for kind in KINDS:
+        agent = make_agent(env, SMALL, kind=kind)
+        for epoch in range(5):
+            record_epoch(env, agent, epoch)
+            agent.learn()
+        states[kind] = agent.state_dict()
+    awake = Growth(modules=3, epochs=1, best_error=1.0)
+    states["growing"]["growth"] = awake.as_row()
+    return states
+
+
+def trained(env: Any, learned: dict[str, Trace], kind: str) -> Any:
+    agent = make_agent(env, SMALL, kind=kind)
+    assert isinstance(agent, PairsAgent)
+    agent.load_state_dict(learned[kind])
+    return agent
+
+
+def without(env: Any, learned: dict[str, Trace], kind: str, *lost: int) -> Any:
+    agent = trained(env, learned, kind)
+    agent.lose(lost)
+    return agent
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_who_loses_nothing_is_the_same_to_the_bit(
+    env: Any, learned: dict[str, Trace], kind: str
+) -> None:
+    one, other = trained(env, learned, kind), without(env, learned, kind)
+    for epoch in (5, 6):
+        danced, same = record_epoch(env, one, epoch), record_epoch(env, other, epoch)
+        for name, signal in danced.items():
+            np.testing.assert_array_equal(same[name], signal, err_msg=name)
+        one.learn()
+        other.learn()
+    state = other.state_dict()
+    for name, value in one.state_dict().items():
+        np.testing.assert_array_equal(state[name], value, err_msg=name)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_modules_that_are_left_do_in_the_first_step_what_they_would_have_done(
+    env: Any, learned: dict[str, Trace], kind: str
+) -> None:
+    whole, part = trained(env, learned, kind), without(env, learned, kind, 1)
+    env.task.episode = 7
+    observation = env.reset().observation
+    for agent in (whole, part):
+        agent.reset(7)
+        agent.act(observation)
+    intact, after = whole.signals(), part.signals()
+    left = [0, 2, 3]
+    actions = intact["module_actions"][:, left]
+    np.testing.assert_allclose(after["module_actions"], actions, atol=1e-12)
+    assert np.abs(actions).max() > 0.01
+    if kind != "hammer":  # in which one has all
+        share = intact["responsibility"][:, left]
+        expected = share / share.sum()
+        np.testing.assert_allclose(after["responsibility"], expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("kind", ["mpma", "mosaic", "growing"])
+def test_what_is_left_learns_on(env: Any, learned: dict[str, Trace], kind: str) -> None:
+    agent = without(env, learned, kind, 0, 2)
+    before = agent.state_dict()
+    trace = record_epoch(env, agent, 5)
+    np.testing.assert_allclose(trace["responsibility"].sum(axis=1), 1.0)
+    agent.learn()
+    for name, value in agent.state_dict().items():
+        assert np.isfinite(value).all() or name == "growth"
+        assert value.shape == before[name].shape
+    weights = agent.state_dict()["inverse.weights"]
+    assert weights.shape[0] == MODULES - 2
+    assert not np.array_equal(weights, before["inverse.weights"])
+
+
+def test_a_module_without_responsibility_is_not_missed(env: Any, learned: dict[str, Trace]) -> None:
+    whole = trained(env, learned, "growing")
+    whole._growth[4] = 1.0  # as of those who have lost something
+    part = without(env, learned, "growing", 3)  # which sleeps
+    for epoch in (5, 6):
+        danced, same = record_epoch(env, whole, epoch), record_epoch(env, part, epoch)
+        assert not danced["responsibility"][:, 3].any()
+        np.testing.assert_allclose(same["action"], danced["action"], atol=1e-9)
+        np.testing.assert_allclose(same["posture"], danced["posture"], atol=1e-9)
+        whole.learn()
+        part.learn()
+    weights = whole.state_dict()["inverse.weights"][:3]
+    np.testing.assert_allclose(part.state_dict()["inverse.weights"], weights, atol=1e-6)
+
+
+def test_a_module_that_is_lost_is_missed(env: Any, learned: dict[str, Trace]) -> None:
+    whole, part = trained(env, learned, "mpma"), without(env, learned, "mpma", 0)
+    danced, other = record_epoch(env, whole, 5), record_epoch(env, part, 5)
+    assert np.abs(danced["posture"] - other["posture"]).max() > 1e-3
+
+
+@pytest.mark.parametrize("kind", ["mpma", "hammer", "growing"])
+def test_agents_side_by_side_lose_what_each_would_alone(kind: str) -> None:
+    envs = make_vec(2, "ymca", arms="kinematic", repeats=1)
+    together: Any = make_agent(envs, SMALL, kind=kind, seed=[3, 5])
+    if kind == "growing":
+        together._growth[...] = Growth(modules=3).as_row()
+    for epoch in range(2):
+        record_epochs(envs, together, epoch)
+        together.learn_side_by_side()
+    alone = make_agent(load("ymca", arms="kinematic", repeats=1), SMALL, kind=kind, seed=5)
+    assert isinstance(alone, PairsAgent)
+    alone.load_state_dict({name: value[1] for name, value in together.state_dict().items()})
+    together.lose([1])
+    alone.lose([1])
+    (_, trace), _ = record_epochs(envs, together, 4)
+    env = load("ymca", arms="kinematic", repeats=1, seed=1)
+    expected = record_epoch(env, alone, 4)
+    np.testing.assert_allclose(trace["action"], expected["action"], atol=1e-9)
+    together.learn_side_by_side()
+    alone.learn()
+    state = together.state_dict()
+    for name, value in alone.state_dict().items():
+        np.testing.assert_allclose(state[name][1], value, atol=1e-6, err_msg=name)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_state_of_what_is_left_goes_round(
+    env: Any, learned: dict[str, Trace], kind: str
+) -> None:
+    agent, copy = without(env, learned, kind, 1), without(env, learned, kind, 1)
+    record_epoch(env, agent, 5)
+    agent.learn()
+    copy.load_state_dict(agent.state_dict())
+    danced = record_epoch(env, agent, 6)["action"]
+    np.testing.assert_array_equal(record_epoch(env, copy, 6)["action"], danced)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_not_all_modules_can_be_lost(env: Any, learned: dict[str, Trace], kind: str) -> None:
+    agent = trained(env, learned, kind)
+    with pytest.raises(BadOptionError, match="would be lost; leave one"):
+        agent.lose(range(MODULES))
+    agent.lose([])  # nor has it lost any
+    assert agent.awake.shape == (MODULES,)
+
+
+def test_a_pair_that_is_lost_wins_no_more_and_the_others_keep_their_labels(env: Any) -> None:
+    agent = make_agent(env, SMALL, kind="hammer")
+    assert isinstance(agent, HAMMER)
+    agent.lose([1])
+    trace = record_epoch(env, agent, 0)
+    label = trace["context"][:-1].argmax(axis=1)
+    for own, row in {0: [1, 0, 0], 1: [1, 0, 0], 2: [0, 1, 0], 3: [0, 0, 1]}.items():
+        assert (trace["responsibility"][label == own] == row).all()
+        assert (label == own).any()
+    agent.learn()
+    # No pair learns from the label of the lost one.
+    full = make_agent(env, SMALL, kind="hammer")
+    assert isinstance(full, HAMMER)
+    episode = agent._episode(())
+    weight = (label[:, None] == [0, 2, 3]).astype(float)
+    forward = full._readouts.forward
+    forward.lose([1])
+    forward.fit(episode["forward_features"], episode["next_posture"][:, None, :], weight)
+    np.testing.assert_array_equal(agent._readouts.forward.weights, forward.weights)
+
+
+def test_hammer_still_needs_the_context_that_it_knew(env: Any) -> None:
+    agent = make_agent(env, SMALL, kind="hammer")
+    assert isinstance(agent, HAMMER)
+    agent.lose([1])
+    agent.reset(0)
+    observation = dict(env.reset().observation) | {"context": np.zeros(3)}
+    with pytest.raises(BadOptionError, match="modules is 4, but the context has 3 labels"):
+        agent.act(observation)
+
+
+def test_who_loses_a_module_grows_no_more(env: Any, learned: dict[str, Trace]) -> None:
+    agent = trained(env, learned, "growing")
+    assert isinstance(agent, GrowingMPMA)
+    np.testing.assert_array_equal(agent.awake, [True, True, True, False])
+    agent.lose([0, 3])
+    np.testing.assert_array_equal(agent.awake, [True, True])
+    assert Growth.of_row(agent._growth).over
+    with pytest.raises(BadOptionError, match="all modules that are awake would be lost"):
+        agent.lose([0, 1])
+    intact = trained(env, learned, "growing")
+    assert isinstance(intact, GrowingMPMA)
+    with pytest.raises(BadOptionError, match="all modules that are awake would be lost"):
+        intact.lose([0, 1, 2])
+    intact.lose([])
+    assert not Growth.of_row(intact._growth).over
+
+
+def test_behind_all_that_stands_before_it_is_the_agent_with_pairs(env: Any) -> None:
+    inner = make_agent(env, dataclasses.replace(SMALL, modules=2))
+    heard = Hearing(inner, "nothing", env.task.context, env.task.period, 0)
+    assert pairs_of(inner) is pairs_of(heard) is pairs_of(Frozen(heard)) is inner
+    with pytest.raises(BadOptionError, match="agent is FeedbackOnly, which has no forward models"):
+        pairs_of(Frozen(make_agent(env, kind="feedback_only")))
