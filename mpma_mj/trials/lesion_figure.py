@@ -30,6 +30,7 @@ _MOST = 18  # rows; if there were more, pairs of modules are left to the table
 _CELL = (0.56, 0.27)  # width and height of a cell, inches
 _AROUND = (1.4, 2.0)  # what stands around all cells, inches
 _NARROWEST = 5.0  # inches, for the title
+_ENTRY = 1.5  # width of an entry of the legend, inches
 _SHORT, _LONGEST = 5, 18  # longer names of labels stand upright, and are cut
 _BAR = 0.92  # width of a bar, of a cell
 _ONE_DIGIT = 10.0  # from here on a number has one digit after the point
@@ -59,9 +60,9 @@ def write_figure(path: Path, without: Lesions, movement: str) -> None:
     if without.retrained:
         again = f"after {without.epochs} epoch{'s' * (without.epochs != 1)} of learning"
         times[again] = [lesion.retrained for lesion in lesions]
-    width = _AROUND[0] + len(times) * _CELL[0] * (len(without.labels) + 1)
+    width = max(_NARROWEST, _AROUND[0] + len(times) * _CELL[0] * (len(without.labels) + 1))
     height = _AROUND[1] + 2 * _CELL[1] * len(lesions)
-    figure = Figure(figsize=(max(width, _NARROWEST), height), layout="constrained")
+    figure = Figure(figsize=(width, height), layout="constrained")
     # Below, there is no row for the last lesion, in which all are silent.
     heights = len(lesions), len(lesions) - 1
     axes = figure.subplots(
@@ -81,7 +82,11 @@ def write_figure(path: Path, without: Lesions, movement: str) -> None:
     patches = [Patch(color=colours[i], label=f"module {i + 1}") for i in without.silent.lost]
     frame = Patch(facecolor="none", edgecolor=INK, label="label of a lost module")
     figure.legend(
-        handles=[*patches, frame], loc="outside lower center", ncols=5, fontsize=8, frameon=False
+        handles=[*patches, frame],
+        loc="outside lower center",
+        ncols=int(width / _ENTRY),
+        fontsize=8,
+        frameon=False,
     )
     figure.suptitle(f"What breaks without which modules ({movement})", fontsize="medium")
     write_whole(path, functools.partial(figure.savefig, dpi=_DPI))
@@ -152,7 +157,8 @@ def _columns(axis: Axes, without: Lesions, names: Sequence[str]) -> None:
     upright = max(map(len, cut)) > _SHORT
     axis.xaxis.tick_top()
     axis.set_xticks(range(len(cut)), cut, fontsize=8, rotation=90 if upright else 0)
-    axis.tick_params(length=0)
+    axis.tick_params(axis="x", length=0, pad=6)
+    axis.tick_params(axis="y", length=0)
     axis.spines[:].set_visible(False)
 
 

@@ -74,8 +74,9 @@ def summary(runs: Sequence[Lesions]) -> str:
         "at once": lambda run, lesion: lesion.at_once,
     }
     if any(run.retrained for run in runs):
-        dances[f"intact, {epochs} epochs on"] = lambda run, lesion: run.intact.retrained
-        dances[f"after {epochs} epochs"] = lambda run, lesion: lesion.retrained
+        learned = f"{epochs} epoch{'s' * (epochs != 1)}"
+        dances[f"intact, {learned} on"] = lambda run, lesion: run.intact.retrained
+        dances[f"after {learned}"] = lambda run, lesion: lesion.retrained
     beside: dict[str, Picked] = dances | {"all silent": lambda run, lesion: run.silent.at_once}
     errors = _table("p_e, %, without", runs, beside, lambda dance: dance.label_p_e_percent, _PARTS)
     owned = {name: part for name, part in _PARTS.items() if part is _own}
