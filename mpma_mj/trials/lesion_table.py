@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.analysis.tables import markdown_table
-from mpma_mj.sweep.interval import Interval, interval
+from mpma_mj.sweep.interval import interval
 from mpma_mj.trials.lesion import Dance, Lesion, Lesions
 
 __all__ = ["matrix", "name_of", "summary"]
@@ -17,6 +17,7 @@ __all__ = ["matrix", "name_of", "summary"]
 Array = NDArray[np.float64]
 Part = NDArray[np.bool_]  # labels that count, shape (C,)
 Chosen = Callable[[Lesions, Lesion], Part]
+Measured = Callable[[Dance], Array]  # a value for each label, shape (C,)
 Picked = Callable[[Lesions, Lesion], Dance | None]
 
 
@@ -60,34 +61,38 @@ def _number(value: float) -> str:
 
 
 def summary(runs: Sequence[Lesions]) -> str:
-    """Return means over runs, with 95 % intervals: p_e, and the largest λ that one module has.
+    """Return means over runs, with 95 % intervals, as two tables.
 
-    Of each run it is the mean over its lesions, and over the labels of each, which count alike
-    (choice).
+    One has p_e in the labels of lost modules and in others. The other tells who takes over where
+    a module is lost: what part of what modules do for p_e the others do, which is 100 % where it
+    is as of the intact agent and 0 % where it is as if all were silent; and the largest λ that a
+    module has there. Of each run it is the mean over its lesions, and over the labels of each,
+    which count alike (choice).
 
     Args:
         runs: The lesions of each run.
     """
-    epochs = max(run.epochs for run in runs)
-    dances: dict[str, Picked] = {
-        "intact": lambda run, lesion: run.intact.at_once,
-        "at once": lambda run, lesion: lesion.at_once,
-    }
-    if any(run.retrained for run in runs):
-        learned = f"{epochs} epoch{'s' * (epochs != 1)}"
-        dances[f"intact, {learned} on"] = lambda run, lesion: run.intact.retrained
-        dances[f"after {learned}"] = lambda run, lesion: lesion.retrained
-    beside: dict[str, Picked] = dances | {"all silent": lambda run, lesion: run.silent.at_once}
-    errors = _table("p_e, %, without", runs, beside, lambda dance: dance.label_p_e_percent, _PARTS)
-    owned = {name: part for name, part in _PARTS.items() if part is _own}
-    heirs = _table(
-        "largest λ of a module, without",
-        runs,
-        dances,
-        lambda dance: dance.responsibility.max(axis=1),
-        owned,
-    )
-    return f"{errors}\n\n{heirs}"
+    return f"{_errors_table(runs)}\n\n{_heirs_table(runs)}"
+
+
+def _intact(run: Lesions, lesion: Lesion) -> Dance:
+    return run.intact.at_once
+
+
+def _intact_later(run: Lesions, lesion: Lesion) -> Dance | None:
+    return run.intact.retrained
+
+
+def _at_once(run: Lesions, lesion: Lesion) -> Dance:
+    return lesion.at_once
+
+
+def _later(run: Lesions, lesion: Lesion) -> Dance | None:
+    return lesion.retrained
+
+
+def _silent(run: Lesions, lesion: Lesion) -> Dance:
+    return run.silent.at_once
 
 
 def _own(run: Lesions, lesion: Lesion) -> Part:
@@ -105,39 +110,70 @@ def _all(run: Lesions, lesion: Lesion) -> Part:
     return (run.intact.at_once.dominant >= 0) & ~run.owned(lesion.lost).any()
 
 
+_SIZES = {1: "one module", 2: "two modules"}
 _PARTS: dict[str, Chosen] = {
     "in its own labels": _own,
     "in other labels": _others,
     "dominant in none": _all,
 }
-_SIZES = {1: "one module", 2: "two modules"}
 
 
-def _table(
-    title: str,
-    runs: Sequence[Lesions],
-    dances: Mapping[str, Picked],
-    measure: Callable[[Dance], Array],
-    parts: Mapping[str, Chosen],
-) -> str:
-    """Return a row for each number of modules lost and each part of the labels that there is."""
+def _errors_table(runs: Sequence[Lesions]) -> str:
+    """Return p_e for each number of modules lost and each part of the labels that there is."""
+    columns: dict[str, Picked] = {"intact": _intact, "at once": _at_once}
+    if learned := _epochs(runs):
+        columns |= {f"intact, {learned} on": _intact_later, f"after {learned}": _later}
+    columns["all silent"] = _silent
     rows = []
-    for (size, modules), (where, part) in itertools.product(_SIZES.items(), parts.items()):
-        cells = [_mean(runs, size, part, picked, measure) for picked in dances.values()]
-        if any(not np.isnan(cell.mean) for cell in cells):
-            rows.append((f"{modules}, {where}", *(cell.text(2) for cell in cells)))
-    return markdown_table((title, *dances), rows)
+    for (size, modules), (where, part) in itertools.product(_SIZES.items(), _PARTS.items()):
+        found = [_of_runs(runs, size, part, picked, _p_e) for picked in columns.values()]
+        if not np.isnan(found[0]).all():
+            rows.append((f"{modules}, {where}", *(_text(values, 2) for values in found)))
+    return markdown_table(("p_e, %, without", *columns), rows)
 
 
-def _mean(
-    runs: Sequence[Lesions],
-    size: int,
-    part: Chosen,
-    picked: Picked,
-    measure: Callable[[Dance], Array],
-) -> Interval:
-    """Return the mean over runs that have such lesions, labels and dances."""
-    found = []
+def _heirs_table(runs: Sequence[Lesions]) -> str:
+    """Return how much is taken over in the labels of lost modules, and by how few."""
+    columns: dict[str, tuple[Picked, Picked]] = {"at once": (_intact, _at_once)}
+    if learned := _epochs(runs):
+        columns[f"after {learned}"] = (_intact_later, _later)
+    rows = []
+    for size, modules in _SIZES.items():
+        silent = _of_runs(runs, size, _own, _silent, _p_e)
+        if np.isnan(silent).all():
+            continue
+        shares, largest = [], [_of_runs(runs, size, _own, _intact, _largest)]
+        for whole, part in columns.values():
+            intact = _of_runs(runs, size, _own, whole, _p_e)
+            lost = _of_runs(runs, size, _own, part, _p_e)
+            shares.append(100.0 * (silent - lost) / (silent - intact))
+            largest.append(_of_runs(runs, size, _own, part, _largest))
+        cells = [*(_text(share, 0) for share in shares), *(_text(share, 2) for share in largest)]
+        rows.append((modules, *cells))
+    taken = (f"taken over {when}, %" for when in columns)
+    most = (f"largest λ {when}" for when in ("intact", *columns))
+    return markdown_table(("in its own labels, without", *taken, *most), rows)
+
+
+def _epochs(runs: Sequence[Lesions]) -> str:
+    """Return how long agents learned on; nothing where none did."""
+    epochs = max((run.epochs for run in runs if run.retrained), default=0)
+    return f"{epochs} epoch{'s' * (epochs != 1)}" if epochs else ""
+
+
+def _p_e(dance: Dance) -> Array:
+    return dance.label_p_e_percent
+
+
+def _largest(dance: Dance) -> Array:
+    return dance.responsibility.max(axis=1)
+
+
+def _of_runs(
+    runs: Sequence[Lesions], size: int, part: Chosen, picked: Picked, measure: Measured
+) -> Array:
+    """Return the mean of each run, shape (R,); NaN of one without such lesions or dances."""
+    means = []
     for run in runs:
         values = [
             float(measure(dance)[labels].mean())
@@ -146,6 +182,9 @@ def _mean(
             and (labels := part(run, lesion)).any()
             and (dance := picked(run, lesion)) is not None
         ]
-        if values:
-            found.append(float(np.mean(values)))
-    return interval(found)
+        means.append(float(np.mean(values)) if values else np.nan)
+    return np.array(means)
+
+
+def _text(values: Array, digits: int) -> str:
+    return interval(values[~np.isnan(values)].tolist()).text(digits)

@@ -193,7 +193,14 @@ def test_a_summary_tells_own_labels_from_others() -> None:
         "| one module, dominant in none | 1.00 | 1.00 | 0.50 | 1.00 | 12.00 |",
         "| two modules, in its own labels | 1.00 | 8.00 | 0.50 | 4.00 | 12.00 |",
     ]
-    assert lines[9] == "| one module, in its own labels | 0.90 | 0.70 | 0.90 | 0.70 |"
+    assert lines[7] == (
+        "| in its own labels, without | taken over at once, % | taken over after 3 epochs, %"
+        " | largest λ intact | largest λ at once | largest λ after 3 epochs |"
+    )
+    assert lines[9:] == [
+        f"| one module | {100 * 7 / 11:.0f} | {100 * 9.5 / 11.5:.0f} | 0.90 | 0.70 | 0.70 |",
+        f"| two modules | {100 * 4 / 11:.0f} | {100 * 8 / 11.5:.0f} | 0.90 | 1.00 | 1.00 |",
+    ]
 
 
 def test_a_summary_of_several_runs_has_intervals_between_their_values() -> None:
@@ -221,7 +228,8 @@ def test_a_matrix_has_a_row_for_every_lesion() -> None:
 def test_a_label_that_is_not_danced_is_a_dash_and_null(tmp_path: Path) -> None:
     undanced = Dance(1.0, np.array([1.0, np.nan]), np.array([[1.0], [np.nan]]), np.array([0, -1]))
     gone = Lesion((0,), undanced, None)
-    without = Lesions(("Y", "M"), (Lesion((), undanced, None), gone, gone), 0)
+    silent = Lesion((0,), replace(undanced, label_p_e_percent=np.array([9.0, np.nan])), None)
+    without = Lesions(("Y", "M"), (Lesion((), undanced, None), gone, silent), 0)
     assert "| intact | 1.00 | – | 1.00 |" in matrix(without)
     assert "nan" not in summary([without])
     files.write_json(tmp_path / "lesion.json", without.as_json())
