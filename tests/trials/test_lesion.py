@@ -283,8 +283,13 @@ def test_several_runs_are_summed_up_and_a_later_look_tells_the_same(
     assert lines[0] == "| p_e, %, without | intact | at once | all silent |"
     assert lines[-1] == str(again / "figures" / "lesion.png")
     assert (run / "lesion.json").read_bytes() == (again / "lesion.json").read_bytes()
-    words = "imitate ymca --epochs 1 --overwrite"
-    assert main([*words.split(), *TINY.split(), str(run)]) == 0
+
+
+def test_overwriting_a_run_removes_what_was_told_about_it(run: Path) -> None:
+    folder = RunFolder(run)
+    files.write_json(folder.lesioned, {})
+    files.write_text(folder.figures / "lesion.png", "")
+    folder.create(folder.read_config(), folder.read_motion(), overwrite=True)
     assert not (run / "lesion.json").exists()
     assert not (run / "figures" / "lesion.png").exists()
 
@@ -318,12 +323,11 @@ def test_a_run_of_another_version_is_one_line_and_exit_2(
     assert_refused([str(run)], "config.json: of another version; train anew", capsys)
 
 
-@pytest.mark.parametrize("settings", ["--agent single", "--modules 1"])
 def test_one_module_cannot_be_lost_which_is_told_before_any_other_run_dances(
-    run: Path, tmp_path: Path, settings: str, capsys: pytest.CaptureFixture[str]
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     alone = tmp_path / "alone"
-    words = f"imitate ymca --epochs 2 {settings} {TINY} {alone}"
+    words = f"imitate ymca --epochs 2 --agent single {TINY} {alone}"
     assert main(words.split()) == 0
     message = f"{alone}: has one module, and none that could take over; expected a run of --modules"
     assert_refused([str(run), str(alone)], message, capsys)
@@ -331,12 +335,14 @@ def test_one_module_cannot_be_lost_which_is_told_before_any_other_run_dances(
 
 
 def test_a_run_whose_modules_do_nothing_yet_is_one_line_and_exit_2(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    run: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    early = tmp_path / "early"
-    assert main(f"imitate ymca --epochs 1 {TINY} {early}".split()) == 0
-    message = f"{early}: its modules put out nothing in the kept epoch; go on with"
-    assert_refused([str(early)], message, capsys)
+    path = run / "trace.npz"
+    trace, meta = files.read_arrays(path, "trace")
+    trace["module_actions"][...] = 0.0
+    files.write_arrays(path, "trace", trace, meta)
+    message = f"{run}: its modules put out nothing in the kept epoch; go on with"
+    assert_refused([str(run)], message, capsys)
 
 
 def test_no_run_and_no_number_of_epochs_are_one_line_and_exit_2(
