@@ -65,13 +65,14 @@ class Compare:
         from mpma_mj.trials.compare_table import as_csv, as_markdown
 
         config = self._config()
+        configs = seeds(config, self.runs)
         motion = read_movements(config)
         folder = self.out or default_folder("compare")
         asked = {"runs": self.runs, "epochs": self.epochs, "adaptation": self.adaptation}
         content = {"format": FORMAT, "config": dataclasses.asdict(config), "versions": versions()}
         write_json(folder / "config.json", content | asked)
         cells = compare(
-            seeds(config, self.runs),
+            configs,
             motion,
             epochs=self.epochs,
             adaptation=self.adaptation,
