@@ -1,0 +1,101 @@
+"""The parameters with which simulated arms do what a log shows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from mpma_mj.identification.misfit import Misfit
+
+__all__ = ["Fit", "fit", "robust_loss"]
+
+Array = NDArray[np.float64]
+
+_FARTHEST = np.log(4.0)  # how far a parameter may be from the model's, as a logarithm (choice)
+_ROUNDS = 3  # in which the scale of what counts as far off is told anew (choice)
+_FINEST = 1e-5  # rad; what simulations of the same are apart, and least scale (choice)
+_COARSE, _FINE = 1e-3, 1e-6  # relative changes at which a search ends
+_NEAR = 3  # physics steps of latency that are looked at to both sides (choice)
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """What was found.
+
+    Attributes:
+        logs: Logarithms of the factors on the P parameters, shape (P,).
+        latency: Physics steps until a command acts.
+        scale: Residual, rad, beyond which an entry counts less.
+    """
+
+    logs: Array
+    latency: int
+    scale: float
+
+
+def fit(coarse: Misfit, fine: Misfit, parameters: int, longest: int) -> Fit:
+    """Find parameters and latency.
+
+    Latency is searched over whole physics steps, the parameters by least squares with a robust
+    loss (soft L1): first with the model's own parameters, then in turns.
+
+    Args:
+        coarse: Some windows of the log, for the search.
+        fine: All windows.
+        parameters: Number P of parameters.
+        longest: Longest latency, physics steps.
+    """
+    logs = np.zeros(parameters)
+    latency = _best_latency(coarse, logs, range(longest + 1))
+    seen: set[int] = set()
+    while latency not in seen:
+        seen.add(latency)
+        logs = _search(coarse, logs, latency, _scale(coarse, logs, latency), _COARSE)
+        near = range(max(0, latency - _NEAR), min(longest, latency + _NEAR) + 1)
+        latency = _best_latency(coarse, logs, near)
+    for tolerance in (*[_COARSE] * (_ROUNDS - 1), _FINE):
+        scale = _scale(fine, logs, latency)
+        logs = _search(fine, logs, latency, scale, tolerance)
+    return Fit(logs, latency, scale)
+
+
+def refit(fine: Misfit, found: Fit, latency: int) -> Array:
+    """Return the logarithms that fit best with another latency, starting from what was found."""
+    return _search(fine, found.logs, latency, found.scale, _COARSE)
+
+
+def robust_loss(residual: Array, scale: float) -> Array:
+    """Return the loss of residuals, any shape: their squares, but beyond a scale their size.
+
+        ρ = 2 s² (√(1 + (r / s)²) - 1)
+    """
+    return 2.0 * scale**2 * (np.sqrt(1.0 + (residual / scale) ** 2) - 1.0)
+
+
+def _scale(misfit: Misfit, logs: Array, latency: int) -> float:
+    """Return the residuals' standard deviation as their median size tells it."""
+    sizes = np.abs(misfit.residual(logs, latency))
+    return max(1.4826 * float(np.median(sizes)), _FINEST)
+
+
+def _best_latency(misfit: Misfit, logs: Array, latencies: range) -> int:
+    return min(latencies, key=lambda steps: float(np.abs(misfit.residual(logs, steps)).mean()))
+
+
+def _search(misfit: Misfit, logs: Array, latency: int, scale: float, tolerance: float) -> Array:
+    found = least_squares(
+        lambda x: misfit.residual(x, latency).ravel(),
+        logs,
+        jac=lambda x: misfit.jacobian(x, latency),
+        bounds=(-_FARTHEST, _FARTHEST),
+        loss="soft_l1",
+        f_scale=scale,
+        xtol=tolerance,
+        ftol=tolerance,
+        max_nfev=30,
+    )
+    return found.x
