@@ -6,6 +6,7 @@ from mpma_mj.commands.bench import Bench
 from mpma_mj.commands.benchmark import Benchmark
 from mpma_mj.commands.capture import Capture
 from mpma_mj.commands.grow import Grow
+from mpma_mj.commands.identify import Identify
 from mpma_mj.commands.imitate import Imitate
 from mpma_mj.commands.motion import InspectMotion
 from mpma_mj.commands.render import Render
@@ -21,6 +22,7 @@ __all__ = [
     "Benchmark",
     "Capture",
     "Grow",
+    "Identify",
     "Imitate",
     "InspectMotion",
     "Render",

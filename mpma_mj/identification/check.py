@@ -95,8 +95,8 @@ def _check_commands(log: RobotLog, model: mujoco.MjModel) -> None:
         row, joint = map(int, beyond[0])
         raise RobotLogError(
             f"{log.source}: row {row + _FIRST_ROW}, column command_{JOINT_NAMES[joint]}:"
-            f" {log.command[row, joint]:g} rad/s, but the model takes {most[joint]:g} at most; check"
-            " the unit, or give a --model with a wider ctrlrange"
+            f" {log.command[row, joint]:g} rad/s, but the model takes {most[joint]:g} at most;"
+            " check the unit, or give a --model with a wider ctrlrange"
         )
     if np.ptp(log.command, axis=0).max() < _STILL:
         raise RobotLogError(
@@ -118,6 +118,6 @@ def _check_angles(log: RobotLog) -> None:
         step = log.angle[row + 1, joint] - log.angle[row, joint]
         raise RobotLogError(
             f"{log.source}: row {row + 1 + _FIRST_ROW}, column angle_{JOINT_NAMES[joint]}: jumps by"
-            f" {step:.3g}, which its velocity does not explain; expected rad without steps of 2π, so"
-            " unwrap the angles, or check their unit"
+            f" {step:.3g}, which its velocity does not explain; expected rad without steps of 2π,"
+            " so unwrap the angles, or check their unit"
         )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,14 +10,16 @@ from scipy.optimize import least_squares
 
 from mpma_mj.identification.misfit import Misfit
 
-__all__ = ["Fit", "fit", "robust_loss"]
+__all__ = ["FARTHEST", "Fit", "fit", "refit", "robust_loss"]
 
 Array = NDArray[np.float64]
 
-_FARTHEST = np.log(4.0)  # how far a parameter may be from the model's, as a logarithm (choice)
-_ROUNDS = 3  # in which the scale of what counts as far off is told anew (choice)
+FARTHEST = float(np.log(4.0))
+"""How far a parameter may be from the model's, as a logarithm (choice)."""
+
 _FINEST = 1e-5  # rad; what simulations of the same are apart, and least scale (choice)
-_COARSE, _FINE = 1e-3, 1e-6  # relative changes at which a search ends
+_COARSE, _FINE = 1e-3, 1e-4  # relative changes at which a search ends
+_MOST, _FEW = 30, 5  # evaluations of a search, and of one at another latency (choice)
 _NEAR = 3  # physics steps of latency that are looked at to both sides (choice)
 
 
@@ -57,7 +58,7 @@ def fit(coarse: Misfit, fine: Misfit, parameters: int, longest: int) -> Fit:
         logs = _search(coarse, logs, latency, _scale(coarse, logs, latency), _COARSE)
         near = range(max(0, latency - _NEAR), min(longest, latency + _NEAR) + 1)
         latency = _best_latency(coarse, logs, near)
-    for tolerance in (*[_COARSE] * (_ROUNDS - 1), _FINE):
+    for tolerance in (_COARSE, _FINE):  # each with the scale that the one before leads to
         scale = _scale(fine, logs, latency)
         logs = _search(fine, logs, latency, scale, tolerance)
     return Fit(logs, latency, scale)
@@ -65,13 +66,13 @@ def fit(coarse: Misfit, fine: Misfit, parameters: int, longest: int) -> Fit:
 
 def refit(fine: Misfit, found: Fit, latency: int) -> Array:
     """Return the logarithms that fit best with another latency, starting from what was found."""
-    return _search(fine, found.logs, latency, found.scale, _COARSE)
+    return _search(fine, found.logs, latency, found.scale, _COARSE, most=_FEW)
 
 
 def robust_loss(residual: Array, scale: float) -> Array:
     """Return the loss of residuals, any shape: their squares, but beyond a scale their size.
 
-        ρ = 2 s² (√(1 + (r / s)²) - 1)
+    ρ = 2 s² (√(1 + (r / s)²) - 1)
     """
     return 2.0 * scale**2 * (np.sqrt(1.0 + (residual / scale) ** 2) - 1.0)
 
@@ -86,16 +87,30 @@ def _best_latency(misfit: Misfit, logs: Array, latencies: range) -> int:
     return min(latencies, key=lambda steps: float(np.abs(misfit.residual(logs, steps)).mean()))
 
 
-def _search(misfit: Misfit, logs: Array, latency: int, scale: float, tolerance: float) -> Array:
+def _search(
+    misfit: Misfit,
+    logs: Array,
+    latency: int,
+    scale: float,
+    tolerance: float,
+    *,
+    most: int = _MOST,
+) -> Array:
+    def residual(tried: Array) -> Array:
+        return misfit.residual(tried, latency).ravel()
+
+    def jacobian(tried: Array) -> Array:
+        return misfit.jacobian(tried, latency)
+
     found = least_squares(
-        lambda x: misfit.residual(x, latency).ravel(),
+        residual,
         logs,
-        jac=lambda x: misfit.jacobian(x, latency),
-        bounds=(-_FARTHEST, _FARTHEST),
+        jac=jacobian,
+        bounds=(-FARTHEST, FARTHEST),
         loss="soft_l1",
         f_scale=scale,
         xtol=tolerance,
         ftol=tolerance,
-        max_nfev=30,
+        max_nfev=most,
     )
     return found.x

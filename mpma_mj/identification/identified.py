@@ -15,14 +15,23 @@ from mpma_mj.envs.model import make_model
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.files import FORMAT
 from mpma_mj.identification.check import check_log
-from mpma_mj.identification.fit import fit
+from mpma_mj.identification.fit import FARTHEST, fit
 from mpma_mj.identification.log import RobotLog
 from mpma_mj.identification.misfit import Misfit
 from mpma_mj.identification.parameters import UNITS, changed, values
 from mpma_mj.identification.simulate import Replay, threads
 from mpma_mj.identification.uncertainty import latency_interval, spread
 
-__all__ = ["DETERMINED", "Estimate", "Identified", "Latency", "identify"]
+__all__ = [
+    "DETERMINED",
+    "LONGEST",
+    "REFERENCE",
+    "SHOWN_WINDOW",
+    "Estimate",
+    "Identified",
+    "Latency",
+    "identify",
+]
 
 Array = NDArray[np.float64]
 
@@ -59,14 +68,27 @@ class Estimate:
     ratio_half_width: float
 
     @property
+    def interval(self) -> tuple[float, float]:
+        """Least and greatest factor of the 95 % interval."""
+        with np.errstate(over="ignore"):  # where the log says nothing
+            low, high = self.factor * np.exp([-self.half_width, self.half_width])
+        return float(low), float(high)
+
+    @property
     def determined(self) -> bool:
         """Whether the log determines it."""
-        return self.half_width <= np.log1p(DETERMINED)
+        return self.half_width <= np.log1p(DETERMINED) and not self.at_bound
 
     @property
     def ratio_determined(self) -> bool:
         """Whether the log determines at least its ratio to `REFERENCE`."""
-        return self.name != REFERENCE and self.ratio_half_width <= np.log1p(DETERMINED)
+        within = self.ratio_half_width <= np.log1p(DETERMINED)
+        return self.name != REFERENCE and within and not self.at_bound
+
+    @property
+    def at_bound(self) -> bool:
+        """Whether it is as far from the model as is looked."""
+        return abs(np.log(self.factor)) > 0.99 * FARTHEST
 
 
 @dataclass(frozen=True)
@@ -86,6 +108,11 @@ class Latency:
     high: int
     timestep: float
     per_row: int
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """What may be the latency, physics steps: half a step more than what fits as well."""
+        return max(0.0, self.low - 0.5), self.high + 0.5
 
     @property
     def seconds(self) -> float:
@@ -130,9 +157,18 @@ class Identified:
         """Factor on each parameter."""
         return {one.name: one.factor for one in self.estimates}
 
+    @property
+    def scale_is_open(self) -> bool:
+        """Whether there are parameters of which only the ratios are determined."""
+        return any(one.ratio_determined and not one.determined for one in self.estimates)
+
     def rms(self, simulated: Array) -> Array:
         """Return the root mean square error of each joint's angle, shape (8,), rad."""
         return np.sqrt(((simulated - self.logged) ** 2).mean(axis=(0, 1)))
+
+    def rms_of_all(self, simulated: Array) -> float:
+        """Return the root mean square error of all angles, rad."""
+        return float(np.sqrt((self.rms(simulated) ** 2).mean()))
 
     def as_json(self) -> dict[str, Any]:
         """Return what is written to `identified.json`."""
@@ -142,8 +178,7 @@ class Identified:
                 "model": one.model.tolist(),
                 "found": (one.factor * one.model).tolist(),
                 "factor": one.factor,
-                "low": one.factor * np.exp(-one.half_width),
-                "high": one.factor * np.exp(one.half_width),
+                "interval": list(one.interval),
                 "determined": one.determined,
                 "ratio_determined": one.ratio_determined,
             }
@@ -156,8 +191,7 @@ class Identified:
             "zero_in_the_model": list(self.missing),
             "latency": {
                 "seconds": late.seconds,
-                "low": late.low * late.timestep,
-                "high": late.high * late.timestep,
+                "interval": [steps * late.timestep for steps in late.interval],
                 "control_steps": late.control_steps,
             },
             "rms_before": dict(zip(JOINT_NAMES, self.rms(self.before).tolist(), strict=True)),

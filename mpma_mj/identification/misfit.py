@@ -15,7 +15,9 @@ __all__ = ["Misfit"]
 
 Array = NDArray[np.float64]
 
-_VELOCITY = 0.1  # s; weight of velocities beside angles: noise of 0.01 rad/s is as 0.001 rad (choice)
+_VELOCITY = (
+    0.1  # s; weight of velocities beside angles: noise of 0.01 rad/s is as 0.001 rad (choice)
+)
 _STEP = 1e-4  # of a parameter's logarithm, for derivatives
 
 

@@ -46,6 +46,7 @@ def write_model(path: Path, factors: Mapping[str, float], base: Path | None = No
     spec.compile()  # which `to_xml` writes from
     write_text(path, spec.to_xml())
 
+
 def _weigh(body: mujoco.MjsBody, model: mujoco.MjModel, number: int) -> None:
     """Give a body the mass and the inertia that it has in a model."""
     body.explicitinertial = True

@@ -67,9 +67,7 @@ class Replay:
         self.rows = self._begins[:, None] + np.arange(1, length + 1)
         self._actuators = [int(model.actuator(name).id) for name in JOINT_NAMES]
         self._angles = [1 + int(model.joint(name).qposadr[0]) for name in JOINT_NAMES]
-        self._velocities = [
-            1 + model.nq + int(model.joint(name).dofadr[0]) for name in JOINT_NAMES
-        ]
+        self._velocities = [1 + model.nq + int(model.joint(name).dofadr[0]) for name in JOINT_NAMES]
         rest = np.zeros(mujoco.mj_stateSize(model, _STATE))
         mujoco.mj_getState(model, mujoco.MjData(model), rest, _STATE)
         rest[0] = _BEGIN
