@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -77,18 +78,18 @@ class Estimate:
     @property
     def determined(self) -> bool:
         """Whether the log determines it."""
-        return self.half_width <= np.log1p(DETERMINED) and not self.at_bound
+        return self.half_width <= math.log1p(DETERMINED) and not self.at_bound
 
     @property
     def ratio_determined(self) -> bool:
         """Whether the log determines at least its ratio to `REFERENCE`."""
-        within = self.ratio_half_width <= np.log1p(DETERMINED)
+        within = self.ratio_half_width <= math.log1p(DETERMINED)
         return self.name != REFERENCE and within and not self.at_bound
 
     @property
     def at_bound(self) -> bool:
         """Whether it is as far from the model as is looked."""
-        return abs(np.log(self.factor)) > 0.99 * FARTHEST
+        return abs(math.log(self.factor)) > 0.99 * FARTHEST
 
 
 @dataclass(frozen=True)

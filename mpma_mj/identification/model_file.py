@@ -31,10 +31,11 @@ def write_model(path: Path, factors: Mapping[str, float], base: Path | None = No
     spec = mujoco.MjSpec.from_file(str(base))
     model = changed(spec.compile(), factors)
     for name in JOINT_NAMES:
+        kind = name.partition("_")[2]
         actuator, joint = spec.actuator(name), spec.joint(name)
         kv = float(model.actuator(name).gainprm[0])
         actuator.gainprm[0], actuator.biasprm[2] = kv, -kv
-        joint.damping = np.array(joint.damping) * factors.get("damping", 1.0)
+        joint.damping = np.array(joint.damping) * factors.get(f"damping_{kind}", 1.0)
         joint.armature *= factors.get("armature", 1.0)
     if spec.compiler.inertiafromgeom == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE:
         spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_AUTO

@@ -18,7 +18,7 @@ _KINDS = tuple(name.removeprefix("left_") for name in JOINT_NAMES if name.starts
 
 UNITS = {
     **{f"kv_{kind}": "N m s/rad" for kind in _KINDS},
-    "damping": "N m s/rad",
+    **{f"damping_{kind}": "N m s/rad" for kind in _KINDS},
     "armature": "kg m²",
     "upper_arm_mass": "kg",
     "forearm_mass": "kg",
@@ -43,18 +43,15 @@ def parts(model: mujoco.MjModel) -> dict[str, list[int]]:
         Numbers of actuators for kv, of degrees of freedom for damping and armature, of bodies for
         masses.
     """
-    found = {
-        f"kv_{kind}": [int(model.actuator(f"{side}_{kind}").id) for side in SIDES]
-        for kind in _KINDS
-    }
-    dofs = [int(model.joint(name).dofadr[0]) for name in JOINT_NAMES]
-    whole = _below(model, "shoulder_abduction")
-    forearm = _below(model, "elbow")
-    upper_arm = [body for body in whole if body not in forearm]
+    found: dict[str, list[int]] = {}
+    for kind in _KINDS:
+        names = [f"{side}_{kind}" for side in SIDES]
+        found[f"kv_{kind}"] = [int(model.actuator(name).id) for name in names]
+        found[f"damping_{kind}"] = [int(model.joint(name).dofadr[0]) for name in names]
+    whole, forearm = _below(model, "shoulder_abduction"), _below(model, "elbow")
     return found | {
-        "damping": dofs,
-        "armature": dofs,
-        "upper_arm_mass": upper_arm,
+        "armature": [int(model.joint(name).dofadr[0]) for name in JOINT_NAMES],
+        "upper_arm_mass": [body for body in whole if body not in forearm],
         "forearm_mass": forearm,
     }
 
@@ -70,16 +67,18 @@ def _below(model: mujoco.MjModel, kind: str) -> list[int]:
 
 
 def values(model: mujoco.MjModel) -> dict[str, Array]:
-    """Return the values that each parameter has in a model; of masses, those of the left arm's.
+    """Return the values that each parameter has in a model.
 
-    A mass is one number, that of all its bodies; the others have one for each joint.
+    A mass is one number, the mean of both arms'; the others have one for each joint.
     """
     found = {}
     for name, indices in parts(model).items():
-        if name.startswith("kv_"):
+        if name.startswith("kv"):
             found[name] = model.actuator_gainprm[indices, 0].copy()
-        elif name in ("damping", "armature"):
-            found[name] = getattr(model, f"dof_{name}")[indices].copy()
+        elif name.startswith("damping"):
+            found[name] = model.dof_damping[indices].copy()
+        elif name == "armature":
+            found[name] = model.dof_armature[indices].copy()
         else:
             found[name] = np.array([model.body_mass[indices].sum() / len(SIDES)])
     return found
@@ -95,10 +94,10 @@ def changed(model: mujoco.MjModel, factors: Mapping[str, float]) -> mujoco.MjMod
     copy = mujoco.MjModel.__copy__(model)
     for name, indices in parts(model).items():
         factor = factors.get(name, 1.0)
-        if name.startswith("kv_"):
+        if name.startswith("kv"):
             copy.actuator_gainprm[indices, 0] *= factor
             copy.actuator_biasprm[indices, 2] *= factor
-        elif name == "damping":
+        elif name.startswith("damping"):
             copy.dof_damping[indices] *= factor
             copy.dof_dampingpoly[indices] *= factor
         elif name == "armature":

@@ -75,7 +75,7 @@ def _remark(one: Estimate, found: Identified) -> str:
 def _late(latency: Latency) -> list[str]:
     shown = [1000.0 * latency.timestep * steps for steps in (latency.steps, *latency.interval)]
     per_step = 1000.0 * latency.timestep * latency.per_row
-    remark = f"{latency.steps / latency.per_row:.3g} control steps of {per_step:g} ms"
+    remark = f"{latency.steps / latency.per_row:.3g} × the control step of {per_step:g} ms"
     if latency.seconds >= LONGEST:
         remark += ", as long as is looked"
     elif not latency.is_whole:
