@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.arm import JOINT_NAMES
 from mpma_mj.errors import RobotLogError
-from mpma_mj.identification.log import RobotLog
+from mpma_mj.identification.log import FIRST_ROW, RobotLog
 
 __all__ = ["check_log"]
 
@@ -19,7 +19,6 @@ _LONGEST_PERIOD = 0.25  # s; a window of the fit then has no more than its fewes
 _UNEVEN = 0.05  # part of a period that a row may come early or late (choice)
 _OFF = 1e-3  # part of a period that may be missing to a whole number of physics steps (choice)
 _STILL = 1e-3  # rad/s or rad; what varies by less does not move (choice)
-_FIRST_ROW = 2  # line of the first numbers in a file, after the header
 
 
 def check_log(log: RobotLog, model: mujoco.MjModel) -> int:
@@ -49,7 +48,7 @@ def _check_times(log: RobotLog) -> None:
     if len(falling):
         row = int(falling[0])
         raise RobotLogError(
-            f"{log.source}: row {row + 1 + _FIRST_ROW}: time is {log.time[row + 1]:g} s after"
+            f"{log.source}: row {row + 1 + FIRST_ROW}: time is {log.time[row + 1]:g} s after"
             f" {log.time[row]:g} s; expected times that ascend, so sort the rows, or remove that"
             " one"
         )
@@ -63,7 +62,7 @@ def _check_times(log: RobotLog) -> None:
     if len(uneven):
         row = int(uneven[0])
         raise RobotLogError(
-            f"{log.source}: row {row + 1 + _FIRST_ROW} comes {steps[row]:.4g} s after the one"
+            f"{log.source}: row {row + 1 + FIRST_ROW} comes {steps[row]:.4g} s after the one"
             f" before; expected {usual:.4g} s ± {100 * _UNEVEN:g} %, so fill in what is missing, or"
             " cut the log there"
         )
@@ -94,7 +93,7 @@ def _check_commands(log: RobotLog, model: mujoco.MjModel) -> None:
     if len(beyond):
         row, joint = map(int, beyond[0])
         raise RobotLogError(
-            f"{log.source}: row {row + _FIRST_ROW}, column command_{JOINT_NAMES[joint]}:"
+            f"{log.source}: row {row + FIRST_ROW}, column command_{JOINT_NAMES[joint]}:"
             f" {log.command[row, joint]:g} rad/s, but the model takes {most[joint]:g} at most;"
             " check the unit, or give a --model with a wider ctrlrange"
         )
@@ -117,7 +116,7 @@ def _check_angles(log: RobotLog) -> None:
         row, joint = map(int, jumps[0])
         step = log.angle[row + 1, joint] - log.angle[row, joint]
         raise RobotLogError(
-            f"{log.source}: row {row + 1 + _FIRST_ROW}, column angle_{JOINT_NAMES[joint]}: jumps by"
+            f"{log.source}: row {row + 1 + FIRST_ROW}, column angle_{JOINT_NAMES[joint]}: jumps by"
             f" {step:.3g}, which its velocity does not explain; expected rad without steps of 2π,"
             " so unwrap the angles, or check their unit"
         )

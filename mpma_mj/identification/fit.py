@@ -64,9 +64,9 @@ def fit(coarse: Misfit, fine: Misfit, parameters: int, longest: int) -> Fit:
     return Fit(logs, latency, scale)
 
 
-def refit(fine: Misfit, found: Fit, latency: int) -> Array:
+def refit(misfit: Misfit, found: Fit, latency: int) -> Array:
     """Return the logarithms that fit best with another latency, starting from what was found."""
-    return _search(fine, found.logs, latency, found.scale, _COARSE, most=_FEW)
+    return _search(misfit, found.logs, latency, found.scale, _COARSE, most=_FEW)
 
 
 def robust_loss(residual: Array, scale: float) -> Array:

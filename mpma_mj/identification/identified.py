@@ -45,7 +45,7 @@ REFERENCE = "forearm_mass"
 
 _WINDOW = 0.25  # s; of the fit (choice: where actuators saturate, longer ones go astray)
 _FEWEST_ROWS = 3  # of such a window
-_COARSE = 60  # windows of the search (choice)
+_COARSE = 60  # windows of the search, and of other latencies (choice)
 SHOWN_WINDOW = 1.0
 """Length of the windows over which errors are told, s (choice)."""
 
@@ -235,10 +235,11 @@ def identify(
             return Replay(pool, arms, log, begins[::stride], length=length, steps=steps)
 
         length = max(_FEWEST_ROWS, round(_WINDOW / log.period))
-        misfit = Misfit(arms, replay(length), names, tick)
-        found = fit(Misfit(arms, replay(length, _COARSE), names, tick), misfit, len(names), longest)
-        widths = spread(misfit, found, names.index(REFERENCE))
-        low, high = latency_interval(misfit, found, longest)
+        fine = Misfit(arms, replay(length), names, tick)
+        coarse = Misfit(arms, replay(length, _COARSE), names, tick)
+        found = fit(coarse, fine, len(names), longest)
+        widths = spread(fine, found, names.index(REFERENCE))
+        low, high = latency_interval(coarse, found, longest)
         factors = dict(zip(names, np.exp(found.logs).tolist(), strict=True))
         shown = replay(max(1, round(SHOWN_WINDOW / log.period)))
         before, _ = shown.simulate(arms, 0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,13 +15,16 @@ from mpma_mj.errors import RobotLogError
 from mpma_mj.files import write_whole
 from mpma_mj.motions.readers.text import TextFile, is_number, printable
 
-__all__ = ["COLUMNS", "RobotLog", "read_log", "write_log"]
+__all__ = ["COLUMNS", "FIRST_ROW", "RobotLog", "read_log", "write_log"]
 
 Array = NDArray[np.float64]
 
 _QUANTITIES = ("command", "angle", "velocity")
 COLUMNS = ("time", *(f"{what}_{joint}" for what in _QUANTITIES for joint in JOINT_NAMES))
 """Names of the columns."""
+
+FIRST_ROW = 2
+"""Line of a file in which the first numbers stand, after the header."""
 
 _SHOWN = 40  # letters of a cell in a message
 
@@ -117,30 +121,21 @@ def _numbers(file: TextFile, titles: list[str]) -> Array:
         lines.pop()
     if not lines:
         raise RobotLogError(f"{file.path}: has a header and no rows; expected a row each time")
-    try:
-        table = np.loadtxt(
-            lines, delimiter=",", quotechar='"', usecols=columns, ndmin=2, comments=None
-        )
-    except ValueError:
-        table = None
-    if table is None or len(table) != len(lines) or not np.isfinite(table).all():
-        _refuse(file, titles, lines)
-    assert table is not None
-    return table
-
-
-def _refuse(file: TextFile, titles: list[str], lines: list[str]) -> None:
-    """Raise for the first cell that is no finite number."""
-    for row, (line, cells) in enumerate(zip(lines, csv.reader(lines), strict=False), 2):
+    table = np.empty((len(lines), len(COLUMNS)))
+    for row, line in enumerate(lines):
+        cells = line.replace('"', "").split(",")
+        number = row + FIRST_ROW
         if len(cells) != len(titles):
             raise RobotLogError(
-                f"{file.path}: row {row} has {len(cells)} cells, but the header {len(titles)};"
+                f"{file.path}: row {number} has {len(cells)} cells, but the header {len(titles)};"
                 f" mend or delete that row: {printable(line[:_SHOWN])}"
             )
-        for title, cell in zip(titles, cells, strict=True):
-            if title in COLUMNS and not (is_number(cell) and np.isfinite(float(cell))):
+        for column, place in enumerate(columns):
+            cell = cells[place]
+            if not is_number(cell) or not math.isfinite(float(cell)):
                 raise RobotLogError(
-                    f"{file.path}: row {row}, column {title}: '{printable(cell[:_SHOWN])}';"
-                    " expected a finite number, so mend that cell"
+                    f"{file.path}: row {number}, column {COLUMNS[column]}:"
+                    f" '{printable(cell[:_SHOWN])}'; expected a finite number, so mend that cell"
                 )
-    raise RobotLogError(f"{file.path}: cannot be read as a table; export it anew")
+            table[row, column] = float(cell)
+    return table

@@ -11,7 +11,7 @@ import numpy as np
 from mpma_mj.arm import JOINT_NAMES
 from mpma_mj.envs.model import MODEL_PATH
 from mpma_mj.files import write_text
-from mpma_mj.identification.parameters import changed, parts
+from mpma_mj.identification.parameters import changed
 
 __all__ = ["write_model"]
 
@@ -19,8 +19,8 @@ __all__ = ["write_model"]
 def write_model(path: Path, factors: Mapping[str, float], base: Path | None = None) -> None:
     """Write a model whose parameters are multiplied by factors.
 
-    Numbers are written with six digits. Masses and inertias that are changed stand in the file as
-    numbers, even where the base takes them from its geoms.
+    Numbers are written with six digits. Masses and inertias stand in the file as numbers, even
+    where the base takes them from its geoms.
 
     Args:
         path: The MJCF file, for `mpma_mj.load(..., model=path)`.
@@ -39,19 +39,21 @@ def write_model(path: Path, factors: Mapping[str, float], base: Path | None = No
         joint.armature *= factors.get("armature", 1.0)
     if spec.compiler.inertiafromgeom == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE:
         spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_AUTO
-    found = parts(model)
-    for body in (*found["upper_arm_mass"], *found["forearm_mass"]):
-        _weigh(spec.bodies[body], model, body)
+    spec.compiler.settotalmass = -1.0
+    for body in spec.bodies:
+        _weigh(body, model)
     for folder in ("meshdir", "texturedir"):  # the file may lie elsewhere than the base
         setattr(spec, folder, str((base.parent / getattr(spec, folder)).resolve()))
     spec.compile()  # which `to_xml` writes from
     write_text(path, spec.to_xml())
 
 
-def _weigh(body: mujoco.MjsBody, model: mujoco.MjModel, number: int) -> None:
-    """Give a body the mass and the inertia that it has in a model."""
-    body.explicitinertial = True
-    body.mass = float(model.body_mass[number])
-    body.ipos, body.iquat = model.body_ipos[number], model.body_iquat[number]
-    body.inertia = model.body_inertia[number]
-    body.fullinertia = np.full(6, np.nan)
+def _weigh(body: mujoco.MjsBody, model: mujoco.MjModel) -> None:
+    """Give a body, as a number, the mass and the inertia that it has in a model."""
+    mass = float(model.body_mass[body.id])
+    if mass > 0.0:
+        body.explicitinertial = True
+        body.mass = mass
+        body.ipos, body.iquat = model.body_ipos[body.id], model.body_iquat[body.id]
+        body.inertia = model.body_inertia[body.id]
+        body.fullinertia = np.full(6, np.nan)

@@ -81,7 +81,7 @@ def latency_interval(misfit: Misfit, found: Fit, longest: int) -> tuple[int, int
     1.96 standard errors of their mean difference.
 
     Args:
-        misfit: All windows.
+        misfit: Windows that are compared; the fewer, the wider the interval.
         found: What was found.
         longest: Longest latency that is possible.
     """
