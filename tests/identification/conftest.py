@@ -20,14 +20,10 @@ def perturbed(seed: int) -> dict[str, float]:
     return {name: float(rng.uniform(0.7, 1.3)) for name in UNITS}
 
 
-def dance_of(
-    factors: dict[str, float], folder: Path, seconds: float, *, latency: int, noise: float = 0.0
-) -> RobotLog:
-    """Return the log of arms with other parameters that dance YMCA by feedback."""
-    path = folder / "robot.xml"
-    write_model(path, factors)
+def dance_of(model: Path, seconds: float, *, latency: int, noise: float = 0.0) -> RobotLog:
+    """Return the log of arms of a model that dance YMCA by feedback."""
     env = mpma_mj.load(
-        "ymca", model=path, latency=latency, repeats=20, observation_noise=noise, seed=0
+        "ymca", model=model, latency=latency, repeats=20, observation_noise=noise, seed=0
     )
     agent = mpma_mj.make_agent(env, kind="feedback_only")
     agent.reset(0)
@@ -43,5 +39,6 @@ def factors() -> dict[str, float]:
 @pytest.fixture(scope="session")
 def log(factors: dict[str, float], tmp_path_factory: pytest.TempPathFactory) -> RobotLog:
     """Return a log of the robot, 6 s without noise."""
-    folder = tmp_path_factory.mktemp("robot")
-    return dance_of(factors, folder, 6.0, latency=LATENCY)
+    model = tmp_path_factory.mktemp("robot") / "robot.xml"
+    write_model(model, factors)
+    return dance_of(model, 6.0, latency=LATENCY)
