@@ -101,7 +101,7 @@ def simulated_log(
 def main(
     excitations: tuple[str, ...] = tuple(EXCITATIONS),
     noises: tuple[float, ...] = (0.0, 0.001, 0.005),
-    seconds: float = 30.0,
+    seconds: float = 20.0,
     seeds: int = 3,
     off: float = 0.3,
 ) -> None:

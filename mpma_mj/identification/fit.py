@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from mpma_mj.identification.misfit import Misfit
+from mpma_mj.identification.uncertainty import evidence
 
 __all__ = ["FARTHEST", "Fit", "fit", "refit", "robust_loss"]
 
@@ -19,7 +20,10 @@ FARTHEST = float(np.log(4.0))
 
 _FINEST = 1e-5  # rad; what simulations of the same are apart, and least scale (choice)
 _COARSE, _FINE = 1e-3, 1e-4  # relative changes at which a search ends
-_MOST, _FEW = 30, 5  # evaluations of a search, and of one at another latency (choice)
+_INSIDE = 0.999 * FARTHEST  # where a search may begin
+_MOST, _FEW = 30, 5  # evaluations of a search, and of one that begins near (choice)
+_HOPS, _DRAWS = 2, 40  # searches after random steps, and steps before each (choice)
+_LONGEST_STEP = 0.05  # of such a step, as a logarithm (choice)
 _NEAR = 3  # physics steps of latency that are looked at to both sides (choice)
 
 
@@ -61,7 +65,30 @@ def fit(coarse: Misfit, fine: Misfit, parameters: int, longest: int) -> Fit:
     for tolerance in (_COARSE, _FINE):  # each with the scale that the one before leads to
         scale = _scale(fine, logs, latency)
         logs = _search(fine, logs, latency, scale, tolerance)
+    for _ in range(_HOPS):
+        logs = _hop(fine, logs, latency, scale)
     return Fit(logs, latency, scale)
+
+
+def _hop(misfit: Misfit, logs: Array, latency: int, scale: float) -> Array:
+    """Return what fits best after random steps of the size of what is uncertain, and a search.
+
+    Where the simulated movement jumps, as `Misfit.jacobian` says, a search ends too early.
+    """
+
+    def loss(tried: Array) -> float:
+        return float(robust_loss(misfit.residual(tried, latency), scale).sum())
+
+    said = evidence(misfit, logs, latency, scale).covariance()
+    sizes, ways = np.linalg.eigh(np.nan_to_num(said, posinf=1.0))
+    steps = ways * np.minimum(np.sqrt(np.maximum(sizes, 0.0)), _LONGEST_STEP)
+    best, least = logs, loss(logs)
+    for draw in np.random.default_rng(0).standard_normal((_DRAWS, len(logs))):
+        tried = np.clip(best + steps @ draw, -_INSIDE, _INSIDE)
+        if (now := loss(tried)) < least:
+            best, least = tried, now
+    found = _search(misfit, best, latency, scale, _FINE, most=_FEW)
+    return found if loss(found) < least else best
 
 
 def refit(misfit: Misfit, found: Fit, latency: int) -> Array:

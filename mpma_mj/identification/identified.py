@@ -17,11 +17,12 @@ from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.files import FORMAT
 from mpma_mj.identification.check import check_log
 from mpma_mj.identification.fit import FARTHEST, fit
+from mpma_mj.identification.latency import latency_interval
 from mpma_mj.identification.log import RobotLog
 from mpma_mj.identification.misfit import Misfit
 from mpma_mj.identification.parameters import UNITS, changed, values
 from mpma_mj.identification.simulate import Replay, threads
-from mpma_mj.identification.uncertainty import latency_interval, spread
+from mpma_mj.identification.uncertainty import evidence
 
 __all__ = [
     "DETERMINED",
@@ -238,7 +239,7 @@ def identify(
         fine = Misfit(arms, replay(length), names, tick)
         coarse = Misfit(arms, replay(length, _COARSE), names, tick)
         found = fit(coarse, fine, len(names), longest)
-        widths = spread(fine, found, names.index(REFERENCE))
+        said = evidence(fine, found.logs, found.latency, found.scale)
         low, high = latency_interval(coarse, found, longest)
         factors = dict(zip(names, np.exp(found.logs).tolist(), strict=True))
         shown = replay(max(1, round(SHOWN_WINDOW / log.period)))
@@ -248,7 +249,10 @@ def identify(
         tuple(
             Estimate(name, own[name], factors[name], alone, ratio)
             for name, alone, ratio in zip(
-                names, widths.alone.tolist(), widths.ratio.tolist(), strict=True
+                names,
+                said.half_widths().tolist(),
+                said.half_widths_over(names.index(REFERENCE)).tolist(),
+                strict=True,
             )
         ),
         tuple(name for name in UNITS if name not in names),

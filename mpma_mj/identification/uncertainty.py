@@ -7,98 +7,86 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.identification.fit import Fit, refit, robust_loss
 from mpma_mj.identification.misfit import Misfit
 
-__all__ = ["Spread", "latency_interval", "spread"]
+__all__ = ["NORMAL", "Evidence", "evidence"]
 
 Array = NDArray[np.float64]
 
-_NORMAL = 1.96  # standard deviations of a 95 % interval
+NORMAL = 1.96
+"""Standard deviations of a 95 % interval."""
+
 _RESOLUTION = 1e-4  # rad; no log is taken to be more exact (choice)
-_FARTHEST = 5  # physics steps of latency that are tried to each side (choice)
 
 
 @dataclass(frozen=True, eq=False)
-class Spread:
-    """Half widths of 95 % intervals of logarithms.
+class Evidence:
+    """What a log says of P parameters at the optimum.
 
     Attributes:
-        alone: Of each parameter, shape (P,).
-        ratio: Of each parameter over one of them, shape (P,); 0 for that one itself.
+        curvature: H, shape (P, P).
+        middle: Covariance of the loss's gradient, shape (P, P).
     """
 
-    alone: Array
-    ratio: Array
+    curvature: Array
+    middle: Array
+
+    def covariance(self) -> Array:
+        """Return the covariance of the parameters, shape (P, P); infinite where nothing is said.
+
+        cov = H⁻¹ · middle · H⁻¹
+        """
+        strength = np.sqrt(np.diag(self.curvature))
+        silent = strength <= 0.0
+        strength[silent] = 1.0
+        scaled = self.curvature / np.outer(strength, strength)
+        scaled[silent, silent] = 1.0
+        inverse = np.linalg.pinv(scaled, rcond=1e-15, hermitian=True)
+        inverse /= np.outer(strength, strength)
+        found = inverse @ self.middle @ inverse
+        found[silent, silent] = np.inf
+        return found
+
+    def half_widths(self) -> Array:
+        """Return half widths of 95 % intervals, shape (P,)."""
+        return NORMAL * np.sqrt(np.diag(self.covariance()))
+
+    def half_widths_over(self, reference: int) -> Array:
+        """Return half widths of 95 % intervals, shape (P,), if one parameter were known.
+
+        As a common factor on all parameters may be open, these are of ratios to that one; its own
+        is 0.
+        """
+        kept = np.arange(len(self.curvature)) != reference
+        square = np.ix_(kept, kept)
+        widths = np.zeros(len(kept))
+        widths[kept] = Evidence(self.curvature[square], self.middle[square]).half_widths()
+        return widths
 
 
-def spread(misfit: Misfit, found: Fit, reference: int) -> Spread:
-    """Return intervals of the parameters at the latency that was found.
+def evidence(misfit: Misfit, logs: Array, latency: int, scale: float) -> Evidence:
+    """Return what the windows of a log say of the parameters.
 
-    From the Jacobian J at the optimum, and the sum of what each window says (Huber's sandwich with
-    windows as clusters: errors of a window hang together, as all come from its start):
+    From the Jacobian J of the residual r at the optimum, and the gradients of each window's loss ρ
+    (Huber's sandwich with windows as clusters: errors of a window hang together, as all come from
+    its start):
 
-        cov = H⁻¹ (Σ_w g_w g_wᵀ + σ₀² H) H⁻¹        H = Jᵀ ρ'' J, g_w = J_wᵀ ρ'(r_w)
+        H = Jᵀ ρ'' J        middle = W / (W - P) Σ_w g_w g_wᵀ + σ₀² H        g_w = J_wᵀ ρ'(r_w)
 
     σ₀ being the resolution that a log has at best.
 
     Args:
-        misfit: All windows.
-        found: What was found.
-        reference: Number of the parameter over which ratios are.
+        misfit: The windows.
+        logs: Logarithms of the factors on the parameters, shape (P,).
+        latency: Physics steps until a command acts.
+        scale: Scale of the loss, rad.
     """
-    residual = misfit.residual(found.logs, found.latency)
-    jacobian = misfit.jacobian(found.logs, found.latency)
-    weight = 1.0 / np.sqrt(1.0 + (residual.ravel() / found.scale) ** 2)
+    residual = misfit.residual(logs, latency)
+    jacobian = misfit.jacobian(logs, latency)
+    weight = 1.0 / np.sqrt(1.0 + (residual.ravel() / scale) ** 2)
     curvature = (jacobian * weight[:, None] ** 3).T @ jacobian
-    windows = len(residual)
-    pull = (jacobian * (weight * residual.ravel())[:, None]).reshape(windows, -1, len(found.logs))
+    windows = len(residual)  # of which as many as there are parameters may be fitted exactly
+    pull = (jacobian * (weight * residual.ravel())[:, None]).reshape(windows, -1, len(logs))
     pull = pull.sum(axis=1)  # (W, P)
-    middle = pull.T @ pull * windows / (windows - 1) + _RESOLUTION**2 * curvature
-    kept = np.arange(len(found.logs)) != reference
-    ratio = np.zeros(len(kept))
-    ratio[kept] = _half_widths(curvature[np.ix_(kept, kept)], middle[np.ix_(kept, kept)])
-    return Spread(_half_widths(curvature, middle), ratio)
-
-
-def _half_widths(curvature: Array, middle: Array) -> Array:
-    """Return half widths of intervals; infinite where the log says nothing at all."""
-    strength = np.sqrt(np.diag(curvature))
-    silent = strength <= 0.0
-    strength[silent] = 1.0
-    scaled = curvature / np.outer(strength, strength)
-    scaled[silent, silent] = 1.0
-    inverse = np.linalg.pinv(scaled, rcond=1e-15, hermitian=True) / np.outer(strength, strength)
-    widths = _NORMAL * np.sqrt(np.diag(inverse @ middle @ inverse))
-    widths[silent] = np.inf
-    return widths
-
-
-def latency_interval(misfit: Misfit, found: Fit, longest: int) -> tuple[int, int]:
-    """Return the least and the greatest latency that fit as well, physics steps.
-
-    With each the parameters are fitted anew. It fits worse if the windows' losses are greater by
-    1.96 standard errors of their mean difference.
-
-    Args:
-        misfit: Windows that are compared; the fewer, the wider the interval.
-        found: What was found.
-        longest: Longest latency that is possible.
-    """
-    least = _losses(misfit, found, found.logs, found.latency)
-    ends = []
-    for way in (-1, 1):
-        end = found.latency
-        while 0 <= end + way <= longest and abs(end + way - found.latency) <= _FARTHEST:
-            logs = refit(misfit, found, end + way)
-            more = _losses(misfit, found, logs, end + way) - least
-            if more.mean() > _NORMAL * more.std(ddof=1) / np.sqrt(len(more)):
-                break
-            end += way
-        ends.append(end)
-    return ends[0], ends[1]
-
-
-def _losses(misfit: Misfit, found: Fit, logs: Array, latency: int) -> Array:
-    """Return each window's loss, shape (W,)."""
-    return robust_loss(misfit.residual(logs, latency), found.scale).sum(axis=1)
+    middle = pull.T @ pull * windows / (windows - len(logs)) + _RESOLUTION**2 * curvature
+    return Evidence(curvature, middle)

@@ -13,11 +13,11 @@ from mpma_mj.envs.model import make_model
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import DivergedError
 from mpma_mj.identification import RobotLog, record
-from mpma_mj.identification.fit import Fit, robust_loss
+from mpma_mj.identification.fit import robust_loss
 from mpma_mj.identification.misfit import Misfit
 from mpma_mj.identification.parameters import UNITS, changed
 from mpma_mj.identification.simulate import Replay, threads
-from mpma_mj.identification.uncertainty import Spread, spread
+from mpma_mj.identification.uncertainty import Evidence, evidence
 from tests.identification.conftest import LATENCY
 
 MODEL = make_model(EnvironmentOptions())
@@ -52,43 +52,41 @@ def misfit_of(log: RobotLog, pool: object, factors: dict[str, float] | None = No
     return Misfit(model, Replay(pool, MODEL, log, begins, length=5, steps=10), NAMES)
 
 
-def spread_at_truth(
+def evidence_at_truth(
     log: RobotLog, factors: dict[str, float] | None = None, latency: int = 0
-) -> Spread:
-    """Return intervals of a log without noise, were it known to 0.001 rad."""
+) -> Evidence:
+    """Return what a log without noise says, were it known to 0.001 rad."""
     with threads() as pool:
-        found = Fit(np.zeros(len(NAMES)), latency, 1e-3)
-        return spread(misfit_of(log, pool, factors), found, REFERENCE)
+        return evidence(misfit_of(log, pool, factors), np.zeros(len(NAMES)), latency, 1e-3)
 
 
 def test_gentle_commands_show_ratios_but_not_their_common_scale(gentle: RobotLog) -> None:
-    widths = spread_at_truth(gentle)
-    assert (widths.alone > 1.0).all()
+    said = evidence_at_truth(gentle)
+    assert (said.half_widths() > 1.0).all()
     kv = [NAMES.index(name) for name in NAMES if name.startswith("kv")]
-    assert (widths.ratio[kv] < 0.05).all()
-    assert widths.ratio[REFERENCE] == 0.0
+    ratios = said.half_widths_over(REFERENCE)
+    assert (ratios[kv] < 0.05).all()
+    assert ratios[REFERENCE] == 0.0
 
 
 def test_a_dance_that_reaches_the_greatest_forces_shows_the_scale_too(
     log: RobotLog, factors: dict[str, float]
 ) -> None:
-    assert (spread_at_truth(log, factors, 10 * LATENCY).alone < 0.01).all()
+    assert (evidence_at_truth(log, factors, 10 * LATENCY).half_widths() < 0.01).all()
 
 
-def test_a_joint_that_is_never_seen_to_move_says_nothing_of_itself(gentle: RobotLog) -> None:
-    # Without compared rows of its own nothing depends on its parameters.
-    class Deaf(Misfit):
-        def jacobian(self, logs: NDArray[np.float64], latency: int) -> NDArray[np.float64]:
-            found = super().jacobian(logs, latency)
-            found[:, 0] = 0.0
-            return found
+def test_a_parameter_of_which_the_log_says_nothing_has_no_end() -> None:
+    said = Evidence(np.diag([0.0, 4.0, 1.0]), np.diag([0.0, 4.0, 1.0]))
+    assert said.half_widths() == pytest.approx([np.inf, 0.98, 1.96])
+    assert said.half_widths_over(2) == pytest.approx([np.inf, 0.98, 0.0])
 
-    with threads() as pool:
-        replay = Replay(pool, MODEL, gentle, np.arange(6, 80, 5), length=5, steps=10)
-        found = Fit(np.zeros(len(NAMES)), 0, 1e-3)
-        widths = spread(Deaf(MODEL, replay, NAMES), found, REFERENCE)
-    assert np.isinf(widths.alone[0])
-    assert np.isfinite(widths.ratio[1:]).all()
+
+def test_intervals_are_those_of_linear_regression() -> None:
+    # Where the middle is the curvature, the covariance is its inverse.
+    curvature = np.array([[4.0, 1.0], [1.0, 2.0]])
+    said = Evidence(curvature, curvature)
+    assert said.covariance() == pytest.approx(np.linalg.inv(curvature))
+    assert said.half_widths_over(0) == pytest.approx([0.0, 1.96 / np.sqrt(2.0)])
 
 
 def test_derivatives_are_those_of_central_differences(gentle: RobotLog) -> None:
