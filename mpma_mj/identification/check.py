@@ -14,8 +14,8 @@ __all__ = ["check_log"]
 
 Array = NDArray[np.float64]
 
-_SHORTEST = 3.0  # s (choice)
-_LONGEST_PERIOD = 0.25  # s; a window of the fit then has no more than its fewest rows (choice)
+_SHORTEST = 5.5  # s; windows of the fit then outnumber the parameters (choice)
+_LONGEST_PERIOD = 0.1  # s; as above (choice)
 _UNEVEN = 0.05  # part of a period that a row may come early or late (choice)
 _OFF = 1e-3  # part of a period that may be missing to a whole number of physics steps (choice)
 _STILL = 1e-3  # rad/s or rad; what varies by less does not move (choice)

@@ -42,7 +42,7 @@ def write_figure(path: Path, found: Identified) -> None:
         for angles, label, look in looks:
             axis.plot(*_joined(found.times, angles[..., joint]), label=label, **look)
         errors = (np.degrees(found.rms(s)[joint]) for s in (found.before, found.after))
-        title = "{} (rms error {:.2g}° → {:.2g}°)".format(name.replace("_", " "), *errors)
+        title = "{} (rms error {:.3g}° → {:.2g}°)".format(name.replace("_", " "), *errors)
         axis.set_title(title, fontsize="small", loc="left")
         axis.margins(x=0)
         axis.spines[["top", "right"]].set_visible(False)

@@ -65,7 +65,7 @@ def fit(coarse: Misfit, fine: Misfit, parameters: int, longest: int) -> Fit:
     for tolerance in (_COARSE, _FINE):  # each with the scale that the one before leads to
         scale = _scale(fine, logs, latency)
         logs = _search(fine, logs, latency, scale, tolerance)
-    for _ in range(_HOPS):
+    for _ in range(_HOPS if scale > _FINEST else 0):  # else nothing is left to be found
         logs = _hop(fine, logs, latency, scale)
     return Fit(logs, latency, scale)
 

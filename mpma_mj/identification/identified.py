@@ -204,7 +204,7 @@ class Identified:
 def identify(
     log: RobotLog,
     *,
-    model: Path | None = None,
+    model: str | Path | None = None,
     gravity_compensation: bool = False,
     tick: Callable[[], None] = lambda: None,
 ) -> Identified:

@@ -57,7 +57,7 @@ class RobotLog:
         return float((self.time[-1] - self.time[0]) / (len(self) - 1))
 
 
-def read_log(path: Path) -> RobotLog:
+def read_log(path: str | Path) -> RobotLog:
     """Read a log; whether it is fit for the arms' model, `check_log` says.
 
     Args:
@@ -67,6 +67,7 @@ def read_log(path: Path) -> RobotLog:
         RobotLogError: There is no such file, it is no table, columns are missing, or a cell is no
             finite number; names row and column.
     """
+    path = Path(path)
     if not path.is_file():
         found = "this is a folder" if path.is_dir() else "there is none"
         raise RobotLogError(f"{path}: expected a CSV file of a robot's log, and {found}")
@@ -91,7 +92,7 @@ def read_log(path: Path) -> RobotLog:
     return RobotLog(table[:, 0], command, angle, velocity, str(path))
 
 
-def write_log(path: Path, log: RobotLog) -> None:
+def write_log(path: str | Path, log: RobotLog) -> None:
     """Write a log.
 
     Args:
@@ -106,7 +107,7 @@ def write_log(path: Path, log: RobotLog) -> None:
             writer.writerow(COLUMNS)
             writer.writerows(table.tolist())
 
-    write_whole(path, write)
+    write_whole(Path(path), write)
 
 
 def _header() -> str:

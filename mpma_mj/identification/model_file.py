@@ -16,7 +16,9 @@ from mpma_mj.identification.parameters import changed
 __all__ = ["write_model"]
 
 
-def write_model(path: Path, factors: Mapping[str, float], base: Path | None = None) -> None:
+def write_model(
+    path: str | Path, factors: Mapping[str, float], base: str | Path | None = None
+) -> None:
     """Write a model whose parameters are multiplied by factors.
 
     Numbers are written with six digits. Masses and inertias stand in the file as numbers, even
@@ -27,7 +29,7 @@ def write_model(path: Path, factors: Mapping[str, float], base: Path | None = No
         factors: Factor on each parameter of `UNITS`, by name; 1 where there is none.
         base: MJCF file of the model that is changed; the package's if not given.
     """
-    base = MODEL_PATH if base is None else base
+    base = MODEL_PATH if base is None else Path(base)
     spec = mujoco.MjSpec.from_file(str(base))
     model = changed(spec.compile(), factors)
     for name in JOINT_NAMES:
@@ -45,7 +47,7 @@ def write_model(path: Path, factors: Mapping[str, float], base: Path | None = No
     for folder in ("meshdir", "texturedir"):  # the file may lie elsewhere than the base
         setattr(spec, folder, str((base.parent / getattr(spec, folder)).resolve()))
     spec.compile()  # which `to_xml` writes from
-    write_text(path, spec.to_xml())
+    write_text(Path(path), spec.to_xml())
 
 
 def _weigh(body: mujoco.MjsBody, model: mujoco.MjModel) -> None:

@@ -134,10 +134,9 @@ def swapped(time: NDArray[np.float64]) -> NDArray[np.float64]:
     [
         (late, r"row 11 comes 0\.06 s after the one before; expected 0\.05 s ± 5 %"),
         (swapped, r"row 11: time is 0 s after 0\.4 s; expected times that ascend"),
-        (lambda time: 0.4 * time, r"is 2\.38 s long; expected at least 3 s"),
+        (lambda time: 0.4 * time, r"is 2\.38 s long; expected at least 5.5 s"),
         (lambda time: 1.03 * time, r"has a row every 51\.5 ms; .* 5 ms, such as 50 or 55 ms"),
-        (lambda time: 0.08 * (time + 0.0), "expected at least 3 s"),
-        (lambda time: 6.0 * time, r"has a row every 0\.3 s; expected at most 0\.25 s"),
+        (lambda time: 6.0 * time, r"has a row every 0\.3 s; expected at most 0\.1 s"),
     ],
 )
 def test_times_that_do_not_fit_are_refused(
