@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.arm import JOINT_NAMES
-from mpma_mj.envs.model import make_model
 from mpma_mj.envs.options import EnvironmentOptions
+from mpma_mj.envs.own_model import check_geometry
+from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.files import FORMAT
 from mpma_mj.identification.check import check_log
 from mpma_mj.identification.fit import FARTHEST, fit
@@ -222,7 +223,10 @@ def identify(
         DivergedError: A simulation ran away.
     """
     options = EnvironmentOptions(model=model, gravity_compensation=gravity_compensation)
-    arms = make_model(options)
+    physics = PhysicsArms.make(options)
+    if model is not None:
+        check_geometry(Path(model), physics)
+    arms = physics.model.ptr
     steps = check_log(log, arms)
     longest = round(LONGEST / arms.opt.timestep)
     first = -(-longest // steps)
