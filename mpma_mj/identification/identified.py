@@ -211,6 +211,8 @@ def identify(
 ) -> Identified:
     """Find the parameters with which simulated arms do what a log shows.
 
+    Where the log does not show their common scale, `REFERENCE` is left as in the model.
+
     Args:
         log: Commands and what arms did.
         model: MJCF file of arms of one's own; the package's if not given.
@@ -245,7 +247,10 @@ def identify(
         found = fit(coarse, fine, len(names), longest)
         said = evidence(fine, found.logs, found.latency, found.scale)
         low, high = latency_interval(coarse, found, longest)
-        factors = dict(zip(names, np.exp(found.logs).tolist(), strict=True))
+        reference, logs, widths = names.index(REFERENCE), found.logs, said.half_widths()
+        if widths[reference] > math.log1p(DETERMINED):  # a common factor moves nothing
+            logs = logs - logs[reference]
+        factors = dict(zip(names, np.exp(logs).tolist(), strict=True))
         shown = replay(max(1, round(SHOWN_WINDOW / log.period)))
         before, _ = shown.simulate(arms, 0)
         after, _ = shown.simulate(changed(arms, factors), found.latency)
@@ -254,8 +259,8 @@ def identify(
             Estimate(name, own[name], factors[name], alone, ratio)
             for name, alone, ratio in zip(
                 names,
-                said.half_widths().tolist(),
-                said.half_widths_over(names.index(REFERENCE)).tolist(),
+                widths.tolist(),
+                said.half_widths_over(reference).tolist(),
                 strict=True,
             )
         ),

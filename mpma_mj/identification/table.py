@@ -35,8 +35,9 @@ def as_markdown(found: Identified) -> str:
     ]
     if found.scale_is_open:
         sentences.append(
-            f"Ratios to {REFERENCE} are determined, their common scale is not: only actuators at"
-            " their greatest force show it, so command faster changes, or weigh the forearm."
+            f"Ratios to {REFERENCE} are determined, their common scale is not, and is as in the"
+            " model: only actuators at their greatest force show it, so command faster changes, or"
+            " weigh the forearm."
         )
     if found.missing:
         sentences.append(

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 import mpma_mj
 from mpma_mj.envs.model import MODEL_PATH
@@ -55,3 +58,26 @@ def test_arms_whose_weight_is_carried_are_told_from_those_that_sink(tmp_path: Pa
     carried, sinking = identify(log, gravity_compensation=True), identify(log)
     assert carried.factors["forearm_mass"] == pytest.approx(1.2, rel=0.01)
     assert carried.rms_of_all(carried.after) < 0.1 * sinking.rms_of_all(sinking.after)
+
+
+@pytest.mark.slow
+def test_gentle_commands_find_ratios_at_the_models_own_scale(tmp_path: Path) -> None:
+    robot = tmp_path / "robot.xml"
+    write_model(robot, {"kv_elbow": 0.9} | {"forearm_mass": 1.2})
+    env = mpma_mj.load("ymca", model=robot, repeats=20)
+    rng = np.random.default_rng(0)
+    turn, phase = rng.uniform(1.0, 12.0, 8), rng.uniform(0.0, 6.0, 8)
+    moments = iter(range(1000))
+
+    def act(observation: Mapping[str, NDArray[np.float64]]) -> NDArray[np.float64]:
+        towards = np.array([0.5, 0.3, 0.0, 1.4] * 2) - observation["joint_angles"]
+        swing = np.sin(turn * 0.05 * next(moments) + phase)
+        return np.asarray(0.05 * swing + 0.05 * np.tanh(towards))
+
+    log = record(env, act, 8.0)
+    parts = {name: getattr(log, name)[20:] for name in ("time", "command", "angle", "velocity")}
+    found = identify(dataclasses.replace(log, **parts))
+    assert found.scale_is_open
+    assert found.factors["forearm_mass"] == 1.0
+    assert found.factors["kv_elbow"] == pytest.approx(0.9 / 1.2, rel=0.05)
+    assert not any(one.determined for one in found.estimates)
