@@ -43,6 +43,7 @@ _COMMANDS: dict[str, Callable[..., Command]] = {
     "attractor": commands.Attractor,
     "lesion": commands.Lesion,
     "compare": commands.Compare,
+    "identify": commands.Identify,
 }
 
 

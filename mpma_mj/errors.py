@@ -16,6 +16,7 @@ __all__ = [
     "MpmaError",
     "RecordingWarning",
     "RenderingError",
+    "RobotLogError",
     "RunFolderError",
     "UnknownMotionError",
     "WorkerError",
@@ -42,6 +43,10 @@ class MotionFileError(MpmaError):
 
 class MotionReachError(MpmaError):
     """A demonstration asks for more speed or bend than the arms have."""
+
+
+class RobotLogError(MpmaError):
+    """A robot's log cannot be read, or does not show what is to be found out."""
 
 
 class RunFolderError(MpmaError):

@@ -7,6 +7,7 @@ from mpma_mj.commands.benchmark import Benchmark
 from mpma_mj.commands.capture import Capture
 from mpma_mj.commands.compare import Compare
 from mpma_mj.commands.grow import Grow
+from mpma_mj.commands.identify import Identify
 from mpma_mj.commands.imitate import Imitate
 from mpma_mj.commands.lesion import Lesion
 from mpma_mj.commands.motion import InspectMotion
@@ -24,6 +25,7 @@ __all__ = [
     "Capture",
     "Compare",
     "Grow",
+    "Identify",
     "Imitate",
     "InspectMotion",
     "Lesion",

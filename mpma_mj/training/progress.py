@@ -15,7 +15,7 @@ from rich.progress import (
     track,
 )
 
-__all__ = ["show_epochs", "show_frames", "show_range", "show_runs"]
+__all__ = ["show_count", "show_epochs", "show_frames", "show_range", "show_runs"]
 
 
 @contextmanager
@@ -98,3 +98,20 @@ def show_range(steps: range, title: str) -> Iterable[int]:
     if disable:
         console.print(title)
     return track(steps, title, console=console, transient=True, disable=disable)
+
+
+@contextmanager
+def show_count(title: str) -> Iterator[Callable[[], None]]:
+    """Show a title and, on a terminal, how often something was done whose end is not known.
+
+    Yields:
+        What to call each time.
+    """
+    console = Console(stderr=True, highlight=False)
+    disable = not console.is_terminal
+    if disable:
+        console.print(title)
+    columns = (TextColumn(title), TextColumn("{task.completed} times"), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True, disable=disable) as bar:
+        task = bar.add_task(title, total=None)
+        yield lambda: bar.advance(task)

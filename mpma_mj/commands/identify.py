@@ -1,0 +1,55 @@
+"""`mpma identify`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from mpma_mj.commands.folders import default_folder
+
+__all__ = ["Identify"]
+
+
+@dataclass(frozen=True)
+class Identify:
+    """Find the parameters with which simulated arms do what a robot's log shows.
+
+    The folder gets identified.xml, the model with what was found, identified.json and
+    identified.png.
+    """
+
+    log: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="LOG")]
+    """CSV file of commands and what arms did: time, and command_, angle_ and velocity_ of each
+    joint."""
+    model: Path | None = None
+    """MJCF file of arms of your own, in which the parameters are guessed."""
+    gravity_compensation: bool = False
+    """Whether the robot carries its arms' weight by itself."""
+    out: Path | None = None
+    """Folder of the result; runs/identify-TIME if not given."""
+
+    def run(self) -> Path:
+        """Do it and return the folder."""
+        from mpma_mj.files import write_json
+        from mpma_mj.identification import identify, read_log, write_model
+        from mpma_mj.identification.figure import write_figure
+        from mpma_mj.identification.table import as_markdown
+        from mpma_mj.training.progress import show_count
+
+        log = read_log(self.log)
+        with show_count("simulating the log with other parameters") as tick:
+            found = identify(
+                log,
+                model=self.model,
+                gravity_compensation=self.gravity_compensation,
+                tick=tick,
+            )
+        folder = self.out or default_folder("identify")
+        write_json(folder / "identified.json", {"log": str(self.log)} | found.as_json())
+        write_model(folder / "identified.xml", found.factors, self.model)
+        write_figure(folder / "identified.png", found)
+        print(as_markdown(found))
+        return folder
