@@ -41,6 +41,7 @@ _COMMANDS: dict[str, Callable[..., Command]] = {
     "capture": commands.Capture,
     "grow": commands.Grow,
     "attractor": commands.Attractor,
+    "stress": commands.Stress,
 }
 
 

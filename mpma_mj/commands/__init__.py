@@ -10,6 +10,7 @@ from mpma_mj.commands.imitate import Imitate
 from mpma_mj.commands.motion import InspectMotion
 from mpma_mj.commands.render import Render
 from mpma_mj.commands.scale import Scale
+from mpma_mj.commands.stress import Stress
 from mpma_mj.commands.sweep import Sweep
 from mpma_mj.commands.table1 import Table1
 from mpma_mj.commands.view import View
@@ -25,6 +26,7 @@ __all__ = [
     "InspectMotion",
     "Render",
     "Scale",
+    "Stress",
     "Sweep",
     "Table1",
     "View",

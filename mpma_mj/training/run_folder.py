@@ -35,6 +35,7 @@ _CONTENTS = (
     "trace.npz",
     "checkpoint",
     "figures",
+    "stress",
     "dance.mp4",
     "config.json",
 )
@@ -64,6 +65,11 @@ class RunFolder:
     def freed(self) -> Path:
         """Where it is written how the dance goes on without the demonstration."""
         return self.path / "attractor.json"
+
+    @property
+    def stress(self) -> Path:
+        """Folder of what is written of how it bears disturbances."""
+        return self.path / "stress"
 
     @property
     def figures(self) -> Path:
@@ -151,6 +157,7 @@ class RunFolder:
         pictures = (self.figures / "capture.png", self.figures / "attractor.png")
         for made in (self.video, self.captured, self.freed, *pictures):
             made.unlink(missing_ok=True)
+        shutil.rmtree(self.stress, ignore_errors=True)
 
     def write_checkpoint(
         self, name: str, config: RunConfig, state: dict[str, Array], meta: dict[str, Any]

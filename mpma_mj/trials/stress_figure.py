@@ -1,0 +1,152 @@
+"""p_e against disturbances, as a picture."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+
+from mpma_mj.files import write_whole
+from mpma_mj.training.colours import INK, module_colours
+from mpma_mj.trials.disturbances import DISTURBANCES, Disturbance, Level
+from mpma_mj.trials.results import RECOVERED, Results, Tally
+from mpma_mj.trials.stress import THIS_RUN
+
+__all__ = ["write_figure"]
+
+Measure = Callable[[str, str, Level], Tally]
+
+_DPI = 110
+_COLUMNS = 4
+_WIDE = ("locked", "unseen")  # panels with many names below
+_SPREAD = 0.62  # of the place of a name, over which agents are laid side by side
+# So that those are told apart best that are compared most.
+_ORDER = (
+    *("mpma", "single", "mosaic", "hammer", "growing", "feedback_only", "open_loop", "random"),
+)
+_COLOURS = dict(zip(_ORDER, module_colours(len(_ORDER)), strict=True)) | {THIS_RUN: INK}
+_MARKERS = dict(zip((*_ORDER, THIS_RUN), "osD^vPX*_", strict=True))
+
+
+def write_figure(
+    path: Path, results: Results, agents: Sequence[str], measure: Measure, said: str
+) -> None:
+    """Draw a panel for each disturbance, a line for each agent with the interval of its mean.
+
+    Args:
+        path: The PNG file.
+        results: What was found.
+        agents: Names of the agents to draw.
+        measure: What to draw, given agent, disturbance and level.
+        said: What it is, for the axis.
+    """
+    places, rows, columns = _places(list(results.levels))
+    figure = Figure(figsize=(0.9 + 3.0 * columns, 0.9 + 2.6 * rows), layout="constrained")
+    grid = figure.add_gridspec(rows, columns)
+    axes: list[Axes] = []
+    for name, (row, column) in places.items():
+        where = grid[row, column : column + _width(name)]
+        axes.append(figure.add_subplot(where, sharey=axes[0] if axes else None))
+        _draw(axes[-1], results, name, agents, measure)
+        axes[-1].tick_params(labelleft=column == 0)
+    figure.supylabel(said, fontsize="medium")
+    handles, labels = axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=len(agents), frameon=False)
+    write_whole(path, functools.partial(figure.savefig, dpi=_DPI))
+
+
+def _width(name: str) -> int:
+    return 2 if name in _WIDE else 1
+
+
+def _places(names: Sequence[str]) -> tuple[dict[str, tuple[int, int]], int, int]:
+    """Return row and column of each panel, and the numbers of rows and columns."""
+    places, row, column, most = dict[str, tuple[int, int]](), 0, 0, 0
+    for name in names:
+        if column + _width(name) > _COLUMNS:
+            row, column = row + 1, 0
+        places[name] = row, column
+        column += _width(name)
+        most = max(most, column)
+    return places, row + 1, most
+
+
+def _draw(axis: Axes, results: Results, name: str, agents: Sequence[str], measure: Measure) -> None:
+    """Draw one disturbance."""
+    disturbance, levels = DISTURBANCES[name], results.levels[name]
+    if disturbance.is_ordered:
+        levels = sorted(levels)
+    for number, agent in enumerate(agents):
+        tallies = [measure(agent, name, level) for level in levels]
+        low, mean, high = (
+            np.array([(tally.mean.low, tally.mean.mean, tally.mean.high) for tally in tallies])
+            .reshape(-1, 3)
+            .T
+        )
+        thin = agent == THIS_RUN
+        look: dict[str, Any] = {
+            "color": _COLOURS[agent],
+            "marker": "" if thin and disturbance.is_ordered else _MARKERS[agent],
+            "markersize": 4,
+            "linewidth": 0.9 if thin else 1.5,
+            "label": agent.replace("_", " "),
+        }
+        if disturbance.is_ordered:
+            axis.plot(levels, mean, zorder=3 if thin else 2, **look)
+            axis.fill_between(levels, low, high, color=_COLOURS[agent], alpha=0.2, linewidth=0)
+            x = np.array(levels, float)
+        else:
+            x = np.arange(len(levels)) + _SPREAD * ((number + 0.5) / len(agents) - 0.5)
+            around = [np.nan_to_num(mean - low), np.nan_to_num(high - mean)]
+            axis.errorbar(x, mean, yerr=around, linestyle="none", capsize=2, **look)
+        lost = np.array([tally.diverged > 0 for tally in tallies], bool)
+        axis.plot(x[lost], mean[lost], "x", color=_COLOURS[agent], markersize=9)
+    if disturbance.is_ordered:
+        _order(axis, disturbance, results.beyond[name])
+    else:
+        axis.set_xticks(range(len(levels)), [_shown(level) for level in levels])
+        axis.set_xlim(-0.5, len(levels) - 0.5)
+        for between in np.arange(0.5, len(levels) - 1):
+            axis.axvline(between, color="0.9", linewidth=0.8)
+    axis.axhline(RECOVERED, color="0.75", linewidth=0.8, linestyle="--", zorder=1)
+    axis.set_yscale("log")
+    axis.yaxis.set_major_formatter(FuncFormatter(lambda p_e, _: f"{p_e:g}"))
+    axis.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.yaxis.set_minor_locator(NullLocator())
+    axis.grid(axis="y", color="0.94")
+    axis.set_axisbelow(True)
+    axis.set_title(disturbance.title, fontsize="medium", loc="left")
+    axis.tick_params(labelsize="small")
+    axis.spines[["top", "right"]].set_visible(False)
+
+
+def _order(axis: Axes, disturbance: Disturbance, beyond: Sequence[Level]) -> None:
+    """Let what is harder be on the right, and say where the arms cannot follow."""
+    first, *_, last = map(float, disturbance.levels)
+    if first > last:
+        axis.invert_xaxis()
+    for level in beyond:
+        axis.axvline(float(level), color="0.6", linestyle=":")
+        axis.annotate(
+            "beyond the arms",
+            (float(level), 0.5),
+            xycoords=("data", "axes fraction"),
+            xytext=(-3, 0),
+            textcoords="offset points",
+            rotation=90,
+            ha="right",
+            va="center",
+            fontsize="small",
+            color="0.4",
+        )
+
+
+def _shown(level: Level) -> str:
+    """Return a level's name on so many lines that there is room for it."""
+    return Path(str(level)).stem.replace("_", "\n").replace("-", "\n")
