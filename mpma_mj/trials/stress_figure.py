@@ -11,6 +11,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+from numpy.typing import NDArray
 
 from mpma_mj.files import write_whole
 from mpma_mj.training.colours import INK, module_colours
@@ -20,6 +21,7 @@ from mpma_mj.trials.stress import THIS_RUN
 
 __all__ = ["write_figure"]
 
+Array = NDArray[np.float64]
 Measure = Callable[[str, str, Level], Tally]
 
 _DPI = 110
@@ -57,7 +59,7 @@ def write_figure(
         axes[-1].tick_params(labelleft=column == 0)
     figure.supylabel(said, fontsize="medium")
     handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=len(agents), frameon=False)
+    figure.legend(handles, labels, loc="outside upper center", ncols=2 * columns, frameon=False)
     write_whole(path, functools.partial(figure.savefig, dpi=_DPI))
 
 
@@ -82,32 +84,16 @@ def _draw(axis: Axes, results: Results, name: str, agents: Sequence[str], measur
     disturbance, levels = DISTURBANCES[name], results.levels[name]
     if disturbance.is_ordered:
         levels = sorted(levels)
+    x = np.array(levels if disturbance.is_ordered else range(len(levels)), np.float64)
     for number, agent in enumerate(agents):
         tallies = [measure(agent, name, level) for level in levels]
-        low, mean, high = (
-            np.array([(tally.mean.low, tally.mean.mean, tally.mean.high) for tally in tallies])
-            .reshape(-1, 3)
-            .T
-        )
-        thin = agent == THIS_RUN
-        look: dict[str, Any] = {
-            "color": _COLOURS[agent],
-            "marker": "" if thin and disturbance.is_ordered else _MARKERS[agent],
-            "markersize": 4,
-            "linewidth": 0.9 if thin else 1.5,
-            "label": agent.replace("_", " "),
-        }
         if disturbance.is_ordered:
-            axis.plot(levels, mean, zorder=3 if thin else 2, **look)
-            axis.fill_between(levels, low, high, color=_COLOURS[agent], alpha=0.2, linewidth=0)
-            x = np.array(levels, float)
+            _draw_line(axis, agent, x, tallies)
         else:
-            x = np.arange(len(levels)) + _SPREAD * ((number + 0.5) / len(agents) - 0.5)
-            around = [np.nan_to_num(mean - low), np.nan_to_num(high - mean)]
-            axis.errorbar(x, mean, yerr=around, linestyle="none", capsize=2, **look)
-        lost = np.array([tally.diverged > 0 for tally in tallies], bool)
-        axis.plot(x[lost], mean[lost], "x", color=_COLOURS[agent], markersize=9)
+            aside = np.float64(_SPREAD * ((number + 0.5) / len(agents) - 0.5))
+            _draw_points(axis, agent, x + aside, tallies)
     if disturbance.is_ordered:
+        axis.set_xticks(x, [f"{level:g}" for level in levels])
         _order(axis, disturbance, results.beyond[name])
     else:
         axis.set_xticks(range(len(levels)), [_shown(level) for level in levels])
@@ -124,6 +110,47 @@ def _draw(axis: Axes, results: Results, name: str, agents: Sequence[str], measur
     axis.set_title(disturbance.title, fontsize="medium", loc="left")
     axis.tick_params(labelsize="small")
     axis.spines[["top", "right"]].set_visible(False)
+
+
+def _draw_line(axis: Axes, agent: str, x: Array, tallies: Sequence[Tally]) -> None:
+    """Draw means over levels, shape (N,), with a band for their intervals."""
+    low, mean, high = _ends(tallies)
+    axis.plot(x, mean, **_look(agent))
+    axis.fill_between(x, low, high, color=_COLOURS[agent], alpha=0.2, linewidth=0)
+    _draw_lost(axis, agent, x, tallies)
+
+
+def _draw_points(axis: Axes, agent: str, x: Array, tallies: Sequence[Tally]) -> None:
+    """Draw means at places, shape (N,), with bars for their intervals."""
+    low, mean, high = _ends(tallies)
+    around = [np.nan_to_num(mean - low), np.nan_to_num(high - mean)]
+    axis.errorbar(x, mean, yerr=around, linestyle="none", capsize=2, **_look(agent))
+    _draw_lost(axis, agent, x, tallies)
+
+
+def _ends(tallies: Sequence[Tally]) -> Array:
+    """Return lower ends, means and upper ends, shape (3, N)."""
+    ends = [(tally.mean.low, tally.mean.mean, tally.mean.high) for tally in tallies]
+    return np.array(ends, float).reshape(-1, 3).T
+
+
+def _look(agent: str) -> dict[str, Any]:
+    thin = agent == THIS_RUN
+    return {
+        "color": _COLOURS[agent],
+        "marker": _MARKERS[agent],
+        "markersize": 4,
+        "linewidth": 0.9 if thin else 1.5,
+        "zorder": 3 if thin else 2,
+        "label": agent.replace("_", " "),
+    }
+
+
+def _draw_lost(axis: Axes, agent: str, x: Array, tallies: Sequence[Tally]) -> None:
+    """Draw a cross at the upper edge where some of an agent's runs diverged."""
+    lost = x[[tally.diverged > 0 for tally in tallies]]
+    edge, colour = axis.get_xaxis_transform(), _COLOURS[agent]
+    axis.plot(lost, np.ones(len(lost)), "x", color=colour, transform=edge, clip_on=False)
 
 
 def _order(axis: Axes, disturbance: Disturbance, beyond: Sequence[Level]) -> None:
