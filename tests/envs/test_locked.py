@@ -46,7 +46,7 @@ def test_a_locked_joint_stays_where_the_episode_begins(arms: Any, random_start: 
     assert not timestep.last()
     off = np.abs(seen["joint_angles"] - start["joint_angles"])
     assert off[7] < 1e-6
-    assert off[:7].min() > 0.01
+    assert off[:7].max() > 0.1
     assert abs(unlocked["joint_angles"][7] - start["joint_angles"][7]) > 0.01
     if arms == "kinematic":
         assert off[7] == 0.0
