@@ -79,7 +79,7 @@ class Stress:
             asked = trials(names, self.levels, self.unseen, own)
             works = jobs(own, agents, self.runs, self.epochs, asked, adapts, backend.workers)
             found: list[Found] = []
-            with show_runs(sum(len(work.configs) for work in works), 0) as show:
+            with show_runs(sum(work.size for work in works), 0, "trying") as show:
                 for work, done in get_done(works, backend):
                     if done is None:
                         raise WorkerError(
@@ -87,7 +87,7 @@ class Stress:
                             " fewer --workers, or fewer --runs"
                         )
                     found += done
-                    show(len(work.configs), work.agent)
+                    show(work.size, work.agent.replace("_", " "))
         results = Results(found, [*agents, THIS_RUN], adapts)
         return _write(results, self.out or folder.stress)
 

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from mpma_mj.sweep.interval import Interval, interval
-from mpma_mj.trials.disturbances import Level
+from mpma_mj.trials.disturbances import DISTURBANCES, Level
 from mpma_mj.trials.stress import Found
 
 __all__ = ["MEAN", "RECOVERED", "Results", "Tally"]
@@ -45,7 +45,7 @@ class Results:
     """What all agents found in all trials.
 
     Attributes:
-        found: All of it, in the order of agents, levels and seeds.
+        found: All of it, in the order of agents, seeds, disturbances and levels.
         agents: Names of the agents.
         levels: Levels of each disturbance, by its name; those that the arms can follow.
         beyond: Levels of each disturbance that they cannot.
@@ -60,7 +60,11 @@ class Results:
             agents: Names of the agents in the order in which they are to be shown.
             adapts: Epochs of learning on; 0 for none.
         """
-        self.found = sorted(found, key=lambda one: (agents.index(one.agent), one.seed))
+        order = list(DISTURBANCES)
+        self.found = sorted(
+            found,
+            key=lambda one: (agents.index(one.agent), one.seed, order.index(one.disturbance)),
+        )
         self.agents, self.adapts = tuple(agents), adapts
         self.levels: dict[str, list[Level]] = {}
         self.beyond: dict[str, list[Level]] = {}

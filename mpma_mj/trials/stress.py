@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,6 +80,11 @@ class StressJob(Work):
     trials: tuple[Trial, ...]
     adapts: int
 
+    @property
+    def size(self) -> int:
+        """How many runs are tried, each in each trial."""
+        return len(self.configs) * len(self.trials)
+
     def do(self) -> list[Found]:
         """Train the agents, and try them.
 
@@ -144,16 +150,21 @@ def jobs(
     """
     config = own.configs[0]
     rivals = [run for name in agents for run in seeds(config_of(config, name), runs)]
-    shared: dict[str, Any] = {"motion": own.motion, "epochs": epochs, "trials": trials}
-    work = [
-        StressJob(
-            agent=crowd[0].agent,
-            configs=crowd,
-            trained=None,
-            adapts=0 if crowd[0].agent in LEARN_NO_MORE else adapts,
-            **shared,
-        )
-        for crowd in cut(rivals, workers)
+    crowds = [(crowd[0].agent, crowd, None) for crowd in cut(rivals, workers)]
+    work = []
+    for agent, configs, trained in [*crowds, (THIS_RUN, own.configs, own)]:
+        learns = adapts > 0 and configs[0].agent not in LEARN_NO_MORE
+        for part in _by_disturbance(trials) if learns else [trials]:
+            work.append(
+                StressJob(
+                    agent, configs, own.motion, epochs, trained, part, adapts if learns else 0
+                )
+            )
+    return work
+
+
+def _by_disturbance(trials: tuple[Trial, ...]) -> list[tuple[Trial, ...]]:
+    """Cut trials into work that is done soon enough to show; training anew costs less."""
+    return [
+        tuple(group) for _, group in itertools.groupby(trials, key=lambda trial: trial.disturbance)
     ]
-    own_job = StressJob(agent=THIS_RUN, configs=own.configs, trained=own, adapts=adapts, **shared)
-    return [*work, own_job]

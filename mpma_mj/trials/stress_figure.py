@@ -93,7 +93,8 @@ def _draw(axis: Axes, results: Results, name: str, agents: Sequence[str], measur
             aside = np.float64(_SPREAD * ((number + 0.5) / len(agents) - 0.5))
             _draw_points(axis, agent, x + aside, tallies)
     if disturbance.is_ordered:
-        axis.set_xticks(x, [f"{level:g}" for level in levels])
+        told = [float(level) for level in (*levels, *results.beyond[name])]
+        axis.set_xticks(told, [f"{level:g}" for level in told])
         _order(axis, disturbance, results.beyond[name])
     else:
         axis.set_xticks(range(len(levels)), [_shown(level) for level in levels])
@@ -150,7 +151,8 @@ def _draw_lost(axis: Axes, agent: str, x: Array, tallies: Sequence[Tally]) -> No
     """Draw a cross at the upper edge where some of an agent's runs diverged."""
     lost = x[[tally.diverged > 0 for tally in tallies]]
     edge, colour = axis.get_xaxis_transform(), _COLOURS[agent]
-    axis.plot(lost, np.ones(len(lost)), "x", color=colour, transform=edge, clip_on=False)
+    for cross in axis.plot(lost, np.ones(len(lost)), "x", color=colour, transform=edge):
+        cross.set(clip_on=False, in_layout=False)
 
 
 def _order(axis: Axes, disturbance: Disturbance, beyond: Sequence[Level]) -> None:

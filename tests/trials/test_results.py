@@ -87,6 +87,7 @@ def test_what_is_beyond_the_arms_has_a_row() -> None:
     assert "mpma,tempo,9,0,beyond the arms,\n" in as_csv(results)
 
 
+@pytest.mark.filterwarnings("error")
 def test_the_figure_is_drawn_whatever_was_found(tmp_path: Path) -> None:
     odd = [
         *found({0: 1.0, 1: NAN}),
@@ -95,6 +96,6 @@ def test_the_figure_is_drawn_whatever_was_found(tmp_path: Path) -> None:
         *(Found("mpma", seed, "tempo", 9.0, "beyond the arms", NAN, ()) for seed in (0, 1)),
     ]
     results = Results(odd, ["mpma"], 0)
-    assert list(results.levels) == ["payload", "unseen", "tempo"]
+    assert list(results.levels) == ["payload", "tempo", "unseen"]
     write_figure(tmp_path / "a.png", results, results.agents, results.p_e, "p_e, %")
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")

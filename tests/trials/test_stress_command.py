@@ -36,7 +36,7 @@ def test_a_run_and_all_agents_get_a_table_and_a_figure(run: Path) -> None:
         [sys.executable, "-m", "mpma_mj.cli", *words], capture_output=True, text=True, check=False
     )
     assert result.returncode == 0, result.stderr
-    assert "   6 of 6 runs   " in result.stderr.splitlines()[-1]
+    assert "  12 of 12 runs   " in result.stderr.splitlines()[-1]
     lines = result.stdout.splitlines()
     assert lines[0] == (
         "| disturbance | level | mpma | mosaic | hammer | single | feedback only | this run |"
@@ -61,7 +61,7 @@ def test_the_runs_own_agent_is_that_of_its_seed_and_workers_change_nothing(
     tables = []
     for workers in ("1", "3"):
         out = tmp_path / workers
-        words = ["--agents", "mpma", "mosaic", "--runs", "2", "--epochs", "8", "--adapt"]
+        words = ["--agents", "mpma", "--runs", "2", "--epochs", "8", "--adapt"]
         words += ["--adapt-epochs", "1", "--workers", workers, "--out", str(out), *QUICK]
         assert main(["stress", str(run), *words]) == 0
         assert capsys.readouterr().out.splitlines()[-1] == str(out)
