@@ -27,9 +27,8 @@ class Stress:
 
     run_folder: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
     """Folder of a run; its settings are those of all agents."""
-    agents: tuple[AgentName, ...] | None = None
-    """Agents that are trained beside it; mpma, mosaic, hammer, single, feedback_only if not
-    given."""
+    agents: tuple[AgentName, ...] = ()
+    """Agents beside it; mpma, mosaic, hammer, single and feedback_only if not given."""
     runs: int = 10
     """Runs of each of them, with seeds from the run's up; 0 for the run alone."""
     epochs: int = 30
@@ -78,6 +77,8 @@ class Stress:
             names = self.disturbances or tuple(DISTURBANCES)
             asked = trials(names, self.levels, self.unseen, own)
             works = jobs(own, agents, self.runs, self.epochs, asked, adapts, backend.workers)
+            out = self.out or folder.stress
+            out.mkdir(parents=True, exist_ok=True)  # if that is not possible, know it now
             found: list[Found] = []
             with show_runs(sum(work.size for work in works), 0, "trying") as show:
                 for work, done in get_done(works, backend):
@@ -89,7 +90,7 @@ class Stress:
                     found += done
                     show(work.size, work.agent.replace("_", " "))
         results = Results(found, [*agents, THIS_RUN], adapts)
-        return _write(results, self.out or folder.stress)
+        return _write(results, out)
 
     def _check_numbers(self) -> None:
         for name, least in (("runs", 0), ("epochs", 1), ("adapt_epochs", 1)):
@@ -105,10 +106,10 @@ class Stress:
             BadOptionError: There are none to train, or one that is to learn on cannot.
         """
         if self.runs == 0:
-            if self.agents is not None:
+            if self.agents:
                 raise BadOptionError("runs is 0, so no agents are trained; drop --agents or --runs")
             return ()
-        if self.agents is None:
+        if not self.agents:
             return _USUAL
         from mpma_mj.trials.stress import LEARN_NO_MORE
 

@@ -157,7 +157,8 @@ class RunFolder:
         pictures = (self.figures / "capture.png", self.figures / "attractor.png")
         for made in (self.video, self.captured, self.freed, *pictures):
             made.unlink(missing_ok=True)
-        shutil.rmtree(self.stress, ignore_errors=True)
+        if self.stress.exists():
+            shutil.rmtree(self.stress)
 
     def write_checkpoint(
         self, name: str, config: RunConfig, state: dict[str, Array], meta: dict[str, Any]

@@ -56,6 +56,10 @@ def trials(
     chosen = [_disturbance(name) for name in dict.fromkeys(names)]
     if levels and len(chosen) != 1:
         raise BadOptionError("levels are those of one disturbance; name it with --disturbances")
+    if unseen and (levels or "unseen" not in names):
+        raise BadOptionError(
+            "dances are given that are not to be tried; drop --unseen, or --levels"
+        )
     config = own.configs[0]
     undisturbed = World("undisturbed", own.motion, _ARMS)
     found = []

@@ -109,6 +109,7 @@ def test_a_run_of_another_epoch_has_not_been_stressed(run: Path) -> None:
         (["--disturbances", "payload", "--levels", "0", "-1"], "payload is -1.0; expected 0"),
         (["--levels", "1"], "levels are those of one disturbance; name it with --disturbances"),
         (["--unseen", "gone.bvh"], "gone.bvh: no such file; give the path of a recording"),
+        (["--unseen", "ymca", *QUICK], "dances are given that are not to be tried; drop --unseen"),
         (["--runs", "-1"], "runs is -1; expected at least 0"),
         (["--runs", "0", "--agents", "mpma"], "runs is 0, so no agents are trained"),
         (["--epochs", "0"], "epochs is 0; expected at least 1"),
@@ -123,6 +124,10 @@ def test_bad_input_is_one_line_and_exit_2(
 ) -> None:
     refused(["stress", str(run), *words], message)
     assert not (run / "stress").exists()
+
+
+def test_an_output_that_cannot_be_is_told_before_the_work(run: Path, refused: Refused) -> None:
+    refused(["stress", str(run), "--out", str(run / "config.json")], "config.json: ")
 
 
 def test_no_run_and_damaged_runs_are_one_line_and_exit_2(
