@@ -1,6 +1,6 @@
-"""Make the pictures of the README from a trained run.
+"""Make the pictures of the documentation from a trained run and a comparison.
 
-python docs/make_pictures.py runs/ymca
+python docs/make_pictures.py runs/ymca runs/compare
 """
 
 from __future__ import annotations
@@ -8,9 +8,12 @@ from __future__ import annotations
 import itertools
 import shutil
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 
+import imageio.v3 as iio
 import numpy as np
+from numpy.typing import NDArray
 from PIL import Image
 
 from mpma_mj.training.run_folder import RunFolder
@@ -18,28 +21,33 @@ from mpma_mj.training.video import dance_frames
 
 PICTURES = Path(__file__).parent / "pictures"
 
+Picture = NDArray[np.uint8]
 
-def main(run: Path) -> None:
-    """Write a clip of one pass through the movement, and copies of the figures."""
+
+def main(run: Path, comparison: Path) -> None:
+    """Write clips of one pass through the movement, and copies of the figures."""
     folder = RunFolder(run)
     trace, motion = folder.read_trace(), folder.read_motion()
-    clip = [
-        np.asarray(Image.fromarray(frame).resize((480, 432), Image.Resampling.LANCZOS))
-        for frame in itertools.islice(dance_frames(trace, motion), 0, len(motion), 2)
-    ]
     PICTURES.mkdir(exist_ok=True)
-    first, *rest = map(Image.fromarray, clip)
-    first.save(
-        PICTURES / "ymca.webp",
-        save_all=True,
-        append_images=rest,
-        duration=round(2000 / motion.rate),
-        loop=0,
-        quality=85,
-    )
-    for figure in folder.figures.glob("*.png"):
+    shown = slice(0, len(motion), 2)
+    write_clip(PICTURES / "ymca.webp", every(dance_frames(trace, motion), shown), (480, 432))
+    film = iio.imiter(comparison / "dances.mp4")
+    write_clip(PICTURES / "compare.webp", every(film, shown), (960, 240))
+    for figure in [*folder.figures.glob("*.png"), *comparison.glob("*.png")]:
         shutil.copy(figure, PICTURES / figure.name)
 
 
+def every(frames: Iterable[Picture], shown: slice) -> list[Picture]:
+    """Return the frames of a slice."""
+    return list(itertools.islice(frames, shown.start, shown.stop, shown.step))
+
+
+def write_clip(path: Path, frames: Iterable[Picture], size: tuple[int, int]) -> None:
+    """Write frames, ten a second, width and height in pixels, as a clip that goes on and on."""
+    small = (Image.fromarray(f).resize(size, Image.Resampling.LANCZOS) for f in frames)
+    first, *rest = small
+    first.save(path, save_all=True, append_images=rest, duration=100, loop=0, quality=85)
+
+
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main(*map(Path, sys.argv[1:]))

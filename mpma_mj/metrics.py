@@ -15,6 +15,7 @@ __all__ = [
     "modules_used",
     "mpkpe",
     "nmi",
+    "phase_lag",
     "posture_error_percent",
     "repeatability",
     "rp_error_percent",
@@ -26,6 +27,8 @@ Array = NDArray[np.float64]
 
 # From the paper: a module is active during a letter if λ > 0.1 for at least 25 % of it.
 _ACTIVE_LEVEL, _ACTIVE_SHARE = 0.1, 0.25
+
+_LONGEST_LAG = 0.5  # s, that is looked for (choice)
 
 _CONSTANT = 1e-12  # a variance under it is rounding
 
@@ -194,3 +197,41 @@ def mpkpe(sites: Array, demonstrated_sites: Array) -> float:
     """
     offset = (sites - demonstrated_sites)[:, :, 1:]
     return float(np.mean(np.linalg.norm(offset, axis=-1)))
+
+
+def phase_lag(posture: Array, reference: Array, timestep: float) -> float:
+    """Return how far a course of postures runs behind another, by cross-correlation.
+
+        argmax_τ Σ_t x̃(t + τ) · x̃'(t) / (|x̃| |x̃'|)        x̃ without its mean over time
+
+    Of both only what overlaps counts. Between steps a parabola through the three highest
+    correlations gives the place of the maximum.
+
+    Args:
+        posture: Postures x, shape (T, 12).
+        reference: Postures x', shape (T, 12).
+        timestep: Time of a step, s.
+
+    Returns:
+        Lag, s, up to half a second; below 0 where x runs ahead. NaN where nothing moves.
+    """
+    most = min(max(1, round(_LONGEST_LAG / timestep)), len(posture) - 2)
+    correlation = np.array([_correlation(posture, reference, k) for k in range(-most, most + 1)])
+    if not np.isfinite(correlation).all():
+        return float("nan")
+    best = int(correlation.argmax())
+    shift = 0.0
+    if 0 < best < 2 * most:
+        before, top, after = correlation[best - 1 : best + 2]
+        bend = before - 2.0 * top + after
+        shift = 0.5 * float((before - after) / bend) if bend < 0.0 else 0.0
+    return (best - most + shift) * timestep
+
+
+def _correlation(signal: Array, reference: Array, lag: int) -> float:
+    """Return the correlation of a signal, so many steps later, with a reference; all channels."""
+    count = len(signal) - abs(lag)
+    x, y = signal[max(lag, 0) :][:count], reference[max(-lag, 0) :][:count]
+    x, y = x - x.mean(axis=0), y - y.mean(axis=0)
+    scale = np.linalg.norm(x) * np.linalg.norm(y)
+    return float(np.vdot(x, y) / scale) if scale > _CONSTANT else float("nan")

@@ -14,6 +14,8 @@ from threadpoolctl import threadpool_limits
 
 from mpma_mj.arm import SIDES
 from mpma_mj.cli import main
+from mpma_mj.envs import gl
+from mpma_mj.errors import RenderingError
 from mpma_mj.motions import ymca
 
 hypothesis.settings.register_profile("steady", deadline=None)
@@ -95,6 +97,15 @@ def mocap() -> Path:
         pytest.skip("MPMA_MOCAP does not name a folder of real recordings")
     assert Path(folder).is_dir(), f"MPMA_MOCAP={folder} is no folder"
     return Path(folder)
+
+
+@pytest.fixture
+def opengl() -> None:
+    """Skip where OpenGL does not draw."""
+    try:
+        gl.require_backend()
+    except RenderingError as error:
+        pytest.skip(str(error))
 
 
 @pytest.fixture(scope="session")

@@ -105,3 +105,28 @@ def test_mpkpe_leaves_out_shoulders() -> None:
     moved[:, :, 1, 2] = 0.03
     moved[:, :, 2, 1] = 0.05
     assert metrics.mpkpe(sites, moved) == pytest.approx(0.04)
+
+
+def wave(steps: int, delay: float) -> np.ndarray:
+    """Return smooth courses of postures that come so many steps late, shape (T, 12)."""
+    time = np.arange(steps)[:, None] - delay
+    return np.sin(0.2 * time + np.arange(12)) + 0.3 * np.cos(0.11 * time * np.arange(1, 13) / 6)
+
+
+@pytest.mark.parametrize("steps_late", [-7, -1, 0, 1, 4, 10])
+def test_phase_lag_of_a_course_that_comes_steps_late_or_early(steps_late: int) -> None:
+    lag = metrics.phase_lag(wave(200, steps_late), wave(200, 0.0), 0.05)
+    assert lag == pytest.approx(0.05 * steps_late, abs=0.001)
+
+
+def test_phase_lag_is_found_between_steps() -> None:
+    assert metrics.phase_lag(wave(200, 2.3), wave(200, 0.0), 0.05) == pytest.approx(0.115, abs=2e-3)
+
+
+def test_phase_lag_does_not_depend_on_size_or_place() -> None:
+    moved = 3.0 + 0.1 * wave(200, 2.0)
+    assert metrics.phase_lag(moved, wave(200, 0.0), 0.05) == pytest.approx(0.1, abs=1e-3)
+
+
+def test_phase_lag_of_what_does_not_move_is_no_number() -> None:
+    assert np.isnan(metrics.phase_lag(np.ones((50, 12)), wave(50, 0.0), 0.05))

@@ -5,6 +5,7 @@ from mpma_mj.commands.attractor import Attractor
 from mpma_mj.commands.bench import Bench
 from mpma_mj.commands.benchmark import Benchmark
 from mpma_mj.commands.capture import Capture
+from mpma_mj.commands.compare import Compare
 from mpma_mj.commands.grow import Grow
 from mpma_mj.commands.imitate import Imitate
 from mpma_mj.commands.motion import InspectMotion
@@ -21,6 +22,7 @@ __all__ = [
     "Bench",
     "Benchmark",
     "Capture",
+    "Compare",
     "Grow",
     "Imitate",
     "InspectMotion",

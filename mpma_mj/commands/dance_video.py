@@ -1,13 +1,25 @@
-"""The video of a run's folder, which several commands make."""
+"""What commands that make videos have in common."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from mpma_mj.envs.gl import require_backend
+from mpma_mj.errors import RenderingError
+
 if TYPE_CHECKING:
     from mpma_mj.training.run_folder import RunFolder
 
-__all__ = ["write_dance_video"]
+__all__ = ["missing_opengl", "write_dance_video"]
+
+
+def missing_opengl() -> str | None:
+    """Look for OpenGL before long work; return what to say after it if there is none."""
+    try:
+        require_backend()
+    except RenderingError as error:
+        return f"mpma: {error}"
+    return None
 
 
 def write_dance_video(folder: RunFolder, camera: str) -> None:

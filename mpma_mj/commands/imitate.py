@@ -13,10 +13,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
-from mpma_mj.commands.dance_video import write_dance_video
+from mpma_mj.commands.dance_video import missing_opengl, write_dance_video
 from mpma_mj.commands.folders import default_folder
-from mpma_mj.envs.gl import require_backend
-from mpma_mj.errors import BadOptionError, RenderingError
+from mpma_mj.errors import BadOptionError
 from mpma_mj.motions.options import option_name
 from mpma_mj.training.config import RunConfig, Settings
 
@@ -48,7 +47,7 @@ class Imitate:
 
     def run(self) -> Path:
         """Do it and return the folder."""
-        missing_gl = _try_backend() if self.video else None
+        missing_gl = missing_opengl() if self.video else None
         from mpma_mj.training import imitate
         from mpma_mj.training.progress import show_epochs
         from mpma_mj.training.run_folder import RunFolder
@@ -120,15 +119,6 @@ def _told_how_to_go_on(folder: RunFolder) -> Iterator[None]:
         if folder.can_go_on:
             print(f"mpma: to go on: mpma imitate --resume {folder.path}", file=sys.stderr)
         raise
-
-
-def _try_backend() -> str | None:
-    """Look for OpenGL before training; return what to say if there is none."""
-    try:
-        require_backend()
-    except RenderingError as error:
-        return f"mpma: {error}"
-    return None
 
 
 def _shown(value: object) -> str:

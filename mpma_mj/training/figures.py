@@ -18,16 +18,13 @@ from mpma_mj.arm import JOINT_NAMES, SEGMENT_NAMES
 from mpma_mj.files import write_whole
 from mpma_mj.motions import Motion
 from mpma_mj.training.colours import DEMONSTRATED, module_colours
-from mpma_mj.training.strip import label_runs
+from mpma_mj.training.label_bands import draw_labels
 
 __all__ = ["write_figures"]
 
 Array = NDArray[np.float64]
 
 _DPI = 110
-# A longer dance is drawn on the same paper; with more runs of labels than this their names
-# would run into each other.
-_MOST_NAMED_RUNS = 40
 
 
 def write_figures(folder: Path, trace: dict[str, Array], motion: Motion) -> None:
@@ -115,19 +112,7 @@ def _finish(
     figure: Figure, axes: list[Axes], trace: dict[str, Array], motion: Motion, title: str
 ) -> None:
     """Draw the labels as bands behind all rows, and what all figures share."""
-    runs = label_runs(trace["context"][:-1])
-    for axis in axes:
-        for number, (_, start, end) in enumerate(runs):
-            if number % 2:
-                axis.axvspan(start / motion.rate, end / motion.rate, color="0.92", zorder=0)
-        axis.margins(x=0)
-        axis.spines[["top", "right"]].set_visible(False)
-    if len(runs) <= _MOST_NAMED_RUNS:
-        top = axes[0].get_xaxis_transform()
-        for label, start, end in runs:
-            middle = 0.5 * (start + end) / motion.rate
-            name = motion.labels[label]
-            axes[0].text(middle, 1.02, name, transform=top, ha="center", va="bottom")
+    draw_labels(axes, trace["context"][:-1], motion.labels, motion.rate)
     axes[0].set_title(f"{title} ({motion.name})", pad=20, fontsize="medium")
     axes[-1].set_xlabel("time, s")
     handles, names = axes[0].get_legend_handles_labels()

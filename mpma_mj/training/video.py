@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable
 from pathlib import Path
 
 import imageio.v2 as imageio
@@ -17,7 +17,7 @@ from mpma_mj.files import write_whole
 from mpma_mj.motions import Motion
 from mpma_mj.training.strip import Strip
 
-__all__ = ["dance_frames", "write_video"]
+__all__ = ["Progress", "dance_frames", "write_frames", "write_video"]
 
 Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
@@ -48,10 +48,21 @@ def write_video(
     Raises:
         RenderingError: OpenGL does not draw.
     """
+    frames = dance_frames(trace, motion, camera=camera, bands=bands, progress=progress)
+    write_frames(path, frames, motion.rate)
+
+
+def write_frames(path: Path, frames: Iterable[Picture], rate: float) -> None:
+    """Write pictures as a video.
+
+    Args:
+        path: The `.mp4` file.
+        frames: Pictures of one size, shape (H, W, 3) each, even H and W; taken one by one.
+        rate: Pictures per second, Hz.
+    """
 
     def encode(temporary: Path) -> None:
-        with imageio.get_writer(temporary, fps=motion.rate, codec="libx264", quality=7) as writer:
-            frames = dance_frames(trace, motion, camera=camera, bands=bands, progress=progress)
+        with imageio.get_writer(temporary, fps=rate, codec="libx264", quality=7) as writer:
             for frame in frames:
                 writer.append_data(frame)  # type: ignore[attr-defined] # of its stubs
 
@@ -64,8 +75,9 @@ def dance_frames(
     *,
     camera: str = "front",
     bands: tuple[str, ...] = (),
+    size: tuple[int, int] = (640, 480),
     progress: Progress = iter,
-) -> Iterator[Picture]:
+) -> Generator[Picture, None, None]:
     """Draw an epoch frame by frame, one a control step.
 
     Args:
@@ -73,14 +85,19 @@ def dance_frames(
         motion: The movement that was imitated.
         camera: Camera of the model.
         bands: Names of the bands below; the modules' numbers if not given.
+        size: Width and height of the arms' picture, pixels.
         progress: Wraps the range of frames.
 
     Yields:
-        Pictures, shape (576, 640, 3).
+        Pictures, shape (height + 96, width, 3).
     """
-    strip = Strip(trace["responsibility"], trace["context"][:-1], motion.labels, bands=bands)
+    width, height = size
+    strip = Strip(
+        trace["responsibility"], trace["context"][:-1], motion.labels, bands=bands, width=width
+    )
     physics = PhysicsArms.make()
-    with contextlib.closing(ArmRenderer(physics, camera=camera)) as renderer:
+    renderer = ArmRenderer(physics, width=width, height=height, camera=camera)
+    with contextlib.closing(renderer):
         for step in progress(range(len(trace["action"]))):
             physics.data.qpos[:] = trace["joint_angles"][step]
             mujoco.mj_kinematics(physics.model.ptr, physics.data.ptr)

@@ -6,8 +6,6 @@ import imageio.v3 as iio
 import numpy as np
 import pytest
 
-from mpma_mj.envs import gl
-from mpma_mj.errors import RenderingError
 from mpma_mj.motions import ymca
 from mpma_mj.training.colours import hex_to_rgb, module_colours
 from mpma_mj.training.figures import write_figures
@@ -62,15 +60,7 @@ def test_the_mark_moves_with_time_and_the_letter_with_the_label() -> None:
     assert (picture == 200).all()
 
 
-@pytest.fixture
-def _opengl() -> None:
-    try:
-        gl.require_backend()
-    except RenderingError as error:
-        pytest.skip(str(error))
-
-
-@pytest.mark.usefixtures("_opengl")
+@pytest.mark.usefixtures("opengl")
 def test_frames_show_arms_ghost_and_side(small_run: Path) -> None:
     folder = RunFolder(small_run)
     trace, motion = folder.read_trace(), folder.read_motion()
@@ -86,7 +76,7 @@ def test_frames_show_arms_ghost_and_side(small_run: Path) -> None:
     assert (first() != first(joint_angles=trace["joint_angles"] * 0.2)).any(axis=2).mean() > 0.01
 
 
-@pytest.mark.usefixtures("_opengl")
+@pytest.mark.usefixtures("opengl")
 def test_the_video_shows_every_step_at_the_speed_of_the_dance(
     small_run: Path, tmp_path: Path
 ) -> None:

@@ -1,0 +1,113 @@
+"""`mpma compare`."""
+
+from __future__ import annotations
+
+import dataclasses
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+from mpma_mj.commands.dance_video import missing_opengl
+from mpma_mj.commands.folders import default_folder
+from mpma_mj.errors import BadOptionError
+from mpma_mj.options import AgentName, RuleName
+from mpma_mj.training.config import ReadingArguments, RunConfig, versions
+
+if TYPE_CHECKING:
+    from mpma_mj.motions import Motion
+    from mpma_mj.trials.compare import Cell
+
+__all__ = ["Compare"]
+
+
+@dataclass(frozen=True)
+class Compare:
+    """Train on ideal arms, on simulated ones, and on those without weight; dance on each."""
+
+    motions: Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="MOTION")] = ()
+    """"ymca", or a recording; several, or a folder, are a repertoire that is learned together."""
+    runs: int = 5
+    """Runs on each kind of arms, with seeds from 0."""
+    agent: AgentName = "mpma"
+    """MPMA, or a rival."""
+    modules: int = 4
+    """Number of modules."""
+    nodes: int = 200
+    """Neurons of each reservoir."""
+    rule: RuleName = "weighted"
+    """Learning rule: ours, or the paper's."""
+    epochs: int = 30
+    """Most epochs of a run; it ends when it has converged."""
+    adaptation: int = 3
+    """Epochs that agents learn on where they are tried."""
+    reading: tyro.conf.OmitArgPrefixes[ReadingArguments] = dataclasses.field(
+        default_factory=ReadingArguments
+    )
+    """How recordings are read."""
+    video: bool = True
+    """Make a video of all arms side by side; needs OpenGL."""
+    out: Path | None = None
+    """Folder of tables, figures and video; runs/compare-TIME if not given."""
+
+    def run(self) -> Path:
+        """Do it and return the folder."""
+        missing_gl = missing_opengl() if self.video else None
+        from mpma_mj.files import FORMAT, write_json, write_text
+        from mpma_mj.sweep.asked import seeds
+        from mpma_mj.training.movements import read_movements
+        from mpma_mj.training.progress import show_range
+        from mpma_mj.trials import compare_figure
+        from mpma_mj.trials.compare import compare
+        from mpma_mj.trials.compare_table import as_csv, as_markdown
+
+        config = self._config()
+        configs = seeds(config, self.runs)
+        motion = read_movements(config)
+        folder = self.out or default_folder("compare")
+        asked = {"runs": self.runs, "epochs": self.epochs, "adaptation": self.adaptation}
+        content = {"format": FORMAT, "config": dataclasses.asdict(config), "versions": versions()}
+        write_json(folder / "config.json", content | asked)
+        cells = compare(
+            configs,
+            motion,
+            epochs=self.epochs,
+            adaptation=self.adaptation,
+            progress=lambda steps: show_range(steps, "training and dancing"),
+        )
+        markdown = as_markdown(cells, self.adaptation)
+        write_text(folder / "compare.md", markdown)
+        write_text(folder / "compare.csv", as_csv(cells))
+        print(markdown)
+        compare_figure.write_transfer(folder / "transfer.png", cells, self.adaptation)
+        compare_figure.write_dances(folder / "dances.png", cells, motion)
+        if missing_gl is not None:
+            print(missing_gl, file=sys.stderr)
+        elif self.video:
+            _write_video(folder / "dances.mp4", cells, motion)
+        return folder
+
+    def _config(self) -> RunConfig:
+        from mpma_mj.training.movements import expand_folders
+
+        if not self.motions:
+            raise BadOptionError("no motion given; try: mpma compare ymca")
+        return RunConfig(
+            motions=expand_folders(self.motions),
+            agent=self.agent,
+            modules=self.modules,
+            nodes=self.nodes,
+            rule=self.rule,
+            **dataclasses.asdict(self.reading),
+        )
+
+
+def _write_video(path: Path, cells: Sequence[Cell], motion: Motion) -> None:
+    from mpma_mj.training.progress import show_frames
+    from mpma_mj.trials.compare_figure import first_dances
+    from mpma_mj.trials.compare_video import write_side_by_side
+
+    write_side_by_side(path, first_dances(cells), motion, show_frames)

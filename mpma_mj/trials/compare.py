@@ -1,0 +1,177 @@
+"""The same agents on ideal arms, on simulated ones, and on simulated ones without weight."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.agents.kinds import DO_NOT_LEARN
+from mpma_mj.arm import JOINT_NAMES
+from mpma_mj.envs.physics import PhysicsArms
+from mpma_mj.errors import BadOptionError
+from mpma_mj.feedback import joint_error
+from mpma_mj.metrics import phase_lag
+from mpma_mj.motions import Motion
+from mpma_mj.training.config import RunConfig
+from mpma_mj.training.crowd import train_agents
+from mpma_mj.training.trace import epoch_metrics
+from mpma_mj.training.trained import Trained
+from mpma_mj.trials.effort import Effort, effort
+from mpma_mj.trials.trial import World, adapt, tracking_errors, try_out
+
+__all__ = ["ARMS", "NOTHING", "Cell", "Dance", "compare"]
+
+Array = NDArray[np.float64]
+Progress = Callable[[range], Iterable[int]]
+
+ARMS: dict[str, dict[str, Any]] = {
+    "kinematic": {"arms": "kinematic"},
+    "physics": {"arms": "physics"},
+    "compensated": {"arms": "physics", "gravity_compensation": True},
+}
+"""Options of the environments that are compared: ideal arms, arms with mass and weight, and arms
+with mass whose weight is carried for them."""
+
+NOTHING = "nothing"
+"""On which the feedback controller alone has learned, which is what others are held against."""
+
+
+@dataclass(frozen=True, eq=False)
+class Dance:
+    """An episode of one agent, danced without learning.
+
+    Attributes:
+        trace: Its signals, as `record_epoch` returns them.
+        effort: What it cost; None on ideal arms.
+        measures: What it amounts to, by name.
+    """
+
+    trace: dict[str, Array]
+    effort: Effort | None
+    measures: dict[str, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Cell:
+    """Agents that learned on one kind of arms and dance on another.
+
+    Attributes:
+        learned: On which they learned, a name of `ARMS`, or `NOTHING`.
+        danced: On which they dance.
+        seeds: Seed of each of R agents.
+        epochs: Number of the best epoch of each, from 1, shape (R,); NaN of who does not learn.
+        dances: How each dances at once; None where the simulation diverged.
+        adapted: p_e of each after it has learned on, shape (R,), percent; NaN where the simulation
+            diverged, and of who does not learn.
+    """
+
+    learned: str
+    danced: str
+    seeds: tuple[int, ...]
+    epochs: Array
+    dances: tuple[Dance | None, ...]
+    adapted: Array
+
+    def values(self, measure: str) -> list[float]:
+        """Return a measure of all dances that have it."""
+        found = [dance.measures.get(measure, np.nan) for dance in self.dances if dance]
+        return [value for value in found if np.isfinite(value)]
+
+
+def compare(
+    configs: Sequence[RunConfig],
+    motion: Motion,
+    *,
+    epochs: int,
+    adaptation: int,
+    progress: Progress = iter,
+) -> list[Cell]:
+    """Train on each kind of arms, and dance on each.
+
+    Args:
+        configs: Settings of R runs that differ in their seeds only; which arms they say does not
+            count.
+        motion: The movement.
+        epochs: Largest number of epochs of a training.
+        adaptation: Number of epochs that agents learn on where they are tried.
+        progress: Wraps the range of what is to be done.
+
+    Returns:
+        A cell for each pair of `ARMS`, those that learned on the same arms in a row; before them
+        the feedback controller alone on each.
+
+    Raises:
+        MpmaError: A setting is outside what it may be, the agent does not learn, or the arms
+            cannot follow the movement.
+        DivergedError: A simulation did not stay finite while an agent was trained.
+    """
+    for name, value in {"epochs": epochs, "adaptation": adaptation}.items():
+        if value < 1:
+            raise BadOptionError(f"{name} is {value}; expected at least 1")
+    agent = configs[0].agent
+    if agent in DO_NOT_LEARN:
+        raise BadOptionError(f"agent is {agent}, which does not learn; expected one that does")
+    worlds = [World(name, motion, options) for name, options in ARMS.items()]
+    pairs = list(itertools.product([None, *worlds], worlds))
+    cells: list[Cell] = []
+    for number in progress(range(len(pairs))):
+        home, world = pairs[number]
+        if world is worlds[0]:
+            trained = _train(configs, motion, epochs, home)
+        cells.append(_cell(trained, home, world, adaptation))
+    return cells
+
+
+def _train(
+    configs: Sequence[RunConfig], motion: Motion, epochs: int, home: World | None
+) -> Trained:
+    """Return agents that learned in a world; if in none, the feedback controller alone."""
+    if home is None:
+        feedback = [RunConfig(agent="feedback_only", seed=config.seed) for config in configs]
+        return train_agents(feedback, motion, 1, {})
+    runs = [replace(config, arms=home.options["arms"]) for config in configs]
+    return train_agents(runs, motion, epochs, home.options)
+
+
+def _cell(trained: Trained, home: World | None, world: World, adaptation: int) -> Cell:
+    site_positions = PhysicsArms.make().site_positions
+    dances = tuple(
+        None if trace is None else _dance(trace, world, site_positions)
+        for trace in try_out(trained, world)
+    )
+    seeds = tuple(trained.seeds)
+    if home is None:
+        nothing = np.full(len(seeds), np.nan)
+        return Cell(NOTHING, world.name, seeds, nothing, dances, nothing)
+    adapted = tracking_errors(try_out(adapt(trained, world, adaptation)[0], world))
+    return Cell(home.name, world.name, seeds, trained.epochs.astype(float), dances, adapted)
+
+
+def _dance(
+    trace: dict[str, Array], world: World, site_positions: Callable[[Array], Array]
+) -> Dance:
+    rate = world.motion.rate
+    cost = effort(trace, world.options, rate)
+    measures = epoch_metrics(site_positions, trace)
+    measures["mpkpe_mm"] = 1e3 * measures.pop("mpkpe_m")
+    measures["lag_ms"] = 1e3 * phase_lag(trace["posture"][1:], trace["reference"][1:], 1.0 / rate)
+    measures |= _joint_errors(trace)
+    if cost is not None:
+        measures |= {
+            "mean_torque_nm": cost.mean_torque,
+            "peak_torque_nm": cost.peak_torque,
+            "work_j": cost.work,
+        }
+    return Dance(trace, cost, measures)
+
+
+def _joint_errors(trace: Mapping[str, Array]) -> dict[str, float]:
+    """Return the root mean square of each joint's error, deg; see `joint_error`."""
+    error = joint_error(trace["joint_angles"][1:], trace["reference"][1:])
+    rms = np.degrees(np.sqrt(np.mean(error**2, axis=0)))
+    return {f"rms_{name}_deg": float(x) for name, x in zip(JOINT_NAMES, rms, strict=True)}

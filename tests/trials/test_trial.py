@@ -1,0 +1,113 @@
+"""Trained agents in other worlds."""
+
+import dataclasses
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mpma_mj import files
+from mpma_mj.errors import CheckpointError, DivergedError, RunFolderError
+from mpma_mj.motions import ymca
+from mpma_mj.training.config import RunConfig
+from mpma_mj.training.crowd import train_agents
+from mpma_mj.training.run_folder import RunFolder
+from mpma_mj.training.trained import Trained
+from mpma_mj.trials.trial import World, adapt, tracking_errors, try_out
+
+SMALL = RunConfig(nodes=20, modules=2, repeats=1)
+HOME = World("home", ymca(), {})
+CARRIED = World("carried", ymca(), {"gravity_compensation": True})
+
+
+def trained(*seeds: int, agent: str = "mpma") -> Trained:
+    configs = [dataclasses.replace(SMALL, seed=seed, agent=agent) for seed in seeds]
+    return train_agents(configs, ymca(), 8, {})
+
+
+@pytest.mark.parametrize("agent", ["mpma", "growing", "mosaic", "hammer", "feedback_only"])
+def test_each_agent_is_tried_to_the_bit_as_it_would_be_alone(agent: str) -> None:
+    both = try_out(trained(3, 5, agent=agent), CARRIED)
+    (alone,) = try_out(trained(5, agent=agent), CARRIED)
+    assert both[1] is not None
+    assert alone is not None
+    assert both[1].keys() == alone.keys()
+    for name in alone:
+        np.testing.assert_array_equal(both[1][name], alone[name])
+
+
+@pytest.mark.parametrize("agent", ["mpma", "mosaic"])
+def test_who_is_tried_learns_nothing(agent: str) -> None:
+    agents = trained(0, agent=agent)
+    before = {name: array.copy() for name, array in agents.state.items()}
+    first, second = (tracking_errors(try_out(agents, HOME)) for _ in range(2))
+    np.testing.assert_array_equal(first, second)
+    for name, array in before.items():
+        np.testing.assert_array_equal(agents.state[name], array)
+
+
+def test_the_agent_of_a_run_is_the_one_that_was_trained_beside_others(tmp_path: Path) -> None:
+    from mpma_mj.cli import main
+
+    words = "imitate ymca --nodes 20 --modules 2 --repeats 1 --seed 5 --epochs 8 --no-video --out"
+    assert main([*words.split(), str(tmp_path / "run")]) == 0
+    agents = trained(3, 5)
+    of_run = Trained.of_run(RunFolder(tmp_path / "run"))
+    assert of_run.seeds == [5]
+    assert of_run.epochs[0] == agents.epochs[1]
+    assert of_run.state.keys() == agents.state.keys()
+    for name, array in of_run.state.items():
+        np.testing.assert_array_equal(array[0], agents.state[name][1])
+
+
+def test_learning_on_brings_agents_of_ideal_arms_to_heavy_ones() -> None:
+    configs = [dataclasses.replace(SMALL, nodes=50, repeats=3, arms="kinematic")]
+    agents = train_agents(configs, ymca(), 30, {})
+    heavy = World("heavy", ymca(), {"arms": "physics", "payload": 2.0})
+    at_once = tracking_errors(try_out(agents, heavy))
+    adapted, errors = adapt(agents, heavy, 3)
+    assert errors.shape == (3, 1)
+    assert errors[0] == pytest.approx(at_once, rel=0.2)  # before anything is learned there
+    assert tracking_errors(try_out(adapted, heavy)) < 0.8 * at_once
+    assert tracking_errors(try_out(agents, heavy)) == at_once  # the others are as they were
+
+
+def test_a_checkpoint_of_other_settings_is_refused_by_its_folder(
+    small_run: Path, tmp_path: Path
+) -> None:
+    folder = RunFolder(shutil.copytree(small_run, tmp_path / "run"))
+    config = folder.read_config()
+    state, _ = folder.read_checkpoint("best", config)
+    del state["forward.weights"]
+    folder.write_checkpoint("best", config, state, {"row": {"epoch": 1}})
+    with pytest.raises(CheckpointError, match=r"run: the checkpoint lacks forward\.weights; train"):
+        try_out(Trained.of_run(folder), HOME)
+    state["forward.weights"] = np.zeros((1, 2, 3))
+    folder.write_checkpoint("best", config, state, {"row": {"epoch": 1}})
+    with pytest.raises(CheckpointError, match=r"run: the checkpoint does not fit its settings"):
+        try_out(Trained.of_run(folder), HOME)
+
+
+def test_no_run_and_one_of_another_version_are_refused(small_run: Path, tmp_path: Path) -> None:
+    with pytest.raises(RunFolderError, match="no run there"):
+        Trained.of_run(RunFolder(tmp_path))
+    other = RunFolder(shutil.copytree(small_run, tmp_path / "run"))
+    files.write_json(other.path / "config.json", {"format": 1, "config": {}})
+    with pytest.raises(CheckpointError, match="of another version"):
+        Trained.of_run(other)
+
+
+def test_training_that_diverges_names_the_seed(monkeypatch: pytest.MonkeyPatch) -> None:
+    from mpma_mj.training import crowd
+
+    real = crowd.record_epochs
+
+    def second_diverges(*given: object) -> object:
+        traces, diverged = real(*given)  # type: ignore[arg-type]
+        diverged[1:] = True  # of those that are left after it nobody does
+        return traces, diverged
+
+    monkeypatch.setattr(crowd, "record_epochs", second_diverges)
+    with pytest.raises(DivergedError, match="seed 4, epoch 1: the simulation diverged"):
+        trained(3, 4)
