@@ -42,6 +42,7 @@ _COMMANDS: dict[str, Callable[..., Command]] = {
     "grow": commands.Grow,
     "attractor": commands.Attractor,
     "lesion": commands.Lesion,
+    "stress": commands.Stress,
     "compare": commands.Compare,
     "identify": commands.Identify,
 }

@@ -13,6 +13,7 @@ from mpma_mj.commands.lesion import Lesion
 from mpma_mj.commands.motion import InspectMotion
 from mpma_mj.commands.render import Render
 from mpma_mj.commands.scale import Scale
+from mpma_mj.commands.stress import Stress
 from mpma_mj.commands.sweep import Sweep
 from mpma_mj.commands.table1 import Table1
 from mpma_mj.commands.view import View
@@ -31,6 +32,7 @@ __all__ = [
     "Lesion",
     "Render",
     "Scale",
+    "Stress",
     "Sweep",
     "Table1",
     "View",

@@ -61,6 +61,7 @@ class Demonstration:
         self.motion = motion
         self._options = options
         self._max_joint_speed = max_joint_speed
+        self._top_speed = np.where(options.turns, max_joint_speed, 0.0)
         repeats = options.repeats
         self._clean, self.context = repeat(motion, repeats, max_joint_speed)
         between = len(self._clean) - repeats * len(motion)  # postures of all return moves
@@ -97,7 +98,7 @@ class Demonstration:
             return self._first_angles, np.zeros(8)
         now, after = self._angles[episode.start : episode.start + 2]
         velocity = (after - now) * self.motion.rate
-        return now, np.clip(velocity, -self._max_joint_speed, self._max_joint_speed)
+        return now, np.clip(velocity, -self._top_speed, self._top_speed)
 
     @functools.cached_property
     def _first_angles(self) -> Array:

@@ -19,6 +19,7 @@ __all__ = ["MODEL_PATH", "make_model"]
 
 MODEL_PATH = Path(__file__).parent.parent / "assets" / "two_arm.xml"
 
+_FIXED = 1e9  # inertia of a joint that does not turn, kg m² (choice)
 _IRON = 7870.0  # density, kg/m³
 _MEMORY = 2**24  # bytes; where contacts need more than there is, MuJoCo ends the process
 
@@ -43,6 +44,9 @@ def make_model(options: EnvironmentOptions) -> mujoco.MjModel:
             spec.memory = max(spec.compile().narena, _MEMORY)
         if options.gravity_compensation:
             _carry_arms(spec)
+        if options.locked is not None:
+            # Immovable in all that follows, contacts too, and whatever the integrator is.
+            spec.joint(options.locked).armature = _FIXED
         if options.payload > 0:
             _put_balls(spec, options.payload)
         model = spec.compile()

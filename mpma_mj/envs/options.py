@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
-from mpma_mj.arm import SEGMENT_NAMES
+from mpma_mj.arm import JOINT_NAMES, SEGMENT_NAMES
 from mpma_mj.checks import is_number, is_truth, is_whole
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions import Motion
@@ -41,6 +42,7 @@ class EnvironmentOptions:
         gravity_compensation: Whether the arms' own weight is carried for them.
         payload: Mass of an iron ball in each hand, kg.
         strength: Factor on the greatest forces of the actuators.
+        locked: A joint that does not turn but stays where an episode begins; none if not given.
         collisions: Whether arms and body touch, as the model's geoms say; else they pass through.
         latency: Control steps from an action to its effect; nothing is commanded before.
         observation_noise: Standard deviation of the noise on what is observed of the arms: on
@@ -70,6 +72,7 @@ class EnvironmentOptions:
     gravity_compensation: bool = False
     payload: float = 0.0
     strength: float = 1.0
+    locked: str | None = None
     collisions: bool = False
     latency: int = 0
     observation_noise: float = 0.0
@@ -108,9 +111,19 @@ class EnvironmentOptions:
             if not is_truth(value):
                 raise BadOptionError(f"{name} is {value!r}; expected True or False")
             object.__setattr__(self, name, bool(value))
+        named = isinstance(self.locked, str) and self.locked in JOINT_NAMES
+        if self.locked is not None and not named:
+            raise BadOptionError(
+                f"locked is {self.locked!r}; expected one of {', '.join(JOINT_NAMES)}"
+            )
         self._keep_push()
         self._keep_weights()
         self._check_arms_have_mass()
+
+    @property
+    def turns(self) -> NDArray[np.bool_]:
+        """Which joints turn, shape (8,)."""
+        return np.array([name != self.locked for name in JOINT_NAMES])
 
     @property
     def pushed(self) -> bool:

@@ -58,6 +58,7 @@ class TwoArmImitation(control.Task):
         """
         self.motion = motion
         self.max_joint_speed = physics.max_joint_speed
+        self._top_speed = np.where(options.turns, self.max_joint_speed, 0.0)
         self.episode = 0
         self.seed = options.seed
         self.ending = ""
@@ -113,7 +114,7 @@ class TwoArmImitation(control.Task):
         if self._latency:
             due, *rest = *self._pending, self.last_action
             self._pending = rest
-        physics.set_control(clip_action(due) * self.max_joint_speed)
+        physics.set_control(clip_action(due) * self._top_speed)
         if self._drawn.pushes is not None:
             physics.push(self._drawn.pushes[self._step])
 

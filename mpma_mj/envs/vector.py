@@ -50,6 +50,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         max_joint_speed: Joint speeds that action 1 commands, shape (8,), rad/s.
         control_timestep: Time between two actions, s.
         seen: The last observations as a dictionary, also where the environments are flat.
+        posture: Postures of the arms as they are, however they are observed, shape (N, 12).
         steps: Number of steps of an episode that starts at the beginning.
         period: Number of steps from one repetition to the next.
         context: Context at each moment of the movement as it is repeated, shape (T, C).
@@ -96,6 +97,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         self.max_joint_speed = self.arms.max_joint_speed
         self.control_timestep = 1.0 / self.motion.rate
         self._options = chosen
+        self._top_speed = np.where(chosen.turns, self.max_joint_speed, 0.0)
         self._demonstration = Demonstration(self.motion, chosen, self.max_joint_speed)
         self._observer = Observer(self._demonstration, chosen)
         self._weights = reward_weights(chosen.reward_weights)
@@ -109,6 +111,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.context = self._demonstration.context
         self.seen: dict[str, Array] = {}
+        self.posture = np.zeros((num_envs, 12))
         self._rows = np.arange(num_envs)
         self._seeds = [chosen.seed + row for row in range(num_envs)]
         self.episode = np.zeros(num_envs, int)
@@ -185,7 +188,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
             self._pending = np.concatenate([self._pending[1:], actions[None]])
         pushes = self._drawn.pushes
         forces = None if pushes is None else pushes[self._rows, self._step]
-        diverged = self._batch.step(clip_action(due) * self.max_joint_speed, forces)
+        diverged = self._batch.step(clip_action(due) * self._top_speed, forces)
         self._step += 1
         self._begin_episodes()
         return self._outcome(begins, diverged & ~begins, actions)
@@ -233,6 +236,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         self, begins: Mask, diverged: Mask, actions: Array
     ) -> tuple[Any, Array, Mask, Mask, dict[str, Any]]:
         posture, now = self._batch.posture(), (self._rows, self._step)
+        self.posture = posture.copy()
         terms = closeness(posture, self._drawn.shown[now])
         terms[diverged] = 0.0
         rewards = np.where(begins, 0.0, mean_reward(terms, self._weights))

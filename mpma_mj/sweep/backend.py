@@ -1,21 +1,47 @@
-"""Who trains: what the engine asks of processes here and of a cluster alike."""
+"""Who works: what is asked of processes here and of a cluster alike, and how all is done."""
 
 from __future__ import annotations
 
+import abc
 import contextlib
-from typing import TYPE_CHECKING, Protocol
+import dataclasses
+from collections import deque
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol, TypeVar
 
 from mpma_mj.errors import BadOptionError
 from mpma_mj.options import BackendName
 
-if TYPE_CHECKING:
-    from mpma_mj.sweep.work import Done, Job
+__all__ = ["Backend", "Work", "get_done", "open_backend"]
 
-__all__ = ["Backend", "open_backend"]
+_MOST_TRIES = 3  # of work whose worker dies (choice)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Work(abc.ABC):
+    """What is sent to a worker; what comes of it is sent back.
+
+    Attributes:
+        tries: How often it was begun, this time included.
+    """
+
+    tries: int = 1
+
+    @abc.abstractmethod
+    def do(self) -> Any:
+        """Do it and return what came of it.
+
+        Raises:
+            MpmaError: It cannot be done.
+        """
+
+
+W = TypeVar("W", bound=Work)
 
 
 class Backend(Protocol):
-    """A number of workers that take one job at a time each.
+    """A number of workers that take one piece of work at a time each.
 
     Attributes:
         workers: Their number.
@@ -23,14 +49,14 @@ class Backend(Protocol):
 
     workers: int
 
-    def submit(self, job: Job) -> None:
-        """Give a job to a worker that has none; there has to be one."""
+    def submit(self, work: Any) -> None:
+        """Give work to a worker that has none; there has to be one."""
 
-    def next_done(self) -> tuple[Job, Done | None]:
-        """Wait for a job to end.
+    def next_done(self) -> tuple[Any, Any]:
+        """Wait for a piece of work to end.
 
         Returns:
-            The job and what came of it; None if its worker died.
+            The work and what came of it; None if its worker died.
 
         Raises:
             MpmaError: The worker raised it.
@@ -61,3 +87,29 @@ def open_backend(
     from mpma_mj.sweep.processes import Processes
 
     return Processes(workers)
+
+
+def get_done(works: Sequence[W], backend: Backend) -> Iterator[tuple[W, Any]]:
+    """Yield each piece of work when it is done, with what came of it.
+
+    Args:
+        works: All that is to be done, what takes longest first.
+        backend: Who does it.
+
+    Yields:
+        The work and what came of it; None if its worker died as often as it may.
+
+    Raises:
+        MpmaError: A worker raised it.
+    """
+    waiting, working = deque(works), 0
+    while waiting or working:
+        while waiting and working < backend.workers:
+            backend.submit(waiting.popleft())
+            working += 1
+        work, done = backend.next_done()
+        working -= 1
+        if done is None and work.tries < _MOST_TRIES:
+            waiting.append(dataclasses.replace(work, tries=work.tries + 1))
+        else:
+            yield work, done

@@ -14,7 +14,7 @@ from typing import Any, Self
 
 from mpma_mj.errors import BadOptionError, WorkerError
 from mpma_mj.machine import processors
-from mpma_mj.sweep.work import Done, Job, do
+from mpma_mj.sweep.work import Done, Job
 
 __all__ = ["Cluster"]
 
@@ -56,7 +56,7 @@ class Cluster:
             ray.init(address=address, **_QUIET)
         self.workers = workers or max(1, int(ray.cluster_resources().get("CPU", 1)))
         # Ray would try again by itself, but not say so.
-        self._do = ray.remote(num_cpus=1, max_retries=0)(do)
+        self._do = ray.remote(num_cpus=1, max_retries=0)(Job.do)
         self._jobs: dict[Any, Job] = {}
         # Ray prints what happens to its nodes, and results are to stand alone.
         self._quiet = contextlib.redirect_stdout(sys.stderr)

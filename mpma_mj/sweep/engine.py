@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import dataclasses
 import time
-from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 
 from mpma_mj.motions import Motion
 from mpma_mj.sweep.asked import Asked, by_point, without_seed
-from mpma_mj.sweep.backend import Backend
+from mpma_mj.sweep.backend import Backend, get_done
 from mpma_mj.sweep.crowds import cut
 from mpma_mj.sweep.folder import Finished, SweepFolder
-from mpma_mj.sweep.work import Done, Job
+from mpma_mj.sweep.work import Job
 from mpma_mj.training.config import RunConfig, versions
 from mpma_mj.training.crowd import check
 from mpma_mj.training.movements import read_movements
@@ -20,8 +18,6 @@ from mpma_mj.training.movements import read_movements
 __all__ = ["OnCrowd", "finish"]
 
 OnCrowd = Callable[[Sequence[Finished]], None]
-
-_MOST_TRIES = 3  # of a crowd whose worker dies (choice)
 
 
 def finish(folder: SweepFolder, backend: Backend, on_crowd: OnCrowd = lambda crowd: None) -> None:
@@ -41,7 +37,7 @@ def finish(folder: SweepFolder, backend: Backend, on_crowd: OnCrowd = lambda cro
     jobs = _jobs(folder.asked, folder.missing(), backend.workers)
     folder.begin()
     began = time.perf_counter()
-    for job, done in _train(jobs, backend):
+    for job, done in get_done(jobs, backend):
         if done is None:
             continue
         crowd = [
@@ -71,18 +67,3 @@ def _jobs(asked: Asked, configs: Sequence[RunConfig], workers: int) -> list[Job]
         Job(crowd, motions[without_seed(crowd[0])], asked.epochs, asked.stop, ours)
         for crowd in cut(configs, workers)
     ]
-
-
-def _train(jobs: Sequence[Job], backend: Backend) -> Iterator[tuple[Job, Done | None]]:
-    """Yield each job when it is done; with None if its worker died as often as it may."""
-    waiting, working = deque(jobs), 0
-    while waiting or working:
-        while waiting and working < backend.workers:
-            backend.submit(waiting.popleft())
-            working += 1
-        job, done = backend.next_done()
-        working -= 1
-        if done is None and job.tries < _MOST_TRIES:
-            waiting.append(dataclasses.replace(job, tries=job.tries + 1))
-        else:
-            yield job, done

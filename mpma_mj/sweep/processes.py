@@ -12,13 +12,11 @@ from multiprocessing import connection, forkserver
 from multiprocessing.connection import Connection
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 from mpma_mj.errors import MpmaError
 from mpma_mj.machine import processors
-
-if TYPE_CHECKING:
-    from mpma_mj.sweep.work import Done, Job
+from mpma_mj.sweep.backend import Work
 
 __all__ = ["Processes"]
 
@@ -47,7 +45,7 @@ class Processes:
             self._context.set_forkserver_preload(_PRELOADED)
             _start_server()
         self._idle: list[_Worker] = []
-        self._busy: dict[Any, tuple[_Worker, Job]] = {}  # by the pipe of the worker
+        self._busy: dict[Any, tuple[_Worker, Work]] = {}  # by the pipe of the worker
 
     def __enter__(self) -> Self:
         """Return the backend."""
@@ -63,24 +61,24 @@ class Processes:
         for worker in [*self._idle, *(worker for worker, _ in self._busy.values())]:
             worker.end()
 
-    def submit(self, job: Job) -> None:
-        """Give a job to an idle process, or to a new one."""
+    def submit(self, work: Work) -> None:
+        """Give work to an idle process, or to a new one."""
         worker = self._idle.pop() if self._idle else _Worker(self._context)
-        worker.send(job)
-        self._busy[worker.pipe] = worker, job
+        worker.send(work)
+        self._busy[worker.pipe] = worker, work
 
-    def next_done(self) -> tuple[Job, Done | None]:
-        """Wait for a process to be done with its job, or dead; see `Backend`."""
-        worker, job = self._busy.pop(connection.wait(list(self._busy))[0])
+    def next_done(self) -> tuple[Work, Any]:
+        """Wait for a process to be done with its work, or dead; see `Backend`."""
+        worker, work = self._busy.pop(connection.wait(list(self._busy))[0])
         try:
             answer = worker.pipe.recv()
         except (EOFError, OSError):
             worker.end()
-            return job, None
+            return work, None
         self._idle.append(worker)
         if isinstance(answer, BaseException):
             raise answer
-        return job, answer
+        return work, answer
 
 
 def _start_server() -> None:
@@ -101,7 +99,7 @@ def _start_server() -> None:
 
 
 class _Worker:
-    """A process that does one job after the other, until its pipe is closed.
+    """A process that does one piece of work after the other, until its pipe is closed.
 
     Attributes:
         pipe: Where its answers come from.
@@ -113,9 +111,9 @@ class _Worker:
         self._process.start()
         theirs.close()  # else it would not show when the process dies
 
-    def send(self, job: Job) -> None:
+    def send(self, work: Work) -> None:
         with contextlib.suppress(BrokenPipeError):  # it is dead, which shows when it is to answer
-            self.pipe.send(job)
+            self.pipe.send(work)
 
     def end(self) -> None:
         self._process.kill()
@@ -124,18 +122,16 @@ class _Worker:
 
 
 def _serve(pipe: Connection) -> None:
-    """Do jobs until nobody asks any more, because the asking process has ended or was killed."""
+    """Work until nobody asks any more, because the asking process has ended or was killed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all; who asks ends the others
     with contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError):
         while True:
             pipe.send(_answer(pipe.recv()))
 
 
-def _answer(job: Job) -> Done | Exception:
-    from mpma_mj.sweep.work import do  # here, so that the server starts before all is imported
-
+def _answer(work: Work) -> Any:
     try:
-        return do(job)
+        return work.do()
     except MpmaError as error:
         return error
     except Exception as error:

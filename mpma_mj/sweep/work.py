@@ -8,14 +8,15 @@ from typing import Any
 
 from mpma_mj.errors import WorkerError
 from mpma_mj.motions import Motion
+from mpma_mj.sweep.backend import Work
 from mpma_mj.training.config import RunConfig, versions
 from mpma_mj.training.crowd import train_crowd
 
-__all__ = ["Done", "Job", "do"]
+__all__ = ["Done", "Job"]
 
 
 @dataclass(frozen=True, eq=False)
-class Job:
+class Job(Work):
     """Runs that are trained side by side.
 
     Attributes:
@@ -24,7 +25,6 @@ class Job:
         epochs: Most epochs of a run.
         stop: Whether a run ends when it has converged.
         versions: Of what computes the results, where the work was asked for.
-        tries: How often it was begun, this time included.
     """
 
     configs: tuple[RunConfig, ...]
@@ -32,7 +32,24 @@ class Job:
     epochs: int
     stop: bool
     versions: dict[str, str]
-    tries: int = 1
+
+    def do(self) -> Done:
+        """Train and return what came of it.
+
+        Raises:
+            WorkerError: The worker would compute other results than the one who asked.
+            MpmaError: The settings do not fit.
+        """
+        here = versions()
+        for package, version in self.versions.items():
+            if here[package] != version:
+                raise WorkerError(
+                    f"a worker has {package} {here[package]}, the command {version}; install the"
+                    " same"
+                )
+        began = time.perf_counter()
+        summaries = train_crowd(self.configs, self.motion, self.epochs, stop=self.stop)
+        return Done(summaries, (time.perf_counter() - began) / len(summaries))
 
 
 @dataclass(frozen=True)
@@ -46,21 +63,3 @@ class Done:
 
     summaries: list[dict[str, Any]]
     seconds: float
-
-
-def do(job: Job) -> Done:
-    """Train and return what came of it.
-
-    Raises:
-        WorkerError: The worker would compute other results than the one who asked.
-        MpmaError: The settings do not fit.
-    """
-    here = versions()
-    for package, version in job.versions.items():
-        if here[package] != version:
-            raise WorkerError(
-                f"a worker has {package} {here[package]}, the command {version}; install the same"
-            )
-    began = time.perf_counter()
-    summaries = train_crowd(job.configs, job.motion, job.epochs, stop=job.stop)
-    return Done(summaries, (time.perf_counter() - began) / len(summaries))

@@ -19,11 +19,13 @@ from mpma_mj.envs.task import TwoArmImitation
 from mpma_mj.envs.vector import FlatVectorImitationEnv, VectorImitationEnv
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions import Motion
+from mpma_mj.options import AgentName
 from mpma_mj.training.config import RunConfig
 
 __all__ = [
     "agent_of",
     "architecture",
+    "config_of",
     "environment_options",
     "environments_of",
     "make_agent",
@@ -145,6 +147,13 @@ def _refuse_what_is_not_taken(config: RunConfig) -> None:
             raise BadOptionError(
                 f"{setting.name} is {value}, which {config.agent} does not have; leave it out"
             )
+
+
+def config_of(config: RunConfig, agent: AgentName) -> RunConfig:
+    """Return the settings of a run for another agent; what it does not have is left out."""
+    default = {setting.name: setting.default for setting in fields(config)}
+    left_out: dict[str, Any] = {name: default[name] for name in NOT_TAKEN.get(agent, ())}
+    return dataclasses.replace(config, agent=agent, **left_out)
 
 
 def environment_options(config: RunConfig) -> dict[str, Any]:

@@ -51,19 +51,22 @@ def show_epochs(epochs: int) -> Iterator[Callable[[dict[str, float]], None]]:
 
 
 @contextmanager
-def show_runs(runs: int, over: int) -> Iterator[Callable[[int, str], None]]:
+def show_runs(
+    runs: int, over: int, doing: str = "training"
+) -> Iterator[Callable[[int, str], None]]:
     """Show on a terminal a bar with the time left, and elsewhere a line now and then.
 
     Args:
         runs: Number of runs that are asked for.
         over: How many were over before.
+        doing: What is done with them.
 
     Yields:
         What to call when some runs are over: their number, and what they are.
     """
     console = Console(stderr=True, highlight=False)
     columns = (
-        TextColumn("training"),
+        TextColumn(doing),
         BarColumn(),
         TextColumn("run {task.completed} of {task.total}"),
         TimeElapsedColumn(),
@@ -74,7 +77,7 @@ def show_runs(runs: int, over: int) -> Iterator[Callable[[int, str], None]]:
     if over:
         console.print(f"going on: {over} of {runs} runs are there")
     with Progress(*columns, console=console, transient=True, disable=disable) as bar:
-        task = bar.add_task("training", total=runs, completed=over)
+        task = bar.add_task(doing, total=runs, completed=over)
 
         def show(count: int, what: str) -> None:
             nonlocal over

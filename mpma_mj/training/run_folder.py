@@ -36,6 +36,7 @@ _CONTENTS = (
     "trace.npz",
     "checkpoint",
     "figures",
+    "stress",
     "dance.mp4",
     "config.json",
 )
@@ -70,6 +71,11 @@ class RunFolder:
     def lesioned(self) -> Path:
         """Where it is written how it dances without each module."""
         return self.path / "lesion.json"
+
+    @property
+    def stress(self) -> Path:
+        """Folder of what is written of how it bears disturbances."""
+        return self.path / "stress"
 
     @property
     def figures(self) -> Path:
@@ -158,6 +164,8 @@ class RunFolder:
         pictures = (self.figures / f"{name}.png" for name in names)
         for made in (self.video, self.captured, self.freed, self.lesioned, *pictures):
             made.unlink(missing_ok=True)
+        if self.stress.exists():
+            shutil.rmtree(self.stress)
 
     def write_checkpoint(
         self, name: str, config: RunConfig, state: dict[str, Array], meta: dict[str, Any]

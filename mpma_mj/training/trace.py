@@ -30,8 +30,9 @@ def record_epoch(env: control.Environment, agent: Agent, epoch: int) -> dict[str
         epoch: Number of the epoch, from 0.
 
     Returns:
-        Signals by name. Observations of the T + 1 moments, shape (T + 1, ...); `action` (T, 8),
-        `reward` (T,); and the agent's own signals, each (T, ...).
+        Signals by name. Observations of the T + 1 moments, shape (T + 1, ...), but for `posture`,
+        which is that of the arms as they are, also where it is observed with noise; `action`
+        (T, 8), `reward` (T,); and the agent's own signals, each (T, ...).
 
     Raises:
         DivergedError: The episode ended before the demonstration did.
@@ -40,11 +41,13 @@ def record_epoch(env: control.Environment, agent: Agent, epoch: int) -> dict[str
     agent.reset(epoch)
     timestep = env.reset()
     observations, actions, rewards = [timestep.observation], [], []
+    postures = [env.physics.posture()]
     while not timestep.last():
         actions.append(agent.act(timestep.observation))
         timestep = env.step(actions[-1])
         agent.observe(timestep)
         observations.append(timestep.observation)
+        postures.append(env.physics.posture())
         rewards.append(timestep.reward)
     if timestep.discount == 0.0:
         raise DivergedError(
@@ -53,6 +56,7 @@ def record_epoch(env: control.Environment, agent: Agent, epoch: int) -> dict[str
         )
     trace = {name: np.stack([o[name] for o in observations]) for name in _OBSERVED}
     trace |= {"action": np.stack(actions), "reward": np.array(rewards)}
+    trace |= {"posture": np.stack(postures)}
     return trace | agent.signals()
 
 
@@ -74,16 +78,19 @@ def record_epochs(
     agent.reset(epoch)
     observation, _ = envs.reset()
     observations, actions, rewards = [observation], [], []
+    postures = [envs.posture]
     diverged = np.zeros(envs.num_envs, bool)
     for _ in range(envs.steps):
         actions.append(agent.act(observation))
         observation, reward, terminated, _, _ = envs.step(actions[-1])
         agent.observe(dm_env.transition(reward, observation))
         observations.append(observation)
+        postures.append(envs.posture)
         rewards.append(reward)
         diverged |= terminated
     together = {name: np.stack([o[name] for o in observations]) for name in _OBSERVED}
     together |= {"action": np.stack(actions), "reward": np.stack(rewards)}
+    together |= {"posture": np.stack(postures)}
     together |= agent.signals()
     traces = [
         {name: np.ascontiguousarray(signal[:, row]) for name, signal in together.items()}

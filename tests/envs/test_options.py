@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 import mpma_mj
 from mpma_mj import metrics
-from mpma_mj.arm import SEGMENT_NAMES, posture_from_angles
+from mpma_mj.arm import JOINT_NAMES, SEGMENT_NAMES, posture_from_angles
 from mpma_mj.envs.demonstration import Demonstration
 from mpma_mj.envs.load import load
 from mpma_mj.envs.options import EnvironmentOptions, read_options
@@ -63,6 +63,8 @@ def followed(env: dm_env.Environment) -> float:
         ("payload", -1.0, "payload is -1.0; expected 0 to 1000, in kg"),
         ("payload", float("inf"), "payload is inf"),
         ("strength", 0.0, "strength is 0.0; expected 0.01 to 100"),
+        ("locked", "knee", f"locked is 'knee'; expected one of {', '.join(JOINT_NAMES)}"),
+        ("locked", 3, "locked is 3; expected one of left_shoulder_abduction"),
         ("latency", -1, "latency is -1; expected a whole number from 0 to 100"),
         ("latency", 0.5, "latency is 0.5"),
         ("observation_noise", 2.0, "observation_noise is 2.0; expected 0 to 1"),

@@ -44,7 +44,7 @@ class Here:
     def next_done(self) -> tuple[Job, Done | None]:
         job = self.jobs.popleft()
         self.losses -= 1
-        return job, None if self.losses >= 0 else work.do(job)
+        return job, None if self.losses >= 0 else job.do()
 
 
 class Deadly(Processes):
@@ -112,7 +112,7 @@ def test_a_job_that_is_always_lost_is_given_up_and_the_others_are_kept(tmp_path:
     backend = Here()
     backend.next_done = lambda: (  # type: ignore[method-assign]
         (job := backend.jobs.popleft()),
-        None if job.configs[0].nodes == 6 else work.do(job),
+        None if job.configs[0].nodes == 6 else job.do(),
     )
     finish(folder, backend)
     assert [config.nodes for config in folder.missing()] == [6]

@@ -1,0 +1,141 @@
+"""`mpma stress`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
+
+from mpma_mj.errors import BadOptionError, WorkerError
+from mpma_mj.options import AgentName
+
+if TYPE_CHECKING:
+    from mpma_mj.trials.results import Results
+    from mpma_mj.trials.stress import Found
+
+__all__ = ["Stress"]
+
+_USUAL: tuple[AgentName, ...] = ("mpma", "mosaic", "hammer", "single", "feedback_only")
+_FILES = ("stress.csv", "stress.md", "stress.png", "adapt.csv", "adapt.png")
+
+
+@dataclass(frozen=True)
+class Stress:
+    """Disturb a trained run, and other agents beside it: how exactly do they still dance?"""
+
+    run_folder: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
+    """Folder of a run; its settings are those of all agents."""
+    agents: tuple[AgentName, ...] = ()
+    """Agents beside it; mpma, mosaic, hammer, single and feedback_only if not given."""
+    runs: int = 10
+    """Runs of each of them, with seeds from the run's up; 0 for the run alone."""
+    epochs: int = 30
+    """Most epochs of their training; it ends when a run has converged."""
+    disturbances: tuple[str, ...] = ()
+    """Some of payload, strength, gravity, latency, noise, pushes, tempo, mirrored, locked, unseen;
+    all if not given."""
+    levels: tuple[str, ...] = ()
+    """Levels of the only disturbance, in place of the usual ones."""
+    unseen: tuple[str, ...] = ()
+    """Dances that were never seen, in place of invented ones: recordings."""
+    adapt: bool = False
+    """Let agents learn on in each world: how many epochs until p_e is under 1 %?"""
+    adapt_epochs: int = 10
+    """Most epochs of learning on."""
+    workers: int | None = None
+    """Processes that work at a time; as many as there are processors if not given."""
+    out: Path | None = None
+    """Folder of tables and pictures; RUN/stress if not given."""
+
+    def run(self) -> Path:
+        """Do it and return the folder."""
+        from mpma_mj.sweep.backend import open_backend
+
+        self._check_numbers()
+        agents = self._chosen_agents()
+        adapts = self.adapt_epochs if self.adapt else 0
+        with open_backend("processes", self.workers, None) as backend:
+            # Workers get ready while this is imported.
+            from mpma_mj.sweep.backend import get_done
+            from mpma_mj.training.progress import show_runs
+            from mpma_mj.training.run_folder import RunFolder
+            from mpma_mj.training.trained import Trained
+            from mpma_mj.trials.asked import trials
+            from mpma_mj.trials.disturbances import DISTURBANCES
+            from mpma_mj.trials.results import Results
+            from mpma_mj.trials.stress import LEARN_NO_MORE, THIS_RUN, jobs
+
+            folder = RunFolder(self.run_folder)
+            own = Trained.of_run(folder)
+            if self.adapt and own.configs[0].agent in LEARN_NO_MORE:
+                raise BadOptionError(
+                    f"{folder.path}: its agent is {own.configs[0].agent}, which learns nothing"
+                    " more; leave --adapt out"
+                )
+            names = self.disturbances or tuple(DISTURBANCES)
+            asked = trials(names, self.levels, self.unseen, own)
+            works = jobs(own, agents, self.runs, self.epochs, asked, adapts, backend.workers)
+            out = self.out or folder.stress
+            out.mkdir(parents=True, exist_ok=True)  # if that is not possible, know it now
+            found: list[Found] = []
+            with show_runs(sum(work.size for work in works), 0, "trying") as show:
+                for work, done in get_done(works, backend):
+                    if done is None:
+                        raise WorkerError(
+                            f"a worker that tried {work.agent} died time and again (memory?); take"
+                            " fewer --workers, or fewer --runs"
+                        )
+                    found += done
+                    show(work.size, work.agent.replace("_", " "))
+        results = Results(found, [*agents, THIS_RUN], adapts)
+        return _write(results, out)
+
+    def _check_numbers(self) -> None:
+        for name, least in (("runs", 0), ("epochs", 1), ("adapt_epochs", 1)):
+            value = getattr(self, name)
+            if value < least:
+                option = name.replace("_", "-")
+                raise BadOptionError(f"{option} is {value}; expected at least {least}")
+
+    def _chosen_agents(self) -> tuple[AgentName, ...]:
+        """Return the agents that are trained beside the run.
+
+        Raises:
+            BadOptionError: There are none to train, or one that is to learn on cannot.
+        """
+        if self.runs == 0:
+            if self.agents:
+                raise BadOptionError("runs is 0, so no agents are trained; drop --agents or --runs")
+            return ()
+        if not self.agents:
+            return _USUAL
+        from mpma_mj.trials.stress import LEARN_NO_MORE
+
+        for agent in self.agents:
+            if self.adapt and agent in LEARN_NO_MORE:
+                raise BadOptionError(
+                    f"{agent} learns nothing more; leave it out of --agents, or --adapt out"
+                )
+        return tuple(dict.fromkeys(self.agents))
+
+
+def _write(results: Results, folder: Path) -> Path:
+    """Write tables and pictures in place of earlier ones, and print the tables."""
+    from mpma_mj.files import write_text
+    from mpma_mj.trials.stress_figure import write_figure
+    from mpma_mj.trials.tables import as_csv, as_markdown, courses_as_csv
+
+    for name in _FILES:
+        (folder / name).unlink(missing_ok=True)
+    table = as_markdown(results)
+    write_text(folder / "stress.csv", as_csv(results))
+    write_text(folder / "stress.md", table)
+    write_figure(folder / "stress.png", results, results.agents, results.p_e, "p_e, %")
+    if results.adapts:
+        write_text(folder / "adapt.csv", courses_as_csv(results))
+        said = f"p_e after {results.adapts} epochs of learning on, %"
+        write_figure(folder / "adapt.png", results, results.learners, results.p_e_after, said)
+    print(table)
+    return folder

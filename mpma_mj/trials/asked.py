@@ -1,0 +1,115 @@
+"""Which worlds agents are tried in: levels of disturbances, each looked at whether it can be."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+from mpma_mj.envs.load import prepare
+from mpma_mj.envs.options import EnvironmentOptions
+from mpma_mj.errors import BadOptionError, MotionReachError
+from mpma_mj.motions.read import BUILT_IN
+from mpma_mj.training.build import environment_options
+from mpma_mj.training.config import RunConfig
+from mpma_mj.training.trained import Trained
+from mpma_mj.trials.disturbances import DISTURBANCES, Disturbance, Level
+from mpma_mj.trials.trial import World
+
+__all__ = ["Trial", "trials"]
+
+_ARMS = {"arms": "physics"}  # what disturbs them are forces
+_DEFAULTS = {option.name: option.default for option in fields(EnvironmentOptions)}
+_DANCES = 8  # invented ones that are tried (choice)
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """A level of a disturbance.
+
+    Attributes:
+        disturbance: Its name.
+        level: Its level.
+        world: The world at that level; None where the arms cannot follow.
+    """
+
+    disturbance: str
+    level: Level
+    world: World | None
+
+
+def trials(
+    names: Sequence[str], levels: Sequence[str], unseen: Sequence[str], own: Trained
+) -> tuple[Trial, ...]:
+    """Return all levels of disturbances, each world looked at whether it can be.
+
+    Args:
+        names: Disturbances, in that order.
+        levels: Levels of the only disturbance; the usual ones if there are none.
+        unseen: Dances that were not seen, in place of the invented ones.
+        own: The run, whose movement and settings all have in common.
+
+    Raises:
+        MpmaError: There is no such disturbance, a level is outside what it may be, or a dance
+            cannot be read, was learned, or is faster than the arms.
+    """
+    chosen = [_disturbance(name) for name in dict.fromkeys(names)]
+    if levels and len(chosen) != 1:
+        raise BadOptionError("levels are those of one disturbance; name it with --disturbances")
+    if unseen and (levels or "unseen" not in names):
+        raise BadOptionError(
+            "dances are given that are not to be tried; drop --unseen, or --levels"
+        )
+    config = own.configs[0]
+    undisturbed = World("undisturbed", own.motion, _ARMS)
+    found = []
+    for disturbance in chosen:
+        given: Sequence[Level] = levels or disturbance.levels
+        if disturbance.name == "unseen" and not levels:
+            given = unseen or _never_seen(config)
+        read = (disturbance.read_level(x) if isinstance(x, str) else x for x in given)
+        for level in dict.fromkeys(read):
+            found.append(
+                Trial(disturbance.name, level, _world(disturbance, level, own, undisturbed))
+            )
+    return tuple(found)
+
+
+def _disturbance(name: str) -> Disturbance:
+    if name not in DISTURBANCES:
+        raise BadOptionError(f"no disturbance '{name}'; expected some of {', '.join(DISTURBANCES)}")
+    return DISTURBANCES[name]
+
+
+def _never_seen(config: RunConfig) -> Sequence[str]:
+    """Return invented dances that the run has not learned."""
+    if "invented" in config.motions:
+        raise BadOptionError(
+            "the run has learned all invented dances; name others with --unseen, or choose"
+            " --disturbances without unseen"
+        )
+    dances = (name for name in BUILT_IN if name.startswith("invented-"))
+    return list(itertools.islice((d for d in dances if d not in config.motions), _DANCES))
+
+
+def _world(
+    disturbance: Disturbance, level: Level, own: Trained, undisturbed: World
+) -> World | None:
+    """Return the world of a level; None where the arms cannot follow what they have learned."""
+    config = own.configs[0]
+    if disturbance.name == "unseen" and level in config.motions:
+        raise BadOptionError(f"the run has learned {level}; name another dance with --unseen")
+    motion, changed = disturbance.change(own.motion, level)
+    options = {n: value for n, value in changed.items() if value != _DEFAULTS[n]}
+    if motion is own.motion and not options:
+        return undisturbed
+    world = World(f"{disturbance.name} {level}", motion, _ARMS | options)
+    try:
+        prepare(EnvironmentOptions(motion, **environment_options(config) | dict(world.options)))
+    except MotionReachError as error:
+        if disturbance.name != "unseen":
+            return None
+        raise MotionReachError(
+            f"{error}: mpma motion {level} --out FILE.npz, with that, writes such a dance"
+        ) from None
+    return world

@@ -1,0 +1,43 @@
+"""What tests of trials need: a tiny run, and what was found that never was."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from mpma_mj.cli import main
+from mpma_mj.training.run_folder import RunFolder
+from mpma_mj.training.trained import Trained
+
+TINY = "--nodes 10 --modules 2 --repeats 1 --seed 4 --no-video"
+
+
+@pytest.fixture(scope="session")
+def tiny_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder of a run of tiny networks, made by the command line."""
+    folder = tmp_path_factory.mktemp("runs") / "tiny"
+    assert main(f"imitate ymca {TINY} --epochs 8 --out {folder}".split()) == 0
+    return folder
+
+
+@pytest.fixture(scope="session")
+def tiny(tiny_run: Path) -> Trained:
+    """Return its agent."""
+    return Trained.of_run(RunFolder(tiny_run))
+
+
+@pytest.fixture
+def refused(capsys: pytest.CaptureFixture[str]) -> Callable[..., None]:
+    """Return a function that runs a command and checks that it is refused in one line."""
+
+    def check(words: list[str], message: str, code: int = 2) -> None:
+        capsys.readouterr()
+        assert main(words) == code
+        printed: Any = capsys.readouterr()
+        assert printed.out == ""
+        (line,) = [line for line in printed.err.splitlines() if not line.startswith("  ")]
+        assert line.startswith("mpma: ")
+        assert message in line
+
+    return check
