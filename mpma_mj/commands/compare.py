@@ -48,6 +48,8 @@ class Compare:
         default_factory=ReadingArguments
     )
     """How recordings are read."""
+    workers: int | None = None
+    """Processes that work at a time; as many as there are processors if not given."""
     video: bool = True
     """Make a video of all arms side by side; needs OpenGL."""
     out: Path | None = None
@@ -58,10 +60,11 @@ class Compare:
         missing_gl = missing_opengl() if self.video else None
         from mpma_mj.files import FORMAT, write_json, write_text
         from mpma_mj.sweep.asked import seeds
+        from mpma_mj.sweep.backend import open_backend
         from mpma_mj.training.movements import read_movements
-        from mpma_mj.training.progress import show_range
+        from mpma_mj.training.progress import show_runs
         from mpma_mj.trials import compare_figure
-        from mpma_mj.trials.compare import compare
+        from mpma_mj.trials.compare import ARMS, compare
         from mpma_mj.trials.compare_table import as_csv, as_markdown
 
         config = self._config()
@@ -71,13 +74,18 @@ class Compare:
         asked = {"runs": self.runs, "epochs": self.epochs, "adaptation": self.adaptation}
         content = {"format": FORMAT, "config": dataclasses.asdict(config), "versions": versions()}
         write_json(folder / "config.json", content | asked)
-        cells = compare(
-            configs,
-            motion,
-            epochs=self.epochs,
-            adaptation=self.adaptation,
-            progress=lambda steps: show_range(steps, "training and dancing"),
-        )
+        with (
+            open_backend("processes", self.workers, None) as backend,
+            show_runs((len(ARMS) + 1) * self.runs, 0, "training and dancing") as show,
+        ):
+            cells = compare(
+                configs,
+                motion,
+                backend,
+                epochs=self.epochs,
+                adaptation=self.adaptation,
+                on_learned=lambda learned: show(self.runs, f"learned on {learned}"),
+            )
         markdown = as_markdown(cells, self.adaptation)
         write_text(folder / "compare.md", markdown)
         write_text(folder / "compare.csv", as_csv(cells))

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,10 +12,11 @@ from numpy.typing import NDArray
 from mpma_mj.agents.kinds import DO_NOT_LEARN
 from mpma_mj.arm import JOINT_NAMES
 from mpma_mj.envs.physics import PhysicsArms
-from mpma_mj.errors import BadOptionError
+from mpma_mj.errors import BadOptionError, WorkerError
 from mpma_mj.feedback import joint_error
 from mpma_mj.metrics import phase_lag
 from mpma_mj.motions import Motion
+from mpma_mj.sweep.backend import Backend, Work, get_done
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.crowd import train_agents
 from mpma_mj.training.trace import epoch_metrics
@@ -24,10 +24,9 @@ from mpma_mj.training.trained import Trained
 from mpma_mj.trials.effort import Effort, effort
 from mpma_mj.trials.trial import World, adapt, tracking_errors, try_out
 
-__all__ = ["ARMS", "NOTHING", "Cell", "Dance", "compare"]
+__all__ = ["ARMS", "NOTHING", "Cell", "CompareJob", "Dance", "compare"]
 
 Array = NDArray[np.float64]
-Progress = Callable[[range], Iterable[int]]
 
 ARMS: dict[str, dict[str, Any]] = {
     "kinematic": {"arms": "kinematic"},
@@ -83,13 +82,54 @@ class Cell:
         return [value for value in found if np.isfinite(value)]
 
 
+@dataclass(frozen=True, eq=False)
+class CompareJob(Work):
+    """Agents that learn on one kind of arms, and dance on each.
+
+    Attributes:
+        learned: On which they learn, a name of `ARMS`, or `NOTHING`.
+        configs: Settings of R runs that differ in their seeds only; which arms they say does not
+            count.
+        motion: The movement.
+        epochs: Largest number of epochs of training.
+        adaptation: Number of epochs that agents learn on where they are tried.
+    """
+
+    learned: str
+    configs: tuple[RunConfig, ...]
+    motion: Motion
+    epochs: int
+    adaptation: int
+
+    def do(self) -> list[Cell]:
+        """Return a cell for each kind of arms.
+
+        Raises:
+            MpmaError: A setting is outside what it may be, or the arms cannot follow the movement.
+            DivergedError: A simulation did not stay finite while an agent was trained.
+        """
+        trained = self._train()
+        worlds = (World(name, self.motion, options) for name, options in ARMS.items())
+        return [_cell(trained, self.learned, world, self.adaptation) for world in worlds]
+
+    def _train(self) -> Trained:
+        if self.learned == NOTHING:
+            seeds = (config.seed for config in self.configs)
+            feedback = [RunConfig(agent="feedback_only", seed=seed) for seed in seeds]
+            return train_agents(feedback, self.motion, 1, {})
+        world = ARMS[self.learned]
+        runs = [replace(config, arms=world["arms"]) for config in self.configs]
+        return train_agents(runs, self.motion, self.epochs, world)
+
+
 def compare(
     configs: Sequence[RunConfig],
     motion: Motion,
+    backend: Backend,
     *,
     epochs: int,
     adaptation: int,
-    progress: Progress = iter,
+    on_learned: Callable[[str], None] = lambda learned: None,
 ) -> list[Cell]:
     """Train on each kind of arms, and dance on each.
 
@@ -97,9 +137,10 @@ def compare(
         configs: Settings of R runs that differ in their seeds only; which arms they say does not
             count.
         motion: The movement.
+        backend: Who works.
         epochs: Largest number of epochs of a training.
         adaptation: Number of epochs that agents learn on where they are tried.
-        progress: Wraps the range of what is to be done.
+        on_learned: Called when all cells of those who learned on some arms are there.
 
     Returns:
         A cell for each pair of `ARMS`, those that learned on the same arms in a row; before them
@@ -109,6 +150,7 @@ def compare(
         MpmaError: A setting is outside what it may be, the agent does not learn, or the arms
             cannot follow the movement.
         DivergedError: A simulation did not stay finite while an agent was trained.
+        WorkerError: A worker died time and again.
     """
     for name, value in {"epochs": epochs, "adaptation": adaptation}.items():
         if value < 1:
@@ -116,40 +158,33 @@ def compare(
     agent = configs[0].agent
     if agent in DO_NOT_LEARN:
         raise BadOptionError(f"agent is {agent}, which does not learn; expected one that does")
-    worlds = [World(name, motion, options) for name, options in ARMS.items()]
-    pairs = list(itertools.product([None, *worlds], worlds))
-    cells: list[Cell] = []
-    for number in progress(range(len(pairs))):
-        home, world = pairs[number]
-        if world is worlds[0]:
-            trained = _train(configs, motion, epochs, home)
-        cells.append(_cell(trained, home, world, adaptation))
-    return cells
+    jobs = [
+        CompareJob(learned, tuple(configs), motion, epochs, adaptation)
+        for learned in (*ARMS, NOTHING)  # what takes longest first
+    ]
+    cells: dict[str, list[Cell]] = {}
+    for job, done in get_done(jobs, backend):
+        if done is None:
+            raise WorkerError(
+                "a worker died time and again (memory?); take fewer --runs, or smaller --nodes"
+            )
+        cells[job.learned] = done
+        on_learned(job.learned)
+    return [cell for learned in (NOTHING, *ARMS) for cell in cells[learned]]
 
 
-def _train(
-    configs: Sequence[RunConfig], motion: Motion, epochs: int, home: World | None
-) -> Trained:
-    """Return agents that learned in a world; if in none, the feedback controller alone."""
-    if home is None:
-        feedback = [RunConfig(agent="feedback_only", seed=config.seed) for config in configs]
-        return train_agents(feedback, motion, 1, {})
-    runs = [replace(config, arms=home.options["arms"]) for config in configs]
-    return train_agents(runs, motion, epochs, home.options)
-
-
-def _cell(trained: Trained, home: World | None, world: World, adaptation: int) -> Cell:
+def _cell(trained: Trained, learned: str, world: World, adaptation: int) -> Cell:
     site_positions = PhysicsArms.make().site_positions
     dances = tuple(
         None if trace is None else _dance(trace, world, site_positions)
         for trace in try_out(trained, world)
     )
     seeds = tuple(trained.seeds)
-    if home is None:
+    if learned == NOTHING:
         nothing = np.full(len(seeds), np.nan)
         return Cell(NOTHING, world.name, seeds, nothing, dances, nothing)
     adapted = tracking_errors(try_out(adapt(trained, world, adaptation)[0], world))
-    return Cell(home.name, world.name, seeds, trained.epochs.astype(float), dances, adapted)
+    return Cell(learned, world.name, seeds, trained.epochs.astype(float), dances, adapted)
 
 
 def _dance(

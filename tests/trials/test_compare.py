@@ -13,24 +13,32 @@ import pytest
 
 from mpma_mj.cli import main
 from mpma_mj.motions import ymca
+from mpma_mj.sweep.backend import open_backend
 from mpma_mj.training.config import RunConfig
-from mpma_mj.trials.compare import ARMS, NOTHING, Cell, compare
+from mpma_mj.trials.compare import ARMS, NOTHING, Cell, CompareJob, compare
 from mpma_mj.trials.compare_figure import first_dances
 from mpma_mj.trials.compare_table import as_csv, as_markdown
 from mpma_mj.trials.compare_video import write_side_by_side
 
-SMALL = [RunConfig(nodes=20, modules=2, repeats=1, seed=seed) for seed in (0, 1)]
+SMALL = tuple(RunConfig(nodes=20, modules=2, repeats=1, seed=seed) for seed in (0, 1))
 
 
 @pytest.fixture(scope="module")
 def cells() -> list[Cell]:
-    return compare(SMALL, ymca(), epochs=8, adaptation=2)
+    jobs = (CompareJob(learned, SMALL, ymca(), 8, 2) for learned in (NOTHING, *ARMS))
+    return [cell for job in jobs for cell in job.do()]
 
 
 def test_every_agent_dances_on_every_kind_of_arms(cells: list[Cell]) -> None:
     pairs = [(cell.learned, cell.danced) for cell in cells]
     assert pairs == [(a, b) for a in (NOTHING, *ARMS) for b in ARMS]
     assert all(len(cell.dances) == 2 for cell in cells)
+
+
+def test_workers_bring_the_same_in_the_same_order(cells: list[Cell]) -> None:
+    with open_backend("processes", 2, None) as backend:
+        found = compare(SMALL, ymca(), backend, epochs=8, adaptation=2)
+    assert as_csv(found) == as_csv(cells)
 
 
 def test_feedback_alone_is_a_step_behind_and_who_has_learned_is_not(cells: list[Cell]) -> None:
@@ -82,7 +90,8 @@ def test_the_command_writes_tables_and_figures(tmp_path: Path) -> None:
     result = subprocess.run(command, capture_output=True, text=True, check=False)
     assert result.returncode == 0, result.stderr
     assert result.stdout.splitlines()[-1] == str(out)
-    assert result.stderr == "training and dancing\n"
+    told = sorted(line.split()[-1] for line in result.stderr.splitlines())
+    assert told == sorted([NOTHING, *ARMS])
     assert (out / "compare.md").read_text().strip() in result.stdout
     assert json.loads((out / "config.json").read_text())["runs"] == 1
     for picture in ("transfer.png", "dances.png"):
