@@ -64,27 +64,24 @@ class Compare:
         from mpma_mj.training.movements import read_movements
         from mpma_mj.training.progress import show_runs
         from mpma_mj.trials import compare_figure
-        from mpma_mj.trials.compare import ARMS, compare
+        from mpma_mj.trials.compare import compare, jobs
         from mpma_mj.trials.compare_table import as_csv, as_markdown
 
         config = self._config()
-        configs = seeds(config, self.runs)
         motion = read_movements(config)
+        asked = jobs(
+            seeds(config, self.runs), motion, epochs=self.epochs, adaptation=self.adaptation
+        )
         folder = self.out or default_folder("compare")
-        asked = {"runs": self.runs, "epochs": self.epochs, "adaptation": self.adaptation}
+        numbers = {"runs": self.runs, "epochs": self.epochs, "adaptation": self.adaptation}
         content = {"format": FORMAT, "config": dataclasses.asdict(config), "versions": versions()}
-        write_json(folder / "config.json", content | asked)
+        write_json(folder / "config.json", content | numbers)
         with (
             open_backend("processes", self.workers, None) as backend,
-            show_runs((len(ARMS) + 1) * self.runs, 0, "training and dancing") as show,
+            show_runs(len(asked) * self.runs, 0, "training and dancing") as show,
         ):
             cells = compare(
-                configs,
-                motion,
-                backend,
-                epochs=self.epochs,
-                adaptation=self.adaptation,
-                on_learned=lambda learned: show(self.runs, f"learned on {learned}"),
+                asked, backend, lambda learned: show(self.runs, f"learned on {learned}")
             )
         markdown = as_markdown(cells, self.adaptation)
         write_text(folder / "compare.md", markdown)

@@ -18,13 +18,13 @@ from mpma_mj.metrics import phase_lag
 from mpma_mj.motions import Motion
 from mpma_mj.sweep.backend import Backend, Work, get_done
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.crowd import train_agents
+from mpma_mj.training.crowd import check, train_agents
 from mpma_mj.training.trace import epoch_metrics
 from mpma_mj.training.trained import Trained
 from mpma_mj.trials.effort import Effort, effort
 from mpma_mj.trials.trial import World, adapt, tracking_errors, try_out
 
-__all__ = ["ARMS", "NOTHING", "Cell", "CompareJob", "Dance", "compare"]
+__all__ = ["ARMS", "NOTHING", "Cell", "CompareJob", "Dance", "compare", "jobs"]
 
 Array = NDArray[np.float64]
 
@@ -105,7 +105,6 @@ class CompareJob(Work):
         """Return a cell for each kind of arms.
 
         Raises:
-            MpmaError: A setting is outside what it may be, or the arms cannot follow the movement.
             DivergedError: A simulation did not stay finite while an agent was trained.
         """
         trained = self._train()
@@ -122,35 +121,21 @@ class CompareJob(Work):
         return train_agents(runs, self.motion, self.epochs, world)
 
 
-def compare(
-    configs: Sequence[RunConfig],
-    motion: Motion,
-    backend: Backend,
-    *,
-    epochs: int,
-    adaptation: int,
-    on_learned: Callable[[str], None] = lambda learned: None,
-) -> list[Cell]:
-    """Train on each kind of arms, and dance on each.
+def jobs(
+    configs: Sequence[RunConfig], motion: Motion, *, epochs: int, adaptation: int
+) -> list[CompareJob]:
+    """Return the work of a comparison, what takes longest first.
 
     Args:
         configs: Settings of R runs that differ in their seeds only; which arms they say does not
             count.
         motion: The movement.
-        backend: Who works.
         epochs: Largest number of epochs of a training.
         adaptation: Number of epochs that agents learn on where they are tried.
-        on_learned: Called when all cells of those who learned on some arms are there.
-
-    Returns:
-        A cell for each pair of `ARMS`, those that learned on the same arms in a row; before them
-        the feedback controller alone on each.
 
     Raises:
         MpmaError: A setting is outside what it may be, the agent does not learn, or the arms
             cannot follow the movement.
-        DivergedError: A simulation did not stay finite while an agent was trained.
-        WorkerError: A worker died time and again.
     """
     for name, value in {"epochs": epochs, "adaptation": adaptation}.items():
         if value < 1:
@@ -158,12 +143,35 @@ def compare(
     agent = configs[0].agent
     if agent in DO_NOT_LEARN:
         raise BadOptionError(f"agent is {agent}, which does not learn; expected one that does")
-    jobs = [
+    check(configs[0], motion)
+    return [
         CompareJob(learned, tuple(configs), motion, epochs, adaptation)
-        for learned in (*ARMS, NOTHING)  # what takes longest first
+        for learned in (*ARMS, NOTHING)
     ]
+
+
+def compare(
+    asked: Sequence[CompareJob],
+    backend: Backend,
+    on_learned: Callable[[str], None] = lambda learned: None,
+) -> list[Cell]:
+    """Train on each kind of arms, and dance on each.
+
+    Args:
+        asked: What `jobs` returned.
+        backend: Who works.
+        on_learned: Called when all cells of those who learned on some arms are there.
+
+    Returns:
+        A cell for each pair of `ARMS`, those that learned on the same arms in a row; before them
+        the feedback controller alone on each.
+
+    Raises:
+        DivergedError: A simulation did not stay finite while an agent was trained.
+        WorkerError: A worker died time and again.
+    """
     cells: dict[str, list[Cell]] = {}
-    for job, done in get_done(jobs, backend):
+    for job, done in get_done(asked, backend):
         if done is None:
             raise WorkerError(
                 "a worker died time and again (memory?); take fewer --runs, or smaller --nodes"

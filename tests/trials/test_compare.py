@@ -15,7 +15,7 @@ from mpma_mj.cli import main
 from mpma_mj.motions import ymca
 from mpma_mj.sweep.backend import open_backend
 from mpma_mj.training.config import RunConfig
-from mpma_mj.trials.compare import ARMS, NOTHING, Cell, CompareJob, compare
+from mpma_mj.trials.compare import ARMS, NOTHING, Cell, compare, jobs
 from mpma_mj.trials.compare_figure import first_dances
 from mpma_mj.trials.compare_table import as_csv, as_markdown
 from mpma_mj.trials.compare_video import write_side_by_side
@@ -25,8 +25,8 @@ SMALL = tuple(RunConfig(nodes=20, modules=2, repeats=1, seed=seed) for seed in (
 
 @pytest.fixture(scope="module")
 def cells() -> list[Cell]:
-    jobs = (CompareJob(learned, SMALL, ymca(), 8, 2) for learned in (NOTHING, *ARMS))
-    return [cell for job in jobs for cell in job.do()]
+    cells = {job.learned: job.do() for job in jobs(SMALL, ymca(), epochs=8, adaptation=2)}
+    return [cell for learned in (NOTHING, *ARMS) for cell in cells[learned]]
 
 
 def test_every_agent_dances_on_every_kind_of_arms(cells: list[Cell]) -> None:
@@ -37,7 +37,7 @@ def test_every_agent_dances_on_every_kind_of_arms(cells: list[Cell]) -> None:
 
 def test_workers_bring_the_same_in_the_same_order(cells: list[Cell]) -> None:
     with open_backend("processes", 2, None) as backend:
-        found = compare(SMALL, ymca(), backend, epochs=8, adaptation=2)
+        found = compare(jobs(SMALL, ymca(), epochs=8, adaptation=2), backend)
     assert as_csv(found) == as_csv(cells)
 
 
