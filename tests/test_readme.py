@@ -22,7 +22,11 @@ def test_python_examples_run(code: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "command", ["imitate", "motion", "render", "view", "table1", "sweep", "scale", "grow", "stress"]
+    "command",
+    [
+        *("imitate", "motion", "render", "view", "table1", "sweep", "scale", "grow"),
+        *("compare", "stress", "lesion"),
+    ],
 )
 def test_options_that_are_shown_exist(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     shown = {
