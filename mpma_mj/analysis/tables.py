@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,8 +9,9 @@ from mpma_mj.analysis.captured import Captured, Repetition
 from mpma_mj.analysis.posture_space import Told
 from mpma_mj.analysis.synergies import ENOUGH, Synergies
 from mpma_mj.arm import JOINT_NAMES
+from mpma_mj.markdown import markdown_table
 
-__all__ = ["joint_terms", "markdown_table", "tables"]
+__all__ = ["joint_terms", "tables"]
 
 Array = NDArray[np.float64]
 
@@ -120,12 +119,6 @@ def _repetition(repetition: Repetition) -> str:
         f"{text}\n\nlikeness of λ to itself one repetition later {after:.2f}, after any time"
         f" {usual:.2f}"
     )
-
-
-def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Return a table in Markdown, given the cells of its head and of its rows."""
-    lines = [f"| {' | '.join(line)} |" for line in (head, *rows)]
-    return "\n".join([lines[0], "|---" * len(head) + "|", *lines[1:]])
 
 
 def _modules(count: int) -> list[str]:

@@ -15,7 +15,7 @@ from mpma_mj.identification.identified import (
     Latency,
 )
 from mpma_mj.identification.parameters import LATENCY, UNITS
-from mpma_mj.sweep.table import markdown_rows
+from mpma_mj.markdown import markdown_table
 
 __all__ = ["as_markdown"]
 
@@ -25,9 +25,7 @@ _WIDEST = np.log(10.0)  # half width of an interval that is still shown
 
 def as_markdown(found: Identified) -> str:
     """Return a table of the parameters, and sentences about what is in it."""
-    rows = [list(_TITLES), ["---"] * len(_TITLES)]
-    rows += [_row(one, found) for one in found.estimates]
-    rows.append(_late(found.latency))
+    rows = [*(_row(one, found) for one in found.estimates), _late(found.latency)]
     before, after = (np.degrees(found.rms_of_all(s)) for s in (found.before, found.after))
     sentences = [
         f"RMS error of the angles over windows of {SHOWN_WINDOW:g} s: {before:.3g}° before,"
@@ -44,7 +42,7 @@ def as_markdown(found: Identified) -> str:
             f"{', '.join(found.missing)}: 0 in the model, and left so; a --model with a guess above"
             " 0 has it fitted."
         )
-    return "\n".join([*markdown_rows(rows), "", *sentences])
+    return "\n".join([markdown_table(_TITLES, rows), "", *sentences])
 
 
 def _row(one: Estimate, found: Identified) -> list[str]:

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from typing import Any
 
 from mpma_mj.files import csv_text
+from mpma_mj.markdown import markdown_table
 from mpma_mj.sweep.asked import Asked, seeds, without_seed
 from mpma_mj.sweep.folder import Finished
 from mpma_mj.sweep.interval import interval
 from mpma_mj.sweep.measures import converged, of_point, remarks, spread, value, values
-from mpma_mj.sweep.table import markdown_rows
 from mpma_mj.training.config import RunConfig
 
 __all__ = ["CHANGES", "as_csv", "as_markdown", "ask", "title"]
@@ -46,6 +46,7 @@ _COLUMNS = (
     ("active modules", "active_modules", 2),
     ("repeatability of λ", "repeatability.responsibility", 3),
 )
+_TITLES = [title for title, _, _ in _COLUMNS]
 
 
 def ask(base: RunConfig, runs: int) -> Asked:
@@ -99,16 +100,16 @@ def as_csv(asked: Asked, runs: Sequence[Finished]) -> str:
 
 
 def _means(asked: Asked, runs: Sequence[Finished]) -> str:
-    rows = _head("change", "converged")
+    rows = []
     wanted = len(asked.configs) // len(CHANGES)
     for name, own in _by_name(asked, runs).items():
         cells = (spread(own, measure).text(digits) for _, measure, digits in _COLUMNS)
         rows.append([name, f"{converged(own)} of {wanted}", *cells])
-    return "\n".join(markdown_rows(rows))
+    return markdown_table(("change", "converged", *_TITLES), rows)
 
 
 def _differences(asked: Asked, runs: Sequence[Finished]) -> str:
-    rows = _head("change")
+    rows = []
     (_, whole), *others = _by_name(asked, runs).items()
     for name, own in others:
         cells = []
@@ -119,7 +120,7 @@ def _differences(asked: Asked, runs: Sequence[Finished]) -> str:
             marked = found.excludes_zero and len(changes) >= _FEWEST
             cells.append(f"**{text}**" if marked else text)
         rows.append([name, *cells])
-    return "\n".join(markdown_rows(rows))
+    return markdown_table(("change", *_TITLES), rows)
 
 
 def _nothing_marked(number: int) -> list[str]:
@@ -138,11 +139,6 @@ def _changes(whole: Sequence[Finished], own: Sequence[Finished], measure: str) -
     after = {run.config.seed: value(run, measure) for run in own}
     pairs = ((before[seed], after[seed]) for seed in before if seed in after)
     return [b - a for a, b in pairs if a is not None and b is not None]
-
-
-def _head(*first: str) -> list[list[str]]:
-    titles = [*first, *(title for title, _, _ in _COLUMNS)]
-    return [titles, ["---"] * len(titles)]
 
 
 def _by_name(asked: Asked, runs: Sequence[Finished]) -> dict[str, list[Finished]]:

@@ -10,12 +10,12 @@ from typing import get_args
 
 from mpma_mj.agents.kinds import DO_NOT_LEARN
 from mpma_mj.files import csv_text
+from mpma_mj.markdown import markdown_table
 from mpma_mj.options import AgentName, Arms
 from mpma_mj.sweep.asked import Asked, by_point, seeds
 from mpma_mj.sweep.folder import Finished
 from mpma_mj.sweep.interval import Interval, interval
 from mpma_mj.sweep.measures import converged, of_point, remarks, values
-from mpma_mj.sweep.table import markdown_rows
 from mpma_mj.training.config import RunConfig
 
 __all__ = ["Line", "as_csv", "as_markdown", "ask", "lines", "title"]
@@ -97,7 +97,7 @@ def as_markdown(asked: Asked, runs: Sequence[Finished]) -> str:
     """Return the table with what has to be said about it."""
     titles = ["motion", "arms", "agent", "converged", *(title for title, _, _ in _COLUMNS)]
     titles.append("seconds a run")
-    rows = [titles, ["---"] * len(titles)]
+    rows = []
     for line in lines(asked, runs):
         learns = line.point.agent not in DO_NOT_LEARN
         rows.append(
@@ -114,7 +114,7 @@ def as_markdown(asked: Asked, runs: Sequence[Finished]) -> str:
         " runs of the line side by side."
     )
     sentences = [said, *remarks(runs, len(asked.configs))]
-    return "\n\n".join(["\n".join(markdown_rows(rows)), *sentences]) + "\n"
+    return "\n\n".join([markdown_table(titles, rows), *sentences]) + "\n"
 
 
 def as_csv(asked: Asked, runs: Sequence[Finished]) -> str:

@@ -7,10 +7,10 @@ import math
 from collections.abc import Sequence
 
 from mpma_mj.errors import BadOptionError
+from mpma_mj.markdown import markdown_table
 from mpma_mj.sweep.asked import Asked, seeds
 from mpma_mj.sweep.folder import Finished
 from mpma_mj.sweep.measures import remarks, spread, values
-from mpma_mj.sweep.table import markdown_rows
 from mpma_mj.training.config import RunConfig
 
 __all__ = ["SETTLED", "as_markdown", "ask", "by_number", "growing_runs"]
@@ -72,12 +72,11 @@ def by_number(runs: Sequence[Finished]) -> dict[int, list[Finished]]:
 def as_markdown(asked: Asked, runs: Sequence[Finished]) -> str:
     """Return a table, means ± standard deviations over seeds, and what it comes to."""
     titles = ["modules", "converged", *(title for title, _, _ in _COLUMNS)]
-    rows = [titles, ["---"] * len(titles)]
-    rows += [_row(str(number), fixed) for number, fixed in by_number(runs).items()]
+    rows = [_row(str(number), fixed) for number, fixed in by_number(runs).items()]
     grown = [run for run in runs if run.config.agent == "growing"]
     rows.append(_row(f"growing: {spread(growing_runs(runs), SETTLED).text(1)}", grown))
     sentences = [*_outcome(runs), *remarks(runs, len(asked.configs))]
-    return "\n".join([*markdown_rows(rows), "", " ".join(sentences)]) + "\n"
+    return "\n".join([markdown_table(titles, rows), "", " ".join(sentences)]) + "\n"
 
 
 def _row(name: str, runs: Sequence[Finished]) -> list[str]:

@@ -6,11 +6,11 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import get_args
 
+from mpma_mj.markdown import markdown_table
 from mpma_mj.sweep.asked import without_seed
 from mpma_mj.sweep.folder import Finished
 from mpma_mj.sweep.measures import remarks, spread
 from mpma_mj.sweep.scale import Growing, Material, Scale, Size, Varying
-from mpma_mj.sweep.table import markdown_rows
 
 __all__ = [
     "TOLERANCE",
@@ -126,7 +126,7 @@ def _table(scale: Scale, cells: Mapping[tuple[Material, Size], str]) -> str:
         [str(size.modules), str(size.nodes), *(cells[m, size] for m in scale.materials)]
         for size in scale.sizes
     ]
-    return "\n".join(markdown_rows([titles, ["---"] * len(titles), *rows]))
+    return markdown_table(titles, rows)
 
 
 def saturation(results: Results) -> list[str]:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
+from mpma_mj.markdown import markdown_table
 from mpma_mj.motions.options import option_name
 from mpma_mj.sweep.asked import Asked, by_point
 from mpma_mj.sweep.folder import Finished
 from mpma_mj.sweep.measures import converged, of_point, remarks, spread
 
-__all__ = ["as_markdown", "markdown_rows"]
+__all__ = ["as_markdown"]
 
 # Title, name in a summary, digits after the point.
 _COLUMNS = (
@@ -30,7 +31,7 @@ def as_markdown(asked: Asked, runs: Sequence[Finished]) -> str:
     """
     varying = asked.varying
     titles = [*map(option_name, varying), "converged", *(title for title, _, _ in _COLUMNS)]
-    rows = [titles, ["---"] * len(titles)]
+    rows = []
     for point, configs in by_point(asked.configs).items():
         own = of_point(runs, point)
         rows.append(
@@ -40,12 +41,8 @@ def as_markdown(asked: Asked, runs: Sequence[Finished]) -> str:
                 *(spread(own, name).text(digits) for _, name, digits in _COLUMNS),
             ]
         )
-    return "\n".join([*markdown_rows(rows), *_paragraphs(remarks(runs, len(asked.configs)))]) + "\n"
-
-
-def markdown_rows(rows: Iterable[Iterable[str]]) -> list[str]:
-    """Return the lines of a table, given its cells."""
-    return [f"| {' | '.join(cells)} |" for cells in rows]
+    sentences = _paragraphs(remarks(runs, len(asked.configs)))
+    return "\n".join([markdown_table(titles, rows), *sentences]) + "\n"
 
 
 def _paragraphs(sentences: Sequence[str]) -> list[str]:

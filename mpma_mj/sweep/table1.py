@@ -9,10 +9,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from mpma_mj.markdown import markdown_table
 from mpma_mj.sweep.asked import Asked, seeds
 from mpma_mj.sweep.folder import Finished
 from mpma_mj.sweep.measures import Spread, converged, remarks, spread
-from mpma_mj.sweep.table import markdown_rows
 from mpma_mj.training.config import RunConfig
 
 __all__ = ["LETTERS", "PAPER", "Line", "as_csv", "as_markdown", "ask", "lines", "of_size"]
@@ -128,7 +128,7 @@ def _ours(nodes: int, runs: Sequence[Finished], wanted: int) -> Line:
 def as_markdown(asked: Asked, runs: Sequence[Finished]) -> str:
     """Return the table with what has to be said about it."""
     titles = ["nodes", "", *(title for title, _, _, _ in _COLUMNS), "all used", "converged"]
-    rows = [titles, ["---"] * len(titles)]
+    rows = []
     for line in lines(asked, runs):
         cells = [
             found.text(digits, "/") if deviation else found.text(digits, "/").split("/")[0]
@@ -141,7 +141,7 @@ def as_markdown(asked: Asked, runs: Sequence[Finished]) -> str:
     first = asked.configs[0]
     title = f"Table 1: {first.motions[0]}, {first.rule} rule, {first.arms} arms"
     sentences = remarks(runs, len(asked.configs))
-    return "\n\n".join([title, "\n".join(markdown_rows(rows)), *sentences]) + "\n"
+    return "\n\n".join([title, markdown_table(titles, rows), *sentences]) + "\n"
 
 
 def as_csv(asked: Asked, runs: Sequence[Finished]) -> str:

@@ -8,9 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.analysis.tables import markdown_table
 from mpma_mj.arm import JOINT_NAMES
 from mpma_mj.files import csv_text
+from mpma_mj.markdown import markdown_table
 from mpma_mj.sweep.interval import interval
 from mpma_mj.trials.compare import Cell
 

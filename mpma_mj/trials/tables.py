@@ -7,7 +7,7 @@ import statistics
 from collections.abc import Callable, Sequence
 
 from mpma_mj.files import csv_text
-from mpma_mj.sweep.table import markdown_rows
+from mpma_mj.markdown import markdown_table
 from mpma_mj.trials.disturbances import DISTURBANCES, Level
 from mpma_mj.trials.results import RECOVERED, Results
 from mpma_mj.trials.stress import THIS_RUN
@@ -42,7 +42,7 @@ def as_markdown(results: Results) -> str:
 def _table(results: Results, agents: Sequence[str], cell: Callable[[str, str, Level], str]) -> str:
     """Return a table with a row for each level and a column for each agent."""
     titles = ["disturbance", "level", *(agent.replace("_", " ") for agent in agents)]
-    rows = [titles, ["---"] * len(titles)]
+    rows: list[list[str]] = []
     for name, levels in results.levels.items():
         title = DISTURBANCES[name].title
         rows += [
@@ -51,7 +51,7 @@ def _table(results: Results, agents: Sequence[str], cell: Callable[[str, str, Le
         rows += [
             [title, _shown(level), *(_BEYOND for _ in agents)] for level in results.beyond[name]
         ]
-    return "\n".join(markdown_rows(rows))
+    return markdown_table(titles, rows)
 
 
 def _recovered(results: Results, agent: str, disturbance: str, level: Level) -> str:
