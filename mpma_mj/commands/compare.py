@@ -75,7 +75,8 @@ class Compare:
         folder = self.out or default_folder("compare")
         numbers = {"runs": self.runs, "epochs": self.epochs, "adaptation": self.adaptation}
         content = {"format": FORMAT, "config": dataclasses.asdict(config), "versions": versions()}
-        write_json(folder / "config.json", content | numbers)
+        # Not config.json, which makes a folder a run: one that was there would be lost.
+        write_json(folder / "compare.json", content | numbers)
         with (
             open_backend("processes", self.workers, None) as backend,
             show_runs(len(asked) * self.runs, 0, "training and dancing") as show,

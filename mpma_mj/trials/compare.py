@@ -17,6 +17,7 @@ from mpma_mj.feedback import joint_error
 from mpma_mj.metrics import phase_lag
 from mpma_mj.motions import Motion
 from mpma_mj.sweep.backend import Backend, Work, get_done
+from mpma_mj.training.build import config_of
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.crowd import check, train_agents
 from mpma_mj.training.trace import epoch_metrics
@@ -113,8 +114,7 @@ class CompareJob(Work):
 
     def _train(self) -> Trained:
         if self.learned == NOTHING:
-            seeds = (config.seed for config in self.configs)
-            feedback = [RunConfig(agent="feedback_only", seed=seed) for seed in seeds]
+            feedback = [config_of(config, "feedback_only") for config in self.configs]
             return train_agents(feedback, self.motion, 1, {})
         world = ARMS[self.learned]
         runs = [replace(config, arms=world["arms"]) for config in self.configs]

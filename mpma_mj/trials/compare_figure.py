@@ -108,7 +108,7 @@ def write_dances(path: Path, cells: Sequence[Cell], motion: Motion) -> None:
         torques = [_torque_over_time(dance, motion.rate) for dance in dances if dance.effort]
         if torques:
             torque = np.mean(torques, axis=0)
-            axes[3].plot(time, torque[:steps], color=colours[name], linewidth=1.2)
+            axes[3].plot(time[: len(torque)], torque[:steps], color=colours[name], linewidth=1.2)
     axes[2].set(ylabel=f"error, %,\nmean of {len(cells[0].seeds)} seeds", ylim=(0.0, None))
     axes[3].set(ylabel="torque, N m,\nmean of joints", ylim=(0.0, None), xlabel="time, s")
     axes[0].plot([], color=DEMONSTRATED, linewidth=4, alpha=0.6, label="demonstrated")
@@ -119,9 +119,9 @@ def write_dances(path: Path, cells: Sequence[Cell], motion: Motion) -> None:
 
 
 def _error_over_time(dance: Dance) -> Array:
-    """Return the error of each moment but the first, shape (T,), percent."""
+    """Return the error of each moment, shape (T + 1,), percent."""
     trace = dance.trace
-    return 50.0 * np.abs(trace["posture"][1:] - trace["reference"][1:]).mean(axis=1)
+    return 50.0 * np.abs(trace["posture"] - trace["reference"]).mean(axis=1)
 
 
 def _torque_over_time(dance: Dance, rate: float) -> Array:

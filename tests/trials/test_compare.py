@@ -3,6 +3,7 @@
 import csv
 import dataclasses
 import json
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -15,8 +16,9 @@ from mpma_mj.cli import main
 from mpma_mj.motions import ymca
 from mpma_mj.sweep.backend import open_backend
 from mpma_mj.training.config import RunConfig
+from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.trials.compare import ARMS, NOTHING, Cell, compare, jobs
-from mpma_mj.trials.compare_figure import first_dances
+from mpma_mj.trials.compare_figure import first_dances, write_dances
 from mpma_mj.trials.compare_table import as_csv, as_markdown
 from mpma_mj.trials.compare_video import write_side_by_side
 
@@ -33,6 +35,8 @@ def test_every_agent_dances_on_every_kind_of_arms(cells: list[Cell]) -> None:
     pairs = [(cell.learned, cell.danced) for cell in cells]
     assert pairs == [(a, b) for a in (NOTHING, *ARMS) for b in ARMS]
     assert all(len(cell.dances) == 2 for cell in cells)
+    dances = [dance for cell in cells for dance in cell.dances if dance]
+    assert {len(dance.trace["action"]) for dance in dances} == {len(ymca()) - 1}
 
 
 def test_workers_bring_the_same_in_the_same_order(cells: list[Cell]) -> None:
@@ -93,12 +97,25 @@ def test_the_command_writes_tables_and_figures(tmp_path: Path) -> None:
     told = sorted(line.split()[-1] for line in result.stderr.splitlines())
     assert told == sorted([NOTHING, *ARMS])
     assert (out / "compare.md").read_text().strip() in result.stdout
-    assert json.loads((out / "config.json").read_text())["runs"] == 1
+    assert json.loads((out / "compare.json").read_text())["runs"] == 1
     for picture in ("transfer.png", "dances.png"):
         assert (out / picture).read_bytes().startswith(b"\x89PNG")
     assert {path.name for path in out.iterdir()} == {
-        *("compare.md", "compare.csv", "config.json", "transfer.png", "dances.png"),
+        *("compare.md", "compare.csv", "compare.json", "transfer.png", "dances.png"),
     }
+
+
+def test_a_comparison_in_the_folder_of_a_run_leaves_the_run(tiny_run: Path, tmp_path: Path) -> None:
+    folder = RunFolder(shutil.copytree(tiny_run, tmp_path / "run"))
+    before = folder.read_config()
+    words = "compare ymca --runs 1 --nodes 5 --modules 2 --epochs 1 --adaptation 1 --no-video"
+    assert main([*words.split(), "--out", str(folder.path)]) == 0
+    assert folder.read_config() == before
+
+
+def test_a_movement_that_is_danced_once_is_drawn_too(cells: list[Cell], tmp_path: Path) -> None:
+    write_dances(tmp_path / "dances.png", cells, ymca())
+    assert (tmp_path / "dances.png").read_bytes().startswith(b"\x89PNG")
 
 
 @pytest.mark.usefixtures("opengl")
