@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.arm import JOINT_NAMES
 from mpma_mj.errors import DivergedError
-from mpma_mj.identification.log import RobotLog
+from mpma_mj.identification.log import FIRST_ROW, RobotLog
 from mpma_mj.machine import processors
 
 __all__ = ["Replay", "threads"]
@@ -104,7 +104,7 @@ class Replay:
         ended = states[:, -1, 0] - _BEGIN
         wrong = ~np.isfinite(states).all(axis=(1, 2)) | (ended <= 0.0)
         if wrong.any():
-            row = self._begins[int(wrong.argmax())] + 2
+            row = self._begins[int(wrong.argmax())] + FIRST_ROW
             raise DivergedError(
                 f"simulated arms run away where they begin as in row {row} of the log; check the"
                 " units of its angles and velocities (rad, rad/s)"

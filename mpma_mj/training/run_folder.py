@@ -197,9 +197,9 @@ class RunFolder:
         state, meta = self.read_checkpoint("best", config)
         try:
             return state, int(meta["row"]["epoch"])
-        except KeyError as error:
+        except (KeyError, TypeError, ValueError):
             raise CheckpointError(
-                f"{self.path}: the checkpoint lacks {error.args[0]}; train anew"
+                f"{self.path}: the checkpoint lacks the number of its epoch; train anew"
             ) from None
 
     def write_trace(self, trace: dict[str, Array], epoch: int) -> None:

@@ -89,6 +89,17 @@ def test_a_checkpoint_of_other_settings_is_refused_by_its_folder(
         try_out(Trained.of_run(folder), HOME)
 
 
+@pytest.mark.parametrize("meta", [{}, {"row": None}, {"row": {}}, {"row": {"epoch": None}}])
+def test_a_checkpoint_without_its_epoch_is_refused(
+    meta: dict[str, object], small_run: Path, tmp_path: Path
+) -> None:
+    folder = RunFolder(shutil.copytree(small_run, tmp_path / "run"))
+    config = folder.read_config()
+    folder.write_checkpoint("best", config, folder.read_best(config)[0], meta)
+    with pytest.raises(CheckpointError, match="run: the checkpoint lacks the number of its epoch"):
+        Trained.of_run(folder)
+
+
 def test_no_run_and_one_of_another_version_are_refused(small_run: Path, tmp_path: Path) -> None:
     with pytest.raises(RunFolderError, match="no run there"):
         Trained.of_run(RunFolder(tmp_path))
