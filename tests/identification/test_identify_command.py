@@ -10,9 +10,7 @@ import pytest
 
 from mpma_mj.cli import main
 from mpma_mj.identification import RobotLog, write_log
-from tests.identification.conftest import LATENCY, dance_of, factors, log
-
-__all__ = ["factors", "log"]  # fixtures
+from tests.identification.conftest import LATENCY, dance_of
 
 
 def test_a_log_gives_a_table_and_a_model_that_dances_like_the_robot(
