@@ -116,4 +116,6 @@ def _write_video(path: Path, cells: Sequence[Cell], motion: Motion) -> None:
     from mpma_mj.trials.compare_figure import first_dances
     from mpma_mj.trials.compare_video import write_side_by_side
 
-    write_side_by_side(path, first_dances(cells), motion, show_frames)
+    dances = first_dances(cells)
+    if dances:  # else all have diverged, as the table says
+        write_side_by_side(path, dances, motion, show_frames)

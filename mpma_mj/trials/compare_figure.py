@@ -6,6 +6,7 @@ Drawn with matplotlib's objects alone, without its global state.
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -58,7 +59,7 @@ def write_transfer(path: Path, cells: Sequence[Cell], adaptation: int) -> None:
     titles = {"at once": at_once, f"after {adaptation} epochs there": adapted}
     figure = Figure(figsize=(8.0, 3.9), layout="constrained")
     axes = figure.subplots(1, 2, sharey=True)
-    top = float(np.nanmax([*at_once, *adapted]))
+    top = max(filter(math.isfinite, [*at_once, *adapted]), default=1.0)
     for axis, (title, values) in zip(axes, titles.items(), strict=True):
         matrix = np.reshape(values, (count, count))
         axis.imshow(matrix, cmap="Blues", vmin=0.0, vmax=1.6 * top)

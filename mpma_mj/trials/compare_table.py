@@ -97,9 +97,11 @@ def _number(values: Sequence[float] | Array, digits: int) -> str:
 def _said(cells: Sequence[Cell]) -> list[str]:
     seeds = len(cells[0].seeds)
     said = [
-        f"Means over {seeds} seeds, of p_e with their 95 % bootstrap intervals; one episode of"
-        " each, danced without learning. Who learned on nothing is the feedback controller alone."
+        "One episode of each agent, danced without learning. Who learned on nothing is the feedback"
+        " controller alone."
     ]
+    if seeds > 1:
+        said.append(f"Means over {seeds} seeds, of p_e with their 95 % bootstrap intervals.")
     lost = sum(dance is None for cell in cells for dance in cell.dances)
     if lost:
         said.append(f"{lost} of {seeds * len(cells)} dances diverged; they count in no mean.")

@@ -21,7 +21,7 @@ def as_markdown(results: Results) -> str:
     """Return a table of p_e, and one of what learning on came to, if there was any."""
     seeds = {one.seed for one in results.found if one.agent != THIS_RUN}
     said = "p_e of the arms as they are, in %, without learning"
-    if seeds:
+    if len(seeds) > 1:
         said += f"; means over {len(seeds)} seeds, in brackets their 95 % bootstrap intervals"
     parts = [_table(results, results.agents, lambda *where: results.p_e(*where).text), f"{said}."]
     if any(one.outcome == "diverged" for one in results.found):

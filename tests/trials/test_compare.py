@@ -18,7 +18,7 @@ from mpma_mj.sweep.backend import open_backend
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.trials.compare import ARMS, NOTHING, Cell, compare, jobs
-from mpma_mj.trials.compare_figure import first_dances, write_dances
+from mpma_mj.trials.compare_figure import first_dances, write_dances, write_transfer
 from mpma_mj.trials.compare_table import as_csv, as_markdown
 from mpma_mj.trials.compare_video import write_side_by_side
 
@@ -116,6 +116,19 @@ def test_a_comparison_in_the_folder_of_a_run_leaves_the_run(tiny_run: Path, tmp_
 def test_a_movement_that_is_danced_once_is_drawn_too(cells: list[Cell], tmp_path: Path) -> None:
     write_dances(tmp_path / "dances.png", cells, ymca())
     assert (tmp_path / "dances.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.filterwarnings("error")
+def test_where_all_diverged_there_are_pictures_and_no_dances(
+    cells: list[Cell], tmp_path: Path
+) -> None:
+    lost = [
+        dataclasses.replace(cell, dances=(None, None), adapted=np.full(2, np.nan)) for cell in cells
+    ]
+    assert first_dances(lost) == {}
+    write_transfer(tmp_path / "transfer.png", lost, 2)
+    write_dances(tmp_path / "dances.png", lost, ymca())
+    assert "24 of 24 dances diverged" in as_markdown(lost, 2)
 
 
 @pytest.mark.usefixtures("opengl")

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from mpma_mj.agents import AGENTS
 from mpma_mj.trials.results import MEAN, Results
 from mpma_mj.trials.stress import THIS_RUN, Found
 from mpma_mj.trials.stress_figure import write_figure
@@ -85,6 +86,18 @@ def test_what_is_beyond_the_arms_has_a_row() -> None:
     results = Results([Found("mpma", 0, "tempo", 1.0, "danced", 0.5, ()), beyond], ["mpma"], 0)
     assert "| tempo | 9 | beyond the arms |" in as_markdown(results)
     assert "mpma,tempo,9,0,beyond the arms,\n" in as_csv(results)
+
+
+def test_means_and_intervals_are_told_where_there_are_some() -> None:
+    assert "seeds" not in as_markdown(Results(found({0: 1.0}), ["mpma"], 0))
+    assert "means over 2 seeds" in as_markdown(Results(found({0: 1.0, 1: 2.0}), ["mpma"], 0))
+
+
+def test_every_agent_can_be_drawn(tmp_path: Path) -> None:
+    agents = [*AGENTS, THIS_RUN]
+    results = Results([one for a in agents for one in found({0: 1.0}, agent=a)], agents, 0)
+    write_figure(tmp_path / "a.png", results, agents, results.p_e, "p_e, %")
+    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
 
 
 @pytest.mark.filterwarnings("error")
