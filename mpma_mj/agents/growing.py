@@ -77,7 +77,8 @@ class GrowingMPMA(MPMA):
         Raises:
             BadOptionError: There are no others that are awake.
         """
-        left = np.delete(self.awake, modules, axis=-1).sum(axis=-1)  # (...)
+        stay = np.isin(np.arange(self._modules), modules, invert=True)
+        left = (self.awake & stay).sum(axis=-1)  # (...)
         if not np.all(left):
             raise BadOptionError("all modules that are awake would be lost; leave one")
         super().lose(modules)

@@ -15,7 +15,7 @@ from mpma_mj.agents.mpma import MPMA, MPMAConfig
 from mpma_mj.agents.open_loop import OpenLoop
 from mpma_mj.agents.random import RandomAgent
 
-__all__ = ["AGENTS", "DO_NOT_LEARN", "NOT_TAKEN"]
+__all__ = ["AGENTS", "DO_NOT_LEARN", "LEARN_NO_MORE", "NOT_TAKEN"]
 
 
 def _mpma(config: MPMAConfig, arena: Arena, seed: Seeds) -> MPMA:
@@ -70,3 +70,6 @@ what the others are held against."""
 
 DO_NOT_LEARN = ("feedback_only", "open_loop", "random")
 """Agents for which one epoch says all."""
+
+LEARN_NO_MORE = (*DO_NOT_LEARN, "hammer")
+"""Agents that learn nothing after their training, or never."""

@@ -236,8 +236,12 @@ class PairsAgent(ABC):
             modules: Their numbers, from 0, shape (K,).
 
         Raises:
-            BadOptionError: There are no others.
+            BadOptionError: There are no others, or no such modules.
         """
+        if not set(modules) <= set(range(self._modules)):
+            raise BadOptionError(
+                f"modules to lose are {[*modules]}; expected numbers from 0 to {self._modules - 1}"
+            )
         left = np.delete(np.arange(self._modules), modules)
         if not len(left):
             raise BadOptionError(f"all {self._modules} modules would be lost; leave one")

@@ -40,6 +40,8 @@ class Identify:
         from mpma_mj.training.progress import show_count
 
         log = read_log(self.log)
+        if self.out is not None:
+            self.out.mkdir(parents=True, exist_ok=True)  # if that is not possible, know it now
         with show_count("simulating the log with other parameters") as tick:
             found = identify(
                 log,

@@ -12,13 +12,13 @@ from mpma_mj.errors import BadOptionError, WorkerError
 from mpma_mj.options import AgentName
 
 if TYPE_CHECKING:
-    from mpma_mj.trials.results import Results
     from mpma_mj.trials.stress import Found
+    from mpma_mj.trials.stress_results import Results
 
 __all__ = ["Stress"]
 
 _USUAL: tuple[AgentName, ...] = ("mpma", "mosaic", "hammer", "single", "feedback_only")
-_FILES = ("stress.csv", "stress.md", "stress.png", "adapt.csv", "adapt.png")
+_ADAPTED = ("adapt.csv", "adapt.png")
 
 
 @dataclass(frozen=True)
@@ -58,14 +58,15 @@ class Stress:
         adapts = self.adapt_epochs if self.adapt else 0
         with open_backend("processes", self.workers, None) as backend:
             # Workers get ready while this is imported.
+            from mpma_mj.agents.kinds import LEARN_NO_MORE
             from mpma_mj.sweep.backend import get_done
             from mpma_mj.training.progress import show_runs
             from mpma_mj.training.run_folder import RunFolder
             from mpma_mj.training.trained import Trained
-            from mpma_mj.trials.asked import trials
             from mpma_mj.trials.disturbances import DISTURBANCES
-            from mpma_mj.trials.results import Results
-            from mpma_mj.trials.stress import LEARN_NO_MORE, THIS_RUN, jobs
+            from mpma_mj.trials.stress import THIS_RUN, jobs
+            from mpma_mj.trials.stress_asked import trials
+            from mpma_mj.trials.stress_results import Results
 
             folder = RunFolder(self.run_folder)
             own = Trained.of_run(folder)
@@ -80,7 +81,7 @@ class Stress:
             out = self.out or folder.stress
             out.mkdir(parents=True, exist_ok=True)  # if that is not possible, know it now
             found: list[Found] = []
-            with show_runs(sum(work.size for work in works), 0, "trying") as show:
+            with show_runs(sum(work.size for work in works), 0, "trying", "trials") as show:
                 for work, done in get_done(works, backend):
                     if done is None:
                         raise WorkerError(
@@ -111,7 +112,7 @@ class Stress:
             return ()
         if not self.agents:
             return _USUAL
-        from mpma_mj.trials.stress import LEARN_NO_MORE
+        from mpma_mj.agents.kinds import LEARN_NO_MORE
 
         for agent in self.agents:
             if self.adapt and agent in LEARN_NO_MORE:
@@ -125,14 +126,14 @@ def _write(results: Results, folder: Path) -> Path:
     """Write tables and pictures in place of earlier ones, and print the tables."""
     from mpma_mj.files import write_text
     from mpma_mj.trials.stress_figure import write_figure
-    from mpma_mj.trials.tables import as_csv, as_markdown, courses_as_csv
+    from mpma_mj.trials.stress_table import as_csv, as_markdown, courses_as_csv
 
-    for name in _FILES:
-        (folder / name).unlink(missing_ok=True)
     table = as_markdown(results)
     write_text(folder / "stress.csv", as_csv(results))
     write_text(folder / "stress.md", table)
     write_figure(folder / "stress.png", results, results.agents, results.p_e, "p_e, %")
+    for name in () if results.adapts else _ADAPTED:
+        (folder / name).unlink(missing_ok=True)
     if results.adapts:
         write_text(folder / "adapt.csv", courses_as_csv(results))
         said = f"p_e after {results.adapts} epochs of learning on, %"

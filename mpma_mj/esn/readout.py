@@ -147,12 +147,13 @@ class ReadoutBank:
 
         Raises:
             KeyError: Something is missing.
+            ValueError: Something has another shape.
         """
-        self.weights[...] = state[f"{prefix}weights"]
-        self._steps[...] = state[f"{prefix}steps"]
+        _assign(self.weights, state[f"{prefix}weights"])
+        _assign(self._steps, state[f"{prefix}steps"])
         if self._steps.any():
             for name, sums in self._remembered()._asdict().items():
-                sums[...] = state[f"{prefix}{name}"]
+                _assign(sums, state[f"{prefix}{name}"])
         elif self._sums is not None:
             for sums in self._sums:
                 sums[...] = 0.0
@@ -164,3 +165,10 @@ class ReadoutBank:
             shapes = (*modules, features, features), (*modules, features, outputs)
             self._sums = _Sums(*map(np.zeros, shapes))
         return self._sums
+
+
+def _assign(array: Array, value: Array) -> None:
+    """Overwrite an array with one of its shape; numpy alone would stretch others."""
+    if np.shape(value) != array.shape:
+        raise ValueError(f"shape {np.shape(value)} in place of {array.shape}")
+    array[...] = value

@@ -14,7 +14,7 @@ from typing import Any, Self
 
 from mpma_mj.errors import BadOptionError, WorkerError
 from mpma_mj.machine import processors
-from mpma_mj.sweep.work import Done, Job
+from mpma_mj.sweep.backend import Work
 
 __all__ = ["Cluster"]
 
@@ -56,8 +56,8 @@ class Cluster:
             ray.init(address=address, **_QUIET)
         self.workers = workers or max(1, int(ray.cluster_resources().get("CPU", 1)))
         # Ray would try again by itself, but not say so.
-        self._do = ray.remote(num_cpus=1, max_retries=0)(Job.do)
-        self._jobs: dict[Any, Job] = {}
+        self._do = ray.remote(num_cpus=1, max_retries=0)(_do)
+        self._jobs: dict[Any, Work] = {}
         # Ray prints what happens to its nodes, and results are to stand alone.
         self._quiet = contextlib.redirect_stdout(sys.stderr)
 
@@ -76,25 +76,29 @@ class Cluster:
         self._ray.shutdown()
         self._quiet.__exit__(kind, error, trace)
 
-    def submit(self, job: Job) -> None:
-        """Give a job to the cluster."""
-        self._jobs[self._do.remote(job)] = job
+    def submit(self, work: Work) -> None:
+        """Give work to the cluster."""
+        self._jobs[self._do.remote(work)] = work
 
-    def next_done(self) -> tuple[Job, Done | None]:
-        """Wait for a job to be done or lost; see `Backend`."""
+    def next_done(self) -> tuple[Work, Any]:
+        """Wait for work to be done or lost; see `Backend`."""
         (done,), _ = self._ray.wait(list(self._jobs), num_returns=1)
-        job = self._jobs.pop(done)
+        work = self._jobs.pop(done)
         try:
-            return job, self._ray.get(done)
+            return work, self._ray.get(done)
         except self._ray.exceptions.RayTaskError as error:
             cause = error.cause
         except self._ray.exceptions.RayError:  # the process, its node, or its memory is gone
-            return job, None
+            return work, None
         if "failed to import on the worker" in str(cause):  # as Ray puts it
             raise WorkerError(
                 "a node of the cluster cannot import mpma_mj; install the same version on all nodes"
             )
         raise cause
+
+
+def _do(work: Work) -> Any:
+    return work.do()
 
 
 def _check_answers(address: str) -> None:

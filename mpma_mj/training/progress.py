@@ -52,7 +52,7 @@ def show_epochs(epochs: int) -> Iterator[Callable[[dict[str, float]], None]]:
 
 @contextmanager
 def show_runs(
-    runs: int, over: int, doing: str = "training"
+    runs: int, over: int, doing: str = "training", what: str = "runs"
 ) -> Iterator[Callable[[int, str], None]]:
     """Show on a terminal a bar with the time left, and elsewhere a line now and then.
 
@@ -60,30 +60,31 @@ def show_runs(
         runs: Number of runs that are asked for.
         over: How many were over before.
         doing: What is done with them.
+        what: What they are called.
 
     Yields:
-        What to call when some runs are over: their number, and what they are.
+        What to call when some runs are over: their number, and which they are.
     """
     console = Console(stderr=True, highlight=False)
     columns = (
         TextColumn(doing),
         BarColumn(),
-        TextColumn("run {task.completed} of {task.total}"),
+        TextColumn(f"{{task.completed}} of {{task.total}} {what}"),
         TimeElapsedColumn(),
         TextColumn("left"),
         TimeRemainingColumn(),
     )
     disable = not console.is_terminal
     if over:
-        console.print(f"going on: {over} of {runs} runs are there")
+        console.print(f"going on: {over} of {runs} {what} are there")
     with Progress(*columns, console=console, transient=True, disable=disable) as bar:
         task = bar.add_task(doing, total=runs, completed=over)
 
-        def show(count: int, what: str) -> None:
+        def show(count: int, which: str) -> None:
             nonlocal over
             over += count
             if disable:
-                console.print(f"{over:4d} of {runs} runs   {what}".rstrip())
+                console.print(f"{over:4d} of {runs} {what}   {which}".rstrip())
             bar.update(task, completed=over)
 
         yield show

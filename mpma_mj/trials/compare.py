@@ -191,7 +191,8 @@ def _cell(trained: Trained, learned: str, world: World, adaptation: int) -> Cell
     if learned == NOTHING:
         nothing = np.full(len(seeds), np.nan)
         return Cell(NOTHING, world.name, seeds, nothing, dances, nothing)
-    adapted = tracking_errors(try_out(adapt(trained, world, adaptation)[0], world))
+    later, course = adapt(trained, world, adaptation)
+    adapted = np.where(np.isnan(course[-1]), np.nan, tracking_errors(try_out(later, world)))
     return Cell(learned, world.name, seeds, trained.epochs.astype(float), dances, adapted)
 
 

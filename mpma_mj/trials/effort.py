@@ -73,8 +73,9 @@ def effort(trace: Mapping[str, Array], world: Mapping[str, Any], rate: float) ->
         return None
     arms = PhysicsArms.make(options)
     model, timestep = arms.model.ptr, arms.timestep()
+    top_speed = np.where(options.turns, arms.max_joint_speed, 0.0)
     control = np.zeros((len(trace["action"]), model.nu))
-    control[:, arms.actuators] = clip_action(trace["action"]) * arms.max_joint_speed
+    control[:, arms.actuators] = clip_action(trace["action"]) * top_speed
     control = np.repeat(control, round(1.0 / rate / timestep), axis=0)
     arms.place(trace["joint_angles"][0], trace["joint_velocities"][0])
     start = np.empty(mujoco.mj_stateSize(model, _STATE))

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.kinds import DO_NOT_LEARN
+from mpma_mj.agents.kinds import LEARN_NO_MORE
 from mpma_mj.errors import DivergedError
 from mpma_mj.motions import Motion
 from mpma_mj.options import AgentName
@@ -21,16 +21,13 @@ from mpma_mj.training.build import config_of
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.crowd import train_agents
 from mpma_mj.training.trained import Trained
-from mpma_mj.trials.asked import Trial
 from mpma_mj.trials.disturbances import Level
+from mpma_mj.trials.stress_asked import Trial
 from mpma_mj.trials.trial import World, adapt, tracking_errors, try_out
 
-__all__ = ["LEARN_NO_MORE", "THIS_RUN", "Found", "Outcome", "StressJob", "jobs"]
+__all__ = ["THIS_RUN", "Found", "Outcome", "StressJob", "jobs"]
 
 THIS_RUN = "this run"
-LEARN_NO_MORE = (*DO_NOT_LEARN, "hammer")
-"""Agents that learn nothing after their training, or never."""
-
 Outcome = Literal["danced", "diverged", "beyond the arms"]
 
 

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from mpma_mj.files import write_whole
 from mpma_mj.training.colours import INK, module_colours
 from mpma_mj.trials.disturbances import DISTURBANCES, Disturbance, Level
-from mpma_mj.trials.results import RECOVERED, Results, Tally
 from mpma_mj.trials.stress import THIS_RUN
+from mpma_mj.trials.stress_results import RECOVERED, Results, Tally
 
 __all__ = ["write_figure"]
 

@@ -71,17 +71,20 @@ def adapt(trained: Trained, world: World, epochs: int) -> tuple[Trained, Array]:
 
     Returns:
         The agents after the last epoch, and p_e of each epoch, danced before what is learned
-        from it, shape (E, R), percent; NaN where the simulation diverged.
+        from it, shape (E, R), percent; NaN from the epoch on in which the simulation diverged, as
+        what is learned then means nothing.
 
     Raises:
         MpmaError: As of `try_out`.
     """
     errors = np.empty((epochs, len(trained.configs)))
+    lost = np.zeros(len(trained.configs), bool)
     with one_thread(), contextlib.closing(_environments(trained, world)) as envs:
         agent = trained.agent(envs)
         for epoch in range(epochs):
             traces, diverged = record_epochs(envs, agent, EPISODE + 1 + epoch)
-            errors[epoch] = np.where(diverged, np.nan, [_error(trace) for trace in traces])
+            lost |= diverged
+            errors[epoch] = np.where(lost, np.nan, [_error(trace) for trace in traces])
             agent.learn_side_by_side()
         return dataclasses.replace(trained, state=agent.state_dict()), errors
 

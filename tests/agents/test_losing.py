@@ -175,6 +175,15 @@ def test_not_all_modules_can_be_lost(env: Any, learned: dict[str, Trace], kind: 
     assert agent.awake.shape == (MODULES,)
 
 
+@pytest.mark.parametrize("lost", [(7,), (-1,), (0, 4)])
+@pytest.mark.parametrize("kind", ["mpma", "growing"])
+def test_modules_that_are_not_there_cannot_be_lost(
+    env: Any, learned: dict[str, Trace], kind: str, lost: tuple[int, ...]
+) -> None:
+    with pytest.raises(BadOptionError, match="expected numbers from 0 to 3"):
+        without(env, learned, kind, *lost)
+
+
 def test_a_pair_that_is_lost_wins_no_more_and_the_others_keep_their_labels(env: Any) -> None:
     agent = make_agent(env, SMALL, kind="hammer")
     assert isinstance(agent, HAMMER)

@@ -7,8 +7,8 @@ import pytest
 
 from mpma_mj.errors import BadOptionError, MotionReachError, MpmaError
 from mpma_mj.training.trained import Trained
-from mpma_mj.trials.asked import trials
 from mpma_mj.trials.disturbances import DISTURBANCES
+from mpma_mj.trials.stress_asked import trials
 from mpma_mj.trials.trial import World, tracking_errors, try_out
 
 NONE = {"payload": 0.0, "strength": 1.0, "gravity": "on", "latency": 0.0, "noise": 0.0}

@@ -86,3 +86,10 @@ def test_a_torque_is_at_its_limit_where_the_command_is_beyond_it() -> None:
     np.testing.assert_allclose(held, 25.0)
     held = actuator_torque(-control, velocity, np.full(8, 20.0), np.full(8, 25.0))
     np.testing.assert_allclose(held, -25.0)
+
+
+def test_a_locked_joint_is_not_driven() -> None:
+    world = {"locked": "left_elbow"}
+    cost = effort(danced(**world), world, ymca().rate)
+    assert cost is not None
+    assert np.abs(cost.torque[:, 3]).max() < 0.01 * np.abs(cost.torque).max()

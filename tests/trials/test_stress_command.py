@@ -36,7 +36,7 @@ def test_a_run_and_all_agents_get_a_table_and_a_figure(run: Path) -> None:
         [sys.executable, "-m", "mpma_mj.cli", *words], capture_output=True, text=True, check=False
     )
     assert result.returncode == 0, result.stderr
-    assert "  12 of 12 runs   " in result.stderr.splitlines()[-1]
+    assert "  12 of 12 trials   " in result.stderr.splitlines()[-1]
     lines = result.stdout.splitlines()
     assert lines[0] == (
         "| disturbance | level | mpma | mosaic | hammer | single | feedback only | this run |"

@@ -14,6 +14,7 @@ from mpma_mj.training.config import RunConfig
 from mpma_mj.training.crowd import train_agents
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.training.trained import Trained
+from mpma_mj.trials import trial
 from mpma_mj.trials.trial import World, adapt, tracking_errors, try_out
 
 SMALL = RunConfig(nodes=20, modules=2, repeats=1)
@@ -83,10 +84,11 @@ def test_a_checkpoint_of_other_settings_is_refused_by_its_folder(
     folder.write_checkpoint("best", config, state, {"row": {"epoch": 1}})
     with pytest.raises(CheckpointError, match=r"run: the checkpoint lacks forward\.weights; train"):
         try_out(Trained.of_run(folder), HOME)
-    state["forward.weights"] = np.zeros((1, 2, 3))
-    folder.write_checkpoint("best", config, state, {"row": {"epoch": 1}})
-    with pytest.raises(CheckpointError, match=r"run: the checkpoint does not fit its settings"):
-        try_out(Trained.of_run(folder), HOME)
+    for shape in ((1, 2, 3), ()):  # of which numpy would stretch the latter
+        state["forward.weights"] = np.zeros(shape)
+        folder.write_checkpoint("best", config, state, {"row": {"epoch": 1}})
+        with pytest.raises(CheckpointError, match=r"run: the checkpoint does not fit its settings"):
+            try_out(Trained.of_run(folder), HOME)
 
 
 @pytest.mark.parametrize("meta", [{}, {"row": None}, {"row": {}}, {"row": {"epoch": None}}])
@@ -122,3 +124,18 @@ def test_training_that_diverges_names_the_seed(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(crowd, "record_epochs", second_diverges)
     with pytest.raises(DivergedError, match="seed 4, epoch 1: the simulation diverged"):
         trained(3, 4)
+
+
+def test_who_diverged_while_learning_on_is_lost_for_good(monkeypatch: pytest.MonkeyPatch) -> None:
+    agents = trained(0, 1)
+    real, epochs = trial.record_epochs, iter(range(9))
+
+    def second_diverges_once(*given: object) -> object:
+        traces, diverged = real(*given)  # type: ignore[arg-type]
+        diverged[1] = next(epochs) == 1
+        return traces, diverged
+
+    monkeypatch.setattr(trial, "record_epochs", second_diverges_once)
+    _, course = adapt(agents, HOME, 3)
+    assert np.isfinite(course[:, 0]).all()
+    np.testing.assert_array_equal(np.isnan(course[:, 1]), [False, True, True])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from pathlib import Path
 
 from mpma_mj.envs.load import prepare
 from mpma_mj.envs.options import EnvironmentOptions
@@ -81,6 +82,11 @@ def _disturbance(name: str) -> Disturbance:
     return DISTURBANCES[name]
 
 
+def _is_learned(dance: str, config: RunConfig) -> bool:
+    """Tell whether a run has learned a dance, however its path is spelled."""
+    return Path(dance).resolve() in [Path(motion).resolve() for motion in config.motions]
+
+
 def _never_seen(config: RunConfig) -> Sequence[str]:
     """Return invented dances that the run has not learned."""
     if "invented" in config.motions:
@@ -97,7 +103,7 @@ def _world(
 ) -> World | None:
     """Return the world of a level; None where the arms cannot follow what they have learned."""
     config = own.configs[0]
-    if disturbance.name == "unseen" and level in config.motions:
+    if disturbance.name == "unseen" and _is_learned(str(level), config):
         raise BadOptionError(f"the run has learned {level}; name another dance with --unseen")
     motion, changed = disturbance.change(own.motion, level)
     options = {n: value for n, value in changed.items() if value != _DEFAULTS[n]}
