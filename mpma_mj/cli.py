@@ -12,7 +12,7 @@ from typing import Protocol
 import tyro
 
 from mpma_mj import __version__, commands
-from mpma_mj.errors import MpmaError, RecordingWarning
+from mpma_mj.errors import BadOptionError, MpmaError, RecordingWarning
 
 __all__ = ["main"]
 
@@ -89,6 +89,9 @@ def _run(words: Sequence[str]) -> None:
         print(f"mpma {__version__}")
         _flush()
         return
+    for word in words:
+        if word == "" or (word.startswith("--") and word.endswith("=")):
+            raise BadOptionError(f"'{word}' is an empty argument; give it a value, or leave it out")
     try:
         command = tyro.extras.subcommand_cli_from_dict(
             _COMMANDS,

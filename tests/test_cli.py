@@ -322,3 +322,15 @@ def test_the_real_dance_is_learned_on_both_kinds_of_arms(mocap: Path, tmp_path: 
         summary = json.loads((out / "summary.json").read_text())
         assert summary["converged"]
         assert summary["p_e_percent"] < 0.8
+
+
+@pytest.mark.parametrize(
+    "words", [["imitate", ""], ["stress", "run", "--out", ""], ["imitate", "--out="]]
+)
+def test_an_empty_argument_is_one_line_and_exit_2(
+    words: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(words) == 2
+    assert capsys.readouterr().err.endswith(
+        "is an empty argument; give it a value, or leave it out\n"
+    )

@@ -20,7 +20,7 @@ class Attractor:
     Each run's folder gets attractor.json and figures/attractor.png.
     """
 
-    run_folders: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
+    run_folders: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="RUN...")]
     """Folders of runs."""
 
     def run(self) -> Path:

@@ -53,7 +53,8 @@ class Compare:
     video: bool = True
     """Make a video of all arms side by side; needs OpenGL."""
     out: Path | None = None
-    """Folder of tables, figures and video; runs/compare-TIME if not given."""
+    """Folder of tables, figures and video, in place of those that are there; runs/compare-TIME if
+    not given."""
 
     def run(self) -> Path:
         """Do it and return the folder."""
@@ -73,10 +74,7 @@ class Compare:
             seeds(config, self.runs), motion, epochs=self.epochs, adaptation=self.adaptation
         )
         folder = self.out or default_folder("compare")
-        numbers = {"runs": self.runs, "epochs": self.epochs, "adaptation": self.adaptation}
-        content = {"format": FORMAT, "config": dataclasses.asdict(config), "versions": versions()}
-        # Not config.json, which makes a folder a run: one that was there would be lost.
-        write_json(folder / "compare.json", content | numbers)
+        folder.mkdir(parents=True, exist_ok=True)  # if that is not possible, know it now
         with (
             open_backend("processes", self.workers, None) as backend,
             show_runs(len(asked) * self.runs, 0, "training and dancing") as show,
@@ -84,6 +82,12 @@ class Compare:
             cells = compare(
                 asked, backend, lambda learned: show(self.runs, f"learned on {learned}")
             )
+        numbers = {"runs": self.runs, "epochs": self.epochs, "adaptation": self.adaptation}
+        content = {"format": FORMAT, "config": dataclasses.asdict(config), "versions": versions()}
+        # Not config.json, which makes a folder a run: one that was there would be lost.
+        write_json(folder / "compare.json", content | numbers)
+        video = folder / "dances.mp4"
+        video.unlink(missing_ok=True)  # of other dances
         markdown = as_markdown(cells, self.adaptation)
         write_text(folder / "compare.md", markdown)
         write_text(folder / "compare.csv", as_csv(cells))
@@ -93,7 +97,7 @@ class Compare:
         if missing_gl is not None:
             print(missing_gl, file=sys.stderr)
         elif self.video:
-            _write_video(folder / "dances.mp4", cells, motion)
+            _write_video(video, cells, motion)
         return folder
 
     def _config(self) -> RunConfig:

@@ -9,8 +9,8 @@ from pathlib import Path
 __all__ = ["default_folder"]
 
 
-def default_folder(stem: str) -> Path:
-    """Return a folder that is not there yet, below runs/, named by a stem and the time."""
+def default_folder(stem: str, parent: Path = Path("runs")) -> Path:
+    """Return a folder that is not there yet, named by a stem and the time."""
     name = f"{stem}-{time.strftime('%Y%m%d-%H%M%S')}"
     names = itertools.chain([name], (f"{name}-{i}" for i in itertools.count(2)))
-    return next(path for path in (Path("runs") / n for n in names) if not path.exists())
+    return next(path for path in (parent / n for n in names) if not path.exists())

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
 from mpma_mj.errors import BadOptionError
+
+if TYPE_CHECKING:
+    from mpma_mj.training.run_folder import RunFolder
 
 __all__ = ["Lesion"]
 
@@ -20,7 +24,7 @@ class Lesion:
     Each run's folder gets lesion.json and figures/lesion.png.
     """
 
-    run_folders: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
+    run_folders: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="RUN...")]
     """Folders of runs."""
     retrain: int = 3
     """Epochs in which the modules that are left learn on; 0 for none."""
@@ -41,6 +45,7 @@ class Lesion:
         if self.retrain < 0:
             raise BadOptionError(f"retrain is {self.retrain}; expected 0 or more epochs")
         folders = [RunFolder(path) for path in self.run_folders]
+        _check_comparable(folders)
         runs = []
         for folder in folders:
             read_danced(folder)  # refuses modules that do nothing yet: nothing would break
@@ -61,3 +66,23 @@ class Lesion:
             print(matrix(found[0]) + "\n")
         print(summary(found))
         return picture
+
+
+def _check_comparable(folders: Sequence[RunFolder]) -> None:
+    """Refuse runs that cannot be summed up.
+
+    Raises:
+        BadOptionError: A run is there twice, or differs in more than its seed.
+    """
+    from mpma_mj.sweep.asked import without_seed
+
+    first = folders[0]
+    configs = [folder.read_config() for folder in folders]
+    for number, (folder, config) in enumerate(zip(folders, configs, strict=True)):
+        if config in configs[:number]:
+            raise BadOptionError(f"{folder.path}: is there twice; leave one out")
+        if without_seed(config) != without_seed(configs[0]):
+            raise BadOptionError(
+                f"{folder.path}: differs from {first.path} in more than its seed, so that they"
+                " cannot be summed up; give each a command of its own"
+            )

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from mpma_mj.commands.folders import default_folder
 from mpma_mj.errors import BadOptionError, WorkerError
 from mpma_mj.options import AgentName
 
@@ -47,7 +48,8 @@ class Stress:
     workers: int | None = None
     """Processes that work at a time; as many as there are processors if not given."""
     out: Path | None = None
-    """Folder of tables and pictures; RUN/stress if not given."""
+    """Folder of tables and pictures, in place of those there; RUN/stress/stress-TIME if not
+    given."""
 
     def run(self) -> Path:
         """Do it and return the folder."""
@@ -78,7 +80,7 @@ class Stress:
             names = self.disturbances or tuple(DISTURBANCES)
             asked = trials(names, self.levels, self.unseen, own)
             works = jobs(own, agents, self.runs, self.epochs, asked, adapts, backend.workers)
-            out = self.out or folder.stress
+            out = self.out or default_folder("stress", folder.stress)
             out.mkdir(parents=True, exist_ok=True)  # if that is not possible, know it now
             found: list[Found] = []
             with show_runs(sum(work.size for work in works), 0, "trying", "trials") as show:
@@ -132,9 +134,10 @@ def _write(results: Results, folder: Path) -> Path:
     write_text(folder / "stress.csv", as_csv(results))
     write_text(folder / "stress.md", table)
     write_figure(folder / "stress.png", results, results.agents, results.p_e, "p_e, %")
-    for name in () if results.adapts else _ADAPTED:
-        (folder / name).unlink(missing_ok=True)
-    if results.adapts:
+    if not results.adapts:
+        for name in _ADAPTED:
+            (folder / name).unlink(missing_ok=True)
+    else:
         write_text(folder / "adapt.csv", courses_as_csv(results))
         said = f"p_e after {results.adapts} epochs of learning on, %"
         write_figure(folder / "adapt.png", results, results.learners, results.p_e_after, said)

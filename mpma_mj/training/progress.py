@@ -113,9 +113,16 @@ def show_count(title: str) -> Iterator[Callable[[], None]]:
     """
     console = Console(stderr=True, highlight=False)
     disable = not console.is_terminal
-    if disable:
-        console.print(title)
     columns = (TextColumn(title), TextColumn("{task.completed} times"), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True, disable=disable) as bar:
         task = bar.add_task(title, total=None)
-        yield lambda: bar.advance(task)
+        told = False
+
+        def tick() -> None:
+            nonlocal told
+            if disable and not told:
+                console.print(title)
+            told = True
+            bar.advance(task)
+
+        yield tick

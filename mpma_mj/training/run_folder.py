@@ -74,7 +74,7 @@ class RunFolder:
 
     @property
     def stress(self) -> Path:
-        """Folder of what is written of how it bears disturbances."""
+        """Folder of folders of what is written of how it bears disturbances."""
         return self.path / "stress"
 
     @property

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.kinds import DO_NOT_LEARN
+from mpma_mj.agents.kinds import AGENTS, DO_NOT_LEARN
 from mpma_mj.arm import JOINT_NAMES
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.errors import BadOptionError, WorkerError
@@ -142,7 +142,8 @@ def jobs(
             raise BadOptionError(f"{name} is {value}; expected at least 1")
     agent = configs[0].agent
     if agent in DO_NOT_LEARN:
-        raise BadOptionError(f"agent is {agent}, which does not learn; expected one that does")
+        learners = ", ".join(name for name in AGENTS if name not in DO_NOT_LEARN)
+        raise BadOptionError(f"agent is {agent}, which does not learn; expected one of {learners}")
     check(configs[0], motion)
     return [
         CompareJob(learned, tuple(configs), motion, epochs, adaptation)

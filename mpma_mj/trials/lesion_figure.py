@@ -29,7 +29,7 @@ _DPI = 110
 _MOST = 18  # rows; if there were more, pairs of modules are left to the table
 _CELL = (0.56, 0.27)  # width and height of a cell, inches
 _AROUND = (1.4, 2.0)  # what stands around all cells, inches
-_NARROWEST = 5.0  # inches, for the title
+_NARROWEST = 3.4  # inches of a column, for its title
 _ENTRY = 1.5  # width of an entry of the legend, inches
 _SHORT, _LONGEST = 5, 18  # longer names of labels stand upright, and are cut
 _BAR = 0.92  # width of a bar, of a cell
@@ -60,7 +60,8 @@ def write_figure(path: Path, without: Lesions, movement: str) -> None:
     if without.retrained:
         again = f"after {without.epochs} epoch{'s' * (without.epochs != 1)} of learning"
         times[again] = [lesion.retrained for lesion in lesions]
-    width = max(_NARROWEST, _AROUND[0] + len(times) * _CELL[0] * (len(without.labels) + 1))
+    column = max(_NARROWEST, _CELL[0] * (len(without.labels) + 1))
+    width = _AROUND[0] + len(times) * column
     height = _AROUND[1] + 2 * _CELL[1] * len(lesions)
     figure = Figure(figsize=(width, height), layout="constrained")
     # Below, there is no row for the last lesion, in which all are silent.

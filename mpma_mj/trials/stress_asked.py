@@ -6,10 +6,12 @@ import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import Any
 
 from mpma_mj.envs.load import prepare
 from mpma_mj.envs.options import EnvironmentOptions
-from mpma_mj.errors import BadOptionError, MotionReachError
+from mpma_mj.errors import BadOptionError, MotionFileError, MotionReachError
+from mpma_mj.motions import Motion
 from mpma_mj.motions.read import BUILT_IN
 from mpma_mj.training.build import environment_options
 from mpma_mj.training.config import RunConfig
@@ -59,7 +61,8 @@ def trials(
         raise BadOptionError("levels are those of one disturbance; name it with --disturbances")
     if unseen and (levels or "unseen" not in names):
         raise BadOptionError(
-            "dances are given that are not to be tried; drop --unseen, or --levels"
+            "dances are given that are not to be tried; drop --unseen, or let them be with"
+            " --disturbances unseen and without --levels"
         )
     config = own.configs[0]
     undisturbed = World("undisturbed", own.motion, _ARMS)
@@ -98,6 +101,18 @@ def _never_seen(config: RunConfig) -> Sequence[str]:
     return list(itertools.islice((d for d in dances if d not in config.motions), _DANCES))
 
 
+def _changed(
+    disturbance: Disturbance, level: Level, motion: Motion
+) -> tuple[Motion, dict[str, Any]]:
+    """Return the movement and the options of a level."""
+    try:
+        return disturbance.change(motion, level)
+    except MotionFileError as error:
+        raise MotionFileError(
+            f"{error}: mpma motion {level} --out FILE.npz, with that, writes such a dance"
+        ) from None
+
+
 def _world(
     disturbance: Disturbance, level: Level, own: Trained, undisturbed: World
 ) -> World | None:
@@ -105,13 +120,15 @@ def _world(
     config = own.configs[0]
     if disturbance.name == "unseen" and _is_learned(str(level), config):
         raise BadOptionError(f"the run has learned {level}; name another dance with --unseen")
-    motion, changed = disturbance.change(own.motion, level)
+    motion, changed = _changed(disturbance, level, own.motion)
     options = {n: value for n, value in changed.items() if value != _DEFAULTS[n]}
     if motion is own.motion and not options:
         return undisturbed
     world = World(f"{disturbance.name} {level}", motion, _ARMS | options)
     try:
         prepare(EnvironmentOptions(motion, **environment_options(config) | dict(world.options)))
+    except BadOptionError as error:
+        raise BadOptionError(f"{disturbance.name} {level}: {error}") from None
     except MotionReachError as error:
         if disturbance.name != "unseen":
             return None

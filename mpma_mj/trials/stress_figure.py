@@ -33,7 +33,7 @@ _ORDER = (
     *("mpma", "single", "mosaic", "hammer", "growing", "feedback_only", "open_loop", "random"),
 )
 _COLOURS = dict(zip(_ORDER, module_colours(len(_ORDER)), strict=True)) | {THIS_RUN: INK}
-_MARKERS = dict(zip((*_ORDER, THIS_RUN), "osD^vPX*_", strict=True))
+_MARKERS = dict(zip((*_ORDER, THIS_RUN), "osD^vPX*x", strict=True))
 
 
 def write_figure(

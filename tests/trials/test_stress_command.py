@@ -41,11 +41,12 @@ def test_a_run_and_all_agents_get_a_table_and_a_figure(run: Path) -> None:
     assert lines[0] == (
         "| disturbance | level | mpma | mosaic | hammer | single | feedback only | this run |"
     )
-    assert lines[-1] == str(run / "stress")
+    (folder,) = (run / "stress").iterdir()
+    assert lines[-1] == str(folder)
     names = ["stress.csv", "stress.md", "stress.png"]
-    assert sorted(path.name for path in (run / "stress").iterdir()) == names
-    assert result.stdout.startswith((run / "stress" / "stress.md").read_text())
-    found = rows(run / "stress" / "stress.csv")
+    assert sorted(path.name for path in folder.iterdir()) == names
+    assert result.stdout.startswith((folder / "stress.md").read_text())
+    found = rows(folder / "stress.csv")
     assert {row["seed"] for row in found} == {"4"}
     p_e = {(row["agent"], row["level"]): row["p_e_percent"] for row in found}
     assert len(p_e) == len(found) == 6 * 2
@@ -80,15 +81,19 @@ def test_the_runs_own_agent_is_that_of_its_seed_and_workers_change_nothing(
     assert (out / "adapt.png").exists()
 
 
-def test_the_run_alone_is_quick_and_a_later_look_replaces_the_earlier(
-    run: Path, capsys: pytest.CaptureFixture[str]
+def test_each_look_has_a_folder_and_replaces_what_is_in_one_that_is_named(
+    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     words = ["stress", str(run), "--runs", "0", *QUICK]
-    assert main([*words, "--adapt", "--adapt-epochs", "1"]) == 0
-    assert (run / "stress" / "adapt.csv").exists()
-    assert main(words) == 0
-    assert not (run / "stress" / "adapt.csv").exists()
-    assert len(rows(run / "stress" / "stress.csv")) == 2
+    out = tmp_path / "out"
+    adapt = ["--adapt", "--adapt-epochs", "1"]
+    assert main([*words, *adapt, "--out", str(out)]) == 0
+    assert (out / "adapt.csv").exists()
+    assert main([*words, "--out", str(out)]) == 0
+    assert not (out / "adapt.csv").exists()
+    assert len(rows(out / "stress.csv")) == 2
+    assert main(words) == main(words) == 0
+    assert len(list((run / "stress").iterdir())) == 2
     assert "seeds" not in capsys.readouterr().out.splitlines()[-3]
 
 
