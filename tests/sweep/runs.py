@@ -58,4 +58,5 @@ def environment(**variables: str) -> dict[str, str]:
 
 
 def run_files(folder: Path) -> list[Path]:
-    return sorted((folder / "runs").glob("*.json"))
+    # What is still being written has a name that begins with a dot.
+    return sorted((folder / "runs").glob("[!.]*.json"))
