@@ -13,7 +13,7 @@ from mpma_mj.envs.load import load
 
 def test_the_floor_is_the_simulation_that_is_in_a_step() -> None:
     bare, env = load(), load()
-    for case in (environment._floor(bare), environment._steps(env)):
+    for case in (environment.bare_steps(bare), environment.env_steps(env)):
         case.prepare()
         assert case.run() == environment._STEPS
     np.testing.assert_array_equal(bare.physics.joint_angles(), env.physics.joint_angles())
