@@ -41,10 +41,10 @@ def joined(reports: Sequence[Report]) -> Report:
 
 def as_json(report: Report) -> dict[str, Any]:
     """Return a report as JSON can hold it."""
-    targets = {"ratios": report.ratios, "bounds": report.bounds}
     return {
         "seconds": {name: dataclasses.asdict(spread) for name, spread in report.seconds.items()},
-        **{kind: _targets_as_json(named) for kind, named in targets.items()},
+        "ratios": _targets_as_json(report.ratios),
+        "bounds": _targets_as_json(report.bounds),
         "notes": list(report.notes),
     }
 
