@@ -3,14 +3,23 @@
 from __future__ import annotations
 
 import json
+import sys
 from dataclasses import dataclass
-from typing import Annotated, Literal, get_args
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
+from mpma_mj.commands.folders import default_folder
+from mpma_mj.errors import BadOptionError
+
+if TYPE_CHECKING:
+    from mpma_mj.bench.scaling import Scaling
+
 __all__ = ["Bench"]
 
-Part = Literal["env", "agent", "video", "programs", "peers"]
+_SCALING = "scaling"
+Part = Literal["env", "agent", "video", "programs", "peers", "scaling"]
 
 
 @dataclass(frozen=True)
@@ -21,20 +30,49 @@ class Bench:
     """
 
     what: Annotated[tuple[Part, ...], tyro.conf.Positional] = ()
-    """What is timed; all if nothing is named. Environments, one and many; acting, learning and
-    training; frames of videos; whole programs; peers (`pip install -e '.[bench]'`)."""
+    """What is timed: environments, one and many; acting, learning and training; frames of videos;
+    whole programs; peers (`pip install -e '.[bench]'`). All these, which take seconds each, if
+    nothing is named. And scaling, which takes minutes: training at many sizes."""
     json: bool = False
     """Print JSON instead of tables."""
+    out: Path | None = None
+    """Folder of what scaling writes, tables and a picture; runs/scaling-TIME if not given."""
 
     def run(self) -> str:
         """Do it and return the report."""
+        if self.out is not None and _SCALING not in self.what:
+            raise BadOptionError("--out is where scaling is written; add scaling, or drop --out")
+        from mpma_mj.bench import scaling
         from mpma_mj.bench.parts import PARTS
         from mpma_mj.bench.report import as_json, as_markdown, joined
         from mpma_mj.training.config import versions
         from mpma_mj.training.progress import show_range
 
-        parts = dict.fromkeys(self.what or get_args(Part))
-        report = joined([PARTS[part](show_range) for part in parts])
+        parts = dict.fromkeys(self.what or PARTS)
+        reports = [PARTS[part](show_range) for part in parts if part != _SCALING]
+        content, text = {}, []
+        if _SCALING in parts:
+            sizes = scaling.measure(show_range)
+            reports.append(sizes.report())
+            content, text = {_SCALING: sizes.rows()}, [sizes.markdown()]
+            folder = self.out or default_folder(_SCALING)
+            _write(folder, sizes)
+            print(f"mpma: tables and picture are in {folder}", file=sys.stderr)
+        report = joined(reports)
         if self.json:
-            return json.dumps({"versions": versions()} | as_json(report), indent=2)
-        return as_markdown(report)
+            return json.dumps({"versions": versions()} | as_json(report) | content, indent=2)
+        return "\n\n".join([*text, as_markdown(report)])
+
+
+def _write(folder: Path, sizes: Scaling) -> None:
+    from mpma_mj.bench.report import as_json, as_markdown
+    from mpma_mj.bench.scaling_figure import write_figure
+    from mpma_mj.files import csv_text, write_json, write_text
+    from mpma_mj.training.config import versions
+
+    report = sizes.report()
+    content = {"versions": versions()} | as_json(report) | {_SCALING: sizes.rows()}
+    write_json(folder / "scaling.json", content)
+    write_text(folder / "scaling.csv", csv_text(sizes.rows()))
+    write_text(folder / "scaling.md", f"{sizes.markdown()}\n\n{as_markdown(report)}\n")
+    write_figure(folder / "scaling.png", sizes)
