@@ -11,6 +11,8 @@ from mpma_mj.bench.timing import Bound, Ratio, Spread, Target
 
 __all__ = ["Report", "as_json", "as_markdown", "joined"]
 
+_UNITS = (("s", 1.0), ("ms", 1e3), ("µs", 1e6))  # and how many make a second
+
 
 @dataclass(frozen=True)
 class Report:
@@ -72,7 +74,7 @@ def as_markdown(report: Report) -> str:
 
 
 def _time(name: str, spread: Spread) -> str:
-    unit, scale = ("s", 1.0) if spread.median > 0.01 else ("µs", 1e6)
+    unit, scale = next((u for u in _UNITS if u[1] * spread.median >= 1.0), _UNITS[-1])
     median, least, greatest = (f"{scale * value:.3g}" for value in dataclasses.astuple(spread))
     return f"| {name} | {median} {unit} | {least} to {greatest} {unit} |"
 
