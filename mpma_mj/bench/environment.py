@@ -2,28 +2,24 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
-
 import mujoco
 import numpy as np
 from dm_control.rl.control import Environment
 from mujoco import rollout
 from numpy.typing import NDArray
 
-from mpma_mj.bench.timing import Case, Ratio, Spread, in_turn, ratio, spread
+from mpma_mj.bench.child import program
+from mpma_mj.bench.report import Report
+from mpma_mj.bench.timing import Case, Progress, in_turn, ratio, spread
 from mpma_mj.envs.batch import chunk_size
 from mpma_mj.envs.gym import ImitationEnv
 from mpma_mj.envs.load import load
 from mpma_mj.envs.vector import make_vec
 from mpma_mj.machine import processors
 
-__all__ = ["Report", "bare_rollout", "measure"]
+__all__ = ["bare_rollout", "bare_steps", "env_steps", "measure"]
 
 Array = NDArray[np.float64]
-Progress = Callable[[range, str], Iterable[int]]
 
 _STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
 _MEMBERS = 64
@@ -42,26 +38,13 @@ _THEIRS = 'from dm_control import suite; suite.load("reacher", "easy")'
 _PROGRAMS = {_OURS: "import mpma_mj; mpma_mj.load()", _THEIRS: _THEIRS}
 
 
-@dataclass(frozen=True)
-class Report:
-    """What was measured.
-
-    Attributes:
-        seconds: Times by what was timed.
-        ratios: What the issue's targets are about, by name.
-    """
-
-    seconds: dict[str, Spread]
-    ratios: dict[str, Ratio]
-
-
 def measure(progress: Progress) -> Report:
     """Time physics arms on the built-in dance, and the start of a program.
 
     Args:
         progress: Shows how far a range of rounds is, under a title.
     """
-    cases = {_FLOOR: _floor(load()), _STEP: _steps(load()), _GYM: _steps(ImitationEnv())}
+    cases = {_FLOOR: bare_steps(load()), _STEP: env_steps(load()), _GYM: env_steps(ImitationEnv())}
     times = in_turn(cases, progress(range(_ROUNDS), "timing one environment"))
     cases = {
         _ALONE: _one_after_the_other(),
@@ -69,7 +52,7 @@ def measure(progress: Progress) -> Report:
         _ROLLOUT: bare_rollout(processors()),
     }
     times |= in_turn(cases, progress(range(_ROUNDS), f"timing {_MEMBERS} environments"))
-    starts = {name: _program(code) for name, code in _PROGRAMS.items()}
+    starts = {name: program("-c", code) for name, code in _PROGRAMS.items()}
     times |= in_turn(starts, progress(range(_STARTS), "timing the start of a program"))
     return Report(
         seconds={name: spread(values) for name, values in times.items()},
@@ -90,31 +73,50 @@ def _actions(*shape: int) -> Array:
     return np.random.default_rng(0).uniform(-1.0, 1.0, (*shape, 8))
 
 
-def _floor(env: Environment) -> Case:
-    """Return the same simulation as `_steps`, by bare calls."""
+def bare_steps(env: Environment, controls: Array | None = None) -> Case:
+    """Return the same simulation as `env_steps`, by bare calls: the floor.
+
+    Args:
+        env: What is simulated.
+        controls: Controls of T steps, shape (T, U); random joint velocities if not given.
+
+    Returns:
+        Its unit of work is a control step.
+    """
     env.reset()
     model, data = env.physics.model.ptr, env.physics.data.ptr
     nstep = round(env.control_timestep() / env.physics.timestep())
     begin = env.physics.get_state(_STATE)
-    controls = _actions(_STEPS) * env.task.max_joint_speed
+    if controls is None:
+        controls = _actions(_STEPS) * env.task.max_joint_speed
 
     def run() -> int:
         for control in controls:
             data.ctrl[:] = control
             for _ in range(nstep):
                 mujoco.mj_step(model, data)
-        return _STEPS
+        return len(controls)
 
     return Case(run, lambda: mujoco.mj_setState(model, data, begin, _STATE))
 
 
-def _steps(env: Environment | ImitationEnv) -> Case:
-    actions = _actions(_STEPS)
+def env_steps(env: Environment | ImitationEnv, actions: Array | None = None) -> Case:
+    """Return the start of an episode.
+
+    Args:
+        env: What is stepped.
+        actions: Actions of T steps, shape (T, U); random ones of all arms if not given.
+
+    Returns:
+        Its unit of work is a control step.
+    """
+    if actions is None:
+        actions = _actions(_STEPS)
 
     def run() -> int:
         for action in actions:
             env.step(action)
-        return _STEPS
+        return len(actions)
 
     return Case(run, env.reset)
 
@@ -181,13 +183,5 @@ def bare_rollout(threads: int) -> Case:
             )
             state = trajectory[:, -1].copy()
         return _BATCHES * _MEMBERS
-
-    return Case(run)
-
-
-def _program(code: str) -> Case:
-    def run() -> int:
-        subprocess.run([sys.executable, "-W", "ignore", "-c", code], check=True)
-        return 1
 
     return Case(run)

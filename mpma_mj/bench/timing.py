@@ -10,9 +10,22 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Case", "Ratio", "Spread", "in_turn", "ratio", "spread"]
+__all__ = [
+    "Bound",
+    "Case",
+    "Progress",
+    "Ratio",
+    "Spread",
+    "Target",
+    "bound",
+    "in_turn",
+    "ratio",
+    "spread",
+]
 
 Array = NDArray[np.float64]
+Progress = Callable[[range, str], Iterable[int]]
+"""Shows how far a range of rounds is, under a title."""
 
 
 @dataclass(frozen=True)
@@ -38,11 +51,11 @@ class Spread:
 
 
 @dataclass(frozen=True)
-class Ratio:
-    """How one time compares with another, round by round.
+class Target:
+    """What was reached of what is wanted.
 
     Attributes:
-        spread: The ratio over the rounds.
+        spread: What was measured, over the rounds.
         wanted: What it should be at most, or at least where `at_least` says so.
         at_least: Which of the two.
     """
@@ -56,6 +69,22 @@ class Ratio:
         """Whether the median is as wanted."""
         median = self.spread.median
         return median >= self.wanted if self.at_least else median <= self.wanted
+
+
+@dataclass(frozen=True)
+class Ratio(Target):
+    """How one time compares with another, round by round."""
+
+
+@dataclass(frozen=True)
+class Bound(Target):
+    """What is wanted of a quantity itself, on whatever machine this is.
+
+    Attributes:
+        unit: Its unit; "" for a number without one.
+    """
+
+    unit: str = "s"
 
 
 def in_turn(cases: Mapping[str, Case], rounds: Iterable[int]) -> dict[str, Array]:
@@ -90,3 +119,8 @@ def spread(values: Array) -> Spread:
 def ratio(values: Array, others: Array, wanted: float, *, at_least: bool = False) -> Ratio:
     """Compare times of the same rounds, each of shape (R,)."""
     return Ratio(spread(values / others), wanted, at_least)
+
+
+def bound(values: Array, wanted: float, unit: str = "s", *, at_least: bool = False) -> Bound:
+    """Hold measurements, shape (R,), against what is wanted of them."""
+    return Bound(spread(values), wanted, at_least, unit)

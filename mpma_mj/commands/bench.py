@@ -2,58 +2,77 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
+import sys
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
+from mpma_mj.commands.folders import default_folder
+from mpma_mj.errors import BadOptionError
+
 if TYPE_CHECKING:
-    from mpma_mj.bench.environment import Report
+    from mpma_mj.bench.scaling import Scaling
 
 __all__ = ["Bench"]
+
+_SCALING = "scaling"
+Part = Literal["env", "agent", "video", "programs", "peers", "scaling"]
 
 
 @dataclass(frozen=True)
 class Bench:
-    """Time a step of the environment beside the physics that is in it."""
+    """Time what this does beside what it cannot do without, and beside other people's libraries.
 
-    what: Annotated[Literal["env"], tyro.conf.Positional] = "env"
-    """What is timed: environments, one and many."""
+    Ratios are of the same round: what slows the machine down slows down both.
+    """
+
+    what: Annotated[tuple[Part, ...], tyro.conf.Positional] = ()
+    """What is timed: environments, one and many; acting, learning and training; frames of videos;
+    whole programs; peers (`pip install -e '.[bench]'`). All these, which take seconds each, if
+    nothing is named. And scaling, which takes minutes: training at many sizes."""
     json: bool = False
-    """Print JSON instead of a table."""
+    """Print JSON instead of tables."""
+    out: Path | None = None
+    """Folder of what scaling writes, tables and a picture; runs/scaling-TIME if not given."""
 
     def run(self) -> str:
         """Do it and return the report."""
-        from mpma_mj.bench.environment import measure
+        if self.out is not None and _SCALING not in self.what:
+            raise BadOptionError("--out is where scaling is written; add scaling, or drop --out")
+        from mpma_mj.bench import scaling
+        from mpma_mj.bench.parts import PARTS
+        from mpma_mj.bench.report import as_json, as_markdown, joined
+        from mpma_mj.training.config import versions
         from mpma_mj.training.progress import show_range
 
-        report = measure(show_range)
-        return json.dumps(_as_json(report), indent=2) if self.json else _as_table(report)
+        parts = dict.fromkeys(self.what or PARTS)
+        reports = [PARTS[part](show_range) for part in parts if part != _SCALING]
+        content, text = {}, []
+        if _SCALING in parts:
+            sizes = scaling.measure(show_range)
+            reports.append(sizes.report())
+            content, text = {_SCALING: sizes.rows()}, [sizes.markdown()]
+            folder = self.out or default_folder(_SCALING)
+            _write(folder, sizes)
+            print(f"mpma: tables and picture are in {folder}", file=sys.stderr)
+        report = joined(reports)
+        if self.json:
+            return json.dumps({"versions": versions()} | as_json(report) | content, indent=2)
+        return "\n\n".join([*text, as_markdown(report)])
 
 
-def _as_json(report: Report) -> dict[str, Any]:
+def _write(folder: Path, sizes: Scaling) -> None:
+    from mpma_mj.bench.report import as_json, as_markdown
+    from mpma_mj.bench.scaling_figure import write_figure
+    from mpma_mj.files import csv_text, write_json, write_text
     from mpma_mj.training.config import versions
 
-    ratios = {
-        name: dataclasses.asdict(ratio) | {"reached": ratio.reached}
-        for name, ratio in report.ratios.items()
-    }
-    seconds = {name: dataclasses.asdict(spread) for name, spread in report.seconds.items()}
-    return {"versions": versions(), "seconds": seconds, "ratios": ratios}
-
-
-def _as_table(report: Report) -> str:
-    rows = ["| time | median | least to greatest |", "|---|---|---|"]
-    for name, spread in report.seconds.items():
-        unit, scale = ("s", 1.0) if spread.median > 0.01 else ("µs", 1e6)
-        median, least, greatest = (f"{scale * value:.3g}" for value in dataclasses.astuple(spread))
-        rows.append(f"| {name} | {median} {unit} | {least} to {greatest} {unit} |")
-    rows += ["", "| ratio | wanted | median | least to greatest |", "|---|---|---|---|"]
-    for name, ratio in report.ratios.items():
-        wanted = f"{'≥' if ratio.at_least else '≤'} {ratio.wanted:g}"
-        median, least, greatest = (f"{value:.2f}" for value in dataclasses.astuple(ratio.spread))
-        missed = "" if ratio.reached else " (missed)"
-        rows.append(f"| {name} | {wanted} | {median}{missed} | {least} to {greatest} |")
-    return "\n".join(rows)
+    report = sizes.report()
+    content = {"versions": versions()} | as_json(report) | {_SCALING: sizes.rows()}
+    write_json(folder / "scaling.json", content)
+    write_text(folder / "scaling.csv", csv_text(sizes.rows()))
+    write_text(folder / "scaling.md", f"{sizes.markdown()}\n\n{as_markdown(report)}\n")
+    write_figure(folder / "scaling.png", sizes)

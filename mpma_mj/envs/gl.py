@@ -9,7 +9,7 @@ import sys
 
 from mpma_mj.errors import RenderingError
 
-__all__ = ["HOW_TO_MEND", "choose_backend", "require_backend"]
+__all__ = ["HOW_TO_MEND", "choose_backend", "environment_of", "require_backend"]
 
 _VARIABLE = "MUJOCO_GL"
 _LIBRARIES = {"egl": "libEGL.so.1", "osmesa": "libOSMesa.so.8"}
@@ -88,6 +88,11 @@ def require_backend() -> str:
     raise RenderingError(f"no video: OpenGL does not draw here (tried {tried}); {HOW_TO_MEND}")
 
 
+def environment_of(backend: str) -> dict[str, str]:
+    """Return the variables of a process of its own that is to draw with a backend."""
+    return _users_environment | {_VARIABLE: backend}
+
+
 def _headless() -> bool:
     display = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
     return sys.platform.startswith("linux") and not display
@@ -110,7 +115,7 @@ def _loads(backend: str) -> bool:
 
 def _draws(backend: str) -> bool:
     command = [sys.executable, "-c", _TRIAL]
-    environment = _users_environment | {_VARIABLE: backend}
+    environment = environment_of(backend)
     try:
         subprocess.run(command, env=environment, capture_output=True, timeout=60, check=True)
     except subprocess.SubprocessError:

@@ -20,7 +20,7 @@ from mpma_mj.training.course import Course, Stage
 from mpma_mj.training.trace import record_epochs
 from mpma_mj.training.trained import Trained
 
-__all__ = ["check", "train_agents", "train_crowd"]
+__all__ = ["Crowd", "check", "train_agents", "train_crowd"]
 
 
 def check(config: RunConfig, motion: Motion) -> None:
@@ -30,7 +30,7 @@ def check(config: RunConfig, motion: Motion) -> None:
         MpmaError: A setting is outside what it may be, or does not fit the motion.
     """
     architecture(config)
-    _Crowd([dataclasses.replace(config, nodes=1)], motion).close()
+    Crowd([dataclasses.replace(config, nodes=1)], motion).close()
 
 
 def train_crowd(
@@ -48,7 +48,7 @@ def train_crowd(
         A summary of each run, as `Course.summary` returns it; of one whose simulation diverged
         `failed`, why.
     """
-    with one_thread(), contextlib.closing(_Crowd(configs, motion)) as crowd:
+    with one_thread(), contextlib.closing(Crowd(configs, motion)) as crowd:
         while crowd.epoch < epochs and len(crowd.going):
             crowd.run_epoch(stop=stop)
         return crowd.outcomes()
@@ -68,15 +68,20 @@ def train_agents(
     Raises:
         DivergedError: A simulation did not stay finite; names the seed.
     """
-    crowd = _Crowd(configs, motion, world, keeps_states=True)
+    crowd = Crowd(configs, motion, world, keeps_states=True)
     with one_thread(), contextlib.closing(crowd):
         while crowd.epoch < epochs and len(crowd.going):
             crowd.run_epoch(stop=True)
         return crowd.trained()
 
 
-class _Crowd:
-    """Runs side by side, of which those that are over leave."""
+class Crowd:
+    """Runs side by side, of which those that are over leave.
+
+    Attributes:
+        epoch: Number of epochs so far.
+        going: Numbers of the runs that go on, shape (R,).
+    """
 
     def __init__(
         self,
@@ -86,6 +91,14 @@ class _Crowd:
         *,
         keeps_states: bool = False,
     ) -> None:
+        """Draw the agents and make their environments.
+
+        Args:
+            configs: Settings of the runs, which differ in their seeds only.
+            motion: The movement.
+            world: Options of the environment that are other than the settings say.
+            keeps_states: Whether the agents' states of their best epochs are kept.
+        """
         self.epoch = 0
         self.going: NDArray[np.intp] = np.arange(len(configs))
         self._configs, self._config, self._motion = tuple(configs), configs[0], motion

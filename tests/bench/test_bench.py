@@ -13,7 +13,7 @@ from mpma_mj.envs.load import load
 
 def test_the_floor_is_the_simulation_that_is_in_a_step() -> None:
     bare, env = load(), load()
-    for case in (environment._floor(bare), environment._steps(env)):
+    for case in (environment.bare_steps(bare), environment.env_steps(env)):
         case.prepare()
         assert case.run() == environment._STEPS
     np.testing.assert_array_equal(bare.physics.joint_angles(), env.physics.joint_angles())
@@ -59,13 +59,13 @@ def test_ratios_are_of_the_same_round_and_know_what_is_wanted() -> None:
     assert not ratio(one, other, 2.5, at_least=True).reached
 
 
+@pytest.mark.usefixtures("small")
 @pytest.mark.parametrize("form", [[], ["--json"]])
 def test_the_command_prints_times_and_ratios(
     form: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for name in ("_ROUNDS", "_STARTS"):
-        monkeypatch.setattr(environment, name, 1)
-    monkeypatch.setattr(environment, "_MEMBERS", 2)
+    if form:  # real programs once are enough
+        monkeypatch.setattr(environment, "program", lambda *words: Case(lambda: 1))
     assert main(["bench", "env", *form]) == 0
     out = capsys.readouterr().out
     if form:

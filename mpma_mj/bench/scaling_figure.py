@@ -1,0 +1,70 @@
+"""How time and memory of training grow, as a picture."""
+
+from __future__ import annotations
+
+import functools
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullLocator
+
+from mpma_mj.bench.scaling import AXES, Axis, Scaling
+from mpma_mj.files import write_whole
+from mpma_mj.training.colours import module_colours
+
+__all__ = ["write_figure"]
+
+_DPI = 110
+_TITLES: dict[Axis, str] = {
+    "steps": "steps of an epoch",
+    "modules": "modules",
+    "nodes": "nodes of a reservoir",
+    "runs": "runs side by side",
+}
+
+
+def write_figure(path: Path, scaling: Scaling) -> None:
+    """Draw a panel for each axis: time of an epoch on the left, peak memory on the right.
+
+    Args:
+        path: The PNG file.
+        scaling: What was measured.
+    """
+    figure = Figure(figsize=(10.0, 7.0), layout="constrained")
+    for panel, axis in zip(figure.subplots(2, 2).flat, AXES, strict=True):
+        _panel(panel, scaling, axis)
+    figure.suptitle("What an epoch of training takes; dashed: fitted power laws", fontsize="medium")
+    write_whole(path, functools.partial(figure.savefig, dpi=_DPI))
+
+
+def _panel(left: Axes, scaling: Scaling, axis: Axis) -> None:
+    points = scaling.along(axis)
+    amounts = np.array([one.point.amount for one in points])
+    right = left.twinx()
+    measures = {
+        "time, s": (left, [one.epoch for one in points]),
+        "peak memory, MB": (right, [one.memory / 1e6 for one in points]),
+    }
+    lines = []
+    for (name, (side, values)), colour, fitted in zip(
+        measures.items(), module_colours(2), scaling.exponents(axis), strict=True
+    ):
+        label = f"{name.split(',')[0]}, exponent {fitted:.2f}"
+        lines += side.plot(amounts, values, "o-", color=colour, markersize=4, label=label)
+        half = len(amounts) // 2
+        middle = np.exp(np.mean(np.log(values[half:])) - fitted * np.mean(np.log(amounts[half:])))
+        side.plot(amounts[half:], middle * amounts[half:] ** fitted, "--", color=colour, lw=1.0)
+        side.set_yscale("log")
+        side.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        side.yaxis.set_major_formatter("{x:g}")
+        side.yaxis.set_minor_locator(NullLocator())
+        side.set_ylabel(name, color=colour, fontsize="small")
+        side.tick_params(labelsize="small")
+        side.spines["top"].set_visible(False)
+    left.set_xscale("log")
+    left.set_xticks(amounts, [f"{amount:,}" for amount in amounts])
+    left.minorticks_off()
+    left.set_xlabel(_TITLES[axis], fontsize="small")
+    left.legend(handles=lines, fontsize="small", loc="upper left")
