@@ -50,6 +50,9 @@ SEGMENT_NAMES = tuple(f"{side}_{part}" for side in SIDES for part in ("upper_arm
 # any recording, far above that of rounding.
 _UNDEFINED = 1e-9
 
+# The other branch of angles (a, b, c, e) is (a, -b, c, e) + (π, π, π, 0).
+_FLIP, _HALF_TURN = np.array([1.0, -1.0, 1.0, 1.0]), np.array([np.pi, np.pi, np.pi, 0.0])
+
 _MIRROR = np.array([[1.0, 1.0, 1.0], [1.0, -1.0, 1.0]])  # (arm, xyz): y → -y for the right
 
 
@@ -90,19 +93,21 @@ def angles_from_posture(posture: Array, near: Array | None = None) -> Array:
     Returns:
         Joint angles, shape (..., 8), rad.
     """
-    arms = posture.reshape(*posture.shape[:-1], 2, 2, 3) * _MIRROR[:, None, :]
-    arms = arms / np.linalg.norm(arms, axis=-1, keepdims=True)
-    regular = np.hypot(arms[..., 0, 1], arms[..., 0, 2]) > _UNDEFINED
-    abduction = np.arctan2(arms[..., 0, 1], -arms[..., 0, 2])
+    shape = posture.shape[:-1]
+    arms = posture.reshape(*shape, 2, 2, 3) * _MIRROR[:, None, :]
+    arms /= np.sqrt(np.vecdot(arms, arms))[..., None]
     if near is None:
-        angles, bent = _angles_at_abduction(arms, np.where(regular, abduction, 0.0))
-        return np.where(bent, angles, 0.0).reshape(*posture.shape[:-1], 8)
-    near = np.broadcast_to(near, (*posture.shape[:-1], 8)).reshape(*arms.shape[:-2], 4)
-    way = np.where(regular, wrap(abduction - near[..., 0]), 0.0)
-    branches = near[..., 0] + np.stack([way, np.where(regular, way + np.pi, 0.0)])
-    angles, bent = _angles_at_abduction(arms, branches)
-    steps = np.where(bent, wrap(angles - near), 0.0)  # (branch, ..., 2, 4)
-    return (near + _shorter(steps, np.sin(angles[..., 3]))).reshape(*posture.shape[:-1], 8)
+        angles, _, sin_e = _one_branch(arms, np.zeros((*shape, 2)))
+        angles[..., 2] *= sin_e > _UNDEFINED
+        return angles.reshape(*shape, 8)
+    near = np.broadcast_to(near, (*shape, 8)).reshape(*shape, 2, 4)
+    angles, regular, sin_e = _one_branch(arms, near[..., 0])
+    steps = wrap(np.stack([angles, angles * _FLIP + _HALF_TURN]) - near)  # (branch, ..., 2, 4)
+    steps[..., 2] *= sin_e > _UNDEFINED
+    # The shorter way counts, rotation as far as the elbow is bent.
+    length = np.vecdot(steps, steps) - (1.0 - sin_e**2) * steps[..., 2] ** 2
+    other = regular & (length[1] < length[0])
+    return (near + np.where(other[..., None], steps[1], steps[0])).reshape(*shape, 8)
 
 
 def continuous_angles(posture: Array, start: Array | None = None) -> Array:
@@ -150,29 +155,30 @@ def _upper_arm_frame(a: Array, b: Array) -> tuple[Array, Array, Array]:
     return x_axis, y_axis, upper_arm
 
 
-def _angles_at_abduction(arms: Array, a: Array) -> tuple[Array, Array]:
-    """Solve for the other angles, given abduction, which picks the branch.
+def _one_branch(arms: Array, held: Array) -> tuple[Array, NDArray[np.bool_], Array]:
+    """Solve for the angles on the branch of |flexion| ≤ π/2.
 
     Args:
         arms: Mirrored unit vectors, shape (..., 2, 2, 3).
-        a: Abduction, shape (..., 2), rad, perhaps with a leading axis of branches.
+        held: Abduction where it is undefined, shape (..., 2), rad.
 
     Returns:
-        Angles, shape (..., 2, 4), and which of them are defined: rotation needs a bent elbow.
+        Angles, shape (..., 2, 4); where abduction is defined; and sin e, 0 where rotation is not;
+        each of the latter shape (..., 2).
     """
     upper_arm, forearm = arms[..., 0, :], arms[..., 1, :]
-    in_plane = upper_arm[..., 1] * np.sin(a) - upper_arm[..., 2] * np.cos(a)
-    b = np.arctan2(upper_arm[..., 0], in_plane)
-    x_axis, y_axis, axis = _upper_arm_frame(a, b)
-    g_x = np.sum(forearm * x_axis, axis=-1)
-    g_y = np.sum(forearm * y_axis, axis=-1)
+    u_x, u_y, u_z = upper_arm[..., 0], upper_arm[..., 1], upper_arm[..., 2]
+    f_x, f_y, f_z = forearm[..., 0], forearm[..., 1], forearm[..., 2]
+    regular = np.hypot(u_y, u_z) > _UNDEFINED
+    a = np.where(regular, np.arctan2(u_y, -u_z), held)
+    sin_a, cos_a = np.sin(a), np.cos(a)
+    cos_b = u_y * sin_a - u_z * cos_a
+    g_x = f_x * cos_b + u_x * (f_z * cos_a - f_y * sin_a)
+    g_y = f_y * cos_a + f_z * sin_a
     sin_e = np.hypot(g_x, g_y)
-    e = np.arctan2(sin_e, np.sum(forearm * axis, axis=-1))
-    angles = np.stack([a, b, np.arctan2(g_y, g_x), e], axis=-1)
-    return angles, (sin_e > _UNDEFINED)[..., None] | (np.arange(4) != 2)
-
-
-def _shorter(steps: Array, sin_e: Array) -> Array:
-    """Return the shorter of two steps (2, ..., 4); rotation counts as the elbow is bent."""
-    length = np.sum(steps**2, axis=-1) - (1.0 - sin_e**2) * steps[..., 2] ** 2
-    return np.where((length[0] <= length[1])[..., None], steps[0], steps[1])
+    angles = np.empty((*a.shape, 4))
+    angles[..., 0] = a
+    angles[..., 1] = np.arctan2(u_x, cos_b)
+    angles[..., 2] = np.arctan2(g_y, g_x)
+    angles[..., 3] = np.arctan2(sin_e, np.vecdot(upper_arm, forearm))
+    return angles, regular, sin_e

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj import arm
+from mpma_mj.clip import clip
 
 __all__ = ["feedback_action", "joint_error"]
 
@@ -50,4 +51,4 @@ def feedback_action(
         Action, shape (..., 8), in [-1, 1].
     """
     error = joint_error(joint_angles, reference)
-    return np.clip(error / (control_timestep * max_joint_speed), -1.0, 1.0)
+    return clip(error / (control_timestep * max_joint_speed))

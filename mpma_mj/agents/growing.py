@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import dataclasses
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -105,7 +106,7 @@ class GrowingMPMA(MPMA):
         self._helped_sigma[...] = helped["sigma"]
         self._helped.load_state_dict(helped)
 
-    def _gate(self, observation: Observation) -> dict[str, Array]:
+    def _gate(self, observation: Observation) -> dict[str, NDArray[Any]]:
         return super()._gate(observation) | {"context": observation["context"]}
 
     def _suited(self, said: Array) -> Array:

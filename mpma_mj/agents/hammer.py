@@ -13,6 +13,7 @@ from mpma_mj.agents.learning import command_that_hits
 from mpma_mj.agents.networks import PairsConfig
 from mpma_mj.agents.pairs import Member, PairsAgent
 from mpma_mj.agents.responsibility import prediction_errors
+from mpma_mj.clip import clip
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions.context import danced_label
 
@@ -39,7 +40,7 @@ def next_confidence(confidence: Array, errors: Array) -> Array:
         errors: Errors of the last predictions, shape (..., M).
     """
     change = np.where(errors == errors.min(axis=-1, keepdims=True), 1.0, -1.0)
-    return np.clip(confidence + change, 0.0, _MOST)
+    return clip(confidence + change, 0.0, _MOST)
 
 
 class HAMMER(PairsAgent):

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
 __all__ = ["Memory"]
 
-Array = NDArray[np.float64]
+Array = NDArray[Any]  # of the precision of what is remembered
 
 _FIRST = 256  # steps for which there is room at first
 
@@ -20,6 +21,7 @@ class Memory:
     def __init__(self) -> None:
         """Begin with nothing remembered."""
         self._rows: dict[str, Array] = {}
+        self._lent: dict[str, Array] = {}
         self._length = 0
 
     def __len__(self) -> int:
@@ -35,15 +37,33 @@ class Memory:
         """Forget the episode."""
         self._length = 0
 
+    def place(self, name: str, shape: tuple[int, ...], kind: DTypeLike) -> Array:
+        """Return where a part of the next step is to be remembered, to be written there at once.
+
+        Args:
+            name: Its name, with which it is appended afterwards.
+            shape: Its shape, the same for all steps.
+            kind: Its precision.
+        """
+        self._lent[name] = place = self._room(name, shape, kind)[self._length]
+        return place
+
     def append(self, step: Mapping[str, Array]) -> None:
         """Remember a step, arrays by name, of the same shapes as those of other steps."""
         for name, value in step.items():
-            if name not in self._rows or self._rows[name].shape[1:] != value.shape:
-                self._rows[name] = np.empty((_FIRST, *value.shape))
-            if self._length == len(self._rows[name]):
-                self._rows[name] = np.concatenate([self._rows[name]] * 2)
-            self._rows[name][self._length] = value
+            if value is not self._lent.get(name):
+                self._room(name, value.shape, value.dtype)[self._length] = value
+        self._lent.clear()
         self._length += 1
+
+    def _room(self, name: str, shape: tuple[int, ...], kind: DTypeLike) -> Array:
+        """Return the rows of a name, among them one for the next step."""
+        rows = self._rows.get(name)
+        if rows is None or rows.shape[1:] != shape:
+            rows = self._rows[name] = np.empty((max(_FIRST, self._length + 1), *shape), kind)
+        elif self._length == len(rows):
+            rows = self._rows[name] = np.concatenate([rows, rows])
+        return rows
 
     def episode(self) -> dict[str, Array]:
         """Return all steps, shape (T, ...) by name; views that the next episode overwrites."""

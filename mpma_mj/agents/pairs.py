@@ -17,8 +17,9 @@ from mpma_mj.agents.gains import Gains, performance
 from mpma_mj.agents.learning import PairReadouts
 from mpma_mj.agents.memory import Memory
 from mpma_mj.agents.networks import JOINTS, POSTURE, PairsConfig
+from mpma_mj.clip import clip
 from mpma_mj.errors import BadOptionError
-from mpma_mj.esn import ReadoutBank, ReservoirBank
+from mpma_mj.esn import PRECISION, Features, ReadoutBank, ReservoirBank
 from mpma_mj.randomness import stream
 
 __all__ = ["Member", "PairsAgent"]
@@ -87,7 +88,7 @@ class PairsAgent(ABC):
         self.reset(0)
 
     @abstractmethod
-    def _gate(self, observation: Observation) -> dict[str, Array]:
+    def _gate(self, observation: Observation) -> dict[str, NDArray[Any]]:
         """Return at least `prior` and `responsibility`, shape (..., M), to be remembered."""
 
     @abstractmethod
@@ -120,18 +121,19 @@ class PairsAgent(ABC):
         """Return the action, shape (..., 8), in [-1, 1]."""
         gate = self._gate(observation)
         sensed = self._networks.sense(observation)
-        inverse_features = self._inverse.step(
-            np.concatenate([sensed, observation["target"]], axis=-1)
+        inverse_features = self._step(
+            "inverse", np.concatenate([sensed, observation["target"]], axis=-1)
         )
-        module_actions = np.clip(self._readouts.inverse(inverse_features), -1.0, 1.0)
+        module_actions = clip(self._readouts.inverse(inverse_features))
         feedback = self._arena.feedback(observation["joint_angles"], observation["reference"])
         mixed = (gate["responsibility"][..., None, :] @ module_actions)[..., 0, :]
-        inverse_gain = np.asarray(self.gains.inverse)[..., None]
-        feedback_gain = np.asarray(self.gains.feedback)[..., None]
-        action = np.clip(inverse_gain * mixed + feedback_gain * feedback, -1.0, 1.0)
+        gains = self.gains
+        feedback_gain = np.asarray(gains.feedback)
+        action = np.asarray(gains.inverse)[..., None] * mixed + feedback_gain[..., None] * feedback
+        action = clip(action)
 
         heard = self._heard(action, module_actions)
-        forward_features = self._forward.step(_beside(heard, sensed))
+        forward_features = self._step("forward", _beside(heard, sensed))
         self._steps.append(
             {
                 **gate,
@@ -142,7 +144,7 @@ class PairsAgent(ABC):
                 "action": action,
                 "posture": observation["posture"],
                 "feedback": feedback,
-                "feedback_gain": np.asarray(self.gains.feedback),
+                "feedback_gain": feedback_gain,
             }
         )
         return action
@@ -262,6 +264,11 @@ class PairsAgent(ABC):
         )
         self._banks[name] = bank
         return bank
+
+    def _step(self, name: str, inputs: Array) -> Features:
+        """Let reservoirs go on, and return their features, written where they are remembered."""
+        bank = self._banks[name]
+        return bank.step(inputs, self._steps.place(f"{name}_features", bank.shape, PRECISION))
 
     def _readout(self, weights: Array) -> ReadoutBank:
         return ReadoutBank(weights, **self._fitting)

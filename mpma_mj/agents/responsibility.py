@@ -26,7 +26,8 @@ def prediction_errors(predictions: Array, posture: Array) -> Array:
     Returns:
         Mean squared errors, shape (..., M).
     """
-    return np.mean((predictions - posture[..., None, :]) ** 2, axis=-1)
+    off = predictions - posture[..., None, :]
+    return np.vecdot(off, off) / posture.shape[-1]
 
 
 def likelihood(errors: Array, sigma: float | Array) -> Array:
@@ -45,7 +46,7 @@ def likelihood(errors: Array, sigma: float | Array) -> Array:
         Likelihoods, shape (..., M), in [0, 1], the best module's 1.
     """
     width = 2.0 * np.asarray(sigma)[..., None] ** 2
-    return np.exp((errors.min(axis=-1, keepdims=True) - errors) / width)
+    return np.exp((np.minimum.reduce(errors, axis=-1, keepdims=True) - errors) / width)
 
 
 def responsibilities(prior: Array, likelihoods: Array) -> Array:
@@ -59,7 +60,7 @@ def responsibilities(prior: Array, likelihoods: Array) -> Array:
         Responsibilities, shape (..., M), that sum to 1.
     """
     joint = prior * likelihoods
-    return joint / joint.sum(axis=-1, keepdims=True)
+    return joint / np.add.reduce(joint, axis=-1, keepdims=True)
 
 
 def commitment_target(responsibility: Array, commitment: float) -> Array:

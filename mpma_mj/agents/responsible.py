@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from mpma_mj.agents.arena import Arena
 from mpma_mj.agents.learning import Readouts
 from mpma_mj.agents.networks import PairsConfig
 from mpma_mj.agents.pairs import PairsAgent
+from mpma_mj.clip import clip
 from mpma_mj.randomness import stream
 
 __all__ = ["ResponsiblePairs"]
@@ -83,8 +85,8 @@ class ResponsiblePairs(PairsAgent):
         super().load_state_dict(state)
         self._sigma[...] = state["sigma"]
 
-    def _gate(self, observation: Observation) -> dict[str, Array]:
-        features = self._predictor.step(observation["context"])
+    def _gate(self, observation: Observation) -> dict[str, NDArray[Any]]:
+        features = self._step("predictor", observation["context"])
         prior = self._suited(self._readouts.predictor(features)[..., 0])
         likelihood = np.ones_like(prior)
         if len(self._steps):
@@ -96,7 +98,7 @@ class ResponsiblePairs(PairsAgent):
 
     def _suited(self, said: Array) -> Array:
         """Return the priors p, (..., M), of what the responsibility predictors said."""
-        return np.clip(said, _LEAST_PRIOR, 1.0)
+        return clip(said, _LEAST_PRIOR, 1.0)
 
     def _likelihood(self, errors: Array) -> Array:
         """Return the likelihoods ℓ, (..., M), of the forward models' errors."""

@@ -8,7 +8,8 @@ from dm_env import specs
 from numpy.typing import NDArray
 
 from mpma_mj import arm
-from mpma_mj.envs.actions import check_action, clip_action
+from mpma_mj.clip import clip
+from mpma_mj.envs.actions import check_action
 from mpma_mj.envs.demonstration import Demonstration
 from mpma_mj.envs.observation import Observer
 from mpma_mj.envs.options import EnvironmentOptions
@@ -114,7 +115,7 @@ class TwoArmImitation(control.Task):
         if self._latency:
             due, *rest = *self._pending, self.last_action
             self._pending = rest
-        physics.set_control(clip_action(due) * self._top_speed)
+        physics.set_control(clip(due) * self._top_speed)
         if self._drawn.pushes is not None:
             physics.push(self._drawn.pushes[self._step])
 

@@ -14,7 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from mpma_mj import arm
 from mpma_mj.checks import is_whole
-from mpma_mj.envs.actions import check_action, clip_action
+from mpma_mj.clip import clip
+from mpma_mj.envs.actions import check_action
 from mpma_mj.envs.batch import make_batch
 from mpma_mj.envs.demonstration import Demonstration, Episode
 from mpma_mj.envs.load import prepare
@@ -188,7 +189,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
             self._pending = np.concatenate([self._pending[1:], actions[None]])
         pushes = self._drawn.pushes
         forces = None if pushes is None else pushes[self._rows, self._step]
-        diverged = self._batch.step(clip_action(due) * self._top_speed, forces)
+        diverged = self._batch.step(clip(due) * self._top_speed, forces)
         self._step += 1
         self._begin_episodes()
         return self._outcome(begins, diverged & ~begins, actions)

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from mpma_mj.esn.precision import PRECISION, Single
 from mpma_mj.esn.recurrence import block_diagonal, random_recurrence
 
 __all__ = ["ReservoirBank"]
@@ -65,15 +66,22 @@ class ReservoirBank:
         for stream in streams:
             drawn.append(stream.uniform(-1.0, 1.0, (count, nodes, inputs)))
             blocks += [random_recurrence(nodes, radius, stream) for _ in range(count)]
-        self._input_weights = np.reshape(drawn, (*lead, count, nodes, inputs))
-        self._recurrence = block_diagonal(blocks)
+        self._input_weights: Single = np.reshape(drawn, (*lead, count, nodes, inputs)).astype(
+            PRECISION
+        )
+        self._recurrence = block_diagonal(blocks).astype(PRECISION)
         self.reset(streams)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the features, (..., M, N + D)."""
+        return (*self._input_weights.shape[:-2], self.features)
 
     def reset(self, streams: Streams) -> None:
         """Set all states to 0; noise will come from these streams, one for each member."""
-        self._state = np.zeros(self._input_weights.shape[:-1])
+        self._state: Single = np.zeros(self._input_weights.shape[:-1], PRECISION)
         self._streams = streams
-        self._ahead: Iterator[Array] = iter(())  # noise of the next steps
+        self._ahead: Iterator[Single] = iter(())  # noise of the next steps
 
     def keep(self, members: NDArray[np.intp]) -> None:
         """Go on with some of the members only, (R',) of R, from the next reset."""
@@ -94,29 +102,32 @@ class ReservoirBank:
         self._recurrence = self._recurrence[own][:, own]
         self._left = np.delete(np.arange(self._drawn)[self._left], reservoirs)
 
-    def step(self, inputs: Array) -> Array:
+    def step(self, inputs: Array, features: Single | None = None) -> Single:
         """Update the states with an input.
 
         Args:
             inputs: Input v, shape (..., D) for all reservoirs of a member alike or (..., M, D).
+            features: Where the features are written; a new array if not given.
 
         Returns:
-            Features z, shape (..., M, N + D), a new array.
+            Features z, shape (..., M, N + D).
         """
         shape, nodes = self._state.shape, self._state.shape[-1]
-        if inputs.ndim < self._state.ndim:
-            inputs = inputs[..., None, :]
-        driven = (self._input_weights @ inputs[..., None])[..., 0]  # (..., M, N)
+        heard = inputs.astype(PRECISION)
+        if heard.ndim < self._state.ndim:
+            heard = heard[..., None, :]
+        driven: Single = (self._input_weights @ heard[..., None])[..., 0]  # (..., M, N)
         driven += (self._recurrence @ self._state.ravel()).reshape(shape)
-        self._state = np.tanh(driven, out=driven)
-        self._state += self._next_noise()
-        features = np.empty((*shape[:-1], self.features))
+        np.tanh(driven, out=driven)
+        self._state = np.add(driven, self._next_noise(), out=driven)
+        if features is None:
+            features = np.empty(self.shape, PRECISION)
         features[..., :nodes] = self._state
-        features[..., nodes:] = inputs
+        features[..., nodes:] = heard
         return features
 
-    def _next_noise(self) -> Array:
-        noise: Array | None = next(self._ahead, None)
+    def _next_noise(self) -> Single:
+        noise: Single | None = next(self._ahead, None)
         if noise is None:
             shape = self._state.shape
             each = (_DRAWN_AHEAD, self._drawn, shape[-1])
@@ -124,6 +135,6 @@ class ReservoirBank:
             drawn = drawn[:, :, self._left]
             drawn -= 0.5
             drawn *= self._noise
-            self._ahead = iter(drawn.reshape(_DRAWN_AHEAD, *shape))
+            self._ahead = iter(drawn.astype(PRECISION).reshape(_DRAWN_AHEAD, *shape))
             return next(self._ahead)
         return noise

@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
+from mpma_mj.esn.precision import PRECISION, Features, Single
+
 __all__ = ["ReadoutBank"]
 
 Array = NDArray[np.float64]
@@ -19,8 +21,8 @@ _EPSILON = 1e-6  # keeps features of 0 from dividing by 0
 class _Sums(NamedTuple):
     """What readouts remember of the epochs that they were fitted to."""
 
-    gram: Array  # G, (..., M, F, F)
-    moment: Array  # B, (..., M, F, K)
+    gram: Single  # G, (..., M, F, F)
+    moment: Single  # B, (..., M, F, K)
 
 
 class ReadoutBank:
@@ -48,15 +50,15 @@ class ReadoutBank:
             forgetting: φ, in [0, 1].
             ridge: ρ, above 0.
         """
-        self.weights = weights.copy()
+        self.weights: Single = weights.astype(PRECISION)
         self._forgetting = forgetting
         self._ridge = ridge
         self._sums: _Sums | None = None
         self._steps = np.zeros(weights.shape[:-3])
 
-    def __call__(self, features: Array) -> Array:
+    def __call__(self, features: Features) -> Array:
         """Read the reservoirs: features (..., M, F) to outputs (..., M, K)."""
-        return (self.weights @ features[..., None])[..., 0]
+        return (self.weights @ features[..., None])[..., 0].astype(np.float64)
 
     def member(self, index: tuple[int, ...]) -> ReadoutBank:
         """Return one member's readouts, (M, K, F); what it learns is learned here."""
@@ -87,7 +89,7 @@ class ReadoutBank:
         if self._sums is not None:
             self._sums = _Sums(*(np.delete(sums, modules, axis=-3) for sums in self._sums))
 
-    def fit(self, features: Array, targets: Array, step_weights: Array | None = None) -> None:
+    def fit(self, features: Features, targets: Array, step_weights: Array | None = None) -> None:
         """Learn an epoch of one member.
 
         Args:
@@ -100,12 +102,12 @@ class ReadoutBank:
         gram, moment = self._remembered()
         self._steps[...] = self._forgetting * self._steps + steps
         ridge = self._ridge * float(self._steps)
-        targets = np.broadcast_to(targets, (steps, count, targets.shape[2]))
+        wanted = np.broadcast_to(targets.astype(PRECISION), (steps, count, targets.shape[2]))
+        roots = None if step_weights is None else np.sqrt(step_weights, dtype=PRECISION)
         for i in range(count):
-            z, y = features[:, i], targets[:, i]
-            if step_weights is not None:
-                root = np.sqrt(step_weights[:, i, None])
-                z, y = root * z, root * y
+            z, y = features[:, i], wanted[:, i]
+            if roots is not None:
+                z, y = roots[:, i, None] * z, roots[:, i, None] * y
             gram[i] *= self._forgetting
             gram[i] += z.T @ z
             moment[i] *= self._forgetting
@@ -115,7 +117,7 @@ class ReadoutBank:
             factor = linalg.cho_factor(regular, overwrite_a=True, check_finite=False)
             self.weights[i] = linalg.cho_solve(factor, moment[i], check_finite=False).T
 
-    def nudge(self, features: Array, errors: Array, rate: float) -> None:
+    def nudge(self, features: Features, errors: Array, rate: float) -> None:
         """Move the weights along an error by normalised LMS.
 
             W_out,i ← W_out,i + η e_i z_iᵀ / (ε + z_iᵀz_i)
@@ -128,12 +130,12 @@ class ReadoutBank:
             rate: Learning rate η.
         """
         power = _EPSILON + np.sum(features**2, axis=-1, keepdims=True)  # (..., M, 1)
-        step = rate * errors / power
+        step = (rate * errors / power).astype(PRECISION)
         self.weights += step[..., :, None] * features[..., None, :]
 
     def state_dict(self) -> dict[str, Array]:
         """Return a copy of everything that `fit` and reading depend on."""
-        state = {"weights": self.weights, "steps": self._steps}
+        state: dict[str, NDArray[Any]] = {"weights": self.weights, "steps": self._steps}
         if self._steps.any():
             state |= self._remembered()._asdict()
         return {name: value.copy() for name, value in state.items()}
@@ -163,11 +165,11 @@ class ReadoutBank:
         if self._sums is None:
             *modules, outputs, features = self.weights.shape
             shapes = (*modules, features, features), (*modules, features, outputs)
-            self._sums = _Sums(*map(np.zeros, shapes))
+            self._sums = _Sums(*(np.zeros(shape, PRECISION) for shape in shapes))
         return self._sums
 
 
-def _assign(array: Array, value: Array) -> None:
+def _assign(array: NDArray[Any], value: NDArray[Any]) -> None:
     """Overwrite an array with one of its shape; numpy alone would stretch others."""
     if np.shape(value) != array.shape:
         raise ValueError(f"shape {np.shape(value)} in place of {array.shape}")

@@ -8,7 +8,7 @@ import numpy as np
 from dm_control.rl import control
 from numpy.typing import NDArray
 
-from mpma_mj.envs.actions import clip_action
+from mpma_mj.clip import clip
 from mpma_mj.identification.log import RobotLog
 
 __all__ = ["record"]
@@ -33,7 +33,7 @@ def record(
     while not timestep.last() and len(rows) < round(seconds / period):
         observation = timestep.observation
         action = act(observation)
-        command = clip_action(action) * env.task.max_joint_speed
+        command = clip(action) * env.task.max_joint_speed
         rows.append((command, observation["joint_angles"], observation["joint_velocities"]))
         timestep = env.step(action)
     command, angle, velocity = map(np.array, zip(*rows, strict=True))

@@ -11,7 +11,7 @@ import numpy as np
 from mujoco import rollout
 from numpy.typing import NDArray
 
-from mpma_mj.envs.actions import clip_action
+from mpma_mj.clip import clip
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.physics import PhysicsArms
 
@@ -75,7 +75,7 @@ def effort(trace: Mapping[str, Array], world: Mapping[str, Any], rate: float) ->
     model, timestep = arms.model.ptr, arms.timestep()
     top_speed = np.where(options.turns, arms.max_joint_speed, 0.0)
     control = np.zeros((len(trace["action"]), model.nu))
-    control[:, arms.actuators] = clip_action(trace["action"]) * top_speed
+    control[:, arms.actuators] = clip(trace["action"]) * top_speed
     control = np.repeat(control, round(1.0 / rate / timestep), axis=0)
     arms.place(trace["joint_angles"][0], trace["joint_velocities"][0])
     start = np.empty(mujoco.mj_stateSize(model, _STATE))

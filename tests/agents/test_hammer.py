@@ -9,6 +9,7 @@ from mpma_mj.agents import HAMMER, Arena, MPMAConfig
 from mpma_mj.agents.hammer import next_confidence
 from mpma_mj.agents.networks import PairsConfig
 from mpma_mj.errors import BadOptionError
+from mpma_mj.esn import PRECISION
 from mpma_mj.training.trace import record_epoch
 
 SPEED = np.array([12.0, 12.0, 20.0, 15.0] * 2)
@@ -66,11 +67,12 @@ def test_each_pair_learns_by_ridge_regression_from_its_own_label_only() -> None:
         own = trace["context"][:-1, i] == 1
         assert 0 < own.sum() < len(own)
         for name, target in (("forward", trace["posture"][1:]), ("inverse", hit)):
-            z = epoch[f"{name}_features"][own, i]
+            z = epoch[f"{name}_features"][own, i].astype(float)
             ridge = 1e-4 * len(own) * np.eye(z.shape[1])
             expected = linalg.solve(z.T @ z + ridge, z.T @ target[own]).T
             weights = getattr(agent._readouts, name).weights[i]
-            np.testing.assert_allclose(weights, expected, atol=1e-8)
+            # What they say: directions in which features do not vary are found to no digit.
+            np.testing.assert_allclose(z @ weights.T, z @ expected.T, atol=1e-4)
 
 
 def test_from_steps_without_a_label_no_pair_learns() -> None:
@@ -118,7 +120,8 @@ def test_prepared_forward_models_hear_their_own_inverse_model() -> None:
         trace = dance(agent, 1, learn=False)
         heard = agent._episode(())["forward_features"][:, :, 20:28]
         total = np.repeat(trace["action"][:, None], 4, axis=1)
-        np.testing.assert_array_equal(heard, total if preparing else trace["module_actions"])
+        expected = total if preparing else trace["module_actions"]
+        np.testing.assert_array_equal(heard, expected.astype(PRECISION))
         dance(agent, 3)
 
 

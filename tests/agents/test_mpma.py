@@ -11,6 +11,7 @@ from mpma_mj.agents import MPMA, Arena, MPMAConfig
 from mpma_mj.agents.learning import RULES, Epoch
 from mpma_mj.envs.load import load
 from mpma_mj.errors import BadOptionError
+from mpma_mj.esn import PRECISION
 from mpma_mj.feedback import feedback_action
 
 SPEED = np.array([12.0, 12.0, 20.0, 15.0] * 2)
@@ -85,12 +86,12 @@ def test_networks_hear_what_the_equations_say(forward_input: str, proprioception
     for t, seen in enumerate(observations[:-1]):
         angles = seen["joint_angles"] if proprioception else np.empty(0)
         sensed = np.concatenate([seen["posture"], np.sin(angles), np.cos(angles)])
-        inverse = np.concatenate([sensed, seen["target"]])
+        inverse = np.concatenate([sensed, seen["target"]]).astype(PRECISION)
         assert epoch.inverse_features.shape[2] == player.config.nodes + len(inverse)
         np.testing.assert_array_equal(epoch.inverse_features[t, 1, -len(inverse) :], inverse)
         np.testing.assert_array_equal(epoch.predictor_features[t, 1, -4:], seen["context"])
         heard = epoch.action[t] if forward_input == "total" else epoch.module_actions[t, 1]
-        forward = np.concatenate([heard, sensed])
+        forward = np.concatenate([heard, sensed]).astype(PRECISION)
         assert epoch.forward_features.shape[2] == player.config.nodes + len(forward)
         np.testing.assert_array_equal(epoch.forward_features[t, 1, -len(forward) :], forward)
 

@@ -21,8 +21,8 @@ def test_a_linear_relation_is_found_exactly(data: tuple[np.ndarray, ...]) -> Non
     truth = np.random.default_rng(1).normal(size=(M, K, F))
     bank = readout()
     bank.fit(z, np.einsum("mkf,tmf->tmk", truth, z))
-    np.testing.assert_allclose(bank.weights, truth, atol=1e-9)
-    np.testing.assert_allclose(bank(z[0]), np.einsum("mkf,mf->mk", truth, z[0]), atol=1e-9)
+    np.testing.assert_allclose(bank.weights, truth, atol=1e-5)
+    np.testing.assert_allclose(bank(z[0]), np.einsum("mkf,mf->mk", truth, z[0]), atol=1e-5)
 
 
 def test_weights_are_those_of_weighted_least_squares(data: tuple[np.ndarray, ...]) -> None:
@@ -32,7 +32,7 @@ def test_weights_are_those_of_weighted_least_squares(data: tuple[np.ndarray, ...
     for i in range(M):
         root = np.sqrt(w[:, i, None])
         expected = np.linalg.lstsq(root * z[:, i], root * y[:, i], rcond=None)[0]
-        np.testing.assert_allclose(bank.weights[i].T, expected, atol=1e-8)
+        np.testing.assert_allclose(bank.weights[i].T, expected, atol=1e-6)
 
 
 def test_ridge_shrinks_as_its_closed_form_says(data: tuple[np.ndarray, ...]) -> None:
@@ -40,7 +40,9 @@ def test_ridge_shrinks_as_its_closed_form_says(data: tuple[np.ndarray, ...]) -> 
     bank = readout(ridge=0.3)
     bank.fit(z, y)
     gram = z[:, 0].T @ z[:, 0] + 0.3 * T * np.eye(F)
-    np.testing.assert_allclose(bank.weights[0].T, np.linalg.inv(gram) @ z[:, 0].T @ y[:, 0])
+    np.testing.assert_allclose(
+        bank.weights[0].T, np.linalg.inv(gram) @ z[:, 0].T @ y[:, 0], atol=1e-6
+    )
 
 
 def test_without_forgetting_factor_only_the_last_epoch_counts(
@@ -60,7 +62,7 @@ def test_with_full_memory_epochs_add_up(data: tuple[np.ndarray, ...]) -> None:
     halves.fit(z[:20], y[:20], w[:20])
     halves.fit(z[20:], y[20:], w[20:])
     whole.fit(z, y, w)
-    np.testing.assert_allclose(halves.weights, whole.weights)
+    np.testing.assert_allclose(halves.weights, whole.weights, atol=1e-6)
 
 
 def test_targets_may_be_shared_by_modules(data: tuple[np.ndarray, ...]) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 from gymnasium.utils import RecordConstructorArgs
 from numpy.typing import NDArray
 
-from mpma_mj.envs.actions import clip_action
+from mpma_mj.clip import clip
 from mpma_mj.envs.gym import ImitationEnv
 from mpma_mj.envs.wrappers.course import Course
 from mpma_mj.envs.wrappers.inside import inside
@@ -89,7 +89,7 @@ class GymEvaluate(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         observation, reward, terminated, truncated, info = super().step(action)
         physics, assist = self._inner.physics, {}
         if "feedback" in info:
-            assist = {"feedback": info["feedback"], "action": clip_action(self._inner.last_action)}
+            assist = {"feedback": info["feedback"], "action": clip(self._inner.last_action)}
         self._course.add(physics, self._inner.seen["reference"], float(reward), **assist)
         if terminated or truncated:
             self.episode_metrics.append(self._course.measures(physics, terminated=terminated))

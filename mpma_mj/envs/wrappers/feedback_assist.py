@@ -6,7 +6,8 @@ import dm_env
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.envs.actions import check_action, clip_action
+from mpma_mj.clip import clip
+from mpma_mj.envs.actions import check_action
 from mpma_mj.envs.wrappers.gain import check_gain
 from mpma_mj.envs.wrappers.wrapper import Wrapper
 from mpma_mj.feedback import feedback_action
@@ -63,7 +64,7 @@ class FeedbackAssist(Wrapper):
         assisted = check_action(action) + feedback  # the environment clips, and counts
         timestep = super().step(assisted)
         if not timestep.first():
-            self.last_action, self.last_feedback = clip_action(assisted), feedback
+            self.last_action, self.last_feedback = clip(assisted), feedback
         return timestep
 
     def _begun(self, timestep: dm_env.TimeStep) -> None:
