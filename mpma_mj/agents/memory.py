@@ -62,7 +62,9 @@ class Memory:
         if rows is None or rows.shape[1:] != shape:
             rows = self._rows[name] = np.empty((max(_FIRST, self._length + 1), *shape), kind)
         elif self._length == len(rows):
-            rows = self._rows[name] = np.concatenate([rows, rows])
+            longer = np.empty((2 * len(rows), *shape), kind)  # untouched, it takes no memory yet
+            longer[: len(rows)] = rows
+            rows = self._rows[name] = longer
         return rows
 
     def episode(self) -> dict[str, Array]:
