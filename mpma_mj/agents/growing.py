@@ -19,6 +19,7 @@ from mpma_mj.agents.mpma import MPMA, MPMAConfig
 from mpma_mj.agents.pairs import Member
 from mpma_mj.agents.responsibility import prediction_errors
 from mpma_mj.errors import BadOptionError
+from mpma_mj.esn import Replay
 from mpma_mj.motions.context import danced_label
 
 __all__ = ["GrowingMPMA", "with_one_more", "with_the_first"]
@@ -169,9 +170,14 @@ def with_one_more(episode: dict[str, Array], new: int) -> dict[str, Array]:
     return episode | changed
 
 
-def with_the_first(episode: dict[str, Array], count: int) -> dict[str, Array]:
+def with_the_first(episode: dict[str, Any], count: int) -> dict[str, Any]:
     """Return an epoch as if there were only the first modules; the others had λ = 0."""
-    return episode | {name: episode[name][:, :count] for name in _OF_MODULES}
+    return episode | {name: _first(episode[name], count) for name in _OF_MODULES}
+
+
+def _first(signal: NDArray[Any] | Replay, count: int) -> NDArray[Any] | Replay:
+    """Return the signal of the first modules."""
+    return signal.first(count) if isinstance(signal, Replay) else signal[:, :count]
 
 
 def _prediction_error(episode: dict[str, Array]) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.agents.responsibility import commitment_target, prediction_errors
-from mpma_mj.esn import Features, ReadoutBank
+from mpma_mj.esn import Features, ReadoutBank, Replay
 from mpma_mj.options import RuleName
 
 __all__ = [
@@ -90,9 +90,9 @@ class Epoch:
         feedback_gain: K.
     """
 
-    inverse_features: Features
-    forward_features: Features
-    predictor_features: Features
+    inverse_features: Features | Replay
+    forward_features: Features | Replay
+    predictor_features: Features | Replay
     prior: Array
     responsibility: Array
     module_actions: Array
@@ -104,7 +104,7 @@ class Epoch:
     feedback_gain: float
 
     @classmethod
-    def of(cls, episode: Mapping[str, NDArray[Any]]) -> Epoch:
+    def of(cls, episode: Mapping[str, Any]) -> Epoch:
         """Return it from what was remembered, by name, of which more is passed over."""
         known = {f.name: episode[f.name] for f in fields(cls) if f.name != "feedback_gain"}
         return cls(**known, feedback_gain=float(episode["feedback_gain"][0]))

@@ -22,6 +22,7 @@ class Memory:
         """Begin with nothing remembered."""
         self._rows: dict[str, Array] = {}
         self._lent: dict[str, Array] = {}
+        self._most: dict[str, int] = {}
         self._length = 0
 
     def __len__(self) -> int:
@@ -31,21 +32,28 @@ class Memory:
     def __getitem__(self, step: int) -> dict[str, Array]:
         """Return what was remembered of a step, by name; a negative one counts from the last."""
         row = range(self._length)[step]
-        return {name: rows[row] for name, rows in self._rows.items()}
+        return {name: rows[self._row(name, row)] for name, rows in self._rows.items()}
 
     def clear(self) -> None:
         """Forget the episode."""
         self._length = 0
 
-    def place(self, name: str, shape: tuple[int, ...], kind: DTypeLike) -> Array:
+    def place(
+        self, name: str, shape: tuple[int, ...], kind: DTypeLike, most: int | None = None
+    ) -> Array:
         """Return where a part of the next step is to be remembered, to be written there at once.
 
         Args:
             name: Its name, with which it is appended afterwards.
             shape: Its shape, the same for all steps.
             kind: Its precision.
+            most: How many steps of it are remembered at most; of a longer episode the last
+                ones are, which `episode` leaves out. All if not given.
         """
-        self._lent[name] = place = self._room(name, shape, kind)[self._length]
+        if most is not None:
+            self._most[name] = most
+        rows = self._room(name, shape, kind)
+        self._lent[name] = place = rows[self._row(name, self._length)]
         return place
 
     def append(self, step: Mapping[str, Array]) -> None:
@@ -61,7 +69,7 @@ class Memory:
         rows = self._rows.get(name)
         if rows is None or rows.shape[1:] != shape:
             rows = self._rows[name] = np.empty((max(_FIRST, self._length + 1), *shape), kind)
-        elif self._length == len(rows):
+        elif self._row(name, self._length) == len(rows):
             longer = np.empty((2 * len(rows), *shape), kind)  # untouched, it takes no memory yet
             longer[: len(rows)] = rows
             rows = self._rows[name] = longer
@@ -69,4 +77,12 @@ class Memory:
 
     def episode(self) -> dict[str, Array]:
         """Return all steps, shape (T, ...) by name; views that the next episode overwrites."""
-        return {name: rows[: self._length] for name, rows in self._rows.items()}
+        return {
+            name: rows[: self._length]
+            for name, rows in self._rows.items()
+            if self._length <= self._most.get(name, self._length)
+        }
+
+    def _row(self, name: str, step: int) -> int:
+        """Return the row in which a step is remembered."""
+        return step % self._most[name] if name in self._most else step

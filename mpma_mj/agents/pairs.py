@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -19,7 +21,7 @@ from mpma_mj.agents.memory import Memory
 from mpma_mj.agents.networks import JOINTS, POSTURE, PairsConfig
 from mpma_mj.clip import clip
 from mpma_mj.errors import BadOptionError
-from mpma_mj.esn import PRECISION, Features, ReadoutBank, ReservoirBank
+from mpma_mj.esn import PRECISION, Features, ReadoutBank, Replay, ReservoirBank
 from mpma_mj.randomness import stream
 
 __all__ = ["Member", "PairsAgent"]
@@ -28,6 +30,7 @@ Array = NDArray[np.float64]
 Member = tuple[int, ...]  # index of a member; () where there is one
 
 _NEEDED_LAST = ("posture", "joint_angles", "reference")
+_MOST_KEPT = 2**26  # bytes of features of each bank; those of more steps are replayed (choice)
 _SIGNALS = ("responsibility", "prior", "module_actions", "predictions")
 
 
@@ -113,7 +116,8 @@ class PairsAgent(ABC):
     def reset(self, episode: int) -> None:
         """Begin an episode with reservoirs at rest and that episode's own noise."""
         for name, bank in self._banks.items():
-            bank.reset([stream(seed, "reservoir_noise", name, episode) for seed in self._seeds])
+            bank.reset([self._noise(name, seed, episode) for seed in self._seeds])
+        self._number = episode
         self._steps.clear()
         self._last: Observation = {}
 
@@ -268,7 +272,9 @@ class PairsAgent(ABC):
     def _step(self, name: str, inputs: Array) -> Features:
         """Let reservoirs go on, and return their features, written where they are remembered."""
         bank = self._banks[name]
-        return bank.step(inputs, self._steps.place(f"{name}_features", bank.shape, PRECISION))
+        self._steps.place(f"{name}_inputs", inputs.shape, PRECISION)[...] = inputs
+        most = max(1, _MOST_KEPT // (math.prod(bank.shape) * PRECISION().itemsize))
+        return bank.step(inputs, self._steps.place(f"{name}_features", bank.shape, PRECISION, most))
 
     def _readout(self, weights: Array) -> ReadoutBank:
         return ReadoutBank(weights, **self._fitting)
@@ -289,10 +295,19 @@ class PairsAgent(ABC):
         self._progress[member] = gains.after(performed).progress
         return logged
 
-    def _episode(self, member: Member) -> dict[str, Array]:
+    def _noise(self, name: str, seed: int, episode: int) -> np.random.Generator:
+        return stream(seed, "reservoir_noise", name, episode)
+
+    def _episode(self, member: Member) -> dict[str, Any]:
         """Return what one member remembers, (T, ...) by name, and what came of each step."""
         own: tuple[Any, ...] = (slice(None), *member)
-        steps = {name: rows[own] for name, rows in self._steps.episode().items()}
+        steps: dict[str, Any] = {n: rows[own] for n, rows in self._steps.episode().items()}
+        seed = self._seeds[self._members.index(member)]
+        for name, bank in self._banks.items():
+            inputs = steps.pop(f"{name}_inputs")
+            if f"{name}_features" not in steps:  # they were too many to be kept
+                noise = functools.partial(self._noise, name, seed, self._number)
+                steps[f"{name}_features"] = Replay(bank.member(member), noise, inputs)
         last = {name: value[member] for name, value in self._last.items()}
         feedback = self._arena.feedback(last["joint_angles"], last["reference"])
         return steps | {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -89,6 +90,15 @@ class ReservoirBank:
         own = (count * nodes * members[:, None] + np.arange(count * nodes)).ravel()
         self._input_weights = self._input_weights[members]
         self._recurrence = self._recurrence[own][:, own]
+
+    def member(self, index: tuple[int, ...]) -> ReservoirBank:
+        """Return one member's reservoirs, of states of their own, at rest from the next reset."""
+        part = copy.copy(self)
+        part._input_weights = self._input_weights[index]
+        size = part._input_weights.shape[0] * part._input_weights.shape[1]
+        own = slice(index[0] * size, (index[0] + 1) * size) if index else slice(None)
+        part._recurrence = self._recurrence[own][:, own]
+        return part
 
     def lose(self, reservoirs: Sequence[int]) -> None:
         """Go on without some reservoirs, (K,) of M, from the next reset.

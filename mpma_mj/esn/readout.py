@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from mpma_mj.esn.precision import PRECISION, Features, Single
+from mpma_mj.esn.replay import Replay, blocks
 
 __all__ = ["ReadoutBank"]
 
@@ -89,7 +90,9 @@ class ReadoutBank:
         if self._sums is not None:
             self._sums = _Sums(*(np.delete(sums, modules, axis=-3) for sums in self._sums))
 
-    def fit(self, features: Features, targets: Array, step_weights: Array | None = None) -> None:
+    def fit(
+        self, features: Features | Replay, targets: Array, step_weights: Array | None = None
+    ) -> None:
         """Learn an epoch of one member.
 
         Args:
@@ -104,14 +107,16 @@ class ReadoutBank:
         ridge = self._ridge * float(self._steps)
         wanted = np.broadcast_to(targets.astype(PRECISION), (steps, count, targets.shape[2]))
         roots = None if step_weights is None else np.sqrt(step_weights, dtype=PRECISION)
+        gram *= self._forgetting
+        moment *= self._forgetting
+        for rows, block in blocks(features):
+            for i in range(count):
+                z, y = block[:, i], wanted[rows, i]
+                if roots is not None:
+                    z, y = roots[rows, i, None] * z, roots[rows, i, None] * y
+                gram[i] += z.T @ z
+                moment[i] += z.T @ y
         for i in range(count):
-            z, y = features[:, i], wanted[:, i]
-            if roots is not None:
-                z, y = roots[:, i, None] * z, roots[:, i, None] * y
-            gram[i] *= self._forgetting
-            gram[i] += z.T @ z
-            moment[i] *= self._forgetting
-            moment[i] += z.T @ y
             regular = gram[i].copy()
             regular.flat[:: len(regular) + 1] += ridge
             factor = linalg.cho_factor(regular, overwrite_a=True, check_finite=False)

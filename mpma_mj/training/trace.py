@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from mpma_mj import metrics
 from mpma_mj.agents import Agent
+from mpma_mj.agents.agent import Observation
+from mpma_mj.agents.memory import Memory
 from mpma_mj.envs.vector import VectorImitationEnv
 from mpma_mj.errors import DivergedError
 
@@ -40,24 +42,25 @@ def record_epoch(env: control.Environment, agent: Agent, epoch: int) -> dict[str
     env.task.episode = epoch
     agent.reset(epoch)
     timestep = env.reset()
-    observations, actions, rewards = [timestep.observation], [], []
-    postures = [env.physics.posture()]
+    seen, done = Memory(), Memory()
+    seen.append(_seen(timestep.observation, env.physics.posture()))
     while not timestep.last():
-        actions.append(agent.act(timestep.observation))
-        timestep = env.step(actions[-1])
+        action = agent.act(timestep.observation)
+        timestep = env.step(action)
         agent.observe(timestep)
-        observations.append(timestep.observation)
-        postures.append(env.physics.posture())
-        rewards.append(timestep.reward)
+        seen.append(_seen(timestep.observation, env.physics.posture()))
+        done.append({"action": action, "reward": np.asarray(timestep.reward)})
     if timestep.discount == 0.0:
         raise DivergedError(
-            f"epoch {epoch + 1}: {env.task.ending} at step {len(actions)};"
+            f"epoch {epoch + 1}: {env.task.ending} at step {len(done)};"
             " try a slower --tempo or another --seed"
         )
-    trace = {name: np.stack([o[name] for o in observations]) for name in _OBSERVED}
-    trace |= {"action": np.stack(actions), "reward": np.array(rewards)}
-    trace |= {"posture": np.stack(postures)}
-    return trace | agent.signals()
+    return seen.episode() | done.episode() | agent.signals()
+
+
+def _seen(observation: Observation, posture: Array) -> dict[str, Array]:
+    """Return what is recorded of a moment: the posture of the arms as they are."""
+    return {name: observation[name] for name in _OBSERVED} | {"posture": posture}
 
 
 def record_epochs(
@@ -77,21 +80,17 @@ def record_epochs(
     envs.episode[:] = epoch
     agent.reset(epoch)
     observation, _ = envs.reset()
-    observations, actions, rewards = [observation], [], []
-    postures = [envs.posture]
+    seen, done = Memory(), Memory()
+    seen.append(_seen(observation, envs.posture))
     diverged = np.zeros(envs.num_envs, bool)
     for _ in range(envs.steps):
-        actions.append(agent.act(observation))
-        observation, reward, terminated, _, _ = envs.step(actions[-1])
+        action = agent.act(observation)
+        observation, reward, terminated, _, _ = envs.step(action)
         agent.observe(dm_env.transition(reward, observation))
-        observations.append(observation)
-        postures.append(envs.posture)
-        rewards.append(reward)
+        seen.append(_seen(observation, envs.posture))
+        done.append({"action": action, "reward": reward})
         diverged |= terminated
-    together = {name: np.stack([o[name] for o in observations]) for name in _OBSERVED}
-    together |= {"action": np.stack(actions), "reward": np.stack(rewards)}
-    together |= {"posture": np.stack(postures)}
-    together |= agent.signals()
+    together = seen.episode() | done.episode() | agent.signals()
     traces = [
         {name: np.ascontiguousarray(signal[:, row]) for name, signal in together.items()}
         for row in range(envs.num_envs)

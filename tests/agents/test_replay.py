@@ -1,0 +1,82 @@
+"""Long episodes, whose features are computed again instead of being kept."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mpma_mj import MPMAConfig, load, make_agent, make_vec
+from mpma_mj.agents import pairs
+from mpma_mj.agents.memory import Memory
+from mpma_mj.esn import replay
+from mpma_mj.training.trace import record_epoch, record_epochs
+
+SMALL = MPMAConfig(nodes=10, modules=4)
+SETTINGS: list[dict[str, Any]] = [
+    *({"kind": kind} for kind in ("mpma", "growing", "mosaic", "hammer")),
+    {"config": MPMAConfig(nodes=10, modules=3, rule="gated", forward_input="own")},
+]
+
+
+def learned(**settings: Any) -> dict[str, np.ndarray]:
+    """Return what an agent knows after some epochs."""
+    env = load("ymca", arms="kinematic", repeats=1)
+    agent = make_agent(env, **{"config": SMALL} | settings)
+    for epoch in range(6):
+        record_epoch(env, agent, epoch)
+        agent.learn()
+    return agent.state_dict()
+
+
+@pytest.mark.parametrize("settings", SETTINGS, ids=lambda s: str(s.get("kind", "gated")))
+def test_what_is_learned_is_to_the_bit_what_kept_features_teach(
+    settings: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept = learned(**settings)
+    monkeypatch.setattr(pairs, "_MOST_KEPT", 2000)  # bytes: some steps
+    replayed = learned(**settings)
+    assert kept.keys() == replayed.keys()
+    for name, array in kept.items():
+        np.testing.assert_array_equal(array, replayed[name])
+
+
+def test_agents_side_by_side_replay_what_each_went_through(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(pairs, "_MOST_KEPT", 2000)
+    envs = make_vec(2, "ymca", arms="kinematic", repeats=1)
+    agents: Any = make_agent(envs, SMALL)
+    env = load("ymca", arms="kinematic", repeats=1, seed=1)
+    alone = make_agent(env, SMALL, seed=1)
+    for epoch in range(3):
+        record_epochs(envs, agents, epoch)
+        agents.learn_side_by_side()
+        record_epoch(env, alone, epoch)
+        alone.learn()
+    for name, array in alone.state_dict().items():
+        np.testing.assert_array_equal(agents.state_dict()[name][1], array)
+
+
+def test_several_blocks_teach_what_one_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = learned()
+    monkeypatch.setattr(replay, "_BLOCK", 20)
+    in_blocks = learned()
+    name = "forward.gram"
+    np.testing.assert_allclose(in_blocks[name], whole[name], rtol=1e-4, atol=1e-3)
+    monkeypatch.setattr(pairs, "_MOST_KEPT", 2000)
+    for name, array in learned().items():
+        np.testing.assert_array_equal(array, in_blocks[name])
+
+
+def test_only_the_last_steps_are_kept_of_what_is_limited() -> None:
+    memory = Memory()
+    for step in range(700):
+        memory.place("large", (3,), np.float32, most=300)[...] = step
+        memory.append({"small": np.asarray(float(step))})
+        assert memory[-1]["large"][0] == step
+    assert memory.episode().keys() == {"small"}
+    memory.clear()
+    for step in range(300):
+        memory.place("large", (3,), np.float32, most=300)[...] = step
+        memory.append({"small": np.asarray(float(step))})
+    np.testing.assert_array_equal(memory.episode()["large"][:, 1], np.arange(300))
