@@ -127,7 +127,7 @@ class HAMMER(PairsAgent):
                 " HAMMER has a pair for each"
             )
         if len(self._steps):
-            predictions = self._steps[-1]["predictions"]
+            predictions = self._steps.last("predictions")
             errors = prediction_errors(predictions, observation["reference"])
             self._confidence = next_confidence(self._confidence, errors)
         prepared = context[..., self._labels]

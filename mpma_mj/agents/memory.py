@@ -34,6 +34,10 @@ class Memory:
         row = range(self._length)[step]
         return {name: rows[self._row(name, row)] for name, rows in self._rows.items()}
 
+    def last(self, name: str) -> Array:
+        """Return what was remembered under a name of the last step."""
+        return self._rows[name][self._row(name, self._length - 1)]
+
     def clear(self) -> None:
         """Forget the episode."""
         self._length = 0

@@ -90,7 +90,7 @@ class ResponsiblePairs(PairsAgent):
         prior = self._suited(self._readouts.predictor(features)[..., 0])
         likelihood = np.ones_like(prior)
         if len(self._steps):
-            predictions = self._steps[-1]["predictions"]
+            predictions = self._steps.last("predictions")
             errors = gating.prediction_errors(predictions, observation["posture"])
             likelihood = self._likelihood(errors)
         responsibility = gating.responsibilities(prior, likelihood)
