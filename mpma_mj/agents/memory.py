@@ -40,6 +40,7 @@ class Memory:
 
     def clear(self) -> None:
         """Forget the episode."""
+        self._lent.clear()
         self._length = 0
 
     def place(
@@ -48,13 +49,15 @@ class Memory:
         """Return where a part of the next step is to be remembered, to be written there at once.
 
         Args:
-            name: Its name, with which it is appended afterwards.
+            name: Its name; whether it is in the step that is appended afterwards does not count.
             shape: Its shape, the same for all steps.
             kind: Its precision.
             most: How many steps of it are remembered at most; of a longer episode the last
                 ones are, which `episode` leaves out. All if not given.
         """
-        if most is not None:
+        if most is None:
+            self._most.pop(name, None)
+        else:
             self._most[name] = most
         rows = self._room(name, shape, kind)
         self._lent[name] = place = rows[self._row(name, self._length)]
@@ -71,7 +74,7 @@ class Memory:
     def _room(self, name: str, shape: tuple[int, ...], kind: DTypeLike) -> Array:
         """Return the rows of a name, among them one for the next step."""
         rows = self._rows.get(name)
-        if rows is None or rows.shape[1:] != shape:
+        if rows is None or rows.shape[1:] != shape or rows.dtype != kind:
             rows = self._rows[name] = np.empty((max(_FIRST, self._length + 1), *shape), kind)
         elif self._row(name, self._length) == len(rows):
             longer = np.empty((2 * len(rows), *shape), kind)  # untouched, it takes no memory yet

@@ -48,6 +48,8 @@ class Bench:
         from mpma_mj.training.config import versions
         from mpma_mj.training.progress import show_range
 
+        if self.out is not None:
+            self.out.mkdir(parents=True, exist_ok=True)  # if that is not possible, know it now
         parts = dict.fromkeys(self.what or PARTS)
         reports = [PARTS[part](show_range) for part in parts if part != _SCALING]
         content, text = {}, []

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
+from mpma_mj.errors import BadOptionError
 from mpma_mj.esn.precision import PRECISION, Features, Single
 from mpma_mj.esn.replay import Replay, blocks
 
@@ -16,14 +17,15 @@ __all__ = ["ReadoutBank"]
 
 Array = NDArray[np.float64]
 
+_LEAST_SINGLE = 1e-4  # ridge; under a smaller one sums' rounding in single precision shows
 _EPSILON = 1e-6  # keeps features of 0 from dividing by 0
 
 
 class _Sums(NamedTuple):
     """What readouts remember of the epochs that they were fitted to."""
 
-    gram: Single  # G, (..., M, F, F)
-    moment: Single  # B, (..., M, F, K)
+    gram: Features  # G, (..., M, F, F)
+    moment: Features  # B, (..., M, F, K)
 
 
 class ReadoutBank:
@@ -100,6 +102,9 @@ class ReadoutBank:
             targets: What the readouts should have said, shape (T, M, K) or, the same for all
                 modules, (T, 1, K).
             step_weights: Weight w of every step for every module, shape (T, M); 1 if not given.
+
+        Raises:
+            BadOptionError: The ridge is too small.
         """
         steps, count, _ = features.shape
         gram, moment = self._remembered()
@@ -114,12 +119,19 @@ class ReadoutBank:
                 z, y = block[:, i], wanted[rows, i]
                 if roots is not None:
                     z, y = roots[rows, i, None] * z, roots[rows, i, None] * y
+                z = z.astype(gram.dtype, copy=False)
                 gram[i] += z.T @ z
                 moment[i] += z.T @ y
         for i in range(count):
             regular = gram[i].copy()
             regular.flat[:: len(regular) + 1] += ridge
-            factor = linalg.cho_factor(regular, overwrite_a=True, check_finite=False)
+            try:
+                factor = linalg.cho_factor(regular, overwrite_a=True, check_finite=False)
+            except linalg.LinAlgError:
+                raise BadOptionError(
+                    f"ridge is {self._ridge:g}, which is too small to fit readouts with; take a"
+                    " larger one, such as 1e-4"
+                ) from None
             self.weights[i] = linalg.cho_solve(factor, moment[i], check_finite=False).T
 
     def nudge(self, features: Features, errors: Array, rate: float) -> None:
@@ -170,7 +182,8 @@ class ReadoutBank:
         if self._sums is None:
             *modules, outputs, features = self.weights.shape
             shapes = (*modules, features, features), (*modules, features, outputs)
-            self._sums = _Sums(*(np.zeros(shape, PRECISION) for shape in shapes))
+            kind = PRECISION if self._ridge >= _LEAST_SINGLE else np.float64
+            self._sums = _Sums(*(np.zeros(shape, kind) for shape in shapes))
         return self._sums
 
 

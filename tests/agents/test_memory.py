@@ -36,3 +36,12 @@ def test_an_episode_of_other_shapes_takes_the_place_of_the_last() -> None:
     memory = remembered(300, remembered(300), shape=(4, 3))
     assert memory.episode()["place"].shape == (300, 4, 3)
     np.testing.assert_array_equal(memory[-1]["place"], 2990.0)
+
+
+def test_what_is_remembered_has_the_precision_that_it_came_with() -> None:
+    memory = Memory()
+    for kind in (np.float32, np.float64):
+        memory.clear()
+        memory.append({"number": np.asarray(1.0 / 3.0, kind)})
+        assert memory.last("number") == kind(1.0 / 3.0)
+        assert memory.episode()["number"].dtype == kind

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from mpma_mj.esn import ReadoutBank
+from mpma_mj.errors import BadOptionError
+from mpma_mj.esn import PRECISION, ReadoutBank
 
 T, M, F, K = 60, 3, 5, 2
 
@@ -202,3 +203,20 @@ def test_a_state_that_lacks_something_is_refused_by_its_name(
     state = {f"own.{key}": value for key, value in bank.state_dict().items() if key != name}
     with pytest.raises(KeyError, match=f"own.{name}"):
         bank.load_state_dict(state, "own.")
+
+
+@pytest.mark.parametrize("ridge", [1e-4, 1e-6, 1e-9])
+def test_features_that_are_alike_are_fitted_however_small_the_ridge(ridge: float) -> None:
+    rng = np.random.default_rng(0)
+    few = rng.normal(size=(300, 1, 5))
+    z = np.concatenate([few, few @ rng.normal(size=(5, 40))], axis=2).astype(PRECISION)
+    bank = ReadoutBank(np.zeros((1, 2, 45)), ridge=ridge)
+    y = few[..., :2]
+    bank.fit(z, y)
+    np.testing.assert_allclose([bank(row) for row in z], y, atol=5e-3)
+
+
+def test_a_ridge_that_is_too_small_is_told() -> None:
+    bank = ReadoutBank(np.zeros((1, 1, 3)), ridge=1e-300)
+    with pytest.raises(BadOptionError, match="ridge is 1e-300, which is too small"):
+        bank.fit(np.ones((4, 1, 3), PRECISION), np.ones((4, 1, 1)))
