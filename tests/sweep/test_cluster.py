@@ -143,10 +143,10 @@ def test_a_node_without_the_package_is_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     ghost = types.ModuleType("ghost")
-    exec("def do(job): ...", vars(ghost))
+    exec("def do(work): ...", vars(ghost))
     monkeypatch.setitem(sys.modules, "ghost", ghost)
     ghost.do.__module__ = "ghost"
-    monkeypatch.setattr(cluster, "do", ghost.do)
+    monkeypatch.setattr(cluster, "_do", ghost.do)
     with (
         open_backend("ray", 1, None) as backend,
         pytest.raises(WorkerError, match="a node of the cluster cannot import mpma_mj"),
