@@ -56,7 +56,7 @@ class Cluster:
             ray.init(address=address, **_QUIET)
         self.workers = workers or max(1, int(ray.cluster_resources().get("CPU", 1)))
         # Ray would try again by itself, but not say so.
-        self._do = ray.remote(num_cpus=1, max_retries=0)(_do)
+        self._do = ray.remote(num_cpus=1, max_retries=0)(do)
         self._jobs: dict[Any, Work] = {}
         # Ray prints what happens to its nodes, and results are to stand alone.
         self._quiet = contextlib.redirect_stdout(sys.stderr)
@@ -97,7 +97,8 @@ class Cluster:
         raise cause
 
 
-def _do(work: Work) -> Any:
+def do(work: Work) -> Any:
+    """Do work on a worker, and return what came of it; Ray shows the worker by this name."""
     return work.do()
 
 

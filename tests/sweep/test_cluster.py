@@ -146,7 +146,7 @@ def test_a_node_without_the_package_is_told(
     exec("def do(work): ...", vars(ghost))
     monkeypatch.setitem(sys.modules, "ghost", ghost)
     ghost.do.__module__ = "ghost"
-    monkeypatch.setattr(cluster, "_do", ghost.do)
+    monkeypatch.setattr(cluster, "do", ghost.do)
     with (
         open_backend("ray", 1, None) as backend,
         pytest.raises(WorkerError, match="a node of the cluster cannot import mpma_mj"),
