@@ -11,6 +11,7 @@ from mpma_mj.motions.context import danced_label
 __all__ = [
     "active_modules",
     "dominant_module",
+    "error_over_time",
     "feedback_ratio",
     "modules_used",
     "mpkpe",
@@ -47,6 +48,11 @@ def posture_error_percent(posture: Array, other: Array) -> float:
         other: Postures x', shape (T, 12).
     """
     return float(50.0 * np.mean(np.abs(posture - other)))
+
+
+def error_over_time(posture: Array, other: Array) -> Array:
+    """Return the same of each moment, shape (T,), percent, of courses of shape (T, 12)."""
+    return 50.0 * np.abs(posture - other).mean(axis=1)
 
 
 def rp_error_percent(prior: Array, responsibility: Array) -> float:

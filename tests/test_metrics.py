@@ -13,6 +13,13 @@ def test_posture_error_is_zero_when_equal_and_known_for_an_offset() -> None:
     assert metrics.posture_error_percent(x - 1, x + 1) == pytest.approx(100.0)
 
 
+def test_the_error_of_each_moment_has_the_mean_of_all() -> None:
+    x = np.zeros((5, 12))
+    late = x + 0.02 * np.arange(5)[:, None]
+    np.testing.assert_allclose(metrics.error_over_time(x, late), [0.0, 1.0, 2.0, 3.0, 4.0])
+    assert metrics.posture_error_percent(x, late) == pytest.approx(2.0)
+
+
 def test_rp_error_compares_shares() -> None:
     prior = np.array([[0.2, 0.2], [0.9, 0.1]])
     assert metrics.rp_error_percent(prior, np.array([[0.5, 0.5], [0.9, 0.1]])) == pytest.approx(0)

@@ -16,9 +16,10 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from mpma_mj.analysis.attractor import FreeDance
-from mpma_mj.analysis.freedom import LOST, error_over_time, nearest_over_time
+from mpma_mj.analysis.freedom import LOST, nearest_over_time
 from mpma_mj.arm import SEGMENT_NAMES
 from mpma_mj.files import write_whole
+from mpma_mj.metrics import error_over_time
 from mpma_mj.motions import Motion
 from mpma_mj.training.colours import DEMONSTRATED, INK, module_colours
 
@@ -101,7 +102,8 @@ def _directions(axes: Sequence[Axes], free: FreeDance, span: slice) -> None:
 def _errors(axis: Axes, free: FreeDance, span: slice) -> None:
     time = np.arange(span.start, span.stop) / free.rate
     error_colour, nearest_colour = module_colours(2)
-    axis.plot(time, error_over_time(free)[span], color=error_colour, label="error now")
+    errors = error_over_time(free.posture[span], free.reference[span])
+    axis.plot(time, errors, color=error_colour, label="error now")
     nearest = nearest_over_time(free, free.posture)[span]
     axis.plot(time, nearest, color=nearest_colour, label="error to the nearest of the label")
     axis.axhline(LOST, color=INK, linestyle="--", linewidth=0.8, label=f"{LOST:g} %: lost")

@@ -18,7 +18,6 @@ __all__ = [
     "WINDOWS",
     "Freedom",
     "as_markdown",
-    "error_over_time",
     "judge",
     "nearest_over_time",
 ]
@@ -87,7 +86,7 @@ def judge(free: FreeDance) -> Freedom:
     change = _rms(last - before) / max(amplitude, np.finfo(float).tiny)
     moved = amplitude / _deviation(free.reference[-free.period :])
     return Freedom(
-        held_s=_first(error_over_time(free) > LOST) / free.rate,
+        held_s=_first(metrics.error_over_time(free.posture, free.reference) > LOST) / free.rate,
         near_s=_first(nearest > LOST) / free.rate,
         p_e_percent=_windows(free, free.posture),
         still_percent=_windows(free, still),
@@ -124,11 +123,6 @@ def _beside(errors: Mapping[str, float], still: Mapping[str, float], window: str
     return f"{errors[window]:.1f} ({still[window]:.1f})" if window in errors else "–"
 
 
-def error_over_time(free: FreeDance) -> Array:
-    """Return the error of each moment, shape (T,), percent."""
-    return 50.0 * np.abs(free.posture - free.reference).mean(axis=1)
-
-
 def nearest_over_time(free: FreeDance, posture: Array) -> Array:
     """Return how far postures are from the nearest demonstrated one of the same label.
 
@@ -143,7 +137,7 @@ def nearest_over_time(free: FreeDance, posture: Array) -> Array:
     for label in np.unique(free.label):
         part = free.label == label
         shown = free.reference[part]
-        nearest[part] = [50.0 * np.abs(shown - x).mean(axis=1).min() for x in posture[part]]
+        nearest[part] = [metrics.error_over_time(shown, x).min() for x in posture[part]]
     return nearest
 
 

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["Stress"]
 
 _USUAL: tuple[AgentName, ...] = ("mpma", "mosaic", "hammer", "single", "feedback_only")
+_ADAPT_EPOCHS = 10
 _ADAPTED = ("adapt.csv", "adapt.png")
 
 
@@ -43,8 +44,8 @@ class Stress:
     """Dances that were never seen, in place of invented ones: recordings."""
     adapt: bool = False
     """Let agents learn on in each world: how many epochs until p_e is under 1 %?"""
-    adapt_epochs: int = 10
-    """Most epochs of learning on."""
+    adapt_epochs: int | None = None
+    """Most epochs of learning on with --adapt; 10 if not given."""
     workers: int | None = None
     """Processes that work at a time; as many as there are processors if not given."""
     out: Path | None = None
@@ -57,7 +58,7 @@ class Stress:
 
         self._check_numbers()
         agents = self._chosen_agents()
-        adapts = self.adapt_epochs if self.adapt else 0
+        adapts = (self.adapt_epochs or _ADAPT_EPOCHS) if self.adapt else 0
         with open_backend("processes", self.workers, None) as backend:
             # Workers get ready while this is imported.
             from mpma_mj.agents.kinds import LEARN_NO_MORE
@@ -96,9 +97,11 @@ class Stress:
         return _write(results, out)
 
     def _check_numbers(self) -> None:
+        if self.adapt_epochs is not None and not self.adapt:
+            raise BadOptionError("adapt-epochs is given without --adapt; add that, or leave it out")
         for name, least in (("runs", 0), ("epochs", 1), ("adapt_epochs", 1)):
             value = getattr(self, name)
-            if value < least:
+            if value is not None and value < least:
                 option = name.replace("_", "-")
                 raise BadOptionError(f"{option} is {value}; expected at least {least}")
 

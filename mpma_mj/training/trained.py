@@ -15,6 +15,7 @@ from mpma_mj.errors import CheckpointError
 from mpma_mj.motions import Motion
 from mpma_mj.training.build import agent_of
 from mpma_mj.training.config import RunConfig
+from mpma_mj.training.demonstrated import demonstrated
 from mpma_mj.training.run_folder import RunFolder
 
 __all__ = ["Trained", "load_state"]
@@ -50,13 +51,14 @@ class Trained:
         """Return the agent of a run's kept epoch, as one side by side with none.
 
         Raises:
-            MpmaError: There is no run, or it is damaged.
+            MpmaError: There is no run, it is damaged, or its movement is not the one it danced.
         """
         config = folder.read_config()
         state, epoch = folder.read_best(config)
+        demonstration, _ = demonstrated(folder)
         return cls(
             configs=(config,),
-            motion=folder.read_motion(),
+            motion=demonstration.motion,
             state={name: array[None] for name, array in state.items()},
             epochs=np.array([epoch]),
             source=folder.path,

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from mpma_mj.arm import SIDES
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.files import write_whole
+from mpma_mj.metrics import error_over_time
 from mpma_mj.motions import Motion
 from mpma_mj.training.colours import DEMONSTRATED, module_colours
 from mpma_mj.training.label_bands import draw_labels
@@ -104,7 +105,7 @@ def write_dances(path: Path, cells: Sequence[Cell], motion: Motion) -> None:
         dances = [dance for dance in cell.dances if dance]
         if not (name and dances):
             continue
-        errors = np.mean([_error_over_time(dance) for dance in dances], axis=0)
+        errors = np.mean([_errors(dance.trace) for dance in dances], axis=0)
         axes[2].plot(time, errors[:steps], color=colours[name], linewidth=1.2, label=name)
         torques = [_torque_over_time(dance, motion.rate) for dance in dances if dance.effort]
         if torques:
@@ -119,10 +120,8 @@ def write_dances(path: Path, cells: Sequence[Cell], motion: Motion) -> None:
     _write(path, figure)
 
 
-def _error_over_time(dance: Dance) -> Array:
-    """Return the error of each moment, shape (T + 1,), percent."""
-    trace = dance.trace
-    return 50.0 * np.abs(trace["posture"] - trace["reference"]).mean(axis=1)
+def _errors(trace: Mapping[str, Array]) -> Array:
+    return error_over_time(trace["posture"], trace["reference"])
 
 
 def _torque_over_time(dance: Dance, rate: float) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import itertools
 from dataclasses import dataclass
 from typing import Any
@@ -11,16 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj import metrics
-from mpma_mj.agents import HAMMER, Agent
-from mpma_mj.agents.frozen import Frozen
+from mpma_mj.agents import HAMMER
+from mpma_mj.agents.agent import SideBySide
+from mpma_mj.agents.pairs import PairsAgent
 from mpma_mj.agents.wrapper import pairs_of
 from mpma_mj.envs.vector import VectorImitationEnv
 from mpma_mj.errors import BadOptionError, DivergedError
 from mpma_mj.motions.context import danced_label
-from mpma_mj.training.build import environments_of, one_thread
-from mpma_mj.training.trace import record_epochs
-from mpma_mj.training.trained import Trained
-from mpma_mj.trials.trial import EPISODE
+from mpma_mj.training.build import environments_of
+from mpma_mj.training.trained import Trained, load_state
+from mpma_mj.trials.trial import World, adapt, try_out
 
 __all__ = ["Dance", "Lesion", "Lesions", "Lost", "dance_without", "what_can_be_lost"]
 
@@ -144,8 +145,7 @@ def what_can_be_lost(trained: Trained) -> list[Lost]:
         BadOptionError: The agent has no modules, or a single one.
         CheckpointError: What it has learned does not fit its settings.
     """
-    with contextlib.closing(_environment(trained)) as envs:
-        (awake,) = pairs_of(trained.agent(envs)).awake
+    awake = _pairs(trained).awake[0]
     modules = np.flatnonzero(awake).tolist()
     if len(modules) == 1:
         raise BadOptionError(
@@ -173,29 +173,52 @@ def dance_without(trained: Trained, lost: Lost, retrain: int) -> Lesion:
     Raises:
         DivergedError: The simulation did not stay finite.
     """
-    with one_thread(), contextlib.closing(_environment(trained)) as envs:
-        agent = trained.agent(envs)
-        pairs = pairs_of(agent)
-        awake = pairs.awake[0]
-        left = np.delete(np.arange(len(awake)), lost)
-        silent = not awake[left].any()
-        if silent:
-            pairs.load_state_dict(_without_commands(pairs.state_dict()))
-            left = np.arange(len(awake))
-        else:
-            pairs.lose(lost)
+    pairs = _pairs(trained)
+    awake = pairs.awake[0]
+    left = np.delete(np.arange(len(awake)), lost)
+    silent = not awake[left].any()
+    if silent:
+        left = np.arange(len(awake))
+        agent = dataclasses.replace(trained, state=_without_commands(trained.state))
+    else:
+        pairs.lose(lost)
+        agent = _Lesioned(**vars(trained) | {"state": pairs.state_dict()}, whole=trained, lost=lost)
+    world = World("home", trained.motion, {})
+    at_once = _seen(_danced(agent, world, lost), left, len(awake))
+    prepared = isinstance(pairs, HAMMER) and not pairs.is_preparing
+    if silent or prepared or retrain == 0:
+        return Lesion(lost, at_once, None)
+    agent, course = adapt(agent, world, retrain)
+    if np.isnan(course).any():
+        raise _diverged(lost)
+    return Lesion(lost, at_once, _seen(_danced(agent, world, lost), left, len(awake)))
 
-        def danced() -> Dance:
-            return _seen(_record(envs, Frozen(agent), EPISODE, lost), left, len(awake))
 
-        at_once = danced()
-        prepared = isinstance(pairs, HAMMER) and not pairs.is_preparing
-        if silent or prepared or retrain == 0:
-            return Lesion(lost, at_once, None)
-        for epoch in range(retrain):
-            _record(envs, agent, EPISODE + 1 + epoch, lost)
-            agent.learn_side_by_side()
-        return Lesion(lost, at_once, danced())
+@dataclass(frozen=True, eq=False, kw_only=True)
+class _Lesioned(Trained):
+    """An agent that has lost modules.
+
+    Attributes:
+        whole: The agent before.
+        lost: Which it has lost.
+    """
+
+    whole: Trained
+    lost: Lost
+
+    def agent(self, envs: VectorImitationEnv) -> SideBySide:
+        """Return the agent, with what it has learned since."""
+        agent = self.whole.agent(envs)
+        pairs_of(agent).lose(self.lost)
+        load_state(agent, self.state, self.source)
+        return agent
+
+
+def _pairs(trained: Trained) -> PairsAgent:
+    """Return the agent itself, where no world is needed."""
+    envs = environments_of(trained.configs[0], trained.seeds, trained.motion, {})
+    with contextlib.closing(envs):
+        return pairs_of(trained.agent(envs))
 
 
 def _without_commands(state: dict[str, Array]) -> dict[str, Array]:
@@ -203,18 +226,19 @@ def _without_commands(state: dict[str, Array]) -> dict[str, Array]:
     return state | {name: np.zeros_like(state[name])}
 
 
-def _environment(trained: Trained) -> VectorImitationEnv:
-    return environments_of(trained.configs[0], trained.seeds, trained.motion, {})
-
-
-def _record(envs: VectorImitationEnv, agent: Agent, episode: int, lost: Lost) -> dict[str, Array]:
-    ((trace,), (diverged,)) = record_epochs(envs, agent, episode)
-    if diverged:
-        raise DivergedError(
-            f"without {' and '.join(f'module {i + 1}' for i in lost) or 'any loss'}: the simulation"
-            " diverged; train anew with a slower --tempo or another --seed"
-        )
+def _danced(agent: Trained, world: World, lost: Lost) -> dict[str, Array]:
+    (trace,) = try_out(agent, world)
+    if trace is None:
+        raise _diverged(lost)
     return trace
+
+
+def _diverged(lost: Lost) -> DivergedError:
+    missing = " and ".join(f"module {i + 1}" for i in lost) or "any loss"
+    return DivergedError(
+        f"without {missing}: the simulation diverged; train anew with a slower --tempo or another"
+        " --seed"
+    )
 
 
 def _seen(trace: dict[str, Array], left: NDArray[np.intp], modules: int) -> Dance:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from mpma_mj.files import csv_text
 from mpma_mj.markdown import markdown_table
 from mpma_mj.trials.disturbances import DISTURBANCES, Level
-from mpma_mj.trials.stress import THIS_RUN
+from mpma_mj.trials.stress import THIS_RUN, Found
 from mpma_mj.trials.stress_results import RECOVERED, Results
 
 __all__ = ["as_csv", "as_markdown", "courses_as_csv"]
@@ -67,14 +67,7 @@ def as_csv(results: Results) -> str:
     """Return a row for each agent, disturbance, level and seed, without learning."""
     return csv_text(
         [
-            {
-                "agent": one.agent,
-                "disturbance": one.disturbance,
-                "level": _shown(one.level),
-                "seed": one.seed,
-                "outcome": one.outcome,
-                "p_e_percent": one.p_e_percent,
-            }
+            _where(one) | {"outcome": one.outcome, "p_e_percent": one.p_e_percent}
             for one in results.found
         ]
     )
@@ -84,18 +77,17 @@ def courses_as_csv(results: Results) -> str:
     """Return the same for each number of epochs of learning on."""
     return csv_text(
         [
-            {
-                "agent": one.agent,
-                "disturbance": one.disturbance,
-                "level": _shown(one.level),
-                "seed": one.seed,
-                "epochs_learned": epochs,
-                "p_e_percent": p_e,
-            }
+            _where(one) | {"epochs_learned": epochs, "p_e_percent": p_e}
             for one in results.found
             for epochs, p_e in enumerate(one.course)
         ]
     )
+
+
+def _where(one: Found) -> dict[str, object]:
+    """Return the cells that all rows begin with."""
+    place = {"agent": one.agent, "disturbance": one.disturbance}
+    return place | {"level": _shown(one.level), "seed": one.seed}
 
 
 def _shown(level: Level) -> str:

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from mpma_mj.analysis.attractor import FreeDance
-from mpma_mj.analysis.freedom import LOST, as_markdown, error_over_time, judge, nearest_over_time
+from mpma_mj.analysis.freedom import LOST, as_markdown, judge, nearest_over_time
+from mpma_mj.metrics import error_over_time
 
 PERIOD, RATE = 40, 20.0
 
@@ -56,7 +57,7 @@ def test_an_error_of_known_size_is_lost_when_it_comes() -> None:
     posture = SHOWN.copy()
     posture[30:] += 0.02 * LOST * 1.01  # 2 is the range
     free = danced(posture)
-    np.testing.assert_allclose(error_over_time(free)[30:], 1.01 * LOST)
+    np.testing.assert_allclose(error_over_time(free.posture, free.reference)[30:], 1.01 * LOST)
     assert judge(free).held_s == 30 / RATE
     assert judge(free).p_e_percent["1 s"] == 0.0
     assert judge(free).p_e_percent["2 s"] == pytest.approx(0.25 * 1.01 * LOST)

@@ -1,6 +1,7 @@
 """The command `mpma stress` as a user types it."""
 
 import csv
+import json
 import shutil
 import subprocess
 import sys
@@ -10,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from mpma_mj import files
 from mpma_mj.cli import main
 from mpma_mj.sweep.backend import Work
 from mpma_mj.sweep.processes import Processes
@@ -118,7 +120,22 @@ def test_a_run_of_another_epoch_has_not_been_stressed(run: Path) -> None:
         (["--runs", "-1"], "runs is -1; expected at least 0"),
         (["--runs", "0", "--agents", "mpma"], "runs is 0, so no agents are trained"),
         (["--epochs", "0"], "epochs is 0; expected at least 1"),
-        (["--adapt-epochs", "0"], "adapt-epochs is 0; expected at least 1"),
+        (["--adapt", "--adapt-epochs", "0"], "adapt-epochs is 0; expected at least 1"),
+        (["--adapt-epochs", "3"], "adapt-epochs is given without --adapt"),
+        (
+            ["--disturbances", "strength", "--levels", "0"],
+            "strength 0.0: strength is 0.0;",
+        ),
+        (["--disturbances", "latency", "--levels", "1.5"], "latency 1.5: latency is 1.5; expected"),
+        (["--disturbances", "noise", "--levels", "101"], "noise 101.0: observation_noise is 1.01"),
+        (["--disturbances", "pushes", "--levels", "-5"], "pushes -5.0: push is (1.0, -5.0)"),
+        (["--disturbances", "tempo", "--levels", "0"], "tempo"),
+        (["--disturbances", "locked", "--levels", "knee"], "locked has no level 'knee'; expected"),
+        (
+            ["--disturbances", "gravity", "--levels", "half"],
+            "gravity has no level 'half'",
+        ),
+        (["--disturbances", "payload", "--levels", "nan"], "payload has no level 'nan'; expected"),
         (["--workers", "0"], "workers is 0; expected at least 1"),
         (["--adapt", "--agents", "hammer"], "hammer learns nothing more; leave it out"),
         (["--adapt", "--agents", "mpma", "feedback_only"], "feedback_only learns nothing more"),
@@ -142,6 +159,12 @@ def test_no_run_and_damaged_runs_are_one_line_and_exit_2(
     for name in ("checkpoint/motion.npz", "checkpoint/best.npz", "config.json"):
         (run / name).write_bytes(b"rubbish")  # each is read before the one before
         refused(["stress", str(run)], f"{name}: damaged")
+
+
+def test_a_run_of_another_version_is_one_line_and_exit_2(run: Path, refused: Refused) -> None:
+    content = json.loads((run / "config.json").read_text())
+    files.write_json(run / "config.json", content | {"format": 1})
+    refused(["stress", str(run)], "config.json: of another version; train anew")
 
 
 def test_a_run_that_learns_nothing_more_does_not_adapt(tmp_path: Path, refused: Refused) -> None:

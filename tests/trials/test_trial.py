@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from mpma_mj import files
+from mpma_mj.cli import main
 from mpma_mj.errors import CheckpointError, DivergedError, RunFolderError
-from mpma_mj.motions import ymca
+from mpma_mj.motions import motion_file, ymca
+from mpma_mj.motions.variants import mirrored
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.crowd import train_agents
 from mpma_mj.training.run_folder import RunFolder
@@ -49,8 +51,6 @@ def test_who_is_tried_learns_nothing(agent: str) -> None:
 
 
 def test_the_agent_of_a_run_is_the_one_that_was_trained_beside_others(tmp_path: Path) -> None:
-    from mpma_mj.cli import main
-
     words = "imitate ymca --nodes 20 --modules 2 --repeats 1 --seed 5 --epochs 8 --no-video --out"
     assert main([*words.split(), str(tmp_path / "run")]) == 0
     agents = trained(3, 5)
@@ -109,6 +109,26 @@ def test_no_run_and_one_of_another_version_are_refused(small_run: Path, tmp_path
     files.write_json(other.path / "config.json", {"format": 1, "config": {}})
     with pytest.raises(CheckpointError, match="of another version"):
         Trained.of_run(other)
+
+
+@pytest.mark.parametrize("other", ["shorter", "elsewhere", "other music"])
+def test_a_run_folder_of_another_motion_is_refused(
+    small_run: Path, tmp_path: Path, other: str
+) -> None:
+    folder = RunFolder(shutil.copytree(small_run, tmp_path / "run"))
+    motion = folder.read_motion()
+    changed = {
+        "shorter": {"posture": motion.posture[:-4], "context": motion.context[:-4]},
+        "elsewhere": {"posture": mirrored(motion).posture[::-1]},
+        "other music": {"context": motion.context[::-1]},
+    }[other]
+    motion_file.write(
+        folder.path / "checkpoint" / "motion.npz", dataclasses.replace(motion, **changed)
+    )
+    said = "has 228 moments" if other == "shorter" else "is not the movement of trace.npz"
+    with pytest.raises(CheckpointError, match=said):
+        Trained.of_run(folder)
+    assert main(["stress", str(folder.path), "--runs", "0"]) == 2
 
 
 def test_training_that_diverges_names_the_seed(monkeypatch: pytest.MonkeyPatch) -> None:
