@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import hypothesis
 import numpy as np
@@ -26,6 +27,7 @@ threadpool_limits(1, user_api="blas")
 
 Array = NDArray[np.float64]
 WriteTsv = Callable[..., Path]
+Refused = Callable[..., None]
 
 QUALISYS_NAMES = {
     f"{side}_{point}": tuple(f"{name}_{side[0].upper()}" for name in names)
@@ -115,3 +117,21 @@ def small_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     words = f"imitate ymca --nodes 30 --modules 3 --no-video --out {folder}"
     assert main(words.split()) == 0
     return folder
+
+
+@pytest.fixture
+def refused(capsys: pytest.CaptureFixture[str]) -> Refused:
+    """Return a function that runs a command and checks that it is refused in one line."""
+
+    def check(words: list[str], message: str, code: int = 2, title: str = "") -> None:
+        capsys.readouterr()
+        assert main(words) == code
+        printed: Any = capsys.readouterr()
+        assert printed.out == ""
+        # But for progress: lines that are indented, and perhaps a title.
+        told = [line for line in printed.err.splitlines() if not line.startswith("  ")]
+        (line,) = [line for line in told if not title or line != title]
+        assert line.startswith("mpma: ")
+        assert message in line
+
+    return check

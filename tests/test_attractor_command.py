@@ -11,6 +11,9 @@ import pytest
 
 from mpma_mj import files
 from mpma_mj.cli import main
+from tests.conftest import Refused
+
+TITLE = "dancing without demonstration"
 
 
 @pytest.fixture
@@ -64,36 +67,36 @@ def test_overwriting_a_run_removes_what_was_told_about_it(run: Path) -> None:
 @pytest.mark.parametrize(
     "name", ["config.json", "trace.npz", "checkpoint/motion.npz", "checkpoint/best.npz"]
 )
-def test_a_damaged_run_is_one_line_and_exit_2(
-    run: Path, name: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_damaged_run_is_one_line_and_exit_2(run: Path, name: str, refused: Refused) -> None:
     (run / name).write_bytes(b"rubbish")
-    assert_refused([str(run)], f"{name}: damaged", capsys)
+    refused(["attractor", str(run)], f"{name}: damaged", title=TITLE)
     assert not (run / "attractor.json").exists()
 
 
 def test_a_checkpoint_that_lacks_something_is_one_line_and_exit_2(
-    run: Path, capsys: pytest.CaptureFixture[str]
+    run: Path, refused: Refused
 ) -> None:
     path = run / "checkpoint" / "best.npz"
     arrays, meta = files.read_arrays(path, "checkpoint")
     del arrays["forward.weights"]
     files.write_arrays(path, "checkpoint", arrays, meta)
-    assert_refused([str(run)], "the checkpoint lacks forward.weights; train anew", capsys)
+    refused(
+        ["attractor", str(run)], "the checkpoint lacks forward.weights; train anew", title=TITLE
+    )
 
 
-def test_a_checkpoint_of_other_sizes_is_one_line_and_exit_2(
-    run: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_checkpoint_of_other_sizes_is_one_line_and_exit_2(run: Path, refused: Refused) -> None:
     path = run / "checkpoint" / "best.npz"
     arrays, meta = files.read_arrays(path, "checkpoint")
     arrays["forward.weights"] = np.zeros((2, 3))
     files.write_arrays(path, "checkpoint", arrays, meta)
-    assert_refused([str(run)], "the checkpoint does not fit its settings; train anew", capsys)
+    refused(
+        ["attractor", str(run)], "the checkpoint does not fit its settings; train anew", title=TITLE
+    )
 
 
 def test_an_agent_without_forward_models_is_one_line_and_exit_2(
-    run: Path, capsys: pytest.CaptureFixture[str]
+    run: Path, refused: Refused
 ) -> None:
     config = json.loads((run / "config.json").read_text())
     config["config"]["agent"] = "feedback_only"
@@ -101,11 +104,13 @@ def test_an_agent_without_forward_models_is_one_line_and_exit_2(
     path = run / "checkpoint" / "best.npz"
     arrays, meta = files.read_arrays(path, "checkpoint")
     files.write_arrays(path, "checkpoint", arrays, meta | {"config": config["config"]})
-    assert_refused([str(run)], "agent is FeedbackOnly, which has no forward models", capsys)
+    refused(
+        ["attractor", str(run)], "agent is FeedbackOnly, which has no forward models", title=TITLE
+    )
 
 
 def test_a_run_whose_modules_do_nothing_yet_is_named_before_any_other_dances(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    run: Path, tmp_path: Path, refused: Refused
 ) -> None:
     early = tmp_path / "early"
     words = "imitate ymca --nodes 10 --epochs 1 --no-video --out"
@@ -114,22 +119,12 @@ def test_a_run_whose_modules_do_nothing_yet_is_named_before_any_other_dances(
         f"{early}: its modules put out nothing in the kept epoch; go on with"
         f" mpma imitate --resume {early}"
     )
-    assert_refused([str(early)], message, capsys)
-    assert_refused([str(run), str(early)], message, capsys)
+    refused(["attractor", str(early)], message)
+    refused(["attractor", str(run), str(early)], message)
     assert not (run / "attractor.json").exists()
 
 
-def test_no_run_is_one_line_and_exit_2(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert_refused([str(tmp_path / "gone")], "no run there", capsys)
-    assert_refused([], "no run given; try: mpma attractor runs/ymca", capsys)
+def test_no_run_is_one_line_and_exit_2(tmp_path: Path, refused: Refused) -> None:
+    refused(["attractor", str(tmp_path / "gone")], "no run there")
+    refused(["attractor"], "no run given; try: mpma attractor runs/ymca")
     assert list(tmp_path.iterdir()) == []
-
-
-def assert_refused(runs: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
-    capsys.readouterr()
-    assert main(["attractor", *runs]) == 2
-    printed = capsys.readouterr()
-    assert printed.out == ""
-    errors = [line for line in printed.err.splitlines() if line.startswith("mpma: ")]
-    assert len(errors) == 1
-    assert message in errors[0]

@@ -13,6 +13,7 @@ import pytest
 from mpma_mj import files
 from mpma_mj.arm import JOINT_NAMES, SEGMENT_NAMES
 from mpma_mj.cli import main
+from tests.conftest import Refused
 
 Arrays = dict[str, np.ndarray]
 
@@ -108,33 +109,21 @@ def test_a_trace_that_does_not_fit_is_one_line_and_exit_2(
     run: Path,
     change: Callable[[Arrays], Arrays],
     message: str,
-    capsys: pytest.CaptureFixture[str],
+    refused: Refused,
 ) -> None:
     change_trace(run, change)
-    assert_refused(run, message, capsys)
+    refused(["capture", str(run)], message)
+    assert not (run / "capture.json").exists()
 
 
 @pytest.mark.parametrize("name", ["trace.npz", "config.json", "checkpoint/motion.npz"])
-def test_a_damaged_run_is_one_line_and_exit_2(
-    run: Path, name: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_damaged_run_is_one_line_and_exit_2(run: Path, name: str, refused: Refused) -> None:
     (run / name).write_bytes(b"rubbish")
-    assert_refused(run, f"{name}: damaged", capsys)
-
-
-def test_a_folder_without_a_run_is_one_line_and_exit_2(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert_refused(tmp_path, "no run there", capsys)
-    assert_refused(tmp_path / "gone", "no run there", capsys)
-    assert list(tmp_path.iterdir()) == []
-
-
-def assert_refused(run: Path, message: str, capsys: pytest.CaptureFixture[str]) -> None:
-    capsys.readouterr()
-    assert main(["capture", str(run)]) == 2
-    printed = capsys.readouterr()
-    assert printed.out == ""
-    assert len(printed.err.splitlines()) == 1
-    assert message in printed.err
+    refused(["capture", str(run)], f"{name}: damaged")
     assert not (run / "capture.json").exists()
+
+
+def test_a_folder_without_a_run_is_one_line_and_exit_2(tmp_path: Path, refused: Refused) -> None:
+    refused(["capture", str(tmp_path)], "no run there")
+    refused(["capture", str(tmp_path / "gone")], "no run there")
+    assert list(tmp_path.iterdir()) == []

@@ -1,8 +1,6 @@
-"""What tests of trials need: a tiny run, and what was found that never was."""
+"""What tests of trials need: a tiny run."""
 
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -25,19 +23,3 @@ def tiny_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def tiny(tiny_run: Path) -> Trained:
     """Return its agent."""
     return Trained.of_run(RunFolder(tiny_run))
-
-
-@pytest.fixture
-def refused(capsys: pytest.CaptureFixture[str]) -> Callable[..., None]:
-    """Return a function that runs a command and checks that it is refused in one line."""
-
-    def check(words: list[str], message: str, code: int = 2) -> None:
-        capsys.readouterr()
-        assert main(words) == code
-        printed: Any = capsys.readouterr()
-        assert printed.out == ""
-        (line,) = [line for line in printed.err.splitlines() if not line.startswith("  ")]
-        assert line.startswith("mpma: ")
-        assert message in line
-
-    return check

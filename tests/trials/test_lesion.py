@@ -36,6 +36,7 @@ from mpma_mj.trials.lesion import (
 from mpma_mj.trials.lesion_figure import drawn, write_figure
 from mpma_mj.trials.lesion_table import matrix, summary
 from mpma_mj.trials.trial import EPISODE, World, tracking_errors, try_out
+from tests.conftest import Refused
 
 TINY = "--nodes 10 --repeats 1 --no-video --out"
 
@@ -288,12 +289,12 @@ def test_several_runs_are_summed_up_and_a_later_look_tells_the_same(
 
 
 def test_runs_that_differ_in_more_than_their_seed_are_not_summed_up(
-    run: Path, capsys: pytest.CaptureFixture[str]
+    run: Path, refused: Refused
 ) -> None:
-    assert_refused([str(run), str(run)], "is there twice; leave one out", capsys)
+    refused(["lesion", str(run), str(run)], "is there twice; leave one out")
     other = with_settings(run, noise=0.02)
     message = f"{other}: differs from {run} in more than its seed"
-    assert_refused([str(run), str(other)], message, capsys)
+    refused(["lesion", str(run), str(other)], message)
 
 
 def with_settings(run: Path, **changed: Any) -> Path:
@@ -321,66 +322,52 @@ def test_overwriting_a_run_removes_what_was_told_about_it(run: Path) -> None:
 @pytest.mark.parametrize(
     "name", ["config.json", "trace.npz", "checkpoint/motion.npz", "checkpoint/best.npz"]
 )
-def test_a_damaged_run_is_one_line_and_exit_2(
-    run: Path, name: str, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_damaged_run_is_one_line_and_exit_2(run: Path, name: str, refused: Refused) -> None:
     (run / name).write_bytes(b"rubbish")
-    assert_refused([str(run)], f"{name}: damaged", capsys)
+    refused(["lesion", str(run)], f"{name}: damaged")
     assert not (run / "lesion.json").exists()
 
 
 def test_a_checkpoint_that_lacks_something_is_one_line_and_exit_2(
-    run: Path, capsys: pytest.CaptureFixture[str]
+    run: Path, refused: Refused
 ) -> None:
     path = run / "checkpoint" / "best.npz"
     arrays, meta = files.read_arrays(path, "checkpoint")
     del arrays["inverse.weights"]
     files.write_arrays(path, "checkpoint", arrays, meta)
-    assert_refused([str(run)], "the checkpoint lacks inverse.weights; train anew", capsys)
+    refused(["lesion", str(run)], "the checkpoint lacks inverse.weights; train anew")
 
 
-def test_a_run_of_another_version_is_one_line_and_exit_2(
-    run: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_run_of_another_version_is_one_line_and_exit_2(run: Path, refused: Refused) -> None:
     content = json.loads((run / "config.json").read_text())
     files.write_json(run / "config.json", content | {"format": 1})
-    assert_refused([str(run)], "config.json: of another version; train anew", capsys)
+    refused(["lesion", str(run)], "config.json: of another version; train anew")
 
 
-def test_one_module_cannot_be_lost(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_one_module_cannot_be_lost(tmp_path: Path, refused: Refused) -> None:
     alone = tmp_path / "alone"
     words = f"imitate ymca --epochs 2 --agent single {TINY} {alone}"
     assert main(words.split()) == 0
     message = f"{alone}: has one module, and none that could take over; expected a run of --modules"
-    assert_refused([str(alone)], message, capsys)
+    refused(["lesion", str(alone)], message)
     assert not (alone / "lesion.json").exists()
 
 
 def test_a_run_whose_modules_do_nothing_yet_is_one_line_and_exit_2(
-    run: Path, capsys: pytest.CaptureFixture[str]
+    run: Path, refused: Refused
 ) -> None:
     path = run / "trace.npz"
     trace, meta = files.read_arrays(path, "trace")
     trace["module_actions"][...] = 0.0
     files.write_arrays(path, "trace", trace, meta)
     message = f"{run}: its modules put out nothing in the kept epoch; go on with"
-    assert_refused([str(run)], message, capsys)
+    refused(["lesion", str(run)], message)
 
 
 def test_no_run_and_no_number_of_epochs_are_one_line_and_exit_2(
-    tmp_path: Path, run: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, run: Path, refused: Refused
 ) -> None:
-    assert_refused([str(tmp_path / "gone")], "no run there", capsys)
-    assert_refused([], "no run given; try: mpma lesion runs/ymca", capsys)
-    assert_refused([str(run), "--retrain", "-1"], "retrain is -1; expected 0 or more", capsys)
+    refused(["lesion", str(tmp_path / "gone")], "no run there")
+    refused(["lesion"], "no run given; try: mpma lesion runs/ymca")
+    refused(["lesion", str(run), "--retrain", "-1"], "retrain is -1; expected 0 or more")
     assert not (run / "lesion.json").exists()
-
-
-def assert_refused(words: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:
-    capsys.readouterr()
-    assert main(["lesion", *words]) == 2
-    printed = capsys.readouterr()
-    assert printed.out == ""
-    errors = [line for line in printed.err.splitlines() if line.startswith("mpma: ")]
-    assert len(errors) == 1
-    assert message in errors[0]

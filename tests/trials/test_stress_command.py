@@ -5,7 +5,6 @@ import json
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -16,8 +15,8 @@ from mpma_mj.cli import main
 from mpma_mj.sweep.backend import Work
 from mpma_mj.sweep.processes import Processes
 from mpma_mj.training.run_folder import RunFolder
+from tests.conftest import Refused
 
-Refused = Callable[..., None]
 QUICK = ["--disturbances", "payload", "--levels", "0", "3"]
 
 
