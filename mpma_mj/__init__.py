@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from mpma_mj.envs.gl import choose_backend
+from mpma_mj.envs.gl import choose_backend, defer_opengl
 from mpma_mj.envs.registration import register
 
 if TYPE_CHECKING:
@@ -34,6 +34,7 @@ __all__ = [
 __version__ = "0.1.0"
 
 choose_backend()  # before anything imports MuJoCo, which reads the choice when imported
+defer_opengl()
 register()  # with Gymnasium, which finds its environments by importing this package
 
 _HOMES = {

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
-import ctypes
+import functools
+import importlib
 import os
 import subprocess
 import sys
+import types
+from typing import Any
 
 from mpma_mj.errors import RenderingError
 
-__all__ = ["HOW_TO_MEND", "choose_backend", "environment_of", "require_backend"]
+__all__ = [
+    "HOW_TO_MEND",
+    "choose_backend",
+    "defer_opengl",
+    "environment_of",
+    "require_backend",
+]
 
 _VARIABLE = "MUJOCO_GL"
 _LIBRARIES = {"egl": "libEGL.so.1", "osmesa": "libOSMesa.so.8"}
@@ -35,6 +44,13 @@ with mujoco.Renderer(model, 16, 16) as renderer:
     assert renderer.render().any()
 """
 
+# Modules that load an OpenGL library when they are imported, with their context classes.
+_CONTEXTS = {
+    "dm_control._render.pyopengl.egl_renderer": "EGLContext",
+    "dm_control._render.pyopengl.osmesa_renderer": "OSMesaContext",
+    "mujoco.osmesa": "GLContext",
+}
+
 # As the user left it: MuJoCo sets variables of its own when it is imported.
 _users_environment = dict(os.environ)
 _users_choice = _users_environment.get(_VARIABLE)
@@ -56,6 +72,28 @@ def choose_backend() -> None:
     else:
         # Where MuJoCo could not even be imported, all but drawing works without OpenGL.
         os.environ[_VARIABLE] = _users_choice if _can_be_imported(_users_choice) else _NONE
+
+
+def defer_opengl() -> None:
+    """Let MuJoCo and dm_control load OpenGL with the first context, not on import.
+
+    Mesa's software drivers bring LLVM into the process, and so does PyTorch's compiler; a process
+    in which Mesa came first crashes when PyTorch is used. Modules that are imported already stay
+    as they are.
+    """
+    for name, context in _CONTEXTS.items():
+        if name not in sys.modules:
+            deferred = types.ModuleType(name, "Stand-in until the first OpenGL context.")
+            setattr(deferred, context, functools.partial(_make_context, deferred, context))
+            sys.modules[name] = deferred
+
+
+def _make_context(deferred: types.ModuleType, context: str, *size: Any, **options: Any) -> Any:
+    """Import the module behind a stand-in and return a new context of it."""
+    name = deferred.__name__
+    if sys.modules.get(name) is deferred:
+        del sys.modules[name]
+    return getattr(importlib.import_module(name), context)(*size, **options)
 
 
 def require_backend() -> str:
@@ -106,11 +144,15 @@ def _can_be_imported(choice: str) -> bool:
 
 
 def _loads(backend: str) -> bool:
-    try:
-        ctypes.CDLL(_LIBRARIES[backend])
-    except OSError:
-        return False
-    return True
+    """Return whether a backend's library loads, in a process of its own for it may bring LLVM."""
+    command = [
+        sys.executable,
+        "-I",
+        "-S",
+        "-c",
+        f"import ctypes; ctypes.CDLL({_LIBRARIES[backend]!r})",
+    ]
+    return subprocess.run(command, capture_output=True, check=False).returncode == 0
 
 
 def _draws(backend: str) -> bool:

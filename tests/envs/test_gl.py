@@ -84,3 +84,48 @@ def test_with_none_that_draws_the_error_names_packages(monkeypatch: pytest.Monke
 
 def test_a_trial_without_opengl_does_not_draw() -> None:
     assert not gl._draws("disable")
+
+
+LLVM = "print('LLVM', any('LLVM' in line for line in open('/proc/self/maps')))"
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
+@pytest.mark.parametrize("backend", ["egl", "osmesa"])
+@pytest.mark.parametrize(
+    "make",
+    [
+        "import mpma_mj; env = mpma_mj.load('ymca')",
+        "import mpma_mj; env = mpma_mj.make_vec(2, 'ymca')",
+        "import gymnasium; env = gymnasium.make('mpma_mj:TwoArmImitation-v0', motion='ymca')",
+    ],
+)
+def test_an_environment_that_draws_nothing_loads_no_llvm(backend: str, make: str) -> None:
+    if not gl._loads(backend):
+        pytest.skip(f"no library for {backend}")
+    result = python(f"{make}; env.reset(); {LLVM}", MUJOCO_GL=backend)
+    assert result.stdout.strip() == "LLVM False", result.stderr
+
+
+def test_a_machine_without_a_choice_loads_no_llvm() -> None:
+    result = python(f"import mpma_mj; mpma_mj.load('ymca'); {LLVM}")
+    assert result.stdout.strip() == "LLVM False", result.stderr
+
+
+@pytest.mark.parametrize("backend", ["egl", "osmesa"])
+def test_pictures_of_dm_control_and_of_mujoco_are_drawn_when_asked_for(backend: str) -> None:
+    if not gl._draws(backend):
+        pytest.skip(f"{backend} does not draw")
+    code = (
+        "import mpma_mj, mujoco\n"
+        "from dm_control import suite\n"
+        "from dm_control.suite.wrappers import pixels\n"
+        "env = pixels.Wrapper(mpma_mj.load('ymca'), render_kwargs={'camera_id': 'front'})\n"
+        "print(env.reset().observation['pixels'].std() > 1)\n"
+        "print(env.physics.render(32, 32, depth=True).std() > 1)\n"
+        "print(suite.load('cartpole', 'swingup').physics.render(32, 32).std() > 1)\n"
+        "with mujoco.Renderer(env.physics.model.ptr, 32, 32) as renderer:\n"
+        "    renderer.update_scene(env.physics.data.ptr)\n"
+        "    print(renderer.render().std() > 1)\n"
+    )
+    result = python(code, MUJOCO_GL=backend)
+    assert result.stdout.split() == ["True"] * 4, result.stderr
