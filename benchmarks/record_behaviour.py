@@ -1,0 +1,227 @@
+"""Record of what runs and environments compute, to the bit, and comparison of two records.
+
+    python benchmarks/record_behaviour.py record before.json --recording dance.tsv
+    python benchmarks/record_behaviour.py compare before.json after.json
+
+A renovation has to leave a record as it was. Names that changed since the first record are in
+`RENAMED`, so that a new record speaks with the old names. Records of two machines differ.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import sys
+import tempfile
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+from numpy.typing import NDArray
+
+import mpma_mj
+from mpma_mj.files import read_arrays
+from mpma_mj.training import imitate
+from mpma_mj.training.config import RunConfig
+from mpma_mj.training.crowd import train_crowd
+from mpma_mj.training.movements import read_movements
+from mpma_mj.training.run_folder import RunFolder
+
+Record = dict[str, str]
+
+RENAMED: dict[str, str] = {}
+"""Names of the first record by today's: parts between slashes of a record's keys."""
+
+SEEDS = (0, 1, 2)
+ARMS = ("physics", "kinematic")
+AGENTS: dict[str, dict[str, Any]] = {
+    "weighted": {"agent": "mpma", "rule": "weighted"},
+    "gated": {"agent": "mpma", "rule": "gated"},
+    "mosaic": {"agent": "mosaic"},
+    "hammer": {"agent": "hammer"},
+    "single": {"agent": "single"},
+    "growing": {"agent": "growing"},
+}
+ABLATIONS: dict[str, dict[str, Any]] = {
+    "no predictors": {"responsibility_predictors": False},
+    "no forward gating": {"forward_gating": False},
+    "own command": {"forward_input": "own"},
+    "no proprioception": {"proprioception": False},
+    "ridge": {"ridge": 0.1},
+}
+ABLATIONS |= {
+    f"hears {name}": {"hears": name} for name in ("nothing", "constant", "shuffled", "halves")
+}
+NODES, EPOCHS, MODULES = 30, 25, 3
+
+ENVIRONMENTS: dict[str, dict[str, Any]] = {
+    "physics": {"arms": "physics"},
+    "kinematic": {"arms": "kinematic"},
+    "hard": {
+        "payload": 1.0,
+        "strength": 0.5,
+        "latency": 2,
+        "observation_noise": 0.02,
+        "push": (1.0, 30.0),
+        "collisions": True,
+    },
+    "eased": {
+        "gravity_compensation": True,
+        "random_start": True,
+        "early_termination": 0.4,
+        "reward_weights": {"left_upper_arm": 3.0},
+        "future": 4,
+        "phase": True,
+    },
+    "locked": {"locked": "left_elbow", "noise": 0.0, "repeats": 2, "control_timestep": 0.04},
+}
+
+
+def main() -> int:
+    """Record or compare; return 1 where records differ."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    verbs = parser.add_subparsers(dest="verb", required=True)
+    recording = verbs.add_parser("record")
+    recording.add_argument("out", type=Path)
+    recording.add_argument("--recording", help="a recording that is imitated besides ymca")
+    recording.add_argument("--quick", action="store_true", help="one seed, physics arms, ymca")
+    comparing = verbs.add_parser("compare")
+    comparing.add_argument("before", type=Path)
+    comparing.add_argument("after", type=Path)
+    given = parser.parse_args()
+    if given.verb == "compare":
+        return compare(_read(given.before), _read(given.after))
+    record: Record = {}
+    for key, value in entries(given.recording, quick=given.quick):
+        record[_old(key)] = value
+    given.out.write_text(json.dumps(record, indent=0) + "\n", encoding="utf-8")
+    return 0
+
+
+def compare(before: Record, after: Record) -> int:
+    """Print the entries that differ and how many are in one record alone; return 1 for either."""
+    both = [key for key in before if key in after]
+    differing = [key for key in both if before[key] != after[key]]
+    for key in differing:
+        print(f"{key}: {before[key]} -> {after[key]}")
+    print(f"{len(differing)} of {len(both)} entries differ")
+    print(f"{len(before) - len(both)} are missing, {len(after) - len(both)} are new")
+    return 0 if not differing and len(before) == len(both) == len(after) else 1
+
+
+def entries(recording: str | None, *, quick: bool) -> Iterator[tuple[str, str]]:
+    """Yield all entries of a record: their keys and their values."""
+    motions = ["ymca"] if recording is None or quick else ["ymca", recording]
+    seeds, kinds = (SEEDS[:1], ARMS[:1]) if quick else (SEEDS, ARMS)
+    for number, motion in enumerate(motions):
+        name = "recording" if number else motion
+        for arms in kinds:
+            for title, options in AGENTS.items():
+                _say(f"{name}, {arms}: {title}")
+                yield from run_entries(f"{name}/{arms}/{title}", motion, arms, options, seeds)
+    for title, options in ABLATIONS.items():
+        _say(f"ablation: {title}")
+        yield from run_entries(f"ablation/{title}", "ymca", "physics", options, SEEDS[:1])
+    for title, options in ENVIRONMENTS.items():
+        _say(f"environment: {title}")
+        yield from environment_entries(f"environment/{title}", options)
+
+
+def run_entries(
+    key: str, motion: str, arms: Any, options: dict[str, Any], seeds: tuple[int, ...]
+) -> Iterator[tuple[str, str]]:
+    """Yield what runs came to: each alone and in a folder, and all in one batch."""
+    configs = [
+        RunConfig(motions=(motion,), arms=arms, nodes=NODES, modules=MODULES, seed=seed, **options)
+        for seed in seeds
+    ]
+    for config in configs:
+        with tempfile.TemporaryDirectory() as folder:
+            run = RunFolder(Path(folder) / "run")
+            imitate.start(config, run, EPOCHS)
+            summary = json.loads((run.path / "summary.json").read_text("utf-8"))
+            yield from _numbers(f"{key}/{config.seed}/summary", summary)
+            for file in ("trace", "checkpoint/best"):
+                kind = file.split("/")[0]
+                arrays, _ = read_arrays(run.path / f"{file}.npz", kind)
+                for name, array in arrays.items():
+                    yield f"{key}/{config.seed}/{kind}/{name}", _hash(array)
+    for config, summary in zip(
+        configs, train_crowd(configs, read_movements(configs[0]), EPOCHS), strict=True
+    ):
+        yield from _numbers(f"{key}/batch {config.seed}/summary", summary)
+
+
+def environment_entries(key: str, options: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    """Yield the observations and rewards of episodes behind each interface."""
+    actions = np.random.default_rng(0).uniform(-1.2, 1.2, (400, 3, 8))
+    env = mpma_mj.load("ymca", seed=5, **options)
+    steps = [env.reset(), *(env.step(action) for action in actions[:, 0])]
+    reward = np.array([step.reward for step in steps], float)
+    yield from _episode(f"{key}/load", [step.observation for step in steps], reward)
+    envs = mpma_mj.make_vec(3, "ymca", seed=5, **options)
+    outcomes = [(envs.reset()[0], np.zeros(3)), *(envs.step(action)[:2] for action in actions)]
+    yield from _episode(
+        f"{key}/make_vec", [seen for seen, _ in outcomes], np.stack([r for _, r in outcomes])
+    )
+    envs.close()
+    for kind in ("", "Flat"):
+        name = f"mpma_mj:TwoArmImitation{kind}-v0"
+        alone = gymnasium.make(name, motion="ymca", seed=5, **options)
+        seen, rewards = [alone.reset()[0]], []
+        for action in actions[:, 0]:
+            observation, own, terminated, truncated, _ = alone.step(action)
+            seen.append(observation)
+            rewards.append(float(own))
+            if terminated or truncated:
+                seen.append(alone.reset()[0])
+        yield from _episode(f"{key}/gymnasium{kind}", seen, np.array(rewards))
+
+
+def _episode(
+    key: str, observations: list[Any], rewards: NDArray[np.float64]
+) -> Iterator[tuple[str, str]]:
+    yield f"{key}/reward", _hash(rewards)
+    if isinstance(observations[0], Mapping):
+        for name in observations[0]:
+            yield f"{key}/{name}", _hash(np.stack([seen[name] for seen in observations]))
+    else:
+        yield f"{key}/observation", _hash(np.stack(observations))
+
+
+def _numbers(key: str, content: Any) -> Iterator[tuple[str, str]]:
+    """Yield every number below a key, exactly."""
+    if isinstance(content, Mapping):
+        for name, value in content.items():
+            yield from _numbers(f"{key}/{name}", value)
+    elif isinstance(content, list | tuple):
+        for number, value in enumerate(content):
+            yield from _numbers(f"{key}/{number}", value)
+    elif not isinstance(content, str):
+        yield key, repr(content.item() if isinstance(content, np.generic) else content)
+
+
+def _hash(array: NDArray[Any]) -> str:
+    """Return type, shape and digest of an array."""
+    digest = hashlib.sha256(np.ascontiguousarray(array).tobytes()).hexdigest()
+    return f"{array.dtype} {array.shape} {digest[:24]}"
+
+
+def _old(key: str) -> str:
+    return "/".join(RENAMED.get(part, part) for part in key.split("/"))
+
+
+def _read(path: Path) -> Record:
+    record: Record = json.loads(path.read_text("utf-8"))
+    return record
+
+
+def _say(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
