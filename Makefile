@@ -6,7 +6,7 @@ PYTHON ?= $(shell for name in python3.12 python3.11 python3 python; do \
   $$name -c '$(FITS)' >/dev/null 2>&1 && echo $$name && break; done)
 BIN := .venv/bin
 
-.PHONY: help dance test test-slow check format build clean
+.PHONY: help dance test test-slow test-lowest check format build clean
 
 dance: .venv/installed  ## train the built-in dance and make its video
 	$(BIN)/mpma imitate ymca --out runs/ymca --overwrite
@@ -16,6 +16,11 @@ test: .venv/installed-dev  ## quick tests, under 3 minutes on two cores
 
 test-slow: .venv/installed-dev  ## what takes longer
 	$(BIN)/pytest -n 2 -q -m slow
+
+test-lowest: .venv/installed-dev  ## quick tests with the lowest versions that pyproject.toml declares
+	$(BIN)/uv venv --quiet --clear --seed --python $(BIN)/python .venv-lowest
+	$(BIN)/uv pip install --quiet --python .venv-lowest --resolution lowest-direct --editable '.[dev]'
+	.venv-lowest/bin/python -m pytest -n 2 -q -rs
 
 check: .venv/installed-dev  ## formatting, lint, types
 	$(BIN)/ruff format --check .
@@ -33,7 +38,7 @@ help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' Makefile | expand -t 12
 
 clean:  ## everything that can be made again, except runs
-	rm -rf .venv build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf .venv .venv-lowest build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
 
 .venv/installed: .venv/made pyproject.toml
 	$(BIN)/pip install --quiet --editable .

@@ -79,6 +79,25 @@ def test_distributions_bring_their_dependencies(
     assert str(tmp_path) in loaded.stdout
 
 
+@pytest.mark.slow
+def test_the_lowest_declared_versions_train(distributions: Path, tmp_path: Path) -> None:
+    venv.create(tmp_path / "lowest")
+    binaries = tmp_path / "lowest" / "bin"
+    uv = [sys.executable, "-m", "uv", "pip", "install", "--quiet", "--python", binaries / "python"]
+    wheel = next(distributions.glob("*.whl"))
+    subprocess.run([*uv, "--resolution", "lowest-direct", wheel], check=True)
+    options = ["--nodes", "5", "--epochs", "1", "--no-video", "--out", tmp_path / "run"]
+    trained = subprocess.run(
+        [binaries / "mpma", "imitate", "ymca", *options],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=tmp_path,
+    )
+    assert trained.returncode == 0, trained.stderr
+    assert trained.stdout.splitlines()[-1] == str(tmp_path / "run")
+
+
 @pytest.mark.parametrize("part", ["assets", "envs", "training"])
 def test_the_top_level_shows_the_parts(part: str) -> None:
     link = ROOT / part

