@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import io
 import os
 import sys
 import warnings
@@ -48,6 +49,19 @@ _COMMANDS: dict[str, Callable[..., Command]] = {
 }
 
 
+@contextlib.contextmanager
+def _whatever_the_encoding() -> Iterator[None]:
+    """Let the terminal show a mark for a character that it lacks; then leave it as it was."""
+    with contextlib.ExitStack() as stack:
+        # On stderr escapes, as Python has it: file names stay told apart in errors.
+        for stream, errors in ((sys.stdout, "replace"), (sys.stderr, "backslashreplace")):
+            if isinstance(stream, io.TextIOWrapper):  # a notebook's is none, and lacks nothing
+                stack.callback(stream.reconfigure, errors=stream.errors)
+                stream.reconfigure(errors=errors)
+        yield
+
+
+@_whatever_the_encoding()
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line.
 

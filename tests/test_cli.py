@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable
@@ -278,9 +279,10 @@ def test_an_interrupted_run_says_how_to_go_on_if_there_is_something_to_go_on_wit
 
 @pytest.mark.parametrize("words", [["capture", "RUN"], ["imitate", "--help"], ["--version"]])
 def test_output_that_nobody_reads_any_more_ends_the_command_quietly(
-    words: list[str], small_run: Path
+    words: list[str], small_run: Path, tmp_path: Path
 ) -> None:
-    words = [str(small_run) if word == "RUN" else word for word in words]
+    run = shutil.copytree(small_run, tmp_path / "run")
+    words = [str(run) if word == "RUN" else word for word in words]
     reader, writer = os.pipe()
     os.close(reader)
     try:

@@ -1,24 +1,19 @@
-"""The figure of a dance that goes on without its demonstration.
-
-Drawn with matplotlib's objects alone, without its global state.
-"""
+"""The figure of a dance that goes on without its demonstration."""
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from mpma_mj.analysis.attractor import FreeDance
 from mpma_mj.analysis.freedom import LOST, nearest_over_time
 from mpma_mj.arm import SEGMENT_NAMES
-from mpma_mj.files import write_whole
+from mpma_mj.figure_file import figure_file
 from mpma_mj.metrics import error_over_time
 from mpma_mj.motions import Motion
 from mpma_mj.training.colours import DEMONSTRATED, INK, module_colours
@@ -27,7 +22,6 @@ __all__ = ["drawn_spans", "write_figure"]
 
 Array = NDArray[np.float64]
 
-_DPI = 110
 _COLOURS = ("C3", "C2", "C0")  # of x, y and z, as in trajectory.png
 _STARTS = "a repetition starts"
 _PALE = 0.3  # opacity of what would be demonstrated
@@ -43,38 +37,37 @@ def write_figure(path: Path, free: FreeDance, motion: Motion) -> None:
         motion: The movement that had been learned.
     """
     spans = drawn_spans(free)
-    figure = Figure(figsize=(9.0, 8.6), layout="constrained")
-    axes = figure.subplots(5, len(spans), sharex="col", sharey="row", squeeze=False)
-    for column, span in zip(axes.T, spans, strict=True):
-        _directions(column[:4], free, span)
-        _errors(column[4], free, span)
-        column[4].set_xlabel("time since the demonstration was taken away, s", fontsize="small")
-        for axis in column:
-            _starts(axis, free, span)
-            axis.margins(x=0)
-            axis.spines[["top", "right"]].set_visible(False)
-    if len(spans) > 1:
-        for axis, name in zip(axes[0], ("first repetition", "last repetition"), strict=True):
-            axis.set_title(name, fontsize="small")
-    for axis, segment in zip(axes[:, 0], SEGMENT_NAMES, strict=False):
-        axis.set(ylim=(-1.08, 1.08), ylabel=segment.replace("_", " "))
-    axes[4, 0].set_ylabel("error, %")
-    axes[4, 0].set_ylim(bottom=0.0)
-    entries: dict[str, Any] = {}
-    for axis in (axes[0, 0], axes[4, 0]):
-        handles, names = axis.get_legend_handles_labels()
-        entries |= dict(zip(names, handles, strict=True))
-    if _STARTS in entries:
-        entries[_STARTS] = entries.pop(_STARTS)  # last
-    figure.legend(
-        entries.values(),
-        entries.keys(),
-        loc="outside lower center",
-        ncols=-(-len(entries) // 3),  # x, y and z below each other
-        fontsize="small",
-    )
-    figure.suptitle(f"Dancing without the demonstration ({motion.name})", fontsize="medium")
-    write_whole(path, functools.partial(figure.savefig, dpi=_DPI))
+    with figure_file(path, 9.0, 8.6) as figure:
+        axes = figure.subplots(5, len(spans), sharex="col", sharey="row", squeeze=False)
+        for column, span in zip(axes.T, spans, strict=True):
+            _directions(column[:4], free, span)
+            _errors(column[4], free, span)
+            column[4].set_xlabel("time since the demonstration was taken away, s", fontsize="small")
+            for axis in column:
+                _starts(axis, free, span)
+                axis.margins(x=0)
+                axis.spines[["top", "right"]].set_visible(False)
+        if len(spans) > 1:
+            for axis, name in zip(axes[0], ("first repetition", "last repetition"), strict=True):
+                axis.set_title(name, fontsize="small")
+        for axis, segment in zip(axes[:, 0], SEGMENT_NAMES, strict=False):
+            axis.set(ylim=(-1.08, 1.08), ylabel=segment.replace("_", " "))
+        axes[4, 0].set_ylabel("error, %")
+        axes[4, 0].set_ylim(bottom=0.0)
+        entries: dict[str, Any] = {}
+        for axis in (axes[0, 0], axes[4, 0]):
+            handles, names = axis.get_legend_handles_labels()
+            entries |= dict(zip(names, handles, strict=True))
+        if _STARTS in entries:
+            entries[_STARTS] = entries.pop(_STARTS)  # last
+        figure.legend(
+            entries.values(),
+            entries.keys(),
+            loc="outside lower center",
+            ncols=-(-len(entries) // 3),  # x, y and z below each other
+            fontsize="small",
+        )
+        figure.suptitle(f"Dancing without the demonstration ({motion.name})", fontsize="medium")
 
 
 def drawn_spans(free: FreeDance) -> list[slice]:

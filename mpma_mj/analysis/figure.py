@@ -1,24 +1,19 @@
-"""The figure of which module captures what.
-
-Drawn with matplotlib's objects alone, without its global state.
-"""
+"""The figure of which module captures what."""
 
 from __future__ import annotations
 
-import functools
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from mpma_mj.analysis.captured import Captured, Repetition
 from mpma_mj.analysis.chance import BesideChance
 from mpma_mj.analysis.posture_space import Told
 from mpma_mj.analysis.synergies import ENOUGH, Synergies
-from mpma_mj.files import write_whole
+from mpma_mj.figure_file import figure_file
 from mpma_mj.motions import Motion
 from mpma_mj.training.colours import INK, module_colours
 
@@ -26,7 +21,6 @@ __all__ = ["write_figure"]
 
 Array = NDArray[np.float64]
 
-_DPI = 110
 _MOST_NUMBERED = 8  # with more modules the numbers in the cells would touch
 _DARK = 0.5  # least share that is drawn black, so that shares that are all alike look alike
 _HEIGHTS = (1.3, 1.0, 1.0, 1.3, 0.8)  # of the panels on the right, relative
@@ -44,19 +38,18 @@ def write_figure(path: Path, captured: Captured, motion: Motion) -> None:
         motion: The movement that was imitated.
     """
     rows = sum(len(names) for names in captured.shares.values())
-    figure = Figure(figsize=(11.0, max(10.5, 1.5 + _ROW * rows)), layout="constrained")
-    grid = figure.add_gridspec(5, 2, width_ratios=[1.0, 1.25], height_ratios=_HEIGHTS)
-    _draw_shares(figure.add_subplot(grid[:, 0]), captured)
-    panels = [figure.add_subplot(grid[row, 1]) for row in range(5)]
-    _draw_told(panels[0], captured.told)
-    _draw_variance(panels[1], captured.synergies)
-    _draw_loads(panels[2], captured.synergies, captured.output)
-    _draw_repetitions(panels[3], captured.repetition, motion.rate)
-    _draw_recurrence(panels[4], captured.repetition, motion.rate)
-    for panel in panels:
-        panel.spines[["top", "right"]].set_visible(False)
-    figure.suptitle(f"Which module captures what ({motion.name})", fontsize="medium")
-    write_whole(path, functools.partial(figure.savefig, dpi=_DPI))
+    with figure_file(path, 11.0, max(10.5, 1.5 + _ROW * rows)) as figure:
+        grid = figure.add_gridspec(5, 2, width_ratios=[1.0, 1.25], height_ratios=_HEIGHTS)
+        _draw_shares(figure.add_subplot(grid[:, 0]), captured)
+        panels = [figure.add_subplot(grid[row, 1]) for row in range(5)]
+        _draw_told(panels[0], captured.told)
+        _draw_variance(panels[1], captured.synergies)
+        _draw_loads(panels[2], captured.synergies, captured.output)
+        _draw_repetitions(panels[3], captured.repetition, motion.rate)
+        _draw_recurrence(panels[4], captured.repetition, motion.rate)
+        for panel in panels:
+            panel.spines[["top", "right"]].set_visible(False)
+        figure.suptitle(f"Which module captures what ({motion.name})", fontsize="medium")
 
 
 def _draw_shares(axis: Axes, captured: Captured) -> None:

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import functools
 from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
 from mpma_mj.bench.scaling import AXES, Axis, Scaling
-from mpma_mj.files import write_whole
+from mpma_mj.figure_file import figure_file
 from mpma_mj.training.colours import module_colours
 
 __all__ = ["write_figure"]
 
-_DPI = 110
 _TITLES: dict[Axis, str] = {
     "steps": "steps of an epoch",
     "modules": "modules",
@@ -32,11 +29,12 @@ def write_figure(path: Path, scaling: Scaling) -> None:
         path: The PNG file.
         scaling: What was measured.
     """
-    figure = Figure(figsize=(10.0, 7.0), layout="constrained")
-    for panel, axis in zip(figure.subplots(2, 2).flat, AXES, strict=True):
-        _panel(panel, scaling, axis)
-    figure.suptitle("What an epoch of training takes; dashed: fitted power laws", fontsize="medium")
-    write_whole(path, functools.partial(figure.savefig, dpi=_DPI))
+    with figure_file(path, 10.0, 7.0) as figure:
+        for panel, axis in zip(figure.subplots(2, 2).flat, AXES, strict=True):
+            _panel(panel, scaling, axis)
+        figure.suptitle(
+            "What an epoch of training takes; dashed: fitted power laws", fontsize="medium"
+        )
 
 
 def _panel(left: Axes, scaling: Scaling, axis: Axis) -> None:

@@ -36,9 +36,9 @@ class Capture:
             danced.period,
             lambda factors: show_range(factors, "looking for synergies"),
         )
-        print(tables(captured) + "\n")
         content = {"format": files.FORMAT, "motion": danced.motion.name} | captured.as_json()
         files.write_json(folder.captured, content)
         picture = folder.figures / "capture.png"
         write_figure(picture, captured, danced.motion)
+        print(tables(captured) + "\n")
         return picture

@@ -91,9 +91,9 @@ class Compare:
         markdown = as_markdown(cells, self.adaptation)
         write_text(folder / "compare.md", markdown)
         write_text(folder / "compare.csv", as_csv(cells))
-        print(markdown)
         compare_figure.write_transfer(folder / "transfer.png", cells, self.adaptation)
         compare_figure.write_dances(folder / "dances.png", cells, motion)
+        print(markdown)
         if missing_gl is not None:
             print(missing_gl, file=sys.stderr)
         elif self.video:

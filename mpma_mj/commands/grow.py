@@ -11,6 +11,7 @@ import tyro
 
 from mpma_mj.commands.folders import default_folder
 from mpma_mj.commands.workers import Workers, require_all
+from mpma_mj.names import printable
 from mpma_mj.training.config import RunConfig, Settings
 
 __all__ = ["Grow"]
@@ -57,7 +58,7 @@ class Grow:
         table = as_markdown(asked, runs)
         folder.write_rows(runs)
         write_text(folder.path / "growth.md", table)
-        title = ", ".join(Path(motion).stem for motion in base.motions)
+        title = ", ".join(printable(Path(motion).stem) for motion in base.motions)
         write_figure(folder.path / "growth.png", runs, title)
         print(table)
         require_all(folder)

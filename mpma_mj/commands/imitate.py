@@ -63,8 +63,8 @@ class Imitate:
             )
         with _told_how_to_go_on(folder), show_epochs(self.epochs) as show:
             summary = train(on_epoch=show)
-        _print_summary(summary)
         _draw_figures(folder)
+        _print_summary(summary)
         if missing_gl is not None:
             print(missing_gl, file=sys.stderr)
         elif self.video:

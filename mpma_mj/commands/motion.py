@@ -54,11 +54,11 @@ class InspectMotion:
         reading = read_with_findings(self.motion, self.reading.reading)
         reading.findings.tell(self.motion)
         limits = arm_limits("physics")
-        print("\n".join(report_lines(reading, *limits)))
         if self.out is not None:
             motion_file.write(self.out, reading.motion)
         picture = self.picture or Path(f"{reading.motion.name}-motion.png")
         write_page(picture, reading, limits[0])
+        print("\n".join(report_lines(reading, *limits)))
         if self.video:
             write_ideal_video(picture.with_suffix(".mp4"), reading, show_frames)
             print(picture.with_suffix(".mp4"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -38,7 +39,7 @@ def make_model(options: EnvironmentOptions) -> mujoco.MjModel:
         found = "this is a folder" if path.is_dir() else "there is none"
         raise BadOptionError(f"model is {path}; expected an MJCF file, and {found}")
     with _errors_in_one_line(path):
-        spec = mujoco.MjSpec.from_file(str(path))
+        spec = mujoco.MjSpec.from_file(os.fsencode(path))  # a name may be no UTF-8
         check_complete(path, spec, hands=options.payload > 0 or options.pushed)
         if options.model is not None:
             spec.memory = max(spec.compile().narena, _MEMORY)

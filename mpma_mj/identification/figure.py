@@ -1,25 +1,19 @@
-"""The figure of a fit: logged and simulated angles.
-
-Drawn with matplotlib's objects alone, without its global state.
-"""
+"""The figure of a fit: logged and simulated angles."""
 
 from __future__ import annotations
 
-import functools
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from mpma_mj.arm import JOINT_NAMES, SIDES
-from mpma_mj.files import write_whole
+from mpma_mj.figure_file import figure_file
 from mpma_mj.identification.identified import SHOWN_WINDOW, Identified
 from mpma_mj.training.colours import DEMONSTRATED, module_colours
 
 __all__ = ["write_figure"]
 
-_DPI = 110
 _WINDOWS = 8  # that are drawn (choice)
 
 
@@ -36,25 +30,26 @@ def write_figure(path: Path, found: Identified) -> None:
         (found.before, "simulated before", {"color": before, "linewidth": 1.2}),
         (found.after, "simulated with what was found", {"color": after, "linewidth": 1.2}),
     )
-    figure = Figure(figsize=(9.0, 7.6), layout="constrained")
-    axes = figure.subplots(len(JOINT_NAMES) // len(SIDES), len(SIDES), sharex=True, squeeze=False)
-    for joint, (axis, name) in enumerate(zip(axes.T.ravel(), JOINT_NAMES, strict=True)):
-        for angles, label, look in looks:
-            axis.plot(*_joined(found.times, angles[..., joint]), label=label, **look)
-        errors = (np.degrees(found.rms(s)[joint]) for s in (found.before, found.after))
-        title = "{} (rms error {:.3g}° → {:.2g}°)".format(name.replace("_", " "), *errors)
-        axis.set_title(title, fontsize="small", loc="left")
-        axis.margins(x=0)
-        axis.spines[["top", "right"]].set_visible(False)
-    for axis in axes[:, 0]:
-        axis.set_ylabel("angle, rad")
-    for axis in axes[-1]:
-        axis.set_xlabel("time, s")
-    handles, labels = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize="small")
-    title = f"Every {SHOWN_WINDOW:g} s the simulated arms begin as in the log"
-    figure.suptitle(title, fontsize="medium")
-    write_whole(path, functools.partial(figure.savefig, dpi=_DPI))
+    with figure_file(path, 9.0, 7.6) as figure:
+        axes = figure.subplots(
+            len(JOINT_NAMES) // len(SIDES), len(SIDES), sharex=True, squeeze=False
+        )
+        for joint, (axis, name) in enumerate(zip(axes.T.ravel(), JOINT_NAMES, strict=True)):
+            for angles, label, look in looks:
+                axis.plot(*_joined(found.times, angles[..., joint]), label=label, **look)
+            errors = (np.degrees(found.rms(s)[joint]) for s in (found.before, found.after))
+            title = "{} (rms error {:.3g}° → {:.2g}°)".format(name.replace("_", " "), *errors)
+            axis.set_title(title, fontsize="small", loc="left")
+            axis.margins(x=0)
+            axis.spines[["top", "right"]].set_visible(False)
+        for axis in axes[:, 0]:
+            axis.set_ylabel("angle, rad")
+        for axis in axes[-1]:
+            axis.set_xlabel("time, s")
+        handles, labels = axes[0, 0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize="small")
+        title = f"Every {SHOWN_WINDOW:g} s the simulated arms begin as in the log"
+        figure.suptitle(title, fontsize="medium")
 
 
 def _joined(

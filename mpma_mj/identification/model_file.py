@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
+import functools
+import os
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -10,7 +13,7 @@ import numpy as np
 
 from mpma_mj.arm import JOINT_NAMES
 from mpma_mj.envs.model import MODEL_PATH
-from mpma_mj.files import write_text
+from mpma_mj.files import write_whole
 from mpma_mj.identification.parameters import changed
 
 __all__ = ["write_model"]
@@ -30,7 +33,7 @@ def write_model(
         base: MJCF file of the model that is changed; the package's if not given.
     """
     base = MODEL_PATH if base is None else Path(base)
-    spec = mujoco.MjSpec.from_file(str(base))
+    spec = mujoco.MjSpec.from_file(os.fsencode(base))  # a name may be no UTF-8
     model = changed(spec.compile(), factors)
     for name in JOINT_NAMES:
         kind = name.partition("_")[2]
@@ -45,9 +48,17 @@ def write_model(
     for body in spec.bodies:
         _weigh(body, model)
     for folder in ("meshdir", "texturedir"):  # the file may lie elsewhere than the base
-        setattr(spec, folder, str((base.parent / getattr(spec, folder)).resolve()))
-    spec.compile()  # which `to_xml` writes from
-    write_text(Path(path), spec.to_xml())
+        with contextlib.suppress(UnicodeDecodeError):  # written here, and so absolute already
+            setattr(spec, folder, os.fsencode((base.parent / getattr(spec, folder)).resolve()))
+    spec.compile()  # which `to_file` writes from
+    write_whole(Path(path), functools.partial(_write, spec))
+
+
+def _write(spec: mujoco.MjSpec, path: Path) -> None:
+    try:
+        spec.to_file(os.fsencode(path))
+    except mujoco.FatalError as error:  # such as a full disk
+        raise OSError(error) from None
 
 
 def _weigh(body: mujoco.MjsBody, model: mujoco.MjModel) -> None:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from mpma_mj import arm
 from mpma_mj.errors import MotionFileError
+from mpma_mj.names import printable
 
 __all__ = ["Motion"]
 
@@ -19,6 +20,8 @@ Array = NDArray[np.float64]
 @dataclass(frozen=True, eq=False)
 class Motion:
     """A demonstrated movement.
+
+    Its name, source and labels are kept as text that can be shown: see `names.printable`.
 
     Attributes:
         posture: Postures in the order of time, shape (T, 12): four unit vectors, see `arm`.
@@ -44,6 +47,9 @@ class Motion:
 
     def __post_init__(self) -> None:
         """Check what every user of a motion relies on."""
+        for field in ("name", "source"):
+            object.__setattr__(self, field, printable(getattr(self, field)))
+        object.__setattr__(self, "labels", tuple(map(printable, self.labels)))
         frames = len(self.posture)
         if not (np.isfinite(self.rate) and self.rate > 0):
             raise MotionFileError(f"{self.name}: rate is {self.rate:g}; expected Hz above 0")

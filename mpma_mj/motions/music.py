@@ -99,11 +99,12 @@ def _read(path: Path) -> Samples:
         if not path.is_file():
             problem = "is not a file" if path.exists() else "no such file"
             raise MotionFileError(f"{path}: {problem}; give the path of an audio file")
-        path.open("rb").close()  # libsndfile does not say why it could not
+        # Opened here: libsndfile does not say why it could not, and takes no name but UTF-8.
+        opened = path.open("rb")
     except OSError as error:
         raise MotionFileError(f"{path}: cannot be read ({error.strerror})") from None
     try:
-        with _silenced(), soundfile.SoundFile(path) as file:
+        with opened, _silenced(), soundfile.SoundFile(opened) as file:
             promised, rate, notes = file.frames, float(file.samplerate), file.extra_info
             channels = file.read(dtype="float32", always_2d=True)
     except (soundfile.SoundFileError, TypeError):  # TypeError: a name that ends in .raw

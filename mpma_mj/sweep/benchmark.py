@@ -11,6 +11,7 @@ from typing import get_args
 from mpma_mj.agents.kinds import DO_NOT_LEARN
 from mpma_mj.files import csv_text
 from mpma_mj.markdown import markdown_table
+from mpma_mj.names import printable
 from mpma_mj.options import AgentName, Arms
 from mpma_mj.sweep.asked import Asked, by_point, seeds
 from mpma_mj.sweep.folder import Finished
@@ -136,4 +137,4 @@ def as_csv(asked: Asked, runs: Sequence[Finished]) -> str:
 
 def _short(config: RunConfig) -> str:
     """Return the movement, without the folders on the way to it."""
-    return Path(config.motions[0]).name
+    return printable(Path(config.motions[0]).name)

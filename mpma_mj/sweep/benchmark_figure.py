@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import itertools
 import math
 from collections.abc import Sequence
@@ -11,10 +10,9 @@ from typing import Any, get_args
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
-from mpma_mj.files import write_whole
+from mpma_mj.figure_file import figure_file
 from mpma_mj.options import Arms
 from mpma_mj.sweep.benchmark import Line
 from mpma_mj.sweep.measures import values
@@ -22,7 +20,6 @@ from mpma_mj.training.colours import module_colours
 
 __all__ = ["write_figure"]
 
-_DPI = 110
 _MEASURE = "p_e_percent"
 _MOST_COLUMNS = 3
 _APART = 0.17  # of both kinds of arms from the middle between them
@@ -41,19 +38,20 @@ def write_figure(path: Path, lines: Sequence[Line]) -> None:
     ]
     columns = min(len(panels), _MOST_COLUMNS)
     rows = math.ceil(len(panels) / columns)
-    figure = Figure(figsize=(1.6 + 4.2 * columns, 0.6 + 3.2 * rows), layout="constrained")
-    axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
-    for axis, panel in itertools.zip_longest(axes.flat, panels):
-        if panel is None:
-            axis.set_visible(False)
-        else:
-            _draw(axis, panel)
-    figure.supxlabel("p_e, %, and the 95 % interval of its mean; pale: each run", fontsize="small")
-    handles, names = axes[0, 0].get_legend_handles_labels()
-    figure.legend(
-        handles, names, loc="outside upper right", ncols=2, fontsize="small", frameon=False
-    )
-    write_whole(path, functools.partial(figure.savefig, dpi=_DPI))
+    with figure_file(path, 1.6 + 4.2 * columns, 0.6 + 3.2 * rows) as figure:
+        axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+        for axis, panel in itertools.zip_longest(axes.flat, panels):
+            if panel is None:
+                axis.set_visible(False)
+            else:
+                _draw(axis, panel)
+        figure.supxlabel(
+            "p_e, %, and the 95 % interval of its mean; pale: each run", fontsize="small"
+        )
+        handles, names = axes[0, 0].get_legend_handles_labels()
+        figure.legend(
+            handles, names, loc="outside upper right", ncols=2, fontsize="small", frameon=False
+        )
 
 
 def _draw(axis: Axes, lines: Sequence[Line]) -> None:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
-from mpma_mj.files import write_whole
+from mpma_mj.figure_file import figure_file
 from mpma_mj.sweep.folder import Finished
 from mpma_mj.sweep.growth import SETTLED, by_number, growing_runs
 from mpma_mj.sweep.measures import spread, values
@@ -18,7 +16,6 @@ from mpma_mj.training.colours import DEMONSTRATED, module_colours
 
 __all__ = ["write_figure"]
 
-_DPI = 110
 _GROWN = module_colours(2)[1]
 _APART, _SPRAY = 0.15, 0.12  # of the two kinds from their number, and of runs from each other
 
@@ -33,16 +30,15 @@ def write_figure(path: Path, runs: Sequence[Finished], title: str) -> None:
         runs: Finished runs.
         title: What they imitate.
     """
-    figure = Figure(figsize=(9.0, 3.6), layout="constrained")
-    for axis, (name, measure) in zip(figure.subplots(1, 2), _PANELS, strict=True):
-        _draw(axis, runs, measure)
-        axis.set(xlabel="number of modules", ylabel=name)
-        axis.spines[["top", "right"]].set_visible(False)
-        axis.set_ylim(bottom=0.0)
-    handles, names = axis.get_legend_handles_labels()
-    figure.legend(handles, names, loc="outside lower center", ncols=3, fontsize="small")
-    figure.suptitle(f"Growth beside fixed numbers of modules ({title})", fontsize="medium")
-    write_whole(path, functools.partial(figure.savefig, dpi=_DPI))
+    with figure_file(path, 9.0, 3.6) as figure:
+        for axis, (name, measure) in zip(figure.subplots(1, 2), _PANELS, strict=True):
+            _draw(axis, runs, measure)
+            axis.set(xlabel="number of modules", ylabel=name)
+            axis.spines[["top", "right"]].set_visible(False)
+            axis.set_ylim(bottom=0.0)
+        handles, names = axis.get_legend_handles_labels()
+        figure.legend(handles, names, loc="outside lower center", ncols=3, fontsize="small")
+        figure.suptitle(f"Growth beside fixed numbers of modules ({title})", fontsize="medium")
 
 
 def _draw(axis: Axes, runs: Sequence[Finished], measure: str) -> None:

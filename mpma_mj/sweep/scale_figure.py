@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import functools
 import itertools
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, get_args
 
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from mpma_mj.files import write_whole
+from mpma_mj.figure_file import figure_file
 from mpma_mj.sweep.measures import Spread, spread
 from mpma_mj.sweep.scale import Growing, Varying
 from mpma_mj.sweep.scale_table import Results, fixed
@@ -20,7 +18,6 @@ from mpma_mj.training.colours import INK, module_colours
 
 __all__ = ["write_figure"]
 
-_DPI = 110
 _GROWN: dict[Growing, str] = {
     "movements": "movements, a label for each",
     "seconds": "seconds of one, in four labels",
@@ -42,26 +39,25 @@ def write_figure(path: Path, results: Results) -> None:
         results: Finished runs by material and size.
     """
     columns = list(itertools.product(get_args(Growing), results.scale.lines))
-    figure = Figure(figsize=(12.0, 8.0), layout="constrained")
-    axes = figure.subplots(len(_ROWS), len(columns), sharey="row", sharex="col", squeeze=False)
-    for column, (growing, varying) in enumerate(columns):
-        _column(list(axes[:, column]), results, growing, varying)
-    for row, (title, _) in enumerate(_ROWS):
-        axes[row, 0].set_ylabel(title)
-        axes[row, 0].set_ylim(bottom=0)
-    entropies: list[dict[str, Any]] = [
-        {"linestyle": style.removeprefix("o"), "label": f"entropy {name}"}
-        for name, style in _STYLES.items()
-    ]
-    handles = [Line2D([], [], color=INK, **look) for look in entropies]
-    figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize="small")
-    base = results.scale.base
-    figure.suptitle(
-        f"{base.rule} rule, {base.arms} arms, µ ± σ over seeds: what learns grows, line by line,"
-        " and what is learned, from left to right",
-        fontsize="medium",
-    )
-    write_whole(path, functools.partial(figure.savefig, dpi=_DPI))
+    with figure_file(path, 12.0, 8.0) as figure:
+        axes = figure.subplots(len(_ROWS), len(columns), sharey="row", sharex="col", squeeze=False)
+        for column, (growing, varying) in enumerate(columns):
+            _column(list(axes[:, column]), results, growing, varying)
+        for row, (title, _) in enumerate(_ROWS):
+            axes[row, 0].set_ylabel(title)
+            axes[row, 0].set_ylim(bottom=0)
+        entropies: list[dict[str, Any]] = [
+            {"linestyle": style.removeprefix("o"), "label": f"entropy {name}"}
+            for name, style in _STYLES.items()
+        ]
+        handles = [Line2D([], [], color=INK, **look) for look in entropies]
+        figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize="small")
+        base = results.scale.base
+        figure.suptitle(
+            f"{base.rule} rule, {base.arms} arms, µ ± σ over seeds: what learns grows, line by"
+            " line, and what is learned, from left to right",
+            fontsize="medium",
+        )
 
 
 def _column(axes: Sequence[Axes], results: Results, growing: Growing, varying: Varying) -> None:

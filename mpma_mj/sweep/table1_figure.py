@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from mpma_mj.agents.gains import CRITERION
-from mpma_mj.files import write_whole
+from mpma_mj.figure_file import figure_file
 from mpma_mj.sweep.asked import Asked
 from mpma_mj.sweep.folder import Finished
 from mpma_mj.sweep.measures import Spread, spread, values
@@ -21,7 +19,6 @@ from mpma_mj.training.colours import DEMONSTRATED, INK, module_colours
 
 __all__ = ["write_figure"]
 
-_DPI = 110
 _OURS = module_colours(1)[0]
 _APART = 0.17  # of the paper's and our place from the middle between them
 _SPRAY = 0.16  # width over which runs are laid side by side
@@ -46,29 +43,30 @@ def write_figure(path: Path, asked: Asked, runs: Sequence[Finished]) -> None:
         runs: Its finished runs.
     """
     sizes = list(dict.fromkeys(config.nodes for config in asked.configs))
-    figure = Figure(figsize=(11.0, 6.2), layout="constrained")
-    axes = figure.subplots(2, 3)
-    panels = [axes[0, 0], axes[0, 1], axes[0, 2], axes[1, 1]]
-    for axis, (title, measure) in zip(panels, _PANELS, strict=True):
-        _every_run(axis, runs, sizes, measure)
-        axis.set_title(title, fontsize="medium")
-    line: dict[str, Any] = {"color": INK, "linestyle": "--", "linewidth": 0.8, "zorder": 0}
-    axes[0, 1].axhline(CRITERION, **line, label=f"the criterion, {CRITERION:g} %")
-    _active_modules(axes[1, 0], runs, sizes)
-    _modules_used(axes[1, 2], runs, sizes, asked.configs[0].modules)
-    for axis in axes.flat:
-        axis.spines[["top", "right"]].set_visible(False)
-        axis.tick_params(labelsize="small")
-    first = asked.configs[0]
-    figure.suptitle(
-        f"Table 1: {first.rule} rule, {first.arms} arms, {len(asked.configs) // len(sizes)} runs a"
-        " size",
-        fontsize="large",
-    )
-    handles, names = axes[0, 1].get_legend_handles_labels()
-    once = dict(zip(names, handles, strict=True))
-    figure.legend(once.values(), once.keys(), loc="outside lower center", ncols=4, fontsize="small")
-    write_whole(path, functools.partial(figure.savefig, dpi=_DPI))
+    with figure_file(path, 11.0, 6.2) as figure:
+        axes = figure.subplots(2, 3)
+        panels = [axes[0, 0], axes[0, 1], axes[0, 2], axes[1, 1]]
+        for axis, (title, measure) in zip(panels, _PANELS, strict=True):
+            _every_run(axis, runs, sizes, measure)
+            axis.set_title(title, fontsize="medium")
+        line: dict[str, Any] = {"color": INK, "linestyle": "--", "linewidth": 0.8, "zorder": 0}
+        axes[0, 1].axhline(CRITERION, **line, label=f"the criterion, {CRITERION:g} %")
+        _active_modules(axes[1, 0], runs, sizes)
+        _modules_used(axes[1, 2], runs, sizes, asked.configs[0].modules)
+        for axis in axes.flat:
+            axis.spines[["top", "right"]].set_visible(False)
+            axis.tick_params(labelsize="small")
+        first = asked.configs[0]
+        figure.suptitle(
+            f"Table 1: {first.rule} rule, {first.arms} arms,"
+            f" {len(asked.configs) // len(sizes)} runs a size",
+            fontsize="large",
+        )
+        handles, names = axes[0, 1].get_legend_handles_labels()
+        once = dict(zip(names, handles, strict=True))
+        figure.legend(
+            once.values(), once.keys(), loc="outside lower center", ncols=4, fontsize="small"
+        )
 
 
 def _every_run(axis: Axes, runs: Sequence[Finished], sizes: Sequence[int], measure: str) -> None:

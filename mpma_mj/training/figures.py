@@ -1,21 +1,17 @@
-"""The paper's figures 3a, 3b and 4 of a run.
-
-Drawn with matplotlib's objects alone, without its global state.
-"""
+"""The paper's figures 3a, 3b and 4 of a run."""
 
 from __future__ import annotations
 
-import functools
-from collections.abc import Callable
+import contextlib
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from mpma_mj.arm import JOINT_NAMES, SEGMENT_NAMES
-from mpma_mj.files import write_whole
+from mpma_mj.figure_file import figure_file
 from mpma_mj.motions import Motion
 from mpma_mj.training.colours import DEMONSTRATED, module_colours
 from mpma_mj.training.label_bands import draw_labels
@@ -23,8 +19,6 @@ from mpma_mj.training.label_bands import draw_labels
 __all__ = ["write_figures"]
 
 Array = NDArray[np.float64]
-
-_DPI = 110
 
 
 def write_figures(folder: Path, trace: dict[str, Array], motion: Motion) -> None:
@@ -39,81 +33,73 @@ def write_figures(folder: Path, trace: dict[str, Array], motion: Motion) -> None
         trace: Signals of the epoch.
         motion: The movement that was imitated.
     """
-    drawings: dict[str, Callable[[dict[str, Array], Motion], Figure]] = {
+    drawings: dict[str, Callable[[Path, dict[str, Array], Motion], None]] = {
         "responsibility": _responsibility,
         "module_output": _module_output,
         "trajectory": _trajectory,
     }
     for name, draw in drawings.items():
-        figure = draw(trace, motion)
-        write_whole(folder / f"{name}.png", functools.partial(figure.savefig, dpi=_DPI))
+        draw(folder / f"{name}.png", trace, motion)
 
 
-def _responsibility(trace: dict[str, Array], motion: Motion) -> Figure:
+def _responsibility(path: Path, trace: dict[str, Array], motion: Motion) -> None:
     """Draw figure 3a: a row for each module."""
     responsibility, prior = trace["responsibility"], trace["prior"]
     share = prior / prior.sum(axis=1, keepdims=True)
     steps, modules = responsibility.shape
     time = np.arange(steps) / motion.rate
-    figure, axes = _rows(modules, 1.1)
-    for i, (axis, colour) in enumerate(zip(axes, module_colours(modules), strict=True)):
-        axis.fill_between(time, responsibility[:, i], color=colour, alpha=0.35, linewidth=0)
-        axis.plot(time, responsibility[:, i], color=colour, linewidth=1.2, label="λ")
-        axis.plot(time, share[:, i], "--", color="black", linewidth=0.8, label="RP output")
-        axis.set(ylim=(-0.03, 1.03), ylabel=f"module {i + 1}")
-    _finish(figure, axes, trace, motion, "Responsibility λ and responsibility predictors' output")
-    return figure
+    title = "Responsibility λ and responsibility predictors' output"
+    with _rows(path, modules, 1.1, trace, motion, title) as axes:
+        for i, (axis, colour) in enumerate(zip(axes, module_colours(modules), strict=True)):
+            axis.fill_between(time, responsibility[:, i], color=colour, alpha=0.35, linewidth=0)
+            axis.plot(time, responsibility[:, i], color=colour, linewidth=1.2, label="λ")
+            axis.plot(time, share[:, i], "--", color="black", linewidth=0.8, label="RP output")
+            axis.set(ylim=(-0.03, 1.03), ylabel=f"module {i + 1}")
 
 
-def _module_output(trace: dict[str, Array], motion: Motion) -> Figure:
+def _module_output(path: Path, trace: dict[str, Array], motion: Motion) -> None:
     """Draw figure 3b: a row for each module, a line for each joint."""
     output = trace["responsibility"][:, :, None] * trace["module_actions"]
     steps, modules, joints = output.shape
     time = np.arange(steps) / motion.rate
     colours = [f"C{j}" for j in range(joints // 2)] * 2
-    figure, axes = _rows(modules, 1.3)
     limit = 1.05 * max(0.1, float(np.max(np.abs(output))))
-    for i, axis in enumerate(axes):
-        for j in range(joints):
-            style = "-" if j < joints // 2 else ":"
-            label = JOINT_NAMES[j].replace("_", " ")
-            axis.plot(time, output[:, i, j], style, color=colours[j], linewidth=1, label=label)
-        axis.set(ylim=(-limit, limit), ylabel=f"module {i + 1}")
-    _finish(figure, axes, trace, motion, "Motor output of the modules, λ times action")
-    return figure
+    title = "Motor output of the modules, λ times action"
+    with _rows(path, modules, 1.3, trace, motion, title) as axes:
+        for i, axis in enumerate(axes):
+            for j in range(joints):
+                style = "-" if j < joints // 2 else ":"
+                label = JOINT_NAMES[j].replace("_", " ")
+                axis.plot(time, output[:, i, j], style, color=colours[j], linewidth=1, label=label)
+            axis.set(ylim=(-limit, limit), ylabel=f"module {i + 1}")
 
 
-def _trajectory(trace: dict[str, Array], motion: Motion) -> Figure:
+def _trajectory(path: Path, trace: dict[str, Array], motion: Motion) -> None:
     """Draw figure 4: direction of all segments, desired against actual."""
     posture, reference = trace["posture"], trace["reference"]
     time = np.arange(len(posture)) / motion.rate
-    figure, axes = _rows(4, 1.5)
-    for i, (axis, segment) in enumerate(zip(axes, SEGMENT_NAMES, strict=True)):
-        name = segment.replace("_", " ")
-        for d, colour in enumerate(("C3", "C2", "C0")):
-            column = 3 * i + d
-            axis.plot(time, reference[:, column], color=DEMONSTRATED, linewidth=3, alpha=0.6)
-            axis.plot(time, posture[:, column], color=colour, linewidth=1, label="xyz"[d])
-        axis.set(ylim=(-1.08, 1.08), ylabel=name)
-    axes[0].plot([], color=DEMONSTRATED, linewidth=3, alpha=0.6, label="desired")
-    _finish(
-        figure, axes, trace, motion, "Desired and actual trajectory, as directions of the segments"
-    )
-    return figure
+    title = "Desired and actual trajectory, as directions of the segments"
+    with _rows(path, 4, 1.5, trace, motion, title) as axes:
+        for i, (axis, segment) in enumerate(zip(axes, SEGMENT_NAMES, strict=True)):
+            name = segment.replace("_", " ")
+            for d, colour in enumerate(("C3", "C2", "C0")):
+                column = 3 * i + d
+                axis.plot(time, reference[:, column], color=DEMONSTRATED, linewidth=3, alpha=0.6)
+                axis.plot(time, posture[:, column], color=colour, linewidth=1, label="xyz"[d])
+            axis.set(ylim=(-1.08, 1.08), ylabel=name)
+        axes[0].plot([], color=DEMONSTRATED, linewidth=3, alpha=0.6, label="desired")
 
 
-def _rows(count: int, height: float) -> tuple[Figure, list[Axes]]:
-    figure = Figure(figsize=(9.0, 1.2 + height * count), layout="constrained")
-    axes = figure.subplots(count, 1, sharex=True, squeeze=False)
-    return figure, list(axes[:, 0])
-
-
-def _finish(
-    figure: Figure, axes: list[Axes], trace: dict[str, Array], motion: Motion, title: str
-) -> None:
-    """Draw the labels as bands behind all rows, and what all figures share."""
-    draw_labels(axes, trace["context"][:-1], motion.labels, motion.rate)
-    axes[0].set_title(f"{title} ({motion.name})", pad=20, fontsize="medium")
-    axes[-1].set_xlabel("time, s")
-    handles, names = axes[0].get_legend_handles_labels()
-    figure.legend(handles, names, loc="outside lower center", ncols=4, fontsize="small")
+@contextlib.contextmanager
+def _rows(
+    path: Path, count: int, height: float, trace: dict[str, Array], motion: Motion, title: str
+) -> Iterator[list[Axes]]:
+    """Give axes over time, one below the other; then draw what all figures share."""
+    with figure_file(path, 9.0, 1.2 + height * count) as figure:
+        axes = list(figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0])
+        yield axes
+        draw_labels(axes, trace["context"][:-1], motion.labels, motion.rate)
+        axes[0].set_title(f"{title} ({motion.name})", pad=20, fontsize="medium")
+        axes[-1].set_xlabel("time, s")
+        handles, names = axes[0].get_legend_handles_labels()
+        figure.legend(handles, names, loc="outside lower center", ncols=4, fontsize="small")

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from mpma_mj import arm
-from mpma_mj.files import write_whole
+from mpma_mj.figure_file import figure_file
 from mpma_mj.motions.reach import joint_speeds
 from mpma_mj.motions.reading import Reading
 from mpma_mj.training.colours import DEMONSTRATED, INK, module_colours
@@ -24,7 +22,6 @@ __all__ = ["write_ideal_video", "write_page"]
 
 Array = NDArray[np.float64]
 
-_DPI = 110
 _FIGURES = 9  # of the storyboard
 _SPACING = 1.25  # m between them
 _MOST_NAMED_RUNS = 40
@@ -46,34 +43,35 @@ def write_page(path: Path, reading: Reading, max_joint_speed: Array) -> None:
         max_joint_speed: Fastest that each joint can turn, shape (8,), rad/s.
     """
     motion, times = reading.motion, reading.times
-    figure = Figure(figsize=(11.0, 10.5), layout="constrained")
-    grid = figure.add_gridspec(6, 1, height_ratios=[1.7, 2.0, 2.0, 2.0, 2.0, 0.9])
-    story = figure.add_subplot(grid[0])
-    rows = [figure.add_subplot(grid[i]) for i in range(1, 6)]
-    _draw_story(story, motion.posture, times)
-    angles = motion.joint_angles
-    speeds = joint_speeds(motion) / max_joint_speed
-    for side, name in enumerate(arm.SIDES):
-        for joint in range(4):
-            column = 4 * side + joint
-            label = arm.JOINT_NAMES[column].removeprefix(f"{name}_").replace("_", " ")
-            rows[side].plot(times, angles[:, column], color=f"C{joint}", linewidth=1, label=label)
-            rows[2 + side].plot(times[1:], speeds[:, column], color=f"C{joint}", linewidth=1)
-        rows[side].set_ylabel(f"{name} arm\nangle, rad")
-        rows[2 + side].axhline(1.0, color=INK, linestyle="--", linewidth=0.8)
-        rows[2 + side].set_ylabel(f"{name} arm\nspeed / limit")
-        rows[2 + side].set_ylim(0.0, max(1.1, 1.05 * float(speeds.max())))
-    _draw_context(rows[4], motion.context, motion.labels, times)
-    for row in rows:
-        row.set_xlim(times[0], times[-1])
-        row.spines[["top", "right"]].set_visible(False)
-        if row is not rows[-1]:
-            row.tick_params(labelbottom=False)
-            _shade_gaps(row, reading)
-    rows[0].legend(**_ABOVE, ncols=4)
-    rows[-1].set_xlabel("time in the recording, s" + ("; grey: gaps" if reading.gaps else ""))
-    figure.suptitle(f"{motion.name}: {motion.source}", fontsize="medium")
-    write_whole(path, functools.partial(figure.savefig, dpi=_DPI))
+    with figure_file(path, 11.0, 10.5) as figure:
+        grid = figure.add_gridspec(6, 1, height_ratios=[1.7, 2.0, 2.0, 2.0, 2.0, 0.9])
+        story = figure.add_subplot(grid[0])
+        rows = [figure.add_subplot(grid[i]) for i in range(1, 6)]
+        _draw_story(story, motion.posture, times)
+        angles = motion.joint_angles
+        speeds = joint_speeds(motion) / max_joint_speed
+        for side, name in enumerate(arm.SIDES):
+            for joint in range(4):
+                column = 4 * side + joint
+                label = arm.JOINT_NAMES[column].removeprefix(f"{name}_").replace("_", " ")
+                rows[side].plot(
+                    times, angles[:, column], color=f"C{joint}", linewidth=1, label=label
+                )
+                rows[2 + side].plot(times[1:], speeds[:, column], color=f"C{joint}", linewidth=1)
+            rows[side].set_ylabel(f"{name} arm\nangle, rad")
+            rows[2 + side].axhline(1.0, color=INK, linestyle="--", linewidth=0.8)
+            rows[2 + side].set_ylabel(f"{name} arm\nspeed / limit")
+            rows[2 + side].set_ylim(0.0, max(1.1, 1.05 * float(speeds.max())))
+        _draw_context(rows[4], motion.context, motion.labels, times)
+        for row in rows:
+            row.set_xlim(times[0], times[-1])
+            row.spines[["top", "right"]].set_visible(False)
+            if row is not rows[-1]:
+                row.tick_params(labelbottom=False)
+                _shade_gaps(row, reading)
+        rows[0].legend(**_ABOVE, ncols=4)
+        rows[-1].set_xlabel("time in the recording, s" + ("; grey: gaps" if reading.gaps else ""))
+        figure.suptitle(f"{motion.name}: {motion.source}", fontsize="medium")
 
 
 def write_ideal_video(

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import (
     BarColumn,
     Progress,
@@ -28,7 +29,7 @@ def show_epochs(epochs: int) -> Iterator[Callable[[dict[str, float]], None]]:
     Yields:
         What to call with the measures of each epoch.
     """
-    console = Console(stderr=True, highlight=False)
+    console = _console()
     columns = (
         TextColumn("training"),
         BarColumn(),
@@ -65,7 +66,7 @@ def show_runs(
     Yields:
         What to call when some runs are over: their number, and which they are.
     """
-    console = Console(stderr=True, highlight=False)
+    console = _console()
     columns = (
         TextColumn(doing),
         BarColumn(),
@@ -97,11 +98,11 @@ def show_frames(steps: range) -> Iterable[int]:
 
 def show_range(steps: range, title: str) -> Iterable[int]:
     """Show a title and, on a terminal, how far a range has been gone through."""
-    console = Console(stderr=True, highlight=False)
+    console = _console()
     disable = not console.is_terminal
     if disable:
         console.print(title)
-    return track(steps, title, console=console, transient=True, disable=disable)
+    return track(steps, escape(title), console=console, transient=True, disable=disable)
 
 
 @contextmanager
@@ -111,7 +112,7 @@ def show_count(title: str) -> Iterator[Callable[[], None]]:
     Yields:
         What to call each time.
     """
-    console = Console(stderr=True, highlight=False)
+    console = _console()
     disable = not console.is_terminal
     columns = (TextColumn(title), TextColumn("{task.completed} times"), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True, disable=disable) as bar:
@@ -126,3 +127,8 @@ def show_count(title: str) -> Iterator[Callable[[], None]]:
             bar.advance(task)
 
         yield tick
+
+
+def _console() -> Console:
+    """Return standard error, on which text is shown as it is: "[b]" may stand in a name."""
+    return Console(stderr=True, highlight=False, markup=False, emoji=False)

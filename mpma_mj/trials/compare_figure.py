@@ -1,22 +1,17 @@
-"""The comparison of arms as pictures.
-
-Drawn with matplotlib's objects alone, without its global state.
-"""
+"""The comparison of arms as pictures."""
 
 from __future__ import annotations
 
-import functools
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from mpma_mj.arm import SIDES
 from mpma_mj.envs.physics import PhysicsArms
-from mpma_mj.files import write_whole
+from mpma_mj.figure_file import figure_file
 from mpma_mj.metrics import error_over_time
 from mpma_mj.motions import Motion
 from mpma_mj.training.colours import DEMONSTRATED, module_colours
@@ -35,7 +30,6 @@ SHOWN = {
 }
 """Which pairs of arms, learned and danced on, stand for all, and what they are called."""
 
-_DPI = 110
 _WRIST, _UP = 2, 2  # in what `site_positions` returns
 
 
@@ -58,24 +52,23 @@ def write_transfer(path: Path, cells: Sequence[Cell], adaptation: int) -> None:
     at_once = [_mean(cell.values("p_e_percent")) for cell in learned]
     adapted = [_mean(cell.adapted[np.isfinite(cell.adapted)].tolist()) for cell in learned]
     titles = {"at once": at_once, f"after {adaptation} epochs there": adapted}
-    figure = Figure(figsize=(8.0, 3.9), layout="constrained")
-    axes = figure.subplots(1, 2, sharey=True)
-    top = max(filter(math.isfinite, [*at_once, *adapted]), default=1.0)
-    for axis, (title, values) in zip(axes, titles.items(), strict=True):
-        matrix = np.reshape(values, (count, count))
-        axis.imshow(matrix, cmap="Blues", vmin=0.0, vmax=1.6 * top)
-        for row, column in np.ndindex(count, count):
-            text = f"{matrix[row, column]:.2f} %" if np.isfinite(matrix[row, column]) else "–"
-            axis.text(column, row, text, ha="center", va="center")
-        axis.set_title(title, fontsize="medium")
-        axis.set_xticks(range(count), list(ARMS))
-        axis.set_yticks(range(count), list(ARMS))
-        axis.set_xlabel("danced on")
-        axis.spines[:].set_visible(False)
-        axis.tick_params(length=0)
-    axes[0].set_ylabel("learned on")
-    figure.suptitle("p_e: what is learned on one kind of arms, on another", fontsize="medium")
-    _write(path, figure)
+    with figure_file(path, 8.0, 3.9) as figure:
+        axes = figure.subplots(1, 2, sharey=True)
+        top = max(filter(math.isfinite, [*at_once, *adapted]), default=1.0)
+        for axis, (title, values) in zip(axes, titles.items(), strict=True):
+            matrix = np.reshape(values, (count, count))
+            axis.imshow(matrix, cmap="Blues", vmin=0.0, vmax=1.6 * top)
+            for row, column in np.ndindex(count, count):
+                text = f"{matrix[row, column]:.2f} %" if np.isfinite(matrix[row, column]) else "–"
+                axis.text(column, row, text, ha="center", va="center")
+            axis.set_title(title, fontsize="medium")
+            axis.set_xticks(range(count), list(ARMS))
+            axis.set_yticks(range(count), list(ARMS))
+            axis.set_xlabel("danced on")
+            axis.spines[:].set_visible(False)
+            axis.tick_params(length=0)
+        axes[0].set_ylabel("learned on")
+        figure.suptitle("p_e: what is learned on one kind of arms, on another", fontsize="medium")
 
 
 def write_dances(path: Path, cells: Sequence[Cell], motion: Motion) -> None:
@@ -86,38 +79,41 @@ def write_dances(path: Path, cells: Sequence[Cell], motion: Motion) -> None:
         cells: What was found.
         motion: The movement.
     """
-    figure = Figure(figsize=(9.0, 9.0), layout="constrained")
-    axes = figure.subplots(4, 1, sharex=True)
-    colours = dict(zip(SHOWN.values(), module_colours(len(SHOWN)), strict=True))
-    steps = len(motion)
-    time = np.arange(steps) / motion.rate
-    arms = PhysicsArms.make()
-    for name, dance in first_dances(cells).items():
-        heights = arms.site_positions(dance.trace["posture"][:steps])[:, :, _WRIST, _UP]
-        wanted = arms.site_positions(dance.trace["reference"][:steps])[:, :, _WRIST, _UP]
-        for axis, side, height, demonstrated in zip(axes, SIDES, heights.T, wanted.T, strict=False):
-            if name == SHOWN["kinematic", "kinematic"]:
-                axis.plot(time, demonstrated, color=DEMONSTRATED, linewidth=4, alpha=0.6)
-            axis.plot(time, height, color=colours[name], linewidth=1.2)
-            axis.set_ylabel(f"{side} wrist's\nheight, m")
-    for cell in cells:
-        name = SHOWN.get((cell.learned, cell.danced), "")
-        dances = [dance for dance in cell.dances if dance]
-        if not (name and dances):
-            continue
-        errors = np.mean([_errors(dance.trace) for dance in dances], axis=0)
-        axes[2].plot(time, errors[:steps], color=colours[name], linewidth=1.2, label=name)
-        torques = [_torque_over_time(dance, motion.rate) for dance in dances if dance.effort]
-        if torques:
-            torque = np.mean(torques, axis=0)
-            axes[3].plot(time[: len(torque)], torque[:steps], color=colours[name], linewidth=1.2)
-    axes[2].set(ylabel=f"error, %,\nmean of {len(cells[0].seeds)} seeds", ylim=(0.0, None))
-    axes[3].set(ylabel="torque, N m,\nmean of joints", ylim=(0.0, None), xlabel="time, s")
-    axes[0].plot([], color=DEMONSTRATED, linewidth=4, alpha=0.6, label="demonstrated")
-    draw_labels(axes, motion.context, motion.labels, motion.rate)
-    figure.suptitle(f"The first repetition of {motion.name}", fontsize="medium")
-    figure.legend(loc="outside lower center", ncols=3, fontsize="small")
-    _write(path, figure)
+    with figure_file(path, 9.0, 9.0) as figure:
+        axes = figure.subplots(4, 1, sharex=True)
+        colours = dict(zip(SHOWN.values(), module_colours(len(SHOWN)), strict=True))
+        steps = len(motion)
+        time = np.arange(steps) / motion.rate
+        arms = PhysicsArms.make()
+        for name, dance in first_dances(cells).items():
+            heights = arms.site_positions(dance.trace["posture"][:steps])[:, :, _WRIST, _UP]
+            wanted = arms.site_positions(dance.trace["reference"][:steps])[:, :, _WRIST, _UP]
+            for axis, side, height, demonstrated in zip(
+                axes, SIDES, heights.T, wanted.T, strict=False
+            ):
+                if name == SHOWN["kinematic", "kinematic"]:
+                    axis.plot(time, demonstrated, color=DEMONSTRATED, linewidth=4, alpha=0.6)
+                axis.plot(time, height, color=colours[name], linewidth=1.2)
+                axis.set_ylabel(f"{side} wrist's\nheight, m")
+        for cell in cells:
+            name = SHOWN.get((cell.learned, cell.danced), "")
+            dances = [dance for dance in cell.dances if dance]
+            if not (name and dances):
+                continue
+            errors = np.mean([_errors(dance.trace) for dance in dances], axis=0)
+            axes[2].plot(time, errors[:steps], color=colours[name], linewidth=1.2, label=name)
+            torques = [_torque_over_time(dance, motion.rate) for dance in dances if dance.effort]
+            if torques:
+                torque = np.mean(torques, axis=0)
+                axes[3].plot(
+                    time[: len(torque)], torque[:steps], color=colours[name], linewidth=1.2
+                )
+        axes[2].set(ylabel=f"error, %,\nmean of {len(cells[0].seeds)} seeds", ylim=(0.0, None))
+        axes[3].set(ylabel="torque, N m,\nmean of joints", ylim=(0.0, None), xlabel="time, s")
+        axes[0].plot([], color=DEMONSTRATED, linewidth=4, alpha=0.6, label="demonstrated")
+        draw_labels(axes, motion.context, motion.labels, motion.rate)
+        figure.suptitle(f"The first repetition of {motion.name}", fontsize="medium")
+        figure.legend(loc="outside lower center", ncols=3, fontsize="small")
 
 
 def _errors(trace: Mapping[str, Array]) -> Array:
@@ -134,7 +130,3 @@ def _torque_over_time(dance: Dance, rate: float) -> Array:
 
 def _mean(values: Sequence[float]) -> float:
     return float(np.mean(values)) if len(values) else float("nan")
-
-
-def _write(path: Path, figure: Figure) -> None:
-    write_whole(path, functools.partial(figure.savefig, dpi=_DPI))

@@ -1,22 +1,17 @@
-"""The figure of what breaks without which modules, and who takes over.
-
-Drawn with matplotlib's objects alone, without its global state.
-"""
+"""The figure of what breaks without which modules, and who takes over."""
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
-from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
-from mpma_mj.files import write_whole
+from mpma_mj.figure_file import figure_file
 from mpma_mj.training.colours import INK, module_colours
 from mpma_mj.trials.lesion import Dance, Lesion, Lesions
 from mpma_mj.trials.lesion_table import name_of
@@ -25,7 +20,6 @@ __all__ = ["drawn", "write_figure"]
 
 Array = NDArray[np.float64]
 
-_DPI = 110
 _MOST = 18  # rows; if there were more, pairs of modules are left to the table
 _CELL = (0.56, 0.27)  # width and height of a cell, inches
 _AROUND = (1.4, 2.0)  # what stands around all cells, inches
@@ -63,34 +57,33 @@ def write_figure(path: Path, without: Lesions, movement: str) -> None:
     column = max(_NARROWEST, _CELL[0] * (len(without.labels) + 1))
     width = _AROUND[0] + len(times) * column
     height = _AROUND[1] + 2 * _CELL[1] * len(lesions)
-    figure = Figure(figsize=(width, height), layout="constrained")
-    # Below, there is no row for the last lesion, in which all are silent.
-    heights = len(lesions), len(lesions) - 1
-    axes = figure.subplots(
-        2, len(times), sharey="row", squeeze=False, gridspec_kw={"height_ratios": heights}
-    )
-    norm = _norm(lesions)
-    for column, (when, dances) in enumerate(times.items()):
-        _errors(axes[0, column], without, lesions, dances, norm)
-        _shares(axes[1, column], without, lesions, dances)
-        axes[0, column].set_title(f"p_e, %, {when}", fontsize="medium")
-        axes[1, column].set_title(f"responsibility λ, {when}", fontsize="medium")
-    names = [name_of(lesion, without) for lesion in lesions]
-    for axis, count in zip(axes[:, 0], heights, strict=True):
-        axis.set_yticks(range(count), names[:count], fontsize=8)
-        axis.set_ylim(count - 0.5, -0.5)
-    colours = _colours(without)
-    patches = [Patch(color=colours[i], label=f"module {i + 1}") for i in without.silent.lost]
-    frame = Patch(facecolor="none", edgecolor=INK, label="label of a lost module")
-    figure.legend(
-        handles=[*patches, frame],
-        loc="outside lower center",
-        ncols=int(width / _ENTRY),
-        fontsize=8,
-        frameon=False,
-    )
-    figure.suptitle(f"What breaks without which modules ({movement})", fontsize="medium")
-    write_whole(path, functools.partial(figure.savefig, dpi=_DPI))
+    with figure_file(path, width, height) as figure:
+        # Below, there is no row for the last lesion, in which all are silent.
+        heights = len(lesions), len(lesions) - 1
+        axes = figure.subplots(
+            2, len(times), sharey="row", squeeze=False, gridspec_kw={"height_ratios": heights}
+        )
+        norm = _norm(lesions)
+        for column, (when, dances) in enumerate(times.items()):
+            _errors(axes[0, column], without, lesions, dances, norm)
+            _shares(axes[1, column], without, lesions, dances)
+            axes[0, column].set_title(f"p_e, %, {when}", fontsize="medium")
+            axes[1, column].set_title(f"responsibility λ, {when}", fontsize="medium")
+        names = [name_of(lesion, without) for lesion in lesions]
+        for axis, count in zip(axes[:, 0], heights, strict=True):
+            axis.set_yticks(range(count), names[:count], fontsize=8)
+            axis.set_ylim(count - 0.5, -0.5)
+        colours = _colours(without)
+        patches = [Patch(color=colours[i], label=f"module {i + 1}") for i in without.silent.lost]
+        frame = Patch(facecolor="none", edgecolor=INK, label="label of a lost module")
+        figure.legend(
+            handles=[*patches, frame],
+            loc="outside lower center",
+            ncols=int(width / _ENTRY),
+            fontsize=8,
+            frameon=False,
+        )
+        figure.suptitle(f"What breaks without which modules ({movement})", fontsize="medium")
 
 
 def _norm(lesions: Sequence[Lesion]) -> LogNorm:

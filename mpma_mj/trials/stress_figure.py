@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 from numpy.typing import NDArray
 
-from mpma_mj.files import write_whole
+from mpma_mj.figure_file import figure_file
+from mpma_mj.names import printable
 from mpma_mj.training.colours import INK, module_colours
 from mpma_mj.trials.disturbances import DISTURBANCES, Disturbance, Level
 from mpma_mj.trials.stress import THIS_RUN
@@ -24,7 +23,6 @@ __all__ = ["write_figure"]
 Array = NDArray[np.float64]
 Measure = Callable[[str, str, Level], Tally]
 
-_DPI = 110
 _COLUMNS = 4
 _WIDE = ("locked", "unseen")  # panels with many names below
 _SPREAD = 0.62  # of the place of a name, over which agents are laid side by side
@@ -49,18 +47,17 @@ def write_figure(
         said: What it is, for the axis.
     """
     places, rows, columns = _places(list(results.levels))
-    figure = Figure(figsize=(0.9 + 3.0 * columns, 0.9 + 2.6 * rows), layout="constrained")
-    grid = figure.add_gridspec(rows, columns)
-    axes: list[Axes] = []
-    for name, (row, column) in places.items():
-        where = grid[row, column : column + _width(name)]
-        axes.append(figure.add_subplot(where, sharey=axes[0] if axes else None))
-        _draw(axes[-1], results, name, agents, measure)
-        axes[-1].tick_params(labelleft=column == 0)
-    figure.supylabel(said, fontsize="medium")
-    handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=2 * columns, frameon=False)
-    write_whole(path, functools.partial(figure.savefig, dpi=_DPI))
+    with figure_file(path, 0.9 + 3.0 * columns, 0.9 + 2.6 * rows) as figure:
+        grid = figure.add_gridspec(rows, columns)
+        axes: list[Axes] = []
+        for name, (row, column) in places.items():
+            where = grid[row, column : column + _width(name)]
+            axes.append(figure.add_subplot(where, sharey=axes[0] if axes else None))
+            _draw(axes[-1], results, name, agents, measure)
+            axes[-1].tick_params(labelleft=column == 0)
+        figure.supylabel(said, fontsize="medium")
+        handles, labels = axes[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside upper center", ncols=2 * columns, frameon=False)
 
 
 def _width(name: str) -> int:
@@ -178,4 +175,4 @@ def _order(axis: Axes, disturbance: Disturbance, beyond: Sequence[Level]) -> Non
 
 def _shown(level: Level) -> str:
     """Return a level's name on so many lines that there is room for it."""
-    return Path(str(level)).stem.replace("_", "\n").replace("-", "\n")
+    return printable(Path(str(level)).stem).replace("_", "\n").replace("-", "\n")

@@ -11,6 +11,7 @@ from hypothesis import strategies
 import mpma_mj
 from mpma_mj.envs.model import MODEL_PATH, make_model
 from mpma_mj.envs.options import EnvironmentOptions
+from mpma_mj.errors import RunFolderError
 from mpma_mj.identification import RobotLog, write_model
 from mpma_mj.identification.parameters import UNITS, changed, values
 from mpma_mj.identification.simulate import Replay, threads
@@ -84,6 +85,30 @@ def test_a_written_model_is_that_in_memory_and_can_be_danced_with(tmp_path: Path
 def test_a_written_model_without_factors_is_the_base(tmp_path: Path) -> None:
     write_model(tmp_path / "a.xml", {})
     assert_same(make_model(EnvironmentOptions(model=tmp_path / "a.xml")), MODEL)
+
+
+def test_a_model_may_have_a_name_and_a_folder_that_are_not_utf8(tmp_path: Path) -> None:
+    factors = perturbed(1)
+    written = tmp_path / "robots\udcff" / "a\udcff.xml"
+    write_model(written, factors)
+    assert_same(make_model(EnvironmentOptions(model=written)), changed(MODEL, factors))
+    for copy in ("b.xml", "c.xml"):  # the second holds the folder of the first
+        write_model(tmp_path / copy, {}, written)
+        written = tmp_path / "robots\udcff" / copy
+        (tmp_path / copy).rename(written)
+        assert_same(make_model(EnvironmentOptions(model=written)), changed(MODEL, factors))
+
+
+def test_a_model_that_cannot_be_written_is_an_error_of_its_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(spec: mujoco.MjSpec, path: bytes) -> None:
+        raise mujoco.FatalError("Error writing resource")
+
+    monkeypatch.setattr(mujoco.MjSpec, "to_file", full)
+    with pytest.raises(RunFolderError, match=r"a\.xml: cannot be written \(Error writing"):
+        write_model(tmp_path / "a.xml", {})
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_masses_from_geoms_and_meshes_in_folders_are_kept(tmp_path: Path) -> None:

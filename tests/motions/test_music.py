@@ -83,6 +83,13 @@ def test_a_pickup_belongs_to_the_first_bar(write: Callable[..., Path], beats: in
     np.testing.assert_allclose([span.start for span in found[1:]], starts[2:] - cut, atol=0.05)
 
 
+def test_a_song_may_have_a_name_that_is_not_utf8(write: Callable[..., Path]) -> None:
+    path = write(click_track(120.0, 4)[0])
+    assert bars(path.rename(path.with_name("song\udcff.wav"))) == bars(
+        write(click_track(120.0, 4)[0])
+    )
+
+
 @pytest.mark.parametrize("find", [bars, sections])
 def test_spans_cover_the_file_without_gaps(write: Callable[..., Path], find: Find) -> None:
     samples = np.concatenate([np.zeros(RATE), song("ABA", 4), np.zeros(3 * RATE)])

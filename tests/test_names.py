@@ -1,0 +1,187 @@
+"""Names that no font, formula or terminal likes: a dance by any name is danced to the end."""
+
+import json
+import shutil
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+
+from mpma_mj.cli import main
+from mpma_mj.figure_file import figure_file
+from mpma_mj.files import read_arrays, write_arrays, write_text
+from mpma_mj.motions import Motion, motion_file, ymca
+from mpma_mj.names import printable
+from mpma_mj.training.progress import show_range, show_runs
+from mpma_mj.training.strip import Strip
+from tests.test_cli import mpma
+
+WriteTsv = Callable[..., Path]
+
+NOT_UTF8 = "dance\udcff"  # as Python has the name b"dance\xff"
+FORMULA = "take$1_$2"
+NAMES = (FORMULA, r"$\bad$", NOT_UTF8, "two\nlines", "踊り🕺")
+SHOWN = (FORMULA, r"$\bad$", r"dance\udcff", r"two\nlines", "踊り🕺")
+TINY = ("--nodes", 5, "--modules", 2, "--repeats", 1, "--epochs", 4, "--no-video")
+
+
+@pytest.mark.parametrize(("name", "shown"), [*zip(NAMES, SHOWN, strict=True)])
+def test_a_name_is_shown_as_it_is_but_for_what_is_no_text(name: str, shown: str) -> None:
+    assert printable(name) == shown
+    assert printable(shown) == shown
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_motion_has_names_that_can_be_shown(name: str, tmp_path: Path) -> None:
+    one = ymca()
+    motion = Motion(one.posture, one.context, (name, *"MCA"), one.rate, name, f"file {name}")
+    shown = printable(name)
+    assert (motion.name, motion.labels[0], motion.source) == (shown, shown, f"file {shown}")
+    motion_file.write(tmp_path / f"{name}.npz", motion)
+    again = motion_file.read(tmp_path / f"{name}.npz")
+    assert again is not None
+    assert (again.name, again.labels) == (motion.name, motion.labels)
+
+
+def test_files_hold_any_name(tmp_path: Path) -> None:
+    write_text(tmp_path / "a.csv", f"{NOT_UTF8},1\n")
+    assert (tmp_path / "a.csv").read_text(encoding="utf-8") == "dance\\udcff,1\n"
+    write_arrays(tmp_path / "a.npz", "trace", {"a": np.zeros(1)}, {"motion": NOT_UTF8})
+    assert read_arrays(tmp_path / "a.npz", "trace")[1]["motion"] == NOT_UTF8
+
+
+def test_a_repertoire_of_such_names_is_learned_and_examined(
+    write_tsv: WriteTsv, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    recordings = [write_tsv(name=f"{name}.tsv") for name in NAMES]
+    run = tmp_path / "[run]\udcff$1_$2"
+    result = mpma("imitate", *recordings, *TINY, "--out", run)
+    assert result.returncode == 0, result.stderr
+    assert all(line.startswith("epoch") for line in result.stderr.splitlines())
+    assert tuple(json.loads((run / "summary.json").read_text())["dominant_module"]) == SHOWN
+    assert len(list((run / "figures").glob("*.png"))) == 3
+    for command, *words in (["capture"], ["attractor"], ["lesion", "--retrain", "0"]):
+        assert main([command, str(run), *words]) == 0
+        assert (run / "figures" / f"{command}.png").exists()
+    told = capsys.readouterr().err.splitlines()
+    assert told[-1] == "[run]\\udcff$1_$2: switching modules off"
+    assert not any("warning" in line for line in told)
+    assert main(["imitate", "--resume", str(run), "--epochs", "1", "--no-video"]) == 0
+    assert len((run / "metrics.csv").read_text().splitlines()) == 1 + 5
+
+
+def test_a_run_of_a_name_that_is_not_utf8_has_a_folder_whose_name_is(
+    write_tsv: WriteTsv, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recording = write_tsv(name=f"{NOT_UTF8}.tsv")
+    monkeypatch.chdir(tmp_path)
+    result = mpma("imitate", recording, *TINY)
+    assert result.returncode == 0, result.stderr
+    run = Path(result.stdout.splitlines()[-1])
+    assert run.name.startswith(r"dance\udcff-20")
+    assert (run / "figures" / "trajectory.png").exists()
+    saved = json.loads((run / "config.json").read_text())["config"]["motions"]
+    assert saved == [str(recording)]
+
+
+@pytest.mark.usefixtures("opengl")
+def test_such_a_run_has_a_video(small_run: Path, tmp_path: Path) -> None:
+    run = tmp_path / NOT_UTF8
+    shutil.copytree(small_run, run)
+    result = mpma("render", run)
+    assert result.returncode == 0, result.stderr
+    assert (run / "dance.mp4").stat().st_size > 10_000
+
+
+def test_the_strip_shows_labels_of_any_kind() -> None:
+    one = ymca()
+    labels = Motion(one.posture, one.context, NAMES[:4], one.rate, "name", "source").labels
+    context = np.repeat(np.eye(4), 10, axis=0)
+    frame = Strip(context, context, labels).under(np.full((480, 640, 3), 200, np.uint8), 35)
+    assert frame[:480].min() < 100  # the label in the corner
+
+
+def test_a_recordings_page_stands_by_its_printable_name(
+    write_tsv: WriteTsv, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    spans = "0,1,$\\bad$\n1,2,$x\n2,9,踊り\n"
+    (tmp_path / "labels.csv").write_text(spans, encoding="utf-8")
+    recording = write_tsv(name=f"{NOT_UTF8}.tsv")
+    monkeypatch.chdir(tmp_path)
+    result = mpma("motion", recording, "--labels", "labels.csv")
+    assert result.returncode == 0, result.stderr
+    assert result.stderr == ""
+    assert result.stdout.splitlines()[-1] == r"dance\udcff-motion.png"
+    assert (tmp_path / r"dance\udcff-motion.png").exists()
+
+
+def test_sweeps_draw_and_write_such_names(write_tsv: WriteTsv, tmp_path: Path) -> None:
+    recordings = [str(write_tsv(name=f"{name}.tsv")) for name in (FORMULA, NOT_UTF8)]
+    out = str(tmp_path / "grow")
+    words = ["--most", "1", "--runs", "1", "--nodes", "5", "--repeats", "1", "--epochs", "2"]
+    assert main(["grow", *recordings, *words, "--workers", "1", "--out", out]) == 0
+    assert (tmp_path / "grow" / "growth.png").exists()
+    words = ["--runs", "1", "--nodes", "5", "--epochs", "1", "--workers", "1"]
+    out = str(tmp_path / "benchmark")
+    assert main(["benchmark", *recordings, *words, "--to", "1", "--out", out]) == 0
+    assert (tmp_path / "benchmark" / "benchmark.png").exists()
+    assert r"dance\udcff" in (tmp_path / "benchmark" / "benchmark.csv").read_text(encoding="utf-8")
+
+
+def test_a_figure_is_free_of_mathematics_whatever_the_user_has_set(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn: list[Text] = []
+    save = Figure.savefig
+
+    def look(figure: Figure, *arguments: object, **options: object) -> None:
+        save(figure, *arguments, **options)
+        drawn.extend(text for text in figure.findobj(Text) if isinstance(text, Text))
+
+    monkeypatch.setattr(Figure, "savefig", look)
+    users = {"text.usetex": True, "axes.formatter.use_mathtext": True}
+    with matplotlib.rc_context(users):
+        with figure_file(tmp_path / "a.png", 3.0, 2.0) as figure:
+            axis = figure.subplots()
+            axis.plot([0.0, 1e9], label="$1_$2")
+            axis.set_xticks([0, 1], ["$1_$2", r"$\bad$"])
+            axis.legend()
+        assert {name: matplotlib.rcParams[name] for name in users} == users
+        assert matplotlib.rcParams["text.parse_math"]
+    assert (tmp_path / "a.png").exists()
+    assert {text.get_text() for text in drawn if "$" in text.get_text()} == {"$1_$2", r"$\bad$"}
+    assert not any(text.get_parse_math() or text.get_usetex() for text in drawn)
+
+
+def test_characters_that_the_font_lacks_are_drawn_without_a_word(tmp_path: Path) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with figure_file(tmp_path / "a.png", 2.0, 2.0) as figure:
+            figure.suptitle("踊り🕺")
+    assert (tmp_path / "a.png").exists()
+
+
+def test_a_drawing_that_fails_leaves_the_old_figure(tmp_path: Path) -> None:
+    (tmp_path / "a.png").write_text("old")
+    with pytest.raises(ZeroDivisionError), figure_file(tmp_path / "a.png", 2.0, 2.0) as figure:
+        figure.suptitle(str(1 / 0))
+    assert [path.name for path in tmp_path.iterdir()] == ["a.png"]
+    assert (tmp_path / "a.png").read_text() == "old"
+
+
+@pytest.mark.parametrize("is_terminal", ["", "1"])
+def test_progress_shows_brackets_as_they_are(
+    is_terminal: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("FORCE_COLOR", is_terminal)  # by which rich knows
+    monkeypatch.setenv("COLUMNS", "200")
+    list(show_range(range(1), "[red]run[/x]"))
+    assert "[red]run[/x]" in capsys.readouterr().err
+    with show_runs(1, 0) as show:
+        show(1, "[red]run[/x] :o:")
+    assert ("[red]run[/x] :o:" in capsys.readouterr().err) == (not is_terminal)  # else a bar
