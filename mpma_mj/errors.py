@@ -19,6 +19,7 @@ __all__ = [
     "RobotLogError",
     "RunFolderError",
     "UnknownMotionError",
+    "VideoError",
     "WorkerError",
 ]
 
@@ -65,6 +66,12 @@ class DivergedError(MpmaError):
 
 class RenderingError(MpmaError):
     """No OpenGL backend can draw."""
+
+    exit_code = 1
+
+
+class VideoError(MpmaError):
+    """A video cannot be encoded."""
 
     exit_code = 1
 

@@ -21,6 +21,7 @@ from mpma_mj.errors import CheckpointError, RunFolderError
 __all__ = [
     "FORMAT",
     "csv_text",
+    "not_writable",
     "read_arrays",
     "whole",
     "write_arrays",
@@ -88,13 +89,18 @@ def whole(path: Path) -> Iterator[Path]:
         yield temporary
         temporary.replace(path)
     except OSError as error:
-        reason = error.strerror or error
-        raise RunFolderError(
-            f"{path}: cannot be written ({reason}); mend that, or choose another folder"
-        ) from None
+        raise not_writable(path, error) from None
     finally:
         with contextlib.suppress(OSError):
             temporary.unlink()
+
+
+def not_writable(path: Path, error: OSError) -> RunFolderError:
+    """Return what to raise if a file or folder cannot be written."""
+    reason = error.strerror or error
+    return RunFolderError(
+        f"{path}: cannot be written ({reason}); mend that, or choose another folder"
+    )
 
 
 def write_text(path: Path, text: str) -> None:

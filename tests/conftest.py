@@ -28,6 +28,7 @@ threadpool_limits(1, user_api="blas")
 Array = NDArray[np.float64]
 WriteTsv = Callable[..., Path]
 Refused = Callable[..., None]
+Encoder = Callable[[str], None]
 
 QUALISYS_NAMES = {
     f"{side}_{point}": tuple(f"{name}_{side[0].upper()}" for name in names)
@@ -108,6 +109,19 @@ def opengl() -> None:
         gl.require_backend()
     except RenderingError as error:
         pytest.skip(str(error))
+
+
+@pytest.fixture
+def encoder(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> Encoder:
+    """Return a function that puts a shell script, whose video is "$video", in place of ffmpeg."""
+
+    def replace(script: str) -> None:
+        program = tmp_path_factory.mktemp("encoder") / "ffmpeg"
+        program.write_text(f"#!/bin/sh\nfor video; do :; done\n{script}\n")
+        program.chmod(0o755)
+        monkeypatch.setenv("IMAGEIO_FFMPEG_EXE", str(program))
+
+    return replace
 
 
 @pytest.fixture(scope="session")

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import tyro
 
-from mpma_mj.commands.folders import default_folder
+from mpma_mj.commands.folders import output_folder
 from mpma_mj.commands.workers import Workers, require_all
 from mpma_mj.options import RuleName
 from mpma_mj.training.config import RunConfig
@@ -42,13 +42,14 @@ class Ablate:
         from mpma_mj.sweep.folder import SweepFolder
 
         asked = ablation.ask(RunConfig(rule=self.rule, nodes=self.nodes), self.runs)
-        folder = SweepFolder(self.out or default_folder("ablate"), asked)
-        self.who.train(folder, functools.partial(ablation.title, asked))
-        runs = folder.finished()
-        markdown = ablation.as_markdown(asked, runs)
-        folder.write_rows(runs)
-        write_text(folder.path / "ablate.md", markdown)
-        write_text(folder.path / "ablate.csv", ablation.as_csv(asked, runs))
-        print(markdown)
-        require_all(folder)
-        return folder.path
+        with output_folder(self.out, "ablate") as path:
+            folder = SweepFolder(path, asked)
+            self.who.train(folder, functools.partial(ablation.title, asked))
+            runs = folder.finished()
+            markdown = ablation.as_markdown(asked, runs)
+            folder.write_rows(runs)
+            write_text(folder.path / "ablate.md", markdown)
+            write_text(folder.path / "ablate.csv", ablation.as_csv(asked, runs))
+            print(markdown)
+            require_all(folder)
+            return folder.path

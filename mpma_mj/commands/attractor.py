@@ -8,6 +8,7 @@ from typing import Annotated
 
 import tyro
 
+from mpma_mj.commands.folders import locked_runs
 from mpma_mj.errors import BadOptionError
 
 __all__ = ["Attractor"]
@@ -36,17 +37,19 @@ class Attractor:
         if not self.run_folders:
             raise BadOptionError("no run given; try: mpma attractor runs/ymca")
         folders = [RunFolder(path) for path in self.run_folders]
-        for folder in folders:
-            read_danced(folder)  # refuses modules that do nothing yet, and so expect no posture
-        found = {}
-        for number in show_range(range(len(folders)), "dancing without demonstration"):
-            folder = folders[number]
-            free, motion = dance_freely(folder)
-            freedom = judge(free)
-            found[str(folder.path)] = freedom
-            content = {"format": files.FORMAT, "motion": motion.name} | freedom.as_json()
-            files.write_json(folder.freed, content)
-            picture = folder.figures / "attractor.png"
-            write_figure(picture, free, motion)
-        print(as_markdown(found))
-        return picture
+        with locked_runs(folders):
+            for folder in folders:
+                # It refuses modules that do nothing yet, and so expect no posture.
+                read_danced(folder)
+            found = {}
+            for number in show_range(range(len(folders)), "dancing without demonstration"):
+                folder = folders[number]
+                free, motion = dance_freely(folder)
+                freedom = judge(free)
+                found[str(folder.path)] = freedom
+                content = {"format": files.FORMAT, "motion": motion.name} | freedom.as_json()
+                files.write_json(folder.freed, content)
+                picture = folder.figures / "attractor.png"
+                write_figure(picture, free, motion)
+            print(as_markdown(found))
+            return picture

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import sys
 from dataclasses import dataclass
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import tyro
 
-from mpma_mj.commands.folders import default_folder
+from mpma_mj.commands.folders import output_folder
 from mpma_mj.errors import BadOptionError
 
 if TYPE_CHECKING:
@@ -48,18 +49,18 @@ class Bench:
         from mpma_mj.training.config import versions
         from mpma_mj.training.progress import show_range
 
-        if self.out is not None:
-            self.out.mkdir(parents=True, exist_ok=True)  # if that is not possible, know it now
         parts = dict.fromkeys(self.what or PARTS)
-        reports = [PARTS[part](show_range) for part in parts if part != _SCALING]
         content, text = {}, []
-        if _SCALING in parts:
-            sizes = scaling.measure(show_range)
-            reports.append(sizes.report())
-            content, text = {_SCALING: sizes.rows()}, [sizes.markdown()]
-            folder = self.out or default_folder(_SCALING)
-            _write(folder, sizes)
-            print(f"mpma: tables and picture are in {folder}", file=sys.stderr)
+        with contextlib.ExitStack() as stack:
+            if _SCALING in parts:
+                folder = stack.enter_context(output_folder(self.out, _SCALING))
+            reports = [PARTS[part](show_range) for part in parts if part != _SCALING]
+            if _SCALING in parts:
+                sizes = scaling.measure(show_range)
+                reports.append(sizes.report())
+                content, text = {_SCALING: sizes.rows()}, [sizes.markdown()]
+                _write(folder, sizes)
+                print(f"mpma: tables and picture are in {folder}", file=sys.stderr)
         report = joined(reports)
         if self.json:
             return json.dumps({"versions": versions()} | as_json(report) | content, indent=2)

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import tyro
 
-from mpma_mj.commands.folders import default_folder
+from mpma_mj.commands.folders import output_folder
 from mpma_mj.commands.workers import Workers, require_all
 from mpma_mj.errors import BadOptionError
 from mpma_mj.training.config import ReadingArguments, RunConfig
@@ -52,19 +52,20 @@ class Benchmark:
         from mpma_mj.sweep.folder import SweepFolder
 
         asked = benchmark.ask(self._bases(), self.runs, self.epochs, stop=self.stop)
-        folder = SweepFolder(self.out or default_folder("benchmark"), asked)
-        self.who.train(folder, benchmark.title)
-        from mpma_mj.sweep.benchmark_figure import write_figure
+        with output_folder(self.out, "benchmark") as path:
+            folder = SweepFolder(path, asked)
+            self.who.train(folder, benchmark.title)
+            from mpma_mj.sweep.benchmark_figure import write_figure
 
-        runs = folder.finished()
-        markdown = benchmark.as_markdown(asked, runs)
-        folder.write_rows(runs)
-        write_text(folder.path / "benchmark.md", markdown)
-        write_text(folder.path / "benchmark.csv", benchmark.as_csv(asked, runs))
-        write_figure(folder.path / "benchmark.png", benchmark.lines(asked, runs))
-        print(markdown)
-        require_all(folder)
-        return folder.path
+            runs = folder.finished()
+            markdown = benchmark.as_markdown(asked, runs)
+            folder.write_rows(runs)
+            write_text(folder.path / "benchmark.md", markdown)
+            write_text(folder.path / "benchmark.csv", benchmark.as_csv(asked, runs))
+            write_figure(folder.path / "benchmark.png", benchmark.lines(asked, runs))
+            print(markdown)
+            require_all(folder)
+            return folder.path
 
     def _bases(self) -> list[RunConfig]:
         """Return the settings for each movement; what is built in is not read."""

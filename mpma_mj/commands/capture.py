@@ -29,16 +29,17 @@ class Capture:
         from mpma_mj.training.run_folder import RunFolder
 
         folder = RunFolder(self.run_folder)
-        danced = read_danced(folder)
-        captured = analyse(
-            danced.trace,
-            danced.motion.labels,
-            danced.period,
-            lambda factors: show_range(factors, "looking for synergies"),
-        )
-        content = {"format": files.FORMAT, "motion": danced.motion.name} | captured.as_json()
-        files.write_json(folder.captured, content)
-        picture = folder.figures / "capture.png"
-        write_figure(picture, captured, danced.motion)
-        print(tables(captured) + "\n")
-        return picture
+        with folder.locked():
+            danced = read_danced(folder)
+            captured = analyse(
+                danced.trace,
+                danced.motion.labels,
+                danced.period,
+                lambda factors: show_range(factors, "looking for synergies"),
+            )
+            content = {"format": files.FORMAT, "motion": danced.motion.name} | captured.as_json()
+            files.write_json(folder.captured, content)
+            picture = folder.figures / "capture.png"
+            write_figure(picture, captured, danced.motion)
+            print(tables(captured) + "\n")
+            return picture

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from mpma_mj.commands.dance_video import missing_opengl
-from mpma_mj.commands.folders import default_folder
+from mpma_mj.commands.folders import output_folder
 from mpma_mj.errors import BadOptionError
 from mpma_mj.options import AgentName, RuleName
 from mpma_mj.training.config import ReadingArguments, RunConfig, versions
@@ -73,32 +73,35 @@ class Compare:
         asked = jobs(
             seeds(config, self.runs), motion, epochs=self.epochs, adaptation=self.adaptation
         )
-        folder = self.out or default_folder("compare")
-        folder.mkdir(parents=True, exist_ok=True)  # if that is not possible, know it now
-        with (
-            open_backend("processes", self.workers, None) as backend,
-            show_runs(len(asked) * self.runs, 0, "training and dancing") as show,
-        ):
-            cells = compare(
-                asked, backend, lambda learned: show(self.runs, f"learned on {learned}")
-            )
-        numbers = {"runs": self.runs, "epochs": self.epochs, "adaptation": self.adaptation}
-        content = {"format": FORMAT, "config": dataclasses.asdict(config), "versions": versions()}
-        # Not config.json, which makes a folder a run: one that was there would be lost.
-        write_json(folder / "compare.json", content | numbers)
-        video = folder / "dances.mp4"
-        video.unlink(missing_ok=True)  # of other dances
-        markdown = as_markdown(cells, self.adaptation)
-        write_text(folder / "compare.md", markdown)
-        write_text(folder / "compare.csv", as_csv(cells))
-        compare_figure.write_transfer(folder / "transfer.png", cells, self.adaptation)
-        compare_figure.write_dances(folder / "dances.png", cells, motion)
-        print(markdown)
-        if missing_gl is not None:
-            print(missing_gl, file=sys.stderr)
-        elif self.video:
-            _write_video(video, cells, motion)
-        return folder
+        with output_folder(self.out, "compare") as folder:
+            with (
+                open_backend("processes", self.workers, None) as backend,
+                show_runs(len(asked) * self.runs, 0, "training and dancing") as show,
+            ):
+                cells = compare(
+                    asked, backend, lambda learned: show(self.runs, f"learned on {learned}")
+                )
+            numbers = {"runs": self.runs, "epochs": self.epochs, "adaptation": self.adaptation}
+            content = {
+                "format": FORMAT,
+                "config": dataclasses.asdict(config),
+                "versions": versions(),
+            }
+            # Not config.json, which makes a folder a run: one that was there would be lost.
+            write_json(folder / "compare.json", content | numbers)
+            video = folder / "dances.mp4"
+            video.unlink(missing_ok=True)  # of other dances
+            markdown = as_markdown(cells, self.adaptation)
+            write_text(folder / "compare.md", markdown)
+            write_text(folder / "compare.csv", as_csv(cells))
+            compare_figure.write_transfer(folder / "transfer.png", cells, self.adaptation)
+            compare_figure.write_dances(folder / "dances.png", cells, motion)
+            print(markdown)
+            if missing_gl is not None:
+                print(missing_gl, file=sys.stderr)
+            elif self.video:
+                _write_video(video, cells, motion)
+            return folder
 
     def _config(self) -> RunConfig:
         from mpma_mj.training.movements import expand_folders

@@ -31,6 +31,7 @@ def write_dance_video(folder: RunFolder, camera: str) -> None:
 
     Raises:
         RenderingError: OpenGL does not draw.
+        VideoError: The encoder is missing, or fails.
         MpmaError: The run is damaged.
     """
     from mpma_mj.training.progress import show_frames

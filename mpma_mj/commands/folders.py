@@ -1,18 +1,60 @@
-"""Where a command writes if it is not told."""
+"""The folders that a command writes."""
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import time
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from mpma_mj.folder_lock import locked
 from mpma_mj.names import printable
 
-__all__ = ["default_folder"]
+if TYPE_CHECKING:
+    from mpma_mj.training.run_folder import RunFolder
+
+__all__ = ["locked_runs", "output_folder"]
 
 
-def default_folder(stem: str, parent: Path = Path("runs")) -> Path:
-    """Return a folder that is not there yet, named by a stem and the time."""
+@contextlib.contextmanager
+def output_folder(out: Path | None, stem: str, parent: Path = Path("runs")) -> Iterator[Path]:
+    """Lock the folder that a command writes, for as long as it does.
+
+    Args:
+        out: The folder; a new one, named by a stem and the time, if not given.
+        stem: What the name of a new folder begins with.
+        parent: Where a new folder is made.
+
+    Yields:
+        The folder.
+
+    Raises:
+        RunFolderError: Another command writes into the folder, or it cannot be written.
+    """
+    with contextlib.ExitStack() as stack:
+        for folder in _new_folders(stem, parent) if out is None else [out]:
+            with contextlib.suppress(FileExistsError):  # made by another command a moment ago
+                stack.enter_context(locked(folder, new=out is None))
+                break
+        yield folder
+
+
+@contextlib.contextmanager
+def locked_runs(folders: Sequence[RunFolder]) -> Iterator[None]:
+    """Lock runs, each once however often it is given.
+
+    Raises:
+        MpmaError: As of `RunFolder.locked`.
+    """
+    with contextlib.ExitStack() as stack:
+        for folder in {folder.path.resolve(): folder for folder in folders}.values():
+            stack.enter_context(folder.locked())
+        yield
+
+
+def _new_folders(stem: str, parent: Path) -> Iterator[Path]:
     name = f"{printable(stem)}-{time.strftime('%Y%m%d-%H%M%S')}"
-    names = itertools.chain([name], (f"{name}-{i}" for i in itertools.count(2)))
-    return next(path for path in (parent / n for n in names) if not path.exists())
+    yield parent / name
+    yield from (parent / f"{name}-{i}" for i in itertools.count(2))

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import tyro
 
-from mpma_mj.commands.folders import default_folder
+from mpma_mj.commands.folders import output_folder
 from mpma_mj.commands.workers import Workers, require_all
 from mpma_mj.names import printable
 from mpma_mj.training.config import RunConfig, Settings
@@ -50,16 +50,17 @@ class Grow:
 
         base = RunConfig(motions=expand_folders(self.motions), **dataclasses.asdict(self.settings))
         asked = ask(self.most, self.runs, base, self.epochs)
-        folder = SweepFolder(self.out or default_folder("grow"), asked)
-        self.who.train(folder)
-        from mpma_mj.sweep.growth_figure import write_figure
+        with output_folder(self.out, "grow") as path:
+            folder = SweepFolder(path, asked)
+            self.who.train(folder)
+            from mpma_mj.sweep.growth_figure import write_figure
 
-        runs = folder.finished()
-        table = as_markdown(asked, runs)
-        folder.write_rows(runs)
-        write_text(folder.path / "growth.md", table)
-        title = ", ".join(printable(Path(motion).stem) for motion in base.motions)
-        write_figure(folder.path / "growth.png", runs, title)
-        print(table)
-        require_all(folder)
-        return folder.path
+            runs = folder.finished()
+            table = as_markdown(asked, runs)
+            folder.write_rows(runs)
+            write_text(folder.path / "growth.md", table)
+            title = ", ".join(printable(Path(motion).stem) for motion in base.motions)
+            write_figure(folder.path / "growth.png", runs, title)
+            print(table)
+            require_all(folder)
+            return folder.path

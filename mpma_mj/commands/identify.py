@@ -8,7 +8,7 @@ from typing import Annotated
 
 import tyro
 
-from mpma_mj.commands.folders import default_folder
+from mpma_mj.commands.folders import output_folder
 
 __all__ = ["Identify"]
 
@@ -40,18 +40,16 @@ class Identify:
         from mpma_mj.training.progress import show_count
 
         log = read_log(self.log)
-        if self.out is not None:
-            self.out.mkdir(parents=True, exist_ok=True)  # if that is not possible, know it now
-        with show_count("simulating the log with other parameters") as tick:
-            found = identify(
-                log,
-                model=self.model,
-                gravity_compensation=self.gravity_compensation,
-                tick=tick,
-            )
-        folder = self.out or default_folder("identify")
-        write_json(folder / "identified.json", {"log": str(self.log)} | found.as_json())
-        write_model(folder / "identified.xml", found.factors, self.model)
-        write_figure(folder / "identified.png", found)
-        print(as_markdown(found))
-        return folder
+        with output_folder(self.out, "identify") as folder:
+            with show_count("simulating the log with other parameters") as tick:
+                found = identify(
+                    log,
+                    model=self.model,
+                    gravity_compensation=self.gravity_compensation,
+                    tick=tick,
+                )
+            write_json(folder / "identified.json", {"log": str(self.log)} | found.as_json())
+            write_model(folder / "identified.xml", found.factors, self.model)
+            write_figure(folder / "identified.png", found)
+            print(as_markdown(found))
+            return folder

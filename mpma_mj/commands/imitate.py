@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from mpma_mj.commands.dance_video import missing_opengl, write_dance_video
-from mpma_mj.commands.folders import default_folder
+from mpma_mj.commands.folders import output_folder
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions.options import option_name
 from mpma_mj.training.config import RunConfig, Settings
@@ -52,24 +52,27 @@ class Imitate:
         from mpma_mj.training.progress import show_epochs
         from mpma_mj.training.run_folder import RunFolder
 
-        if self.resume is not None:
-            folder = RunFolder(self.resume)
-            train = functools.partial(imitate.resume, folder, self.epochs)
-        else:
-            config = self._config()
-            folder = RunFolder(self.out or _default_folder(config.motions))
-            train = functools.partial(
-                imitate.start, config, folder, self.epochs, overwrite=self.overwrite
-            )
-        with _told_how_to_go_on(folder), show_epochs(self.epochs) as show:
-            summary = train(on_epoch=show)
-        _draw_figures(folder)
-        _print_summary(summary)
-        if missing_gl is not None:
-            print(missing_gl, file=sys.stderr)
-        elif self.video:
-            write_dance_video(folder, "front")
-        return folder.path
+        with contextlib.ExitStack() as stack:
+            if self.resume is not None:
+                folder = RunFolder(self.resume)
+                stack.enter_context(folder.locked())
+                train = functools.partial(imitate.resume, folder, self.epochs)
+            else:
+                config = self._config()
+                path = stack.enter_context(output_folder(self.out, _stem(config.motions)))
+                folder = RunFolder(path)
+                train = functools.partial(
+                    imitate.start, config, folder, self.epochs, overwrite=self.overwrite
+                )
+            with _told_how_to_go_on(folder), show_epochs(self.epochs) as show:
+                summary = train(on_epoch=show)
+            _draw_figures(folder)
+            _print_summary(summary)
+            if missing_gl is not None:
+                print(missing_gl, file=sys.stderr)
+            elif self.video:
+                write_dance_video(folder, "front")
+            return folder.path
 
     def check_resumed(self, words: Sequence[str]) -> None:
         """Refuse options that contradict the run that goes on.
@@ -125,8 +128,8 @@ def _shown(value: object) -> str:
     return " ".join(value) if isinstance(value, tuple) else str(value)
 
 
-def _default_folder(motions: Sequence[str]) -> Path:
-    return default_folder(Path(motions[0]).stem if len(motions) == 1 else "repertoire")
+def _stem(motions: Sequence[str]) -> str:
+    return Path(motions[0]).stem if len(motions) == 1 else "repertoire"
 
 
 def _draw_figures(folder: RunFolder) -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from mpma_mj.commands.folders import locked_runs
 from mpma_mj.errors import BadOptionError
 
 if TYPE_CHECKING:
@@ -45,27 +46,31 @@ class Lesion:
         if self.retrain < 0:
             raise BadOptionError(f"retrain is {self.retrain}; expected 0 or more epochs")
         folders = [RunFolder(path) for path in self.run_folders]
-        _check_comparable(folders)
-        runs = []
-        for folder in folders:
-            read_danced(folder)  # refuses modules that do nothing yet: nothing would break
-            trained = Trained.of_run(folder)
-            runs.append((folder, trained, what_can_be_lost(trained)))
-        found = []
-        for folder, trained, losses in runs:
-            title = f"{folder.path.name}: switching modules off"
-            steps = show_range(range(len(losses)), title)
-            lesions = [dance_without(trained, losses[step], self.retrain) for step in steps]
-            without = Lesions(trained.motion.labels, tuple(lesions), self.retrain)
-            found.append(without)
-            content = {"format": files.FORMAT, "motion": trained.motion.name} | without.as_json()
-            files.write_json(folder.lesioned, content)
-            picture = folder.figures / "lesion.png"
-            write_figure(picture, without, trained.motion.name)
-        if len(found) == 1:
-            print(matrix(found[0]) + "\n")
-        print(summary(found))
-        return picture
+        with locked_runs(folders):
+            _check_comparable(folders)
+            runs = []
+            for folder in folders:
+                read_danced(folder)  # refuses modules that do nothing yet: nothing would break
+                trained = Trained.of_run(folder)
+                runs.append((folder, trained, what_can_be_lost(trained)))
+            found = []
+            for folder, trained, losses in runs:
+                title = f"{folder.path.name}: switching modules off"
+                steps = show_range(range(len(losses)), title)
+                lesions = [dance_without(trained, losses[step], self.retrain) for step in steps]
+                without = Lesions(trained.motion.labels, tuple(lesions), self.retrain)
+                found.append(without)
+                content = {
+                    "format": files.FORMAT,
+                    "motion": trained.motion.name,
+                } | without.as_json()
+                files.write_json(folder.lesioned, content)
+                picture = folder.figures / "lesion.png"
+                write_figure(picture, without, trained.motion.name)
+            if len(found) == 1:
+                print(matrix(found[0]) + "\n")
+            print(summary(found))
+            return picture
 
 
 def _check_comparable(folders: Sequence[RunFolder]) -> None:

@@ -29,6 +29,6 @@ class Render:
         from mpma_mj.training.run_folder import RunFolder
 
         folder = RunFolder(self.run_folder)
-        folder.read_config()
-        write_dance_video(folder, self.camera)
+        with folder.locked():
+            write_dance_video(folder, self.camera)
         return folder.video

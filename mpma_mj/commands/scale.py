@@ -9,7 +9,7 @@ from typing import Annotated
 
 import tyro
 
-from mpma_mj.commands.folders import default_folder
+from mpma_mj.commands.folders import output_folder
 from mpma_mj.commands.workers import Workers, require_all
 from mpma_mj.options import Arms, RuleName
 from mpma_mj.training.config import RunConfig
@@ -57,17 +57,19 @@ class Scale:
         base = RunConfig(rule=self.rule, arms=self.arms, proprioception=self.proprioception)
         learned = scale.materials(expand_folders(self.motions), self.lengths)
         question = scale.Scale(learned, self.modules, self.nodes, base)
-        folder = SweepFolder(self.out or default_folder("scale"), question.ask(self.runs))
-        self.who.train(folder)
-        from mpma_mj.sweep.scale_figure import write_figure
+        asked = question.ask(self.runs)
+        with output_folder(self.out, "scale") as path:
+            folder = SweepFolder(path, asked)
+            self.who.train(folder)
+            from mpma_mj.sweep.scale_figure import write_figure
 
-        runs = folder.finished()
-        results = scale_table.Results(question, runs)
-        markdown = scale_table.as_markdown(results, runs, len(folder.asked.configs))
-        folder.write_rows(runs)
-        write_text(folder.path / "scale.md", markdown)
-        write_text(folder.path / "scale.csv", csv_text(scale_table.as_rows(results)))
-        write_figure(folder.path / "scale.png", results)
-        print(markdown)
-        require_all(folder)
-        return folder.path
+            runs = folder.finished()
+            results = scale_table.Results(question, runs)
+            markdown = scale_table.as_markdown(results, runs, len(folder.asked.configs))
+            folder.write_rows(runs)
+            write_text(folder.path / "scale.md", markdown)
+            write_text(folder.path / "scale.csv", csv_text(scale_table.as_rows(results)))
+            write_figure(folder.path / "scale.png", results)
+            print(markdown)
+            require_all(folder)
+            return folder.path

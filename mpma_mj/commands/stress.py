@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from mpma_mj.commands.folders import default_folder
+from mpma_mj.commands.folders import output_folder
 from mpma_mj.errors import BadOptionError, WorkerError
 from mpma_mj.options import AgentName
 
@@ -59,7 +60,10 @@ class Stress:
         self._check_numbers()
         agents = self._chosen_agents()
         adapts = (self.adapt_epochs or _ADAPT_EPOCHS) if self.adapt else 0
-        with open_backend("processes", self.workers, None) as backend:
+        with (
+            contextlib.ExitStack() as stack,
+            open_backend("processes", self.workers, None) as backend,
+        ):
             # Workers get ready while this is imported.
             from mpma_mj.agents.kinds import LEARN_NO_MORE
             from mpma_mj.sweep.backend import get_done
@@ -72,6 +76,8 @@ class Stress:
             from mpma_mj.trials.stress_results import Results
 
             folder = RunFolder(self.run_folder)
+            if self.out is None:
+                stack.enter_context(folder.locked())
             own = Trained.of_run(folder)
             if self.adapt and own.configs[0].agent in LEARN_NO_MORE:
                 raise BadOptionError(
@@ -81,8 +87,7 @@ class Stress:
             names = self.disturbances or tuple(DISTURBANCES)
             asked = trials(names, self.levels, self.unseen, own)
             works = jobs(own, agents, self.runs, self.epochs, asked, adapts, backend.workers)
-            out = self.out or default_folder("stress", folder.stress)
-            out.mkdir(parents=True, exist_ok=True)  # if that is not possible, know it now
+            out = stack.enter_context(output_folder(self.out, "stress", folder.stress))
             found: list[Found] = []
             with show_runs(sum(work.size for work in works), 0, "trying", "trials") as show:
                 for work, done in get_done(works, backend):
@@ -93,8 +98,8 @@ class Stress:
                         )
                     found += done
                     show(work.size, work.agent.replace("_", " "))
-        results = Results(found, [*agents, THIS_RUN], adapts)
-        return _write(results, out)
+            results = Results(found, [*agents, THIS_RUN], adapts)
+            return _write(results, out)
 
     def _check_numbers(self) -> None:
         if self.adapt_epochs is not None and not self.adapt:

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import tyro
 
-from mpma_mj.commands.folders import default_folder
+from mpma_mj.commands.folders import output_folder
 from mpma_mj.commands.workers import Workers, require_all
 from mpma_mj.training.config import RunConfig, Settings
 
@@ -51,14 +51,14 @@ class Sweep:
 
         base = RunConfig(motions=expand_folders(self.motions), **dataclasses.asdict(self.settings))
         configs = [run for point in points(self.grid, base) for run in seeds(point, self.runs)]
-        folder = SweepFolder(
-            self.out or default_folder("sweep"), Asked(tuple(configs), self.epochs)
-        )
-        self.who.train(folder)
-        runs = folder.finished()
-        table = as_markdown(folder.asked, runs)
-        folder.write_rows(runs)
-        write_text(folder.path / "table.md", table)
-        print(table)
-        require_all(folder)
-        return folder.path
+        asked = Asked(tuple(configs), self.epochs)
+        with output_folder(self.out, "sweep") as path:
+            folder = SweepFolder(path, asked)
+            self.who.train(folder)
+            runs = folder.finished()
+            table = as_markdown(folder.asked, runs)
+            folder.write_rows(runs)
+            write_text(folder.path / "table.md", table)
+            print(table)
+            require_all(folder)
+            return folder.path

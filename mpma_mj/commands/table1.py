@@ -8,7 +8,7 @@ from pathlib import Path
 
 import tyro
 
-from mpma_mj.commands.folders import default_folder
+from mpma_mj.commands.folders import output_folder
 from mpma_mj.commands.workers import Workers, require_all
 from mpma_mj.machine import processors
 from mpma_mj.options import Arms, RuleName
@@ -44,23 +44,24 @@ class Table1:
         from mpma_mj.sweep.folder import SweepFolder
 
         asked = table1.ask(self.nodes, self.runs, RunConfig(rule=self.rule, arms=self.arms))
-        folder = SweepFolder(self.out or default_folder("table1"), asked)
-        self.who.train(folder)
-        from mpma_mj.sweep import floor
-        from mpma_mj.sweep.table1_figure import write_figure
-        from mpma_mj.training.progress import show_range
+        with output_folder(self.out, "table1") as path:
+            folder = SweepFolder(path, asked)
+            self.who.train(folder)
+            from mpma_mj.sweep import floor
+            from mpma_mj.sweep.table1_figure import write_figure
+            from mpma_mj.training.progress import show_range
 
-        runs = folder.finished()
-        markdown = table1.as_markdown(asked, runs)
-        if self.arms == "physics" and not all(run.diverged for run in runs):
-            rounds = show_range(range(floor.ROUNDS), "timing bare physics")
-            threads = self.who.workers or processors()
-            said = floor.beside_bare_physics(folder.seconds(), runs, threads, rounds)
-            markdown += f"\n{said}\n"
-        folder.write_rows(runs)
-        write_text(folder.path / "table1.md", markdown)
-        write_text(folder.path / "table1.csv", table1.as_csv(asked, runs))
-        write_figure(folder.path / "table1.png", asked, runs)
-        print(markdown)
-        require_all(folder)
-        return folder.path
+            runs = folder.finished()
+            markdown = table1.as_markdown(asked, runs)
+            if self.arms == "physics" and not all(run.diverged for run in runs):
+                rounds = show_range(range(floor.ROUNDS), "timing bare physics")
+                threads = self.who.workers or processors()
+                said = floor.beside_bare_physics(folder.seconds(), runs, threads, rounds)
+                markdown += f"\n{said}\n"
+            folder.write_rows(runs)
+            write_text(folder.path / "table1.md", markdown)
+            write_text(folder.path / "table1.csv", table1.as_csv(asked, runs))
+            write_figure(folder.path / "table1.png", asked, runs)
+            print(markdown)
+            require_all(folder)
+            return folder.path

@@ -6,7 +6,6 @@ import contextlib
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mpma_mj.errors import WorkerError
@@ -49,7 +48,7 @@ class Workers:
         if not missing:
             return
         with (
-            _told_how_to_go_on(folder.path),
+            _told_how_to_go_on(folder),
             open_backend(self.backend, self.workers, self.address) as backend,
         ):
             # Workers get ready while this is imported.
@@ -79,11 +78,11 @@ def require_all(folder: SweepFolder) -> None:
 
 
 @contextlib.contextmanager
-def _told_how_to_go_on(path: Path) -> Iterator[None]:
+def _told_how_to_go_on(folder: SweepFolder) -> Iterator[None]:
     """Say where an interrupted sweep can be gone on with, if some of it is saved."""
     try:
         yield
     except KeyboardInterrupt:
-        if path.exists():
-            print(f"mpma: to go on: the same command with --out {path}", file=sys.stderr)
+        if folder.begun:
+            print(f"mpma: to go on: the same command with --out {folder.path}", file=sys.stderr)
         raise

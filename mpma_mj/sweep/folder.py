@@ -13,6 +13,7 @@ from typing import Any
 
 from mpma_mj import files
 from mpma_mj.errors import RunFolderError
+from mpma_mj.folder_lock import is_empty
 from mpma_mj.sweep.asked import Asked
 from mpma_mj.training.config import RunConfig, versions
 
@@ -63,9 +64,14 @@ class SweepFolder:
         self._names = {config: _name(config, asked.varying) for config in asked.configs}
         self._check()
 
+    @property
+    def begun(self) -> bool:
+        """Whether what is asked is written, so that the sweep can be gone on with."""
+        return self._header.exists()
+
     def begin(self) -> None:
         """Write what is asked, if it is not there yet."""
-        if not self._header.exists():
+        if not self.begun:
             files.write_json(self._header, self._content())
 
     def add(self, run: Finished) -> None:
@@ -150,7 +156,7 @@ class SweepFolder:
             return
         if not self.path.is_dir():
             raise RunFolderError(f"{self.path}: is a file; choose another folder with --out")
-        if not any(self.path.iterdir()):
+        if is_empty(self.path):
             return
         try:
             there = _read_json(self._header)

@@ -86,6 +86,7 @@ def write_ideal_video(
 
     Raises:
         RenderingError: OpenGL does not draw.
+        VideoError: The encoder is missing, or fails.
     """
     motion = reading.motion
     context = motion.context / np.maximum(motion.context.sum(axis=1, keepdims=True), 1.0)

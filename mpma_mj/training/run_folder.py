@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import shutil
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -13,6 +15,7 @@ from numpy.typing import NDArray
 
 from mpma_mj import files
 from mpma_mj.errors import CheckpointError, MotionFileError, RunFolderError
+from mpma_mj.folder_lock import is_empty, locked
 from mpma_mj.motions import Motion, motion_file
 from mpma_mj.training.config import RunConfig, versions
 
@@ -87,6 +90,18 @@ class RunFolder:
         """Whether an epoch is saved with which training can go on."""
         return (self.path / "checkpoint" / "latest.npz").exists()
 
+    @contextlib.contextmanager
+    def locked(self) -> Iterator[None]:
+        """Lock the run, so that no other command changes it.
+
+        Raises:
+            RunFolderError: There is no run, another command changes it, or nobody can.
+            CheckpointError: The settings are damaged or of another version.
+        """
+        self.read_config()
+        with locked(self.path):
+            yield
+
     def create(self, config: RunConfig, motion: Motion, *, overwrite: bool) -> None:
         """Make the folder for a new run.
 
@@ -107,7 +122,7 @@ class RunFolder:
     def _remove(self, overwrite: bool) -> None:
         if not self.path.is_dir():
             raise RunFolderError(f"{self.path}: is a file; choose another folder with --out")
-        if not any(self.path.iterdir()):
+        if is_empty(self.path):
             return
         try:
             self.read_config()

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 from collections.abc import Callable, Generator, Iterable
 from pathlib import Path
 
-import imageio.v2 as imageio
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from mpma_mj.envs.frame_writer import frame_writer
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.envs.rendering import ArmRenderer
-from mpma_mj.files import write_whole
 from mpma_mj.motions import Motion
 from mpma_mj.training.strip import Strip
 
@@ -47,6 +47,7 @@ def write_video(
 
     Raises:
         RenderingError: OpenGL does not draw.
+        VideoError: The encoder is missing, or fails.
     """
     frames = dance_frames(trace, motion, camera=camera, bands=bands, progress=progress)
     write_frames(path, frames, motion.rate)
@@ -59,14 +60,15 @@ def write_frames(path: Path, frames: Iterable[Picture], rate: float) -> None:
         path: The `.mp4` file.
         frames: Pictures of one size, shape (H, W, 3) each, even H and W; taken one by one.
         rate: Pictures per second, Hz.
+
+    Raises:
+        VideoError: The encoder is missing, or fails.
     """
-
-    def encode(temporary: Path) -> None:
-        with imageio.get_writer(temporary, fps=rate, codec="libx264", quality=7) as writer:
-            for frame in frames:
-                writer.append_data(frame)  # type: ignore[attr-defined] # of its stubs
-
-    write_whole(path, encode)
+    frames = iter(frames)
+    first = next(frames)
+    with frame_writer(path, first.shape[:2], rate) as write:
+        for frame in itertools.chain([first], frames):
+            write(frame)
 
 
 def dance_frames(

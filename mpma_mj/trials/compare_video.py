@@ -36,6 +36,7 @@ def write_side_by_side(
 
     Raises:
         RenderingError: OpenGL does not draw.
+        VideoError: The encoder is missing, or fails.
     """
     titles = np.concatenate([_title(name) for name in dances], axis=1)
     steps = range(min(len(dance.trace["action"]) for dance in dances.values()))

@@ -13,8 +13,9 @@ from mpma_mj.agents import Arena, FeedbackOnly, RandomAgent
 from mpma_mj.envs import gl
 from mpma_mj.envs.gym import ImitationEnv
 from mpma_mj.envs.wrappers import Evaluate, FeedbackAssist, RecordVideo, Wrapper
-from mpma_mj.errors import BadOptionError, RenderingError, RunFolderError
+from mpma_mj.errors import BadOptionError, RenderingError, RunFolderError, VideoError
 from mpma_mj.training.trace import record_epoch
+from tests.conftest import Encoder
 
 Act = Callable[[dict[str, np.ndarray]], np.ndarray]
 
@@ -275,21 +276,39 @@ def test_an_episode_that_is_left_is_a_video_and_one_without_a_step_is_none(tmp_p
 
 
 @pytest.mark.usefixtures("_opengl")
-def test_a_video_that_fails_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_video_that_fails_leaves_nothing_and_the_episode_goes_on(
+    tmp_path: Path, encoder: Encoder
+) -> None:
+    encoder("exit 3")
     env = RecordVideo(ymca(), tmp_path / "dance.mp4")
     env.reset()
-    env.step(np.zeros(8))
-
-    def full(picture: np.ndarray) -> None:
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(env._writer, "append_data", full)
-    with pytest.raises(RunFolderError, match="No space left on device"):
+    with pytest.raises(VideoError, match=r"dance\.mp4: no new video, ffmpeg failed: exit code 3"):
         env.step(np.zeros(8))
     assert list(tmp_path.iterdir()) == []
     env.step(np.zeros(8))
     env.close()
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.usefixtures("_opengl")
+@pytest.mark.parametrize("leave", ["reset", "close"])
+def test_a_video_whose_end_cannot_be_written_leaves_the_one_before(
+    leave: str, tmp_path: Path, encoder: Encoder
+) -> None:
+    path = tmp_path / "dance.mp4"
+    with RecordVideo(ymca(), path) as env:
+        env.reset()
+        env.step(np.zeros(8))
+    old = path.read_bytes()
+    encoder('cat > /dev/null; echo half > "$video"; exit 228')
+    env = RecordVideo(ymca(), path)
+    env.reset()
+    env.step(np.zeros(8))
+    with pytest.raises(VideoError, match="exit code 228"):
+        getattr(env, leave)()
+    assert path.read_bytes() == old
+    assert list(tmp_path.iterdir()) == [path]
+    env.close()
 
 
 @pytest.mark.usefixtures("_opengl")

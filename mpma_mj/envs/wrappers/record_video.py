@@ -7,15 +7,14 @@ from pathlib import Path
 from typing import Any
 
 import dm_env
-import imageio.v2 as imageio
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from mpma_mj.envs.frame_writer import WriteFrame, frame_writer
 from mpma_mj.envs.rendering import ArmRenderer
 from mpma_mj.envs.wrappers.wrapper import Wrapper
 from mpma_mj.errors import BadOptionError
-from mpma_mj.files import whole
 
 __all__ = ["RecordVideo"]
 
@@ -52,7 +51,7 @@ class RecordVideo(Wrapper):
         self._path = str(path)
         self._renderer = ArmRenderer(env.physics, camera=camera)
         self._video = contextlib.ExitStack()
-        self._writer: Any = None
+        self._write: WriteFrame | None = None
         self._ghost: Array | None = None
         self._episode = -1
 
@@ -73,6 +72,7 @@ class RecordVideo(Wrapper):
 
         Raises:
             RenderingError: OpenGL does not draw.
+            VideoError: The encoder is missing, or fails; the episode goes on without a video.
             RunFolderError: The video's folder cannot be written.
         """
         if self._ghost is not None:
@@ -81,9 +81,11 @@ class RecordVideo(Wrapper):
 
     def close(self) -> None:
         """Finish the video, give the OpenGL context back, close the environment inside."""
-        self._finish()
-        self._renderer.close()
-        super().close()
+        try:
+            self._finish()
+        finally:
+            self._renderer.close()
+            super().close()
 
     def _begun(self, timestep: dm_env.TimeStep) -> None:
         self._episode += 1
@@ -102,21 +104,19 @@ class RecordVideo(Wrapper):
             # Which positions are up to date after a step is the environment's own affair.
             mujoco.mj_kinematics(physics.model.ptr, physics.data.ptr)
             picture = self._renderer.picture(ghost=self._ghost)
-            if self._writer is None:
-                self._writer = self._open()
-            self._writer.append_data(picture)
+            if self._write is None:
+                self._write = self._open(picture.shape[:2])
+            self._write(picture)
         except BaseException as error:
-            self._ghost = self._writer = None
+            self._ghost = self._write = None
             self._video.__exit__(type(error), error, error.__traceback__)
             raise
 
-    def _open(self) -> Any:
+    def _open(self, size: tuple[int, int]) -> WriteFrame:
         path = Path(self._path.replace(_NUMBER, str(self._episode)))
-        temporary = self._video.enter_context(whole(path))
         rate = 1.0 / self._env.control_timestep()
-        writer = imageio.get_writer(temporary, fps=rate, codec="libx264", quality=7)
-        return self._video.enter_context(writer)
+        return self._video.enter_context(frame_writer(path, size, rate))
 
     def _finish(self) -> None:
-        self._ghost = self._writer = None
+        self._ghost = self._write = None
         self._video.close()

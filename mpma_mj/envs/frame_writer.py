@@ -1,0 +1,128 @@
+"""Videos, written frame by frame."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+import signal
+import subprocess
+import threading
+from collections.abc import Callable, Iterator
+from fractions import Fraction
+from pathlib import Path
+
+import imageio_ffmpeg
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.errors import VideoError
+from mpma_mj.files import whole
+
+__all__ = ["WriteFrame", "frame_writer"]
+
+Picture = NDArray[np.uint8]
+WriteFrame = Callable[[Picture], None]
+
+_QUALITY = "15"  # constant rate factor, from 0, the best, to 51 (choice)
+_SPEAKER = re.compile(r"^\[[^]]*\] ")  # the part of ffmpeg that complains: "[out#0/mp4 @ 0x55e9] "
+
+
+@contextlib.contextmanager
+def frame_writer(path: Path, size: tuple[int, int], rate: float) -> Iterator[WriteFrame]:
+    """Open an H.264 video, which replaces one of its name once the encoder has ended well.
+
+    Args:
+        path: The `.mp4` file; folders on the way are made.
+        size: Height and width of frames, pixels; even.
+        rate: Frames per second, Hz.
+
+    Yields:
+        What to call with each frame, shape (height, width, 3).
+
+    Raises:
+        VideoError: The encoder is missing, or fails.
+        RunFolderError: The folder cannot be written.
+    """
+    with whole(path) as temporary:
+        encoder = _Encoder(path, temporary, size, rate)
+        try:
+            yield encoder.write
+        except BaseException:
+            encoder.kill()
+            raise
+        encoder.finish()
+
+
+class _Encoder:
+    """A process of ffmpeg whose end is checked; imageio's writers take every end for a good one."""
+
+    def __init__(self, path: Path, temporary: Path, size: tuple[int, int], rate: float) -> None:
+        self._path = path  # for messages
+        height, width = size
+        frames = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}"]
+        frames += ["-r", str(Fraction(rate).limit_denominator()), "-i", "-", "-an"]
+        video = ["-vcodec", "libx264", "-pix_fmt", "yuv420p", "-crf", _QUALITY, str(temporary)]
+        try:
+            program = imageio_ffmpeg.get_ffmpeg_exe()
+            self._process = subprocess.Popen(
+                [program, "-v", "error", "-y", *frames, *video],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.PIPE,
+                start_new_session=True,  # Ctrl-C leaves it: an episode that is left is a video
+            )
+        except RuntimeError:
+            raise self._error(
+                "there is no ffmpeg; install one, or let IMAGEIO_FFMPEG_EXE name it"
+            ) from None
+        except OSError as error:
+            raise self._error(
+                f"{program} cannot be started ({error.strerror}); let IMAGEIO_FFMPEG_EXE name an"
+                " ffmpeg that works, or unset it"
+            ) from None
+        assert self._process.stdin is not None
+        assert self._process.stderr is not None
+        self._frames, self._complaints = self._process.stdin, self._process.stderr
+        self._lines: list[bytes] = []
+        # Read at once: while nobody does, it may wait for that and take no frames.
+        self._reader = threading.Thread(
+            target=self._lines.extend, args=[self._complaints], daemon=True
+        )
+        self._reader.start()
+
+    def write(self, frame: Picture) -> None:
+        """Encode a frame."""
+        try:
+            self._frames.write(np.ascontiguousarray(frame).data)
+        except OSError:  # nobody takes it: it has ended
+            raise self._failure(self._end()) from None
+
+    def finish(self) -> None:
+        """Encode what is still to come, and look whether that went well."""
+        code = self._end()
+        if code != 0:
+            raise self._failure(code)
+
+    def kill(self) -> None:
+        """End the process, whatever it is at."""
+        self._process.kill()
+        self._end()
+
+    def _end(self) -> int:
+        """Wait for the end and return the exit code."""
+        with contextlib.suppress(OSError):  # it has ended already, and the exit code says how
+            self._frames.close()
+        code = self._process.wait()
+        self._reader.join()
+        self._complaints.close()
+        return code
+
+    def _failure(self, code: int) -> VideoError:
+        how = f"was stopped: {signal.strsignal(-code)}" if code < 0 else f"failed: exit code {code}"
+        if self._lines:
+            line = self._lines[0].decode(errors="replace").strip()
+            how += f" ({_SPEAKER.sub('', line)})"
+        return self._error(f"ffmpeg {how}; mend that, perhaps by freeing disk space, and try again")
+
+    def _error(self, why: str) -> VideoError:
+        return VideoError(f"{self._path}: no new video, {why}")

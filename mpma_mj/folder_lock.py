@@ -1,0 +1,84 @@
+"""Locks of folders: one command at a time writes into a folder."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mpma_mj.errors import RunFolderError
+from mpma_mj.files import not_writable
+
+if TYPE_CHECKING:
+    from filelock import FileLock
+
+__all__ = ["is_empty", "locked"]
+
+_LOCK = ".mpma.lock"
+
+
+@contextlib.contextmanager
+def locked(folder: Path, *, new: bool = False) -> Iterator[None]:
+    """Lock a folder, so that no other command writes into it.
+
+    The operating system releases the lock when the process ends, however it ends. The file of the
+    lock is removed in the end, and so are folders that were made for it and have stayed empty.
+
+    Args:
+        folder: The folder; made if it is missing.
+        new: Whether it has to be missing.
+
+    Raises:
+        FileExistsError: The folder has to be missing, and is not.
+        RunFolderError: Another command writes into the folder, or it cannot be written.
+    """
+    missing = [path for path in (folder, *folder.parents) if not path.exists()]
+    try:
+        _make(folder, new)
+        lock = _acquire(folder)
+        try:
+            yield
+        finally:
+            # Before the release: who has opened the file by now finds it gone, and is refused. Some
+            # systems do not remove open files; there filelock does it.
+            with contextlib.suppress(OSError):
+                (folder / _LOCK).unlink()
+            lock.release()
+    finally:
+        for path in missing:
+            with contextlib.suppress(OSError):  # not empty: something was written
+                path.rmdir()
+
+
+def is_empty(folder: Path) -> bool:
+    """Return whether a folder holds nothing, but for a lock."""
+    return all(path.name == _LOCK for path in folder.iterdir())
+
+
+def _make(folder: Path, new: bool) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=not new)
+    except FileExistsError:
+        if new:
+            raise
+        raise RunFolderError(f"{folder}: is a file; choose another folder") from None
+    except OSError as error:
+        raise not_writable(folder, error) from None
+
+
+def _acquire(folder: Path) -> FileLock:
+    from filelock import FileLock, Timeout  # here: commands that only read do without its 0.03 s
+
+    # Where the system has no locks there is none: a mark instead would outlast a killed process.
+    lock = FileLock(folder / _LOCK, fallback_to_soft=False)
+    try:
+        lock.acquire(timeout=0)
+    except Timeout:
+        raise RunFolderError(
+            f"{folder}: another command is writing into it; wait until that has ended, or choose"
+            " another folder"
+        ) from None
+    except OSError as error:
+        raise not_writable(folder, error) from None
+    return lock
