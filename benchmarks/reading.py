@@ -16,7 +16,7 @@ import ezc3d
 import numpy as np
 import tyro
 
-from mpma_mj.arm import SIDES
+from mpma_mj.kinematics import SIDES
 from mpma_mj.motions.body import ARM_POINTS
 from mpma_mj.motions.findings import Findings
 from mpma_mj.motions.markers import choose_markers

@@ -23,12 +23,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 import mpma_mj
-from mpma_mj.files import read_arrays
 from mpma_mj.training import imitate
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.crowd import train_crowd
 from mpma_mj.training.movements import read_movements
 from mpma_mj.training.run_folder import RunFolder
+from mpma_mj.utils.atomic_files import read_arrays
 
 Record = dict[str, str]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj import arm
-from mpma_mj.clip import clip
+from mpma_mj import kinematics
+from mpma_mj.utils.clipping import clip
 
 __all__ = ["feedback_action", "joint_error"]
 
@@ -28,8 +28,8 @@ def joint_error(joint_angles: Array, reference: Array) -> Array:
     Returns:
         Error, shape (..., 8), rad, in [-π, π), on the branch that is the shorter way.
     """
-    wanted = arm.angles_from_posture(reference, near=joint_angles)
-    weight = arm.segment_leverage(wanted)
+    wanted = kinematics.angles_from_posture(reference, near=joint_angles)
+    weight = kinematics.segment_leverage(wanted)
     weight[..., ::4] **= 2
     return weight * (wanted - joint_angles)
 

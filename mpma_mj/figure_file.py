@@ -11,7 +11,7 @@ from pathlib import Path
 import matplotlib
 from matplotlib.figure import Figure
 
-from mpma_mj.files import write_whole
+from mpma_mj.utils.atomic_files import write_atomically
 
 __all__ = ["figure_file"]
 
@@ -47,4 +47,4 @@ def figure_file(path: Path, width: float, height: float) -> Iterator[Figure]:
         warnings.filterwarnings("ignore", _MISSING_GLYPH)
         figure = Figure(figsize=(width, height), layout="constrained")
         yield figure
-        write_whole(path, functools.partial(figure.savefig, dpi=_DPI))
+        write_atomically(path, functools.partial(figure.savefig, dpi=_DPI))

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
-from mpma_mj.motions.context import danced_label
+from mpma_mj.context import active_label
 
 __all__ = [
     "active_modules",
@@ -85,7 +85,7 @@ def active_modules(responsibility: Array, context: Array) -> list[int]:
         For each of the C labels the number of modules with λ > 0.1 for at least 25 % of its
         steps.
     """
-    label = danced_label(context)
+    label = active_label(context)
     active = responsibility > _ACTIVE_LEVEL
     return [
         int(np.sum(active[label == c].mean(axis=0) >= _ACTIVE_SHARE)) if (label == c).any() else 0
@@ -95,7 +95,7 @@ def active_modules(responsibility: Array, context: Array) -> list[int]:
 
 def dominant_module(responsibility: Array, context: Array) -> list[int]:
     """Return for each label the module that most often has the largest λ; -1 if not danced."""
-    label, dominant = danced_label(context), responsibility.argmax(axis=1)
+    label, dominant = active_label(context), responsibility.argmax(axis=1)
     modules = responsibility.shape[1]
     return [
         int(np.bincount(dominant[label == c], minlength=modules).argmax())
@@ -123,7 +123,7 @@ def nmi(responsibility: Array, context: Array) -> float:
     labels = context.shape[1]
     if labels == 1:
         return 0.0
-    label, dominant = danced_label(context), responsibility.argmax(axis=1)
+    label, dominant = active_label(context), responsibility.argmax(axis=1)
     heard = label >= 0
     joint = np.zeros((labels, responsibility.shape[1]))
     np.add.at(joint, (label[heard], dominant[heard]), 1.0 / max(1, heard.sum()))

@@ -13,10 +13,10 @@ import pytest
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from mpma_mj.arm import SIDES
 from mpma_mj.cli import main
 from mpma_mj.envs import gl
 from mpma_mj.errors import RenderingError
+from mpma_mj.kinematics import SIDES
 from mpma_mj.motions import ymca
 
 hypothesis.settings.register_profile("steady", deadline=None)

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mpma_mj import files
 from mpma_mj.cli import main
+from mpma_mj.utils import atomic_files
 from tests.conftest import Refused
 
 TITLE = "dancing without demonstration"
@@ -58,7 +58,7 @@ def test_a_run_that_grew_can_be_freed(tmp_path: Path) -> None:
 
 
 def test_overwriting_a_run_removes_what_was_told_about_it(run: Path) -> None:
-    files.write_json(run / "attractor.json", {})
+    atomic_files.write_json(run / "attractor.json", {})
     words = "imitate ymca --nodes 10 --epochs 1 --no-video --overwrite --out"
     assert main([*words.split(), str(run)]) == 0
     assert not (run / "attractor.json").exists()
@@ -77,9 +77,9 @@ def test_a_checkpoint_that_lacks_something_is_one_line_and_exit_2(
     run: Path, refused: Refused
 ) -> None:
     path = run / "checkpoint" / "best.npz"
-    arrays, meta = files.read_arrays(path, "checkpoint")
+    arrays, meta = atomic_files.read_arrays(path, "checkpoint")
     del arrays["forward.weights"]
-    files.write_arrays(path, "checkpoint", arrays, meta)
+    atomic_files.write_arrays(path, "checkpoint", arrays, meta)
     refused(
         ["attractor", str(run)], "the checkpoint lacks forward.weights; train anew", title=TITLE
     )
@@ -87,9 +87,9 @@ def test_a_checkpoint_that_lacks_something_is_one_line_and_exit_2(
 
 def test_a_checkpoint_of_other_sizes_is_one_line_and_exit_2(run: Path, refused: Refused) -> None:
     path = run / "checkpoint" / "best.npz"
-    arrays, meta = files.read_arrays(path, "checkpoint")
+    arrays, meta = atomic_files.read_arrays(path, "checkpoint")
     arrays["forward.weights"] = np.zeros((2, 3))
-    files.write_arrays(path, "checkpoint", arrays, meta)
+    atomic_files.write_arrays(path, "checkpoint", arrays, meta)
     refused(
         ["attractor", str(run)], "the checkpoint does not fit its settings; train anew", title=TITLE
     )
@@ -100,10 +100,10 @@ def test_an_agent_without_forward_models_is_one_line_and_exit_2(
 ) -> None:
     config = json.loads((run / "config.json").read_text())
     config["config"]["agent"] = "feedback_only"
-    files.write_json(run / "config.json", config)
+    atomic_files.write_json(run / "config.json", config)
     path = run / "checkpoint" / "best.npz"
-    arrays, meta = files.read_arrays(path, "checkpoint")
-    files.write_arrays(path, "checkpoint", arrays, meta | {"config": config["config"]})
+    arrays, meta = atomic_files.read_arrays(path, "checkpoint")
+    atomic_files.write_arrays(path, "checkpoint", arrays, meta | {"config": config["config"]})
     refused(
         ["attractor", str(run)], "agent is FeedbackOnly, which has no forward models", title=TITLE
     )

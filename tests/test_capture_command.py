@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mpma_mj import files
-from mpma_mj.arm import JOINT_NAMES, SEGMENT_NAMES
 from mpma_mj.cli import main
+from mpma_mj.kinematics import JOINT_NAMES, SEGMENT_NAMES
+from mpma_mj.utils import atomic_files
 from tests.conftest import Refused
 
 Arrays = dict[str, np.ndarray]
@@ -25,8 +25,8 @@ def run(small_run: Path, tmp_path: Path) -> Path:
 
 
 def change_trace(run: Path, change: Callable[[Arrays], Arrays]) -> None:
-    trace, _ = files.read_arrays(run / "trace.npz", "trace")
-    files.write_arrays(run / "trace.npz", "trace", change(trace), {"epoch": 1})
+    trace, _ = atomic_files.read_arrays(run / "trace.npz", "trace")
+    atomic_files.write_arrays(run / "trace.npz", "trace", change(trace), {"epoch": 1})
 
 
 def test_a_run_gets_tables_json_and_a_figure(run: Path) -> None:

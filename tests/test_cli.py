@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 
 from mpma_mj import __version__
-from mpma_mj.arm import posture_from_angles
 from mpma_mj.cli import main
 from mpma_mj.commands import Imitate
 from mpma_mj.envs import gl
 from mpma_mj.errors import RenderingError
+from mpma_mj.kinematics import posture_from_angles
 from mpma_mj.training.trainer import Trainer
 from tests.conftest import dancer, markers_of
 

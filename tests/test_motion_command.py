@@ -8,7 +8,7 @@ import imageio.v2 as imageio
 import numpy as np
 import pytest
 
-from mpma_mj import arm
+from mpma_mj import kinematics
 from mpma_mj.cli import main
 from mpma_mj.motions import read_motion, ymca
 from mpma_mj.motions.report import near_singularity
@@ -147,4 +147,4 @@ def test_the_joints_of_the_report_are_those_of_the_arms(
 ) -> None:
     assert main(["motion", "ymca"]) == 0
     printed = capsys.readouterr().out
-    assert all(name in printed for name in arm.JOINT_NAMES)
+    assert all(name in printed for name in kinematics.JOINT_NAMES)

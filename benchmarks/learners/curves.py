@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
 
-from mpma_mj.files import whole
+from mpma_mj.utils.atomic_files import atomic_write
 
 __all__ = ["Row", "p_e_after", "read_curves", "replace_curves", "write_curves"]
 
@@ -32,7 +32,7 @@ def read_curves(path: Path) -> list[Row]:
 
 def write_curves(path: Path, rows: Iterable[Row]) -> None:
     """Write rows as CSV, four digits of p_e."""
-    with whole(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
+    with atomic_write(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(Row._fields)
         writer.writerows((*row[:3], f"{row.p_e:.4g}") for row in rows)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 import mpma_mj
 from mpma_mj.agents import Arena, FeedbackOnly, FixedAgent, OpenLoop, RandomAgent
 from mpma_mj.agents.agent import Observation
-from mpma_mj.arm import angles_from_posture
+from mpma_mj.kinematics import angles_from_posture
 from mpma_mj.options import Arms
 
 __all__ = ["AGENTS", "dance"]

@@ -18,9 +18,9 @@ from mpma_mj.agents.learning import Readouts
 from mpma_mj.agents.mpma import MPMA, MPMAConfig
 from mpma_mj.agents.pairs import Member
 from mpma_mj.agents.responsibility import prediction_errors
+from mpma_mj.context import active_label
 from mpma_mj.errors import BadOptionError
 from mpma_mj.esn import Replay
-from mpma_mj.motions.context import danced_label
 
 __all__ = ["GrowingMPMA", "with_one_more", "with_the_first"]
 
@@ -159,7 +159,7 @@ def with_one_more(episode: dict[str, Array], new: int) -> dict[str, Array]:
     responsibility, context = episode["responsibility"].copy(), episode["context"]
     errors = prediction_errors(episode["predictions"], episode["next_posture"])
     surprise = np.sum(responsibility * errors, axis=1)
-    label = danced_label(context)
+    label = active_label(context)
     worst = max(np.unique(label), key=lambda danced: float(surprise[label == danced].sum()))
     responsibility[label == worst] *= 0.5
     responsibility[label == worst, new] = 0.5

@@ -13,9 +13,9 @@ from mpma_mj.agents.learning import command_that_hits
 from mpma_mj.agents.networks import PairsConfig
 from mpma_mj.agents.pairs import Member, PairsAgent
 from mpma_mj.agents.responsibility import prediction_errors
-from mpma_mj.clip import clip
+from mpma_mj.context import active_label
 from mpma_mj.errors import BadOptionError
-from mpma_mj.motions.context import danced_label
+from mpma_mj.utils.clipping import clip
 
 __all__ = ["HAMMER", "next_confidence"]
 
@@ -141,7 +141,7 @@ class HAMMER(PairsAgent):
     def _learn_epoch(self, member: Member, episode: dict[str, Array]) -> dict[str, float]:
         """Fit each pair to the steps of its label, if the preparation is not over."""
         if self.is_preparing:
-            own = danced_label(episode["context"])[:, None] == self._labels
+            own = active_label(episode["context"])[:, None] == self._labels
             weight = own.astype(float)  # (T, M)
             hit = command_that_hits(episode["action"], episode["next_feedback"])
             self._readouts.forward.member(member).fit(

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from mpma_mj.agents.agent import Agent, Observation, Seeds, SideBySide
 from mpma_mj.agents.wrapper import AgentWrapper
+from mpma_mj.context import active_label, one_hot
 from mpma_mj.errors import BadOptionError
-from mpma_mj.motions.context import danced_label, one_hot
 from mpma_mj.options import HearsName
-from mpma_mj.randomness import stream
+from mpma_mj.utils.seeding import stream
 
 __all__ = ["Hearing", "heard_size", "what_is_heard"]
 
@@ -56,7 +56,7 @@ def what_is_heard(context: Array, hears: HearsName, period: int, rng: np.random.
 
 def _halves(context: Array, period: int) -> Array:
     """Return labels twice as fine, shape (T, 2C); where nothing is heard, nothing still."""
-    label = danced_label(context)
+    label = active_label(context)
     changes = np.diff(label, prepend=-2) != 0
     changes[::period] = True  # else a label at both ends would make one stretch over the seam
     begins = np.flatnonzero(changes)

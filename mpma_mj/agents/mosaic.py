@@ -13,8 +13,8 @@ from mpma_mj.agents.arena import Arena
 from mpma_mj.agents.networks import PairsConfig
 from mpma_mj.agents.pairs import Member
 from mpma_mj.agents.responsible import ResponsiblePairs
-from mpma_mj.checks import is_number
 from mpma_mj.errors import BadOptionError
+from mpma_mj.utils.validation import is_number
 
 __all__ = ["MOSAIC", "LearningRates"]
 

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.agents.agent import Observation
-from mpma_mj.checks import is_number, is_truth, is_whole
 from mpma_mj.errors import BadOptionError
+from mpma_mj.utils.validation import is_boolean, is_integer, is_number
 
 __all__ = ["JOINTS", "POSTURE", "PairsConfig"]
 
@@ -52,7 +52,7 @@ class PairsConfig:
         """Check the settings; of what is true or false also a subclass's."""
         for name, most in {"modules": 1000, "nodes": 20000}.items():
             count = getattr(self, name)
-            if not (is_whole(count) and 1 <= int(count) <= most):
+            if not (is_integer(count) and 1 <= int(count) <= most):
                 raise BadOptionError(f"{name} is {count!r}; expected a whole number, 1 to {most}")
         for name in ("spectral_radius", "reservoir_noise"):
             value = getattr(self, name)
@@ -62,7 +62,7 @@ class PairsConfig:
             raise BadOptionError(f"ridge is {self.ridge!r}; expected above 0, at most 1e6")
         for setting in fields(self):
             value = getattr(self, setting.name)
-            if isinstance(setting.default, bool) and not is_truth(value):
+            if isinstance(setting.default, bool) and not is_boolean(value):
                 raise BadOptionError(f"{setting.name} is {value!r}; expected True or False")
 
     @property

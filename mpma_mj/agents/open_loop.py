@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj import arm
+from mpma_mj import kinematics
 from mpma_mj.agents.agent import Observation
 from mpma_mj.agents.arena import Arena
 from mpma_mj.agents.fixed import FixedAgent
@@ -43,8 +43,8 @@ class OpenLoop(FixedAgent):
         angles = self._angles
         if angles is None:  # near 0, as the arms start
             still = np.zeros((*observation["reference"].shape[:-1], 8))
-            angles = arm.angles_from_posture(observation["reference"], near=still)
-        way = arm.angles_from_posture(observation["target"], near=angles) - angles
+            angles = kinematics.angles_from_posture(observation["reference"], near=still)
+        way = kinematics.angles_from_posture(observation["target"], near=angles) - angles
         action = np.clip(way / self._farthest, -1.0, 1.0)
         self._angles = angles + self._farthest * action
         return action

@@ -19,10 +19,10 @@ from mpma_mj.agents.gains import Gains, performance
 from mpma_mj.agents.learning import PairReadouts
 from mpma_mj.agents.memory import Memory
 from mpma_mj.agents.networks import JOINTS, POSTURE, PairsConfig
-from mpma_mj.clip import clip
 from mpma_mj.errors import BadOptionError
 from mpma_mj.esn import PRECISION, Features, ReadoutBank, Replay, ReservoirBank
-from mpma_mj.randomness import stream
+from mpma_mj.utils.clipping import clip
+from mpma_mj.utils.seeding import stream
 
 __all__ = ["Member", "PairsAgent"]
 

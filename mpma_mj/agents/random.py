@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.agents.agent import Observation, Seeds
 from mpma_mj.agents.fixed import FixedAgent
-from mpma_mj.randomness import stream
+from mpma_mj.utils.seeding import stream
 
 __all__ = ["RandomAgent"]
 

@@ -14,8 +14,8 @@ from mpma_mj.agents.arena import Arena
 from mpma_mj.agents.learning import Readouts
 from mpma_mj.agents.networks import PairsConfig
 from mpma_mj.agents.pairs import PairsAgent
-from mpma_mj.clip import clip
-from mpma_mj.randomness import stream
+from mpma_mj.utils.clipping import clip
+from mpma_mj.utils.seeding import stream
 
 __all__ = ["ResponsiblePairs"]
 

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.agents.freed import Freed
+from mpma_mj.context import active_label
 from mpma_mj.envs.load import load
 from mpma_mj.motions import Motion
-from mpma_mj.motions.context import danced_label
 from mpma_mj.training.build import agent_of, environment_options, one_thread
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.training.trace import record_epoch
@@ -72,7 +72,7 @@ def dance_freely(folder: RunFolder) -> tuple[FreeDance, Motion]:
     free = FreeDance(
         trace["posture"][period:],
         trace["reference"][period:],
-        danced_label(trace["context"][period:]),
+        active_label(trace["context"][period:]),
         period,
         motion.rate,
     )

@@ -67,7 +67,7 @@ def segment_movement(posture: Array) -> Array:
         posture: Postures, shape (T + 1, 12), four unit vectors.
 
     Returns:
-        Angles, shape (T, 4), rad, in the order of `arm.SEGMENT_NAMES`.
+        Angles, shape (T, 4), rad, in the order of `kinematics.SEGMENT_NAMES`.
     """
     chord = np.linalg.norm(np.diff(posture.reshape(len(posture), -1, 3), axis=0), axis=-1)
     return 2.0 * np.arcsin(np.minimum(chord / 2.0, 1.0))

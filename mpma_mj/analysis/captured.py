@@ -16,8 +16,8 @@ from mpma_mj.analysis.information import posture_regions
 from mpma_mj.analysis.posture_space import Told, what_tells
 from mpma_mj.analysis.repetition import laid_over, recurrence
 from mpma_mj.analysis.synergies import Synergies, find_synergies
-from mpma_mj.arm import JOINT_NAMES, SEGMENT_NAMES
-from mpma_mj.motions.context import danced_label
+from mpma_mj.context import active_label
+from mpma_mj.kinematics import JOINT_NAMES, SEGMENT_NAMES
 
 __all__ = ["Captured", "Repetition", "analyse"]
 
@@ -110,7 +110,7 @@ def analyse(
     responsibility = trace["responsibility"]
     output = responsibility[:, :, None] * trace["module_actions"]
     posture, context = trace["posture"][:-1], trace["context"][:-1]
-    region, label = posture_regions(posture), danced_label(context)
+    region, label = posture_regions(posture), active_label(context)
     return Captured(
         shares=_shares(responsibility, output, trace["posture"], region, label, labels),
         told=what_tells(responsibility, posture, context, region, label, period),

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from mpma_mj.analysis.captured import Captured, Repetition
 from mpma_mj.analysis.posture_space import Told
 from mpma_mj.analysis.synergies import ENOUGH, Synergies
-from mpma_mj.arm import JOINT_NAMES
-from mpma_mj.markdown import markdown_table
+from mpma_mj.kinematics import JOINT_NAMES
+from mpma_mj.utils.tables import markdown_table
 
 __all__ = ["joint_terms", "tables"]
 

@@ -15,7 +15,7 @@ from mpma_mj.envs.batch import chunk_size
 from mpma_mj.envs.gym import ImitationEnv
 from mpma_mj.envs.load import load
 from mpma_mj.envs.vector import make_vec
-from mpma_mj.machine import processors
+from mpma_mj.utils.system import processors
 
 __all__ = ["bare_rollout", "bare_steps", "env_steps", "measure"]
 

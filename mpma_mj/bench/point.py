@@ -15,13 +15,13 @@ from typing import Any
 
 from mpma_mj.bench.scaling import Measured, Point
 from mpma_mj.envs.load import arm_limits, load
-from mpma_mj.machine import peak_memory
 from mpma_mj.motions import Motion, ymca
 from mpma_mj.motions.repeat import repeat
 from mpma_mj.training.build import agent_of, environment_options, one_thread
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.crowd import Crowd
 from mpma_mj.training.trainer import Trainer
+from mpma_mj.utils.system import peak_memory
 
 __all__ = ["motion_of", "train"]
 

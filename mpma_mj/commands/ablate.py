@@ -37,9 +37,9 @@ class Ablate:
 
     def run(self) -> Path:
         """Do it and return the folder."""
-        from mpma_mj.files import write_text
         from mpma_mj.sweep import ablation
         from mpma_mj.sweep.folder import SweepFolder
+        from mpma_mj.utils.atomic_files import write_text
 
         asked = ablation.ask(RunConfig(rule=self.rule, nodes=self.nodes), self.runs)
         with output_folder(self.out, "ablate") as path:

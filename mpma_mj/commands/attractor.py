@@ -26,13 +26,13 @@ class Attractor:
 
     def run(self) -> Path:
         """Do it and return the last figure's path."""
-        from mpma_mj import files
         from mpma_mj.analysis.attractor import dance_freely
         from mpma_mj.analysis.attractor_figure import write_figure
         from mpma_mj.analysis.danced import read_danced
         from mpma_mj.analysis.freedom import as_markdown, judge
-        from mpma_mj.training.progress import show_range
         from mpma_mj.training.run_folder import RunFolder
+        from mpma_mj.utils import atomic_files
+        from mpma_mj.utils.progress import show_range
 
         if not self.run_folders:
             raise BadOptionError("no run given; try: mpma attractor runs/ymca")
@@ -47,8 +47,8 @@ class Attractor:
                 free, motion = dance_freely(folder)
                 freedom = judge(free)
                 found[str(folder.path)] = freedom
-                content = {"format": files.FORMAT, "motion": motion.name} | freedom.as_json()
-                files.write_json(folder.freed, content)
+                content = {"format": atomic_files.FORMAT, "motion": motion.name} | freedom.as_json()
+                atomic_files.write_json(folder.freed, content)
                 picture = folder.figures / "attractor.png"
                 write_figure(picture, free, motion)
             print(as_markdown(found))

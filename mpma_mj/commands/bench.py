@@ -47,7 +47,7 @@ class Bench:
         from mpma_mj.bench.parts import PARTS
         from mpma_mj.bench.report import as_json, as_markdown, joined
         from mpma_mj.training.config import versions
-        from mpma_mj.training.progress import show_range
+        from mpma_mj.utils.progress import show_range
 
         parts = dict.fromkeys(self.what or PARTS)
         content, text = {}, []
@@ -70,8 +70,8 @@ class Bench:
 def _write(folder: Path, sizes: Scaling) -> None:
     from mpma_mj.bench.report import as_json, as_markdown
     from mpma_mj.bench.scaling_figure import write_figure
-    from mpma_mj.files import csv_text, write_json, write_text
     from mpma_mj.training.config import versions
+    from mpma_mj.utils.atomic_files import csv_text, write_json, write_text
 
     report = sizes.report()
     content = {"versions": versions()} | as_json(report) | {_SCALING: sizes.rows()}

@@ -47,9 +47,9 @@ class Benchmark:
 
     def run(self) -> Path:
         """Do it and return the folder."""
-        from mpma_mj.files import write_text
         from mpma_mj.sweep import benchmark
         from mpma_mj.sweep.folder import SweepFolder
+        from mpma_mj.utils.atomic_files import write_text
 
         asked = benchmark.ask(self._bases(), self.runs, self.epochs, stop=self.stop)
         with output_folder(self.out, "benchmark") as path:

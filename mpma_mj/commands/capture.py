@@ -20,13 +20,13 @@ class Capture:
 
     def run(self) -> Path:
         """Do it and return the figure's path."""
-        from mpma_mj import files
         from mpma_mj.analysis.captured import analyse
         from mpma_mj.analysis.danced import read_danced
         from mpma_mj.analysis.figure import write_figure
         from mpma_mj.analysis.tables import tables
-        from mpma_mj.training.progress import show_range
         from mpma_mj.training.run_folder import RunFolder
+        from mpma_mj.utils import atomic_files
+        from mpma_mj.utils.progress import show_range
 
         folder = RunFolder(self.run_folder)
         with folder.locked():
@@ -37,8 +37,11 @@ class Capture:
                 danced.period,
                 lambda factors: show_range(factors, "looking for synergies"),
             )
-            content = {"format": files.FORMAT, "motion": danced.motion.name} | captured.as_json()
-            files.write_json(folder.captured, content)
+            content = {
+                "format": atomic_files.FORMAT,
+                "motion": danced.motion.name,
+            } | captured.as_json()
+            atomic_files.write_json(folder.captured, content)
             picture = folder.figures / "capture.png"
             write_figure(picture, captured, danced.motion)
             print(tables(captured) + "\n")

@@ -59,14 +59,14 @@ class Compare:
     def run(self) -> Path:
         """Do it and return the folder."""
         missing_gl = missing_opengl() if self.video else None
-        from mpma_mj.files import FORMAT, write_json, write_text
         from mpma_mj.sweep.asked import seeds
         from mpma_mj.sweep.backend import open_backend
         from mpma_mj.training.movements import read_movements
-        from mpma_mj.training.progress import show_runs
         from mpma_mj.trials import compare_figure
         from mpma_mj.trials.compare import compare, jobs
         from mpma_mj.trials.compare_table import as_csv, as_markdown
+        from mpma_mj.utils.atomic_files import FORMAT, write_json, write_text
+        from mpma_mj.utils.progress import show_runs
 
         config = self._config()
         motion = read_movements(config)
@@ -119,9 +119,9 @@ class Compare:
 
 
 def _write_video(path: Path, cells: Sequence[Cell], motion: Motion) -> None:
-    from mpma_mj.training.progress import show_frames
     from mpma_mj.trials.compare_figure import first_dances
     from mpma_mj.trials.compare_video import write_side_by_side
+    from mpma_mj.utils.progress import show_frames
 
     dances = first_dances(cells)
     if dances:  # else all have diverged, as the table says

@@ -9,8 +9,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mpma_mj.folder_lock import locked
-from mpma_mj.names import printable
+from mpma_mj.utils.folder_lock import locked
+from mpma_mj.utils.names import printable
 
 if TYPE_CHECKING:
     from mpma_mj.training.run_folder import RunFolder

@@ -11,8 +11,8 @@ import tyro
 
 from mpma_mj.commands.folders import output_folder
 from mpma_mj.commands.workers import Workers, require_all
-from mpma_mj.names import printable
 from mpma_mj.training.config import RunConfig, Settings
+from mpma_mj.utils.names import printable
 
 __all__ = ["Grow"]
 
@@ -43,10 +43,10 @@ class Grow:
 
     def run(self) -> Path:
         """Do it and return the folder."""
-        from mpma_mj.files import write_text
         from mpma_mj.sweep.folder import SweepFolder
         from mpma_mj.sweep.growth import as_markdown, ask
         from mpma_mj.training.movements import expand_folders
+        from mpma_mj.utils.atomic_files import write_text
 
         base = RunConfig(motions=expand_folders(self.motions), **dataclasses.asdict(self.settings))
         asked = ask(self.most, self.runs, base, self.epochs)

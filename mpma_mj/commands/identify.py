@@ -33,11 +33,11 @@ class Identify:
 
     def run(self) -> Path:
         """Do it and return the folder."""
-        from mpma_mj.files import write_json
         from mpma_mj.identification import identify, read_log, write_model
         from mpma_mj.identification.figure import write_figure
         from mpma_mj.identification.table import as_markdown
-        from mpma_mj.training.progress import show_count
+        from mpma_mj.utils.atomic_files import write_json
+        from mpma_mj.utils.progress import show_count
 
         log = read_log(self.log)
         with output_folder(self.out, "identify") as folder:

@@ -49,8 +49,8 @@ class Imitate:
         """Do it and return the folder."""
         missing_gl = missing_opengl() if self.video else None
         from mpma_mj.training import imitate
-        from mpma_mj.training.progress import show_epochs
         from mpma_mj.training.run_folder import RunFolder
+        from mpma_mj.utils.progress import show_epochs
 
         with contextlib.ExitStack() as stack:
             if self.resume is not None:

@@ -32,14 +32,14 @@ class Lesion:
 
     def run(self) -> Path:
         """Do it and return the last figure's path."""
-        from mpma_mj import files
         from mpma_mj.analysis.danced import read_danced
-        from mpma_mj.training.progress import show_range
         from mpma_mj.training.run_folder import RunFolder
         from mpma_mj.training.trained import Trained
         from mpma_mj.trials.lesion import Lesions, dance_without, what_can_be_lost
         from mpma_mj.trials.lesion_figure import write_figure
         from mpma_mj.trials.lesion_table import matrix, summary
+        from mpma_mj.utils import atomic_files
+        from mpma_mj.utils.progress import show_range
 
         if not self.run_folders:
             raise BadOptionError("no run given; try: mpma lesion runs/ymca")
@@ -61,10 +61,10 @@ class Lesion:
                 without = Lesions(trained.motion.labels, tuple(lesions), self.retrain)
                 found.append(without)
                 content = {
-                    "format": files.FORMAT,
+                    "format": atomic_files.FORMAT,
                     "motion": trained.motion.name,
                 } | without.as_json()
-                files.write_json(folder.lesioned, content)
+                atomic_files.write_json(folder.lesioned, content)
                 picture = folder.figures / "lesion.png"
                 write_figure(picture, without, trained.motion.name)
             if len(found) == 1:

@@ -49,10 +49,10 @@ class Scale:
 
     def run(self) -> Path:
         """Do it and return the folder."""
-        from mpma_mj.files import csv_text, write_text
         from mpma_mj.sweep import scale, scale_table
         from mpma_mj.sweep.folder import SweepFolder
         from mpma_mj.training.movements import expand_folders
+        from mpma_mj.utils.atomic_files import csv_text, write_text
 
         base = RunConfig(rule=self.rule, arms=self.arms, proprioception=self.proprioception)
         learned = scale.materials(expand_folders(self.motions), self.lengths)

@@ -67,13 +67,13 @@ class Stress:
             # Workers get ready while this is imported.
             from mpma_mj.agents.kinds import LEARN_NO_MORE
             from mpma_mj.sweep.backend import get_done
-            from mpma_mj.training.progress import show_runs
             from mpma_mj.training.run_folder import RunFolder
             from mpma_mj.training.trained import Trained
             from mpma_mj.trials.disturbances import DISTURBANCES
             from mpma_mj.trials.stress import THIS_RUN, jobs
             from mpma_mj.trials.stress_asked import trials
             from mpma_mj.trials.stress_results import Results
+            from mpma_mj.utils.progress import show_runs
 
             folder = RunFolder(self.run_folder)
             if self.out is None:
@@ -134,9 +134,9 @@ class Stress:
 
 def _write(results: Results, folder: Path) -> Path:
     """Write tables and pictures in place of earlier ones, and print the tables."""
-    from mpma_mj.files import write_text
     from mpma_mj.trials.stress_figure import write_figure
     from mpma_mj.trials.stress_table import as_csv, as_markdown, courses_as_csv
+    from mpma_mj.utils.atomic_files import write_text
 
     table = as_markdown(results)
     write_text(folder / "stress.csv", as_csv(results))

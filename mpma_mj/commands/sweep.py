@@ -42,12 +42,12 @@ class Sweep:
 
     def run(self) -> Path:
         """Do it and return the folder."""
-        from mpma_mj.files import write_text
         from mpma_mj.sweep.asked import Asked, seeds
         from mpma_mj.sweep.folder import SweepFolder
         from mpma_mj.sweep.grid import points
         from mpma_mj.sweep.table import as_markdown
         from mpma_mj.training.movements import expand_folders
+        from mpma_mj.utils.atomic_files import write_text
 
         base = RunConfig(motions=expand_folders(self.motions), **dataclasses.asdict(self.settings))
         configs = [run for point in points(self.grid, base) for run in seeds(point, self.runs)]

@@ -10,9 +10,9 @@ import tyro
 
 from mpma_mj.commands.folders import output_folder
 from mpma_mj.commands.workers import Workers, require_all
-from mpma_mj.machine import processors
 from mpma_mj.options import Arms, RuleName
 from mpma_mj.training.config import RunConfig
+from mpma_mj.utils.system import processors
 
 __all__ = ["Table1"]
 
@@ -39,9 +39,9 @@ class Table1:
 
     def run(self) -> Path:
         """Do it and return the folder."""
-        from mpma_mj.files import write_text
         from mpma_mj.sweep import table1
         from mpma_mj.sweep.folder import SweepFolder
+        from mpma_mj.utils.atomic_files import write_text
 
         asked = table1.ask(self.nodes, self.runs, RunConfig(rule=self.rule, arms=self.arms))
         with output_folder(self.out, "table1") as path:
@@ -49,7 +49,7 @@ class Table1:
             self.who.train(folder)
             from mpma_mj.sweep import floor
             from mpma_mj.sweep.table1_figure import write_figure
-            from mpma_mj.training.progress import show_range
+            from mpma_mj.utils.progress import show_range
 
             runs = folder.finished()
             markdown = table1.as_markdown(asked, runs)

@@ -41,7 +41,7 @@ class Workers:
             title: What to call a run; the settings that vary if not given.
         """
         from mpma_mj.sweep.backend import open_backend
-        from mpma_mj.training.progress import show_runs
+        from mpma_mj.utils.progress import show_runs
 
         titled = title or folder.title
         total, missing = len(folder.asked.configs), len(folder.missing())

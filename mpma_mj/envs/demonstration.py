@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj import arm
+from mpma_mj import kinematics
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.motions import Motion
 from mpma_mj.motions.repeat import repeat
-from mpma_mj.randomness import stream
+from mpma_mj.utils.seeding import stream
 
 __all__ = ["Demonstration", "Episode"]
 
@@ -102,11 +102,11 @@ class Demonstration:
 
     @functools.cached_property
     def _first_angles(self) -> Array:
-        return arm.angles_from_posture(self._clean[0], near=np.zeros(8))
+        return kinematics.angles_from_posture(self._clean[0], near=np.zeros(8))
 
     @functools.cached_property
     def _angles(self) -> Array:
-        return arm.continuous_angles(self._clean, self._first_angles)
+        return kinematics.continuous_angles(self._clean, self._first_angles)
 
     def _with_noise(self, rng: np.random.Generator) -> Array:
         vectors = self._clean.reshape(-1, 4, 3)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.errors import VideoError
-from mpma_mj.files import whole
+from mpma_mj.utils.atomic_files import atomic_write
 
 __all__ = ["WriteFrame", "frame_writer"]
 
@@ -43,7 +43,7 @@ def frame_writer(path: Path, size: tuple[int, int], rate: float) -> Iterator[Wri
         VideoError: The encoder is missing, or fails.
         RunFolderError: The folder cannot be written.
     """
-    with whole(path) as temporary:
+    with atomic_write(path) as temporary:
         encoder = _Encoder(path, temporary, size, rate)
         try:
             yield encoder.write

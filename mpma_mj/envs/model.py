@@ -11,10 +11,10 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from mpma_mj.arm import JOINT_NAMES
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.own_model import HANDS, check_actuators, check_complete
 from mpma_mj.errors import BadOptionError
+from mpma_mj.kinematics import JOINT_NAMES
 
 __all__ = ["MODEL_PATH", "make_model"]
 

@@ -12,11 +12,11 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.arm import JOINT_NAMES, SEGMENT_NAMES
-from mpma_mj.checks import is_number, is_truth, is_whole
 from mpma_mj.errors import BadOptionError
+from mpma_mj.kinematics import JOINT_NAMES, SEGMENT_NAMES
 from mpma_mj.motions import Motion
 from mpma_mj.options import Arms
+from mpma_mj.utils.validation import is_boolean, is_integer, is_number
 
 __all__ = ["EnvironmentOptions", "read_options", "seeds_of_members", "whole_seed"]
 
@@ -108,7 +108,7 @@ class EnvironmentOptions:
         self._keep_whole("future", 0, 1000)
         for name in ("gravity_compensation", "collisions", "random_start", "phase"):
             value = getattr(self, name)
-            if not is_truth(value):
+            if not is_boolean(value):
                 raise BadOptionError(f"{name} is {value!r}; expected True or False")
             object.__setattr__(self, name, bool(value))
         named = isinstance(self.locked, str) and self.locked in JOINT_NAMES
@@ -132,7 +132,7 @@ class EnvironmentOptions:
 
     def _keep_whole(self, name: str, low: int, high: int) -> None:
         value = getattr(self, name)
-        if not (is_whole(value) and low <= int(value) <= high):
+        if not (is_integer(value) and low <= int(value) <= high):
             raise BadOptionError(
                 f"{name} is {value!r}; expected a whole number from {low} to {high}"
             )
@@ -215,7 +215,7 @@ def whole_seed(seed: object) -> int:
     Raises:
         BadOptionError: It is none.
     """
-    if not (is_whole(seed) and int(seed) >= 0):
+    if not (is_integer(seed) and int(seed) >= 0):
         raise BadOptionError(f"seed is {seed!r}; expected a whole number from 0 up")
     return int(seed)
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
-from mpma_mj import arm
-from mpma_mj.arm import JOINT_NAMES, SEGMENT_NAMES, SIDES
+from mpma_mj import kinematics
 from mpma_mj.errors import BadOptionError
+from mpma_mj.kinematics import JOINT_NAMES, SEGMENT_NAMES, SIDES
 
 if TYPE_CHECKING:
     from mpma_mj.envs.physics import PhysicsArms
@@ -116,7 +116,7 @@ def check_geometry(path: Path, arms: PhysicsArms) -> None:
     for moment, pose in poses.items():
         with arms.reset_context():
             arms.place(pose, np.zeros(8))
-        off = np.abs(arms.posture() - arm.posture_from_angles(pose))
+        off = np.abs(arms.posture() - kinematics.posture_from_angles(pose))
         if not off.max() <= _TOLERANCE:
             raise BadOptionError(
                 f"{path}: {SEGMENT_NAMES[int(off.argmax()) // 3]} points elsewhere than joint"

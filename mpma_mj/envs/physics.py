@@ -11,10 +11,10 @@ from dm_control import mujoco as dm_mujoco
 from dm_control.mujoco.wrapper import MjModel
 from numpy.typing import NDArray
 
-from mpma_mj.arm import JOINT_NAMES, SIDES
 from mpma_mj.envs.model import make_model
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.own_model import HANDS
+from mpma_mj.kinematics import JOINT_NAMES, SIDES
 
 __all__ = ["KinematicArms", "PhysicsArms", "ideal_move"]
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.arm import SEGMENT_NAMES
+from mpma_mj.kinematics import SEGMENT_NAMES
 
 __all__ = ["closeness", "mean_reward", "reward_weights", "site_distance"]
 

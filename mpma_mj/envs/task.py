@@ -7,8 +7,7 @@ from dm_control.rl import control
 from dm_env import specs
 from numpy.typing import NDArray
 
-from mpma_mj import arm
-from mpma_mj.clip import clip
+from mpma_mj import kinematics
 from mpma_mj.envs.actions import check_action
 from mpma_mj.envs.demonstration import Demonstration
 from mpma_mj.envs.observation import Observer
@@ -16,6 +15,7 @@ from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.envs.reward import closeness, mean_reward, reward_weights, site_distance
 from mpma_mj.motions import Motion
+from mpma_mj.utils.clipping import clip
 
 __all__ = ["OVER", "TOO_FAR", "TwoArmImitation"]
 
@@ -136,7 +136,7 @@ class TwoArmImitation(control.Task):
 
     def reward_terms(self, physics: PhysicsArms) -> dict[str, float]:
         """Return the terms of the reward by name, each in [0, 1]; 0 where arms have diverged."""
-        return dict(zip(arm.SEGMENT_NAMES, self._terms(physics).tolist(), strict=True))
+        return dict(zip(kinematics.SEGMENT_NAMES, self._terms(physics).tolist(), strict=True))
 
     def get_reward(self, physics: PhysicsArms) -> float:
         """Return the weighted mean of the reward's terms."""
@@ -164,7 +164,9 @@ class TwoArmImitation(control.Task):
 
     def action_spec(self, physics: PhysicsArms) -> specs.BoundedArray:
         """Return the specification of actions."""
-        return specs.BoundedArray((8,), np.float64, -1.0, 1.0, name="\t".join(arm.JOINT_NAMES))
+        return specs.BoundedArray(
+            (8,), np.float64, -1.0, 1.0, name="\t".join(kinematics.JOINT_NAMES)
+        )
 
     def observation_spec(self, physics: PhysicsArms) -> dict[str, specs.Array]:
         """Return the specifications of the observation's arrays."""

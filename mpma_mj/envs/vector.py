@@ -12,9 +12,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
-from mpma_mj import arm
-from mpma_mj.checks import is_whole
-from mpma_mj.clip import clip
+from mpma_mj import kinematics
 from mpma_mj.envs.actions import check_action
 from mpma_mj.envs.batch import make_batch
 from mpma_mj.envs.demonstration import Demonstration, Episode
@@ -25,8 +23,10 @@ from mpma_mj.envs.reward import closeness, mean_reward, reward_weights, site_dis
 from mpma_mj.envs.spaces import action_space, flatten, observation_space
 from mpma_mj.envs.task import OVER, TOO_FAR
 from mpma_mj.errors import BadOptionError
-from mpma_mj.machine import processors
 from mpma_mj.motions import Motion
+from mpma_mj.utils.clipping import clip
+from mpma_mj.utils.system import processors
+from mpma_mj.utils.validation import is_integer
 
 __all__ = ["FlatVectorImitationEnv", "VectorImitationEnv", "make_vec"]
 
@@ -86,9 +86,9 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
             MpmaError: The movement cannot be read, or is faster than the arms.
         """
         self.closed = True  # there is nothing to close yet
-        if not (is_whole(num_envs) and int(num_envs) >= 1):
+        if not (is_integer(num_envs) and int(num_envs) >= 1):
             raise BadOptionError(f"num_envs is {num_envs!r}; expected a whole number from 1 up")
-        if threads is not None and not (is_whole(threads) and int(threads) >= 1):
+        if threads is not None and not (is_integer(threads) and int(threads) >= 1):
             raise BadOptionError(f"threads is {threads!r}; expected a whole number from 1 up")
         if render_mode is not None:
             raise BadOptionError("many environments draw nothing; leave render_mode out")
@@ -252,7 +252,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         for reason, ended in ((_DIVERGED, diverged), (TOO_FAR, too_far), (OVER, truncated)):
             self._ending[ended] = reason
         clipped = np.where(begins, 0, np.count_nonzero(np.abs(actions) > 1.0, axis=1))
-        by_name = dict(zip(arm.SEGMENT_NAMES, terms.T, strict=True))
+        by_name = dict(zip(kinematics.SEGMENT_NAMES, terms.T, strict=True))
         info = {
             "reward_terms": self._masked(by_name),
             "clipped": clipped,

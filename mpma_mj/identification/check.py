@@ -6,9 +6,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.arm import JOINT_NAMES
 from mpma_mj.errors import RobotLogError
 from mpma_mj.identification.log import FIRST_ROW, RobotLog
+from mpma_mj.kinematics import JOINT_NAMES
 
 __all__ = ["check_log"]
 

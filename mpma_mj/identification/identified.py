@@ -11,11 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.arm import JOINT_NAMES
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.own_model import check_geometry
 from mpma_mj.envs.physics import PhysicsArms
-from mpma_mj.files import FORMAT
 from mpma_mj.identification.check import check_log
 from mpma_mj.identification.fit import FARTHEST, fit
 from mpma_mj.identification.latency import latency_interval
@@ -24,6 +22,8 @@ from mpma_mj.identification.misfit import Misfit
 from mpma_mj.identification.parameters import UNITS, changed, values
 from mpma_mj.identification.simulate import Replay, threads
 from mpma_mj.identification.uncertainty import evidence
+from mpma_mj.kinematics import JOINT_NAMES
+from mpma_mj.utils.atomic_files import FORMAT
 
 __all__ = [
     "DETERMINED",
@@ -128,7 +128,7 @@ class Latency:
         return round(self.steps / self.per_row)
 
     @property
-    def is_whole(self) -> bool:
+    def is_integer(self) -> bool:
         """Whether it is a whole number of control steps."""
         return self.steps == self.control_steps * self.per_row
 

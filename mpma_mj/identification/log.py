@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.arm import JOINT_NAMES
 from mpma_mj.errors import RobotLogError
-from mpma_mj.files import write_whole
+from mpma_mj.kinematics import JOINT_NAMES
 from mpma_mj.motions.readers.text import TextFile, is_number, printable
+from mpma_mj.utils.atomic_files import write_atomically
 
 __all__ = ["COLUMNS", "FIRST_ROW", "RobotLog", "read_log", "write_log"]
 
@@ -107,7 +107,7 @@ def write_log(path: str | Path, log: RobotLog) -> None:
             writer.writerow(COLUMNS)
             writer.writerows(table.tolist())
 
-    write_whole(Path(path), write)
+    write_atomically(Path(path), write)
 
 
 def _header() -> str:

@@ -11,10 +11,10 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from mpma_mj.arm import JOINT_NAMES
 from mpma_mj.envs.model import MODEL_PATH
-from mpma_mj.files import write_whole
 from mpma_mj.identification.parameters import changed
+from mpma_mj.kinematics import JOINT_NAMES
+from mpma_mj.utils.atomic_files import write_atomically
 
 __all__ = ["write_model"]
 
@@ -51,7 +51,7 @@ def write_model(
         with contextlib.suppress(UnicodeDecodeError):  # written here, and so absolute already
             setattr(spec, folder, os.fsencode((base.parent / getattr(spec, folder)).resolve()))
     spec.compile()  # which `to_file` writes from
-    write_whole(Path(path), functools.partial(_write, spec))
+    write_atomically(Path(path), functools.partial(_write, spec))
 
 
 def _write(spec: mujoco.MjSpec, path: Path) -> None:

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.arm import JOINT_NAMES, SIDES
+from mpma_mj.kinematics import JOINT_NAMES, SIDES
 
 __all__ = ["LATENCY", "UNITS", "changed", "parts", "values"]
 

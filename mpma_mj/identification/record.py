@@ -8,8 +8,8 @@ import numpy as np
 from dm_control.rl import control
 from numpy.typing import NDArray
 
-from mpma_mj.clip import clip
 from mpma_mj.identification.log import RobotLog
+from mpma_mj.utils.clipping import clip
 
 __all__ = ["record"]
 

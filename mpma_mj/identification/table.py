@@ -15,7 +15,7 @@ from mpma_mj.identification.identified import (
     Latency,
 )
 from mpma_mj.identification.parameters import LATENCY, UNITS
-from mpma_mj.markdown import markdown_table
+from mpma_mj.utils.tables import markdown_table
 
 __all__ = ["as_markdown"]
 
@@ -77,7 +77,7 @@ def _late(latency: Latency) -> list[str]:
     remark = f"{latency.steps / latency.per_row:.3g} × the control step of {per_step:g} ms"
     if latency.seconds >= LONGEST:
         remark += ", as long as is looked"
-    elif not latency.is_whole:
+    elif not latency.is_integer:
         remark += f"; load() takes whole ones, latency={latency.control_steps}"
     return [LATENCY, "ms", "0", f"{shown[0]:g}", f"{shown[1]:g} to {shown[2]:g}", remark]
 

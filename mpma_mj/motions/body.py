@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.arm import SIDES
 from mpma_mj.errors import MotionFileError
+from mpma_mj.kinematics import SIDES
 
 __all__ = [
     "ARM_POINTS",

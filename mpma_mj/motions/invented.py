@@ -7,12 +7,12 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj import arm
+from mpma_mj import kinematics
+from mpma_mj.context import one_hot
 from mpma_mj.errors import BadOptionError
-from mpma_mj.motions.context import one_hot
 from mpma_mj.motions.minimum_jerk import minimum_jerk
 from mpma_mj.motions.motion import Motion
-from mpma_mj.randomness import stream
+from mpma_mj.utils.seeding import stream
 
 __all__ = ["DANCES", "invented"]
 
@@ -56,7 +56,7 @@ def invented(rate: float = 20.0, tempo: float = 1.0, *, dance: int | None = None
     moves = [before + share * (key - before) for before, key in itertools.pairwise(keys)]
     danced = np.repeat(np.arange(len(dances)), _POSES * samples)
     return Motion(
-        posture=arm.posture_from_angles(np.concatenate(moves)),
+        posture=kinematics.posture_from_angles(np.concatenate(moves)),
         context=one_hot(danced, len(dances)),
         labels=tuple(str(number + 1) for number in dances),
         rate=rate,

@@ -6,8 +6,8 @@ import csv
 import math
 from pathlib import Path
 
+from mpma_mj.context import Span
 from mpma_mj.errors import MotionFileError
-from mpma_mj.motions.context import Span
 from mpma_mj.motions.readers.text import TextFile, is_number
 
 __all__ = ["read_labels"]

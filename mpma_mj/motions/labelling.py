@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from mpma_mj.context import Span, context_of_spans, equal_segments, one_hot
 from mpma_mj.errors import BadOptionError, MotionFileError
-from mpma_mj.motions.context import Span, context_of_spans, equal_segments, one_hot
 from mpma_mj.motions.findings import Findings
 from mpma_mj.motions.options import ReadingOptions
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj import arm
+from mpma_mj import kinematics
 from mpma_mj.motions.minimum_jerk import minimum_jerk
 
 __all__ = ["close_loop"]
@@ -30,14 +30,14 @@ def close_loop(posture: Array, rate: float) -> Array:
     Returns:
         Postures, shape (T, 12): the first ones as they were.
     """
-    angles = arm.continuous_angles(posture)
+    angles = kinematics.continuous_angles(posture)
     count = max(1, min(round(_LONGEST * rate), int(_SHARE * len(posture))))
     # Where the movement would be one sample after its end, and where it should be.
     end = 2.0 * angles[-1] - angles[-2]
-    way = arm.angles_from_posture(posture[0], near=end) - end
+    way = kinematics.angles_from_posture(posture[0], near=end) - end
     share = minimum_jerk(np.arange(1, count + 1) / (count + 1))[:, None]
     elbows = angles[:, 3::4]  # a view
     least, most = elbows.min(axis=0), elbows.max(axis=0)
     angles[-count:] += share * way
     np.clip(elbows, least, most, out=elbows)
-    return arm.posture_from_angles(angles)
+    return kinematics.posture_from_angles(angles)

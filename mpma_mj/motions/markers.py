@@ -8,8 +8,8 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from mpma_mj.arm import SIDES
 from mpma_mj.errors import MotionFileError
+from mpma_mj.kinematics import SIDES
 from mpma_mj.motions.body import ARM_POINTS
 from mpma_mj.motions.mapping import Groups, mapping_option
 from mpma_mj.motions.marker_names import (

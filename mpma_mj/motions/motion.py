@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj import arm
+from mpma_mj import kinematics
 from mpma_mj.errors import MotionFileError
-from mpma_mj.names import printable
+from mpma_mj.utils.names import printable
 
 __all__ = ["Motion"]
 
@@ -84,7 +84,7 @@ class Motion:
     @functools.cached_property
     def joint_angles(self) -> Array:
         """Joint angles that hold the postures, without jumps between branches, (T, 8), rad."""
-        angles = arm.continuous_angles(self.posture)
+        angles = kinematics.continuous_angles(self.posture)
         angles.setflags(write=False)
         return angles
 

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from mpma_mj import files
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.filtering import anti_alias, resample
 from mpma_mj.motions.motion import Motion
 from mpma_mj.motions.readers.npz import is_archive, read_archive
+from mpma_mj.utils import atomic_files
 
 __all__ = ["at_rate", "read", "write"]
 
@@ -25,8 +25,8 @@ def write(path: Path, motion: Motion) -> None:
     """
     named = {field.name: getattr(motion, field.name) for field in dataclasses.fields(motion)}
     arrays: dict[str, Any] = {name: np.asarray(value) for name, value in named.items()}
-    arrays["format"] = np.array(files.FORMAT)
-    files.write_whole(path, lambda temporary: np.savez(temporary, **arrays))
+    arrays["format"] = np.array(atomic_files.FORMAT)
+    atomic_files.write_atomically(path, lambda temporary: np.savez(temporary, **arrays))
 
 
 def read(path: Path) -> Motion | None:
@@ -44,7 +44,7 @@ def read(path: Path) -> Motion | None:
     arrays = read_archive(path)
     if "posture" not in arrays:
         return None
-    if str(arrays.get("format", files.FORMAT)) != str(files.FORMAT):
+    if str(arrays.get("format", atomic_files.FORMAT)) != str(atomic_files.FORMAT):
         raise MotionFileError(f"{path}: of another version of this program; make it anew")
     try:
         posture = np.asarray(arrays["posture"], np.float64)

@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from mpma_mj.context import Span
 from mpma_mj.errors import BadOptionError, MotionFileError
-from mpma_mj.motions.context import Span
 
 __all__ = ["bars", "sections"]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj import arm
+from mpma_mj import kinematics
 from mpma_mj.errors import MotionReachError
 from mpma_mj.motions.motion import Motion
 
@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 def joint_speeds(motion: Motion) -> Array:
     """Compute the speed that a movement asks of every joint.
 
-    Counted is the part of the speed that turns the segment (`arm.segment_leverage`): near a
+    Counted is the part of the speed that turns the segment (`kinematics.segment_leverage`): near a
     singular pose a joint may have to whip round to move its segment hardly at all, and is not
     missed there.
 
@@ -28,7 +28,9 @@ def joint_speeds(motion: Motion) -> Array:
         Speed between each posture and the next, shape (T-1, 8), rad/s.
     """
     angles = motion.joint_angles
-    leverage = np.minimum(arm.segment_leverage(angles[1:]), arm.segment_leverage(angles[:-1]))
+    leverage = np.minimum(
+        kinematics.segment_leverage(angles[1:]), kinematics.segment_leverage(angles[:-1])
+    )
     return np.abs(np.diff(angles, axis=0)) * motion.rate * leverage
 
 
@@ -44,11 +46,11 @@ def check_reach(motion: Motion, max_joint_speed: Array, max_elbow: float) -> Non
         MotionReachError: Names joint and frame, what is asked and what can be, and a tempo
             that would do where speed is the matter.
     """
-    elbows = arm.angles_from_posture(motion.posture)[:, 3::4]
+    elbows = kinematics.angles_from_posture(motion.posture)[:, 3::4]
     frame, side = np.unravel_index(np.argmax(elbows), elbows.shape)
     if elbows[frame, side] > max_elbow:
         raise MotionReachError(
-            f"{motion.name}: {arm.SIDES[side]}_elbow would have to bend by"
+            f"{motion.name}: {kinematics.SIDES[side]}_elbow would have to bend by"
             f" {elbows[frame, side]:.2f} rad at {_place(motion, int(frame))}, it bends up to"
             f" {max_elbow:g}; check that side's elbow and wrist markers"
         )
@@ -58,7 +60,7 @@ def check_reach(motion: Motion, max_joint_speed: Array, max_elbow: float) -> Non
     if worst > 1.0:
         tempo = max(np.floor(95.0 * motion.tempo / worst) / 100.0, 0.01)
         raise MotionReachError(
-            f"{motion.name}: {arm.JOINT_NAMES[joint]} would have to turn at"
+            f"{motion.name}: {kinematics.JOINT_NAMES[joint]} would have to turn at"
             f" {worst * max_joint_speed[joint]:.1f} rad/s at {_place(motion, int(frame))}, its"
             f" actuator reaches {max_joint_speed[joint]:g}; slow the movement with"
             f" --tempo {tempo:g} or less, or leave that moment out with --from or --to"
@@ -80,7 +82,7 @@ def check_ranges(motion: Motion, lowest: Array, highest: Array) -> None:
     frame, joint = np.unravel_index(np.argmax(beyond), beyond.shape)
     if beyond[frame, joint] > 0.0:
         raise MotionReachError(
-            f"{motion.name}: {arm.JOINT_NAMES[joint]} would have to be at"
+            f"{motion.name}: {kinematics.JOINT_NAMES[joint]} would have to be at"
             f" {motion.joint_angles[frame, joint]:.2f} rad at {_place(motion, int(frame))}, its"
             f" range is {lowest[joint]:g} to {highest[joint]:g}; widen the range in the model"
         )

@@ -10,7 +10,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.motions.context import Span
+from mpma_mj.context import Span
 
 __all__ = ["RATES", "UNITS", "UPS", "Recording", "Tracks", "Unit", "Up"]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj import arm
+from mpma_mj import kinematics
 from mpma_mj.motions.minimum_jerk import PEAK_SPEED, minimum_jerk
 from mpma_mj.motions.motion import Motion
 
@@ -69,10 +69,10 @@ def way_between(motion: Motion, after: Array, max_joint_speed: Array) -> Array:
         The postures in between, shape (N, 12); N is 0 where one sample is enough.
     """
     end = motion.joint_angles[-1]
-    way = arm.angles_from_posture(after, near=end) - end
+    way = kinematics.angles_from_posture(after, near=end) - end
     time = PEAK_SPEED * np.max(np.abs(way) / max_joint_speed) / _SPEED  # s
     count = int(np.ceil(time * motion.rate))
     if count <= 1:
         return np.empty((0, 12))
     share = minimum_jerk(np.arange(1, count) / count)[:, None]
-    return arm.posture_from_angles(end + share * way)
+    return kinematics.posture_from_angles(end + share * way)

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.motions.context import one_hot
+from mpma_mj.context import one_hot
 from mpma_mj.motions.motion import Motion
 from mpma_mj.motions.repeat import way_between
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj import arm
+from mpma_mj import kinematics
 from mpma_mj.errors import MotionReachError
 from mpma_mj.motions.reach import check_reach, joint_speeds
 from mpma_mj.motions.reading import Reading
@@ -52,7 +52,7 @@ def report_lines(reading: Reading, max_joint_speed: Array, max_elbow: float) -> 
     lines.append("joints:                      range, rad      top speed of its limit, rad/s")
     angles = motion.joint_angles
     fastest = joint_speeds(motion).max(axis=0)
-    for joint, name in enumerate(arm.JOINT_NAMES):
+    for joint, name in enumerate(kinematics.JOINT_NAMES):
         low, high = angles[:, joint].min(), angles[:, joint].max()
         mark = "  too fast" if fastest[joint] > max_joint_speed[joint] else ""
         lines.append(
@@ -82,5 +82,5 @@ def near_singularity(joint_angles: Array) -> tuple[float, float]:
         Share of the time in which an upper arm points within 15° of straight forward or back,
         and in which an elbow is within 15° of straight.
     """
-    little = arm.segment_leverage(joint_angles) < _LITTLE
+    little = kinematics.segment_leverage(joint_angles) < _LITTLE
     return float(little[:, [0, 4]].any(axis=1).mean()), float(little[:, [2, 6]].any(axis=1).mean())

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.arm import SIDES
+from mpma_mj.kinematics import SIDES
 from mpma_mj.motions.findings import Findings
 from mpma_mj.motions.mapping import Groups, mapping_option
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj import arm
+from mpma_mj import kinematics
+from mpma_mj.context import one_hot
 from mpma_mj.errors import BadOptionError
-from mpma_mj.motions.context import one_hot
 from mpma_mj.motions.minimum_jerk import minimum_jerk
 from mpma_mj.motions.motion import Motion
 
@@ -58,7 +58,7 @@ def ymca(rate: float = 20.0, tempo: float = 1.0) -> Motion:
     share = minimum_jerk(phase)[:, None]
     moves = [keys[i - 1] + share * (keys[i] - keys[i - 1]) for i in range(len(LETTERS))]
     return Motion(
-        posture=arm.posture_from_angles(np.concatenate(moves)),
+        posture=kinematics.posture_from_angles(np.concatenate(moves)),
         context=one_hot(np.repeat(np.arange(len(LETTERS)), samples), len(LETTERS)),
         labels=LETTERS,
         rate=rate,
@@ -71,4 +71,4 @@ def ymca(rate: float = 20.0, tempo: float = 1.0) -> Motion:
 def _key_angles() -> NDArray[np.float64]:
     """Return the joint angles of the letters, shape (4, 8), rad."""
     poses = np.array([np.ravel(KEY_POSES[letter]) for letter in LETTERS])
-    return arm.continuous_angles(poses, start=np.zeros(8))
+    return kinematics.continuous_angles(poses, start=np.zeros(8))

@@ -6,13 +6,13 @@ import dataclasses
 from collections.abc import Sequence
 from typing import Any
 
-from mpma_mj.files import csv_text
-from mpma_mj.markdown import markdown_table
 from mpma_mj.sweep.asked import Asked, seeds, without_seed
 from mpma_mj.sweep.folder import Finished
 from mpma_mj.sweep.interval import interval
 from mpma_mj.sweep.measures import converged, of_point, remarks, spread, value, values
 from mpma_mj.training.config import RunConfig
+from mpma_mj.utils.atomic_files import csv_text
+from mpma_mj.utils.tables import markdown_table
 
 __all__ = ["CHANGES", "as_csv", "as_markdown", "ask", "title"]
 

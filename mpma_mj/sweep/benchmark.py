@@ -9,15 +9,15 @@ from pathlib import Path
 from typing import get_args
 
 from mpma_mj.agents.kinds import DO_NOT_LEARN
-from mpma_mj.files import csv_text
-from mpma_mj.markdown import markdown_table
-from mpma_mj.names import printable
 from mpma_mj.options import AgentName, Arms
 from mpma_mj.sweep.asked import Asked, by_point, seeds
 from mpma_mj.sweep.folder import Finished
 from mpma_mj.sweep.interval import Interval, interval
 from mpma_mj.sweep.measures import converged, of_point, remarks, values
 from mpma_mj.training.config import RunConfig
+from mpma_mj.utils.atomic_files import csv_text
+from mpma_mj.utils.names import printable
+from mpma_mj.utils.tables import markdown_table
 
 __all__ = ["Line", "as_csv", "as_markdown", "ask", "lines", "title"]
 

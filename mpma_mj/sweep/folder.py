@@ -11,11 +11,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from mpma_mj import files
 from mpma_mj.errors import RunFolderError
-from mpma_mj.folder_lock import is_empty
 from mpma_mj.sweep.asked import Asked
 from mpma_mj.training.config import RunConfig, versions
+from mpma_mj.utils import atomic_files
+from mpma_mj.utils.folder_lock import is_empty
 
 __all__ = ["Finished", "SweepFolder", "flat"]
 
@@ -72,7 +72,7 @@ class SweepFolder:
     def begin(self) -> None:
         """Write what is asked, if it is not there yet."""
         if not self.begun:
-            files.write_json(self._header, self._content())
+            atomic_files.write_json(self._header, self._content())
 
     def add(self, run: Finished) -> None:
         """Write the file of a run."""
@@ -82,7 +82,7 @@ class SweepFolder:
             "seconds": run.seconds,
             "summary": run.summary,
         }
-        files.write_json(self._file(run.config), content)
+        atomic_files.write_json(self._file(run.config), content)
 
     def missing(self) -> list[RunConfig]:
         """Return the settings of the runs that are not over yet."""
@@ -98,7 +98,7 @@ class SweepFolder:
 
     def add_seconds(self, seconds: float) -> None:
         """Add to the time that training has taken, which `seconds` returns."""
-        files.write_json(self._clock, {"training_seconds": self.seconds() + seconds})
+        atomic_files.write_json(self._clock, {"training_seconds": self.seconds() + seconds})
 
     def seconds(self) -> float:
         """Return how long training has taken so far, over all times the sweep was started, s."""
@@ -118,7 +118,7 @@ class SweepFolder:
             | flat(run.summary)
             for run in runs
         ]
-        files.write_text(self.path / "results.csv", files.csv_text(rows))
+        atomic_files.write_text(self.path / "results.csv", atomic_files.csv_text(rows))
 
     def title(self, config: RunConfig) -> str:
         """Return the settings of a run that vary, but for the seed, in words."""
@@ -142,7 +142,7 @@ class SweepFolder:
         configs = [dataclasses.asdict(config) for config in self.asked.configs]
         content = {
             "kind": _KIND,
-            "format": files.FORMAT,
+            "format": atomic_files.FORMAT,
             "versions": versions(),
             "epochs": self.asked.epochs,
             "stop": self.asked.stop,

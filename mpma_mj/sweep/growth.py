@@ -7,11 +7,11 @@ import math
 from collections.abc import Sequence
 
 from mpma_mj.errors import BadOptionError
-from mpma_mj.markdown import markdown_table
 from mpma_mj.sweep.asked import Asked, seeds
 from mpma_mj.sweep.folder import Finished
 from mpma_mj.sweep.measures import remarks, spread, values
 from mpma_mj.training.config import RunConfig
+from mpma_mj.utils.tables import markdown_table
 
 __all__ = ["SETTLED", "as_markdown", "ask", "by_number", "growing_runs"]
 

@@ -15,8 +15,8 @@ from types import TracebackType
 from typing import Any, Self
 
 from mpma_mj.errors import MpmaError
-from mpma_mj.machine import processors
 from mpma_mj.sweep.backend import Work
+from mpma_mj.utils.system import processors
 
 __all__ = ["Processes"]
 

@@ -6,11 +6,11 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import get_args
 
-from mpma_mj.markdown import markdown_table
 from mpma_mj.sweep.asked import without_seed
 from mpma_mj.sweep.folder import Finished
 from mpma_mj.sweep.measures import remarks, spread
 from mpma_mj.sweep.scale import Growing, Material, Scale, Size, Varying
+from mpma_mj.utils.tables import markdown_table
 
 __all__ = [
     "TOLERANCE",

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from mpma_mj.markdown import markdown_table
 from mpma_mj.motions.options import option_name
 from mpma_mj.sweep.asked import Asked, by_point
 from mpma_mj.sweep.folder import Finished
 from mpma_mj.sweep.measures import converged, of_point, remarks, spread
+from mpma_mj.utils.tables import markdown_table
 
 __all__ = ["as_markdown"]
 

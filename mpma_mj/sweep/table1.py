@@ -9,11 +9,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from mpma_mj.markdown import markdown_table
 from mpma_mj.sweep.asked import Asked, seeds
 from mpma_mj.sweep.folder import Finished
 from mpma_mj.sweep.measures import Spread, converged, remarks, spread
 from mpma_mj.training.config import RunConfig
+from mpma_mj.utils.tables import markdown_table
 
 __all__ = ["LETTERS", "PAPER", "Line", "as_csv", "as_markdown", "ask", "lines", "of_size"]
 

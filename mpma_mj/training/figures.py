@@ -10,8 +10,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from mpma_mj.arm import JOINT_NAMES, SEGMENT_NAMES
 from mpma_mj.figure_file import figure_file
+from mpma_mj.kinematics import JOINT_NAMES, SEGMENT_NAMES
 from mpma_mj.motions import Motion
 from mpma_mj.training.colours import DEMONSTRATED, module_colours
 from mpma_mj.training.label_bands import draw_labels

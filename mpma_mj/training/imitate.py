@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.agents.kinds import AGENTS, DO_NOT_LEARN
+from mpma_mj.context import active_label
 from mpma_mj.envs.load import load
 from mpma_mj.errors import BadOptionError, CheckpointError
 from mpma_mj.motions import Motion
-from mpma_mj.motions.context import danced_label
 from mpma_mj.training.build import agent_of, environment_options, one_thread
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.course import Kept, Row
@@ -133,7 +133,7 @@ def _movement_rows(trainer: Trainer, config: RunConfig) -> list[dict[str, Any]]:
     """Return how well each movement is danced in the kept epoch."""
     assert trainer.kept is not None, "no epoch has been run"
     trace, motion = trainer.kept.trace, trainer.env.task.motion
-    label = danced_label(trace["context"][1:])  # of the posture to which a step leads
+    label = active_label(trace["context"][1:])  # of the posture to which a step leads
     if len(config.motions) == 1:
         parts = {motion.name: np.ones(len(label), bool)}
     else:

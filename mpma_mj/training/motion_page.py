@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from mpma_mj import arm
+from mpma_mj import kinematics
 from mpma_mj.figure_file import figure_file
 from mpma_mj.motions.reach import joint_speeds
 from mpma_mj.motions.reading import Reading
@@ -50,10 +50,10 @@ def write_page(path: Path, reading: Reading, max_joint_speed: Array) -> None:
         _draw_story(story, motion.posture, times)
         angles = motion.joint_angles
         speeds = joint_speeds(motion) / max_joint_speed
-        for side, name in enumerate(arm.SIDES):
+        for side, name in enumerate(kinematics.SIDES):
             for joint in range(4):
                 column = 4 * side + joint
-                label = arm.JOINT_NAMES[column].removeprefix(f"{name}_").replace("_", " ")
+                label = kinematics.JOINT_NAMES[column].removeprefix(f"{name}_").replace("_", " ")
                 rows[side].plot(
                     times, angles[:, column], color=f"C{joint}", linewidth=1, label=label
                 )
@@ -118,7 +118,7 @@ def _draw_story(axis: Axes, posture: Array, times: Array) -> None:
         axis.text(place * _SPACING, -0.85, f"{times[frame]:.1f} s", ha="center", fontsize="small")
     axis.set(aspect="equal", ylim=(-0.95, 0.75))
     axis.set_axis_off()
-    for name, colour in zip(arm.SIDES, _SIDE_COLOURS, strict=True):
+    for name, colour in zip(kinematics.SIDES, _SIDE_COLOURS, strict=True):
         axis.plot([], color=colour, linewidth=2.5, label=f"{name} arm")
     axis.legend(**_ABOVE, ncols=2)
 

@@ -11,10 +11,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from mpma_mj.context import active_label
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.envs.viewer import ArmViewer
 from mpma_mj.motions import Motion
-from mpma_mj.motions.context import danced_label
 from mpma_mj.motions.reading import Reading
 from mpma_mj.training.player import KEYS, Player
 
@@ -111,4 +111,4 @@ def _told(dance: Dance, player: Player) -> dict[str, str]:
 
 
 def _names(context: Array, motion: Motion) -> tuple[str, ...]:
-    return tuple("" if i < 0 else motion.labels[i] for i in danced_label(context))
+    return tuple("" if i < 0 else motion.labels[i] for i in active_label(context))

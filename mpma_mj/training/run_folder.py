@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj import files
 from mpma_mj.errors import CheckpointError, MotionFileError, RunFolderError
-from mpma_mj.folder_lock import is_empty, locked
 from mpma_mj.motions import Motion, motion_file
 from mpma_mj.training.config import RunConfig, versions
+from mpma_mj.utils import atomic_files
+from mpma_mj.utils.folder_lock import is_empty, locked
 
 __all__ = ["RunFolder"]
 
@@ -115,8 +115,8 @@ class RunFolder:
         """
         if self.path.exists():
             self._remove(overwrite)
-        content = {"format": files.FORMAT, "config": asdict(config), "versions": versions()}
-        files.write_json(self.path / "config.json", content)
+        content = {"format": atomic_files.FORMAT, "config": asdict(config), "versions": versions()}
+        atomic_files.write_json(self.path / "config.json", content)
         motion_file.write(self.path / "checkpoint" / "motion.npz", motion)
 
     def _remove(self, overwrite: bool) -> None:
@@ -152,7 +152,7 @@ class RunFolder:
         path = self.path / "config.json"
         try:
             content = json.loads(path.read_text(encoding="utf-8"))
-            if content["format"] != files.FORMAT:
+            if content["format"] != atomic_files.FORMAT:
                 raise CheckpointError(f"{path}: of another version; train anew with this one")
             return RunConfig.from_json(content["config"])
         except OSError:
@@ -187,7 +187,7 @@ class RunFolder:
     ) -> None:
         """Write an agent's state as `checkpoint/NAME.npz`."""
         path = self.path / "checkpoint" / f"{name}.npz"
-        files.write_arrays(path, "checkpoint", state, {"config": asdict(config)} | meta)
+        atomic_files.write_arrays(path, "checkpoint", state, {"config": asdict(config)} | meta)
 
     def read_checkpoint(
         self, name: str, config: RunConfig
@@ -198,7 +198,7 @@ class RunFolder:
             CheckpointError: It is damaged, or belongs to a run with other settings.
         """
         path = self.path / "checkpoint" / f"{name}.npz"
-        state, meta = files.read_arrays(path, "checkpoint")
+        state, meta = atomic_files.read_arrays(path, "checkpoint")
         if meta.get("config") != json.loads(json.dumps(asdict(config))):
             raise CheckpointError(f"{path}: belongs to a run with other settings; train anew")
         return state, meta
@@ -219,12 +219,12 @@ class RunFolder:
 
     def write_trace(self, trace: dict[str, Array], epoch: int) -> None:
         """Write the signals of the kept epoch."""
-        files.write_arrays(self.path / "trace.npz", "trace", trace, {"epoch": epoch})
+        atomic_files.write_arrays(self.path / "trace.npz", "trace", trace, {"epoch": epoch})
 
     def read_trace(self) -> dict[str, Array]:
         """Read the signals of the kept epoch."""
         path = self.path / "trace.npz"
-        trace = files.read_arrays(path, "trace")[0]
+        trace = atomic_files.read_arrays(path, "trace")[0]
         missing = _DRAWN - trace.keys()
         if missing:
             raise CheckpointError(
@@ -234,8 +234,8 @@ class RunFolder:
 
     def write_metrics(self, rows: list[dict[str, float]]) -> None:
         """Write a row for every epoch."""
-        files.write_text(self.path / "metrics.csv", files.csv_text(rows))
+        atomic_files.write_text(self.path / "metrics.csv", atomic_files.csv_text(rows))
 
     def write_summary(self, summary: dict[str, Any]) -> None:
         """Write what the run came to."""
-        files.write_json(self.path / "summary.json", summary)
+        atomic_files.write_json(self.path / "summary.json", summary)

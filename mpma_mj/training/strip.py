@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from mpma_mj.motions.context import danced_label
+from mpma_mj.context import active_label
 from mpma_mj.training.colours import INK, PAPER, hex_to_rgb, module_colours
 
 __all__ = ["LABEL_SIZE", "Strip", "label_runs"]
@@ -50,7 +50,7 @@ class Strip:
             height: Height, pixels.
         """
         self._steps = len(responsibility)
-        self._label = danced_label(context)
+        self._label = active_label(context)
         names = bands or [f"module {i + 1}" for i in range(responsibility.shape[1])]
         self._strip = _drawn(responsibility, context, labels, names, width, height)
         self._letters = [_letter(label, width // 2) for label in labels]
@@ -79,7 +79,7 @@ class Strip:
 
 def label_runs(context: Array) -> list[tuple[int, int, int]]:
     """Return the stretches of one label as (label, first step, step after the last)."""
-    label = danced_label(context)
+    label = active_label(context)
     starts = np.flatnonzero(np.diff(label, prepend=-2))
     ends = np.append(starts[1:], len(label))
     runs = zip(label[starts], starts, ends, strict=True)

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.agents.kinds import AGENTS, DO_NOT_LEARN
-from mpma_mj.arm import JOINT_NAMES
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.errors import BadOptionError, WorkerError
 from mpma_mj.feedback import joint_error
+from mpma_mj.kinematics import JOINT_NAMES
 from mpma_mj.metrics import phase_lag
 from mpma_mj.motions import Motion
 from mpma_mj.sweep.backend import Backend, Work, get_done

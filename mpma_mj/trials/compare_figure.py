@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.arm import SIDES
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.figure_file import figure_file
+from mpma_mj.kinematics import SIDES
 from mpma_mj.metrics import error_over_time
 from mpma_mj.motions import Motion
 from mpma_mj.training.colours import DEMONSTRATED, module_colours

@@ -8,11 +8,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.arm import JOINT_NAMES
-from mpma_mj.files import csv_text
-from mpma_mj.markdown import markdown_table
+from mpma_mj.kinematics import JOINT_NAMES
 from mpma_mj.sweep.interval import interval
 from mpma_mj.trials.compare import Cell
+from mpma_mj.utils.atomic_files import csv_text
+from mpma_mj.utils.tables import markdown_table
 
 __all__ = ["as_csv", "as_markdown"]
 

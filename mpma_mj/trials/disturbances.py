@@ -7,8 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from mpma_mj.arm import JOINT_NAMES
 from mpma_mj.errors import BadOptionError
+from mpma_mj.kinematics import JOINT_NAMES
 from mpma_mj.motions import Motion, read_motion
 from mpma_mj.motions.motion_file import at_rate
 from mpma_mj.motions.options import ReadingOptions

@@ -11,9 +11,9 @@ import numpy as np
 from mujoco import rollout
 from numpy.typing import NDArray
 
-from mpma_mj.clip import clip
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.physics import PhysicsArms
+from mpma_mj.utils.clipping import clip
 
 __all__ = ["Effort", "actuator_torque", "effort"]
 

@@ -16,9 +16,9 @@ from mpma_mj.agents import HAMMER
 from mpma_mj.agents.agent import SideBySide
 from mpma_mj.agents.pairs import PairsAgent
 from mpma_mj.agents.wrapper import pairs_of
+from mpma_mj.context import active_label
 from mpma_mj.envs.vector import VectorImitationEnv
 from mpma_mj.errors import BadOptionError, DivergedError
-from mpma_mj.motions.context import danced_label
 from mpma_mj.training.build import environments_of
 from mpma_mj.training.trained import Trained, load_state
 from mpma_mj.trials.trial import World, adapt, try_out
@@ -247,7 +247,7 @@ def _seen(trace: dict[str, Array], left: NDArray[np.intp], modules: int) -> Danc
     context = trace["context"]
     responsibility = np.zeros((len(posture), modules))
     responsibility[:, left] = trace["responsibility"]
-    came, heard = danced_label(context[1:]), danced_label(context[:-1])
+    came, heard = active_label(context[1:]), active_label(context[:-1])
     labels = range(context.shape[1])
     return Dance(
         p_e_percent=metrics.posture_error_percent(posture, reference),

@@ -12,11 +12,11 @@ import pytest
 
 from mpma_mj.agents import FixedAgent
 from mpma_mj.agents.hearing import Hearing, heard_size, what_is_heard
+from mpma_mj.context import active_label, one_hot
 from mpma_mj.envs.load import load
 from mpma_mj.envs.vector import VectorImitationEnv
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions import ymca
-from mpma_mj.motions.context import danced_label, one_hot
 from mpma_mj.options import HearsName
 from mpma_mj.training.build import agent_of
 from mpma_mj.training.config import RunConfig
@@ -91,7 +91,7 @@ def test_halves_cut_every_stretch_in_two_and_leave_silence(
     fine = what_is_heard(context, "halves", LONG, np.random.default_rng(0))
     assert fine.shape == (len(label), heard_size("halves", LABELS)) == (len(label), 6)
     np.testing.assert_array_equal(fine.reshape(-1, LABELS, 2).sum(axis=2), context)
-    half = danced_label(fine)
+    half = active_label(fine)
     ends = [0, *np.flatnonzero(np.diff(label)) + 1, len(label)]
     for start, end in itertools.pairwise(ends):
         if label[start] < 0:
@@ -115,7 +115,7 @@ def test_each_repetition_is_heard_in_halves_as_the_first(label: list[int], repea
 
 def test_one_label_is_cut_at_the_seam_too() -> None:
     fine = what_is_heard(np.ones((8, 1)), "halves", 4, np.random.default_rng(0))
-    np.testing.assert_array_equal(danced_label(fine), [0, 0, 1, 1, 0, 0, 1, 1])
+    np.testing.assert_array_equal(active_label(fine), [0, 0, 1, 1, 0, 0, 1, 1])
 
 
 def test_an_agent_hears_each_repetition_of_its_environment_alike() -> None:

@@ -6,7 +6,7 @@ from dm_control.rl import control
 
 from mpma_mj import load
 from mpma_mj.agents import Agent, Arena, FeedbackOnly, OpenLoop, RandomAgent
-from mpma_mj.arm import angles_from_posture
+from mpma_mj.kinematics import angles_from_posture
 from mpma_mj.metrics import posture_error_percent
 from mpma_mj.training.trace import record_epoch
 

@@ -11,8 +11,8 @@ import pytest
 from mpma_mj.bench import point, scaling
 from mpma_mj.bench.scaling import AXES, Measured, Point, Scaling, exponent
 from mpma_mj.cli import main
-from mpma_mj.machine import peak_memory
 from mpma_mj.motions import ymca
+from mpma_mj.utils.system import peak_memory
 
 
 def power_laws(time: float, memory: float) -> Scaling:

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import mpma_mj
-from mpma_mj.arm import JOINT_NAMES
 from mpma_mj.envs.options import read_options
 from mpma_mj.envs.physics import PhysicsArms
+from mpma_mj.kinematics import JOINT_NAMES
 
 
 @pytest.mark.parametrize("joint", JOINT_NAMES)

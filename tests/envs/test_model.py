@@ -4,9 +4,9 @@ import mujoco
 import numpy as np
 import pytest
 
-from mpma_mj.arm import JOINT_NAMES, SIDES
 from mpma_mj.envs.model import MODEL_PATH
 from mpma_mj.envs.physics import PhysicsArms
+from mpma_mj.kinematics import JOINT_NAMES, SIDES
 
 BODY_MASS = 73.0
 # de Leva (1996), table 4, men: length m, mass share, centre of mass, radii of gyration (x, y, z)

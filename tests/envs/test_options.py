@@ -16,13 +16,13 @@ from hypothesis import strategies as st
 
 import mpma_mj
 from mpma_mj import metrics
-from mpma_mj.arm import JOINT_NAMES, SEGMENT_NAMES, posture_from_angles
 from mpma_mj.envs.demonstration import Demonstration
 from mpma_mj.envs.load import load
 from mpma_mj.envs.options import EnvironmentOptions, read_options
 from mpma_mj.envs.reward import mean_reward, reward_weights
 from mpma_mj.errors import BadOptionError
 from mpma_mj.feedback import feedback_action
+from mpma_mj.kinematics import JOINT_NAMES, SEGMENT_NAMES, posture_from_angles
 from mpma_mj.motions import Motion, read_motion, ymca
 
 DOCS = Path(__file__).parents[2] / "docs" / "environment.md"

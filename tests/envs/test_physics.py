@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from mpma_mj import arm
+from mpma_mj import kinematics
 from mpma_mj.envs.physics import KinematicArms, PhysicsArms
 
 controls = arrays(np.float64, 8, elements=st.floats(-5.0, 5.0))
@@ -25,7 +25,7 @@ def test_kinematic_arms_move_as_commanded(control: np.ndarray) -> None:
     np.testing.assert_allclose(physics.joint_angles(), 1.0 + 0.05 * control, atol=1e-14)
     np.testing.assert_allclose(physics.joint_velocities(), control, atol=1e-12)
     np.testing.assert_allclose(
-        physics.posture(), arm.posture_from_angles(physics.joint_angles()), atol=1e-12
+        physics.posture(), kinematics.posture_from_angles(physics.joint_angles()), atol=1e-12
     )
     assert physics.time() == pytest.approx(0.05)
 
@@ -57,7 +57,7 @@ def test_site_positions_are_up_to_date_after_a_step() -> None:
     physics.set_control(np.full(8, 2.0))
     physics.step(10)
     np.testing.assert_allclose(
-        physics.posture(), arm.posture_from_angles(physics.joint_angles()), atol=1e-12
+        physics.posture(), kinematics.posture_from_angles(physics.joint_angles()), atol=1e-12
     )
 
 
@@ -114,7 +114,7 @@ def test_both_arms_are_mirror_images_in_motion() -> None:
 def test_site_positions_of_a_posture_are_those_of_the_arms(angles: np.ndarray) -> None:
     physics = settled(KinematicArms.make(), angles)
     sites = physics.site_positions(physics.posture())
-    for i, side in enumerate(arm.SIDES):
+    for i, side in enumerate(kinematics.SIDES):
         for j, point in enumerate(("shoulder", "elbow", "wrist")):
             np.testing.assert_allclose(
                 sites[i, j], physics.named.data.site_xpos[f"{side}_{point}"], atol=1e-12

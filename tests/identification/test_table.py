@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mpma_mj.files import write_json
 from mpma_mj.identification import Identified
 from mpma_mj.identification.identified import Estimate, Latency
 from mpma_mj.identification.table import as_markdown
+from mpma_mj.utils.atomic_files import write_json
 
 ANGLES = np.zeros((2, 3, 8))
 ELBOW = Estimate("kv_elbow", np.array([20.0, 20.0]), 1.1, 0.01, 0.01)
@@ -76,7 +76,7 @@ def test_the_edge_of_the_search_is_no_result() -> None:
 
 def test_a_latency_between_control_steps_is_told_with_the_nearest() -> None:
     between = Latency(13, 12, 14, 0.005, 10)
-    assert not between.is_whole
+    assert not between.is_integer
     assert line(result(ELBOW, late=between), "latency")[3:] == [
         "65",
         "57.5 to 72.5",

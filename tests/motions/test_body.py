@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from mpma_mj import arm
+from mpma_mj import kinematics
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions import ymca
 from mpma_mj.motions.body import check_segments, posture_from_points
@@ -94,7 +94,7 @@ def test_a_bend_moves_the_arms_if_the_trunk_is_not_known() -> None:
 @given(scale=st.lists(st.floats(0.01, 100.0), min_size=4, max_size=4))
 def test_a_dancers_proportions_do_not_matter(scale: list[float]) -> None:
     points = dancer(POSTURE)
-    for i, side in enumerate(arm.SIDES):
+    for i, side in enumerate(kinematics.SIDES):
         shoulder, elbow, wrist = (points[f"{side}_{p}"] for p in ("shoulder", "elbow", "wrist"))
         points[f"{side}_elbow"] = shoulder + scale[2 * i] * (elbow - shoulder)
         points[f"{side}_wrist"] = points[f"{side}_elbow"] + scale[2 * i + 1] * (wrist - elbow)

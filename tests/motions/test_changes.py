@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from mpma_mj import arm
+from mpma_mj import kinematics
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions.changes import change_points
 from mpma_mj.motions.ymca import ymca
@@ -21,7 +21,7 @@ def rhythms(lengths: list[int], seed: int = 0) -> tuple[Array, Index]:
     centre = (REST + rng.uniform(-0.3, 0.3, (len(lengths), 8)))[label]
     amplitude = rng.uniform(0.1, 0.6, (len(lengths), 8))[label]
     angles = centre + amplitude * np.sin(phase[:, None] + rng.uniform(0, 6, 8))
-    return arm.posture_from_angles(angles), label
+    return kinematics.posture_from_angles(angles), label
 
 
 @pytest.mark.parametrize("rate", [10.0, 20.0, 60.0])
@@ -48,7 +48,7 @@ def test_rhythms_are_told_apart_within_a_second(seed: int) -> None:
 def test_a_rhythm_of_another_speed_is_another_rhythm() -> None:
     label = np.repeat([0, 1, 2], [200, 150, 250])
     phase = 2 * np.pi * np.cumsum(np.array([0.5, 1.4, 0.8])[label]) / 20.0
-    posture = arm.posture_from_angles(REST + 0.4 * np.sin(phase[:, None] + np.arange(8)))
+    posture = kinematics.posture_from_angles(REST + 0.4 * np.sin(phase[:, None] + np.arange(8)))
     assert (change_points(posture, 3) == label).mean() > 0.98
 
 
@@ -75,7 +75,7 @@ def test_every_part_is_there_and_in_order(frames: int, segments: int) -> None:
 
 @pytest.mark.filterwarnings("error")
 def test_arms_that_rest_are_cut_all_the_same() -> None:
-    found = change_points(np.tile(arm.posture_from_angles(REST), (40, 1)), 4)
+    found = change_points(np.tile(kinematics.posture_from_angles(REST), (40, 1)), 4)
     np.testing.assert_array_equal(np.unique(found), np.arange(4))
 
 

@@ -6,9 +6,9 @@ import pytest
 from numpy.typing import NDArray
 
 import mpma_mj
+from mpma_mj.context import Span
 from mpma_mj.errors import BadOptionError, MotionFileError, RecordingWarning
 from mpma_mj.motions import read_motion, ymca
-from mpma_mj.motions.context import Span
 from mpma_mj.motions.findings import Findings
 from mpma_mj.motions.labelling import label
 from mpma_mj.motions.options import ReadingOptions

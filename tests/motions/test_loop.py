@@ -6,10 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from mpma_mj import arm
+from mpma_mj import kinematics
+from mpma_mj.context import equal_segments
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions import Motion, ymca
-from mpma_mj.motions.context import equal_segments
 from mpma_mj.motions.loop import close_loop
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.motions.read import read_with_findings
@@ -48,8 +48,8 @@ def test_the_end_leads_into_the_start_as_fast_as_the_movement_is(
     frames: int, frequency: float, seed: int
 ) -> None:
     angles = wander(frames, frequency, seed)
-    closed = close_loop(arm.posture_from_angles(angles), 20.0)
-    found = arm.continuous_angles(closed, start=angles[0])
+    closed = close_loop(kinematics.posture_from_angles(angles), 20.0)
+    found = kinematics.continuous_angles(closed, start=angles[0])
     step = np.abs(found[0] - found[-1])
     usual = np.abs(np.diff(angles, axis=0)).max(axis=0)
     # Of the way to the start a share of 10 / (n + 1)³ is left to the last step at most.
@@ -60,7 +60,7 @@ def test_the_end_leads_into_the_start_as_fast_as_the_movement_is(
 @settings(max_examples=30)
 @given(frames=lengths, frequency=frequencies, seed=seeds)
 def test_a_loop_is_repeated_without_a_move_back(frames: int, frequency: float, seed: int) -> None:
-    closed = close_loop(arm.posture_from_angles(wander(frames, frequency, seed)), 20.0)
+    closed = close_loop(kinematics.posture_from_angles(wander(frames, frequency, seed)), 20.0)
     posture, context = repeat(motion(closed), 3, SPEED)
     assert len(posture) == len(context) == 3 * frames
     np.testing.assert_array_equal(posture, np.tile(closed, (3, 1)))
@@ -69,8 +69,8 @@ def test_a_loop_is_repeated_without_a_move_back(frames: int, frequency: float, s
 @settings(max_examples=30)
 @given(frames=lengths, frequency=frequencies, seed=seeds)
 def test_no_elbow_is_bent_farther_or_back(frames: int, frequency: float, seed: int) -> None:
-    posture = arm.posture_from_angles(wander(frames, frequency, seed))
-    was, found = (arm.continuous_angles(p) for p in (posture, close_loop(posture, 20.0)))
+    posture = kinematics.posture_from_angles(wander(frames, frequency, seed))
+    was, found = (kinematics.continuous_angles(p) for p in (posture, close_loop(posture, 20.0)))
     assert (found[:, 3::4].min(axis=0) >= was[:, 3::4].min(axis=0) - 1e-9).all()
     assert (found[:, 3::4].max(axis=0) <= was[:, 3::4].max(axis=0) + 1e-9).all()
     # Had one been bent backwards, its arm would have been turned about by half a turn instead.
@@ -78,14 +78,14 @@ def test_no_elbow_is_bent_farther_or_back(frames: int, frequency: float, seed: i
 
 
 def test_the_same_movement_is_brought_back_if_it_is_not_closed() -> None:
-    posture = arm.posture_from_angles(wander(130, 0.5))
+    posture = kinematics.posture_from_angles(wander(130, 0.5))
     assert len(repeat(motion(posture), 3, SPEED)[0]) > 390
 
 
 @settings(max_examples=30)
 @given(frames=st.integers(8, 400), frequency=frequencies, rate=st.sampled_from([10.0, 20.0, 60.0]))
 def test_only_the_end_is_bent(frames: int, frequency: float, rate: float) -> None:
-    posture = arm.posture_from_angles(wander(frames, frequency))
+    posture = kinematics.posture_from_angles(wander(frames, frequency))
     closed = close_loop(posture, rate)
     untouched = frames - int(min(0.25 * frames, 2.0 * rate))
     assert closed.shape == posture.shape
@@ -98,8 +98,8 @@ def test_only_the_end_is_bent(frames: int, frequency: float, rate: float) -> Non
 @given(turns=st.integers(1, 5), frames=st.integers(60, 200), seed=seeds)
 def test_a_movement_that_is_closed_is_hardly_changed(turns: int, frames: int, seed: int) -> None:
     angles = wander(frames, 20.0 * turns / frames, seed)
-    posture = arm.posture_from_angles(angles)
-    found = arm.continuous_angles(close_loop(posture, 20.0), start=angles[0])
+    posture = kinematics.posture_from_angles(angles)
+    found = kinematics.continuous_angles(close_loop(posture, 20.0), start=angles[0])
     # The end is guessed by going on straight: what the movement's own curve makes of one sample.
     curve = np.abs(np.diff(np.concatenate([angles, angles[:2]]), n=2, axis=0)).max()
     assert np.abs(found - angles).max() <= 1.01 * curve
@@ -112,12 +112,15 @@ def test_the_built_in_dance_is_closed_already() -> None:
 
 @pytest.mark.parametrize("frames", [2, 3, 5])
 def test_hardly_any_postures_can_be_closed(frames: int) -> None:
-    assert close_loop(arm.posture_from_angles(wander(frames, 0.5)), 20.0).shape == (frames, 12)
+    assert close_loop(kinematics.posture_from_angles(wander(frames, 0.5)), 20.0).shape == (
+        frames,
+        12,
+    )
 
 
 def test_a_recording_is_closed_if_that_is_asked_for(write_tsv: WriteTsv, tmp_path: Path) -> None:
     angles = REST + 0.4 * np.sin(2 * np.pi * 0.35 * np.arange(400)[:, None] / 60.0 + np.arange(8))
-    path = write_tsv(markers_of(dancer(arm.posture_from_angles(angles))))
+    path = write_tsv(markers_of(dancer(kinematics.posture_from_angles(angles))))
     plain = read_with_findings(path, ReadingOptions()).motion
     closed = read_with_findings(path, ReadingOptions(loop=True)).motion
     np.testing.assert_allclose(closed.posture[:100], plain.posture[:100], atol=1e-12)

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from mpma_mj import arm
+from mpma_mj import kinematics
 from mpma_mj.errors import BadOptionError, MotionFileError
 from mpma_mj.motions import Motion, motion_file, read_motion, ymca
 from mpma_mj.motions.options import ReadingOptions
@@ -157,9 +157,9 @@ def test_at_the_same_rate_and_tempo_it_is_the_same() -> None:
 def test_a_tremor_that_the_new_rate_cannot_show_is_gone(own_rate: float) -> None:
     angles = np.tile([0.5, 0.2, 0.0, 0.8], (round(10 * own_rate), 2))
     angles[:, 3] += 0.1 * np.sin(2 * np.pi * 15.0 * np.arange(len(angles)) / own_rate)
-    posture = arm.posture_from_angles(angles)
+    posture = kinematics.posture_from_angles(angles)
     motion = Motion(posture, np.ones((len(posture), 1)), ("1",), own_rate, "tremor", "a test")
-    elbow = arm.angles_from_posture(motion_file.at_rate(motion, 20.0, 1.0).posture)[:, 3]
+    elbow = kinematics.angles_from_posture(motion_file.at_rate(motion, 20.0, 1.0).posture)[:, 3]
     assert np.abs(elbow[5:-5] - 0.8).max() < 0.1 * 0.1
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from mpma_mj.context import Span
 from mpma_mj.errors import BadOptionError, MotionFileError
-from mpma_mj.motions.context import Span
 from mpma_mj.motions.music import bars, sections
 
 pytest.importorskip("librosa")

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from mpma_mj import arm
+from mpma_mj import kinematics
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions import ymca
 from mpma_mj.motions.findings import Findings
@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 Points = dict[str, Array]
 
 POSTURE = ymca(rate=60.0).posture
-HANGING = arm.posture_from_angles(
+HANGING = kinematics.posture_from_angles(
     np.tile([0.2, 0.1, 0.0, 0.5], 2) + 0.1 * np.sin(np.arange(240)[:, None] / 20 + np.arange(8))
 )
 
@@ -204,7 +204,7 @@ def test_lengths_are_told_in_metres(tmp_path: Path, unit: str) -> None:
         reading = read(tmp_path / "a.npz", points, {"up": "z"} | stored, **options)
         assert reading.metric
         for name, length in (("upper arm", 0.3), ("forearm", 0.25)):
-            for side in arm.SIDES:
+            for side in kinematics.SIDES:
                 mean, deviation = reading.lengths[f"{side} {name}"]
                 assert mean == pytest.approx(length)
                 assert deviation == pytest.approx(0.0, abs=1e-9)
@@ -228,7 +228,7 @@ def test_the_same_dance_at_another_rate_is_the_same(tmp_path: Path) -> None:
     for rate in (60.0, 100.0, 240.0):
         time = np.arange(round(8 * rate))[:, None] / rate
         angles = np.tile([0.5, 0.2, 0.0, 0.8], 2) + 0.3 * np.sin(3 * time + np.arange(8))
-        points = dancer(arm.posture_from_angles(angles))
+        points = dancer(kinematics.posture_from_angles(angles))
         path = tmp_path / f"{rate:g}.npz"
         found.append(read(path, points, {"rate": rate, "up": "z"}, cutoff=6.0).motion.posture)
     for posture in found[1:]:

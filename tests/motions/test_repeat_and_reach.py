@@ -3,10 +3,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mpma_mj import arm
+from mpma_mj import kinematics
+from mpma_mj.context import equal_segments
 from mpma_mj.errors import MotionReachError
 from mpma_mj.motions import Motion, ymca
-from mpma_mj.motions.context import equal_segments
 from mpma_mj.motions.reach import check_reach, joint_speeds
 from mpma_mj.motions.repeat import repeat
 
@@ -15,7 +15,7 @@ SPEED = np.array([12.0, 12.0, 20.0, 15.0] * 2)
 
 def moving(angles: np.ndarray, rate: float = 20.0) -> Motion:
     context, labels = equal_segments(len(angles), 2)
-    return Motion(arm.posture_from_angles(angles), context, labels, rate, "moving", "a test")
+    return Motion(kinematics.posture_from_angles(angles), context, labels, rate, "moving", "a test")
 
 
 def raising(speed: float, joint: int = 0, frames: int = 10) -> Motion:
@@ -36,7 +36,7 @@ def test_arms_return_within_reach_where_a_movement_ends_elsewhere() -> None:
     posture, context = repeat(motion, 3, SPEED)
     assert len(posture) > 60
     assert len(posture) == len(context)
-    speed = np.abs(np.diff(arm.continuous_angles(posture), axis=0)) * 20.0
+    speed = np.abs(np.diff(kinematics.continuous_angles(posture), axis=0)) * 20.0
     assert (speed.max(axis=0) <= 0.55 * SPEED).all()
     assert speed[:, 0].max() > 0.4 * SPEED[0]
     np.testing.assert_array_equal(posture[-20:], motion.posture)

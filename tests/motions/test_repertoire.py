@@ -7,9 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from mpma_mj import arm
+from mpma_mj import kinematics
+from mpma_mj.context import equal_segments
 from mpma_mj.motions import Motion, ymca
-from mpma_mj.motions.context import equal_segments
 from mpma_mj.motions.reach import check_reach
 from mpma_mj.motions.repertoire import join
 
@@ -22,7 +22,7 @@ def wander(seed: int, frames: int, name: str) -> Motion:
     rng = np.random.default_rng(seed)
     rest = np.tile([0.6, 0.2, 0.0, 1.0], 2) + rng.uniform(-0.3, 0.3, 8)
     phase = np.arange(frames)[:, None] / rng.uniform(5.0, 15.0, 8)
-    posture = arm.posture_from_angles(rest + 0.3 * np.sin(phase + rng.uniform(0, 6, 8)))
+    posture = kinematics.posture_from_angles(rest + 0.3 * np.sin(phase + rng.uniform(0, 6, 8)))
     return Motion(posture, *equal_segments(frames, 2), 20.0, name, f"source of {name}")
 
 
@@ -58,7 +58,7 @@ def test_every_movement_is_there_untouched_with_its_one_label(
 def test_the_ways_between_are_within_the_joints_speed(lengths: list[int], seed: int) -> None:
     motions = [wander(seed + i, length, f"dance{i}") for i, length in enumerate(lengths)]
     joined = join(motions, SPEED)
-    speed = np.abs(np.diff(arm.continuous_angles(joined.posture), axis=0)) * 20.0
+    speed = np.abs(np.diff(kinematics.continuous_angles(joined.posture), axis=0)) * 20.0
     for motion, part in zip(motions[1:], parts(joined)[1:], strict=True):
         way = speed[part.start - 1 : part.stop - len(motion)]
         assert (way <= 0.55 * SPEED).all()

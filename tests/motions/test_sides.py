@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from mpma_mj import arm
+from mpma_mj import kinematics
 from mpma_mj.motions import ymca
 from mpma_mj.motions.body import posture_from_points
 from mpma_mj.motions.findings import Findings
@@ -24,7 +24,7 @@ def moving(seed: int, elbow: float = 1.0) -> Points:
     rng = np.random.default_rng(seed)
     rest = np.tile([0.5, 0.3, 0.0, elbow], 2)
     phase = np.arange(200)[:, None] / rng.uniform(8.0, 20.0, 8) + rng.uniform(0, 6, 8)
-    return dancer(arm.posture_from_angles(rest + 0.3 * elbow * np.sin(phase)))
+    return dancer(kinematics.posture_from_angles(rest + 0.3 * elbow * np.sin(phase)))
 
 
 def swapped(points: Points, *parts: str) -> Points:

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from mpma_mj import arm
+from mpma_mj import kinematics
 from mpma_mj.motions import ymca
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.motions.read import read_with_findings
@@ -16,12 +16,12 @@ from tests.conftest import WriteTsv, dancer, markers_of
 Array = NDArray[np.float64]
 
 T_POSE = np.tile([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0]], 2).reshape(2, 2, 3).ravel()
-HANGING = arm.posture_from_angles(np.tile([0.1, 0.1, 0.0, 0.3], 2))
+HANGING = kinematics.posture_from_angles(np.tile([0.1, 0.1, 0.0, 0.3], 2))
 
 
 def dance(frames: int = 240, rate: float = 60.0) -> Array:
     phase = 2 * np.pi * 0.8 * np.arange(frames)[:, None] / rate
-    return arm.posture_from_angles(
+    return kinematics.posture_from_angles(
         np.tile([0.4, 0.2, 0.0, 0.8], 2) + 0.4 * np.sin(phase + np.arange(8))
     )
 
@@ -65,7 +65,7 @@ def test_a_fast_ramp_after_the_jump_is_start_up_too(count: int, ramp: int) -> No
 def test_a_dancer_who_starts_from_rest_is_left_whole(still: int, speed: float, rate: float) -> None:
     swing = np.tile([0.2, 0.1, 0.0, 0.5], (300, 2))
     swing[still:, 0] += speed / 12.0 * (1 - np.cos(12.0 * np.arange(300 - still) / rate))
-    assert startup_frames(dancer(arm.posture_from_angles(swing)), rate) == 0
+    assert startup_frames(dancer(kinematics.posture_from_angles(swing)), rate) == 0
 
 
 def test_arms_that_are_never_moved_are_left_whole() -> None:
@@ -133,4 +133,4 @@ def test_noise_at_a_high_rate_is_no_start_up() -> None:
 def test_a_fast_jab_out_of_stillness_is_no_start_up() -> None:
     share = np.concatenate([np.zeros(100), 0.5 - 0.5 * np.cos(np.linspace(0, np.pi, 12)), [1] * 60])
     angles = np.tile([0.3, 0.2, 0.0, 2.4], 2) + share[:, None] * np.tile([0, 1.0, 0, -2.2], 2)
-    assert startup_frames(dancer(arm.posture_from_angles(angles)), 100.0) == 0
+    assert startup_frames(dancer(kinematics.posture_from_angles(angles)), 100.0) == 0

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mpma_mj import arm
+from mpma_mj import kinematics
 from mpma_mj.motions.invented import invented
 from mpma_mj.motions.variants import mirrored, with_music_of
 from mpma_mj.motions.ymca import ymca
@@ -18,9 +18,9 @@ def test_mirrored_twice_is_the_same() -> None:
 
 def test_a_mirrored_dance_has_the_joint_angles_of_the_other_arm() -> None:
     dance = ymca()
-    left, right = np.split(arm.angles_from_posture(dance.posture), 2, axis=1)
-    mirror = arm.angles_from_posture(mirrored(dance).posture)
-    np.testing.assert_allclose(arm.wrap(mirror - np.hstack([right, left])), 0.0, atol=1e-9)
+    left, right = np.split(kinematics.angles_from_posture(dance.posture), 2, axis=1)
+    mirror = kinematics.angles_from_posture(mirrored(dance).posture)
+    np.testing.assert_allclose(kinematics.wrap(mirror - np.hstack([right, left])), 0.0, atol=1e-9)
 
 
 def test_anothers_music_is_heard_for_the_same_shares_of_the_time() -> None:

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from mpma_mj import arm
+from mpma_mj import kinematics
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions import ymca
 from mpma_mj.motions.minimum_jerk import PEAK_SPEED, minimum_jerk
@@ -41,7 +41,7 @@ def test_the_end_leads_into_the_start() -> None:
 
 
 def test_angles_stay_on_one_branch() -> None:
-    angles = arm.continuous_angles(ymca().posture)
+    angles = kinematics.continuous_angles(ymca().posture)
     assert np.abs(np.diff(angles, axis=0)).max() < 0.5
 
 

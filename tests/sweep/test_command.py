@@ -13,8 +13,8 @@ from typing import Any
 
 import pytest
 
-from mpma_mj import files
 from mpma_mj.cli import main
+from mpma_mj.utils import atomic_files
 from tests.sweep.runs import TINY_WORDS, mpma, run_files
 
 TINY = [str(word) for word in TINY_WORDS]
@@ -142,14 +142,14 @@ def test_a_disk_that_is_full_at_the_end_is_one_line(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    write_text: Callable[..., int] = files.Path.write_text
+    write_text: Callable[..., int] = atomic_files.Path.write_text
 
     def full(path: Path, *args: Any, **options: Any) -> int:
         if path.suffix == Path(name).suffix:
             raise OSError(errno.ENOSPC, "No space left on device")
         return write_text(path, *args, **options)
 
-    monkeypatch.setattr(files.Path, "write_text", full)
+    monkeypatch.setattr(atomic_files.Path, "write_text", full)
     assert sweep("--runs", 1, *TINY, out=tmp_path) == 2
     message = capsys.readouterr().err.splitlines()[-1]
     assert message.startswith(f"mpma: {tmp_path / name}: cannot be written (No space left")

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pytest
 
-from mpma_mj import files
 from mpma_mj.commands.workers import require_all
 from mpma_mj.errors import BadOptionError, RunFolderError, WorkerError
 from mpma_mj.sweep import work
@@ -22,6 +21,7 @@ from mpma_mj.sweep.work import Done, Job
 from mpma_mj.training.config import versions
 from mpma_mj.training.crowd import train_crowd
 from mpma_mj.training.movements import read_movements
+from mpma_mj.utils import atomic_files
 from tests.sweep.runs import TINY, asked, finished, results
 
 ROOT = Path(__file__).parents[2]
@@ -198,7 +198,7 @@ def test_a_full_disk_loses_the_crowd_in_flight_only(
 ) -> None:
     folder = SweepFolder(tmp_path, asked("nodes=5,6,7,8,9,10,11,12", runs=1))
     room = iter(range(5))
-    write_text = files.Path.write_text
+    write_text = atomic_files.Path.write_text
 
     def until_full(path: Path, *args: str, **options: str) -> int:
         if next(room, None) is None:
@@ -206,7 +206,7 @@ def test_a_full_disk_loses_the_crowd_in_flight_only(
         return write_text(path, *args, **options)
 
     with Processes(2) as backend:
-        monkeypatch.setattr(files.Path, "write_text", until_full)
+        monkeypatch.setattr(atomic_files.Path, "write_text", until_full)
         with pytest.raises(RunFolderError, match=r"cannot be written \(No space left"):
             finish(folder, backend)
         monkeypatch.undo()

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from mpma_mj import files
 from mpma_mj.errors import RunFolderError
 from mpma_mj.sweep import folder as module
 from mpma_mj.sweep.asked import Asked
 from mpma_mj.sweep.folder import SweepFolder
 from mpma_mj.training.config import RunConfig
+from mpma_mj.utils import atomic_files
 from tests.sweep.runs import asked, finished, run_files
 
 
@@ -115,7 +115,7 @@ def test_a_folder_of_another_version_is_refused(
     with pytest.raises(RunFolderError, match=r"where 1\.0 is"):
         SweepFolder(tmp_path, asked())
     monkeypatch.undo()
-    monkeypatch.setattr(files, "FORMAT", 99)
+    monkeypatch.setattr(atomic_files, "FORMAT", 99)
     with pytest.raises(RunFolderError, match="where 99 is asked for"):
         SweepFolder(tmp_path, asked())
 

@@ -51,7 +51,7 @@ def test_the_command_trains_mosaic_and_goes_on_with_it(tmp_path: Path) -> None:
         "1",
         "--no-video",
     ]
-    whole, parts = tmp_path / "whole", tmp_path / "parts"
+    whole, parts = tmp_path / "atomic_write", tmp_path / "parts"
     assert main([*words, "--epochs", "5", "--out", str(whole)]) == 0
     assert main([*words, "--epochs", "2", "--out", str(parts)]) == 0
     assert main(["imitate", "--resume", str(parts), "--epochs", "3", "--no-video"]) == 0

@@ -12,7 +12,6 @@ from mpma_mj import metrics
 from mpma_mj.agents import FixedAgent, MPMAConfig
 from mpma_mj.envs.load import load
 from mpma_mj.errors import BadOptionError, CheckpointError, DivergedError, RunFolderError
-from mpma_mj.files import FORMAT
 from mpma_mj.motions import ymca
 from mpma_mj.training.build import make_agent
 from mpma_mj.training.config import RunConfig
@@ -21,6 +20,7 @@ from mpma_mj.training.imitate import _trainer, resume, start
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.training.trace import epoch_metrics, record_epoch
 from mpma_mj.training.trainer import Trainer
+from mpma_mj.utils.atomic_files import FORMAT
 
 SMALL = RunConfig(nodes=20, modules=2)
 SMALL_AGENT = MPMAConfig(nodes=20, modules=2)
@@ -62,7 +62,7 @@ def test_other_seeds_give_other_runs(tmp_path: Path) -> None:
 @pytest.mark.parametrize("arms", ["physics", "kinematic"])
 def test_a_resumed_run_equals_an_uninterrupted_one(tmp_path: Path, rule: Any, arms: Any) -> None:
     config = RunConfig(nodes=20, modules=2, rule=rule, arms=arms)
-    whole = run(tmp_path / "whole", config, epochs=5)
+    whole = run(tmp_path / "atomic_write", config, epochs=5)
     parts = run(tmp_path / "parts", config, epochs=2)
     resume(parts, 3)
     same(whole, parts)
@@ -70,7 +70,7 @@ def test_a_resumed_run_equals_an_uninterrupted_one(tmp_path: Path, rule: Any, ar
 
 def test_a_run_that_grows_can_be_resumed_before_and_after_a_module_awakes(tmp_path: Path) -> None:
     config = RunConfig(nodes=10, modules=3, arms="kinematic", repeats=1, agent="growing")
-    whole = run(tmp_path / "whole", config, epochs=14)
+    whole = run(tmp_path / "atomic_write", config, epochs=14)
     rows = (whole.path / "metrics.csv").read_text().splitlines()
     awake = [row.split(",")[rows[0].split(",").index("modules_awake")] for row in rows[1:]]
     woke = awake.index("2.0")

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mpma_mj import files, make_agent
 from mpma_mj.agents.gains import Gains
 from mpma_mj.agents.growth import Growth
 from mpma_mj.agents.wrapper import AgentWrapper
@@ -36,6 +35,7 @@ from mpma_mj.trials.lesion import (
 from mpma_mj.trials.lesion_figure import drawn, write_figure
 from mpma_mj.trials.lesion_table import matrix, summary
 from mpma_mj.trials.trial import EPISODE, World, tracking_errors, try_out
+from mpma_mj.utils import atomic_files, make_agent
 from tests.conftest import Refused
 
 TINY = "--nodes 10 --repeats 1 --no-video --out"
@@ -233,7 +233,7 @@ def test_a_label_that_is_not_danced_is_a_dash_and_null(tmp_path: Path) -> None:
     without = Lesions(("Y", "M"), (Lesion((), undanced, None), gone, silent), 0)
     assert "| intact | 1.00 | – | 1.00 |" in matrix(without)
     assert "nan" not in summary([without])
-    files.write_json(tmp_path / "lesion.json", without.as_json())
+    atomic_files.write_json(tmp_path / "lesion.json", without.as_json())
     first = json.loads((tmp_path / "lesion.json").read_text())["lesions"][0]
     assert first["at_once"]["labels"]["M"]["p_e_percent"] is None
     write_figure(tmp_path / "lesion.png", without, "a dance")
@@ -306,14 +306,14 @@ def with_settings(run: Path, **changed: Any) -> Path:
         state, meta = copy.read_checkpoint(name, was)
         copy.write_checkpoint(name, config, state, meta | {"config": asdict(config)})
     content = json.loads((copy.path / "config.json").read_text())
-    files.write_json(copy.path / "config.json", content | {"config": asdict(config)})
+    atomic_files.write_json(copy.path / "config.json", content | {"config": asdict(config)})
     return copy.path
 
 
 def test_overwriting_a_run_removes_what_was_told_about_it(run: Path) -> None:
     folder = RunFolder(run)
-    files.write_json(folder.lesioned, {})
-    files.write_text(folder.figures / "lesion.png", "")
+    atomic_files.write_json(folder.lesioned, {})
+    atomic_files.write_text(folder.figures / "lesion.png", "")
     folder.create(folder.read_config(), folder.read_motion(), overwrite=True)
     assert not (run / "lesion.json").exists()
     assert not (run / "figures" / "lesion.png").exists()
@@ -332,15 +332,15 @@ def test_a_checkpoint_that_lacks_something_is_one_line_and_exit_2(
     run: Path, refused: Refused
 ) -> None:
     path = run / "checkpoint" / "best.npz"
-    arrays, meta = files.read_arrays(path, "checkpoint")
+    arrays, meta = atomic_files.read_arrays(path, "checkpoint")
     del arrays["inverse.weights"]
-    files.write_arrays(path, "checkpoint", arrays, meta)
+    atomic_files.write_arrays(path, "checkpoint", arrays, meta)
     refused(["lesion", str(run)], "the checkpoint lacks inverse.weights; train anew")
 
 
 def test_a_run_of_another_version_is_one_line_and_exit_2(run: Path, refused: Refused) -> None:
     content = json.loads((run / "config.json").read_text())
-    files.write_json(run / "config.json", content | {"format": 1})
+    atomic_files.write_json(run / "config.json", content | {"format": 1})
     refused(["lesion", str(run)], "config.json: of another version; train anew")
 
 
@@ -357,9 +357,9 @@ def test_a_run_whose_modules_do_nothing_yet_is_one_line_and_exit_2(
     run: Path, refused: Refused
 ) -> None:
     path = run / "trace.npz"
-    trace, meta = files.read_arrays(path, "trace")
+    trace, meta = atomic_files.read_arrays(path, "trace")
     trace["module_actions"][...] = 0.0
-    files.write_arrays(path, "trace", trace, meta)
+    atomic_files.write_arrays(path, "trace", trace, meta)
     message = f"{run}: its modules put out nothing in the kept epoch; go on with"
     refused(["lesion", str(run)], message)
 

@@ -10,11 +10,11 @@ from typing import Any
 
 import pytest
 
-from mpma_mj import files
 from mpma_mj.cli import main
 from mpma_mj.sweep.backend import Work
 from mpma_mj.sweep.processes import Processes
 from mpma_mj.training.run_folder import RunFolder
+from mpma_mj.utils import atomic_files
 from tests.conftest import Refused
 
 QUICK = ["--disturbances", "payload", "--levels", "0", "3"]
@@ -162,7 +162,7 @@ def test_no_run_and_damaged_runs_are_one_line_and_exit_2(
 
 def test_a_run_of_another_version_is_one_line_and_exit_2(run: Path, refused: Refused) -> None:
     content = json.loads((run / "config.json").read_text())
-    files.write_json(run / "config.json", content | {"format": 1})
+    atomic_files.write_json(run / "config.json", content | {"format": 1})
     refused(["stress", str(run)], "config.json: of another version; train anew")
 
 

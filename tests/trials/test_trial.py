@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mpma_mj import files
 from mpma_mj.cli import main
 from mpma_mj.errors import CheckpointError, DivergedError, RunFolderError
 from mpma_mj.motions import motion_file, ymca
@@ -18,6 +17,7 @@ from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.training.trained import Trained
 from mpma_mj.trials import trial
 from mpma_mj.trials.trial import World, adapt, tracking_errors, try_out
+from mpma_mj.utils import atomic_files
 
 SMALL = RunConfig(nodes=20, modules=2, repeats=1)
 HOME = World("home", ymca(), {})
@@ -106,7 +106,7 @@ def test_no_run_and_one_of_another_version_are_refused(small_run: Path, tmp_path
     with pytest.raises(RunFolderError, match="no run there"):
         Trained.of_run(RunFolder(tmp_path))
     other = RunFolder(shutil.copytree(small_run, tmp_path / "run"))
-    files.write_json(other.path / "config.json", {"format": 1, "config": {}})
+    atomic_files.write_json(other.path / "config.json", {"format": 1, "config": {}})
     with pytest.raises(CheckpointError, match="of another version"):
         Trained.of_run(other)
 

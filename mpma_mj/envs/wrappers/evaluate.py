@@ -10,11 +10,11 @@ import numpy as np
 from gymnasium.utils import RecordConstructorArgs
 from numpy.typing import NDArray
 
-from mpma_mj.clip import clip
 from mpma_mj.envs.gym import ImitationEnv
 from mpma_mj.envs.wrappers.course import Course
 from mpma_mj.envs.wrappers.inside import inside
 from mpma_mj.envs.wrappers.wrapper import Wrapper
+from mpma_mj.utils.clipping import clip
 
 __all__ = ["Evaluate", "GymEvaluate"]
 

@@ -6,11 +6,11 @@ import dm_env
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.clip import clip
 from mpma_mj.envs.actions import check_action
 from mpma_mj.envs.wrappers.gain import check_gain
 from mpma_mj.envs.wrappers.wrapper import Wrapper
 from mpma_mj.feedback import feedback_action
+from mpma_mj.utils.clipping import clip
 
 __all__ = ["FeedbackAssist"]
 

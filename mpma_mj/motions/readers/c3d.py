@@ -22,8 +22,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mpma_mj.context import Span
 from mpma_mj.errors import MotionFileError
-from mpma_mj.motions.context import Span
 from mpma_mj.motions.findings import Findings
 from mpma_mj.motions.readers.text import printable
 from mpma_mj.motions.recording import UNITS, UPS, Recording, Tracks

@@ -6,8 +6,8 @@ import ezc3d
 import numpy as np
 import pytest
 
+from mpma_mj.context import Span
 from mpma_mj.errors import MotionFileError
-from mpma_mj.motions.context import Span
 from mpma_mj.motions.findings import Findings
 from mpma_mj.motions.readers import open_recording
 from mpma_mj.motions.recording import Recording, Tracks

@@ -4,15 +4,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mpma_mj import files
 from mpma_mj.errors import CheckpointError, RunFolderError
+from mpma_mj.utils import atomic_files
 
 
 def test_arrays_and_their_description_go_round(tmp_path: Path) -> None:
     path = tmp_path / "new" / "a.npz"
     arrays = {"x": np.arange(6.0).reshape(2, 3), "n": np.array(3)}
-    files.write_arrays(path, "thing", arrays, {"labels": ["Y", "Ø"]})
-    again, meta = files.read_arrays(path, "thing")
+    atomic_files.write_arrays(path, "thing", arrays, {"labels": ["Y", "Ø"]})
+    again, meta = atomic_files.read_arrays(path, "thing")
     np.testing.assert_array_equal(again["x"], arrays["x"])
     assert again.keys() == arrays.keys()
     assert meta["labels"] == ["Y", "Ø"]
@@ -20,20 +20,20 @@ def test_arrays_and_their_description_go_round(tmp_path: Path) -> None:
 
 def test_a_write_that_fails_leaves_the_old_file_and_nothing_else(tmp_path: Path) -> None:
     path = tmp_path / "a.txt"
-    files.write_text(path, "old")
+    atomic_files.write_text(path, "old")
 
     def half(temporary: Path) -> None:
         temporary.write_text("half")
         raise OSError(28, "No space left on device")
 
     with pytest.raises(RunFolderError, match="No space left on device"):
-        files.write_whole(path, half)
+        atomic_files.write_atomically(path, half)
     assert path.read_text() == "old"
     assert list(tmp_path.iterdir()) == [path]
 
 
 def test_what_is_not_finite_becomes_null(tmp_path: Path) -> None:
-    files.write_json(tmp_path / "a.json", {"x": float("nan"), "y": {"z": [1.0, np.inf]}})
+    atomic_files.write_json(tmp_path / "a.json", {"x": float("nan"), "y": {"z": [1.0, np.inf]}})
     content = json.loads((tmp_path / "a.json").read_text())
     assert content == {"x": None, "y": {"z": [1.0, None]}}
 
@@ -41,49 +41,49 @@ def test_what_is_not_finite_becomes_null(tmp_path: Path) -> None:
 def test_a_place_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(RunFolderError, match="cannot be written"):
-        files.write_text(tmp_path / "file" / "a.txt", "x")
+        atomic_files.write_text(tmp_path / "file" / "a.txt", "x")
 
 
 @pytest.mark.parametrize("share", [0.0, 0.1, 0.5, 0.9, 0.999])
 def test_a_truncated_file_is_refused(tmp_path: Path, share: float) -> None:
     path = tmp_path / "a.npz"
-    files.write_arrays(path, "thing", {"x": np.arange(1000.0)}, {})
+    atomic_files.write_arrays(path, "thing", {"x": np.arange(1000.0)}, {})
     whole = path.read_bytes()
     path.write_bytes(whole[: int(share * len(whole))])
     with pytest.raises(CheckpointError, match="damaged"):
-        files.read_arrays(path, "thing")
+        atomic_files.read_arrays(path, "thing")
 
 
 def test_flipped_bytes_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.npz"
-    files.write_arrays(path, "thing", {"x": np.arange(1000.0)}, {})
+    atomic_files.write_arrays(path, "thing", {"x": np.arange(1000.0)}, {})
     spoilt = bytearray(path.read_bytes())
     spoilt[4000] ^= 0xFF
     path.write_bytes(spoilt)
     with pytest.raises(CheckpointError, match="damaged"):
-        files.read_arrays(path, "thing")
+        atomic_files.read_arrays(path, "thing")
 
 
 def test_foreign_arrays_and_other_kinds_are_refused(tmp_path: Path) -> None:
     np.savez(tmp_path / "foreign.npz", x=np.arange(3))
     with pytest.raises(CheckpointError, match="not a thing"):
-        files.read_arrays(tmp_path / "foreign.npz", "thing")
-    files.write_arrays(tmp_path / "other.npz", "other", {}, {})
+        atomic_files.read_arrays(tmp_path / "foreign.npz", "thing")
+    atomic_files.write_arrays(tmp_path / "other.npz", "other", {}, {})
     with pytest.raises(CheckpointError, match="not a thing"):
-        files.read_arrays(tmp_path / "other.npz", "thing")
+        atomic_files.read_arrays(tmp_path / "other.npz", "thing")
     with pytest.raises(CheckpointError, match="missing"):
-        files.read_arrays(tmp_path / "gone.npz", "thing")
+        atomic_files.read_arrays(tmp_path / "gone.npz", "thing")
 
 
 def test_another_format_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(files, "FORMAT", 99)
-    files.write_arrays(tmp_path / "new.npz", "thing", {}, {})
+    monkeypatch.setattr(atomic_files, "FORMAT", 99)
+    atomic_files.write_arrays(tmp_path / "new.npz", "thing", {}, {})
     monkeypatch.undo()
-    with pytest.raises(CheckpointError, match=f"not a thing of format {files.FORMAT}"):
-        files.read_arrays(tmp_path / "new.npz", "thing")
+    with pytest.raises(CheckpointError, match=f"not a thing of format {atomic_files.FORMAT}"):
+        atomic_files.read_arrays(tmp_path / "new.npz", "thing")
 
 
 def test_pickled_objects_are_refused(tmp_path: Path) -> None:
     np.savez(tmp_path / "pickle.npz", meta=np.array("{}"), x=np.array([{}], dtype=object))
     with pytest.raises(CheckpointError, match="damaged"):
-        files.read_arrays(tmp_path / "pickle.npz", "thing")
+        atomic_files.read_arrays(tmp_path / "pickle.npz", "thing")

@@ -20,14 +20,14 @@ from mpma_mj.errors import CheckpointError, RunFolderError
 
 __all__ = [
     "FORMAT",
+    "atomic_write",
     "csv_text",
     "not_writable",
     "read_arrays",
-    "whole",
     "write_arrays",
+    "write_atomically",
     "write_json",
     "write_text",
-    "write_whole",
 ]
 
 FORMAT = 3
@@ -56,7 +56,7 @@ def _is_nan(entry: object) -> bool:
     return isinstance(entry, float) and math.isnan(entry)
 
 
-def write_whole(path: Path, write: Callable[[Path], None]) -> None:
+def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
     """Write a file under a temporary name and rename it.
 
     Args:
@@ -66,12 +66,12 @@ def write_whole(path: Path, write: Callable[[Path], None]) -> None:
     Raises:
         RunFolderError: The folder cannot be written.
     """
-    with whole(path) as temporary:
+    with atomic_write(path) as temporary:
         write(temporary)
 
 
 @contextlib.contextmanager
-def whole(path: Path) -> Iterator[Path]:
+def atomic_write(path: Path) -> Iterator[Path]:
     """Give a temporary path, which becomes the file where all went well, and else vanishes.
 
     Args:
@@ -109,7 +109,7 @@ def write_text(path: Path, text: str) -> None:
     def write(temporary: Path) -> None:
         temporary.write_text(text, encoding="utf-8", errors="backslashreplace")
 
-    write_whole(path, write)
+    write_atomically(path, write)
 
 
 def write_json(path: Path, content: Mapping[str, Any]) -> None:
@@ -130,7 +130,7 @@ def write_arrays(
     """
     header = json.dumps({"format": FORMAT, "kind": kind} | dict(meta))
     content: dict[str, Any] = {_META: np.array(header), **arrays}
-    write_whole(path, lambda temporary: np.savez(temporary, **content))
+    write_atomically(path, lambda temporary: np.savez(temporary, **content))
 
 
 def read_arrays(path: Path, kind: str) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:

@@ -1,6 +1,6 @@
 import numpy as np
 
-from mpma_mj.randomness import stream
+from mpma_mj.utils.seeding import stream
 
 
 def test_same_name_same_numbers() -> None:

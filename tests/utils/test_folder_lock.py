@@ -16,8 +16,8 @@ from mpma_mj.cli import main
 from mpma_mj.commands import folders
 from mpma_mj.commands.folders import output_folder
 from mpma_mj.errors import RunFolderError
-from mpma_mj.folder_lock import is_empty, locked
 from mpma_mj.identification import write_log
+from mpma_mj.utils.folder_lock import is_empty, locked
 from tests.conftest import Refused
 from tests.identification.conftest import dance_of
 
@@ -27,7 +27,7 @@ QUICK = ["imitate", "ymca", "--nodes", "10", "--epochs", "1", "--no-video"]
 
 HOLD = """
 import sys, pathlib
-from mpma_mj.folder_lock import locked
+from mpma_mj.utils.folder_lock import locked
 with locked(pathlib.Path(sys.argv[1])):
     print("locked", flush=True)
     sys.stdin.read()

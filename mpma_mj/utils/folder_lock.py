@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mpma_mj.errors import RunFolderError
-from mpma_mj.files import not_writable
+from mpma_mj.utils.atomic_files import not_writable
 
 if TYPE_CHECKING:
     from filelock import FileLock

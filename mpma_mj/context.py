@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Span", "context_of_spans", "danced_label", "equal_segments", "one_hot"]
+__all__ = ["Span", "active_label", "context_of_spans", "equal_segments", "one_hot"]
 
 Array = NDArray[np.float64]
 
@@ -77,7 +77,7 @@ def context_of_spans(spans: Iterable[Span], times: Array) -> tuple[Array, tuple[
     return np.array([*heard.values()], np.float64).reshape(-1, len(times)).T, tuple(heard)
 
 
-def danced_label(context: Array) -> NDArray[np.int_]:
+def active_label(context: Array) -> NDArray[np.int_]:
     """Return which label is danced.
 
     Args:

@@ -7,10 +7,10 @@ from typing import SupportsFloat, SupportsInt, TypeGuard
 
 import numpy as np
 
-__all__ = ["is_number", "is_truth", "is_whole"]
+__all__ = ["is_boolean", "is_integer", "is_number"]
 
 
-def is_whole(value: object) -> TypeGuard[SupportsInt]:
+def is_integer(value: object) -> TypeGuard[SupportsInt]:
     """Tell whether a value is a whole number, and not True or False."""
     return isinstance(value, Integral) and not isinstance(value, bool)
 
@@ -20,6 +20,6 @@ def is_number(value: object) -> TypeGuard[SupportsFloat]:
     return isinstance(value, Real) and not isinstance(value, bool)
 
 
-def is_truth(value: object) -> TypeGuard[bool | np.bool_]:
+def is_boolean(value: object) -> TypeGuard[bool | np.bool_]:
     """Tell whether a value is True or False."""
     return isinstance(value, bool | np.bool_)

@@ -5,8 +5,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from mpma_mj import arm
 from mpma_mj.envs.physics import PhysicsArms
+from mpma_mj.kinematics import (
+    JOINT_NAMES,
+    SIDES,
+    angles_from_posture,
+    continuous_angles,
+    posture_from_angles,
+    segment_leverage,
+    wrap,
+)
 
 angles_anywhere = arrays(np.float64, 8, elements=st.floats(-7.0, 7.0))
 vectors = arrays(np.float64, (4, 3), elements=st.floats(-1.0, 1.0)).filter(
@@ -21,7 +29,7 @@ def unit(v: np.ndarray) -> np.ndarray:
 @given(vectors)
 def test_posture_to_angles_and_back_is_exact(v: np.ndarray) -> None:
     posture = unit(v)
-    again = arm.posture_from_angles(arm.angles_from_posture(posture))
+    again = posture_from_angles(angles_from_posture(posture))
     # Below 1e-9 an angle counts as undefined, which costs as much.
     np.testing.assert_allclose(again, posture, atol=3e-9)
 
@@ -29,8 +37,8 @@ def test_posture_to_angles_and_back_is_exact(v: np.ndarray) -> None:
 @given(vectors, angles_anywhere)
 def test_posture_to_angles_near_any_angles_and_back(v: np.ndarray, near: np.ndarray) -> None:
     posture = unit(v)
-    angles = arm.angles_from_posture(posture, near=near)
-    np.testing.assert_allclose(arm.posture_from_angles(angles), posture, atol=3e-9)
+    angles = angles_from_posture(posture, near=near)
+    np.testing.assert_allclose(posture_from_angles(angles), posture, atol=3e-9)
     assert (np.abs(angles - near) <= np.pi + 1e-9).all()
 
 
@@ -38,23 +46,21 @@ def test_posture_to_angles_near_any_angles_and_back(v: np.ndarray, near: np.ndar
 def test_angles_are_found_again_from_nearby(angles: np.ndarray, offset: np.ndarray) -> None:
     angles[3::4] = 0.3 + np.abs(angles[3::4]) % 2.5
     angles[1::4] = np.where(np.abs(np.cos(angles[1::4])) < 0.2, 0.5, angles[1::4])
-    found = arm.angles_from_posture(arm.posture_from_angles(angles), near=angles + offset)
+    found = angles_from_posture(posture_from_angles(angles), near=angles + offset)
     np.testing.assert_allclose(found, angles, atol=1e-9)
 
 
 @given(angles_anywhere)
 def test_equal_angles_give_mirrored_postures(angles: np.ndarray) -> None:
     angles[4:] = angles[:4]
-    left, right = arm.posture_from_angles(angles).reshape(2, 2, 3)
+    left, right = posture_from_angles(angles).reshape(2, 2, 3)
     np.testing.assert_allclose(left * [1, -1, 1], right, atol=1e-15)
 
 
 @given(angles_anywhere)
 def test_both_branches_are_the_same_posture(angles: np.ndarray) -> None:
     other = angles * np.array([1, -1, 1, 1] * 2) + [np.pi, np.pi, np.pi, 0] * 2
-    np.testing.assert_allclose(
-        arm.posture_from_angles(other), arm.posture_from_angles(angles), atol=1e-14
-    )
+    np.testing.assert_allclose(posture_from_angles(other), posture_from_angles(angles), atol=1e-14)
 
 
 @pytest.mark.parametrize(
@@ -70,8 +76,8 @@ def test_both_branches_are_the_same_posture(angles: np.ndarray) -> None:
 )
 def test_a_right_angle_at_one_joint(joint: str, segment: int, direction: tuple[int, ...]) -> None:
     angles = np.zeros(8)
-    angles[arm.JOINT_NAMES.index(joint)] = np.pi / 2
-    segments = arm.posture_from_angles(angles).reshape(4, 3)
+    angles[JOINT_NAMES.index(joint)] = np.pi / 2
+    segments = posture_from_angles(angles).reshape(4, 3)
     np.testing.assert_allclose(segments[segment], direction, atol=1e-15)
 
 
@@ -79,15 +85,15 @@ def test_a_right_angle_at_one_joint(joint: str, segment: int, direction: tuple[i
 def test_upper_arms_straight_forward_or_back_hold_their_abduction(sign: float) -> None:
     posture = unit(np.array([[sign, 0, 0], [0.2, 0.5, 0.3]] * 2))
     near = np.full(8, 0.7)
-    angles = arm.angles_from_posture(posture, near=near)
+    angles = angles_from_posture(posture, near=near)
     assert angles[0] == pytest.approx(0.7)
     assert angles[4] == pytest.approx(0.7)
-    np.testing.assert_allclose(arm.posture_from_angles(angles), posture, atol=1e-14)
+    np.testing.assert_allclose(posture_from_angles(angles), posture, atol=1e-14)
 
 
 def test_a_straight_elbow_holds_its_rotation() -> None:
     down = np.tile([0.0, 0.0, -1.0], 4)
-    angles = arm.angles_from_posture(down, near=np.full(8, 0.4))
+    angles = angles_from_posture(down, near=np.full(8, 0.4))
     np.testing.assert_allclose(angles[2::4], 0.4)
     np.testing.assert_allclose(np.delete(angles, [2, 6]), 0.0, atol=1e-15)
 
@@ -95,7 +101,7 @@ def test_a_straight_elbow_holds_its_rotation() -> None:
 def test_the_branch_is_not_chosen_by_the_rotation_of_a_straight_arm() -> None:
     near = np.array([0.0, 1.3, 0.0, 0.01] * 2)
     wanted = np.array([1.5, 1.2, 3.1, 0.01] * 2)
-    found = arm.angles_from_posture(arm.posture_from_angles(wanted), near=near)
+    found = angles_from_posture(posture_from_angles(wanted), near=near)
     np.testing.assert_allclose(found, wanted, atol=1e-9)
 
 
@@ -105,14 +111,14 @@ def test_arms_that_circle_overhead_do_not_jump() -> None:
     circling[:, 0] = circling[:, 4] = turn
     circling[:, 1], circling[:, 3::4] = 0.3, 0.5
     circling[:, 5] = 0.3
-    found = arm.continuous_angles(arm.posture_from_angles(circling), start=circling[0])
+    found = continuous_angles(posture_from_angles(circling), start=circling[0])
     np.testing.assert_allclose(found, circling, atol=1e-9)
 
 
 def test_arms_that_swing_through_straight_forward_do_not_jump() -> None:
     swinging = np.tile([0.3, 0.0, 0.2, 0.8], (200, 2))
     swinging[:, 1] = swinging[:, 5] = np.linspace(0.0, np.pi, 200)
-    found = arm.continuous_angles(arm.posture_from_angles(swinging), start=swinging[0])
+    found = continuous_angles(posture_from_angles(swinging), start=swinging[0])
     np.testing.assert_allclose(found, swinging, atol=1e-9)
 
 
@@ -120,8 +126,8 @@ def test_batches_are_what_single_postures_are() -> None:
     rng = np.random.default_rng(0)
     postures = np.stack([unit(rng.normal(size=(4, 3))) for _ in range(6)])
     near = rng.normal(size=(6, 8))
-    batch = arm.angles_from_posture(postures.reshape(2, 3, 12), near=near.reshape(2, 3, 8))
-    singles = [arm.angles_from_posture(p, near=q) for p, q in zip(postures, near, strict=True)]
+    batch = angles_from_posture(postures.reshape(2, 3, 12), near=near.reshape(2, 3, 8))
+    singles = [angles_from_posture(p, near=q) for p, q in zip(postures, near, strict=True)]
     np.testing.assert_array_equal(batch.reshape(6, 8), singles)
 
 
@@ -130,13 +136,16 @@ def test_posture_and_its_derivatives_are_those_of_the_model(angles: np.ndarray) 
     physics = PhysicsArms.make()
     physics.data.qpos[:] = angles
     mujoco.mj_forward(physics.model.ptr, physics.data.ptr)
-    np.testing.assert_allclose(physics.posture(), arm.posture_from_angles(angles), atol=1e-12)
+    np.testing.assert_allclose(physics.posture(), posture_from_angles(angles), atol=1e-12)
 
     step = 1e-6 * np.eye(8)
-    ahead, behind = arm.posture_from_angles(angles + step), arm.posture_from_angles(angles - step)
+    ahead, behind = (
+        posture_from_angles(angles + step),
+        posture_from_angles(angles - step),
+    )
     finite_differences = (ahead - behind) / 2e-6  # (8, 12)
     lengths = np.repeat(physics.segment_lengths, 3)
-    for side in arm.SIDES:
+    for side in SIDES:
         sites = [_site_jacobian(physics, f"{side}_{p}") for p in ("shoulder", "elbow", "wrist")]
         rows = slice(0, 6) if side == "left" else slice(6, 12)
         jacobian = np.concatenate([sites[1] - sites[0], sites[2] - sites[1]]) / lengths[rows, None]
@@ -152,7 +161,7 @@ def _site_jacobian(physics: PhysicsArms, site: str) -> np.ndarray:
 
 @given(arrays(np.float64, 5, elements=st.floats(-100.0, 100.0)))
 def test_wrapped_angles_differ_by_whole_turns(angles: np.ndarray) -> None:
-    wrapped = arm.wrap(angles)
+    wrapped = wrap(angles)
     assert ((wrapped >= -np.pi) & (wrapped < np.pi + 1e-12)).all()
     turns = (angles - wrapped) / (2 * np.pi)
     np.testing.assert_allclose(turns, np.round(turns), atol=1e-9)
@@ -160,4 +169,4 @@ def test_wrapped_angles_differ_by_whole_turns(angles: np.ndarray) -> None:
 
 def test_leverage_vanishes_where_angles_are_undefined() -> None:
     angles = np.array([0.3, np.pi / 2, 0.2, 0.0] * 2)
-    np.testing.assert_allclose(arm.segment_leverage(angles), [0, 1, 0, 1] * 2, atol=1e-15)
+    np.testing.assert_allclose(segment_leverage(angles), [0, 1, 0, 1] * 2, atol=1e-15)
