@@ -32,7 +32,7 @@ from mpma_mj.utils.atomic_files import read_arrays
 
 Record = dict[str, str]
 
-RENAMED: dict[str, str] = {}
+RENAMED: dict[str, str] = {"modules_enabled": "modules_awake"}
 """Names of the first record by today's: parts between slashes of a record's keys."""
 
 SEEDS = (0, 1, 2)
@@ -48,12 +48,13 @@ AGENTS: dict[str, dict[str, Any]] = {
 ABLATIONS: dict[str, dict[str, Any]] = {
     "no predictors": {"responsibility_predictors": False},
     "no forward gating": {"forward_gating": False},
-    "own command": {"forward_input": "own"},
+    "own command": {"efference_copy": "module"},
     "no proprioception": {"proprioception": False},
     "ridge": {"ridge": 0.1},
 }
 ABLATIONS |= {
-    f"hears {name}": {"hears": name} for name in ("nothing", "constant", "shuffled", "halves")
+    f"hears {name}": {"context_signal": name}
+    for name in ("nothing", "constant", "shuffled", "halves")
 }
 NODES, EPOCHS, MODULES = 30, 25, 3
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-__all__ = ["AgentName", "Arms", "BackendName", "ForwardInput", "HearsName", "RuleName"]
+__all__ = ["AgentName", "Arms", "BackendName", "ContextSignal", "EfferenceCopy", "RuleName"]
 
 Arms = Literal["physics", "kinematic"]
 RuleName = Literal["weighted", "gated"]
@@ -12,5 +12,5 @@ BackendName = Literal["processes", "ray"]
 AgentName = Literal[
     "mpma", "growing", "mosaic", "hammer", "single", "feedback_only", "open_loop", "random"
 ]
-ForwardInput = Literal["total", "own"]
-HearsName = Literal["labels", "nothing", "constant", "shuffled", "halves"]
+EfferenceCopy = Literal["total", "module"]
+ContextSignal = Literal["labels", "nothing", "constant", "shuffled", "halves"]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 import mpma_mj
 from mpma_mj.agents import Agent, FixedAgent
-from mpma_mj.agents.agent import Observation
+from mpma_mj.agents.base import Observation
 from mpma_mj.envs.wrappers import Evaluate, FeedbackAssist, VectorFeedbackAssist
 from mpma_mj.options import Arms
 

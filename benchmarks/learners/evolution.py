@@ -11,7 +11,7 @@ from evaluation import Curve, Evaluation, Policy, is_due, make_training, trainin
 from numpy.typing import NDArray
 
 from mpma_mj import metrics
-from mpma_mj.agents.agent import Observation
+from mpma_mj.agents.base import Observation
 from mpma_mj.options import Arms
 
 __all__ = ["ALONE", "ASSISTED", "EvolutionSettings", "learn"]

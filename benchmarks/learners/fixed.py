@@ -10,8 +10,8 @@ from evaluation import Curve, Evaluation
 from numpy.typing import NDArray
 
 import mpma_mj
-from mpma_mj.agents import Arena, FeedbackOnly, FixedAgent, OpenLoop, RandomAgent
-from mpma_mj.agents.agent import Observation
+from mpma_mj.agents import AgentSpec, FeedbackOnly, FixedAgent, OpenLoop, RandomAgent
+from mpma_mj.agents.base import Observation
 from mpma_mj.kinematics import angles_from_posture
 from mpma_mj.options import Arms
 
@@ -36,8 +36,8 @@ class Anticipating(FixedAgent):
 
 AGENTS: dict[str, Callable[[dict[str, Any], int], FixedAgent]] = {
     "random": lambda limits, seed: RandomAgent(seed=seed),
-    "open loop": lambda limits, seed: OpenLoop(Arena(4, **limits)),
-    "feedback only": lambda limits, seed: FeedbackOnly(Arena(4, **limits)),
+    "open loop": lambda limits, seed: OpenLoop(AgentSpec(4, **limits)),
+    "feedback only": lambda limits, seed: FeedbackOnly(AgentSpec(4, **limits)),
     "by hand": lambda limits, seed: Anticipating(**limits),
 }
 

@@ -12,7 +12,7 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecNormalize
 from stable_vec import StableVecEnv, policy_inputs
 
-from mpma_mj.agents.agent import Observation
+from mpma_mj.agents.base import Observation
 from mpma_mj.options import Arms
 
 __all__ = ["ALONE", "ASSISTED", "PPOSettings", "learn"]

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.agent import Observation
-from mpma_mj.agents.arena import Arena
+from mpma_mj.agents.agent_spec import AgentSpec
+from mpma_mj.agents.base import Observation
+from mpma_mj.agents.episode_buffer import EpisodeBuffer
 from mpma_mj.agents.fixed import FixedAgent
-from mpma_mj.agents.memory import Memory
 
 __all__ = ["FeedbackOnly"]
 
@@ -21,14 +21,14 @@ class FeedbackOnly(FixedAgent):
     It undoes the error that is there, so that it runs one step behind the demonstration.
     """
 
-    def __init__(self, arena: Arena) -> None:
+    def __init__(self, spec: AgentSpec) -> None:
         """Take what the arms can do.
 
         Args:
-            arena: Where it acts.
+            spec: Where it acts.
         """
-        self._arena = arena
-        self._steps = Memory()
+        self._spec = spec
+        self._steps = EpisodeBuffer()
 
     def reset(self, episode: int) -> None:
         """Begin an episode."""
@@ -36,7 +36,7 @@ class FeedbackOnly(FixedAgent):
 
     def act(self, observation: Observation) -> Array:
         """Return the action, shape (..., 8), in [-1, 1]."""
-        action = self._arena.feedback(observation["joint_angles"], observation["reference"])
+        action = self._spec.feedback(observation["joint_angles"], observation["reference"])
         self._steps.append({"feedback": action})
         return action
 

@@ -29,11 +29,11 @@ class FixedAgent:
         """Learn nothing; there is nothing to log."""
         return {}
 
-    def learn_side_by_side(self) -> list[dict[str, float]]:
+    def learn_batch(self) -> list[dict[str, float]]:
         """Learn nothing."""
         return []
 
-    def keep(self, members: NDArray[np.intp]) -> None:
+    def select_runs(self, runs: NDArray[np.intp]) -> None:
         """Go on with some of the agents side by side only, (R',) of R, from the next reset.
 
         There is nothing to do: how many they are is seen from the observations, unless a subclass

@@ -11,18 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj import metrics
-from mpma_mj.agents.agent import Observation, Seeds
-from mpma_mj.agents.arena import Arena
-from mpma_mj.agents.growth import Growth
-from mpma_mj.agents.learning import Readouts
+from mpma_mj.agents.agent_spec import AgentSpec
+from mpma_mj.agents.base import Observation, Seeds
+from mpma_mj.agents.gating import prediction_errors
+from mpma_mj.agents.learning_rules import Readouts
 from mpma_mj.agents.mpma import MPMA, MPMAConfig
-from mpma_mj.agents.pairs import Member
-from mpma_mj.agents.responsibility import prediction_errors
+from mpma_mj.agents.paired_models import RunIndex
+from mpma_mj.agents.recruitment import Recruitment
 from mpma_mj.context import active_label
 from mpma_mj.errors import BadOptionError
-from mpma_mj.esn import Replay
+from mpma_mj.esn import FeatureReplay
 
-__all__ = ["GrowingMPMA", "with_one_more", "with_the_first"]
+__all__ = ["GrowingMPMA", "with_added_module", "with_first_modules"]
 
 Array = NDArray[np.float64]
 
@@ -37,60 +37,60 @@ class GrowingMPMA(MPMA):
     """MPMA that begins with one module, of as many as `modules` at most.
 
     All modules' reservoirs are there from the beginning; a module that sleeps has p = 0, so that
-    λ = 0, and learns nothing. When control has passed to the inverse models `Growth` decides
-    after each epoch whether one more awakes; how it then learns, see `with_one_more`. In the end
-    all is again as it was before a module awoke that did not help. The paper leaves growth to
+    λ = 0, and learns nothing. When control has passed to the inverse models `Recruitment` decides
+    after each epoch whether one more awakes; how it then learns, see `with_added_module`. In the
+    end all is again as it was before a module awoke that did not help. The paper leaves growth to
     future work; how it is done is our choice.
     """
 
-    def __init__(self, config: MPMAConfig, arena: Arena, *, seed: Seeds = 0) -> None:
+    def __init__(self, config: MPMAConfig, spec: AgentSpec, *, seed: Seeds = 0) -> None:
         """Draw the reservoirs.
 
         Args:
             config: Settings; `modules` is the largest number.
-            arena: Where it acts.
+            spec: Where it acts.
             seed: Seed of weights and noise; several are agents side by side.
         """
-        super().__init__(config, arena, seed=seed)
-        row = Growth().as_row()
-        self._growth = np.tile(row, (*self._lead, 1))  # (..., 5)
+        super().__init__(config, spec, seed=seed)
+        row = Recruitment().as_row()
+        self._growth = np.tile(row, (*self._batch_shape, 1))  # (..., 5)
         self._helped = copy.deepcopy(self._readouts)  # as it was before the last module awoke
         self._helped_sigma = self._sigma.copy()
 
     @property
-    def awake(self) -> NDArray[np.bool_]:
-        """Which modules are awake and take part, shape (..., M)."""
+    def enabled(self) -> NDArray[np.bool_]:
+        """Which modules are enabled and take part, shape (..., M)."""
         return np.arange(self._modules) < self._growth[..., :1]
 
-    def keep(self, members: NDArray[np.intp]) -> None:
+    def select_runs(self, runs: NDArray[np.intp]) -> None:
         """Go on with some of the agents side by side only, (R',) of R."""
-        super().keep(members)
-        self._growth = self._growth[members]
-        self._helped_sigma = self._helped_sigma[members]
+        super().select_runs(runs)
+        self._growth = self._growth[runs]
+        self._helped_sigma = self._helped_sigma[runs]
         for bank in vars(self._helped).values():
-            bank.keep(members)
+            bank.select_runs(runs)
 
-    def lose(self, modules: Sequence[int]) -> None:
+    def drop_modules(self, modules: Sequence[int]) -> None:
         """Go on without some of the modules; no other awakes in their place (choice).
 
         Args:
             modules: Their numbers, from 0, shape (K,).
 
         Raises:
-            BadOptionError: There are no others that are awake.
+            BadOptionError: There are no others that are enabled.
         """
         stay = np.isin(np.arange(self._modules), modules, invert=True)
-        left = (self.awake & stay).sum(axis=-1)  # (...)
+        left = (self.enabled & stay).sum(axis=-1)  # (...)
         if not np.all(left):
-            raise BadOptionError("all modules that are awake would be lost; leave one")
-        super().lose(modules)
+            raise BadOptionError("all modules that are enabled would be lost; leave one")
+        super().drop_modules(modules)
         for bank in vars(self._helped).values():
-            bank.lose(modules)
-        for member in self._members:
-            growth = Growth.of_row(self._growth[member])
+            bank.drop_modules(modules)
+        for run in self._runs:
+            growth = Recruitment.of_row(self._growth[run])
             over = growth.over or len(modules) > 0
-            changed = dataclasses.replace(growth, modules=int(left[member]), over=over)
-            self._growth[member] = changed.as_row()
+            changed = dataclasses.replace(growth, modules=int(left[run]), over=over)
+            self._growth[run] = changed.as_row()
 
     def state_dict(self) -> dict[str, Array]:
         """Return all that learning has changed, as arrays by name."""
@@ -110,40 +110,40 @@ class GrowingMPMA(MPMA):
     def _gate(self, observation: Observation) -> dict[str, NDArray[Any]]:
         return super()._gate(observation) | {"context": observation["context"]}
 
-    def _suited(self, said: Array) -> Array:
-        return np.where(self.awake, super()._suited(said), 0.0)
+    def _prior(self, said: Array) -> Array:
+        return np.where(self.enabled, super()._prior(said), 0.0)
 
     def _likelihood(self, errors: Array) -> Array:
-        return super()._likelihood(np.where(self.awake, errors, np.inf))
+        return super()._likelihood(np.where(self.enabled, errors, np.inf))
 
-    def _learners(self, member: Member) -> Readouts:
-        awake = Growth.of_row(self._growth[member]).modules
-        return super()._learners(member).first(awake)
+    def _learners(self, run: RunIndex) -> Readouts:
+        enabled = Recruitment.of_row(self._growth[run]).modules
+        return super()._learners(run).first_modules(enabled)
 
-    def _learn_epoch(self, member: Member, episode: dict[str, Array]) -> dict[str, float]:
-        """Let growth follow, and refit the readouts of those that are then awake, or go back."""
-        now = after = Growth.of_row(self._growth[member])
-        logged = {"modules_awake": float(now.modules), "growing": float(not now.over)}
-        if self._progress[member] >= 1.0:
+    def _learn_epoch(self, run: RunIndex, episode: dict[str, Array]) -> dict[str, float]:
+        """Let growth follow, and refit the readouts of those that are then enabled, or go back."""
+        now = after = Recruitment.of_row(self._growth[run])
+        logged = {"modules_enabled": float(now.modules), "growing": float(not now.over)}
+        if self._progress[run] >= 1.0:
             after = now.after(_prediction_error(episode), self._modules)
-        self._growth[member] = after.as_row()
+        self._growth[run] = after.as_row()
         if after.modules < now.modules:
-            return logged | self._go_back(member)
+            return logged | self._go_back(run)
         if after.modules > now.modules:
-            self._helped.member(member).take(self._readouts.member(member))
-            self._helped_sigma[member] = self._sigma[member]
-            episode = with_one_more(episode, now.modules)
-        return logged | super()._learn_epoch(member, with_the_first(episode, after.modules))
+            self._helped.of_run(run).take(self._readouts.of_run(run))
+            self._helped_sigma[run] = self._sigma[run]
+            episode = with_added_module(episode, now.modules)
+        return logged | super()._learn_epoch(run, with_first_modules(episode, after.modules))
 
-    def _go_back(self, member: Member) -> dict[str, float]:
+    def _go_back(self, run: RunIndex) -> dict[str, float]:
         """Have again what was learned before the last module awoke; learn nothing else."""
-        sigma = float(self._sigma[member])
-        self._readouts.member(member).take(self._helped.member(member))
-        self._sigma[member] = self._helped_sigma[member]
+        sigma = float(self._sigma[run])
+        self._readouts.of_run(run).take(self._helped.of_run(run))
+        self._sigma[run] = self._helped_sigma[run]
         return {"sigma": sigma}
 
 
-def with_one_more(episode: dict[str, Array], new: int) -> dict[str, Array]:
+def with_added_module(episode: dict[str, Array], new: int) -> dict[str, Array]:
     """Give a module half of the responsibility for the label that is predicted worst (choice).
 
     That is the label with most of the epoch's error Σ_t Σ_i λ^i errⁱ, so that most can be won.
@@ -170,14 +170,14 @@ def with_one_more(episode: dict[str, Array], new: int) -> dict[str, Array]:
     return episode | changed
 
 
-def with_the_first(episode: dict[str, Any], count: int) -> dict[str, Any]:
+def with_first_modules(episode: dict[str, Any], count: int) -> dict[str, Any]:
     """Return an epoch as if there were only the first modules; the others had λ = 0."""
     return episode | {name: _first(episode[name], count) for name in _OF_MODULES}
 
 
-def _first(signal: NDArray[Any] | Replay, count: int) -> NDArray[Any] | Replay:
+def _first(signal: NDArray[Any] | FeatureReplay, count: int) -> NDArray[Any] | FeatureReplay:
     """Return the signal of the first modules."""
-    return signal.first(count) if isinstance(signal, Replay) else signal[:, :count]
+    return signal.first_modules(count) if isinstance(signal, FeatureReplay) else signal[:, :count]
 
 
 def _prediction_error(episode: dict[str, Array]) -> float:

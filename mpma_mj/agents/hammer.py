@@ -7,12 +7,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.agent import Observation, Seeds
-from mpma_mj.agents.arena import Arena
-from mpma_mj.agents.learning import command_that_hits
-from mpma_mj.agents.networks import PairsConfig
-from mpma_mj.agents.pairs import Member, PairsAgent
-from mpma_mj.agents.responsibility import prediction_errors
+from mpma_mj.agents.agent_spec import AgentSpec
+from mpma_mj.agents.base import Observation, Seeds
+from mpma_mj.agents.config import NetworkConfig
+from mpma_mj.agents.gating import prediction_errors
+from mpma_mj.agents.learning_rules import desired_command
+from mpma_mj.agents.paired_models import PairedModels, RunIndex
 from mpma_mj.context import active_label
 from mpma_mj.errors import BadOptionError
 from mpma_mj.utils.clipping import clip
@@ -43,7 +43,7 @@ def next_confidence(confidence: Array, errors: Array) -> Array:
     return clip(confidence + change, 0.0, _MOST)
 
 
-class HAMMER(PairsAgent):
+class HAMMER(PairedModels):
     """A pair of inverse and forward model per context label; the most confident takes all.
 
         x̂^i = FM_i([u^i ; x ; s])         c^i ← c^i ± 1         λ = one-hot(argmax_i c^i)
@@ -60,12 +60,12 @@ class HAMMER(PairsAgent):
     MPMA's do.
     """
 
-    def __init__(self, config: PairsConfig, arena: Arena, *, seed: Seeds = 0) -> None:
+    def __init__(self, config: NetworkConfig, spec: AgentSpec, *, seed: Seeds = 0) -> None:
         """Draw the reservoirs.
 
         Args:
             config: Settings of the networks; `modules` is the number of context labels.
-            arena: Where it acts.
+            spec: Where it acts.
             seed: Seed of weights and noise; several are agents side by side.
         """
         self._prepared = 0  # epochs
@@ -73,7 +73,7 @@ class HAMMER(PairsAgent):
         self._known = config.modules  # labels for which there was a pair
         super().__init__(
             config,
-            arena,
+            spec,
             seed=seed,
             forgetting=1.0,  # every epoch of preparation counts alike
         )
@@ -86,19 +86,19 @@ class HAMMER(PairsAgent):
     def reset(self, episode: int) -> None:
         """Begin an episode with reservoirs at rest and no confidence in any pair."""
         super().reset(episode)
-        self._confidence = np.zeros((*self._lead, self._modules))
+        self._confidence = np.zeros((*self._batch_shape, self._modules))
 
-    def learn_side_by_side(self) -> list[dict[str, float]]:
+    def learn_batch(self) -> list[dict[str, float]]:
         """Learn from the episode while preparing; afterwards let the gains follow."""
         if not self.is_preparing:
-            return super().learn_side_by_side()
+            return super().learn_batch()
         progress = self._progress.copy()
-        logged = super().learn_side_by_side()
+        logged = super().learn_batch()
         self._progress = progress
         self._prepared += 1
         return logged
 
-    def lose(self, modules: Sequence[int]) -> None:
+    def drop_modules(self, modules: Sequence[int]) -> None:
         """Go on without some of the pairs, which win no more; the others keep their labels.
 
         Args:
@@ -107,12 +107,12 @@ class HAMMER(PairsAgent):
         Raises:
             BadOptionError: There are no others.
         """
-        super().lose(modules)
+        super().drop_modules(modules)
         self._labels = np.delete(self._labels, modules)
 
     def state_dict(self) -> dict[str, Array]:
         """Return all that learning has changed, as arrays by name."""
-        return super().state_dict() | {"prepared": np.full(self._lead, self._prepared)}
+        return super().state_dict() | {"prepared": np.full(self._batch_shape, self._prepared)}
 
     def load_state_dict(self, state: Mapping[str, Array]) -> None:
         """Continue from what `state_dict` returned."""
@@ -135,19 +135,19 @@ class HAMMER(PairsAgent):
         one_hot = np.eye(self._modules)[winner]
         return {"prior": one_hot, "responsibility": one_hot, "context": context}
 
-    def _heard(self, action: Array, module_actions: Array) -> Array:
+    def _efference_copy(self, action: Array, module_actions: Array) -> Array:
         return action if self.is_preparing else module_actions
 
-    def _learn_epoch(self, member: Member, episode: dict[str, Array]) -> dict[str, float]:
+    def _learn_epoch(self, run: RunIndex, episode: dict[str, Array]) -> dict[str, float]:
         """Fit each pair to the steps of its label, if the preparation is not over."""
         if self.is_preparing:
             own = active_label(episode["context"])[:, None] == self._labels
             weight = own.astype(float)  # (T, M)
-            hit = command_that_hits(episode["action"], episode["next_feedback"])
-            self._readouts.forward.member(member).fit(
+            hit = desired_command(episode["action"], episode["next_feedback"])
+            self._readouts.forward.of_run(run).fit(
                 episode["forward_features"], episode["next_posture"][:, None, :], weight
             )
-            self._readouts.inverse.member(member).fit(
+            self._readouts.inverse.of_run(run).fit(
                 episode["inverse_features"], hit[:, None, :], weight
             )
         return {}

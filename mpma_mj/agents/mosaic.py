@@ -8,11 +8,11 @@ import dm_env
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.agent import Seeds
-from mpma_mj.agents.arena import Arena
-from mpma_mj.agents.networks import PairsConfig
-from mpma_mj.agents.pairs import Member
-from mpma_mj.agents.responsible import ResponsiblePairs
+from mpma_mj.agents.agent_spec import AgentSpec
+from mpma_mj.agents.base import Seeds
+from mpma_mj.agents.config import NetworkConfig
+from mpma_mj.agents.gated_models import GatedModels
+from mpma_mj.agents.paired_models import RunIndex
 from mpma_mj.errors import BadOptionError
 from mpma_mj.utils.validation import is_number
 
@@ -45,7 +45,7 @@ class LearningRates:
                 raise BadOptionError(f"rate '{name}' is {rate!r}; expected between 0 and 2")
 
 
-class MOSAIC(ResponsiblePairs):
+class MOSAIC(GatedModels):
     """Modules of forward and inverse model that learn at every step, gated by responsibility.
 
     The command, the responsibilities λ and the schedule of the gains K and L are MPMA's, so that
@@ -69,8 +69,8 @@ class MOSAIC(ResponsiblePairs):
 
     def __init__(
         self,
-        config: PairsConfig,
-        arena: Arena,
+        config: NetworkConfig,
+        spec: AgentSpec,
         *,
         seed: Seeds = 0,
         rates: LearningRates = LearningRates(),
@@ -80,7 +80,7 @@ class MOSAIC(ResponsiblePairs):
 
         Args:
             config: Settings of the networks.
-            arena: Where it acts.
+            spec: Where it acts.
             seed: Seed of weights and noise; several are agents side by side.
             rates: Learning rates.
             sigma: Width σ of the likelihood, in units of posture.
@@ -91,7 +91,7 @@ class MOSAIC(ResponsiblePairs):
         if not (is_number(sigma) and float(sigma) > 0.0):
             raise BadOptionError(f"sigma is {sigma!r}; expected above 0")
         self._rates = rates
-        super().__init__(config, arena, sigma=sigma, seed=seed)
+        super().__init__(config, spec, sigma=sigma, seed=seed)
 
     def observe(self, timestep: dm_env.TimeStep) -> None:
         """Take in what the action led to, and learn from it."""
@@ -101,17 +101,17 @@ class MOSAIC(ResponsiblePairs):
         step, last, readouts = self._steps[-1], self._last, self._readouts
         gate = step["responsibility"][..., None]  # (..., M, 1)
         surprise = last["posture"][..., None, :] - step["predictions"]
-        feedback = self._arena.feedback(last["joint_angles"], last["reference"])
+        feedback = self._spec.feedback(last["joint_angles"], last["reference"])
         correction = (step["feedback_gain"][..., None] * feedback)[..., None, :]  # (..., 1, 8)
         said = readouts.predictor(step["predictor_features"])  # (..., M, 1)
         rates = self._rates
-        readouts.forward.nudge(step["forward_features"], gate * surprise, rates.forward)
-        readouts.inverse.nudge(step["inverse_features"], gate * correction, rates.inverse)
-        readouts.predictor.nudge(step["predictor_features"], gate - said, rates.predictor)
+        readouts.forward.partial_fit(step["forward_features"], gate * surprise, rates.forward)
+        readouts.inverse.partial_fit(step["inverse_features"], gate * correction, rates.inverse)
+        readouts.predictor.partial_fit(step["predictor_features"], gate - said, rates.predictor)
 
-    def _heard(self, action: Array, module_actions: Array) -> Array:
+    def _efference_copy(self, action: Array, module_actions: Array) -> Array:
         return action
 
-    def _learn_epoch(self, member: Member, episode: dict[str, Array]) -> dict[str, float]:
+    def _learn_epoch(self, run: RunIndex, episode: dict[str, Array]) -> dict[str, float]:
         """Learn nothing: all has been learned step by step."""
         return {}

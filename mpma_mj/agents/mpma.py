@@ -8,14 +8,14 @@ from typing import get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.agent import Seeds
-from mpma_mj.agents.arena import Arena
-from mpma_mj.agents.learning import RULES, Epoch, Readouts
-from mpma_mj.agents.networks import PairsConfig
-from mpma_mj.agents.pairs import Member
-from mpma_mj.agents.responsible import ResponsiblePairs
+from mpma_mj.agents.agent_spec import AgentSpec
+from mpma_mj.agents.base import Seeds
+from mpma_mj.agents.config import NetworkConfig
+from mpma_mj.agents.gated_models import GatedModels
+from mpma_mj.agents.learning_rules import RULES, Epoch, Readouts
+from mpma_mj.agents.paired_models import RunIndex
 from mpma_mj.errors import BadOptionError
-from mpma_mj.options import ForwardInput, RuleName
+from mpma_mj.options import EfferenceCopy, RuleName
 
 __all__ = ["MPMA", "MPMAConfig"]
 
@@ -23,13 +23,13 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class MPMAConfig(PairsConfig):
-    """Settings of the architecture: those of the networks, see `PairsConfig`, and its own.
+class MPMAConfig(NetworkConfig):
+    """Settings of the architecture: those of the networks, see `NetworkConfig`, and its own.
 
     Attributes:
         rule: "weighted" (ours) or "gated" (the paper's); see `learning`.
-        forward_input: Which command forward models hear: "total" that was taken, or each
-            module's "own", as the paper's text says.
+        efference_copy: Which command forward models hear: "total" that was taken, or each
+            module's "module", as the paper's text says.
         responsibility_predictors: Whether it counts what they say; if not, all are as suited.
         forward_gating: Whether it counts whose forward model predicted well.
 
@@ -38,7 +38,7 @@ class MPMAConfig(PairsConfig):
     """
 
     rule: RuleName = "weighted"
-    forward_input: ForwardInput = "total"
+    efference_copy: EfferenceCopy = "total"
     responsibility_predictors: bool = True
     forward_gating: bool = True
 
@@ -47,56 +47,58 @@ class MPMAConfig(PairsConfig):
         super().__post_init__()
         if self.rule not in get_args(RuleName):
             raise BadOptionError(f"rule is '{self.rule}'; expected weighted or gated")
-        if self.forward_input not in get_args(ForwardInput):
-            raise BadOptionError(f"forward_input is '{self.forward_input}'; expected total or own")
+        if self.efference_copy not in get_args(EfferenceCopy):
+            raise BadOptionError(
+                f"efference_copy is '{self.efference_copy}'; expected total or module"
+            )
 
 
-class MPMA(ResponsiblePairs):
+class MPMA(GatedModels):
     """Modules of inverse model, forward model and responsibility predictor that share a task.
 
-    How they act is in `ResponsiblePairs` and `PairsAgent`. After an epoch the learning rule
+    How they act is in `GatedModels` and `PairedModels`. After an epoch the learning rule
     refits all readouts.
 
     Attributes:
         config: Settings.
     """
 
-    def __init__(self, config: MPMAConfig, arena: Arena, *, seed: Seeds = 0) -> None:
+    def __init__(self, config: MPMAConfig, spec: AgentSpec, *, seed: Seeds = 0) -> None:
         """Draw the reservoirs.
 
         Args:
             config: Settings.
-            arena: Where it acts.
+            spec: Where it acts.
             seed: Seed of weights and noise; several are agents side by side.
         """
         self.config = config
         self._rule = RULES[config.rule]
         super().__init__(
             config,
-            arena,
+            spec,
             sigma=self._rule.first_sigma,
             seed=seed,
             forgetting=self._rule.forgetting,
         )
 
-    def _suited(self, said: Array) -> Array:
+    def _prior(self, said: Array) -> Array:
         heeded = self.config.responsibility_predictors
-        return super()._suited(said) if heeded else np.ones_like(said)
+        return super()._prior(said) if heeded else np.ones_like(said)
 
     def _likelihood(self, errors: Array) -> Array:
         heeded = self.config.forward_gating
         return super()._likelihood(errors) if heeded else np.ones_like(errors)
 
-    def _heard(self, action: Array, module_actions: Array) -> Array:
-        return action if self.config.forward_input == "total" else module_actions
+    def _efference_copy(self, action: Array, module_actions: Array) -> Array:
+        return action if self.config.efference_copy == "total" else module_actions
 
-    def _learners(self, member: Member) -> Readouts:
-        """Return the readouts that learn, of one member."""
-        return self._readouts.member(member)
+    def _learners(self, run: RunIndex) -> Readouts:
+        """Return the readouts that learn, of one run."""
+        return self._readouts.of_run(run)
 
-    def _learn_epoch(self, member: Member, episode: dict[str, Array]) -> dict[str, float]:
+    def _learn_epoch(self, run: RunIndex, episode: dict[str, Array]) -> dict[str, float]:
         """Refit all readouts; log the σ of the episode."""
-        epoch, sigma = Epoch.of(episode), float(self._sigma[member])
-        self._rule.fit(self._learners(member), epoch)
-        self._sigma[member] = self._rule.next_sigma(epoch, sigma)
+        epoch, sigma = Epoch.of(episode), float(self._sigma[run])
+        self._rule.fit(self._learners(run), epoch)
+        self._sigma[run] = self._rule.next_sigma(epoch, sigma)
         return {"sigma": sigma}

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj import kinematics
-from mpma_mj.agents.agent import Observation
-from mpma_mj.agents.arena import Arena
+from mpma_mj.agents.agent_spec import AgentSpec
+from mpma_mj.agents.base import Observation
 from mpma_mj.agents.fixed import FixedAgent
 
 __all__ = ["OpenLoop"]
@@ -25,13 +25,13 @@ class OpenLoop(FixedAgent):
     the next (choice). Of what the arms do instead it takes no notice.
     """
 
-    def __init__(self, arena: Arena) -> None:
+    def __init__(self, spec: AgentSpec) -> None:
         """Take what the arms can do.
 
         Args:
-            arena: Where it acts.
+            spec: Where it acts.
         """
-        self._farthest = arena.control_timestep * arena.max_joint_speed
+        self._farthest = spec.control_timestep * spec.max_joint_speed
         self.reset(0)
 
     def reset(self, episode: int) -> None:

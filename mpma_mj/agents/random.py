@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.agent import Observation, Seeds
+from mpma_mj.agents.base import Observation, Seeds
 from mpma_mj.agents.fixed import FixedAgent
 from mpma_mj.utils.seeding import stream
 
@@ -33,10 +33,10 @@ class RandomAgent(FixedAgent):
         """Begin an episode with that episode's own random numbers."""
         self._streams = [stream(seed, "random_action", episode) for seed in self._seeds]
 
-    def keep(self, members: NDArray[np.intp]) -> None:
+    def select_runs(self, runs: NDArray[np.intp]) -> None:
         """Go on with some of the agents side by side only, (R',) of R."""
-        self._seeds = [self._seeds[i] for i in members]
-        self._shape = (*members.shape, _JOINTS)
+        self._seeds = [self._seeds[i] for i in runs]
+        self._shape = (*runs.shape, _JOINTS)
 
     def act(self, observation: Observation) -> Array:
         """Return the action, shape (..., 8), in [-1, 1]."""

@@ -8,11 +8,11 @@ import dm_env
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.agent import Agent, Observation
-from mpma_mj.agents.pairs import PairsAgent
+from mpma_mj.agents.base import Agent, Observation
+from mpma_mj.agents.paired_models import PairedModels
 from mpma_mj.errors import BadOptionError
 
-__all__ = ["AgentWrapper", "pairs_of"]
+__all__ = ["AgentWrapper", "paired_models_of"]
 
 Array = NDArray[np.float64]
 
@@ -57,7 +57,7 @@ class AgentWrapper:
         self.agent.load_state_dict(state)
 
 
-def pairs_of(agent: Agent) -> PairsAgent:
+def paired_models_of(agent: Agent) -> PairedModels:
     """Return the agent with pairs of models that is behind all that stands before it.
 
     Raises:
@@ -65,7 +65,7 @@ def pairs_of(agent: Agent) -> PairsAgent:
     """
     while isinstance(agent, AgentWrapper):
         agent = agent.agent
-    if not isinstance(agent, PairsAgent):
+    if not isinstance(agent, PairedModels):
         raise BadOptionError(
             f"agent is {type(agent).__name__}, which has no forward models; expected MPMA or one"
             " of its rivals"

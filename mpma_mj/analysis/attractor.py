@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.freed import Freed
+from mpma_mj.agents.free_running import FreeRunning
 from mpma_mj.context import active_label
 from mpma_mj.envs.load import load
 from mpma_mj.motions import Motion
@@ -65,7 +65,7 @@ def dance_freely(folder: RunFolder) -> tuple[FreeDance, Motion]:
     options |= {"repeats": 1 + REPEATS, "noise": 0.0}
     env = load(motion, **options)
     period = env.task.period
-    agent = Freed(agent_of(config, env, config.seed), period)
+    agent = FreeRunning(agent_of(config, env, config.seed), period)
     load_state(agent, state, folder.path)
     with one_thread():
         trace = record_epoch(env, agent, epoch)  # the reservoirs' noise is of the epoch after

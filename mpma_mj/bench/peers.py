@@ -9,7 +9,7 @@ import importlib.util
 import numpy as np
 from dm_control import suite
 
-from mpma_mj.agents.networks import JOINTS, POSTURE
+from mpma_mj.agents.config import JOINTS, POSTURE
 from mpma_mj.bench.environment import bare_steps, env_steps
 from mpma_mj.bench.rehearsal import Rehearsal
 from mpma_mj.bench.report import Report
@@ -94,8 +94,8 @@ def _networks(one: Rehearsal, joined: bool) -> Case:
     config = architecture(_CONFIG)
     context = one.timesteps[0].observation["context"].size
     sizes = [
-        (config.sensed + POSTURE, JOINTS),  # inverse model
-        (JOINTS + config.sensed, POSTURE),  # forward model
+        (config.state_size + POSTURE, JOINTS),  # inverse model
+        (JOINTS + config.state_size, POSTURE),  # forward model
         (context, 1),  # responsibility predictor
     ]
     modules, nodes, radius = config.modules, config.nodes, config.spectral_radius

@@ -1,8 +1,8 @@
 """Echo state networks: banks of reservoirs and their readouts."""
 
-from mpma_mj.esn.bank import ReservoirBank
+from mpma_mj.esn.feature_replay import FeatureReplay
 from mpma_mj.esn.precision import PRECISION, Features
 from mpma_mj.esn.readout import ReadoutBank
-from mpma_mj.esn.replay import Replay
+from mpma_mj.esn.reservoir import ReservoirBank
 
-__all__ = ["PRECISION", "Features", "ReadoutBank", "Replay", "ReservoirBank"]
+__all__ = ["PRECISION", "FeatureReplay", "Features", "ReadoutBank", "ReservoirBank"]

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from mpma_mj.errors import BadOptionError
+from mpma_mj.esn.feature_replay import FeatureReplay, blocks
 from mpma_mj.esn.precision import PRECISION, Features, Single
-from mpma_mj.esn.replay import Replay, blocks
 
 __all__ = ["ReadoutBank"]
 
@@ -36,10 +36,10 @@ class ReadoutBank:
         G_i ← φ G_i + Σ_t w_t z zᵀ      B_i ← φ B_i + Σ_t w_t z yᵀ      n ← φ n + T
         W_out,i = ((G_i + ρ n I)⁻¹ B_i)ᵀ
 
-    With φ = 0 it is plain ridge regression on the last epoch. `nudge` learns a step instead. G and
-    B, by far the largest, are there only where something is fitted.
+    With φ = 0 it is plain ridge regression on the last epoch. `partial_fit` learns a step instead.
+    G and B, by far the largest, are there only where something is fitted.
 
-    As a bank's, arrays may begin with an axis of members; `member` gives one of them.
+    As a bank's, arrays may begin with an axis of runs; `of_run` gives one of them.
 
     Attributes:
         weights: W_out, shape (..., M, K, F).
@@ -63,12 +63,12 @@ class ReadoutBank:
         """Read the reservoirs: features (..., M, F) to outputs (..., M, K)."""
         return (self.weights @ features[..., None])[..., 0].astype(np.float64)
 
-    def member(self, index: tuple[int, ...]) -> ReadoutBank:
-        """Return one member's readouts, (M, K, F); what it learns is learned here."""
-        member: tuple[Any, ...] = (*index, ...)  # not a copy, also of a single number
-        return self._part(member, member)
+    def of_run(self, index: tuple[int, ...]) -> ReadoutBank:
+        """Return one run's readouts, (M, K, F); what it learns is learned here."""
+        run: tuple[Any, ...] = (*index, ...)  # not a copy, also of a single number
+        return self._part(run, run)
 
-    def first(self, count: int) -> ReadoutBank:
+    def first_modules(self, count: int) -> ReadoutBank:
         """Return the first modules' readouts, (..., M', K, F); what they learn is learned here."""
         return self._part((..., slice(count), slice(None), slice(None)), (...,))
 
@@ -77,25 +77,25 @@ class ReadoutBank:
         part._forgetting, part._ridge = self._forgetting, self._ridge
         part.weights, part._steps = self.weights[view], self._steps[steps]
         # Whoever asks for a part is going to fit it, or to give it what was fitted.
-        part._sums = _Sums(*(sums[view] for sums in self._remembered()))
+        part._sums = _Sums(*(sums[view] for sums in self._accumulated()))
         return part
 
-    def keep(self, members: NDArray[np.intp]) -> None:
-        """Go on with some of the members only, (R',) of R."""
-        self.weights, self._steps = self.weights[members], self._steps[members]
+    def select_runs(self, runs: NDArray[np.intp]) -> None:
+        """Go on with some of the runs only, (R',) of R."""
+        self.weights, self._steps = self.weights[runs], self._steps[runs]
         if self._sums is not None:
-            self._sums = _Sums(*(sums[members] for sums in self._sums))
+            self._sums = _Sums(*(sums[runs] for sums in self._sums))
 
-    def lose(self, modules: Sequence[int]) -> None:
+    def drop_modules(self, modules: Sequence[int]) -> None:
         """Go on without some modules' readouts, (K,) of M, and what they remember."""
         self.weights = np.delete(self.weights, modules, axis=-3)
         if self._sums is not None:
             self._sums = _Sums(*(np.delete(sums, modules, axis=-3) for sums in self._sums))
 
     def fit(
-        self, features: Features | Replay, targets: Array, step_weights: Array | None = None
+        self, features: Features | FeatureReplay, targets: Array, step_weights: Array | None = None
     ) -> None:
-        """Learn an epoch of one member.
+        """Learn an epoch of one run.
 
         Args:
             features: Features z, shape (T, M, F).
@@ -107,16 +107,16 @@ class ReadoutBank:
             BadOptionError: The ridge is too small.
         """
         steps, count, _ = features.shape
-        gram, moment = self._remembered()
+        gram, moment = self._accumulated()
         self._steps[...] = self._forgetting * self._steps + steps
         ridge = self._ridge * float(self._steps)
-        wanted = np.broadcast_to(targets.astype(PRECISION), (steps, count, targets.shape[2]))
+        outputs = np.broadcast_to(targets.astype(PRECISION), (steps, count, targets.shape[2]))
         roots = None if step_weights is None else np.sqrt(step_weights, dtype=PRECISION)
         gram *= self._forgetting
         moment *= self._forgetting
         for rows, block in blocks(features):
             for i in range(count):
-                z, y = block[:, i], wanted[rows, i]
+                z, y = block[:, i], outputs[rows, i]
                 if roots is not None:
                     z, y = roots[rows, i, None] * z, roots[rows, i, None] * y
                 z = z.astype(gram.dtype, copy=False)
@@ -134,7 +134,7 @@ class ReadoutBank:
                 ) from None
             self.weights[i] = linalg.cho_solve(factor, moment[i], check_finite=False).T
 
-    def nudge(self, features: Features, errors: Array, rate: float) -> None:
+    def partial_fit(self, features: Features, errors: Array, rate: float) -> None:
         """Move the weights along an error by normalised LMS.
 
             W_out,i ← W_out,i + η e_i z_iᵀ / (ε + z_iᵀz_i)
@@ -154,7 +154,7 @@ class ReadoutBank:
         """Return a copy of everything that `fit` and reading depend on."""
         state: dict[str, NDArray[Any]] = {"weights": self.weights, "steps": self._steps}
         if self._steps.any():
-            state |= self._remembered()._asdict()
+            state |= self._accumulated()._asdict()
         return {name: value.copy() for name, value in state.items()}
 
     def load_state_dict(self, state: Mapping[str, Array], prefix: str = "") -> None:
@@ -171,13 +171,13 @@ class ReadoutBank:
         _assign(self.weights, state[f"{prefix}weights"])
         _assign(self._steps, state[f"{prefix}steps"])
         if self._steps.any():
-            for name, sums in self._remembered()._asdict().items():
+            for name, sums in self._accumulated()._asdict().items():
                 _assign(sums, state[f"{prefix}{name}"])
         elif self._sums is not None:
             for sums in self._sums:
                 sums[...] = 0.0
 
-    def _remembered(self) -> _Sums:
+    def _accumulated(self) -> _Sums:
         """Return the sums, 0 before the first epoch."""
         if self._sums is None:
             *modules, outputs, features = self.weights.shape

@@ -20,7 +20,7 @@ from mpma_mj.identification.latency import latency_interval
 from mpma_mj.identification.log import RobotLog
 from mpma_mj.identification.misfit import Misfit
 from mpma_mj.identification.parameters import UNITS, changed, values
-from mpma_mj.identification.simulate import Replay, threads
+from mpma_mj.identification.simulate import FeatureReplay, threads
 from mpma_mj.identification.uncertainty import evidence
 from mpma_mj.kinematics import JOINT_NAMES
 from mpma_mj.utils.atomic_files import FORMAT
@@ -236,10 +236,10 @@ def identify(
     names = [name for name in UNITS if own[name].any()]
     with threads() as pool:
 
-        def replay(length: int, most: int | None = None) -> Replay:
+        def replay(length: int, most: int | None = None) -> FeatureReplay:
             begins = np.arange(first, len(log) - length, length)
             stride = 1 if most is None else max(1, len(begins) // most)
-            return Replay(pool, arms, log, begins[::stride], length=length, steps=steps)
+            return FeatureReplay(pool, arms, log, begins[::stride], length=length, steps=steps)
 
         length = max(_FEWEST_ROWS, round(_WINDOW / log.period))
         fine = Misfit(arms, replay(length), names, tick)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.identification.parameters import changed
-from mpma_mj.identification.simulate import Replay
+from mpma_mj.identification.simulate import FeatureReplay
 
 __all__ = ["Misfit"]
 
@@ -27,7 +27,7 @@ class Misfit:
     def __init__(
         self,
         model: mujoco.MjModel,
-        replay: Replay,
+        replay: FeatureReplay,
         names: Sequence[str],
         tick: Callable[[], None] = lambda: None,
     ) -> None:

@@ -15,7 +15,7 @@ from mpma_mj.identification.log import FIRST_ROW, RobotLog
 from mpma_mj.kinematics import JOINT_NAMES
 from mpma_mj.utils.system import processors
 
-__all__ = ["Replay", "threads"]
+__all__ = ["FeatureReplay", "threads"]
 
 Array = NDArray[np.float64]
 
@@ -32,7 +32,7 @@ def threads() -> Iterator[rollout.Rollout]:
         yield pool
 
 
-class Replay:
+class FeatureReplay:
     """Windows of a log, each simulated from the logged state at its begin.
 
     Attributes:

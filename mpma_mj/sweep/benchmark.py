@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import get_args
 
-from mpma_mj.agents.kinds import DO_NOT_LEARN
+from mpma_mj.agents.registry import NOT_TRAINABLE
 from mpma_mj.options import AgentName, Arms
 from mpma_mj.sweep.asked import Asked, by_point, seeds
 from mpma_mj.sweep.folder import Finished
@@ -100,7 +100,7 @@ def as_markdown(asked: Asked, runs: Sequence[Finished]) -> str:
     titles.append("seconds a run")
     rows = []
     for line in lines(asked, runs):
-        learns = line.point.agent not in DO_NOT_LEARN
+        learns = line.point.agent not in NOT_TRAINABLE
         rows.append(
             [
                 *(line.motion, line.point.arms, line.point.agent),

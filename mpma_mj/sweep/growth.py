@@ -15,7 +15,7 @@ from mpma_mj.utils.tables import markdown_table
 
 __all__ = ["SETTLED", "as_markdown", "ask", "by_number", "growing_runs"]
 
-SETTLED = "modules_awake"
+SETTLED = "modules_enabled"
 """Name of the number of modules, in the summary of a run that grows."""
 
 # Title, name in a summary, digits after the point.

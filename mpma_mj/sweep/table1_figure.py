@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from mpma_mj.agents.gains import CRITERION
+from mpma_mj.agents.gain_schedule import CRITERION
 from mpma_mj.figure_file import figure_file
 from mpma_mj.sweep.asked import Asked
 from mpma_mj.sweep.folder import Finished

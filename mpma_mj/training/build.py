@@ -10,10 +10,10 @@ from typing import Any, Literal, TypeAlias, overload
 from dm_control.rl import control
 from threadpoolctl import threadpool_limits
 
-from mpma_mj.agents import AGENTS, MPMA, Agent, Arena, MPMAConfig
-from mpma_mj.agents.agent import Seeds
-from mpma_mj.agents.hearing import Hearing, heard_size
-from mpma_mj.agents.kinds import NOT_TAKEN
+from mpma_mj.agents import AGENTS, MPMA, Agent, AgentSpec, MPMAConfig
+from mpma_mj.agents.altered_context import AlteredContext, altered_context_size
+from mpma_mj.agents.base import Seeds
+from mpma_mj.agents.registry import IRRELEVANT_OPTIONS
 from mpma_mj.envs.options import seeds_of_members, whole_seed
 from mpma_mj.envs.task import TwoArmImitation
 from mpma_mj.envs.vector import FlatVectorImitationEnv, VectorImitationEnv
@@ -71,8 +71,8 @@ def make_agent(
             others' follow, or one for each.
 
     Returns:
-        The agent; for many environments as many side by side, see `SideBySide`: they learn by
-        `learn_side_by_side()` in place of `learn()`.
+        The agent; for many environments as many side by side, see `BatchedAgent`: they learn by
+        `learn_batch()` in place of `learn()`.
 
     Raises:
         BadOptionError: There is no such kind, a seed is no whole number from 0 up, there are not
@@ -81,7 +81,7 @@ def make_agent(
     if not isinstance(config, MPMAConfig):
         raise BadOptionError(f"config is {config!r}; expected an MPMAConfig")
     _check_name("kind", kind)
-    return AGENTS[kind](config, _arena(env), _seeds(env, seed))
+    return AGENTS[kind](config, _spec(env), _seeds(env, seed))
 
 
 def _check_name(option: str, name: object) -> None:
@@ -89,17 +89,17 @@ def _check_name(option: str, name: object) -> None:
         raise BadOptionError(f"{option} is '{name}'; expected one of {', '.join(AGENTS)}")
 
 
-def _arena(env: Environments) -> Arena:
+def _spec(env: Environments) -> AgentSpec:
     if isinstance(env, FlatVectorImitationEnv):
         raise BadOptionError("env is flat, but agents need observations by name; leave flat out")
     if isinstance(env, VectorImitationEnv):
         context_size = len(env.motion.labels)
-        return Arena(context_size, env.max_joint_speed, env.control_timestep)
+        return AgentSpec(context_size, env.max_joint_speed, env.control_timestep)
     if not isinstance(getattr(env, "task", None), TwoArmImitation):
         raise BadOptionError(
             f"env is {env}; expected what mpma_mj.load or mpma_mj.make_vec returned"
         )
-    return Arena(
+    return AgentSpec(
         context_size=env.observation_spec()["context"].shape[0],
         max_joint_speed=env.task.max_joint_speed,
         control_timestep=env.control_timestep(),
@@ -131,19 +131,21 @@ def agent_of(config: RunConfig, env: Environments, seed: Seeds) -> Agent:
     """
     _check_name("agent", config.agent)
     _refuse_what_is_not_taken(config)
-    arena, seeds = _arena(env), _seeds(env, seed)
-    heard = dataclasses.replace(arena, context_size=heard_size(config.hears, arena.context_size))
+    spec, seeds = _spec(env), _seeds(env, seed)
+    heard = dataclasses.replace(
+        spec, context_size=altered_context_size(config.context_signal, spec.context_size)
+    )
     agent = AGENTS[config.agent](architecture(config), heard, seeds)
-    if config.hears == "labels":
+    if config.context_signal == "labels":
         return agent
     stage = env if isinstance(env, VectorImitationEnv) else env.task
-    return Hearing(agent, config.hears, stage.context, stage.period, seeds)
+    return AlteredContext(agent, config.context_signal, stage.context, stage.period, seeds)
 
 
 def _refuse_what_is_not_taken(config: RunConfig) -> None:
     for setting in fields(config):
         value = getattr(config, setting.name)
-        if setting.name in NOT_TAKEN.get(config.agent, ()) and value != setting.default:
+        if setting.name in IRRELEVANT_OPTIONS.get(config.agent, ()) and value != setting.default:
             raise BadOptionError(
                 f"{setting.name} is {value}, which {config.agent} does not have; leave it out"
             )
@@ -152,7 +154,7 @@ def _refuse_what_is_not_taken(config: RunConfig) -> None:
 def config_of(config: RunConfig, agent: AgentName) -> RunConfig:
     """Return the settings of a run for another agent; what it does not have is left out."""
     default = {setting.name: setting.default for setting in fields(config)}
-    left_out: dict[str, Any] = {name: default[name] for name in NOT_TAKEN.get(agent, ())}
+    left_out: dict[str, Any] = {name: default[name] for name in IRRELEVANT_OPTIONS.get(agent, ())}
     return dataclasses.replace(config, agent=agent, **left_out)
 
 

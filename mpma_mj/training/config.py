@@ -11,7 +11,7 @@ import tyro
 
 from mpma_mj import __version__
 from mpma_mj.motions.options import ReadingOptions
-from mpma_mj.options import AgentName, Arms, ForwardInput, HearsName, RuleName
+from mpma_mj.options import AgentName, Arms, ContextSignal, EfferenceCopy, RuleName
 
 __all__ = ["ReadingArguments", "RunConfig", "Settings", "versions"]
 
@@ -42,11 +42,12 @@ class Settings(ReadingArguments):
         repeats: How often the movement is danced in an epoch.
         noise: Standard deviation of the noise on the demonstration, 0.01 is 1 %.
         agent: MPMA, or one to compare it with.
-        hears: What it hears of the music: the labels as they are; or, to find out what they are
-            good for, nothing, one constant sound, the labels shuffled, or each cut in two halves.
+        context_signal: What it hears of the music: the labels as they are; or, to find out what
+            they are good for, nothing, one constant sound, the labels shuffled, or each cut in two
+            halves.
         responsibility_predictors: Whether it counts what they say; if not, all are as suited.
         forward_gating: Whether it counts whose forward model predicted well.
-        forward_input: Which command forward models hear: the total, or each module's own.
+        efference_copy: Which command forward models hear: the total, or each module's own.
         proprioception: Whether models sense the joint angles too; the paper's do not.
         spectral_radius: Spectral radius of the reservoirs.
         reservoir_noise: Noise level of the reservoirs.
@@ -61,10 +62,10 @@ class Settings(ReadingArguments):
     repeats: int = 3
     noise: float = 0.01
     agent: AgentName = "mpma"
-    hears: HearsName = "labels"
+    context_signal: ContextSignal = "labels"
     responsibility_predictors: bool = True
     forward_gating: bool = True
-    forward_input: ForwardInput = "total"
+    efference_copy: EfferenceCopy = "total"
     proprioception: bool = True
     spectral_radius: float = 0.1
     reservoir_noise: float = 0.2

@@ -11,7 +11,7 @@ from dm_control.rl import control
 from numpy.typing import NDArray
 
 from mpma_mj import metrics
-from mpma_mj.agents.gains import CRITERION, FINAL_FEEDBACK
+from mpma_mj.agents.gain_schedule import CRITERION, FINAL_FEEDBACK
 from mpma_mj.envs.vector import VectorImitationEnv
 from mpma_mj.training.trace import epoch_metrics
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.agent import SideBySide
+from mpma_mj.agents.base import BatchedAgent
 from mpma_mj.errors import DivergedError
 from mpma_mj.motions import Motion
 from mpma_mj.training.build import agent_of, architecture, environments_of, one_thread
@@ -108,7 +108,7 @@ class Crowd:
         self._set_stage()
         seeds = self._seeds.tolist()
         agent = agent_of(self._config, self._envs, seeds)
-        assert isinstance(agent, SideBySide)
+        assert isinstance(agent, BatchedAgent)
         self._agent = agent
         self._courses = [Course(Stage.of(self._envs)) for _ in configs]
 
@@ -117,7 +117,7 @@ class Crowd:
         states = self._agent.state_dict() if self._keeps_states else {}
         traces, diverged = record_epochs(self._envs, self._agent, self.epoch)
         self.epoch += 1
-        logged = self._agent.learn_side_by_side()
+        logged = self._agent.learn_batch()
         learns = bool(logged)
         done = diverged.copy()
         for row, run in enumerate(self.going.tolist()):
@@ -169,7 +169,7 @@ class Crowd:
         self.going = self.going[stay]
         self._envs.close()
         if len(stay):
-            self._agent.keep(stay)
+            self._agent.select_runs(stay)
             self._set_stage()
 
     def _set_stage(self) -> None:

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from mpma_mj import metrics
 from mpma_mj.agents import Agent
-from mpma_mj.agents.agent import Observation
-from mpma_mj.agents.memory import Memory
+from mpma_mj.agents.base import Observation
+from mpma_mj.agents.episode_buffer import EpisodeBuffer
 from mpma_mj.envs.vector import VectorImitationEnv
 from mpma_mj.errors import DivergedError
 
@@ -42,7 +42,7 @@ def record_epoch(env: control.Environment, agent: Agent, epoch: int) -> dict[str
     env.task.episode = epoch
     agent.reset(epoch)
     timestep = env.reset()
-    seen, done = Memory(), Memory()
+    seen, done = EpisodeBuffer(), EpisodeBuffer()
     seen.append(_seen(timestep.observation, env.physics.posture()))
     while not timestep.last():
         action = agent.act(timestep.observation)
@@ -80,7 +80,7 @@ def record_epochs(
     envs.episode[:] = epoch
     agent.reset(epoch)
     observation, _ = envs.reset()
-    seen, done = Memory(), Memory()
+    seen, done = EpisodeBuffer(), EpisodeBuffer()
     seen.append(_seen(observation, envs.posture))
     diverged = np.zeros(envs.num_envs, bool)
     for _ in range(envs.steps):

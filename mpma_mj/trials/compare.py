@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.kinds import AGENTS, DO_NOT_LEARN
+from mpma_mj.agents.registry import AGENTS, NOT_TRAINABLE
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.errors import BadOptionError, WorkerError
 from mpma_mj.feedback import joint_error
@@ -141,8 +141,8 @@ def jobs(
         if value < 1:
             raise BadOptionError(f"{name} is {value}; expected at least 1")
     agent = configs[0].agent
-    if agent in DO_NOT_LEARN:
-        learners = ", ".join(name for name in AGENTS if name not in DO_NOT_LEARN)
+    if agent in NOT_TRAINABLE:
+        learners = ", ".join(name for name in AGENTS if name not in NOT_TRAINABLE)
         raise BadOptionError(f"agent is {agent}, which does not learn; expected one of {learners}")
     check(configs[0], motion)
     return [

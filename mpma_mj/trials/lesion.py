@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from mpma_mj import metrics
 from mpma_mj.agents import HAMMER
-from mpma_mj.agents.agent import SideBySide
-from mpma_mj.agents.pairs import PairsAgent
-from mpma_mj.agents.wrapper import pairs_of
+from mpma_mj.agents.base import BatchedAgent
+from mpma_mj.agents.paired_models import PairedModels
+from mpma_mj.agents.wrapper import paired_models_of
 from mpma_mj.context import active_label
 from mpma_mj.envs.vector import VectorImitationEnv
 from mpma_mj.errors import BadOptionError, DivergedError
@@ -136,7 +136,7 @@ class Lesions:
 
 
 def what_can_be_lost(trained: Trained) -> list[Lost]:
-    """Return nothing, each module, each two modules that leave another one awake, and all.
+    """Return nothing, each module, each two modules that leave another one enabled, and all.
 
     Args:
         trained: One agent.
@@ -145,8 +145,8 @@ def what_can_be_lost(trained: Trained) -> list[Lost]:
         BadOptionError: The agent has no modules, or a single one.
         CheckpointError: What it has learned does not fit its settings.
     """
-    awake = _pairs(trained).awake[0]
-    modules = np.flatnonzero(awake).tolist()
+    enabled = _pairs(trained).enabled[0]
+    modules = np.flatnonzero(enabled).tolist()
     if len(modules) == 1:
         raise BadOptionError(
             f"{trained.source or 'trained agent'}: has one module, and none that could take over;"
@@ -174,24 +174,24 @@ def dance_without(trained: Trained, lost: Lost, retrain: int) -> Lesion:
         DivergedError: The simulation did not stay finite.
     """
     pairs = _pairs(trained)
-    awake = pairs.awake[0]
-    left = np.delete(np.arange(len(awake)), lost)
-    silent = not awake[left].any()
+    enabled = pairs.enabled[0]
+    left = np.delete(np.arange(len(enabled)), lost)
+    silent = not enabled[left].any()
     if silent:
-        left = np.arange(len(awake))
+        left = np.arange(len(enabled))
         agent = dataclasses.replace(trained, state=_without_commands(trained.state))
     else:
-        pairs.lose(lost)
+        pairs.drop_modules(lost)
         agent = _Lesioned(**vars(trained) | {"state": pairs.state_dict()}, whole=trained, lost=lost)
     world = World("home", trained.motion, {})
-    at_once = _seen(_danced(agent, world, lost), left, len(awake))
+    at_once = _seen(_danced(agent, world, lost), left, len(enabled))
     prepared = isinstance(pairs, HAMMER) and not pairs.is_preparing
     if silent or prepared or retrain == 0:
         return Lesion(lost, at_once, None)
     agent, course = adapt(agent, world, retrain)
     if np.isnan(course).any():
         raise _diverged(lost)
-    return Lesion(lost, at_once, _seen(_danced(agent, world, lost), left, len(awake)))
+    return Lesion(lost, at_once, _seen(_danced(agent, world, lost), left, len(enabled)))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -206,19 +206,19 @@ class _Lesioned(Trained):
     whole: Trained
     lost: Lost
 
-    def agent(self, envs: VectorImitationEnv) -> SideBySide:
+    def agent(self, envs: VectorImitationEnv) -> BatchedAgent:
         """Return the agent, with what it has learned since."""
         agent = self.whole.agent(envs)
-        pairs_of(agent).lose(self.lost)
+        paired_models_of(agent).drop_modules(self.lost)
         load_state(agent, self.state, self.source)
         return agent
 
 
-def _pairs(trained: Trained) -> PairsAgent:
+def _pairs(trained: Trained) -> PairedModels:
     """Return the agent itself, where no world is needed."""
     envs = environments_of(trained.configs[0], trained.seeds, trained.motion, {})
     with contextlib.closing(envs):
-        return pairs_of(trained.agent(envs))
+        return paired_models_of(trained.agent(envs))
 
 
 def _without_commands(state: dict[str, Array]) -> dict[str, Array]:

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.kinds import LEARN_NO_MORE
+from mpma_mj.agents.registry import NO_FINE_TUNING
 from mpma_mj.errors import DivergedError
 from mpma_mj.motions import Motion
 from mpma_mj.options import AgentName
@@ -150,7 +150,7 @@ def jobs(
     crowds = [(crowd[0].agent, crowd, None) for crowd in cut(rivals, workers)]
     work = []
     for agent, configs, trained in [*crowds, (THIS_RUN, own.configs, own)]:
-        learns = adapts > 0 and configs[0].agent not in LEARN_NO_MORE
+        learns = adapts > 0 and configs[0].agent not in NO_FINE_TUNING
         for part in _by_disturbance(trials) if learns else [trials]:
             work.append(
                 StressJob(

@@ -85,7 +85,7 @@ def adapt(trained: Trained, world: World, epochs: int) -> tuple[Trained, Array]:
             traces, diverged = record_epochs(envs, agent, EPISODE + 1 + epoch)
             lost |= diverged
             errors[epoch] = np.where(lost, np.nan, [_error(trace) for trace in traces])
-            agent.learn_side_by_side()
+            agent.learn_batch()
         return dataclasses.replace(trained, state=agent.state_dict()), errors
 
 

@@ -5,9 +5,9 @@ import pytest
 from scipy import linalg
 
 from mpma_mj import load, make_agent
-from mpma_mj.agents import HAMMER, Arena, MPMAConfig
+from mpma_mj.agents import HAMMER, AgentSpec, MPMAConfig
+from mpma_mj.agents.config import NetworkConfig
 from mpma_mj.agents.hammer import next_confidence
-from mpma_mj.agents.networks import PairsConfig
 from mpma_mj.errors import BadOptionError
 from mpma_mj.esn import PRECISION
 from mpma_mj.training.trace import record_epoch
@@ -16,8 +16,8 @@ SPEED = np.array([12.0, 12.0, 20.0, 15.0] * 2)
 
 
 def hammer(pairs: int = 4) -> HAMMER:
-    config = PairsConfig(modules=pairs, nodes=20)
-    return HAMMER(config, Arena(pairs, SPEED, 0.05))
+    config = NetworkConfig(modules=pairs, nodes=20)
+    return HAMMER(config, AgentSpec(pairs, SPEED, 0.05))
 
 
 def dance(agent: Any, epochs: int, learn: bool = True) -> dict[str, np.ndarray]:

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from mpma_mj import load, make_agent
-from mpma_mj.agents import MOSAIC, Arena, MPMAConfig
+from mpma_mj.agents import MOSAIC, AgentSpec, MPMAConfig
+from mpma_mj.agents.config import NetworkConfig
 from mpma_mj.agents.mosaic import LearningRates
-from mpma_mj.agents.networks import PairsConfig
 from mpma_mj.errors import BadOptionError
 from mpma_mj.esn import PRECISION
 from mpma_mj.training.trace import record_epoch
@@ -16,8 +16,8 @@ SPEED = np.array([12.0, 12.0, 20.0, 15.0] * 2)
 
 def mosaic(modules: int = 3, **rates: float) -> MOSAIC:
     return MOSAIC(
-        PairsConfig(modules=modules, nodes=20),
-        Arena(4, SPEED, 0.05),
+        NetworkConfig(modules=modules, nodes=20),
+        AgentSpec(4, SPEED, 0.05),
         rates=LearningRates(**rates),
     )
 
@@ -43,7 +43,7 @@ def test_every_step_moves_every_readout_along_its_gated_error() -> None:
         timestep = env.step(agent.act(timestep.observation))
         step = agent._steps[-1]
         agent.observe(timestep)
-        feedback = agent._arena.feedback(
+        feedback = agent._spec.feedback(
             timestep.observation["joint_angles"], timestep.observation["reference"]
         )
         for i in range(3):
@@ -138,8 +138,8 @@ def test_rates_at_which_nothing_converges_are_refused(rate: object) -> None:
 def test_a_width_without_width_is_refused(sigma: object) -> None:
     with pytest.raises(BadOptionError, match=f"sigma is {sigma!r}; expected above 0"):
         MOSAIC(
-            PairsConfig(nodes=5),
-            Arena(4, SPEED, 0.05),
+            NetworkConfig(nodes=5),
+            AgentSpec(4, SPEED, 0.05),
             sigma=sigma,
         )
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import mpma_mj
-from mpma_mj.agents import MPMA, Arena, MPMAConfig
-from mpma_mj.agents.learning import RULES, Epoch
+from mpma_mj.agents import MPMA, AgentSpec, MPMAConfig
+from mpma_mj.agents.learning_rules import RULES, Epoch
 from mpma_mj.envs.load import load
 from mpma_mj.errors import BadOptionError
 from mpma_mj.esn import PRECISION
@@ -19,7 +19,7 @@ SPEED = np.array([12.0, 12.0, 20.0, 15.0] * 2)
 
 def agent(seed: int = 0, **config: Any) -> MPMA:
     settings = MPMAConfig(**({"nodes": 20, "modules": 3} | config))
-    return MPMA(settings, Arena(4, SPEED, 0.05), seed=seed)
+    return MPMA(settings, AgentSpec(4, SPEED, 0.05), seed=seed)
 
 
 def dance(player: MPMA, epochs: int = 1, seed: int = 0) -> np.ndarray:
@@ -59,9 +59,9 @@ def test_untrained_it_is_the_feedback_controller() -> None:
 
 
 @pytest.mark.parametrize("rule", ["weighted", "gated"])
-@pytest.mark.parametrize("forward_input", ["total", "own"])
-def test_signals_obey_the_equations(rule: str, forward_input: str) -> None:
-    player = agent(rule=rule, forward_input=forward_input)
+@pytest.mark.parametrize("efference_copy", ["total", "module"])
+def test_signals_obey_the_equations(rule: str, efference_copy: str) -> None:
+    player = agent(rule=rule, efference_copy=efference_copy)
     dance(player, epochs=3)
     gains = player.gains
     actions, signals = dance(player), player.signals()
@@ -77,9 +77,9 @@ def test_signals_obey_the_equations(rule: str, forward_input: str) -> None:
 
 
 @pytest.mark.parametrize("proprioception", [True, False])
-@pytest.mark.parametrize("forward_input", ["total", "own"])
-def test_networks_hear_what_the_equations_say(forward_input: str, proprioception: bool) -> None:
-    player = agent(forward_input=forward_input, proprioception=proprioception)
+@pytest.mark.parametrize("efference_copy", ["total", "module"])
+def test_networks_hear_what_the_equations_say(efference_copy: str, proprioception: bool) -> None:
+    player = agent(efference_copy=efference_copy, proprioception=proprioception)
     dance(player, 2)
     observations = watch(player)
     epoch = Epoch.of(player._episode(()))
@@ -90,7 +90,7 @@ def test_networks_hear_what_the_equations_say(forward_input: str, proprioception
         assert epoch.inverse_features.shape[2] == player.config.nodes + len(inverse)
         np.testing.assert_array_equal(epoch.inverse_features[t, 1, -len(inverse) :], inverse)
         np.testing.assert_array_equal(epoch.predictor_features[t, 1, -4:], seen["context"])
-        heard = epoch.action[t] if forward_input == "total" else epoch.module_actions[t, 1]
+        heard = epoch.action[t] if efference_copy == "total" else epoch.module_actions[t, 1]
         forward = np.concatenate([heard, sensed]).astype(PRECISION)
         assert epoch.forward_features.shape[2] == player.config.nodes + len(forward)
         np.testing.assert_array_equal(epoch.forward_features[t, 1, -len(forward) :], forward)
@@ -206,7 +206,7 @@ def test_one_module_is_always_responsible() -> None:
         ({"modules": 0}, "modules is 0"),
         ({"nodes": 0}, "nodes is 0"),
         ({"rule": "magic"}, "rule is 'magic'"),
-        ({"forward_input": "none"}, "forward_input is 'none'"),
+        ({"efference_copy": "none"}, "efference_copy is 'none'"),
         ({"spectral_radius": 1.0}, "spectral_radius is 1"),
         ({"reservoir_noise": -0.1}, "reservoir_noise is -0.1"),
         ({"ridge": 0.0}, "ridge is 0.0; expected above 0"),

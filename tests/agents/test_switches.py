@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mpma_mj.agents.responsibility import likelihood, prediction_errors
+from mpma_mj.agents.gating import likelihood, prediction_errors
 from tests.agents.test_mpma import agent, dance, watch
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mpma_mj import load, metrics
-from mpma_mj.agents import Arena, FeedbackOnly, RandomAgent
+from mpma_mj.agents import AgentSpec, FeedbackOnly, RandomAgent
 from mpma_mj.envs import gl
 from mpma_mj.envs.gym import ImitationEnv
 from mpma_mj.envs.wrappers import Evaluate, FeedbackAssist, RecordVideo, Wrapper
@@ -123,7 +123,7 @@ def test_assisted_doing_nothing_is_feedback_alone(arms: str) -> None:
         "max_joint_speed": env.task.max_joint_speed,
         "control_timestep": env.control_timestep(),
     }
-    alone = danced(env, FeedbackOnly(Arena(4, **limits)).act)
+    alone = danced(env, FeedbackOnly(AgentSpec(4, **limits)).act)
     assert_same(danced(FeedbackAssist(ymca(arms), gain=1.0), nothing), alone)
 
 

@@ -97,7 +97,7 @@ def test_state_is_a_copy(data: tuple[np.ndarray, ...]) -> None:
 
 def test_a_nudge_is_a_step_of_normalised_lms() -> None:
     bank = ReadoutBank(np.array([[[1.0, -1.0]], [[0.0, 0.0]]]))
-    bank.nudge(np.array([[3.0, 4.0], [1.0, 0.0]]), np.array([[0.5], [-2.0]]), rate=0.1)
+    bank.partial_fit(np.array([[3.0, 4.0], [1.0, 0.0]]), np.array([[0.5], [-2.0]]), rate=0.1)
     # zᵀz is 25 and 1, so that the weights move by 0.1 · 0.5 / 25 · [3, 4] and 0.1 · -2 · [1, 0].
     np.testing.assert_allclose(bank.weights, [[[1.006, -0.992]], [[-0.2, 0.0]]], atol=1e-6)
 
@@ -109,12 +109,12 @@ def test_nudges_leave_the_closed_forms_share_of_the_error(rate: float) -> None:
     bank = ReadoutBank(np.zeros((M, K, F)))
     for step in range(4):
         np.testing.assert_allclose(y - bank(z), (1 - rate) ** step * y, atol=1e-5)
-        bank.nudge(z, y - bank(z), rate)
+        bank.partial_fit(z, y - bank(z), rate)
 
 
 def test_a_nudge_on_silent_features_changes_nothing() -> None:
     bank = ReadoutBank(np.ones((M, K, F)))
-    bank.nudge(np.zeros((M, F)), np.ones((M, K)), 1.0)
+    bank.partial_fit(np.zeros((M, F)), np.ones((M, K)), 1.0)
     np.testing.assert_array_equal(bank.weights, 1.0)
 
 
@@ -123,18 +123,18 @@ def side_by_side(data: tuple[np.ndarray, ...], members: int = 3) -> ReadoutBank:
     z, y, w = data
     bank = ReadoutBank(np.zeros((members, M, K, F)), forgetting=0.7, ridge=1e-3)
     for i in range(members):
-        bank.member((i,)).fit(z, (i + 1) * y, w)
+        bank.of_run((i,)).fit(z, (i + 1) * y, w)
     return bank
 
 
 def test_those_who_are_kept_read_and_learn_on_as_before(data: tuple[np.ndarray, ...]) -> None:
     z, y, w = data
     bank, whole = side_by_side(data), side_by_side(data)
-    bank.keep(np.array([2, 0]))
+    bank.select_runs(np.array([2, 0]))
     for row, member in enumerate((2, 0)):
         np.testing.assert_array_equal(bank.weights[row], whole.weights[member])
         for own, index in ((bank, row), (whole, member)):
-            own.member((index,)).fit(z[::-1], y, w)
+            own.of_run((index,)).fit(z[::-1], y, w)
         np.testing.assert_array_equal(bank.weights[row], whole.weights[member])
         assert np.abs(bank.weights[row]).max() > 0.01
 
@@ -142,12 +142,12 @@ def test_those_who_are_kept_read_and_learn_on_as_before(data: tuple[np.ndarray, 
 def test_modules_that_are_left_read_and_learn_on_as_before(data: tuple[np.ndarray, ...]) -> None:
     z, y, w = data
     bank, whole = side_by_side(data), side_by_side(data)
-    bank.lose([1])
+    bank.drop_modules([1])
     left = [0, 2]
     for member in range(3):
         np.testing.assert_array_equal(bank.weights[member], whole.weights[member, left])
-        bank.member((member,)).fit(z[::-1][:, left], y[:, left], w[:, left])
-        whole.member((member,)).fit(z[::-1], y, w)
+        bank.of_run((member,)).fit(z[::-1][:, left], y[:, left], w[:, left])
+        whole.of_run((member,)).fit(z[::-1], y, w)
         np.testing.assert_array_equal(bank.weights[member], whole.weights[member, left])
     assert np.abs(bank.weights).max() > 0.01
 
@@ -155,14 +155,14 @@ def test_modules_that_are_left_read_and_learn_on_as_before(data: tuple[np.ndarra
 def test_readouts_that_were_never_fitted_can_be_kept_too() -> None:
     bank = ReadoutBank(np.arange(3.0 * M * K * F).reshape(3, M, K, F))
     kept = bank.weights[[1]]
-    bank.keep(np.array([1]))
+    bank.select_runs(np.array([1]))
     np.testing.assert_array_equal(bank.weights, kept)
 
 
 def test_what_a_part_learns_is_learned_by_the_whole(data: tuple[np.ndarray, ...]) -> None:
     z, y, w = data
     bank, alone = readout(0.7), readout(0.7)
-    bank.first(2).fit(z[:, :2], y[:, :2], w[:, :2])
+    bank.first_modules(2).fit(z[:, :2], y[:, :2], w[:, :2])
     alone.fit(z, y, w)
     state, whole = bank.state_dict(), alone.state_dict()
     for name in ("weights", "gram", "moment"):
@@ -173,8 +173,8 @@ def test_what_a_part_learns_is_learned_by_the_whole(data: tuple[np.ndarray, ...]
 def test_sums_are_in_a_state_only_where_something_was_fitted(data: tuple[np.ndarray, ...]) -> None:
     z, y, w = data
     bank = readout(0.7)
-    bank.nudge(z[0], y[0], 0.5)
-    bank.member(())  # to look at a part is not to fit it
+    bank.partial_fit(z[0], y[0], 0.5)
+    bank.of_run(())  # to look at a part is not to fit it
     assert bank.state_dict().keys() == {"weights", "steps"}
     bank.fit(z, y, w)
     assert bank.state_dict().keys() == {"weights", "steps", "gram", "moment"}

@@ -16,7 +16,7 @@ from mpma_mj.identification import RobotLog, record
 from mpma_mj.identification.fit import robust_loss
 from mpma_mj.identification.misfit import Misfit
 from mpma_mj.identification.parameters import UNITS, changed
-from mpma_mj.identification.simulate import Replay, threads
+from mpma_mj.identification.simulate import FeatureReplay, threads
 from mpma_mj.identification.uncertainty import Evidence, evidence
 from tests.identification.conftest import LATENCY
 
@@ -49,7 +49,7 @@ def gentle() -> RobotLog:
 def misfit_of(log: RobotLog, pool: object, factors: dict[str, float] | None = None) -> Misfit:
     model = changed(MODEL, factors or {})
     begins = np.arange(6, len(log) - 5, 5)
-    return Misfit(model, Replay(pool, MODEL, log, begins, length=5, steps=10), NAMES)
+    return Misfit(model, FeatureReplay(pool, MODEL, log, begins, length=5, steps=10), NAMES)
 
 
 def evidence_at_truth(

@@ -14,7 +14,7 @@ from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import RunFolderError
 from mpma_mj.identification import RobotLog, write_model
 from mpma_mj.identification.parameters import UNITS, changed, values
-from mpma_mj.identification.simulate import Replay, threads
+from mpma_mj.identification.simulate import FeatureReplay, threads
 from tests.identification.conftest import LATENCY, perturbed
 
 MODEL = make_model(EnvironmentOptions())
@@ -48,7 +48,7 @@ def test_a_common_factor_on_all_parameters_and_forces_changes_no_movement(log: R
     double = changed(MODEL, dict.fromkeys(UNITS, 2.0))
     begins = np.array([10])
     with threads() as pool:
-        replay = Replay(pool, MODEL, log, begins, length=40, steps=10)
+        replay = FeatureReplay(pool, MODEL, log, begins, length=40, steps=10)
         weak, _ = replay.simulate(double, 0)
         double.actuator_forcerange *= 2.0
         strong, _ = replay.simulate(double, 0)
@@ -60,7 +60,7 @@ def test_a_common_factor_on_all_parameters_and_forces_changes_no_movement(log: R
 def test_the_true_parameters_replay_a_log_exactly(log: RobotLog, factors: dict[str, float]) -> None:
     begins = np.array([10, 30])
     with threads() as pool:
-        replay = Replay(pool, MODEL, log, begins, length=20, steps=10)
+        replay = FeatureReplay(pool, MODEL, log, begins, length=20, steps=10)
         exact = replay.simulate(changed(MODEL, factors), 10 * LATENCY)
         late, _ = replay.simulate(changed(MODEL, factors), 10 * LATENCY + 1)
     for simulated, measured in zip(exact, replay.measured(), strict=True):

@@ -23,7 +23,7 @@ def some_runs(asked: Asked) -> list[Finished]:
         finished(
             config,
             p_e_percent=0.5 + config.seed + (0 if config.responsibility_predictors else 0.25),
-            nmi=0.9 if config.hears == "labels" else 0.1 + 0.1 * config.seed,
+            nmi=0.9 if config.context_signal == "labels" else 0.1 + 0.1 * config.seed,
         )
         for config in asked.configs
     ]

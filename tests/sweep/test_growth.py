@@ -25,7 +25,7 @@ def finished(most: int, settled: dict[int, int], p_e: dict[int, float], own: flo
     for config in asked.configs:
         grows = config.agent == "growing"
         found = {"p_e_percent": own if grows else p_e[config.modules], "converged": True}
-        number = {"modules_awake": settled[config.seed], "growing": 0.0} if grows else {}
+        number = {"modules_enabled": settled[config.seed], "growing": 0.0} if grows else {}
         runs.append(Finished(config, found | number, 1, 0.5))
     return asked, runs
 

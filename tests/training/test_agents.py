@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from mpma_mj.agents.kinds import DO_NOT_LEARN
+from mpma_mj.agents.registry import NOT_TRAINABLE
 from mpma_mj.cli import main
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.imitate import resume, start
@@ -22,8 +22,8 @@ SMALL = RunConfig(nodes=10, modules=2, repeats=1, arms="kinematic")
     [
         {"agent": "hammer"},
         {"agent": "single"},
-        {"hears": "shuffled"},
-        {"agent": "mosaic", "hears": "halves"},
+        {"context_signal": "shuffled"},
+        {"agent": "mosaic", "context_signal": "halves"},
         {"forward_gating": False, "responsibility_predictors": False},
     ],
     ids=lambda settings: " ".join(map(str, settings.values())),
@@ -70,7 +70,7 @@ def same(whole: Path, parts: Path) -> None:
     [
         ("mosaic", ["--no-forward-gating"], "forward_gating is False"),
         ("mosaic", ["--rule", "gated"], "rule is gated"),
-        ("hammer", ["--forward-input", "own"], "forward_input is own"),
+        ("hammer", ["--efference-copy", "module"], "efference_copy is module"),
     ],
 )
 def test_settings_that_an_agent_does_not_have_are_refused_in_one_line(
@@ -88,7 +88,7 @@ def test_settings_that_an_agent_does_not_have_are_refused_in_one_line(
     assert not out.exists()
 
 
-@pytest.mark.parametrize("agent", DO_NOT_LEARN)
+@pytest.mark.parametrize("agent", NOT_TRAINABLE)
 def test_what_does_not_learn_is_refused_in_one_line(
     agent: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from mpma_mj.agents import AGENTS
-from mpma_mj.agents.kinds import DO_NOT_LEARN
+from mpma_mj.agents.registry import NOT_TRAINABLE
 from mpma_mj.envs.batch import PhysicsBatch
 from mpma_mj.envs.vector import VectorImitationEnv
 from mpma_mj.errors import BadOptionError
@@ -27,10 +27,10 @@ RULED = ("mpma", "single")  # agents that learn by a rule
 SETTINGS: list[dict[str, Any]] = [
     *({"agent": agent} for agent in AGENTS),
     *({"agent": agent, "rule": "gated"} for agent in RULED),
-    *({"hears": hears} for hears in ("nothing", "constant", "shuffled", "halves")),
-    {"agent": "mosaic", "hears": "shuffled"},
+    *({"context_signal": signal} for signal in ("nothing", "constant", "shuffled", "halves")),
+    {"agent": "mosaic", "context_signal": "shuffled"},
     {"responsibility_predictors": False},
-    {"forward_gating": False, "forward_input": "own"},
+    {"forward_gating": False, "efference_copy": "module"},
 ]
 
 
@@ -58,7 +58,7 @@ def exact(summaries: list[dict[str, Any]]) -> str:
 def test_each_run_is_to_the_bit_what_it_is_alone(settings: dict[str, Any], arms: str) -> None:
     configs = seeds(3, arms=arms, **settings)
     together = train_crowd(configs, ymca(), EPOCHS)
-    epochs = 1 if configs[0].agent in DO_NOT_LEARN else EPOCHS
+    epochs = 1 if configs[0].agent in NOT_TRAINABLE else EPOCHS
     assert exact(together) == exact([alone(config, epochs) for config in configs])
     if configs[0].agent != "feedback_only":
         assert len({summary["p_e_percent"] for summary in together}) == 3
@@ -91,7 +91,7 @@ def test_without_a_stop_all_epochs_are_danced_and_the_best_counts() -> None:
 def test_a_run_that_diverges_fails_alone(agent: str, monkeypatch: pytest.MonkeyPatch) -> None:
     configs = seeds(3, agent=agent)
     undisturbed = train_crowd(configs, ymca(), EPOCHS)
-    epoch = 1 if agent in DO_NOT_LEARN else 2
+    epoch = 1 if agent in NOT_TRAINABLE else 2
     steps = undisturbed[0]["environment_steps"] // undisturbed[0]["epochs"]
     calls, step = itertools.count(), PhysicsBatch.step
 
@@ -140,7 +140,7 @@ def test_environments_are_closed_also_where_an_epoch_fails(
 
 NO_MPMA: dict[str, Any] = {
     "rule": "gated",
-    "forward_input": "own",
+    "efference_copy": "module",
     "responsibility_predictors": False,
     "forward_gating": False,
 }
@@ -148,14 +148,14 @@ NO_MODELS: dict[str, Any] = NO_MPMA | {
     "proprioception": False,
     "spectral_radius": 0.5,
     "reservoir_noise": 0.1,
-    "hears": "nothing",
+    "context_signal": "nothing",
 }
 
 
 @pytest.mark.parametrize(
     ("agent", "name", "value"),
     [(agent, *setting) for agent in ("mosaic", "hammer") for setting in NO_MPMA.items()]
-    + [(agent, *setting) for agent in DO_NOT_LEARN for setting in NO_MODELS.items()],
+    + [(agent, *setting) for agent in NOT_TRAINABLE for setting in NO_MODELS.items()],
 )
 def test_settings_that_an_agent_does_not_have_are_refused(
     agent: str, name: str, value: object
@@ -175,8 +175,14 @@ def test_all_agents_can_stand_in_one_grid_of_sizes(agent: str) -> None:
 @pytest.mark.parametrize(
     ("setting", "message"),
     [
-        ({"agent": "bogus", "hears": "nothing"}, "agent is 'bogus'; expected one of mpma, "),
-        ({"hears": "bogus"}, "hears is 'bogus'; expected one of labels, nothing, "),
+        (
+            {"agent": "bogus", "context_signal": "nothing"},
+            "agent is 'bogus'; expected one of mpma, ",
+        ),
+        (
+            {"context_signal": "bogus"},
+            "context_signal is 'bogus'; expected one of labels, nothing, ",
+        ),
         ({"nodes": 30000}, "nodes is 30000; expected a whole number, 1 to 20000"),
         ({"nodes": "many"}, "nodes is 'many'"),
     ],

@@ -72,7 +72,7 @@ def test_a_run_that_grows_can_be_resumed_before_and_after_a_module_awakes(tmp_pa
     config = RunConfig(nodes=10, modules=3, arms="kinematic", repeats=1, agent="growing")
     whole = run(tmp_path / "atomic_write", config, epochs=14)
     rows = (whole.path / "metrics.csv").read_text().splitlines()
-    awake = [row.split(",")[rows[0].split(",").index("modules_awake")] for row in rows[1:]]
+    awake = [row.split(",")[rows[0].split(",").index("modules_enabled")] for row in rows[1:]]
     woke = awake.index("2.0")
     parts = run(tmp_path / "parts", config, epochs=woke - 1)
     resume(parts, 2)

@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mpma_mj.agents.gains import Gains
-from mpma_mj.agents.growth import Growth
+from mpma_mj import make_agent
+from mpma_mj.agents.gain_schedule import Gains
+from mpma_mj.agents.recruitment import Recruitment
 from mpma_mj.agents.wrapper import AgentWrapper
 from mpma_mj.cli import main
 from mpma_mj.metrics import posture_error_percent
@@ -35,7 +36,7 @@ from mpma_mj.trials.lesion import (
 from mpma_mj.trials.lesion_figure import drawn, write_figure
 from mpma_mj.trials.lesion_table import matrix, summary
 from mpma_mj.trials.trial import EPISODE, World, tracking_errors, try_out
-from mpma_mj.utils import atomic_files, make_agent
+from mpma_mj.utils import atomic_files
 from tests.conftest import Refused
 
 TINY = "--nodes 10 --repeats 1 --no-video --out"
@@ -78,7 +79,7 @@ def test_of_two_modules_no_two_can_be_lost_and_one_stay() -> None:
 
 def test_modules_that_sleep_cannot_be_lost() -> None:
     grown = untrained(agent="growing", modules=5)
-    grown.state["growth"][0] = Growth(modules=2, over=True).as_row()
+    grown.state["growth"][0] = Recruitment(modules=2, over=True).as_row()
     assert what_can_be_lost(grown) == [(), (0,), (1,), (0, 1)]
     silent = dance_without(grown, (0, 1), 1)
     assert silent.retrained is None
@@ -86,7 +87,7 @@ def test_modules_that_sleep_cannot_be_lost() -> None:
 
 
 def test_an_agent_behind_other_ears_can_lose_modules() -> None:
-    deaf = untrained(hears="nothing", modules=2)
+    deaf = untrained(context_signal="nothing", modules=2)
     assert dance_without(deaf, (1,), 0).at_once.responsibility[:, 1].max() == 0.0
 
 

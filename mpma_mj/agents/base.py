@@ -9,7 +9,7 @@ import dm_env
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Agent", "Observation", "Seeds", "SideBySide"]
+__all__ = ["Agent", "BatchedAgent", "Observation", "Seeds"]
 
 Array = NDArray[np.float64]
 Observation = Mapping[str, Array]
@@ -35,7 +35,7 @@ class Agent(Protocol):
     def learn(self) -> dict[str, float]:
         """Learn from the episode that ended; return what is worth logging, by name.
 
-        Of one agent: those that learn side by side refuse, and have `learn_side_by_side`.
+        Of one agent: those that learn side by side refuse, and have `learn_batch`.
         """
 
     def signals(self) -> dict[str, Array]:
@@ -53,14 +53,14 @@ class Agent(Protocol):
 
 
 @runtime_checkable
-class SideBySide(Agent, Protocol):
+class BatchedAgent(Agent, Protocol):
     """Agents side by side: all arrays have an axis R, and each acts and learns as alone."""
 
-    def learn_side_by_side(self) -> list[dict[str, float]]:
+    def learn_batch(self) -> list[dict[str, float]]:
         """Let each learn from its episode, in place of `learn`; return what is worth logging.
 
         An entry for each agent, by name; none at all where agents do not learn.
         """
 
-    def keep(self, members: NDArray[np.intp]) -> None:
+    def select_runs(self, runs: NDArray[np.intp]) -> None:
         """Go on with some of the agents only, of numbers (R',)."""

@@ -13,28 +13,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj import metrics
-from mpma_mj.agents.agent import Observation, Seeds
-from mpma_mj.agents.arena import Arena
-from mpma_mj.agents.gains import Gains, performance
-from mpma_mj.agents.learning import PairReadouts
-from mpma_mj.agents.memory import Memory
-from mpma_mj.agents.networks import JOINTS, POSTURE, PairsConfig
+from mpma_mj.agents.agent_spec import AgentSpec
+from mpma_mj.agents.base import Observation, Seeds
+from mpma_mj.agents.config import JOINTS, POSTURE, NetworkConfig
+from mpma_mj.agents.episode_buffer import EpisodeBuffer
+from mpma_mj.agents.gain_schedule import Gains, performance
+from mpma_mj.agents.learning_rules import PairReadouts
 from mpma_mj.errors import BadOptionError
-from mpma_mj.esn import PRECISION, Features, ReadoutBank, Replay, ReservoirBank
+from mpma_mj.esn import PRECISION, FeatureReplay, Features, ReadoutBank, ReservoirBank
 from mpma_mj.utils.clipping import clip
 from mpma_mj.utils.seeding import stream
 
-__all__ = ["Member", "PairsAgent"]
+__all__ = ["PairedModels", "RunIndex"]
 
 Array = NDArray[np.float64]
-Member = tuple[int, ...]  # index of a member; () where there is one
+RunIndex = tuple[int, ...]  # index of a run; () where there is one
 
 _NEEDED_LAST = ("posture", "joint_angles", "reference")
 _MOST_KEPT = 2**26  # bytes of features of each bank; those of more steps are replayed (choice)
 _SIGNALS = ("responsibility", "prior", "module_actions", "predictions")
 
 
-class PairsAgent(ABC):
+class PairedModels(ABC):
     """M pairs of inverse model IM_i and forward model FM_i beside a feedback controller.
 
     One step, with responsibilities λ that sum to 1:
@@ -43,9 +43,10 @@ class PairsAgent(ABC):
         u   = clip(L Σ_i λ^i u^i + K u_fb, -1, 1)
         x̂^i = FM_i([heard ; x ; s])
 
-    The sense s of the joint angles q, [sin q ; cos q], is ours: `PairsConfig.proprioception`.
-    Subclasses say who is responsible (`_gate`), which command forward models hear (`_heard`) and
-    what is learned from an epoch (`_learn_epoch`). After it K and L move on.
+    The sense s of the joint angles q, [sin q ; cos q], is ours: `NetworkConfig.proprioception`.
+    Subclasses say who is responsible (`_gate`), which command forward models hear
+    (`_efference_copy`) and what is learned from an epoch (`_learn_epoch`). After it K and L move
+    on.
 
     With several seeds it is so many agents side by side: all arrays of observations, actions,
     signals and state have an axis R for them, and each acts and learns as it would alone.
@@ -56,8 +57,8 @@ class PairsAgent(ABC):
 
     def __init__(
         self,
-        config: PairsConfig,
-        arena: Arena,
+        config: NetworkConfig,
+        spec: AgentSpec,
         *,
         seed: Seeds = 0,
         forgetting: float = 0.0,
@@ -66,28 +67,28 @@ class PairsAgent(ABC):
 
         Args:
             config: Settings of the networks.
-            arena: Where it acts.
+            spec: Where it acts.
             seed: Seed of weights and noise; several are agents side by side.
             forgetting: Forgetting φ of the readouts, where they are fitted.
         """
-        self._lead = np.shape(seed)
+        self._batch_shape = np.shape(seed)
         self._seeds: list[int] = np.ravel(seed).tolist()
-        self._members = list(np.ndindex(self._lead))
+        self._runs = list(np.ndindex(self._batch_shape))
         self._modules = config.modules
         self._networks = config
-        self._arena = arena
+        self._spec = spec
         self._fitting = {"forgetting": forgetting, "ridge": config.ridge}
-        self._progress = np.zeros(self._lead)
-        self._untrained_error = np.full(self._lead, np.nan)
+        self._progress = np.zeros(self._batch_shape)
+        self._untrained_error = np.full(self._batch_shape, np.nan)
         self._banks: dict[str, ReservoirBank] = {}
-        sensed = config.sensed
-        self._inverse = self._reservoirs("inverse", sensed + POSTURE)
-        self._forward = self._reservoirs("forward", JOINTS + sensed)
+        state_size = config.state_size
+        self._inverse = self._reservoirs("inverse", state_size + POSTURE)
+        self._forward = self._reservoirs("forward", JOINTS + state_size)
         self._readouts = PairReadouts(
             inverse=self._readout(self._zeros(JOINTS, self._inverse.features)),
             forward=self._readout(self._zeros(POSTURE, self._forward.features)),
         )
-        self._steps = Memory()
+        self._steps = EpisodeBuffer()
         self.reset(0)
 
     @abstractmethod
@@ -95,12 +96,12 @@ class PairsAgent(ABC):
         """Return at least `prior` and `responsibility`, shape (..., M), to be remembered."""
 
     @abstractmethod
-    def _heard(self, action: Array, module_actions: Array) -> Array:
+    def _efference_copy(self, action: Array, module_actions: Array) -> Array:
         """Return the command that forward models hear, (..., 8) or (..., M, 8)."""
 
     @abstractmethod
-    def _learn_epoch(self, member: Member, episode: dict[str, Array]) -> dict[str, float]:
-        """Let one member learn from its episode, (T, ...); return what is worth logging."""
+    def _learn_epoch(self, run: RunIndex, episode: dict[str, Array]) -> dict[str, float]:
+        """Let one run learn from its episode, (T, ...); return what is worth logging."""
 
     @property
     def gains(self) -> Gains:
@@ -109,9 +110,9 @@ class PairsAgent(ABC):
         return Gains(progress)
 
     @property
-    def awake(self) -> NDArray[np.bool_]:
+    def enabled(self) -> NDArray[np.bool_]:
         """Which modules take part, shape (..., M)."""
-        return np.ones((*self._lead, self._modules), bool)
+        return np.ones((*self._batch_shape, self._modules), bool)
 
     def reset(self, episode: int) -> None:
         """Begin an episode with reservoirs at rest and that episode's own noise."""
@@ -124,20 +125,20 @@ class PairsAgent(ABC):
     def act(self, observation: Observation) -> Array:
         """Return the action, shape (..., 8), in [-1, 1]."""
         gate = self._gate(observation)
-        sensed = self._networks.sense(observation)
+        state_size = self._networks.proprioceptive_state(observation)
         inverse_features = self._step(
-            "inverse", np.concatenate([sensed, observation["target"]], axis=-1)
+            "inverse", np.concatenate([state_size, observation["target"]], axis=-1)
         )
         module_actions = clip(self._readouts.inverse(inverse_features))
-        feedback = self._arena.feedback(observation["joint_angles"], observation["reference"])
+        feedback = self._spec.feedback(observation["joint_angles"], observation["reference"])
         mixed = (gate["responsibility"][..., None, :] @ module_actions)[..., 0, :]
         gains = self.gains
         feedback_gain = np.asarray(gains.feedback)
         action = np.asarray(gains.inverse)[..., None] * mixed + feedback_gain[..., None] * feedback
         action = clip(action)
 
-        heard = self._heard(action, module_actions)
-        forward_features = self._step("forward", _beside(heard, sensed))
+        heard = self._efference_copy(action, module_actions)
+        forward_features = self._step("forward", _beside(heard, state_size))
         self._steps.append(
             {
                 **gate,
@@ -166,25 +167,25 @@ class PairsAgent(ABC):
         Raises:
             BadOptionError: There are several agents side by side, or there was no episode.
         """
-        if len(self._members) > 1:
+        if len(self._runs) > 1:
             raise BadOptionError(
-                f"{len(self._members)} agents side by side cannot say in one what each learned;"
-                " call learn_side_by_side()"
+                f"{len(self._runs)} agents side by side cannot say in one what each learned;"
+                " call learn_batch()"
             )
-        (logged,) = self.learn_side_by_side()
+        (logged,) = self.learn_batch()
         return logged
 
-    def learn_side_by_side(self) -> list[dict[str, float]]:
-        """Let every member learn from its episode; return what `learn` does of each.
+    def learn_batch(self) -> list[dict[str, float]]:
+        """Let every run learn from its episode; return what `learn` does of each.
 
         Raises:
             BadOptionError: There was no episode.
         """
         if not (len(self._steps) and self._last):
             raise BadOptionError("there is nothing to learn from; call act() and observe() first")
-        return [self._learn_member(member) for member in self._members]
+        return [self._learn_run(run) for run in self._runs]
 
-    def expected(self) -> Array:
+    def predicted_posture(self) -> Array:
         """Return the posture that was last expected to come next, Σ_i λ^i x̂^i, shape (..., 12)."""
         last = self._steps[-1]
         expected: Array = (last["responsibility"][..., None, :] @ last["predictions"])[..., 0, :]
@@ -217,22 +218,22 @@ class PairsAgent(ABC):
         self._untrained_error[...] = state["untrained_error"]
         self._readouts.load_state_dict(state)
 
-    def keep(self, members: NDArray[np.intp]) -> None:
+    def select_runs(self, runs: NDArray[np.intp]) -> None:
         """Go on with some of the agents side by side only.
 
         Args:
-            members: Their numbers, shape (R',).
+            runs: Their numbers, shape (R',).
         """
-        self._lead = members.shape
-        self._seeds = [self._seeds[i] for i in members]
-        self._members = list(np.ndindex(self._lead))
-        self._progress = self._progress[members]
-        self._untrained_error = self._untrained_error[members]
+        self._batch_shape = runs.shape
+        self._seeds = [self._seeds[i] for i in runs]
+        self._runs = list(np.ndindex(self._batch_shape))
+        self._progress = self._progress[runs]
+        self._untrained_error = self._untrained_error[runs]
         for part in (*self._banks.values(), *vars(self._readouts).values()):
-            part.keep(members)
-        self._steps = Memory()
+            part.select_runs(runs)
+        self._steps = EpisodeBuffer()
 
-    def lose(self, modules: Sequence[int]) -> None:
+    def drop_modules(self, modules: Sequence[int]) -> None:
         """Go on without some of the modules, from the next reset.
 
         What is left is an agent of fewer modules, each as it was, with the noise that it would
@@ -253,12 +254,12 @@ class PairsAgent(ABC):
             raise BadOptionError(f"all {self._modules} modules would be lost; leave one")
         self._modules = len(left)
         for part in (*self._banks.values(), *vars(self._readouts).values()):
-            part.lose(modules)
-        self._steps = Memory()
+            part.drop_modules(modules)
+        self._steps = EpisodeBuffer()
 
     def _reservoirs(self, name: str, inputs: int) -> ReservoirBank:
         bank = ReservoirBank(
-            self._lead,
+            self._batch_shape,
             self._modules,
             inputs,
             self._networks.nodes,
@@ -272,52 +273,56 @@ class PairsAgent(ABC):
     def _step(self, name: str, inputs: Array) -> Features:
         """Let reservoirs go on, and return their features, written where they are remembered."""
         bank = self._banks[name]
-        self._steps.place(f"{name}_inputs", inputs.shape, PRECISION)[...] = inputs
+        self._steps.reserve(f"{name}_inputs", inputs.shape, PRECISION)[...] = inputs
         most = max(1, _MOST_KEPT // (math.prod(bank.shape) * PRECISION().itemsize))
-        return bank.step(inputs, self._steps.place(f"{name}_features", bank.shape, PRECISION, most))
+        return bank.step(
+            inputs, self._steps.reserve(f"{name}_features", bank.shape, PRECISION, most)
+        )
 
     def _readout(self, weights: Array) -> ReadoutBank:
         return ReadoutBank(weights, **self._fitting)
 
     def _zeros(self, outputs: int, features: int) -> Array:
-        return np.zeros((*self._lead, self._modules, outputs, features))
+        return np.zeros((*self._batch_shape, self._modules, outputs, features))
 
-    def _learn_member(self, member: Member) -> dict[str, float]:
-        episode = self._episode(member)
-        gains = Gains(float(self._progress[member]))
+    def _learn_run(self, run: RunIndex) -> dict[str, float]:
+        episode = self._episode(run)
+        gains = Gains(float(self._progress[run]))
         mixed = np.einsum("tm,tmd->td", episode["responsibility"], episode["predictions"])
         error = metrics.posture_error_percent(mixed, episode["next_posture"])
-        if np.isnan(self._untrained_error[member]):
-            self._untrained_error[member] = error
+        if np.isnan(self._untrained_error[run]):
+            self._untrained_error[run] = error
         logged = {"gain_feedback": gains.feedback, "gain_inverse": gains.inverse}
-        logged |= self._learn_epoch(member, episode)
-        performed = performance(error, float(self._untrained_error[member]))
-        self._progress[member] = gains.after(performed).progress
+        logged |= self._learn_epoch(run, episode)
+        performed = performance(error, float(self._untrained_error[run]))
+        self._progress[run] = gains.after(performed).progress
         return logged
 
     def _noise(self, name: str, seed: int, episode: int) -> np.random.Generator:
         return stream(seed, "reservoir_noise", name, episode)
 
-    def _episode(self, member: Member) -> dict[str, Any]:
-        """Return what one member remembers, (T, ...) by name, and what came of each step."""
-        own: tuple[Any, ...] = (slice(None), *member)
+    def _episode(self, run: RunIndex) -> dict[str, Any]:
+        """Return what one run remembers, (T, ...) by name, and what came of each step."""
+        own: tuple[Any, ...] = (slice(None), *run)
         steps: dict[str, Any] = {n: rows[own] for n, rows in self._steps.episode().items()}
-        seed = self._seeds[self._members.index(member)]
+        seed = self._seeds[self._runs.index(run)]
         for name, bank in self._banks.items():
             inputs = steps.pop(f"{name}_inputs")
             if f"{name}_features" not in steps:  # they were too many to be kept
                 noise = functools.partial(self._noise, name, seed, self._number)
-                steps[f"{name}_features"] = Replay(bank.member(member), noise, inputs)
-        last = {name: value[member] for name, value in self._last.items()}
-        feedback = self._arena.feedback(last["joint_angles"], last["reference"])
+                steps[f"{name}_features"] = FeatureReplay(bank.of_run(run), noise, inputs)
+        last = {name: value[run] for name, value in self._last.items()}
+        feedback = self._spec.feedback(last["joint_angles"], last["reference"])
         return steps | {
             "next_posture": np.concatenate([steps["posture"][1:], last["posture"][None]]),
             "next_feedback": np.concatenate([steps["feedback"][1:], feedback[None]]),
         }
 
 
-def _beside(heard: Array, sensed: Array) -> Array:
-    """Join a command, for all modules alike or for each, and what is sensed."""
-    if heard.ndim > sensed.ndim:
-        sensed = np.broadcast_to(sensed[..., None, :], (*heard.shape[:-1], sensed.shape[-1]))
-    return np.concatenate([heard, sensed], axis=-1)
+def _beside(heard: Array, state_size: Array) -> Array:
+    """Join a command, for all modules alike or for each, and what is state_size."""
+    if heard.ndim > state_size.ndim:
+        state_size = np.broadcast_to(
+            state_size[..., None, :], (*heard.shape[:-1], state_size.shape[-1])
+        )
+    return np.concatenate([heard, state_size], axis=-1)

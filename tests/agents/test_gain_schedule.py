@@ -1,6 +1,6 @@
 import pytest
 
-from mpma_mj.agents.gains import Gains, performance
+from mpma_mj.agents.gain_schedule import Gains, performance
 
 
 def test_gains_begin_and_end_as_in_the_paper() -> None:

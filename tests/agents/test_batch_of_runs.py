@@ -7,14 +7,14 @@ import pytest
 
 from mpma_mj import MPMAConfig, load, make_agent, make_vec
 from mpma_mj.agents import AGENTS
-from mpma_mj.agents.agent import SideBySide
-from mpma_mj.agents.kinds import DO_NOT_LEARN
+from mpma_mj.agents.base import BatchedAgent
+from mpma_mj.agents.registry import NOT_TRAINABLE
 from mpma_mj.envs.vector import VectorImitationEnv
 from mpma_mj.errors import BadOptionError
 from mpma_mj.training.trace import record_epoch, record_epochs
 
 SMALL = MPMAConfig(nodes=10, modules=2)
-LEARNING = [kind for kind in AGENTS if kind not in DO_NOT_LEARN]
+LEARNING = [kind for kind in AGENTS if kind not in NOT_TRAINABLE]
 
 
 @pytest.fixture(scope="module")
@@ -22,16 +22,16 @@ def envs() -> VectorImitationEnv:
     return make_vec(3, "ymca", arms="kinematic", repeats=1)
 
 
-def many(envs: VectorImitationEnv, kind: str, seed: Any = 0) -> SideBySide:
+def many(envs: VectorImitationEnv, kind: str, seed: Any = 0) -> BatchedAgent:
     agent = make_agent(envs, SMALL, kind=kind, seed=seed)
-    assert isinstance(agent, SideBySide)
+    assert isinstance(agent, BatchedAgent)
     return agent
 
 
-def actions(envs: VectorImitationEnv, agent: SideBySide, epoch: int) -> np.ndarray:
+def actions(envs: VectorImitationEnv, agent: BatchedAgent, epoch: int) -> np.ndarray:
     """Dance and learn; return the actions, shape (R, T, 8)."""
     traces, _ = record_epochs(envs, agent, epoch)
-    agent.learn_side_by_side()
+    agent.learn_batch()
     return np.stack([trace["action"] for trace in traces])
 
 
@@ -90,9 +90,9 @@ def test_the_state_of_several_agents_goes_round(envs: VectorImitationEnv, kind: 
 def test_several_cannot_learn_as_one(envs: VectorImitationEnv, kind: str) -> None:
     agent = many(envs, kind)
     record_epochs(envs, agent, 0)
-    with pytest.raises(BadOptionError, match=r"3 agents .* call learn_side_by_side\(\)"):
+    with pytest.raises(BadOptionError, match=r"3 agents .* call learn_batch\(\)"):
         agent.learn()
-    assert len(agent.learn_side_by_side()) == 3
+    assert len(agent.learn_batch()) == 3
 
 
 @pytest.mark.parametrize("kind", LEARNING)

@@ -1,4 +1,4 @@
-"""Growth: when a module is added, and what an agent that grows is."""
+"""Recruitment: when a module is added, and what an agent that grows is."""
 
 import dataclasses
 import math
@@ -9,9 +9,9 @@ import pytest
 from hypothesis import strategies as some
 
 import mpma_mj
-from mpma_mj.agents import MPMA, Arena, GrowingMPMA, MPMAConfig
-from mpma_mj.agents.growing import with_one_more, with_the_first
-from mpma_mj.agents.growth import EPOCHS, LEAST_GAIN, Growth
+from mpma_mj.agents import MPMA, AgentSpec, GrowingMPMA, MPMAConfig
+from mpma_mj.agents.growing import with_added_module, with_first_modules
+from mpma_mj.agents.recruitment import EPOCHS, LEAST_GAIN, Recruitment
 from mpma_mj.envs.load import load
 from mpma_mj.training.build import make_agent
 from mpma_mj.training.trace import record_epoch, record_epochs
@@ -20,9 +20,9 @@ SMALL = MPMAConfig(nodes=10, modules=4)
 PARTS = ("inverse", "forward", "predictor")
 
 
-def grown(errors: dict[int, float], most: int = 12) -> Growth:
+def grown(errors: dict[int, float], most: int = 12) -> Recruitment:
     """Return where growth ends if each number of modules has a prediction error of its own."""
-    growth = Growth()
+    growth = Recruitment()
     for _ in range(EPOCHS * (most + 1)):
         growth = growth.after(errors[growth.modules], most)
     return growth
@@ -59,7 +59,7 @@ def test_help_is_a_share_of_the_error() -> None:
 
 
 def test_the_first_epoch_of_a_number_is_not_judged() -> None:
-    growth = Growth()
+    growth = Recruitment()
     for error in [99.0, *[1.0] * (EPOCHS - 1)]:
         growth = growth.after(error, 12)
     assert growth.modules == 2
@@ -72,37 +72,39 @@ def test_the_first_epoch_of_a_number_is_not_judged() -> None:
 def test_whatever_the_errors_growth_ends_at_a_number_that_may_be(
     errors: list[float], most: int
 ) -> None:
-    growth = Growth()
+    growth = Recruitment()
     for error in errors:
         growth = growth.after(error, most)
         assert 1 <= growth.modules <= most
-        assert Growth.of_row(growth.as_row()) == growth
+        assert Recruitment.of_row(growth.as_row()) == growth
     assert growth.over
     assert growth.after(0.0, most) == growth
 
 
 def test_a_growth_that_has_not_begun_survives_its_row() -> None:
-    assert Growth.of_row(Growth().as_row()) == Growth()
-    assert Growth().best_error == math.inf
+    assert Recruitment.of_row(Recruitment().as_row()) == Recruitment()
+    assert Recruitment().best_error == math.inf
 
 
-def agent(awake: int, **changes: object) -> GrowingMPMA:
-    """Return an agent of which so many modules are awake."""
-    own = GrowingMPMA(dataclasses.replace(SMALL, **changes), Arena(4, np.full(8, 12.0), 0.05))
+def agent(enabled: int, **changes: object) -> GrowingMPMA:
+    """Return an agent of which so many modules are enabled."""
+    own = GrowingMPMA(dataclasses.replace(SMALL, **changes), AgentSpec(4, np.full(8, 12.0), 0.05))
     state = own.state_dict()
-    own.load_state_dict(state | {"growth": Growth(modules=awake).as_row()})
+    own.load_state_dict(state | {"growth": Recruitment(modules=enabled).as_row()})
     return own
 
 
 @pytest.mark.parametrize("changes", [{}, {"responsibility_predictors": False}])
-@pytest.mark.parametrize("awake", [1, 2, 4])
-def test_those_who_are_awake_share_all_responsibility(awake: int, changes: dict[str, bool]) -> None:
+@pytest.mark.parametrize("enabled", [1, 2, 4])
+def test_those_who_are_awake_share_all_responsibility(
+    enabled: int, changes: dict[str, bool]
+) -> None:
     env = load("ymca", arms="kinematic", repeats=1)
-    dancer = agent(awake, **changes)
+    dancer = agent(enabled, **changes)
     trace = record_epoch(env, dancer, 0)
     np.testing.assert_allclose(trace["responsibility"].sum(axis=1), 1.0)
-    assert (trace["responsibility"][:, :awake] > 0.0).all()
-    assert (trace["responsibility"][:, awake:] == 0.0).all()
+    assert (trace["responsibility"][:, :enabled] > 0.0).all()
+    assert (trace["responsibility"][:, enabled:] == 0.0).all()
     action = np.einsum("tm,tmj->tj", trace["responsibility"], trace["module_actions"])
     gains = dancer.gains
     mixed = np.clip(gains.inverse * action + trace["feedback"], -1.0, 1.0)
@@ -111,9 +113,9 @@ def test_those_who_are_awake_share_all_responsibility(awake: int, changes: dict[
 
 def test_with_all_awake_it_is_mpma() -> None:
     env = load("ymca", arms="kinematic", repeats=1)
-    plain = MPMA(SMALL, Arena(4, env.task.max_joint_speed, 0.05))
+    plain = MPMA(SMALL, AgentSpec(4, env.task.max_joint_speed, 0.05))
     growing = agent(4)
-    growing._arena = plain._arena
+    growing._spec = plain._spec
     for epoch in range(2):
         traces = [record_epoch(env, own, epoch) for own in (plain, growing)]
         np.testing.assert_array_equal(traces[0]["action"], traces[1]["action"])
@@ -137,10 +139,10 @@ def trained(
 
 def test_growth_begins_with_one_module_when_control_has_passed() -> None:
     _, logged = trained(16)
-    awake = [row["modules_awake"] for row in logged]
+    enabled = [row["modules_enabled"] for row in logged]
     passed = [row["gain_inverse"] for row in logged].index(1.0)
-    assert awake[: passed + EPOCHS] == [1.0] * (passed + EPOCHS)
-    assert awake[passed + EPOCHS] == 2.0
+    assert enabled[: passed + EPOCHS] == [1.0] * (passed + EPOCHS)
+    assert enabled[passed + EPOCHS] == 2.0
     assert logged[0]["growing"] == 1.0
 
 
@@ -148,14 +150,14 @@ def test_growth_is_over_in_the_end_and_repeats() -> None:
     one, logged = trained(30)
     other, _ = trained(30)
     assert logged[-1]["growing"] == 0.0
-    assert one.awake.sum() == logged[-1]["modules_awake"]
+    assert one.enabled.sum() == logged[-1]["modules_enabled"]
     for name, value in one.state_dict().items():
         np.testing.assert_array_equal(value, other.state_dict()[name], err_msg=name)
 
 
 def test_modules_that_sleep_learn_nothing_and_those_that_wake_do() -> None:
     dancer, logged = trained(8)
-    assert logged[-1]["modules_awake"] == 1.0
+    assert logged[-1]["modules_enabled"] == 1.0
     state = dancer.state_dict()
     for part in ("inverse", "forward"):
         assert np.any(state[f"{part}.gram"][0])
@@ -168,12 +170,12 @@ def test_what_did_not_help_is_undone() -> None:
     dancer, _ = trained(12)
     learned = dancer.state_dict()
     helped = {name.removeprefix("helped."): v for name, v in learned.items() if "helped." in name}
-    last_chance = Growth(2, EPOCHS - 1, 999.0, 1.0)
+    last_chance = Recruitment(2, EPOCHS - 1, 999.0, 1.0)
     dancer.load_state_dict(learned | {"growth": last_chance.as_row()})
     record_epoch(env, dancer, 12)
     dancer.learn()
     now = dancer.state_dict()
-    assert Growth.of_row(now["growth"]) == Growth(1, best_error=1.0, over=True)
+    assert Recruitment.of_row(now["growth"]) == Recruitment(1, best_error=1.0, over=True)
     for name, value in helped.items():
         np.testing.assert_array_equal(now[name], value, err_msg=name)
     assert not np.array_equal(learned["forward.weights"], now["forward.weights"])
@@ -199,7 +201,7 @@ def episode(steps: int = 6, modules: int = 3) -> dict[str, np.ndarray]:
 
 def test_a_new_module_gets_half_of_the_label_that_is_predicted_worst() -> None:
     before = episode()
-    after = with_one_more(before, 1)
+    after = with_added_module(before, 1)
     np.testing.assert_array_equal(after["responsibility"][:3], before["responsibility"][:3])
     np.testing.assert_array_equal(after["responsibility"][3:], [[0.5, 0.5, 0.0]] * 3)
 
@@ -207,7 +209,7 @@ def test_a_new_module_gets_half_of_the_label_that_is_predicted_worst() -> None:
 def test_a_new_module_begins_with_what_all_said_and_changes_nothing_of_theirs() -> None:
     before = episode()
     kept = {name: value.copy() for name, value in before.items()}
-    after = with_one_more(before, 2)
+    after = with_added_module(before, 2)
     for name in ("module_actions", "predictions"):
         np.testing.assert_array_equal(after[name][:, :2], before[name][:, :2])
         np.testing.assert_allclose(after[name][:, 2], before[name][:, 0])  # whose λ is 1
@@ -217,11 +219,13 @@ def test_a_new_module_begins_with_what_all_said_and_changes_nothing_of_theirs() 
 
 def test_where_nothing_is_heard_a_new_module_gets_half_of_all() -> None:
     silent = episode() | {"context": np.zeros((6, 2))}
-    np.testing.assert_array_equal(with_one_more(silent, 1)["responsibility"], [[0.5, 0.5, 0]] * 6)
+    np.testing.assert_array_equal(
+        with_added_module(silent, 1)["responsibility"], [[0.5, 0.5, 0]] * 6
+    )
 
 
 def test_an_epoch_of_the_first_modules_is_cut_alike_everywhere() -> None:
-    cut = with_the_first(episode(), 2)
+    cut = with_first_modules(episode(), 2)
     assert cut["responsibility"].shape == (6, 2)
     assert cut["predictions"].shape == (6, 2, 12)
     assert cut["next_posture"].shape == (6, 12)
@@ -236,8 +240,8 @@ def test_growth_side_by_side_is_growth_alone() -> None:
     assert isinstance(together, GrowingMPMA)
     for epoch in range(14):
         record_epochs(envs, together, epoch)
-        together.learn_side_by_side()
-    together.keep(np.array([1]))
+        together.learn_batch()
+    together.select_runs(np.array([1]))
     env = load("ymca", arms="kinematic", repeats=1, seed=5)
     alone = make_agent(env, config, kind="growing", seed=5)
     for epoch in range(14):

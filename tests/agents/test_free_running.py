@@ -7,8 +7,8 @@ import pytest
 
 from mpma_mj import MPMAConfig, load, make_agent
 from mpma_mj.agents import FeedbackOnly, FixedAgent
-from mpma_mj.agents.freed import Freed
-from mpma_mj.agents.hearing import Hearing
+from mpma_mj.agents.altered_context import AlteredContext
+from mpma_mj.agents.free_running import FreeRunning
 from mpma_mj.errors import BadOptionError
 from mpma_mj.training.trace import record_epoch
 
@@ -16,7 +16,7 @@ SMALL = MPMAConfig(nodes=10, modules=2)
 LEAD_IN = 20
 
 
-class Noted(Freed):
+class Noted(FreeRunning):
     """A freed agent that notes what its pairs are shown."""
 
     def __init__(self, *arguments: Any) -> None:
@@ -53,7 +53,7 @@ def test_after_the_lead_in_its_own_prediction_is_all_that_it_is_shown(kind: str)
 
 def test_the_lead_in_is_danced_as_if_never_freed() -> None:
     env, agent = trained()
-    free = record_epoch(env, Freed(agent, LEAD_IN), 2)
+    free = record_epoch(env, FreeRunning(agent, LEAD_IN), 2)
     held = record_epoch(env, agent, 2)
     np.testing.assert_array_equal(free["action"][:LEAD_IN], held["action"][:LEAD_IN])
     assert not np.array_equal(free["action"], held["action"])
@@ -62,14 +62,16 @@ def test_the_lead_in_is_danced_as_if_never_freed() -> None:
 def test_nothing_is_learned_not_even_by_one_that_learns_at_every_step() -> None:
     env, agent = trained("mosaic")
     before = agent.state_dict()
-    record_epoch(env, Freed(agent, LEAD_IN), 2)
+    record_epoch(env, FreeRunning(agent, LEAD_IN), 2)
     for name, value in agent.state_dict().items():
         np.testing.assert_array_equal(value, before[name], err_msg=name)
 
 
 def test_an_agent_that_hears_otherwise_can_be_freed_too() -> None:
     env, agent = trained()
-    freed = Freed(Hearing(agent, "constant", env.task.context, env.task.period, 0), LEAD_IN)
+    freed = FreeRunning(
+        AlteredContext(agent, "constant", env.task.context, env.task.period, 0), LEAD_IN
+    )
     assert record_epoch(env, freed, 2)["action"].shape == (env.task.steps, 8)
 
 
@@ -79,4 +81,4 @@ def test_agents_without_forward_models_are_refused(kind: str) -> None:
     agent = make_agent(env, kind=kind) if kind == "feedback_only" else FixedAgent()
     name = (FeedbackOnly if kind == "feedback_only" else FixedAgent).__name__
     with pytest.raises(BadOptionError, match=f"agent is {name}, which has no forward models"):
-        Freed(agent, LEAD_IN)
+        FreeRunning(agent, LEAD_IN)

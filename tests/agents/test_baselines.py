@@ -5,7 +5,7 @@ import pytest
 from dm_control.rl import control
 
 from mpma_mj import load
-from mpma_mj.agents import Agent, Arena, FeedbackOnly, OpenLoop, RandomAgent
+from mpma_mj.agents import Agent, AgentSpec, FeedbackOnly, OpenLoop, RandomAgent
 from mpma_mj.kinematics import angles_from_posture
 from mpma_mj.metrics import posture_error_percent
 from mpma_mj.training.trace import record_epoch
@@ -14,10 +14,10 @@ NAMES = ("random", "open loop", "feedback only")
 
 
 def make(name: str, env: control.Environment, seed: int = 0) -> Agent:
-    arena = Arena(4, env.task.max_joint_speed, env.control_timestep())
+    spec = AgentSpec(4, env.task.max_joint_speed, env.control_timestep())
     if name == "random":
         return RandomAgent(seed=seed)
-    return OpenLoop(arena) if name == "open loop" else FeedbackOnly(arena)
+    return OpenLoop(spec) if name == "open loop" else FeedbackOnly(spec)
 
 
 def p_e(name: str, arms: str, noise: float = 0.01) -> float:

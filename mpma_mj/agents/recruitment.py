@@ -8,7 +8,7 @@ from dataclasses import astuple, dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["EPOCHS", "LEAST_GAIN", "Growth"]
+__all__ = ["EPOCHS", "LEAST_GAIN", "Recruitment"]
 
 Array = NDArray[np.float64]
 
@@ -21,7 +21,7 @@ LEAST_GAIN = 0.03
 
 
 @dataclass(frozen=True)
-class Growth:
+class Recruitment:
     """Where growth is.
 
     Every number of modules is tried for `EPOCHS` epochs. A module has helped if the mean
@@ -42,7 +42,7 @@ class Growth:
     best_error: float = math.inf
     over: bool = False
 
-    def after(self, error: float, most: int) -> Growth:
+    def after(self, error: float, most: int) -> Recruitment:
         """Return what it is after an epoch.
 
         Args:
@@ -55,20 +55,20 @@ class Growth:
         tried = replace(self, epochs=self.epochs + 1, error=judged)
         return tried if tried.epochs < EPOCHS else tried._next(most)
 
-    def _next(self, most: int) -> Growth:
+    def _next(self, most: int) -> Recruitment:
         mean = self.error / (EPOCHS - 1)
         if mean >= (1.0 - LEAST_GAIN) * self.best_error:
-            return Growth(self.modules - 1, best_error=self.best_error, over=True)
+            return Recruitment(self.modules - 1, best_error=self.best_error, over=True)
         if self.modules == most:
-            return Growth(self.modules, best_error=mean, over=True)
-        return Growth(self.modules + 1, best_error=mean)
+            return Recruitment(self.modules, best_error=mean, over=True)
+        return Recruitment(self.modules + 1, best_error=mean)
 
     def as_row(self) -> Array:
         """Return it as numbers, shape (5,)."""
         return np.array(astuple(self), np.float64)
 
     @classmethod
-    def of_row(cls, row: Array) -> Growth:
+    def of_row(cls, row: Array) -> Recruitment:
         """Return what `as_row` made numbers of."""
         modules, epochs, error, best_error, over = row.tolist()
         return cls(int(modules), int(epochs), error, best_error, bool(over))

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from mpma_mj import MPMAConfig, load, make_agent, make_vec
-from mpma_mj.agents import pairs
-from mpma_mj.agents.memory import Memory
-from mpma_mj.esn import replay
+from mpma_mj.agents import paired_models
+from mpma_mj.agents.episode_buffer import EpisodeBuffer
+from mpma_mj.esn import feature_replay
 from mpma_mj.training.trace import record_epoch, record_epochs
 
 SMALL = MPMAConfig(nodes=10, modules=4)
 SETTINGS: list[dict[str, Any]] = [
     *({"kind": kind} for kind in ("mpma", "growing", "mosaic", "hammer")),
-    {"config": MPMAConfig(nodes=10, modules=3, rule="gated", forward_input="own")},
+    {"config": MPMAConfig(nodes=10, modules=3, rule="gated", efference_copy="module")},
 ]
 
 
@@ -33,7 +33,7 @@ def test_what_is_learned_is_to_the_bit_what_kept_features_teach(
     settings: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     kept = learned(**settings)
-    monkeypatch.setattr(pairs, "_MOST_KEPT", 2000)  # bytes: some steps
+    monkeypatch.setattr(paired_models, "_MOST_KEPT", 2000)  # bytes: some steps
     replayed = learned(**settings)
     assert kept.keys() == replayed.keys()
     for name, array in kept.items():
@@ -43,14 +43,14 @@ def test_what_is_learned_is_to_the_bit_what_kept_features_teach(
 def test_agents_side_by_side_replay_what_each_went_through(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(pairs, "_MOST_KEPT", 2000)
+    monkeypatch.setattr(paired_models, "_MOST_KEPT", 2000)
     envs = make_vec(2, "ymca", arms="kinematic", repeats=1)
     agents: Any = make_agent(envs, SMALL)
     env = load("ymca", arms="kinematic", repeats=1, seed=1)
     alone = make_agent(env, SMALL, seed=1)
     for epoch in range(3):
         record_epochs(envs, agents, epoch)
-        agents.learn_side_by_side()
+        agents.learn_batch()
         record_epoch(env, alone, epoch)
         alone.learn()
     for name, array in alone.state_dict().items():
@@ -59,24 +59,24 @@ def test_agents_side_by_side_replay_what_each_went_through(
 
 def test_several_blocks_teach_what_one_does(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = learned()
-    monkeypatch.setattr(replay, "_BLOCK", 20)
+    monkeypatch.setattr(feature_replay, "_BLOCK", 20)
     in_blocks = learned()
     name = "forward.gram"
     np.testing.assert_allclose(in_blocks[name], whole[name], rtol=1e-4, atol=1e-3)
-    monkeypatch.setattr(pairs, "_MOST_KEPT", 2000)
+    monkeypatch.setattr(paired_models, "_MOST_KEPT", 2000)
     for name, array in learned().items():
         np.testing.assert_array_equal(array, in_blocks[name])
 
 
 def test_only_the_last_steps_are_kept_of_what_is_limited() -> None:
-    memory = Memory()
+    memory = EpisodeBuffer()
     for step in range(700):
-        memory.place("large", (3,), np.float32, most=300)[...] = step
+        memory.reserve("large", (3,), np.float32, most=300)[...] = step
         memory.append({"small": np.asarray(float(step))})
         assert memory[-1]["large"][0] == step
     assert memory.episode().keys() == {"small"}
     memory.clear()
     for step in range(300):
-        memory.place("large", (3,), np.float32, most=300)[...] = step
+        memory.reserve("large", (3,), np.float32, most=300)[...] = step
         memory.append({"small": np.asarray(float(step))})
     np.testing.assert_array_equal(memory.episode()["large"][:, 1], np.arange(300))

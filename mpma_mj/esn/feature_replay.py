@@ -6,15 +6,15 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from mpma_mj.esn.bank import ReservoirBank
 from mpma_mj.esn.precision import PRECISION, Features
+from mpma_mj.esn.reservoir import ReservoirBank
 
-__all__ = ["Replay", "blocks"]
+__all__ = ["FeatureReplay", "blocks"]
 
 _BLOCK = 4096  # steps that are looked at together, so that sums are the same kept or not (choice)
 
 
-class Replay:
+class FeatureReplay:
     """Features z of an episode, shape (T, M, F), that reservoirs go through once more.
 
     Since noise depends on the episode alone, they are what they were to the bit.
@@ -33,7 +33,7 @@ class Replay:
         """Take what is needed to go through it.
 
         Args:
-            bank: Reservoirs of one member, whose states are nobody else's.
+            bank: Reservoirs of one run, whose states are nobody else's.
             noise: Returns the source of the episode's noise, from its beginning.
             inputs: Inputs v, shape (T, D) or (T, M, D).
             count: How many of the first reservoirs count; all if not given.
@@ -42,9 +42,9 @@ class Replay:
         modules, features = bank.shape
         self.shape = (len(inputs), modules if count is None else count, features)
 
-    def first(self, count: int) -> Replay:
+    def first_modules(self, count: int) -> FeatureReplay:
         """Return those of the first reservoirs, shape (T, M', F)."""
-        return Replay(self._bank, self._noise, self._inputs, count)
+        return FeatureReplay(self._bank, self._noise, self._inputs, count)
 
     def blocks(self) -> Iterator[tuple[slice, Features]]:
         """Yield steps, and their features; an array that the next block overwrites."""
@@ -53,14 +53,14 @@ class Replay:
         block = np.empty((min(_BLOCK, steps), *self._bank.shape), PRECISION)
         for start in range(0, steps, _BLOCK):
             rows = slice(start, min(start + _BLOCK, steps))
-            for row, heard in enumerate(self._inputs[rows]):
-                self._bank.step(heard, block[row])
+            for row, driving in enumerate(self._inputs[rows]):
+                self._bank.step(driving, block[row])
             yield rows, block[: rows.stop - rows.start, :count]
 
 
-def blocks(features: Features | Replay) -> Iterator[tuple[slice, Features]]:
+def blocks(features: Features | FeatureReplay) -> Iterator[tuple[slice, Features]]:
     """Yield steps of an episode, and their features, shape (B, M, F), block by block."""
-    if isinstance(features, Replay):
+    if isinstance(features, FeatureReplay):
         yield from features.blocks()
         return
     for start in range(0, len(features), _BLOCK):

@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 
-from mpma_mj.agents.memory import Memory
+from mpma_mj.agents.episode_buffer import EpisodeBuffer
 
 
-def remembered(steps: int, memory: Memory | None = None, shape: tuple[int, ...] = (2,)) -> Memory:
-    memory = memory or Memory()
+def remembered(
+    steps: int, memory: EpisodeBuffer | None = None, shape: tuple[int, ...] = (2,)
+) -> EpisodeBuffer:
+    memory = memory or EpisodeBuffer()
     memory.clear()
     for t in range(steps):
         memory.append({"time": np.asarray(float(t)), "place": np.full(shape, 10.0 * t)})
@@ -39,7 +41,7 @@ def test_an_episode_of_other_shapes_takes_the_place_of_the_last() -> None:
 
 
 def test_what_is_remembered_has_the_precision_that_it_came_with() -> None:
-    memory = Memory()
+    memory = EpisodeBuffer()
     for kind in (np.float32, np.float64):
         memory.clear()
         memory.append({"number": np.asarray(1.0 / 3.0, kind)})

@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-__all__ = ["Memory"]
+__all__ = ["EpisodeBuffer"]
 
 Array = NDArray[Any]  # of the precision of what is remembered
 
 _FIRST = 256  # steps for which there is room at first
 
 
-class Memory:
+class EpisodeBuffer:
     """Arrays that grow by a row a step; the next episode is written over the last."""
 
     def __init__(self) -> None:
@@ -43,7 +43,7 @@ class Memory:
         self._lent.clear()
         self._length = 0
 
-    def place(
+    def reserve(
         self, name: str, shape: tuple[int, ...], kind: DTypeLike, most: int | None = None
     ) -> Array:
         """Return where a part of the next step is to be remembered, to be written there at once.

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mpma_mj.agents.learning import Epoch, GatedRule, Readouts, WeightedRule
+from mpma_mj.agents.learning_rules import Epoch, GatedRule, Readouts, WeightedRule
 
 T, M = 40, 3
 

@@ -8,8 +8,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from mpma_mj.esn.initializers import block_diagonal, random_recurrence
 from mpma_mj.esn.precision import PRECISION, Single
-from mpma_mj.esn.recurrence import block_diagonal, random_recurrence
 
 __all__ = ["ReservoirBank"]
 
@@ -29,8 +29,8 @@ class ReservoirBank:
     the noise stays on while executing, where it stabilises. All recurrences are one product
     with a block-diagonal sparse matrix.
 
-    Arrays begin with the shape `lead` of those who have such a bank, () for one and (R,) for R
-    members side by side; each member's reservoirs are drawn from a stream of its own, and are
+    Arrays begin with the shape `batch_shape` of those who have such a bank, () for one and (R,) for
+    R runs side by side; each run's reservoirs are drawn from a stream of its own, and are
     what they would be alone.
 
     Attributes:
@@ -39,7 +39,7 @@ class ReservoirBank:
 
     def __init__(
         self,
-        lead: tuple[int, ...],
+        batch_shape: tuple[int, ...],
         count: int,
         inputs: int,
         nodes: int,
@@ -51,25 +51,25 @@ class ReservoirBank:
         """Draw the reservoirs' weights.
 
         Args:
-            lead: Shape of the members.
-            count: Number of reservoirs of a member, M.
+            batch_shape: Shape of the runs.
+            count: Number of reservoirs of a run, M.
             inputs: Size of the input v, D.
             nodes: Neurons of a reservoir, N.
             radius: Spectral radius of every W.
             noise: Noise level ν.
-            streams: Source of the weights of each member.
+            streams: Source of the weights of each run.
         """
         self.features = nodes + inputs
         self._noise = noise
         self._drawn = count  # reservoirs for which noise is drawn
-        self._left: NDArray[np.intp] | slice = slice(None)  # and those that have it
+        self._remaining: NDArray[np.intp] | slice = slice(None)  # and those that have it
         drawn, blocks = [], []
         for stream in streams:
             drawn.append(stream.uniform(-1.0, 1.0, (count, nodes, inputs)))
             blocks += [random_recurrence(nodes, radius, stream) for _ in range(count)]
-        self._input_weights: Single = np.reshape(drawn, (*lead, count, nodes, inputs)).astype(
-            PRECISION
-        )
+        self._input_weights: Single = np.reshape(
+            drawn, (*batch_shape, count, nodes, inputs)
+        ).astype(PRECISION)
         self._recurrence = block_diagonal(blocks).astype(PRECISION)
         self.reset(streams)
 
@@ -79,20 +79,20 @@ class ReservoirBank:
         return (*self._input_weights.shape[:-2], self.features)
 
     def reset(self, streams: Streams) -> None:
-        """Set all states to 0; noise will come from these streams, one for each member."""
+        """Set all states to 0; noise will come from these streams, one for each run."""
         self._state: Single = np.zeros(self._input_weights.shape[:-1], PRECISION)
         self._streams = streams
         self._ahead: Iterator[Single] = iter(())  # noise of the next steps
 
-    def keep(self, members: NDArray[np.intp]) -> None:
-        """Go on with some of the members only, (R',) of R, from the next reset."""
+    def select_runs(self, runs: NDArray[np.intp]) -> None:
+        """Go on with some of the runs only, (R',) of R, from the next reset."""
         count, nodes = self._input_weights.shape[1:3]
-        own = (count * nodes * members[:, None] + np.arange(count * nodes)).ravel()
-        self._input_weights = self._input_weights[members]
+        own = (count * nodes * runs[:, None] + np.arange(count * nodes)).ravel()
+        self._input_weights = self._input_weights[runs]
         self._recurrence = self._recurrence[own][:, own]
 
-    def member(self, index: tuple[int, ...]) -> ReservoirBank:
-        """Return one member's reservoirs, of states of their own, at rest from the next reset."""
+    def of_run(self, index: tuple[int, ...]) -> ReservoirBank:
+        """Return one run's reservoirs, of states of their own, at rest from the next reset."""
         part = copy.copy(self)
         part._input_weights = self._input_weights[index]
         size = part._input_weights.shape[0] * part._input_weights.shape[1]
@@ -100,7 +100,7 @@ class ReservoirBank:
         part._recurrence = self._recurrence[own][:, own]
         return part
 
-    def lose(self, reservoirs: Sequence[int]) -> None:
+    def drop_modules(self, reservoirs: Sequence[int]) -> None:
         """Go on without some reservoirs, (K,) of M, from the next reset.
 
         The others keep the noise that they would have had.
@@ -110,30 +110,30 @@ class ReservoirBank:
         own = np.delete(neurons, reservoirs, axis=1).ravel()
         self._input_weights = np.delete(self._input_weights, reservoirs, axis=-3)
         self._recurrence = self._recurrence[own][:, own]
-        self._left = np.delete(np.arange(self._drawn)[self._left], reservoirs)
+        self._remaining = np.delete(np.arange(self._drawn)[self._remaining], reservoirs)
 
     def step(self, inputs: Array, features: Single | None = None) -> Single:
         """Update the states with an input.
 
         Args:
-            inputs: Input v, shape (..., D) for all reservoirs of a member alike or (..., M, D).
+            inputs: Input v, shape (..., D) for all reservoirs of a run alike or (..., M, D).
             features: Where the features are written; a new array if not given.
 
         Returns:
             Features z, shape (..., M, N + D).
         """
         shape, nodes = self._state.shape, self._state.shape[-1]
-        heard = inputs.astype(PRECISION)
-        if heard.ndim < self._state.ndim:
-            heard = heard[..., None, :]
-        driven: Single = (self._input_weights @ heard[..., None])[..., 0]  # (..., M, N)
+        driving = inputs.astype(PRECISION)
+        if driving.ndim < self._state.ndim:
+            driving = driving[..., None, :]
+        driven: Single = (self._input_weights @ driving[..., None])[..., 0]  # (..., M, N)
         driven += (self._recurrence @ self._state.ravel()).reshape(shape)
         np.tanh(driven, out=driven)
         self._state = np.add(driven, self._next_noise(), out=driven)
         if features is None:
             features = np.empty(self.shape, PRECISION)
         features[..., :nodes] = self._state
-        features[..., nodes:] = heard
+        features[..., nodes:] = driving
         return features
 
     def _next_noise(self) -> Single:
@@ -142,7 +142,7 @@ class ReservoirBank:
             shape = self._state.shape
             each = (_DRAWN_AHEAD, self._drawn, shape[-1])
             drawn = np.stack([stream.random(each) for stream in self._streams], axis=1)
-            drawn = drawn[:, :, self._left]
+            drawn = drawn[:, :, self._remaining]
             drawn -= 0.5
             drawn *= self._noise
             self._ahead = iter(drawn.astype(PRECISION).reshape(_DRAWN_AHEAD, *shape))

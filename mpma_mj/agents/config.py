@@ -7,11 +7,11 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.agent import Observation
+from mpma_mj.agents.base import Observation
 from mpma_mj.errors import BadOptionError
 from mpma_mj.utils.validation import is_boolean, is_integer, is_number
 
-__all__ = ["JOINTS", "POSTURE", "PairsConfig"]
+__all__ = ["JOINTS", "POSTURE", "NetworkConfig"]
 
 Array = NDArray[np.float64]
 
@@ -23,7 +23,7 @@ POSTURE = 12
 
 
 @dataclass(frozen=True)
-class PairsConfig:
+class NetworkConfig:
     """Settings of the networks.
 
     Attributes:
@@ -66,11 +66,11 @@ class PairsConfig:
                 raise BadOptionError(f"{setting.name} is {value!r}; expected True or False")
 
     @property
-    def sensed(self) -> int:
+    def state_size(self) -> int:
         """Length of what `sense` returns."""
         return POSTURE + (2 * JOINTS if self.proprioception else 0)
 
-    def sense(self, observation: Observation) -> Array:
+    def proprioceptive_state(self, observation: Observation) -> Array:
         """Return what the models know of the arms: posture and, if set, joint angles."""
         if not self.proprioception:
             return observation["posture"]

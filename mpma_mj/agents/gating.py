@@ -8,12 +8,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["commitment_target", "likelihood", "prediction_errors", "responsibilities"]
+__all__ = ["likelihood", "prediction_errors", "predictor_target", "responsibilities"]
 
 Array = NDArray[np.float64]
 
 _LEAST_SHARE = 1e-6  # so that a module that was never used can come back (choice)
-_EVENINGS = 10  # rounds (choice); after one alone, fewer runs use all modules
+_BALANCING_ROUNDS = 10  # rounds (choice); after one alone, fewer runs use all modules
 
 
 def prediction_errors(predictions: Array, posture: Array) -> Array:
@@ -63,7 +63,7 @@ def responsibilities(prior: Array, likelihoods: Array) -> Array:
     return joint / np.add.reduce(joint, axis=-1, keepdims=True)
 
 
-def commitment_target(responsibility: Array, commitment: float) -> Array:
+def predictor_target(responsibility: Array, sharpening: float) -> Array:
     """Compute what responsibility predictors learn under the weighted rule (choice).
 
         y ∝ (λⁱ)^γ cⁱ        with cⁱ such that modules are used nearly alike, mean_t yⁱ ≈ 1 / M
@@ -74,13 +74,13 @@ def commitment_target(responsibility: Array, commitment: float) -> Array:
 
     Args:
         responsibility: Responsibilities of an epoch, shape (T, M).
-        commitment: γ.
+        sharpening: γ.
 
     Returns:
         Targets, shape (T, M), that sum to 1 over modules.
     """
-    target = np.maximum(responsibility, _LEAST_SHARE) ** commitment
-    for _ in range(_EVENINGS):
+    target = np.maximum(responsibility, _LEAST_SHARE) ** sharpening
+    for _ in range(_BALANCING_ROUNDS):
         target = target / target.mean(axis=0)
         target /= target.sum(axis=1, keepdims=True)
     return target

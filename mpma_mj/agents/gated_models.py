@@ -8,23 +8,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents import responsibility as gating
-from mpma_mj.agents.agent import Observation, Seeds
-from mpma_mj.agents.arena import Arena
-from mpma_mj.agents.learning import Readouts
-from mpma_mj.agents.networks import PairsConfig
-from mpma_mj.agents.pairs import PairsAgent
+from mpma_mj.agents import gating
+from mpma_mj.agents.agent_spec import AgentSpec
+from mpma_mj.agents.base import Observation, Seeds
+from mpma_mj.agents.config import NetworkConfig
+from mpma_mj.agents.learning_rules import Readouts
+from mpma_mj.agents.paired_models import PairedModels
 from mpma_mj.utils.clipping import clip
 from mpma_mj.utils.seeding import stream
 
-__all__ = ["ResponsiblePairs"]
+__all__ = ["GatedModels"]
 
 Array = NDArray[np.float64]
 
 _LEAST_PRIOR = 0.01  # p_min: no module is shut out for ever (choice)
 
 
-class ResponsiblePairs(PairsAgent):
+class GatedModels(PairedModels):
     """Pairs that share control by what was heard and by what they predicted.
 
     The forward models' last predictions are held against the posture that came (likelihood ℓ),
@@ -39,8 +39,8 @@ class ResponsiblePairs(PairsAgent):
 
     def __init__(
         self,
-        config: PairsConfig,
-        arena: Arena,
+        config: NetworkConfig,
+        spec: AgentSpec,
         *,
         sigma: float,
         seed: Seeds = 0,
@@ -50,20 +50,20 @@ class ResponsiblePairs(PairsAgent):
 
         Args:
             config: Settings of the networks.
-            arena: Where it acts.
+            spec: Where it acts.
             sigma: Width σ of the likelihood in the first epoch.
             seed: Seed of weights and noise; several are agents side by side.
             forgetting: Forgetting φ of the readouts, where they are fitted.
         """
-        super().__init__(config, arena, seed=seed, forgetting=forgetting)
-        self._sigma = np.full(self._lead, sigma)
-        self._predictor = self._reservoirs("predictor", arena.context_size)
+        super().__init__(config, spec, seed=seed, forgetting=forgetting)
+        self._sigma = np.full(self._batch_shape, sigma)
+        self._predictor = self._reservoirs("predictor", spec.context_size)
         # Random preferences for contexts, so that modules differ from the first step (choice).
         preference = self._zeros(1, self._predictor.features)
-        for own, member in zip(self._seeds, self._members, strict=True):
-            preference[(*member, ..., 0, slice(config.nodes, None))] = stream(
+        for own, run in zip(self._seeds, self._runs, strict=True):
+            preference[(*run, ..., 0, slice(config.nodes, None))] = stream(
                 own, "preference"
-            ).random((config.modules, arena.context_size))
+            ).random((config.modules, spec.context_size))
         self._readouts = Readouts(
             inverse=self._readouts.inverse,
             forward=self._readouts.forward,
@@ -71,10 +71,10 @@ class ResponsiblePairs(PairsAgent):
         )
         self.reset(0)
 
-    def keep(self, members: NDArray[np.intp]) -> None:
+    def select_runs(self, runs: NDArray[np.intp]) -> None:
         """Go on with some of the agents side by side only, (R',) of R."""
-        super().keep(members)
-        self._sigma = self._sigma[members]
+        super().select_runs(runs)
+        self._sigma = self._sigma[runs]
 
     def state_dict(self) -> dict[str, Array]:
         """Return all that learning has changed, as arrays by name."""
@@ -87,7 +87,7 @@ class ResponsiblePairs(PairsAgent):
 
     def _gate(self, observation: Observation) -> dict[str, NDArray[Any]]:
         features = self._step("predictor", observation["context"])
-        prior = self._suited(self._readouts.predictor(features)[..., 0])
+        prior = self._prior(self._readouts.predictor(features)[..., 0])
         likelihood = np.ones_like(prior)
         if len(self._steps):
             predictions = self._steps.last("predictions")
@@ -96,7 +96,7 @@ class ResponsiblePairs(PairsAgent):
         responsibility = gating.responsibilities(prior, likelihood)
         return {"predictor_features": features, "prior": prior, "responsibility": responsibility}
 
-    def _suited(self, said: Array) -> Array:
+    def _prior(self, said: Array) -> Array:
         """Return the priors p, (..., M), of what the responsibility predictors said."""
         return clip(said, _LEAST_PRIOR, 1.0)
 

@@ -9,8 +9,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.responsibility import commitment_target, prediction_errors
-from mpma_mj.esn import Features, ReadoutBank, Replay
+from mpma_mj.agents.gating import prediction_errors, predictor_target
+from mpma_mj.esn import FeatureReplay, Features, ReadoutBank
 from mpma_mj.options import RuleName
 
 __all__ = [
@@ -21,7 +21,7 @@ __all__ = [
     "PairReadouts",
     "Readouts",
     "WeightedRule",
-    "command_that_hits",
+    "desired_command",
 ]
 
 Array = NDArray[np.float64]
@@ -58,13 +58,13 @@ class Readouts(PairReadouts):
 
     predictor: ReadoutBank
 
-    def member(self, index: tuple[int, ...]) -> Readouts:
-        """Return one member's, of agents side by side."""
-        return Readouts(**{name: bank.member(index) for name, bank in vars(self).items()})
+    def of_run(self, index: tuple[int, ...]) -> Readouts:
+        """Return one run's, of agents side by side."""
+        return Readouts(**{name: bank.of_run(index) for name, bank in vars(self).items()})
 
-    def first(self, count: int) -> Readouts:
+    def first_modules(self, count: int) -> Readouts:
         """Return those of the first modules."""
-        return Readouts(**{name: bank.first(count) for name, bank in vars(self).items()})
+        return Readouts(**{name: bank.first_modules(count) for name, bank in vars(self).items()})
 
     def take(self, other: Readouts) -> None:
         """Become a copy of readouts of the same shapes."""
@@ -90,9 +90,9 @@ class Epoch:
         feedback_gain: K.
     """
 
-    inverse_features: Features | Replay
-    forward_features: Features | Replay
-    predictor_features: Features | Replay
+    inverse_features: Features | FeatureReplay
+    forward_features: Features | FeatureReplay
+    predictor_features: Features | FeatureReplay
     prior: Array
     responsibility: Array
     module_actions: Array
@@ -184,19 +184,19 @@ class WeightedRule:
         first_sigma: σ of the first epoch, in which predictions say nothing yet.
         least_sigma: Least σ. With 0.02, the size of the demonstration's noise, modules that share a
             label take turns by chance, which no predictor can know.
-        commitment: γ.
+        sharpening: γ.
     """
 
     forgetting: float = 0.7
     first_sigma: float = 0.5
     least_sigma: float = 0.04
-    commitment: float = 3.0
+    sharpening: float = 3.0
 
     def fit(self, readouts: Readouts, epoch: Epoch) -> None:
         """Refit all readouts."""
         weight = epoch.responsibility
-        hit = command_that_hits(epoch.action, epoch.next_feedback)
-        share = commitment_target(weight, self.commitment)
+        hit = desired_command(epoch.action, epoch.next_feedback)
+        share = predictor_target(weight, self.sharpening)
         readouts.forward.fit(epoch.forward_features, epoch.next_posture[:, None, :], weight)
         readouts.inverse.fit(epoch.inverse_features, hit[:, None, :], weight)
         readouts.predictor.fit(epoch.predictor_features, share[:, :, None])
@@ -208,7 +208,7 @@ class WeightedRule:
         return max(self.least_sigma, float(rms))
 
 
-def command_that_hits(action: Array, next_feedback: Array) -> Array:
+def desired_command(action: Array, next_feedback: Array) -> Array:
     """Return what inverse models should have said, clip(u_t + u_fb,t+1, -1, 1).
 
     Args:

@@ -8,11 +8,11 @@ import pytest
 
 from mpma_mj import MPMAConfig, load, make_agent, make_vec
 from mpma_mj.agents import HAMMER, GrowingMPMA
+from mpma_mj.agents.altered_context import AlteredContext
 from mpma_mj.agents.frozen import Frozen
-from mpma_mj.agents.growth import Growth
-from mpma_mj.agents.hearing import Hearing
-from mpma_mj.agents.pairs import PairsAgent
-from mpma_mj.agents.wrapper import pairs_of
+from mpma_mj.agents.paired_models import PairedModels
+from mpma_mj.agents.recruitment import Recruitment
+from mpma_mj.agents.wrapper import paired_models_of
 from mpma_mj.errors import BadOptionError
 from mpma_mj.training.trace import record_epoch, record_epochs
 
@@ -38,21 +38,21 @@ def learned(env: Any) -> dict[str, Trace]:
             record_epoch(env, agent, epoch)
             agent.learn()
         states[kind] = agent.state_dict()
-    awake = Growth(modules=3, epochs=1, best_error=1.0)
-    states["growing"]["growth"] = awake.as_row()
+    enabled = Recruitment(modules=3, epochs=1, best_error=1.0)
+    states["growing"]["growth"] = enabled.as_row()
     return states
 
 
 def trained(env: Any, learned: dict[str, Trace], kind: str) -> Any:
     agent = make_agent(env, SMALL, kind=kind)
-    assert isinstance(agent, PairsAgent)
+    assert isinstance(agent, PairedModels)
     agent.load_state_dict(learned[kind])
     return agent
 
 
 def without(env: Any, learned: dict[str, Trace], kind: str, *lost: int) -> Any:
     agent = trained(env, learned, kind)
-    agent.lose(lost)
+    agent.drop_modules(lost)
     return agent
 
 
@@ -134,20 +134,20 @@ def test_agents_side_by_side_lose_what_each_would_alone(kind: str) -> None:
     envs = make_vec(2, "ymca", arms="kinematic", repeats=1)
     together: Any = make_agent(envs, SMALL, kind=kind, seed=[3, 5])
     if kind == "growing":
-        together._growth[...] = Growth(modules=3).as_row()
+        together._growth[...] = Recruitment(modules=3).as_row()
     for epoch in range(2):
         record_epochs(envs, together, epoch)
-        together.learn_side_by_side()
+        together.learn_batch()
     alone = make_agent(load("ymca", arms="kinematic", repeats=1), SMALL, kind=kind, seed=5)
-    assert isinstance(alone, PairsAgent)
+    assert isinstance(alone, PairedModels)
     alone.load_state_dict({name: value[1] for name, value in together.state_dict().items()})
-    together.lose([1])
-    alone.lose([1])
+    together.drop_modules([1])
+    alone.drop_modules([1])
     (_, trace), _ = record_epochs(envs, together, 4)
     env = load("ymca", arms="kinematic", repeats=1, seed=1)
     expected = record_epoch(env, alone, 4)
     np.testing.assert_allclose(trace["action"], expected["action"], atol=1e-9)
-    together.learn_side_by_side()
+    together.learn_batch()
     alone.learn()
     state = together.state_dict()
     for name, value in alone.state_dict().items():
@@ -170,9 +170,9 @@ def test_the_state_of_what_is_left_goes_round(
 def test_not_all_modules_can_be_lost(env: Any, learned: dict[str, Trace], kind: str) -> None:
     agent = trained(env, learned, kind)
     with pytest.raises(BadOptionError, match="would be lost; leave one"):
-        agent.lose(range(MODULES))
-    agent.lose([])  # nor has it lost any
-    assert agent.awake.shape == (MODULES,)
+        agent.drop_modules(range(MODULES))
+    agent.drop_modules([])  # nor has it lost any
+    assert agent.enabled.shape == (MODULES,)
 
 
 @pytest.mark.parametrize("lost", [(7,), (-1,), (0, 4)])
@@ -187,7 +187,7 @@ def test_modules_that_are_not_there_cannot_be_lost(
 def test_a_pair_that_is_lost_wins_no_more_and_the_others_keep_their_labels(env: Any) -> None:
     agent = make_agent(env, SMALL, kind="hammer")
     assert isinstance(agent, HAMMER)
-    agent.lose([1])
+    agent.drop_modules([1])
     trace = record_epoch(env, agent, 0)
     label = trace["context"][:-1].argmax(axis=1)
     for own, row in {0: [1, 0, 0], 1: [1, 0, 0], 2: [0, 1, 0], 3: [0, 0, 1]}.items():
@@ -200,7 +200,7 @@ def test_a_pair_that_is_lost_wins_no_more_and_the_others_keep_their_labels(env: 
     episode = agent._episode(())
     weight = (label[:, None] == [0, 2, 3]).astype(float)
     forward = full._readouts.forward
-    forward.lose([1])
+    forward.drop_modules([1])
     forward.fit(episode["forward_features"], episode["next_posture"][:, None, :], weight)
     np.testing.assert_array_equal(agent._readouts.forward.weights, forward.weights)
 
@@ -208,7 +208,7 @@ def test_a_pair_that_is_lost_wins_no_more_and_the_others_keep_their_labels(env: 
 def test_hammer_still_needs_the_context_that_it_knew(env: Any) -> None:
     agent = make_agent(env, SMALL, kind="hammer")
     assert isinstance(agent, HAMMER)
-    agent.lose([1])
+    agent.drop_modules([1])
     agent.reset(0)
     observation = dict(env.reset().observation) | {"context": np.zeros(3)}
     with pytest.raises(BadOptionError, match="modules is 4, but the context has 3 labels"):
@@ -218,23 +218,28 @@ def test_hammer_still_needs_the_context_that_it_knew(env: Any) -> None:
 def test_who_loses_a_module_grows_no_more(env: Any, learned: dict[str, Trace]) -> None:
     agent = trained(env, learned, "growing")
     assert isinstance(agent, GrowingMPMA)
-    np.testing.assert_array_equal(agent.awake, [True, True, True, False])
-    agent.lose([0, 3])
-    np.testing.assert_array_equal(agent.awake, [True, True])
-    assert Growth.of_row(agent._growth).over
-    with pytest.raises(BadOptionError, match="all modules that are awake would be lost"):
-        agent.lose([0, 1])
+    np.testing.assert_array_equal(agent.enabled, [True, True, True, False])
+    agent.drop_modules([0, 3])
+    np.testing.assert_array_equal(agent.enabled, [True, True])
+    assert Recruitment.of_row(agent._growth).over
+    with pytest.raises(BadOptionError, match="all modules that are enabled would be lost"):
+        agent.drop_modules([0, 1])
     intact = trained(env, learned, "growing")
     assert isinstance(intact, GrowingMPMA)
-    with pytest.raises(BadOptionError, match="all modules that are awake would be lost"):
-        intact.lose([0, 1, 2])
-    intact.lose([])
-    assert not Growth.of_row(intact._growth).over
+    with pytest.raises(BadOptionError, match="all modules that are enabled would be lost"):
+        intact.drop_modules([0, 1, 2])
+    intact.drop_modules([])
+    assert not Recruitment.of_row(intact._growth).over
 
 
 def test_behind_all_that_stands_before_it_is_the_agent_with_pairs(env: Any) -> None:
     inner = make_agent(env, dataclasses.replace(SMALL, modules=2))
-    heard = Hearing(inner, "nothing", env.task.context, env.task.period, 0)
-    assert pairs_of(inner) is pairs_of(heard) is pairs_of(Frozen(heard)) is inner
+    heard = AlteredContext(inner, "nothing", env.task.context, env.task.period, 0)
+    assert (
+        paired_models_of(inner)
+        is paired_models_of(heard)
+        is paired_models_of(Frozen(heard))
+        is inner
+    )
     with pytest.raises(BadOptionError, match="agent is FeedbackOnly, which has no forward models"):
-        pairs_of(Frozen(make_agent(env, kind="feedback_only")))
+        paired_models_of(Frozen(make_agent(env, kind="feedback_only")))

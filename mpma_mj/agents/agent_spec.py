@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 
 from mpma_mj.feedback import feedback_action
 
-__all__ = ["Arena"]
+__all__ = ["AgentSpec"]
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Arena:
+class AgentSpec:
     """What an agent has to know of where it acts.
 
     Attributes:

@@ -3,10 +3,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from mpma_mj.agents.responsibility import (
-    commitment_target,
+from mpma_mj.agents.gating import (
     likelihood,
     prediction_errors,
+    predictor_target,
     responsibilities,
 )
 
@@ -57,23 +57,23 @@ def test_prediction_error_is_the_mean_square() -> None:
 
 
 @given(arrays(np.float64, (9, 3), elements=st.floats(0.05, 1.0)), st.floats(1.0, 3.0))
-def test_targets_are_shares_and_use_all_modules_alike(raw: np.ndarray, commitment: float) -> None:
-    target = commitment_target(raw / raw.sum(axis=1, keepdims=True), commitment)
+def test_targets_are_shares_and_use_all_modules_alike(raw: np.ndarray, sharpening: float) -> None:
+    target = predictor_target(raw / raw.sum(axis=1, keepdims=True), sharpening)
     np.testing.assert_allclose(target.sum(axis=1), 1.0)
     np.testing.assert_allclose(target.mean(axis=0), 1 / 3, atol=0.02)
 
 
 def test_commitment_sharpens_what_is_used_alike() -> None:
     responsibility = np.array([[0.6, 0.3, 0.1], [0.1, 0.6, 0.3], [0.3, 0.1, 0.6]])
-    np.testing.assert_allclose(commitment_target(responsibility, 1.0), responsibility)
+    np.testing.assert_allclose(predictor_target(responsibility, 1.0), responsibility)
     sharp = responsibility**2 / (0.6**2 + 0.3**2 + 0.1**2)
-    np.testing.assert_allclose(commitment_target(responsibility, 2.0), sharp)
+    np.testing.assert_allclose(predictor_target(responsibility, 2.0), sharp)
 
 
 def test_one_module_that_wins_everything_is_evened_out() -> None:
-    np.testing.assert_allclose(commitment_target(np.tile([0.6, 0.3, 0.1], (9, 1)), 3.0), 1 / 3)
+    np.testing.assert_allclose(predictor_target(np.tile([0.6, 0.3, 0.1], (9, 1)), 3.0), 1 / 3)
 
 
 def test_a_module_that_was_never_used_can_come_back() -> None:
     responsibility = np.tile([0.7, 0.3, 0.0], (10, 1))
-    np.testing.assert_allclose(commitment_target(responsibility, 2.0), 1 / 3)
+    np.testing.assert_allclose(predictor_target(responsibility, 2.0), 1 / 3)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from mpma_mj.esn import PRECISION, ReservoirBank
-from mpma_mj.esn.recurrence import random_recurrence
+from mpma_mj.esn.initializers import random_recurrence
 
 
 def rng(seed: int = 0) -> np.random.Generator:
@@ -86,7 +86,7 @@ def test_those_who_are_kept_go_on_as_they_would_have_alone() -> None:
     together = ReservoirBank((3,), 2, 4, 20, streams=streams(0, 1, 2), **options)
     v = rng(5).normal(size=(6, 3, 4))
     together.step(v[0])
-    together.keep(np.array([2, 0]))
+    together.select_runs(np.array([2, 0]))
     together.reset(streams(2, 0))
     for row, member in enumerate((2, 0)):
         alone = ReservoirBank((), 2, 4, 20, streams=streams(member), **options)
@@ -98,33 +98,33 @@ def test_those_who_are_kept_go_on_as_they_would_have_alone() -> None:
 
 
 @pytest.mark.parametrize("lost", [[0], [1], [2], [0, 2], []])
-@pytest.mark.parametrize("lead", [(), (2,)])
+@pytest.mark.parametrize("batch_shape", [(), (2,)])
 def test_reservoirs_that_are_left_go_on_with_their_own_noise(
-    lead: tuple[int, ...], lost: list[int]
+    batch_shape: tuple[int, ...], lost: list[int]
 ) -> None:
     def made() -> ReservoirBank:
-        streams = [rng(10), rng(11)][: lead[0] if lead else 1]
-        return ReservoirBank(lead, 3, 4, 20, radius=0.9, noise=0.2, streams=streams)
+        streams = [rng(10), rng(11)][: batch_shape[0] if batch_shape else 1]
+        return ReservoirBank(batch_shape, 3, 4, 20, radius=0.9, noise=0.2, streams=streams)
 
     def noise() -> list[np.random.Generator]:
-        return [rng(20), rng(21)][: lead[0] if lead else 1]
+        return [rng(20), rng(21)][: batch_shape[0] if batch_shape else 1]
 
     whole, part = made(), made()
-    part.lose(lost)
+    part.drop_modules(lost)
     whole.reset(noise())
     part.reset(noise())
     left = [i for i in range(3) if i not in lost]
     for t in range(20):  # more than are drawn at once
-        v = rng(t).normal(size=(*lead, 4))
+        v = rng(t).normal(size=(*batch_shape, 4))
         features = part.step(v)
-        assert features.shape == (*lead, len(left), 24)
+        assert features.shape == (*batch_shape, len(left), 24)
         np.testing.assert_allclose(features, whole.step(v)[..., left, :], atol=1e-14)
 
 
 def test_reservoirs_can_be_lost_one_after_the_other() -> None:
     whole, part = bank(noise=0.2), bank(noise=0.2)
-    part.lose([0])
-    part.lose([1])  # which was the last
+    part.drop_modules([0])
+    part.drop_modules([1])  # which was the last
     whole.reset([rng(3)])
     part.reset([rng(3)])
     np.testing.assert_allclose(part.step(np.ones(4))[0], whole.step(np.ones(4))[1], atol=1e-14)
