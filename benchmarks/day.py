@@ -31,7 +31,7 @@ def main(hours: float = 24.0, members: int = 64, payload: float = 1.0) -> None:
         random_start=True,
         observation_noise=0.02,
         latency=1,
-        push=(0.5, 30.0),
+        perturbation=(0.5, 30.0),
         payload=payload,
         collisions=True,
     )

@@ -32,7 +32,7 @@ from mpma_mj.utils.atomic_files import read_arrays
 
 Record = dict[str, str]
 
-RENAMED: dict[str, str] = {"modules_enabled": "modules_awake"}
+RENAMED: dict[str, str] = {"modules_enabled": "modules_awake", "lookahead": "future"}
 """Names of the first record by today's: parts between slashes of a record's keys."""
 
 SEEDS = (0, 1, 2)
@@ -63,21 +63,26 @@ ENVIRONMENTS: dict[str, dict[str, Any]] = {
     "kinematic": {"arms": "kinematic"},
     "hard": {
         "payload": 1.0,
-        "strength": 0.5,
+        "actuator_strength": 0.5,
         "latency": 2,
         "observation_noise": 0.02,
-        "push": (1.0, 30.0),
+        "perturbation": (1.0, 30.0),
         "collisions": True,
     },
     "eased": {
         "gravity_compensation": True,
         "random_start": True,
-        "early_termination": 0.4,
+        "termination_distance": 0.4,
         "reward_weights": {"left_upper_arm": 3.0},
-        "future": 4,
+        "lookahead": 4,
         "phase": True,
     },
-    "locked": {"locked": "left_elbow", "noise": 0.0, "repeats": 2, "control_timestep": 0.04},
+    "locked": {
+        "locked_joint": "left_elbow",
+        "reference_noise": 0.0,
+        "repeats": 2,
+        "control_timestep": 0.04,
+    },
 }
 
 

@@ -17,7 +17,7 @@ from mpma_mj.envs.registration import register
 if TYPE_CHECKING:
     from mpma_mj.agents import MPMAConfig
     from mpma_mj.envs.load import load
-    from mpma_mj.envs.vector import make_vec
+    from mpma_mj.envs.vector_env import make_vec
     from mpma_mj.motions import Motion, read_motion
     from mpma_mj.training.build import make_agent
 
@@ -42,7 +42,7 @@ _HOMES = {
     "Motion": "mpma_mj.motions",
     "load": "mpma_mj.envs.load",
     "make_agent": "mpma_mj.training.build",
-    "make_vec": "mpma_mj.envs.vector",
+    "make_vec": "mpma_mj.envs.vector_env",
     "read_motion": "mpma_mj.motions",
 }
 

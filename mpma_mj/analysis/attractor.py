@@ -62,7 +62,7 @@ def dance_freely(folder: RunFolder) -> tuple[FreeDance, Motion]:
     config, motion = folder.read_config(), folder.read_motion()
     state, epoch = folder.read_best(config)
     options: dict[str, Any] = environment_options(config)
-    options |= {"repeats": 1 + REPEATS, "noise": 0.0}
+    options |= {"repeats": 1 + REPEATS, "reference_noise": 0.0}
     env = load(motion, **options)
     period = env.task.period
     agent = FreeRunning(agent_of(config, env, config.seed), period)

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from mpma_mj.bench.child import program
 from mpma_mj.bench.report import Report
 from mpma_mj.bench.timing import Case, Progress, in_turn, ratio, spread
-from mpma_mj.envs.batch import chunk_size
-from mpma_mj.envs.gym import ImitationEnv
+from mpma_mj.envs.arm_batch import chunk_size
+from mpma_mj.envs.gym_env import ImitationEnv
 from mpma_mj.envs.load import load
-from mpma_mj.envs.vector import make_vec
+from mpma_mj.envs.vector_env import make_vec
 from mpma_mj.utils.system import processors
 
 __all__ = ["bare_rollout", "bare_steps", "env_steps", "measure"]

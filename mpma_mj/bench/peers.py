@@ -15,7 +15,7 @@ from mpma_mj.bench.rehearsal import Rehearsal
 from mpma_mj.bench.report import Report
 from mpma_mj.bench.reservoirs import reservoirs
 from mpma_mj.bench.timing import Case, Progress, in_turn, ratio, spread
-from mpma_mj.envs.gym import FlatImitationEnv
+from mpma_mj.envs.gym_env import FlatImitationEnv
 from mpma_mj.envs.load import load
 from mpma_mj.motions import ymca
 from mpma_mj.training.build import (

@@ -27,17 +27,17 @@ class Episode:
 
     Attributes:
         start: Moment at which it starts, from 0.
-        shown: Demonstrated postures with their noise, shape (T + N, 12); beyond the last moment
+        reference: Demonstrated postures with their noise, shape (T + N, 12); beyond the last moment
             the last posture, as often as targets are asked for there.
         sensor_noise: What is added to what is observed of the arms, shape (T, 28): posture, joint
             angles in rad, joint velocities in rad/s; None if nothing is.
-        pushes: Forces on left and right hand, shape (T, 2, 3), N; None if there are none.
+        perturbations: Forces on left and right hand, shape (T, 2, 3), N; None if there are none.
     """
 
     start: int
-    shown: Array
+    reference: Array
     sensor_noise: Array | None
-    pushes: Array | None
+    perturbations: Array | None
 
 
 class Demonstration:
@@ -87,9 +87,9 @@ class Demonstration:
             start = int(stream(seed, "start", number).integers(self.steps))
         return Episode(
             start=start,
-            shown=self._with_noise(stream(seed, "demonstration", number)),
+            reference=self._with_noise(stream(seed, "demonstration", number)),
             sensor_noise=self._sensor_noise(seed, number),
-            pushes=self._pushes(seed, number),
+            perturbations=self._draw_perturbations(seed, number),
         )
 
     def start_of(self, episode: Episode) -> tuple[Array, Array]:
@@ -110,9 +110,9 @@ class Demonstration:
 
     def _with_noise(self, rng: np.random.Generator) -> Array:
         vectors = self._clean.reshape(-1, 4, 3)
-        vectors = vectors + self._options.noise * rng.standard_normal(vectors.shape)
+        vectors = vectors + self._options.reference_noise * rng.standard_normal(vectors.shape)
         vectors /= np.linalg.norm(vectors, axis=-1, keepdims=True)
-        beyond = np.repeat(vectors[-1:], max(1, self._options.future), axis=0)
+        beyond = np.repeat(vectors[-1:], max(1, self._options.lookahead), axis=0)
         return np.concatenate([vectors, beyond]).reshape(-1, 12)
 
     def _sensor_noise(self, seed: int, number: int) -> Array | None:
@@ -122,11 +122,11 @@ class Demonstration:
         noise = stream(seed, "sensors", number).standard_normal((len(self._clean), len(scale)))
         return self._options.observation_noise * scale * noise
 
-    def _pushes(self, seed: int, number: int) -> Array | None:
-        """Draw pushes: a Poisson process, directions uniform on the sphere."""
-        if not self._options.pushed:
+    def _draw_perturbations(self, seed: int, number: int) -> Array | None:
+        """Draw perturbations: a Poisson process, directions uniform on the sphere."""
+        if not self._options.perturbed:
             return None
-        rate, size = self._options.push
+        rate, size = self._options.perturbation
         rng = stream(seed, "pushes", number)
         moments = len(self._clean)
         length = max(1, round(_PUSH_DURATION * self.motion.rate))

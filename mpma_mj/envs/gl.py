@@ -128,7 +128,9 @@ def require_backend() -> str:
 
 def environment_of(backend: str) -> dict[str, str]:
     """Return the variables of a process of its own that is to draw with a backend."""
-    return _users_environment | {_VARIABLE: backend}
+    # MuJoCo sets PyOpenGL's variable for its own backend, and a process started by one inherits it.
+    inherited = {k: v for k, v in _users_environment.items() if k != "PYOPENGL_PLATFORM"}
+    return inherited | {_VARIABLE: backend}
 
 
 def _headless() -> bool:

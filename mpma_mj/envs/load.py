@@ -12,8 +12,8 @@ import numpy as np
 from dm_control.rl import control
 from numpy.typing import NDArray
 
-from mpma_mj.envs.options import EnvironmentOptions, read_options
-from mpma_mj.envs.own_model import check_geometry
+from mpma_mj.envs.model_validation import check_geometry
+from mpma_mj.envs.options import EnvironmentOptions, options_from
 from mpma_mj.envs.physics import KinematicArms, PhysicsArms
 from mpma_mj.envs.task import TwoArmImitation
 from mpma_mj.errors import BadOptionError
@@ -58,7 +58,7 @@ def load(*motion: Any, **options: Any) -> control.Environment:
         BadOptionError: An option is outside what it may be, or there is none of that name.
         MpmaError: The movement cannot be read, or is faster than the arms.
     """
-    return make_environment(read_options(*motion, **options))
+    return make_environment(options_from(*motion, **options))
 
 
 def make_environment(options: EnvironmentOptions) -> control.Environment:

@@ -11,8 +11,8 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
+from mpma_mj.envs.model_validation import HANDS, check_actuators, check_complete
 from mpma_mj.envs.options import EnvironmentOptions
-from mpma_mj.envs.own_model import HANDS, check_actuators, check_complete
 from mpma_mj.errors import BadOptionError
 from mpma_mj.kinematics import JOINT_NAMES
 
@@ -40,22 +40,22 @@ def make_model(options: EnvironmentOptions) -> mujoco.MjModel:
         raise BadOptionError(f"model is {path}; expected an MJCF file, and {found}")
     with _errors_in_one_line(path):
         spec = mujoco.MjSpec.from_file(os.fsencode(path))  # a name may be no UTF-8
-        check_complete(path, spec, hands=options.payload > 0 or options.pushed)
+        check_complete(path, spec, hands=options.payload > 0 or options.perturbed)
         if options.model is not None:
             spec.memory = max(spec.compile().narena, _MEMORY)
         if options.gravity_compensation:
             _carry_arms(spec)
-        if options.locked is not None:
+        if options.locked_joint is not None:
             # Immovable in all that follows, contacts too, and whatever the integrator is.
-            spec.joint(options.locked).armature = _FIXED
+            spec.joint(options.locked_joint).armature = _FIXED
         if options.payload > 0:
             _put_balls(spec, options.payload)
         model = spec.compile()
     if not 0.0 < model.opt.timestep < math.inf:
         raise BadOptionError(f"{path}: timestep is {model.opt.timestep:g} s; expected above 0")
-    check_actuators(path, model, forces=options.strength != 1.0)
+    check_actuators(path, model, forces=options.actuator_strength != 1.0)
     for name in JOINT_NAMES:
-        model.actuator(name).forcerange[:] *= options.strength
+        model.actuator(name).forcerange[:] *= options.actuator_strength
     flag = mujoco.mjtDisableBit
     # A solver that begins where it ended makes a step depend on how one came to a state. And a
     # simulation that has diverged is known by having been started over.

@@ -30,14 +30,14 @@ class Observer:
             options: Options of the environment.
         """
         self._context, self._phase = demonstration.context, demonstration.phase
-        self._future, self._shows_phase = options.future, options.phase
+        self._lookahead, self._shows_phase = options.lookahead, options.phase
         self.shapes: dict[str, tuple[int, ...]] = {
             **{"posture": (12,), "reference": (12,), "target": (12,)},
             "context": self._context.shape[1:],
             **{"joint_angles": (8,), "joint_velocities": (8,)},
         }
-        if self._future:
-            self.shapes["future"] = (self._future, 12)
+        if self._lookahead:
+            self.shapes["lookahead"] = (self._lookahead, 12)
         if self._shows_phase:
             self.shapes["phase"] = (2,)
 
@@ -68,15 +68,15 @@ class Observer:
             joint_velocities = joint_velocities + noise[..., 20:]
         observation = {
             "posture": posture,
-            "reference": episode.shown[now].copy(),
-            "target": episode.shown[after].copy(),
+            "reference": episode.reference[now].copy(),
+            "target": episode.reference[after].copy(),
             "context": self._context[step].copy(),
             "joint_angles": joint_angles,
             "joint_velocities": joint_velocities,
         }
-        if self._future:
-            windows = sliding_window_view(episode.shown, self._future, axis=-2)
-            observation["future"] = np.moveaxis(windows[after], -1, -2).copy()
+        if self._lookahead:
+            windows = sliding_window_view(episode.reference, self._lookahead, axis=-2)
+            observation["lookahead"] = np.moveaxis(windows[after], -1, -2).copy()
         if self._shows_phase:
             observation["phase"] = self._phase[step].copy()
         return observation

@@ -18,11 +18,11 @@ from mpma_mj.motions import Motion
 from mpma_mj.options import Arms
 from mpma_mj.utils.validation import is_boolean, is_integer, is_number
 
-__all__ = ["EnvironmentOptions", "read_options", "seeds_of_members", "whole_seed"]
+__all__ = ["EnvironmentOptions", "check_seed", "options_from", "seeds_of_batch"]
 
 _MOST_WEIGHT = 1e6
 # What acts by forces, which ideal arms do not have.
-_OF_MASS = ("gravity_compensation", "payload", "strength", "push", "collisions")
+_OF_MASS = ("gravity_compensation", "payload", "actuator_strength", "perturbation", "collisions")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -34,28 +34,31 @@ class EnvironmentOptions:
         arms: "physics" for simulated arms, "kinematic" for arms that move ideally.
         model: MJCF file of arms of your own; the package's arms if not given.
         repeats: How often the movement is danced in an episode.
-        noise: Standard deviation of the noise on each coordinate of the demonstrated unit
+        reference_noise: Standard deviation of the noise on each coordinate of the demonstrated unit
             vectors, which are then made unit vectors again; the paper's 1 % is 0.01.
         seed: Seed of everything random.
         control_timestep: Time between two actions, s; a recording is read at that rate. If not
             given, that of the movement: 0.05 s unless it was read otherwise.
         gravity_compensation: Whether the arms' own weight is carried for them.
         payload: Mass of an iron ball in each hand, kg.
-        strength: Factor on the greatest forces of the actuators.
-        locked: A joint that does not turn but stays where an episode begins; none if not given.
+        actuator_strength: Factor on the greatest forces of the actuators.
+        locked_joint: A joint that does not turn but stays where an episode begins; none if not
+            given.
         collisions: Whether arms and body touch, as the model's geoms say; else they pass through.
         latency: Control steps from an action to its effect; nothing is commanded before.
         observation_noise: Standard deviation of the noise on what is observed of the arms: on
             each coordinate of `posture`, whose vectors are made unit again, on `joint_angles`
             in rad, and on `joint_velocities` in parts of the joints' top speeds.
-        push: Rate, 1/s, and size, N, of pushes: forces of random direction on a random hand,
-            each for a tenth of a second, rounded to control steps; those that meet add up.
+        perturbation: Rate, 1/s, and size, N, of perturbations: forces of random direction on a
+            random hand, each for a tenth of a second, rounded to control steps; those that meet add
+            up.
         random_start: Whether an episode starts anywhere in the demonstration, arms in its
             posture and at its speed, instead of at its beginning and at rest.
-        early_termination: Distance of an elbow or wrist from the demonstrated place beyond which
+        termination_distance: Distance of an elbow or wrist from the demonstrated place beyond which
             an episode ends with discount 0, m; never if not given.
         reward_weights: Weights of the reward's terms by name, where they are not 1.
-        future: Number of targets that `future` shows, the first being `target`; 0 leaves it out.
+        lookahead: Number of targets that `lookahead` shows, the first being `target`; 0 leaves it
+            out.
         phase: Whether to show `phase`: sine and cosine of how far the repetition has come.
 
     Raises:
@@ -66,21 +69,21 @@ class EnvironmentOptions:
     arms: Arms = "physics"
     model: str | Path | None = None
     repeats: int = 3
-    noise: float = 0.01
+    reference_noise: float = 0.01
     seed: int = 0
     control_timestep: float | None = None
     gravity_compensation: bool = False
     payload: float = 0.0
-    strength: float = 1.0
-    locked: str | None = None
+    actuator_strength: float = 1.0
+    locked_joint: str | None = None
     collisions: bool = False
     latency: int = 0
     observation_noise: float = 0.0
-    push: tuple[float, float] = (0.0, 0.0)
+    perturbation: tuple[float, float] = (0.0, 0.0)
     random_start: bool = False
-    early_termination: float | None = None
+    termination_distance: float | None = None
     reward_weights: Mapping[str, float] = field(default_factory=dict)
-    future: int = 0
+    lookahead: int = 0
     phase: bool = False
 
     def __post_init__(self) -> None:
@@ -95,40 +98,40 @@ class EnvironmentOptions:
         if not isinstance(self.model, str | Path | None):
             raise BadOptionError(f"model is {self.model!r}; expected the path of an MJCF file")
         self._keep_whole("repeats", 1, 1000)
-        self._keep_number("noise", 0.0, 1.0, "such as 0.01")
-        object.__setattr__(self, "seed", whole_seed(self.seed))
+        self._keep_number("reference_noise", 0.0, 1.0, "such as 0.01")
+        object.__setattr__(self, "seed", check_seed(self.seed))
         if self.control_timestep is not None:
             self._keep_number("control_timestep", 0.001, 1.0, "in seconds, such as 0.05")
         self._keep_number("payload", 0.0, 1000.0, "in kg")
-        self._keep_number("strength", 0.01, 100.0, "1 leaves the forces as they are")
+        self._keep_number("actuator_strength", 0.01, 100.0, "1 leaves the forces as they are")
         self._keep_whole("latency", 0, 100)
         self._keep_number("observation_noise", 0.0, 1.0, "such as 0.01")
-        if self.early_termination is not None:
-            self._keep_number("early_termination", 0.001, 10.0, "in metres, such as 0.3")
-        self._keep_whole("future", 0, 1000)
+        if self.termination_distance is not None:
+            self._keep_number("termination_distance", 0.001, 10.0, "in metres, such as 0.3")
+        self._keep_whole("lookahead", 0, 1000)
         for name in ("gravity_compensation", "collisions", "random_start", "phase"):
             value = getattr(self, name)
             if not is_boolean(value):
                 raise BadOptionError(f"{name} is {value!r}; expected True or False")
             object.__setattr__(self, name, bool(value))
-        named = isinstance(self.locked, str) and self.locked in JOINT_NAMES
-        if self.locked is not None and not named:
+        named = isinstance(self.locked_joint, str) and self.locked_joint in JOINT_NAMES
+        if self.locked_joint is not None and not named:
             raise BadOptionError(
-                f"locked is {self.locked!r}; expected one of {', '.join(JOINT_NAMES)}"
+                f"locked_joint is {self.locked_joint!r}; expected one of {', '.join(JOINT_NAMES)}"
             )
-        self._keep_push()
+        self._keep_perturbation()
         self._keep_weights()
         self._check_arms_have_mass()
 
     @property
     def turns(self) -> NDArray[np.bool_]:
         """Which joints turn, shape (8,)."""
-        return np.array([name != self.locked for name in JOINT_NAMES])
+        return np.array([name != self.locked_joint for name in JOINT_NAMES])
 
     @property
-    def pushed(self) -> bool:
+    def perturbed(self) -> bool:
         """Whether there are pushes."""
-        return min(self.push) > 0.0
+        return min(self.perturbation) > 0.0
 
     def _keep_whole(self, name: str, low: int, high: int) -> None:
         value = getattr(self, name)
@@ -144,16 +147,17 @@ class EnvironmentOptions:
             raise BadOptionError(f"{name} is {value!r}; expected {low:g} to {high:g}, {hint}")
         object.__setattr__(self, name, float(value))
 
-    def _keep_push(self) -> None:
-        pair = isinstance(self.push, tuple | list | np.ndarray) and len(self.push) == 2
-        rate, size = self.push if pair else (math.nan, math.nan)
+    def _keep_perturbation(self) -> None:
+        given = self.perturbation
+        pair = isinstance(given, tuple | list | np.ndarray) and len(given) == 2
+        rate, size = given if pair else (math.nan, math.nan)
         numbers = is_number(rate) and is_number(size)
         if not (numbers and 0.0 <= rate <= 100.0 and 0.0 <= size <= 10_000.0):
             raise BadOptionError(
-                f"push is {self.push!r}; expected rate (0 to 100 a second) and size (0 to 10000"
+                f"perturbation is {given!r}; expected rate (0 to 100 a second) and size (0 to 10000"
                 " N), such as (0.5, 30)"
             )
-        object.__setattr__(self, "push", (float(rate), float(size)))
+        object.__setattr__(self, "perturbation", (float(rate), float(size)))
 
     def _keep_weights(self) -> None:
         weights = self.reward_weights
@@ -183,7 +187,7 @@ class EnvironmentOptions:
                 )
 
 
-def read_options(*motion: Any, **given: Any) -> EnvironmentOptions:
+def options_from(*motion: Any, **given: Any) -> EnvironmentOptions:
     """Return options from what a user wrote.
 
     Args:
@@ -209,7 +213,7 @@ def read_options(*motion: Any, **given: Any) -> EnvironmentOptions:
     return EnvironmentOptions(*motion, **given)
 
 
-def whole_seed(seed: object) -> int:
+def check_seed(seed: object) -> int:
     """Return a seed as Python's own whole number.
 
     Raises:
@@ -220,7 +224,7 @@ def whole_seed(seed: object) -> int:
     return int(seed)
 
 
-def seeds_of_members(seed: object, count: int) -> list[int | None]:
+def seeds_of_batch(seed: object, count: int) -> list[int | None]:
     """Return a seed for each of many environments.
 
     Args:
@@ -233,8 +237,8 @@ def seeds_of_members(seed: object, count: int) -> list[int | None]:
     if isinstance(seed, np.ndarray):
         seed = seed.tolist()
     if not isinstance(seed, Sequence) or isinstance(seed, str | bytes):
-        first = whole_seed(seed)
+        first = check_seed(seed)
         return [first + member for member in range(count)]
     if len(seed) != count:
         raise BadOptionError(f"seed has {len(seed)} entries; expected {count}")
-    return [None if own is None else whole_seed(own) for own in seed]
+    return [None if own is None else check_seed(own) for own in seed]

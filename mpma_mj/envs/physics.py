@@ -12,8 +12,8 @@ from dm_control.mujoco.wrapper import MjModel
 from numpy.typing import NDArray
 
 from mpma_mj.envs.model import make_model
+from mpma_mj.envs.model_validation import HANDS
 from mpma_mj.envs.options import EnvironmentOptions
-from mpma_mj.envs.own_model import HANDS
 from mpma_mj.kinematics import JOINT_NAMES, SIDES
 
 __all__ = ["KinematicArms", "PhysicsArms", "ideal_move"]
@@ -51,29 +51,29 @@ class PhysicsArms(dm_mujoco.Physics):
         return cls.from_model(MjModel(make_model(options or EnvironmentOptions())))
 
     @functools.cached_property
-    def joints(self) -> Index:
+    def qpos_indices(self) -> Index:
         """Where the eight joints are in `qpos`, in the order of `JOINT_NAMES`."""
         return _as_slice([int(self.model.joint(name).qposadr[0]) for name in JOINT_NAMES])
 
     @functools.cached_property
-    def speeds(self) -> Index:
+    def dof_indices(self) -> Index:
         """Where the eight joints are in `qvel`."""
         return _as_slice([int(self.model.joint(name).dofadr[0]) for name in JOINT_NAMES])
 
     @functools.cached_property
-    def actuators(self) -> Index:
+    def actuator_indices(self) -> Index:
         """Where the eight joints' actuators are in `ctrl`."""
         return _as_slice([int(self.model.actuator(name).id) for name in JOINT_NAMES])
 
     @functools.cached_property
-    def hands(self) -> list[int]:
+    def hand_ids(self) -> list[int]:
         """Numbers of the left and the right hand's bodies."""
         return [int(self.model.body(name).id) for name in HANDS]
 
     @functools.cached_property
     def max_joint_speed(self) -> Array:
         """Joint speeds that action 1 commands, shape (8,), rad/s: the actuators' ranges."""
-        return self.model.actuator_ctrlrange[self.actuators, 1].copy()
+        return self.model.actuator_ctrlrange[self.actuator_indices, 1].copy()
 
     @functools.cached_property
     def joint_range(self) -> tuple[Array, Array]:
@@ -118,11 +118,11 @@ class PhysicsArms(dm_mujoco.Physics):
 
     def joint_angles(self) -> Array:
         """Return the joint angles, shape (8,), rad."""
-        return self.data.ptr.qpos[self.joints].copy()
+        return self.data.ptr.qpos[self.qpos_indices].copy()
 
     def joint_velocities(self) -> Array:
         """Return the joint velocities, shape (8,), rad/s."""
-        return self.data.ptr.qvel[self.speeds].copy()
+        return self.data.ptr.qvel[self.dof_indices].copy()
 
     def site_positions(self, posture: Array) -> Array:
         """Return where shoulders, elbows and wrists are in a posture.
@@ -140,19 +140,19 @@ class PhysicsArms(dm_mujoco.Physics):
         start = np.broadcast_to(shoulders[:, None, :], (*segments.shape[:-2], 1, 3))
         return np.concatenate([start, start + np.cumsum(segments, axis=-2)], axis=-2)
 
-    def place(self, joint_angles: Array, joint_velocities: Array) -> None:
+    def set_joint_state(self, joint_angles: Array, joint_velocities: Array) -> None:
         """Set joint angles, (8,), rad, and velocities, (8,), rad/s, and what follows of them."""
-        self.data.ptr.qpos[self.joints] = joint_angles
-        self.data.ptr.qvel[self.speeds] = joint_velocities
+        self.data.ptr.qpos[self.qpos_indices] = joint_angles
+        self.data.ptr.qvel[self.dof_indices] = joint_velocities
         mujoco.mj_kinematics(self.model.ptr, self.data.ptr)
 
     def set_control(self, control: Array) -> None:
         """Command joint velocities, shape (8,), rad/s."""
-        self.data.ptr.ctrl[self.actuators] = control
+        self.data.ptr.ctrl[self.actuator_indices] = control
 
-    def push(self, forces: Array) -> None:
+    def apply_perturbation(self, forces: Array) -> None:
         """Apply forces to left and right hand from now on, shape (2, 3), N."""
-        self.data.ptr.xfrc_applied[self.hands, :3] = forces
+        self.data.ptr.xfrc_applied[self.hand_ids, :3] = forces
 
     def step(self, nstep: int = 1) -> None:
         """Simulate `nstep` steps; `divergence` tells afterwards if they were not possible.
@@ -209,10 +209,10 @@ class KinematicArms(PhysicsArms):
         """Integrate the commanded joint velocities: q ← clip(q + Δt·u)."""
         data = self.data.ptr
         elapsed = nstep * self.timestep()
-        before = data.qpos[self.joints].copy()
-        after = ideal_move(before, data.ctrl[self.actuators], elapsed, self.joint_range)
-        data.qpos[self.joints] = after
-        data.qvel[self.speeds] = (after - before) / elapsed
+        before = data.qpos[self.qpos_indices].copy()
+        after = ideal_move(before, data.ctrl[self.actuator_indices], elapsed, self.joint_range)
+        data.qpos[self.qpos_indices] = after
+        data.qvel[self.dof_indices] = (after - before) / elapsed
         data.time += elapsed
         mujoco.mj_kinematics(self.model.ptr, data)
 

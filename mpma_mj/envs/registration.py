@@ -12,6 +12,6 @@ def register() -> None:
     for name, kind in (("TwoArmImitation-v0", ""), ("TwoArmImitationFlat-v0", "Flat")):
         gymnasium.register(
             id=name,
-            entry_point=f"mpma_mj.envs.gym:{kind}ImitationEnv",
-            vector_entry_point=f"mpma_mj.envs.vector:{kind}VectorImitationEnv",
+            entry_point=f"mpma_mj.envs.gym_env:{kind}ImitationEnv",
+            vector_entry_point=f"mpma_mj.envs.vector_env:{kind}VectorImitationEnv",
         )

@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 # Coordinates of unit vectors, sines and cosines may be rounded to a little more than 1.
 _UNIT = (-1.0 - 1e-9, 1.0 + 1e-9)
 _BOUNDS: dict[str, tuple[float, float]] = dict.fromkeys(
-    ("posture", "reference", "target", "future", "phase"), _UNIT
+    ("posture", "reference", "target", "lookahead", "phase"), _UNIT
 )
 _BOUNDS["context"] = (0.0, 1.0)
 # Shoulders turn without end, and arms that have mass overshoot, elbows their range too: the one

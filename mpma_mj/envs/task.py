@@ -34,7 +34,7 @@ class TwoArmImitation(control.Task):
 
     Observation: `posture` (12), `reference` (12, demonstrated now), `target` (12, demonstrated
     at the next step), `context` (C), `joint_angles` (8, rad), `joint_velocities` (8, rad/s);
-    where options ask for them `future` (N, 12), the next N targets, and `phase` (2).
+    where options ask for them `lookahead` (N, 12), the next N targets, and `phase` (2).
     Action: joint velocities over the joints' top speeds, (8,), in [-1, 1]; what is beyond is
     clipped. Reward: weighted mean of the terms that `reward_terms` returns, in [0, 1]. The end of
     the demonstration is the last step with discount 1; a simulation that diverges, or arms that
@@ -45,7 +45,7 @@ class TwoArmImitation(control.Task):
         max_joint_speed: Joint speeds that action 1 commands, shape (8,), rad/s.
         episode: Number of the episode that the next reset starts, from 0.
         seed: Seed of everything random.
-        ending: Why the episode has ended; empty while it goes on.
+        termination_reason: Why the episode has ended; empty while it goes on.
         last_action: The last action as it was given, shape (8,).
     """
 
@@ -62,11 +62,11 @@ class TwoArmImitation(control.Task):
         self._top_speed = np.where(options.turns, self.max_joint_speed, 0.0)
         self.episode = 0
         self.seed = options.seed
-        self.ending = ""
+        self.termination_reason = ""
         self._demonstration = Demonstration(motion, options, self.max_joint_speed)
         self._observer = Observer(self._demonstration, options)
         self._weights = reward_weights(options.reward_weights)
-        self._farthest = options.early_termination
+        self._termination_distance = options.termination_distance
         self._latency = options.latency
         self._drawn = self._demonstration.episode(self.seed, 0)
         self._step = 0
@@ -98,11 +98,11 @@ class TwoArmImitation(control.Task):
         """Draw this episode and put the arms where it starts."""
         self._drawn = self._demonstration.episode(self.seed, self.episode)
         self.episode += 1
-        self.ending = ""
+        self.termination_reason = ""
         self._step = self._drawn.start
         self.last_action = np.zeros(8)
         self._pending = [self.last_action] * self._latency
-        physics.place(*self._demonstration.start_of(self._drawn))
+        physics.set_joint_state(*self._demonstration.start_of(self._drawn))
         self._posture = physics.posture()
 
     def before_step(self, action: Array, physics: PhysicsArms) -> None:
@@ -116,8 +116,8 @@ class TwoArmImitation(control.Task):
             due, *rest = *self._pending, self.last_action
             self._pending = rest
         physics.set_control(clip(due) * self._top_speed)
-        if self._drawn.pushes is not None:
-            physics.push(self._drawn.pushes[self._step])
+        if self._drawn.perturbations is not None:
+            physics.apply_perturbation(self._drawn.perturbations[self._step])
 
     def after_step(self, physics: PhysicsArms) -> None:
         """Go on in the demonstration."""
@@ -145,22 +145,22 @@ class TwoArmImitation(control.Task):
     def get_termination(self, physics: PhysicsArms) -> float | None:
         """Return the discount where the episode ends here, else None."""
         if physics.divergence:
-            self.ending = physics.divergence
+            self.termination_reason = physics.divergence
             return 0.0
-        if self._farthest is not None:
+        if self._termination_distance is not None:
             distance = site_distance(self._posture, self.reference, physics.segment_lengths)
-            if distance > self._farthest:
-                self.ending = TOO_FAR
+            if distance > self._termination_distance:
+                self.termination_reason = TOO_FAR
                 return 0.0
         if self._step >= self.steps:
-            self.ending = OVER
+            self.termination_reason = OVER
             return 1.0
         return None
 
     @property
     def reference(self) -> Array:
         """Posture that is demonstrated now, shape (12,)."""
-        return self._drawn.shown[self._step]
+        return self._drawn.reference[self._step]
 
     def action_spec(self, physics: PhysicsArms) -> specs.BoundedArray:
         """Return the specification of actions."""

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mpma_mj.envs.model_validation import check_geometry
 from mpma_mj.envs.options import EnvironmentOptions
-from mpma_mj.envs.own_model import check_geometry
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.identification.check import check_log
 from mpma_mj.identification.fit import FARTHEST, fit

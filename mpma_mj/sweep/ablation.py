@@ -25,7 +25,7 @@ CHANGES: dict[str, dict[str, Any]] = {
     "hears labels shuffled": {"context_signal": "shuffled"},
     "hears labels twice as fine": {"context_signal": "halves"},
     "no noise in the reservoirs": {"reservoir_noise": 0.0},
-    "no noise on the demonstration": {"noise": 0.0},
+    "no noise on the demonstration": {"reference_noise": 0.0},
     "forward models hear their own command": {"efference_copy": "module"},
     "one module": {"modules": 1},
     "10 modules": {"modules": 10},

@@ -14,9 +14,9 @@ from mpma_mj.agents import AGENTS, MPMA, Agent, AgentSpec, MPMAConfig
 from mpma_mj.agents.altered_context import AlteredContext, altered_context_size
 from mpma_mj.agents.base import Seeds
 from mpma_mj.agents.registry import IRRELEVANT_OPTIONS
-from mpma_mj.envs.options import seeds_of_members, whole_seed
+from mpma_mj.envs.options import check_seed, seeds_of_batch
 from mpma_mj.envs.task import TwoArmImitation
-from mpma_mj.envs.vector import FlatVectorImitationEnv, VectorImitationEnv
+from mpma_mj.envs.vector_env import FlatVectorImitationEnv, VectorImitationEnv
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions import Motion
 from mpma_mj.options import AgentName
@@ -109,8 +109,8 @@ def _spec(env: Environments) -> AgentSpec:
 def _seeds(env: Environments, seed: Seeds) -> Seeds:
     """Return a seed, or one for each of many environments."""
     if not isinstance(env, VectorImitationEnv):
-        return whole_seed(seed)
-    return [whole_seed(own) for own in seeds_of_members(seed, env.num_envs)]
+        return check_seed(seed)
+    return [check_seed(own) for own in seeds_of_batch(seed, env.num_envs)]
 
 
 def architecture(config: RunConfig) -> MPMAConfig:
@@ -160,7 +160,7 @@ def config_of(config: RunConfig, agent: AgentName) -> RunConfig:
 
 def environment_options(config: RunConfig) -> dict[str, Any]:
     """Return the options of the environment of a run, by name, but for the movement."""
-    return {name: getattr(config, name) for name in ("arms", "repeats", "noise", "seed")}
+    return {name: getattr(config, name) for name in ("arms", "repeats", "reference_noise", "seed")}
 
 
 def environments_of(

@@ -40,7 +40,7 @@ class Settings(ReadingArguments):
         rule: Learning rule: ours, or the paper's.
         seed: Seed of everything random.
         repeats: How often the movement is danced in an epoch.
-        noise: Standard deviation of the noise on the demonstration, 0.01 is 1 %.
+        reference_noise: Standard deviation of the noise on the demonstration, 0.01 is 1 %.
         agent: MPMA, or one to compare it with.
         context_signal: What it hears of the music: the labels as they are; or, to find out what
             they are good for, nothing, one constant sound, the labels shuffled, or each cut in two
@@ -60,7 +60,7 @@ class Settings(ReadingArguments):
     rule: RuleName = "weighted"
     seed: int = 0
     repeats: int = 3
-    noise: float = 0.01
+    reference_noise: float = 0.01
     agent: AgentName = "mpma"
     context_signal: ContextSignal = "labels"
     responsibility_predictors: bool = True

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from mpma_mj import metrics
 from mpma_mj.agents.gain_schedule import CRITERION, FINAL_FEEDBACK
-from mpma_mj.envs.vector import VectorImitationEnv
+from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.training.trace import epoch_metrics
 
 __all__ = ["Course", "Kept", "Row", "Stage", "has_converged"]

@@ -30,7 +30,7 @@ def demonstrated(folder: RunFolder) -> tuple[Demonstration, dict[str, Array]]:
         CheckpointError: The folder is damaged, or its movement is not the one of the trace.
     """
     config, trace, motion = folder.read_config(), folder.read_trace(), folder.read_motion()
-    options = EnvironmentOptions(motion, repeats=config.repeats, noise=0.0)
+    options = EnvironmentOptions(motion, repeats=config.repeats, reference_noise=0.0)
     demonstration = Demonstration(motion, options, arm_limits(config.arms)[0])
     moments, expected = len(trace["posture"]), demonstration.steps + 1
     if moments != expected:
@@ -38,10 +38,10 @@ def demonstrated(folder: RunFolder) -> tuple[Demonstration, dict[str, Array]]:
             f"{folder.path / 'trace.npz'}: has {moments} moments, but {motion.name} danced"
             f" {config.repeats} times has {expected}; train anew with --overwrite"
         )
-    shown = demonstration.episode(0, 0).shown[:expected]
+    shown = demonstration.episode(0, 0).reference[:expected]
     off = posture_error_percent(trace["reference"], shown)
     heard = np.array_equal(trace["context"], demonstration.context)
-    if not heard or off > 100.0 * config.noise + _ALIKE:
+    if not heard or off > 100.0 * config.reference_noise + _ALIKE:
         raise CheckpointError(
             f"{folder.path / 'checkpoint' / 'motion.npz'}: {motion.name} is not the movement of"
             " trace.npz; put the run's own back, or train anew with --overwrite"

@@ -13,7 +13,7 @@ from mpma_mj import metrics
 from mpma_mj.agents import Agent
 from mpma_mj.agents.base import Observation
 from mpma_mj.agents.episode_buffer import EpisodeBuffer
-from mpma_mj.envs.vector import VectorImitationEnv
+from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.errors import DivergedError
 
 __all__ = ["epoch_metrics", "part_metrics", "record_epoch", "record_epochs"]
@@ -52,7 +52,7 @@ def record_epoch(env: control.Environment, agent: Agent, epoch: int) -> dict[str
         done.append({"action": action, "reward": np.asarray(timestep.reward)})
     if timestep.discount == 0.0:
         raise DivergedError(
-            f"epoch {epoch + 1}: {env.task.ending} at step {len(done)};"
+            f"epoch {epoch + 1}: {env.task.termination_reason} at step {len(done)};"
             " try a slower --tempo or another --seed"
         )
     return seen.episode() | done.episode() | agent.signals()

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.agents.base import Agent, BatchedAgent
-from mpma_mj.envs.vector import VectorImitationEnv
+from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.errors import CheckpointError
 from mpma_mj.motions import Motion
 from mpma_mj.training.build import agent_of

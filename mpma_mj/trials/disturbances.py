@@ -110,7 +110,7 @@ _ALL = (
         name="strength",
         title="strength, share of the whole",
         levels=(1.0, 0.7, 0.5, 0.3, 0.2, 0.1),
-        change=_option("strength"),
+        change=_option("actuator_strength"),
     ),
     Disturbance(
         name="gravity",
@@ -135,7 +135,7 @@ _ALL = (
         name="pushes",
         title="pushes once a second, N",
         levels=(0.0, 10.0, 20.0, 50.0, 100.0),
-        change=_option("push", _pushes),
+        change=_option("perturbation", _pushes),
     ),
     Disturbance(
         name="tempo",
@@ -154,7 +154,7 @@ _ALL = (
         name="locked",
         title="locked joint",
         levels=("none", *JOINT_NAMES[:4]),
-        change=_option("locked", lambda level: None if level == "none" else level),
+        change=_option("locked_joint", lambda level: None if level == "none" else level),
         names=("none", *JOINT_NAMES),
     ),
     Disturbance(

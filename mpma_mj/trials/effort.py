@@ -75,21 +75,21 @@ def effort(trace: Mapping[str, Array], world: Mapping[str, Any], rate: float) ->
     model, timestep = arms.model.ptr, arms.timestep()
     top_speed = np.where(options.turns, arms.max_joint_speed, 0.0)
     control = np.zeros((len(trace["action"]), model.nu))
-    control[:, arms.actuators] = clip(trace["action"]) * top_speed
+    control[:, arms.actuator_indices] = clip(trace["action"]) * top_speed
     control = np.repeat(control, round(1.0 / rate / timestep), axis=0)
-    arms.place(trace["joint_angles"][0], trace["joint_velocities"][0])
+    arms.set_joint_state(trace["joint_angles"][0], trace["joint_velocities"][0])
     start = np.empty(mujoco.mj_stateSize(model, _STATE))
     mujoco.mj_getState(model, arms.data.ptr, start, _STATE)
     states, _ = rollout.rollout(model, mujoco.MjData(model), start, control)
     velocities = np.concatenate([start[None], states[0]])[:, 1 + model.nq : 1 + model.nq + model.nv]
-    velocity = velocities[:, arms.speeds]
-    kv = model.actuator_gainprm[arms.actuators, 0]
+    velocity = velocities[:, arms.dof_indices]
+    kv = model.actuator_gainprm[arms.actuator_indices, 0]
     limit = np.where(
-        model.actuator_forcelimited[arms.actuators] > 0,
-        model.actuator_forcerange[arms.actuators, 1],
+        model.actuator_forcelimited[arms.actuator_indices] > 0,
+        model.actuator_forcerange[arms.actuator_indices, 1],
         np.inf,
     )
-    torque = actuator_torque(control[:, arms.actuators], velocity, kv, limit)
+    torque = actuator_torque(control[:, arms.actuator_indices], velocity, kv, limit)
     return Effort(torque, 0.5 * (velocity[:-1] + velocity[1:]), timestep)
 
 

@@ -17,7 +17,7 @@ from mpma_mj.agents.base import BatchedAgent
 from mpma_mj.agents.paired_models import PairedModels
 from mpma_mj.agents.wrapper import paired_models_of
 from mpma_mj.context import active_label
-from mpma_mj.envs.vector import VectorImitationEnv
+from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.errors import BadOptionError, DivergedError
 from mpma_mj.training.build import environments_of
 from mpma_mj.training.trained import Trained, load_state

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.agents.frozen import Frozen
-from mpma_mj.envs.vector import VectorImitationEnv
+from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.metrics import posture_error_percent
 from mpma_mj.motions import Motion
 from mpma_mj.training.build import environments_of, one_thread

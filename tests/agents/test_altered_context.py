@@ -14,7 +14,7 @@ from mpma_mj.agents import FixedAgent
 from mpma_mj.agents.altered_context import AlteredContext, altered_context, altered_context_size
 from mpma_mj.context import active_label, one_hot
 from mpma_mj.envs.load import load
-from mpma_mj.envs.vector import VectorImitationEnv
+from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions import ymca
 from mpma_mj.options import ContextSignal

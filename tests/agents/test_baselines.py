@@ -21,13 +21,13 @@ def make(name: str, env: control.Environment, seed: int = 0) -> Agent:
 
 
 def p_e(name: str, arms: str, noise: float = 0.01) -> float:
-    env = load("ymca", arms=arms, repeats=1, noise=noise)
+    env = load("ymca", arms=arms, repeats=1, reference_noise=noise)
     trace = record_epoch(env, make(name, env), 0)
     return posture_error_percent(trace["posture"], trace["reference"])
 
 
 def test_open_loop_on_ideal_arms_tracks_to_rounding() -> None:
-    assert p_e("open loop", "kinematic", noise=0.0) < 1e-10
+    assert p_e("open loop", "kinematic", reference_noise=0.0) < 1e-10
 
 
 def test_open_loop_loses_simulated_arms() -> None:
@@ -40,7 +40,7 @@ def test_feedback_tracks_better_than_chance(arms: str) -> None:
 
 
 def test_feedback_on_ideal_arms_is_one_step_late() -> None:
-    env = load("ymca", arms="kinematic", repeats=1, noise=0.0)
+    env = load("ymca", arms="kinematic", repeats=1, reference_noise=0.0)
     trace = record_epoch(env, make("feedback only", env), 0)
     # Not the forearms: near a straight elbow the controller is told to hold back.
     posture, reference = (trace[name][:, np.r_[0:3, 6:9]] for name in ("posture", "reference"))
@@ -60,7 +60,7 @@ def test_open_loop_never_looks_at_the_arms() -> None:
 
 
 def test_open_loop_makes_up_for_what_a_step_is_too_short_for() -> None:
-    env = load("ymca", arms="kinematic", repeats=1, noise=0.0)
+    env = load("ymca", arms="kinematic", repeats=1, reference_noise=0.0)
     near, far = env.task.motion.posture[[0, 20]]
     agent = make("open loop", env)
     actions = np.stack([agent.act({"reference": near, "target": far}) for _ in range(60)])

@@ -9,7 +9,7 @@ from mpma_mj import MPMAConfig, load, make_agent, make_vec
 from mpma_mj.agents import AGENTS
 from mpma_mj.agents.base import BatchedAgent
 from mpma_mj.agents.registry import NOT_TRAINABLE
-from mpma_mj.envs.vector import VectorImitationEnv
+from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.errors import BadOptionError
 from mpma_mj.training.trace import record_epoch, record_epochs
 

@@ -51,7 +51,7 @@ def watch(player: MPMA) -> list[dict[str, np.ndarray]]:
 
 
 def test_untrained_it_is_the_feedback_controller() -> None:
-    env = load("ymca", noise=0.05)
+    env = load("ymca", reference_noise=0.05)
     observation = env.reset().observation
     player = agent()
     expected = feedback_action(observation["joint_angles"], observation["reference"], SPEED, 0.05)

@@ -18,7 +18,7 @@ import mpma_mj
 from mpma_mj import metrics
 from mpma_mj.envs.demonstration import Demonstration
 from mpma_mj.envs.load import load
-from mpma_mj.envs.options import EnvironmentOptions, read_options
+from mpma_mj.envs.options import EnvironmentOptions, options_from
 from mpma_mj.envs.reward import mean_reward, reward_weights
 from mpma_mj.errors import BadOptionError
 from mpma_mj.feedback import feedback_action
@@ -54,29 +54,37 @@ def followed(env: dm_env.Environment) -> float:
         ("repeats", 0, "repeats is 0; expected a whole number from 1 to 1000"),
         ("repeats", 1.5, "repeats is 1.5"),
         ("repeats", True, "repeats is True"),
-        ("noise", -0.1, "noise is -0.1; expected 0 to 1, such as 0.01"),
-        ("noise", float("nan"), "noise is nan"),
-        ("noise", "1 %", "noise is '1 %'"),
+        ("reference_noise", -0.1, "reference_noise is -0.1; expected 0 to 1, such as 0.01"),
+        ("reference_noise", float("nan"), "reference_noise is nan"),
+        ("reference_noise", "1 %", "reference_noise is '1 %'"),
         ("seed", -1, "seed is -1; expected a whole number from 0 up"),
         ("control_timestep", 0.0, "control_timestep is 0.0; expected 0.001 to 1, in seconds"),
         ("gravity_compensation", 1, "gravity_compensation is 1; expected True or False"),
         ("payload", -1.0, "payload is -1.0; expected 0 to 1000, in kg"),
         ("payload", float("inf"), "payload is inf"),
-        ("strength", 0.0, "strength is 0.0; expected 0.01 to 100"),
-        ("locked", "knee", f"locked is 'knee'; expected one of {', '.join(JOINT_NAMES)}"),
-        ("locked", 3, "locked is 3; expected one of left_shoulder_abduction"),
+        ("actuator_strength", 0.0, "actuator_strength is 0.0; expected 0.01 to 100"),
+        (
+            "locked_joint",
+            "knee",
+            f"locked_joint is 'knee'; expected one of {', '.join(JOINT_NAMES)}",
+        ),
+        ("locked_joint", 3, "locked_joint is 3; expected one of left_shoulder_abduction"),
         ("latency", -1, "latency is -1; expected a whole number from 0 to 100"),
         ("latency", 0.5, "latency is 0.5"),
         ("observation_noise", 2.0, "observation_noise is 2.0; expected 0 to 1"),
-        ("push", 5.0, "push is 5.0; expected rate (0 to 100 a second) and size"),
-        ("push", (1.0, -5.0), "push is (1.0, -5.0)"),
-        ("push", (1.0,), "push is (1.0,)"),
-        ("push", {1.0, 2.0}, "push is {1.0, 2.0}"),
-        ("push", {1.0: 2.0, 3.0: 4.0}, "push is {1.0: 2.0"),
-        ("push", ("often", 3), "push is ('often', 3)"),
+        ("perturbation", 5.0, "perturbation is 5.0; expected rate (0 to 100 a second) and size"),
+        ("perturbation", (1.0, -5.0), "perturbation is (1.0, -5.0)"),
+        ("perturbation", (1.0,), "perturbation is (1.0,)"),
+        ("perturbation", {1.0, 2.0}, "perturbation is {1.0, 2.0}"),
+        ("perturbation", {1.0: 2.0, 3.0: 4.0}, "perturbation is {1.0: 2.0"),
+        ("perturbation", ("often", 3), "perturbation is ('often', 3)"),
         ("collisions", "yes", "collisions is 'yes'; expected True or False"),
         ("random_start", 0, "random_start is 0; expected True or False"),
-        ("early_termination", 0.0, "early_termination is 0.0; expected 0.001 to 10, in metres"),
+        (
+            "termination_distance",
+            0.0,
+            "termination_distance is 0.0; expected 0.001 to 10, in metres",
+        ),
         ("reward_weights", {"elbow": 1.0}, "expected a weight for some of left_upper_arm, "),
         (
             "reward_weights",
@@ -85,15 +93,15 @@ def followed(env: dm_env.Environment) -> float:
         ),
         ("reward_weights", {"left_forearm": float("inf")}, "reward_weights has inf"),
         ("reward_weights", [1, 1, 1, 1], "reward_weights is [1, 1, 1, 1]"),
-        ("future", -1, "future is -1; expected a whole number from 0 to 1000"),
+        ("lookahead", -1, "lookahead is -1; expected a whole number from 0 to 1000"),
         ("phase", None, "phase is None; expected True or False"),
         ("repeats", 1001, "repeats is 1001"),
         ("latency", 101, "latency is 101"),
-        ("future", 1001, "future is 1001"),
-        ("noise", True, "noise is True"),
-        ("push", (101.0, 1.0), "push is (101.0, 1.0)"),
-        ("push", (1.0, 10_001.0), "push is (1.0, 10001.0)"),
-        ("push", (True, 1.0), "push is (True, 1.0)"),
+        ("lookahead", 1001, "lookahead is 1001"),
+        ("reference_noise", True, "reference_noise is True"),
+        ("perturbation", (101.0, 1.0), "perturbation is (101.0, 1.0)"),
+        ("perturbation", (1.0, 10_001.0), "perturbation is (1.0, 10001.0)"),
+        ("perturbation", (True, 1.0), "perturbation is (True, 1.0)"),
         ("model", 5, "model is 5; expected the path of an MJCF file"),
         ("model", "none.xml", "model is none.xml; expected an MJCF file, and there is none"),
     ],
@@ -113,16 +121,21 @@ def test_what_is_no_movement_is_refused(motion: Any) -> None:
 
 def test_options_keep_their_own_plain_copies() -> None:
     weights = {"left_forearm": np.float32(2)}
-    options = read_options(
-        repeats=np.uint8(200), noise=Fraction(1, 100), phase=np.True_, push=np.array([0.5, 30.0]),
+    options = options_from(
+        repeats=np.uint8(200), reference_noise=Fraction(1, 100), phase=np.True_,
+        perturbation=np.array([0.5, 30.0]),
         reward_weights=weights, seed=np.uint64(2**63),
     )  # fmt: skip
     weights["left_forearm"] = np.float32(-1)
     assert options.reward_weights == {"left_forearm": 2.0}
     assert type(options.repeats) is type(options.seed) is int
-    assert (options.noise, options.phase, options.push) == (0.01, True, (0.5, 30.0))
+    assert (options.reference_noise, options.phase, options.perturbation) == (
+        0.01,
+        True,
+        (0.5, 30.0),
+    )
     assert options.seed == 2**63
-    load("ymca", arms="kinematic", push=[0.0, 0.0])
+    load("ymca", arms="kinematic", perturbation=[0.0, 0.0])
     assert load("ymca", repeats=np.uint8(200)).task.steps == 200 * len(ymca()) - 1
 
 
@@ -143,8 +156,8 @@ def test_weights_that_are_all_zero_are_refused() -> None:
     [
         {"gravity_compensation": True},
         {"payload": 1.0},
-        {"strength": 0.5},
-        {"push": (1.0, 10.0)},
+        {"actuator_strength": 0.5},
+        {"perturbation": (1.0, 10.0)},
         {"collisions": True},
     ],
 )
@@ -156,12 +169,18 @@ def test_ideal_arms_refuse_what_acts_by_forces(options: dict[str, Any]) -> None:
 
 
 def test_numpys_numbers_are_numbers() -> None:
-    read_options(repeats=np.int64(2), noise=np.float32(0.5), push=[np.float64(1), np.int32(2)])
+    options_from(
+        repeats=np.int64(2),
+        reference_noise=np.float32(0.5),
+        perturbation=[np.float64(1), np.int32(2)],
+    )
 
 
 def test_a_misspelt_option_is_guessed() -> None:
-    with pytest.raises(BadOptionError, match="no option 'nose'; did you mean noise"):
-        load("ymca", nose=0.1)
+    with pytest.raises(
+        BadOptionError, match="no option 'refrence_noise'; did you mean reference_noise"
+    ):
+        load("ymca", refrence_noise=0.1)
 
 
 def test_options_go_by_name() -> None:
@@ -254,13 +273,20 @@ def test_payload_is_so_many_kilograms_in_each_hand(kilograms: float) -> None:
 
 
 def test_strength_scales_the_greatest_forces() -> None:
-    ranges = [load("ymca", strength=s).physics.model.actuator_forcerange for s in (1.0, 0.25)]
+    ranges = [
+        load("ymca", actuator_strength=s).physics.model.actuator_forcerange for s in (1.0, 0.25)
+    ]
     np.testing.assert_allclose(ranges[1], 0.25 * ranges[0])
 
 
 def test_what_is_harder_is_followed_worse() -> None:
     easy = followed(load("ymca", repeats=1))
-    for harder in ({"payload": 5.0}, {"strength": 0.1}, {"latency": 2}, {"push": (5.0, 100.0)}):
+    for harder in (
+        {"payload": 5.0},
+        {"actuator_strength": 0.1},
+        {"latency": 2},
+        {"perturbation": (5.0, 100.0)},
+    ):
         assert followed(load("ymca", repeats=1, **harder)) > 1.1 * easy, harder
 
 
@@ -322,8 +348,8 @@ def test_observation_noise_is_as_large_as_said_and_only_observed(arms: Any) -> N
 @given(st.floats(0.1, 3.0), st.floats(5.0, 50.0))
 @settings(max_examples=10)
 def test_pushes_come_as_often_and_as_hard_as_said(rate: float, size: float) -> None:
-    demonstration = demonstration_of(repeats=200, push=(rate, size))
-    forces = demonstration.episode(0, 0).pushes
+    demonstration = demonstration_of(repeats=200, perturbation=(rate, size))
+    forces = demonstration.episode(0, 0).perturbations
     assert forces is not None
     seconds = len(forces) / demonstration.motion.rate
     lasting = 2  # steps of 0.05 s in a tenth of a second
@@ -341,31 +367,31 @@ def test_pushes_come_as_often_and_as_hard_as_said(rate: float, size: float) -> N
 
 
 def demonstration_of(**options: Any) -> Demonstration:
-    return Demonstration(ymca(), read_options(**options), np.full(8, 12.0))
+    return Demonstration(ymca(), options_from(**options), np.full(8, 12.0))
 
 
 def test_a_push_lasts_a_tenth_of_a_second_and_at_least_one_step() -> None:
     for rate, steps in ((20.0, 2), (50.0, 5), (4.0, 1)):
         motion = ymca(rate=rate)
-        options = read_options(push=(0.05, 1.0), repeats=100)
-        forces = Demonstration(motion, options, np.full(8, 100.0)).episode(0, 0).pushes
+        options = options_from(perturbation=(0.05, 1.0), repeats=100)
+        forces = Demonstration(motion, options, np.full(8, 100.0)).episode(0, 0).perturbations
         assert forces is not None
-        pushed = np.concatenate([[0], (np.abs(forces).sum(axis=(1, 2)) > 0).astype(int), [0]])
-        (begins,), (ends,) = np.where(np.diff(pushed) == 1), np.where(np.diff(pushed) == -1)
+        perturbed = np.concatenate([[0], (np.abs(forces).sum(axis=(1, 2)) > 0).astype(int), [0]])
+        (begins,), (ends,) = np.where(np.diff(perturbed) == 1), np.where(np.diff(perturbed) == -1)
         assert len(begins) > 3
         assert np.median(ends - begins) == steps
 
 
 def test_a_push_moves_the_arm_that_is_pushed() -> None:
-    env, calm = load("ymca", push=(2.0, 100.0)), load("ymca")
-    pushed, left = at_rest(env, 60), at_rest(calm, 60)
+    env, calm = load("ymca", perturbation=(2.0, 100.0)), load("ymca")
+    perturbed, left = at_rest(env, 60), at_rest(calm, 60)
     apart = np.array(
         [
             p.observation["posture"] - c.observation["posture"]
-            for p, c in zip(pushed, left, strict=True)
+            for p, c in zip(perturbed, left, strict=True)
         ]
     ).reshape(-1, 2, 6)
-    forces = env.task._drawn.pushes[:60]
+    forces = env.task._drawn.perturbations[:60]
     first, hand = np.argwhere(np.linalg.norm(forces, axis=-1) > 0)[0]
     assert not apart[: first + 1].any()
     assert np.abs(apart[first + 1, hand]).max() > 0.01
@@ -395,7 +421,7 @@ def test_arms_that_hang_touch_nothing() -> None:
 
 
 def test_random_starts_are_anywhere_and_in_the_demonstrations_motion() -> None:
-    env = load("ymca", random_start=True, noise=0.0, repeats=2)
+    env = load("ymca", random_start=True, reference_noise=0.0, repeats=2)
     starts = set()
     for _ in range(30):
         observation = env.reset().observation
@@ -428,7 +454,7 @@ def at_rest_until_the_end(env: dm_env.Environment) -> list[dm_env.TimeStep]:
 
 @given(st.floats(0.05, 0.5))
 def test_early_termination_is_at_the_distance_that_was_said(distance: float) -> None:
-    env = load("ymca", arms="kinematic", early_termination=distance, repeats=1)
+    env = load("ymca", arms="kinematic", termination_distance=distance, repeats=1)
     env.reset()
     sites = env.physics.site_positions
 
@@ -443,7 +469,7 @@ def test_early_termination_is_at_the_distance_that_was_said(distance: float) -> 
     assert last.discount == 0.0
     assert last.reward > 0.0
     assert env.reset().first()
-    assert env.task.ending == ""
+    assert env.task.termination_reason == ""
 
 
 def test_weights_of_the_reward_are_those_of_its_terms() -> None:
@@ -457,16 +483,16 @@ def test_weights_of_the_reward_are_those_of_its_terms() -> None:
     assert len(set(terms.values())) == 4
 
 
-def test_future_shows_the_targets_to_come() -> None:
-    env = load("ymca", future=5, repeats=1)
-    assert env.observation_spec()["future"].shape == (5, 12)
+def test_lookahead_shows_the_targets_to_come() -> None:
+    env = load("ymca", lookahead=5, repeats=1)
+    assert env.observation_spec()["lookahead"].shape == (5, 12)
     timesteps = [env.reset(), *at_rest_until_the_end(env)]
     references = np.array([t.observation["reference"] for t in timesteps])
     for now, timestep in enumerate(timesteps):
-        future = timestep.observation["future"]
-        np.testing.assert_array_equal(future[0], timestep.observation["target"])
+        lookahead = timestep.observation["lookahead"]
+        np.testing.assert_array_equal(lookahead[0], timestep.observation["target"])
         shown = references[np.minimum(now + 1 + np.arange(5), len(references) - 1)]
-        np.testing.assert_array_equal(future, shown)
+        np.testing.assert_array_equal(lookahead, shown)
 
 
 def test_phase_goes_round_once_a_repetition() -> None:
@@ -479,7 +505,7 @@ def test_phase_goes_round_once_a_repetition() -> None:
 
 
 def test_spoilt_phases_and_futures_spoil_no_later_episode() -> None:
-    env = load("ymca", phase=True, future=2)
+    env = load("ymca", phase=True, lookahead=2)
     first = {name: value.copy() for name, value in env.reset().observation.items()}
     env.task.episode = 0
     for value in env.reset().observation.values():
@@ -490,27 +516,27 @@ def test_spoilt_phases_and_futures_spoil_no_later_episode() -> None:
 
 
 def test_arms_start_no_faster_than_they_can_turn() -> None:
-    options = read_options(random_start=True)
+    options = options_from(random_start=True)
     slow = Demonstration(ymca(), options, np.full(8, 0.5))
     speeds = [np.abs(slow.start_of(slow.episode(0, number))[1]).max() for number in range(20)]
     assert max(speeds) == 0.5
 
 
 def test_what_is_random_depends_on_seed_and_episode_alone() -> None:
-    options = {"observation_noise": 0.1, "push": (1.0, 10.0), "random_start": True}
+    options = {"observation_noise": 0.1, "perturbation": (1.0, 10.0), "random_start": True}
     one, other = demonstration_of(**options), demonstration_of(seed=9, **options)
     a, b, c = one.episode(5, 7), other.episode(5, 7), one.episode(5, 8)
     assert a.start == b.start
-    for name in ("shown", "sensor_noise", "pushes"):
+    for name in ("reference", "sensor_noise", "perturbations"):
         np.testing.assert_array_equal(getattr(a, name), getattr(b, name))
         assert not np.array_equal(getattr(a, name), getattr(c, name))
     # Nor on what else is asked for.
     plain = demonstration_of().episode(5, 7)
-    np.testing.assert_array_equal(plain.shown, a.shown)
+    np.testing.assert_array_equal(plain.reference, a.reference)
 
 
 def test_observations_share_no_memory_whatever_is_asked_for() -> None:
-    env = load("ymca", future=3, phase=True, observation_noise=0.01, latency=1)
+    env = load("ymca", lookahead=3, phase=True, observation_noise=0.01, latency=1)
     one, other = env.reset().observation, env.step(np.zeros(8)).observation
     kept = {name: value.copy() for name, value in one.items()}
     for value in other.values():

@@ -90,7 +90,7 @@ def test_rewards_are_bounded_and_their_terms_have_names(env: control.Environment
 
 
 def test_perfect_imitation_has_reward_one() -> None:
-    env = load("ymca", noise=0.0)
+    env = load("ymca", reference_noise=0.0)
     env.reset()  # in the demonstrated posture
     assert env.task.get_reward(env.physics) == pytest.approx(1.0)
 
@@ -127,7 +127,7 @@ def test_the_target_is_the_next_reference(env: control.Environment) -> None:
 
 def test_noise_is_as_large_as_said_and_keeps_unit_length() -> None:
     motion = ymca()
-    env = load(motion, noise=0.01, repeats=20)
+    env = load(motion, reference_noise=0.01, repeats=20)
     references = np.array([t.observation["reference"] for t in play(env)])
     error = references - np.tile(motion.posture, (20, 1))
     # Two of three directions keep their noise when vectors are made unit again.
@@ -152,7 +152,7 @@ def test_divergence_ends_the_episode_with_discount_zero() -> None:
     env.reset()
     env.physics.data.qvel[0] = 1e12
     timestep = env.step(np.zeros(8))
-    assert env.task.ending.startswith("the simulation diverged")
+    assert env.task.termination_reason.startswith("the simulation diverged")
     assert timestep.last()
     assert timestep.discount == 0.0
     assert timestep.reward == 0.0
@@ -213,14 +213,14 @@ def test_kinematic_arms_clip_too() -> None:
 
 def test_context_and_reference_are_of_the_same_moment() -> None:
     motion = ymca()
-    env = load(motion, noise=0.0, repeats=1)
+    env = load(motion, reference_noise=0.0, repeats=1)
     for t, timestep in enumerate(play(env)):
         np.testing.assert_array_equal(timestep.observation["context"], motion.context[t])
         np.testing.assert_allclose(timestep.observation["reference"], motion.posture[t], atol=1e-12)
 
 
 def test_rewards_are_a_tenth_half_a_unit_from_the_reference_that_is_seen() -> None:
-    env = load("ymca", noise=0.05)
+    env = load("ymca", reference_noise=0.05)
     env.reset()
     for _ in range(5):
         timestep = env.step(np.zeros(8))

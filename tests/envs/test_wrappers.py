@@ -11,7 +11,7 @@ import pytest
 from mpma_mj import load, metrics
 from mpma_mj.agents import AgentSpec, FeedbackOnly, RandomAgent
 from mpma_mj.envs import gl
-from mpma_mj.envs.gym import ImitationEnv
+from mpma_mj.envs.gym_env import ImitationEnv
 from mpma_mj.envs.wrappers import Evaluate, FeedbackAssist, RecordVideo, Wrapper
 from mpma_mj.errors import BadOptionError, RenderingError, RunFolderError, VideoError
 from mpma_mj.training.trace import record_epoch

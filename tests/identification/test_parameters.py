@@ -77,7 +77,9 @@ def test_a_written_model_is_that_in_memory_and_can_be_danced_with(tmp_path: Path
     factors = perturbed(1)
     write_model(tmp_path / "a.xml", factors)
     assert_same(make_model(EnvironmentOptions(model=tmp_path / "a.xml")), changed(MODEL, factors))
-    env = mpma_mj.load("ymca", model=tmp_path / "a.xml", latency=2, strength=2.0, payload=1.0)
+    env = mpma_mj.load(
+        "ymca", model=tmp_path / "a.xml", latency=2, actuator_strength=2.0, payload=1.0
+    )
     env.reset()
     assert np.isfinite(env.step(np.ones(8)).observation["posture"]).all()
 

@@ -156,7 +156,7 @@ def test_a_setting_that_no_run_can_have_is_refused_before_anything_is_written(
 ) -> None:
     for grid, message in (
         ("nodes=5,0", "nodes is 0"),
-        ("noise=0,-1", "noise is -1"),
+        ("reference_noise=0,-1", "reference_noise is -1"),
         ("nodes=5,30000", "nodes is 30000"),
     ):
         with pytest.raises(BadOptionError, match=message):

@@ -30,7 +30,7 @@ def test_no_grid_is_one_point() -> None:
 @pytest.mark.parametrize(
     ("word", "values"),
     [
-        ("noise=0,0.5,1e-3", [0.0, 0.5, 1e-3]),
+        ("reference_noise=0,0.5,1e-3", [0.0, 0.5, 1e-3]),
         ("longest=true,no", [True, False]),
         ("unit=mm,none", ["mm", None]),
         ("rate-in=100", [100.0]),
@@ -66,7 +66,7 @@ def test_every_setting_but_the_seed_can_vary(field: str) -> None:
         (["nodes="], "empty value of nodes; expected a whole number"),
         (["nodes=5,,6"], "empty value of nodes"),
         (["nodes=5.5"], "nodes '5.5'; expected a whole number"),
-        (["noise=much"], "noise 'much'; expected a number"),
+        (["reference_noise=much"], "reference_noise 'much'; expected a number"),
         (["loop=maybe"], "loop 'maybe'; expected true or false"),
         (["rule=gatd"], "rule 'gatd'; expected one of weighted, gated"),
         (["unit=km"], "unit 'km'; expected one of m, cm, mm, inch or none"),

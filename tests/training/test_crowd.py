@@ -11,8 +11,8 @@ import pytest
 
 from mpma_mj.agents import AGENTS
 from mpma_mj.agents.registry import NOT_TRAINABLE
-from mpma_mj.envs.batch import PhysicsBatch
-from mpma_mj.envs.vector import VectorImitationEnv
+from mpma_mj.envs.arm_batch import PhysicsBatch
+from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions import ymca
 from mpma_mj.training import crowd as crowds
@@ -67,7 +67,7 @@ def test_each_run_is_to_the_bit_what_it_is_alone(settings: dict[str, Any], arms:
 @pytest.mark.parametrize(("rule", "noise"), [("weighted", 0.06), ("gated", 0.01)])
 @pytest.mark.parametrize("arms", ["physics", "kinematic"])
 def test_those_who_stay_do_not_notice_who_leaves(rule: str, noise: float, arms: str) -> None:
-    configs = seeds(4, rule=rule, noise=noise, arms=arms)
+    configs = seeds(4, rule=rule, reference_noise=noise, arms=arms)
     together = train_crowd(configs, ymca(), EPOCHS)
     assert len({summary["epochs"] for summary in together}) > 1
     assert any(a["epochs"] < b["epochs"] for a, b in itertools.pairwise(together))

@@ -154,11 +154,11 @@ def test_measures_compare_what_belongs_together() -> None:
 
 
 def test_settings_reach_agent_and_environment() -> None:
-    config = RunConfig(nodes=17, modules=3, rule="gated", seed=5, noise=0.02, repeats=2)
+    config = RunConfig(nodes=17, modules=3, rule="gated", seed=5, reference_noise=0.02, repeats=2)
     trainer = _trainer(config, ymca())
     architecture = MPMAConfig(nodes=17, modules=3, rule="gated")
     assert trainer.agent.config == architecture
-    env = load(ymca(), seed=5, noise=0.02, repeats=2)
+    env = load(ymca(), seed=5, reference_noise=0.02, repeats=2)
     assert trainer.env.task.steps == env.task.steps == 2 * len(ymca()) - 1
     for name, value in env.reset().observation.items():
         np.testing.assert_array_equal(trainer.env.reset().observation[name], value)

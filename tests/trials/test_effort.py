@@ -24,12 +24,12 @@ def danced(**world: object) -> dict[str, Array]:
 
 @pytest.mark.parametrize("strength", [1.0, 0.1])
 def test_torques_are_what_changes_the_arms_momentum(strength: float) -> None:
-    trace = danced(strength=strength)
-    cost = effort(trace, {"strength": strength}, ymca().rate)
+    trace = danced(actuator_strength=strength)
+    cost = effort(trace, {"actuator_strength": strength}, ymca().rate)
     assert cost is not None
-    arms = PhysicsArms.make(EnvironmentOptions(strength=strength))
+    arms = PhysicsArms.make(EnvironmentOptions(actuator_strength=strength))
     model, data = arms.model.ptr, arms.data.ptr
-    arms.place(trace["joint_angles"][0], trace["joint_velocities"][0])
+    arms.set_joint_state(trace["joint_angles"][0], trace["joint_velocities"][0])
     inertia = np.zeros((8, 8))
     for step, torque in enumerate(cost.torque):
         arms.set_control(np.clip(trace["action"][step // 10], -1, 1) * arms.max_joint_speed)
@@ -51,7 +51,7 @@ def test_work_less_losses_is_the_energy_that_the_arms_have_gained() -> None:
     model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)
     energies = []
     for moment in (0, -1):
-        arms.place(trace["joint_angles"][moment], trace["joint_velocities"][moment])
+        arms.set_joint_state(trace["joint_angles"][moment], trace["joint_velocities"][moment])
         mujoco.mj_forward(model, data)
         energies.append(float(data.energy.sum()))
     put_in = float(cost.power.sum()) * cost.timestep
@@ -89,7 +89,7 @@ def test_a_torque_is_at_its_limit_where_the_command_is_beyond_it() -> None:
 
 
 def test_a_locked_joint_is_not_driven() -> None:
-    world = {"locked": "left_elbow"}
+    world = {"locked_joint": "left_elbow"}
     cost = effort(danced(**world), world, ymca().rate)
     assert cost is not None
     assert np.abs(cost.torque[:, 3]).max() < 0.01 * np.abs(cost.torque).max()

@@ -293,7 +293,7 @@ def test_runs_that_differ_in_more_than_their_seed_are_not_summed_up(
     run: Path, refused: Refused
 ) -> None:
     refused(["lesion", str(run), str(run)], "is there twice; leave one out")
-    other = with_settings(run, noise=0.02)
+    other = with_settings(run, reference_noise=0.02)
     message = f"{other}: differs from {run} in more than its seed"
     refused(["lesion", str(run), str(other)], message)
 

@@ -111,7 +111,10 @@ def test_a_run_of_another_epoch_has_not_been_stressed(run: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--disturbances", "wind"], "no disturbance 'wind'; expected some of payload, strength"),
+        (
+            ["--disturbances", "wind"],
+            "no disturbance 'wind'; expected some of payload, strength",
+        ),
         (["--disturbances", "payload", "--levels", "0", "-1"], "payload is -1.0; expected 0"),
         (["--levels", "1"], "levels are those of one disturbance; name it with --disturbances"),
         (["--unseen", "gone.bvh"], "gone.bvh: no such file; give the path of a recording"),
@@ -123,13 +126,19 @@ def test_a_run_of_another_epoch_has_not_been_stressed(run: Path) -> None:
         (["--adapt-epochs", "3"], "adapt-epochs is given without --adapt"),
         (
             ["--disturbances", "strength", "--levels", "0"],
-            "strength 0.0: strength is 0.0;",
+            "strength 0.0: actuator_strength is 0.0;",
         ),
         (["--disturbances", "latency", "--levels", "1.5"], "latency 1.5: latency is 1.5; expected"),
         (["--disturbances", "noise", "--levels", "101"], "noise 101.0: observation_noise is 1.01"),
-        (["--disturbances", "pushes", "--levels", "-5"], "pushes -5.0: push is (1.0, -5.0)"),
+        (
+            ["--disturbances", "pushes", "--levels", "-5"],
+            "pushes -5.0: perturbation is (1.0, -5.0)",
+        ),
         (["--disturbances", "tempo", "--levels", "0"], "tempo"),
-        (["--disturbances", "locked", "--levels", "knee"], "locked has no level 'knee'; expected"),
+        (
+            ["--disturbances", "locked", "--levels", "knee"],
+            "locked has no level 'knee'; expected",
+        ),
         (
             ["--disturbances", "gravity", "--levels", "half"],
             "gravity has no level 'half'",

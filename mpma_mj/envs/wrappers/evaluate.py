@@ -10,10 +10,10 @@ import numpy as np
 from gymnasium.utils import RecordConstructorArgs
 from numpy.typing import NDArray
 
-from mpma_mj.envs.gym import ImitationEnv
-from mpma_mj.envs.wrappers.course import Course
-from mpma_mj.envs.wrappers.inside import inside
-from mpma_mj.envs.wrappers.wrapper import Wrapper
+from mpma_mj.envs.gym_env import ImitationEnv
+from mpma_mj.envs.wrappers.base import Wrapper
+from mpma_mj.envs.wrappers.episode_metrics import EpisodeRecorder
+from mpma_mj.envs.wrappers.unwrapping import unwrap
 from mpma_mj.utils.clipping import clip
 
 __all__ = ["Evaluate", "GymEvaluate"]
@@ -37,19 +37,21 @@ class Evaluate(Wrapper):
         """Wrap an environment, which may be a wrapper itself."""
         super().__init__(env)
         self.episode_metrics: list[dict[str, float]] = []
-        self._course = Course()
+        self._recorder = EpisodeRecorder()
 
     def _begun(self, timestep: dm_env.TimeStep) -> None:
-        self._course = Course()
+        self._recorder = EpisodeRecorder()
 
     def _stepped(self, action: Array, timestep: dm_env.TimeStep) -> None:
         assist, env = {}, self._env
         if hasattr(env, "last_feedback"):
             assist = {"feedback": env.last_feedback, "action": env.last_action}
-        self._course.add(env.physics, timestep.observation["reference"], timestep.reward, **assist)
+        self._recorder.add(
+            env.physics, timestep.observation["reference"], timestep.reward, **assist
+        )
         if timestep.last():
             terminated = timestep.discount == 0.0
-            measures = self._course.measures(env.physics, terminated=terminated)
+            measures = self._recorder.measures(env.physics, terminated=terminated)
             self.episode_metrics.append(measures)
 
 
@@ -71,17 +73,17 @@ class GymEvaluate(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         Raises:
             BadOptionError: It is another environment.
         """
-        self._inner = inside(env, ImitationEnv)
+        self._inner = unwrap(env, ImitationEnv)
         RecordConstructorArgs.__init__(self)
         gymnasium.Wrapper.__init__(self, env)
         self.episode_metrics: list[dict[str, float]] = []
-        self._course = Course()
+        self._recorder = EpisodeRecorder()
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:
         """Begin an episode; see `ImitationEnv.reset`."""
-        self._course = Course()
+        self._recorder = EpisodeRecorder()
         return super().reset(seed=seed, options=options)
 
     def step(self, action: Any) -> Any:
@@ -90,8 +92,8 @@ class GymEvaluate(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         physics, assist = self._inner.physics, {}
         if "feedback" in info:
             assist = {"feedback": info["feedback"], "action": clip(self._inner.last_action)}
-        self._course.add(physics, self._inner.seen["reference"], float(reward), **assist)
+        self._recorder.add(physics, self._inner.seen["reference"], float(reward), **assist)
         if terminated or truncated:
-            self.episode_metrics.append(self._course.measures(physics, terminated=terminated))
-            self._course = Course()
+            self.episode_metrics.append(self._recorder.measures(physics, terminated=terminated))
+            self._recorder = EpisodeRecorder()
         return observation, reward, terminated, truncated, info

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.envs.actions import check_action
+from mpma_mj.envs.wrappers.base import Wrapper
 from mpma_mj.envs.wrappers.gain import check_gain
-from mpma_mj.envs.wrappers.wrapper import Wrapper
 from mpma_mj.feedback import feedback_action
 from mpma_mj.utils.clipping import clip
 

@@ -12,10 +12,10 @@ from gymnasium.vector import VectorEnv, VectorWrapper
 from numpy.typing import ArrayLike, NDArray
 
 from mpma_mj.envs.actions import check_action
-from mpma_mj.envs.gym import ImitationEnv
-from mpma_mj.envs.vector import VectorImitationEnv
+from mpma_mj.envs.gym_env import ImitationEnv
+from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.envs.wrappers.gain import check_gain
-from mpma_mj.envs.wrappers.inside import inside
+from mpma_mj.envs.wrappers.unwrapping import unwrap
 from mpma_mj.feedback import feedback_action
 
 __all__ = ["GymFeedbackAssist", "VectorFeedbackAssist"]
@@ -23,7 +23,7 @@ __all__ = ["GymFeedbackAssist", "VectorFeedbackAssist"]
 Array = NDArray[np.float64]
 
 
-class _Controller:
+class _FeedbackController:
     """The feedback controller of one environment or of many.
 
     Attributes:
@@ -64,7 +64,7 @@ class GymFeedbackAssist(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructor
         Raises:
             BadOptionError: The gain is not between 0 and 1, or it is another environment.
         """
-        self._controller = _Controller(inside(env, ImitationEnv), gain)
+        self._controller = _FeedbackController(unwrap(env, ImitationEnv), gain)
         RecordConstructorArgs.__init__(self, gain=gain)
         gymnasium.Wrapper.__init__(self, env)
 
@@ -114,7 +114,7 @@ class VectorFeedbackAssist(VectorWrapper):
         Raises:
             BadOptionError: The gain is not between 0 and 1, or they are other environments.
         """
-        self._controller = _Controller(inside(env, VectorImitationEnv), gain)
+        self._controller = _FeedbackController(unwrap(env, VectorImitationEnv), gain)
         super().__init__(env)
 
     @property

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.envs.frame_writer import WriteFrame, frame_writer
 from mpma_mj.envs.rendering import ArmRenderer
-from mpma_mj.envs.wrappers.wrapper import Wrapper
+from mpma_mj.envs.wrappers.base import Wrapper
 from mpma_mj.errors import BadOptionError
 
 __all__ = ["RecordVideo"]

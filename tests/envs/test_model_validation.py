@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mpma_mj.envs.gym import ImitationEnv
+from mpma_mj.envs.gym_env import ImitationEnv
 from mpma_mj.envs.load import load
 from mpma_mj.envs.model import MODEL_PATH
-from mpma_mj.envs.vector import make_vec
+from mpma_mj.envs.vector_env import make_vec
 from mpma_mj.errors import BadOptionError, MotionReachError, RenderingError
 
 OURS = MODEL_PATH.read_text(encoding="utf-8")
@@ -71,7 +71,7 @@ def test_hands_are_needed_only_where_something_acts_on_them(own: Path) -> None:
     edited(own, ('<body name="left_hand"', '<body name="left_fist"'))
     load("ymca", model=own)
     assert "lacks body left_hand" in refused(own, payload=1.0)
-    assert "lacks body left_hand" in refused(own, push=(1.0, 10.0))
+    assert "lacks body left_hand" in refused(own, perturbation=(1.0, 10.0))
 
 
 @pytest.mark.parametrize(
@@ -189,7 +189,7 @@ def test_strength_needs_forces_that_are_limited(own: Path) -> None:
     edited(own, (' forcerange="-60 60"', ""))
     load("ymca", model=own)
     message = "actuator left_elbow has no forcerange; strength has nothing to scale"
-    assert message in refused(own, strength=0.5)
+    assert message in refused(own, actuator_strength=0.5)
 
 
 def test_slower_actuators_refuse_a_dance_that_is_too_fast_for_them(own: Path) -> None:
@@ -311,13 +311,13 @@ def test_what_ran_away_is_told_by_its_joint_or_its_number(own: Path) -> None:
         env.reset()
         env.physics.data.qpos[address] = np.inf
         assert env.step(np.zeros(8)).last()
-        assert f"the angle of {name} ran away" in env.task.ending
+        assert f"the angle of {name} ran away" in env.task.termination_reason
     nameless = (BALL[0], BALL[1].replace(' name="free"', ""))
     env = load("ymca", model=edited(own, nameless))
     env.reset()
     env.physics.data.qpos[2] = np.inf
     env.step(np.zeros(8))
-    assert "the angle of joint 0 ran away" in env.task.ending
+    assert "the angle of joint 0 ran away" in env.task.termination_reason
 
 
 def test_a_model_that_does_not_start_over_diverges_as_others(own: Path) -> None:
@@ -350,12 +350,12 @@ def test_numbers_that_run_away_in_the_last_physics_step_are_not_handed_out(own: 
     env.reset(), many.reset()
     angles, velocities = np.zeros(8), np.zeros(8)
     angles[joint], velocities[joint] = turned, speed
-    env.physics.place(angles, velocities)
-    many._batch.place(0, angles, velocities)
+    env.physics.set_joint_state(angles, velocities)
+    many._batch.set_joint_state(0, angles, velocities)
     timestep = env.step(np.zeros(8))
     observations, _, terminated, *_ = many.step(np.zeros((2, 8)))
     assert timestep.discount == 0.0
-    assert "left_shoulder_rotation ran away" in env.task.ending
+    assert "left_shoulder_rotation ran away" in env.task.termination_reason
     assert terminated.tolist() == [True, False]
     for name, values in timestep.observation.items():
         np.testing.assert_array_equal(observations[name][0], values)
@@ -421,7 +421,7 @@ def test_wild_gains_end_the_episode_and_the_next_is_sound(
             timestep = env.step(np.ones(8))
         assert timestep.discount == 0.0
         assert timestep.reward == 0.0
-        assert "ran away" in env.task.ending
+        assert "ran away" in env.task.termination_reason
         assert all(np.isfinite(value).all() for value in timestep.observation.values())
     assert [path.name for path in tmp_path.iterdir()] == ["my_arms.xml"]
 
@@ -444,7 +444,7 @@ def test_members_that_diverge_leave_the_others_alone(
         for name, values in timestep.observation.items():
             np.testing.assert_array_equal(observations[name][0], values)
         if terminated[0]:
-            assert infos["ending"][0] == "the simulation diverged"
+            assert infos["termination_reason"][0] == "the simulation diverged"
         assert not truncated.any()
         assert all(np.isfinite(values).all() for values in observations.values())
         ended += terminated

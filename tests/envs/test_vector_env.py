@@ -16,20 +16,28 @@ from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from numpy.typing import NDArray
 
 import mpma_mj
-from mpma_mj.envs.gym import FlatImitationEnv, ImitationEnv
+from mpma_mj.envs.gym_env import FlatImitationEnv, ImitationEnv
 from mpma_mj.envs.load import load
-from mpma_mj.envs.vector import FlatVectorImitationEnv, VectorImitationEnv, make_vec
+from mpma_mj.envs.vector_env import FlatVectorImitationEnv, VectorImitationEnv, make_vec
 from mpma_mj.errors import BadOptionError
 
 HARD: dict[str, Any] = {
-    **{"latency": 2, "observation_noise": 0.02, "push": (2.0, 40.0), "payload": 1.0},
-    **{"gravity_compensation": True, "strength": 0.7, "collisions": True, "random_start": True},
-    **{"early_termination": 0.5, "reward_weights": {"left_forearm": 3}, "future": 5},
+    **{"latency": 2, "observation_noise": 0.02, "perturbation": (2.0, 40.0), "payload": 1.0},
+    **{
+        "gravity_compensation": True,
+        "actuator_strength": 0.7,
+        "collisions": True,
+        "random_start": True,
+    },
+    **{"termination_distance": 0.5, "reward_weights": {"left_forearm": 3}, "lookahead": 5},
     "phase": True,
 }
 # Diverges, or is too far off, at any time.
-WILD: dict[str, Any] = {"push": (20.0, 10_000.0), "latency": 1, "early_termination": 0.5}
-TINY: dict[str, Any] = {"early_termination": 0.001, "noise": 0.1}  # ends as soon as it has begun
+WILD: dict[str, Any] = {"perturbation": (20.0, 10_000.0), "latency": 1, "termination_distance": 0.5}
+TINY: dict[str, Any] = {
+    "termination_distance": 0.001,
+    "reference_noise": 0.1,
+}  # ends as soon as it has begun
 OPTIONS = [{}, {"arms": "kinematic"}, HARD, WILD, TINY]
 IDS = ["physics", "kinematic", "hard", "wild", "tiny"]
 
@@ -70,7 +78,9 @@ def test_members_are_single_environments_bit_for_bit(
                 assert rewards[i] == (timestep.reward or 0.0)
                 assert terminated[i] == (timestep.discount == 0.0)
                 assert truncated[i] == (timestep.last() and timestep.discount == 1.0)
-                assert infos["ending"][i] == single.task.ending.split(":")[0]
+                assert (
+                    infos["termination_reason"][i] == single.task.termination_reason.split(":")[0]
+                )
                 assert infos["clipped"][i] == single.task.clipped
                 terms = single.task.reward_terms(single.physics)
                 assert {k: v[i] for k, v in infos["reward_terms"].items() if k[0] != "_"} == terms
@@ -261,7 +271,7 @@ def test_some_members_begin_anew_where_a_mask_says_so() -> None:
                 before = each.step(np.full((3, 8), 0.1))[0]
         mask = np.array([False, True, False])
         after, info = envs.reset(seed=[9, 9, 9], options={"reset_mask": mask})
-        assert info["ending"].tolist() == ["", "", ""]
+        assert info["termination_reason"].tolist() == ["", "", ""]
         np.testing.assert_array_equal(after["posture"][~mask], before["posture"][~mask])
         first = load("ymca", repeats=1, arms="kinematic", seed=9).reset().observation
         np.testing.assert_array_equal(after["target"][1], first["target"])
@@ -275,7 +285,7 @@ def test_a_mask_leaves_a_finished_member_finished() -> None:
         while not envs.step(np.zeros((2, 8)))[3].all():
             pass
         info = envs.reset(options={"reset_mask": np.array([True, False])})[1]
-        assert info["ending"].tolist() == ["", "the demonstration is over"]
+        assert info["termination_reason"].tolist() == ["", "the demonstration is over"]
         _, rewards, *_ = envs.step(np.zeros((2, 8)))
         assert rewards[0] > 0.0
         assert rewards[1] == 0.0  # begins only now

@@ -14,11 +14,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from mpma_mj import kinematics
 from mpma_mj.envs.actions import check_action
-from mpma_mj.envs.batch import make_batch
+from mpma_mj.envs.arm_batch import make_batch
 from mpma_mj.envs.demonstration import Demonstration, Episode
 from mpma_mj.envs.load import prepare
 from mpma_mj.envs.observation import Observer
-from mpma_mj.envs.options import read_options, seeds_of_members
+from mpma_mj.envs.options import options_from, seeds_of_batch
 from mpma_mj.envs.reward import closeness, mean_reward, reward_weights, site_distance
 from mpma_mj.envs.spaces import action_space, flatten, observation_space
 from mpma_mj.envs.task import OVER, TOO_FAR
@@ -92,7 +92,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
             raise BadOptionError(f"threads is {threads!r}; expected a whole number from 1 up")
         if render_mode is not None:
             raise BadOptionError("many environments draw nothing; leave render_mode out")
-        chosen = read_options(**options)
+        chosen = options_from(**options)
         self.motion, self.arms, nstep = prepare(chosen)
         self.num_envs = num_envs = int(num_envs)
         self.max_joint_speed = self.arms.max_joint_speed
@@ -103,7 +103,11 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         self._observer = Observer(self._demonstration, chosen)
         self._weights = reward_weights(chosen.reward_weights)
         self._batch = make_batch(
-            self.arms, num_envs, nstep, pushed=chosen.pushed, threads=int(threads or processors())
+            self.arms,
+            num_envs,
+            nstep,
+            perturbed=chosen.perturbed,
+            threads=int(threads or processors()),
         )
         self.steps, self.period = self._demonstration.steps, self._demonstration.period
         self.single_action_space = action_space()
@@ -118,7 +122,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         self.episode = np.zeros(num_envs, int)
         self._step = np.zeros(num_envs, int)
         self._over = np.ones(num_envs, bool)
-        self._ending = np.full(num_envs, "", object)
+        self._termination_reason = np.full(num_envs, "", object)
         self._pending = np.zeros((chosen.latency, num_envs, 8))
         self._drawn = _space_for(self._demonstration.episode(chosen.seed, 0), num_envs)
         self.closed = False
@@ -149,17 +153,17 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         self._check_open()
         meant = self._mask(options) | (self.episode == 0)
         if seed is not None:
-            for row, own in enumerate(seeds_of_members(seed, self.num_envs)):
+            for row, own in enumerate(seeds_of_batch(seed, self.num_envs)):
                 if own is not None and meant[row]:
                     self._seeds[row], self.episode[row] = own, 0
             super().reset(seed=self._seeds[0])
-        over_before, ending_before = self._over & ~meant, self._ending
+        over_before, ending_before = self._over & ~meant, self._termination_reason
         self._over = meant
         self._begin_episodes()
         nothing = np.zeros(self.num_envs, bool)
         observation, _, _, _, info = self._outcome(~nothing, nothing, np.zeros((self.num_envs, 8)))
         self._over = over_before
-        info["ending"] = self._ending = np.where(meant, "", ending_before)
+        info["termination_reason"] = self._termination_reason = np.where(meant, "", ending_before)
         return observation, info
 
     def step(self, actions: ArrayLike) -> tuple[Any, Array, Mask, Mask, dict[str, Any]]:
@@ -187,8 +191,8 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         if self._options.latency:
             due = self._pending[0]
             self._pending = np.concatenate([self._pending[1:], actions[None]])
-        pushes = self._drawn.pushes
-        forces = None if pushes is None else pushes[self._rows, self._step]
+        perturbations = self._drawn.perturbations
+        forces = None if perturbations is None else perturbations[self._rows, self._step]
         diverged = self._batch.step(clip(due) * self._top_speed, forces)
         self._step += 1
         self._begin_episodes()
@@ -228,7 +232,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
             episode = self._demonstration.episode(self._seeds[row], self.episode[row])
             for whole, part in zip(_arrays(self._drawn), _arrays(episode), strict=True):
                 whole[row] = part
-            self._batch.place(row, *self._demonstration.start_of(episode))
+            self._batch.set_joint_state(row, *self._demonstration.start_of(episode))
             self.episode[row] += 1
             self._step[row] = episode.start
             self._pending[:, row] = 0.0
@@ -238,25 +242,25 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
     ) -> tuple[Any, Array, Mask, Mask, dict[str, Any]]:
         posture, now = self._batch.posture(), (self._rows, self._step)
         self.posture = posture.copy()
-        terms = closeness(posture, self._drawn.shown[now])
+        terms = closeness(posture, self._drawn.reference[now])
         terms[diverged] = 0.0
         rewards = np.where(begins, 0.0, mean_reward(terms, self._weights))
         too_far = np.zeros(self.num_envs, bool)
-        if self._options.early_termination is not None:
-            distance = site_distance(posture, self._drawn.shown[now], self.arms.segment_lengths)
-            too_far = (distance > self._options.early_termination) & ~diverged & ~begins
+        if self._options.termination_distance is not None:
+            distance = site_distance(posture, self._drawn.reference[now], self.arms.segment_lengths)
+            too_far = (distance > self._options.termination_distance) & ~diverged & ~begins
         terminated = diverged | too_far
         truncated = (self._step >= self.steps) & ~terminated
         self._over = terminated | truncated
-        self._ending = np.full(self.num_envs, "", object)
+        self._termination_reason = np.full(self.num_envs, "", object)
         for reason, ended in ((_DIVERGED, diverged), (TOO_FAR, too_far), (OVER, truncated)):
-            self._ending[ended] = reason
+            self._termination_reason[ended] = reason
         clipped = np.where(begins, 0, np.count_nonzero(np.abs(actions) > 1.0, axis=1))
         by_name = dict(zip(kinematics.SEGMENT_NAMES, terms.T, strict=True))
         info = {
             "reward_terms": self._masked(by_name),
             "clipped": clipped,
-            "ending": self._ending.copy(),
+            "termination_reason": self._termination_reason.copy(),
         }
         return self._pack(posture), rewards, terminated, truncated, self._masked(info)
 
@@ -306,15 +310,15 @@ def make_vec(
 
 def _space_for(episode: Episode, count: int) -> Episode:
     """Return arrays for so many episodes like one."""
-    noise, pushes = episode.sensor_noise, episode.pushes
+    noise, perturbations = episode.sensor_noise, episode.perturbations
     return Episode(
         start=0,
-        shown=np.zeros((count, *episode.shown.shape)),
+        reference=np.zeros((count, *episode.reference.shape)),
         sensor_noise=None if noise is None else np.zeros((count, *noise.shape)),
-        pushes=None if pushes is None else np.zeros((count, *pushes.shape)),
+        perturbations=None if perturbations is None else np.zeros((count, *perturbations.shape)),
     )
 
 
 def _arrays(episode: Episode) -> list[Array]:
-    drawn = (episode.shown, episode.sensor_noise, episode.pushes)
+    drawn = (episode.reference, episode.sensor_noise, episode.perturbations)
     return [array for array in drawn if array is not None]

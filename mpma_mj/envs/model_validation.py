@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 __all__ = ["HANDS", "check_actuators", "check_complete", "check_geometry"]
 
 HANDS = tuple(f"{side}_hand" for side in SIDES)
-"""Bodies that carry the payload and are pushed."""
+"""Bodies that carry the payload and are perturbed."""
 
 _SITES = tuple(f"{side}_{point}" for side in SIDES for point in ("shoulder", "elbow", "wrist"))
 _TOLERANCE = 1e-3  # on unit vectors
@@ -115,7 +115,7 @@ def check_geometry(path: Path, arms: PhysicsArms) -> None:
     poses |= {"where all joints turn (order of axes?)": np.tile([0.4, 0.5, 0.6, 0.7], 2)}
     for moment, pose in poses.items():
         with arms.reset_context():
-            arms.place(pose, np.zeros(8))
+            arms.set_joint_state(pose, np.zeros(8))
         off = np.abs(arms.posture() - kinematics.posture_from_angles(pose))
         if not off.max() <= _TOLERANCE:
             raise BadOptionError(

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from typing import Any, TypeVar
 
-from mpma_mj.envs.gym import ImitationEnv
-from mpma_mj.envs.vector import VectorImitationEnv
+from mpma_mj.envs.gym_env import ImitationEnv
+from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.errors import BadOptionError
 
-__all__ = ["inside"]
+__all__ = ["unwrap"]
 
 Env = TypeVar("Env", ImitationEnv, VectorImitationEnv)
 
 
-def inside(env: Any, kind: type[Env]) -> Env:
+def unwrap(env: Any, kind: type[Env]) -> Env:
     """Return the environment inside all wrappers.
 
     Args:

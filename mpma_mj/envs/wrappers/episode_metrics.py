@@ -8,12 +8,12 @@ from numpy.typing import NDArray
 from mpma_mj import metrics
 from mpma_mj.envs.physics import PhysicsArms
 
-__all__ = ["Course"]
+__all__ = ["EpisodeRecorder"]
 
 Array = NDArray[np.float64]
 
 
-class Course:
+class EpisodeRecorder:
     """The steps of an episode, as far as they are measured."""
 
     def __init__(self) -> None:

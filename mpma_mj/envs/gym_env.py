@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mpma_mj.envs.load import make_environment
-from mpma_mj.envs.options import read_options, whole_seed
+from mpma_mj.envs.options import check_seed, options_from
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.envs.rendering import ArmRenderer
 from mpma_mj.envs.spaces import action_space, flatten, observation_space
@@ -42,11 +42,11 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
     both so); float64 actions are taken too and are not rounded.
 
     An episode is truncated at the end of the demonstration, and terminated if the simulation
-    diverges or the arms are farther off than `early_termination` allows. `info` holds
+    diverges or the arms are farther off than `termination_distance` allows. `info` holds
 
     - `reward_terms`: the terms of the reward by name, each in [0, 1];
     - `clipped`: how many entries of the action were beyond [-1, 1], and were clipped;
-    - `ending`: why the episode has ended; empty while it goes on.
+    - `termination_reason`: why the episode has ended; empty while it goes on.
 
     Episodes follow from the seed: `reset(seed=s)` starts the first episode of seed s, and
     `reset()` the next one. Before any seed is given it is the option `seed`. In a vector
@@ -80,7 +80,7 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
         if render_mode is not None and render_mode not in modes:
             raise BadOptionError(f"render_mode is '{render_mode}'; expected {' or '.join(modes)}")
         self.render_mode = render_mode
-        self._options = read_options(**options)
+        self._options = options_from(**options)
         self._env = make_environment(self._options)
         self._over = True
         self.seen: dict[str, Array] = {}
@@ -122,7 +122,7 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
         """
         if options:
             raise BadOptionError(f"options is {options!r}; expected none, reset has no options")
-        seed = None if seed is None else whole_seed(seed)
+        seed = None if seed is None else check_seed(seed)
         super().reset(seed=seed)
         if seed is not None:
             self._env.task.seed = seed
@@ -213,7 +213,11 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
     def _info(self) -> dict[str, Any]:
         task = self._env.task
         terms = task.reward_terms(self._env.physics)
-        return {"reward_terms": terms, "clipped": task.clipped, "ending": task.ending}
+        return {
+            "reward_terms": terms,
+            "clipped": task.clipped,
+            "termination_reason": task.termination_reason,
+        }
 
     def _ghost(self) -> Array:
         return self._env.task.reference
@@ -231,7 +235,7 @@ class FlatImitationEnv(ImitationEnv):
 
     In this order, C being the context's length: posture 0 to 11, reference 12 to 23, target
     24 to 35, context from 36, then eight joint angles, rad, and eight joint velocities, rad/s;
-    at the end `future` and `phase`, where options ask for them.
+    at the end `lookahead` and `phase`, where options ask for them.
     """
 
     _flat = True

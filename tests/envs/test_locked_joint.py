@@ -7,20 +7,20 @@ import numpy as np
 import pytest
 
 import mpma_mj
-from mpma_mj.envs.options import read_options
+from mpma_mj.envs.options import options_from
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.kinematics import JOINT_NAMES
 
 
 @pytest.mark.parametrize("joint", JOINT_NAMES)
 def test_a_locked_joint_holds_whatever_pulls_and_the_others_do_not(joint: str) -> None:
-    arms = PhysicsArms.make(read_options(locked=joint))
+    arms = PhysicsArms.make(options_from(locked_joint=joint))
     number = JOINT_NAMES.index(joint)
-    arms.place(np.tile([0.5, 0.2, 0.1, 1.0], 2), np.zeros(8))
+    arms.set_joint_state(np.tile([0.5, 0.2, 0.1, 1.0], 2), np.zeros(8))
     before = arms.joint_angles()
     pull = np.zeros(8)
     pull[number] = 70.0  # N m
-    arms.data.ptr.qfrc_applied[arms.speeds] = pull
+    arms.data.ptr.qfrc_applied[arms.dof_indices] = pull
     arms.set_control(np.where(pull, 10.0, 0.0))
     arms.step(2000)  # 10 s
     moved = np.abs(arms.joint_angles() - before)
@@ -33,7 +33,7 @@ def test_a_locked_joint_holds_whatever_pulls_and_the_others_do_not(joint: str) -
 @pytest.mark.parametrize("random_start", [False, True])
 def test_a_locked_joint_stays_where_the_episode_begins(arms: Any, random_start: bool) -> None:
     options = {"arms": arms, "random_start": random_start, "repeats": 9}
-    env = mpma_mj.load("ymca", locked="right_elbow", **options)
+    env = mpma_mj.load("ymca", locked_joint="right_elbow", **options)
     free = mpma_mj.load("ymca", **options)
     start = env.reset().observation
     np.testing.assert_array_equal(start["joint_angles"], free.reset().observation["joint_angles"])
@@ -55,7 +55,7 @@ def test_a_locked_joint_stays_where_the_episode_begins(arms: Any, random_start: 
 
 @pytest.mark.parametrize("arms", ["physics", "kinematic"])
 def test_it_is_the_same_behind_every_face(arms: Any) -> None:
-    options = {"arms": arms, "locked": "left_shoulder_abduction"}
+    options = {"arms": arms, "locked_joint": "left_shoulder_abduction"}
     env, envs = mpma_mj.load("ymca", **options), mpma_mj.make_vec(2, "ymca", **options)
     gym = gymnasium.make("mpma_mj:TwoArmImitation-v0", motion="ymca", **options)
     env.reset(), envs.reset(), gym.reset(seed=0)

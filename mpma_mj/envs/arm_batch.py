@@ -46,14 +46,14 @@ class Batch(abc.ABC):
         self._state = np.tile(self._rest, (count, 1))  # (N, time, positions, velocities, …)
         self._qpos = slice(1, 1 + model.nq)
         self._moving = slice(1, 1 + model.nq + model.nv)
-        self._angles = np.arange(1, 1 + model.nq)[arms.joints]
-        self._velocities = np.arange(1 + model.nq, 1 + model.nq + model.nv)[arms.speeds]
+        self._angles = np.arange(1, 1 + model.nq)[arms.qpos_indices]
+        self._velocities = np.arange(1 + model.nq, 1 + model.nq + model.nv)[arms.dof_indices]
 
     def __len__(self) -> int:
         """Return the number of pairs."""
         return len(self._state)
 
-    def place(self, row: int, joint_angles: Array, joint_velocities: Array) -> None:
+    def set_joint_state(self, row: int, joint_angles: Array, joint_velocities: Array) -> None:
         """Set the state of one pair.
 
         Args:
@@ -104,7 +104,7 @@ class PhysicsBatch(Batch):
     """Simulated arms, stepped by the thread pool of `mujoco.rollout`."""
 
     def __init__(
-        self, arms: PhysicsArms, count: int, nstep: int, *, pushed: bool, threads: int
+        self, arms: PhysicsArms, count: int, nstep: int, *, perturbed: bool, threads: int
     ) -> None:
         """Start the threads.
 
@@ -112,7 +112,7 @@ class PhysicsBatch(Batch):
             arms: A pair of arms like all of them.
             count: Number N of pairs.
             nstep: Physics steps of a control step.
-            pushed: Whether there may be forces on the hands.
+            perturbed: Whether there may be forces on the hands.
             threads: Most threads that simulate.
         """
         super().__init__(arms, count, nstep)
@@ -125,16 +125,16 @@ class PhysicsBatch(Batch):
         self._models = [model] * count
         self._data = [mujoco.MjData(model) for _ in range(threads)]
         self._trajectory = np.zeros((count, nstep, len(self._rest)))
-        self._applies = _CONTROL | _FORCES if pushed else _CONTROL
+        self._applies = _CONTROL | _FORCES if perturbed else _CONTROL
         self._applied = np.zeros((count, nstep, mujoco.mj_stateSize(model, self._applies)))
         self._control = self._applied[..., : model.nu]
         self._force = self._applied[..., model.nu :].reshape(count, nstep, -1, 6)
 
     def step(self, control: Array, forces: Array | None = None) -> NDArray[np.bool_]:
         """Simulate all arms for one control step; see `Batch.step`."""
-        self._control[..., self._arms.actuators] = control[:, None]
+        self._control[..., self._arms.actuator_indices] = control[:, None]
         if forces is not None:
-            self._force[:, :, self._arms.hands, :3] = forces[:, None]
+            self._force[:, :, self._arms.hand_ids, :3] = forces[:, None]
         if self._pool is None:
             self._start_threads()
         assert self._pool is not None
@@ -211,8 +211,10 @@ def chunk_size(count: int, threads: int) -> int:
     return -(-count // (2 * threads))
 
 
-def make_batch(arms: PhysicsArms, count: int, nstep: int, *, pushed: bool, threads: int) -> Batch:
+def make_batch(
+    arms: PhysicsArms, count: int, nstep: int, *, perturbed: bool, threads: int
+) -> Batch:
     """Return N pairs of arms of the same kind as one pair; see `PhysicsBatch`."""
     if isinstance(arms, KinematicArms):
         return KinematicBatch(arms, count, nstep)
-    return PhysicsBatch(arms, count, nstep, pushed=pushed, threads=threads)
+    return PhysicsBatch(arms, count, nstep, perturbed=perturbed, threads=threads)

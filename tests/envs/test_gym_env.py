@@ -19,7 +19,7 @@ from gymnasium.vector import AsyncVectorEnv
 from numpy.typing import NDArray
 
 from mpma_mj.envs import gl
-from mpma_mj.envs.gym import FlatImitationEnv, ImitationEnv
+from mpma_mj.envs.gym_env import FlatImitationEnv, ImitationEnv
 from mpma_mj.envs.load import load
 from mpma_mj.errors import BadOptionError, MpmaError, RenderingError
 from mpma_mj.motions import ymca
@@ -112,13 +112,16 @@ def test_a_simulation_that_diverges_terminates_and_says_why() -> None:
     with warnings_are_errors():
         env = make()
         env.reset()
-        assert env.step(np.zeros(8))[4]["ending"] == ""
+        assert env.step(np.zeros(8))[4]["termination_reason"] == ""
         env.unwrapped._env.physics.data.qvel[3] = 1e12
         observation, reward, terminated, truncated, info = env.step(np.zeros(8))
         assert observation in env.observation_space
         assert (reward, terminated, truncated) == (0.0, True, False)
         assert set(info["reward_terms"].values()) == {0.0}
-        assert info["ending"] == "the simulation diverged: the velocity of left_elbow ran away"
+        assert (
+            info["termination_reason"]
+            == "the simulation diverged: the velocity of left_elbow ran away"
+        )
         env.reset()
         assert not env.step(np.zeros(8))[2]
 
@@ -135,16 +138,18 @@ def test_the_end_of_the_demonstration_is_told() -> None:
     env.reset()
     while not (step := env.step(np.zeros(8)))[3]:
         pass
-    assert step[4]["ending"] == "the demonstration is over"
+    assert step[4]["termination_reason"] == "the demonstration is over"
 
 
 def test_arms_that_are_too_far_off_terminate() -> None:
-    env = make(early_termination=0.2)
+    env = make(termination_distance=0.2)
     env.reset()
     while not (step := env.step(np.ones(8)))[2]:
         pass
     assert not step[3]
-    assert step[4]["ending"] == "an elbow or wrist is too far from the demonstrated place"
+    assert (
+        step[4]["termination_reason"] == "an elbow or wrist is too far from the demonstrated place"
+    )
 
 
 def test_reward_terms_have_names() -> None:
