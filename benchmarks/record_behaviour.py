@@ -24,15 +24,19 @@ from numpy.typing import NDArray
 
 import mpma_mj
 from mpma_mj.training import imitate
+from mpma_mj.training.batch_trainer import train_batch
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.crowd import train_crowd
-from mpma_mj.training.movements import read_movements
+from mpma_mj.training.dataset import read_motions
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.utils.atomic_files import read_arrays
 
 Record = dict[str, str]
 
-RENAMED: dict[str, str] = {"modules_enabled": "modules_awake", "lookahead": "future"}
+RENAMED: dict[str, str] = {
+    "modules_enabled": "modules_awake",
+    "lookahead": "future",
+    "best_epoch": "kept_epoch",
+}
 """Names of the first record by today's: parts between slashes of a record's keys."""
 
 SEEDS = (0, 1, 2)
@@ -156,7 +160,7 @@ def run_entries(
                 for name, array in arrays.items():
                     yield f"{key}/{config.seed}/{kind}/{name}", _hash(array)
     for config, summary in zip(
-        configs, train_crowd(configs, read_movements(configs[0]), EPOCHS), strict=True
+        configs, train_batch(configs, read_motions(configs[0]), EPOCHS), strict=True
     ):
         yield from _numbers(f"{key}/batch {config.seed}/summary", summary)
 

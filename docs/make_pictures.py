@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from mpma_mj.training.run_folder import RunFolder
-from mpma_mj.training.video import dance_frames
+from mpma_mj.visualization.video import dance_frames
 
 PICTURES = Path(__file__).parent / "pictures"
 

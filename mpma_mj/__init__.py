@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from mpma_mj.envs.load import load
     from mpma_mj.envs.vector_env import make_vec
     from mpma_mj.motions import Motion, read_motion
-    from mpma_mj.training.build import make_agent
+    from mpma_mj.training.factory import make_agent
 
 __all__ = [
     "MPMAConfig",
@@ -41,7 +41,7 @@ _HOMES = {
     "MPMAConfig": "mpma_mj.agents",
     "Motion": "mpma_mj.motions",
     "load": "mpma_mj.envs.load",
-    "make_agent": "mpma_mj.training.build",
+    "make_agent": "mpma_mj.training.factory",
     "make_vec": "mpma_mj.envs.vector_env",
     "read_motion": "mpma_mj.motions",
 }

@@ -10,8 +10,8 @@ from mpma_mj.agents import MPMAConfig
 from mpma_mj.context import equal_segments
 from mpma_mj.envs.load import load
 from mpma_mj.motions import Motion
-from mpma_mj.training.build import make_agent
 from mpma_mj.training.config import RunConfig
+from mpma_mj.training.factory import make_agent
 from mpma_mj.training.imitate import start
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.training.trainer import Trainer

@@ -11,7 +11,7 @@ import pytest
 
 from mpma_mj.cli import main
 from mpma_mj.training.run_folder import RunFolder
-from mpma_mj.training.video import write_video
+from mpma_mj.visualization.video import write_video
 from tests.conftest import Encoder, Refused
 
 pytestmark = pytest.mark.usefixtures("opengl")

@@ -15,8 +15,8 @@ from mpma_mj.cli import main
 from mpma_mj.envs import viewer
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.motions import Motion, motion_file, ymca
-from mpma_mj.training.player import KEYS, LEFT, RIGHT, SPACE
 from mpma_mj.training.run_folder import RunFolder
+from mpma_mj.visualization.player import KEYS, LEFT, RIGHT, SPACE
 from tests.envs.test_gl import environment
 from tests.envs.window import Window
 

@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullLocator
 
-from mpma_mj.training.colours import DEMONSTRATED, INK, PAPER
+from mpma_mj.visualization.colours import DEMONSTRATED, INK, PAPER
 
 # Okabe & Ito's palette, which colour-blind people can tell apart.
 COLOURS = {

@@ -12,10 +12,10 @@ from mpma_mj.agents.free_running import FreeRunning
 from mpma_mj.context import active_label
 from mpma_mj.envs.load import load
 from mpma_mj.motions import Motion
-from mpma_mj.training.build import agent_of, environment_options, one_thread
+from mpma_mj.training.checkpoints import load_state
+from mpma_mj.training.factory import agent_of, environment_options, one_thread
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.training.trace import record_epoch
-from mpma_mj.training.trained import load_state
 
 __all__ = ["REPEATS", "FreeDance", "dance_freely"]
 

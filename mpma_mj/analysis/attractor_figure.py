@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from mpma_mj.analysis.attractor import FreeDance
 from mpma_mj.analysis.freedom import LOST, nearest_over_time
-from mpma_mj.figure_file import figure_file
 from mpma_mj.kinematics import SEGMENT_NAMES
 from mpma_mj.metrics import error_over_time
 from mpma_mj.motions import Motion
-from mpma_mj.training.colours import DEMONSTRATED, INK, module_colours
+from mpma_mj.visualization.colours import DEMONSTRATED, INK, module_colours
+from mpma_mj.visualization.figure_file import figure_file
 
 __all__ = ["drawn_spans", "write_figure"]
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.errors import RunFolderError
 from mpma_mj.motions import Motion
-from mpma_mj.training.demonstrated import demonstrated
+from mpma_mj.training.demonstration_check import demonstrated
 from mpma_mj.training.run_folder import RunFolder
 
 __all__ = ["Danced", "read_danced"]

@@ -13,9 +13,9 @@ from mpma_mj.analysis.captured import Captured, Repetition
 from mpma_mj.analysis.chance import BesideChance
 from mpma_mj.analysis.posture_space import Told
 from mpma_mj.analysis.synergies import ENOUGH, Synergies
-from mpma_mj.figure_file import figure_file
 from mpma_mj.motions import Motion
-from mpma_mj.training.colours import INK, module_colours
+from mpma_mj.visualization.colours import INK, module_colours
+from mpma_mj.visualization.figure_file import figure_file
 
 __all__ = ["write_figure"]
 

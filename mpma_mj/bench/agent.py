@@ -11,9 +11,9 @@ from mpma_mj.bench.report import Report
 from mpma_mj.bench.timing import Case, Progress, in_turn, ratio, spread
 from mpma_mj.envs.load import load
 from mpma_mj.motions import ymca
-from mpma_mj.training.build import agent_of, environment_options, one_thread
+from mpma_mj.training.batch_trainer import BatchTrainer
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.crowd import Crowd
+from mpma_mj.training.factory import agent_of, environment_options, one_thread
 from mpma_mj.training.trainer import Trainer
 
 __all__ = ["measure"]
@@ -67,11 +67,11 @@ def _epoch_alone() -> Case:
     return Case(run)
 
 
-def _crowd() -> Crowd:
-    return Crowd([dataclasses.replace(_CONFIG, seed=seed) for seed in range(_RUNS)], ymca())
+def _crowd() -> BatchTrainer:
+    return BatchTrainer([dataclasses.replace(_CONFIG, seed=seed) for seed in range(_RUNS)], ymca())
 
 
-def _epoch_of(crowd: Crowd, steps: int) -> Case:
+def _epoch_of(crowd: BatchTrainer, steps: int) -> Case:
     """Return an epoch as `mpma sweep` trains; runs that have converged go on."""
 
     def run() -> int:

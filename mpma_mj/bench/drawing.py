@@ -54,10 +54,10 @@ def main() -> None:
     """Time frames by the OpenGL that MUJOCO_GL names; print seconds a frame as JSON."""
     require_backend()  # before MuJoCo is imported
     from mpma_mj.envs.load import load
-    from mpma_mj.training.build import agent_of, environment_options
     from mpma_mj.training.config import RunConfig
+    from mpma_mj.training.factory import agent_of, environment_options
     from mpma_mj.training.trace import record_epoch
-    from mpma_mj.training.video import dance_frames, write_frames
+    from mpma_mj.visualization.video import dance_frames, write_frames
 
     config = RunConfig(nodes=20)
     env = load(**environment_options(config))

@@ -18,14 +18,14 @@ from mpma_mj.bench.timing import Case, Progress, in_turn, ratio, spread
 from mpma_mj.envs.gym_env import FlatImitationEnv
 from mpma_mj.envs.load import load
 from mpma_mj.motions import ymca
-from mpma_mj.training.build import (
+from mpma_mj.training.config import RunConfig
+from mpma_mj.training.factory import (
     agent_of,
     architecture,
     config_of,
     environment_options,
     one_thread,
 )
-from mpma_mj.training.config import RunConfig
 from mpma_mj.training.trace import record_epoch
 
 __all__ = ["PACKAGES", "measure"]

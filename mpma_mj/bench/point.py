@@ -17,9 +17,9 @@ from mpma_mj.bench.scaling import Measured, Point
 from mpma_mj.envs.load import arm_limits, load
 from mpma_mj.motions import Motion, ymca
 from mpma_mj.motions.repeat import repeat
-from mpma_mj.training.build import agent_of, environment_options, one_thread
+from mpma_mj.training.batch_trainer import BatchTrainer
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.crowd import Crowd
+from mpma_mj.training.factory import agent_of, environment_options, one_thread
 from mpma_mj.training.trainer import Trainer
 from mpma_mj.utils.system import peak_memory
 
@@ -50,15 +50,17 @@ def train(point: Point) -> Measured:
     inherent = motion.posture.nbytes + motion.context.nbytes
     with one_thread():
         if point.axis == "runs":
-            crowd = Crowd([dataclasses.replace(config, seed=s) for s in range(point.runs)], motion)
+            crowd = BatchTrainer(
+                [dataclasses.replace(config, seed=s) for s in range(point.runs)], motion
+            )
             epoch = functools.partial(crowd.run_epoch, stop=False)
             seconds = [_timed(epoch) for _ in range(epochs)]
         else:
             env = load(motion, **environment_options(config))
             trainer = Trainer(env, agent_of(config, env, config.seed))
             seconds = [_timed(trainer.run_epoch) for _ in range(epochs)]
-            assert trainer.kept is not None, "no epoch has been run"
-            inherent += sum(signal.nbytes for signal in trainer.kept.trace.values())
+            assert trainer.best is not None, "no epoch has been run"
+            inherent += sum(signal.nbytes for signal in trainer.best.trace.values())
     return Measured(point, tuple(seconds), peak_memory(), inherent)
 
 

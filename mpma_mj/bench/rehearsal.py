@@ -11,8 +11,8 @@ from mpma_mj.agents.base import Agent, BatchedAgent
 from mpma_mj.bench.timing import Case
 from mpma_mj.envs.load import load
 from mpma_mj.motions import ymca
-from mpma_mj.training.build import agent_of, environment_options, environments_of
 from mpma_mj.training.config import RunConfig
+from mpma_mj.training.factory import agent_of, environment_options, environments_of
 
 __all__ = ["Rehearsal"]
 

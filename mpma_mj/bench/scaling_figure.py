@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullLocator
 
 from mpma_mj.bench.scaling import AXES, Axis, Scaling
-from mpma_mj.figure_file import figure_file
-from mpma_mj.training.colours import module_colours
+from mpma_mj.visualization.colours import module_colours
+from mpma_mj.visualization.figure_file import figure_file
 
 __all__ = ["write_figure"]
 

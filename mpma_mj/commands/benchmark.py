@@ -69,7 +69,7 @@ class Benchmark:
 
     def _bases(self) -> list[RunConfig]:
         """Return the settings for each movement; what is built in is not read."""
-        from mpma_mj.training.movements import expand_folders
+        from mpma_mj.training.dataset import expand_folders
 
         motions = expand_folders(self.motions)
         for motion in motions:

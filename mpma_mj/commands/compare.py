@@ -61,7 +61,7 @@ class Compare:
         missing_gl = missing_opengl() if self.video else None
         from mpma_mj.sweep.asked import seeds
         from mpma_mj.sweep.backend import open_backend
-        from mpma_mj.training.movements import read_movements
+        from mpma_mj.training.dataset import read_motions
         from mpma_mj.trials import compare_figure
         from mpma_mj.trials.compare import compare, jobs
         from mpma_mj.trials.compare_table import as_csv, as_markdown
@@ -69,7 +69,7 @@ class Compare:
         from mpma_mj.utils.progress import show_runs
 
         config = self._config()
-        motion = read_movements(config)
+        motion = read_motions(config)
         asked = jobs(
             seeds(config, self.runs), motion, epochs=self.epochs, adaptation=self.adaptation
         )
@@ -104,7 +104,7 @@ class Compare:
             return folder
 
     def _config(self) -> RunConfig:
-        from mpma_mj.training.movements import expand_folders
+        from mpma_mj.training.dataset import expand_folders
 
         if not self.motions:
             raise BadOptionError("no motion given; try: mpma compare ymca")

@@ -34,8 +34,8 @@ def write_dance_video(folder: RunFolder, camera: str) -> None:
         VideoError: The encoder is missing, or fails.
         MpmaError: The run is damaged.
     """
-    from mpma_mj.training.video import write_video
     from mpma_mj.utils.progress import show_frames
+    from mpma_mj.visualization.video import write_video
 
     write_video(
         folder.video,

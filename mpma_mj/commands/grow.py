@@ -45,7 +45,7 @@ class Grow:
         """Do it and return the folder."""
         from mpma_mj.sweep.folder import SweepFolder
         from mpma_mj.sweep.growth import as_markdown, ask
-        from mpma_mj.training.movements import expand_folders
+        from mpma_mj.training.dataset import expand_folders
         from mpma_mj.utils.atomic_files import write_text
 
         base = RunConfig(motions=expand_folders(self.motions), **dataclasses.asdict(self.settings))

@@ -64,7 +64,7 @@ class Imitate:
                 train = functools.partial(
                     imitate.start, config, folder, self.epochs, overwrite=self.overwrite
                 )
-            with _told_how_to_go_on(folder), show_epochs(self.epochs) as show:
+            with _hint_at_resuming(folder), show_epochs(self.epochs) as show:
                 summary = train(on_epoch=show)
             _draw_figures(folder)
             _print_summary(summary)
@@ -82,7 +82,7 @@ class Imitate:
         """
         if self.resume is None:
             return
-        from mpma_mj.training.movements import expand_folders
+        from mpma_mj.training.dataset import expand_folders
         from mpma_mj.training.run_folder import RunFolder
 
         if self.overwrite or self.out is not None:
@@ -105,7 +105,7 @@ class Imitate:
                 )
 
     def _config(self) -> RunConfig:
-        from mpma_mj.training.movements import expand_folders
+        from mpma_mj.training.dataset import expand_folders
 
         if not self.motions:
             raise BadOptionError("no motion given; try: mpma imitate ymca")
@@ -114,7 +114,7 @@ class Imitate:
 
 
 @contextlib.contextmanager
-def _told_how_to_go_on(folder: RunFolder) -> Iterator[None]:
+def _hint_at_resuming(folder: RunFolder) -> Iterator[None]:
     """Say where an interrupted run can be gone on with, if an epoch of it is saved."""
     try:
         yield
@@ -133,7 +133,7 @@ def _stem(motions: Sequence[str]) -> str:
 
 
 def _draw_figures(folder: RunFolder) -> None:
-    from mpma_mj.training.figures import write_figures
+    from mpma_mj.visualization.figures import write_figures
 
     write_figures(folder.figures, folder.read_trace(), folder.read_motion())
 
@@ -143,7 +143,7 @@ def _print_summary(summary: dict[str, Any]) -> None:
     state = "converged" if summary["converged"] else "not converged"
     epochs = f"{summary['epochs']} epoch{'s' if summary['epochs'] > 1 else ''}"
     print(
-        f"{state} after {epochs}; kept epoch {summary['kept_epoch']:.0f}:"
+        f"{state} after {epochs}; kept epoch {summary['best_epoch']:.0f}:"
         f" p_e {summary['p_e_percent']:.2f} %, feedback ratio {summary['feedback_ratio']:.3f},"
         f" label → dominant module: {modules}"
     )

@@ -33,8 +33,8 @@ class Lesion:
     def run(self) -> Path:
         """Do it and return the last figure's path."""
         from mpma_mj.analysis.danced import read_danced
+        from mpma_mj.training.checkpoints import TrainedAgents
         from mpma_mj.training.run_folder import RunFolder
-        from mpma_mj.training.trained import Trained
         from mpma_mj.trials.lesion import Lesions, dance_without, what_can_be_lost
         from mpma_mj.trials.lesion_figure import write_figure
         from mpma_mj.trials.lesion_table import matrix, summary
@@ -51,7 +51,7 @@ class Lesion:
             runs = []
             for folder in folders:
                 read_danced(folder)  # refuses modules that do nothing yet: nothing would break
-                trained = Trained.of_run(folder)
+                trained = TrainedAgents.of_run(folder)
                 runs.append((folder, trained, what_can_be_lost(trained)))
             found = []
             for folder, trained, losses in runs:

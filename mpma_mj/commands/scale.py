@@ -51,7 +51,7 @@ class Scale:
         """Do it and return the folder."""
         from mpma_mj.sweep import scale, scale_table
         from mpma_mj.sweep.folder import SweepFolder
-        from mpma_mj.training.movements import expand_folders
+        from mpma_mj.training.dataset import expand_folders
         from mpma_mj.utils.atomic_files import csv_text, write_text
 
         base = RunConfig(rule=self.rule, arms=self.arms, proprioception=self.proprioception)

@@ -67,8 +67,8 @@ class Stress:
             # Workers get ready while this is imported.
             from mpma_mj.agents.registry import NO_FINE_TUNING
             from mpma_mj.sweep.backend import get_done
+            from mpma_mj.training.checkpoints import TrainedAgents
             from mpma_mj.training.run_folder import RunFolder
-            from mpma_mj.training.trained import Trained
             from mpma_mj.trials.disturbances import DISTURBANCES
             from mpma_mj.trials.stress import THIS_RUN, jobs
             from mpma_mj.trials.stress_asked import trials
@@ -78,7 +78,7 @@ class Stress:
             folder = RunFolder(self.run_folder)
             if self.out is None:
                 stack.enter_context(folder.locked())
-            own = Trained.of_run(folder)
+            own = TrainedAgents.of_run(folder)
             if self.adapt and own.configs[0].agent in NO_FINE_TUNING:
                 raise BadOptionError(
                     f"{folder.path}: its agent is {own.configs[0].agent}, which learns nothing"

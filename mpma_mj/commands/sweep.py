@@ -46,7 +46,7 @@ class Sweep:
         from mpma_mj.sweep.folder import SweepFolder
         from mpma_mj.sweep.grid import points
         from mpma_mj.sweep.table import as_markdown
-        from mpma_mj.training.movements import expand_folders
+        from mpma_mj.training.dataset import expand_folders
         from mpma_mj.utils.atomic_files import write_text
 
         base = RunConfig(motions=expand_folders(self.motions), **dataclasses.asdict(self.settings))

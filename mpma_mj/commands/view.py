@@ -15,7 +15,7 @@ from mpma_mj.motions.options import given, option_name
 from mpma_mj.training.config import ReadingArguments
 
 if TYPE_CHECKING:
-    from mpma_mj.training.playback import Dance
+    from mpma_mj.visualization.playback import Dance
 
 __all__ = ["View"]
 
@@ -40,13 +40,13 @@ class View:
         word = shlex.quote(self.dance)
         video = f"mpma render {word}" if is_run else f"mpma motion {word} --video"
 
-        from mpma_mj.training.playback import play
+        from mpma_mj.visualization.playback import play
 
         play(dance, instead=f"make a video: {video}", on_open=_print_keys)
 
     def _of_run(self) -> Dance:
-        from mpma_mj.training.playback import Dance
         from mpma_mj.training.run_folder import RunFolder
+        from mpma_mj.visualization.playback import Dance
 
         folder = RunFolder(Path(self.dance))
         folder.read_config()
@@ -60,7 +60,7 @@ class View:
 
     def _of_recording(self) -> Dance:
         from mpma_mj.motions.read import read_with_findings
-        from mpma_mj.training.playback import Dance
+        from mpma_mj.visualization.playback import Dance
 
         reading = read_with_findings(self.dance, self.reading.reading)
         reading.findings.tell(self.dance)
@@ -68,6 +68,6 @@ class View:
 
 
 def _print_keys() -> None:
-    from mpma_mj.training.player import KEYS
+    from mpma_mj.visualization.player import KEYS
 
     print("; ".join(f"{key}: {does}" for key, does in KEYS.items()), flush=True)

@@ -48,7 +48,7 @@ class Workers:
         if not missing:
             return
         with (
-            _told_how_to_go_on(folder),
+            _hint_at_resuming(folder),
             open_backend(self.backend, self.workers, self.address) as backend,
         ):
             # Workers get ready while this is imported.
@@ -78,7 +78,7 @@ def require_all(folder: SweepFolder) -> None:
 
 
 @contextlib.contextmanager
-def _told_how_to_go_on(folder: SweepFolder) -> Iterator[None]:
+def _hint_at_resuming(folder: SweepFolder) -> Iterator[None]:
     """Say where an interrupted sweep can be gone on with, if some of it is saved."""
     try:
         yield

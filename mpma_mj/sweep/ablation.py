@@ -6,9 +6,9 @@ import dataclasses
 from collections.abc import Sequence
 from typing import Any
 
+from mpma_mj.evaluation.statistics import interval
 from mpma_mj.sweep.asked import Asked, seeds, without_seed
 from mpma_mj.sweep.folder import Finished
-from mpma_mj.sweep.interval import interval
 from mpma_mj.sweep.measures import converged, of_point, remarks, spread, value, values
 from mpma_mj.training.config import RunConfig
 from mpma_mj.utils.atomic_files import csv_text

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import get_args
 
 from mpma_mj.agents.registry import NOT_TRAINABLE
+from mpma_mj.evaluation.statistics import Interval, interval
 from mpma_mj.options import AgentName, Arms
 from mpma_mj.sweep.asked import Asked, by_point, seeds
 from mpma_mj.sweep.folder import Finished
-from mpma_mj.sweep.interval import Interval, interval
 from mpma_mj.sweep.measures import converged, of_point, remarks, values
 from mpma_mj.training.config import RunConfig
 from mpma_mj.utils.atomic_files import csv_text

@@ -12,11 +12,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
-from mpma_mj.figure_file import figure_file
 from mpma_mj.options import Arms
 from mpma_mj.sweep.benchmark import Line
 from mpma_mj.sweep.measures import values
-from mpma_mj.training.colours import module_colours
+from mpma_mj.visualization.colours import module_colours
+from mpma_mj.visualization.figure_file import figure_file
 
 __all__ = ["write_figure"]
 

@@ -11,9 +11,9 @@ from mpma_mj.sweep.backend import Backend, get_done
 from mpma_mj.sweep.crowds import cut
 from mpma_mj.sweep.folder import Finished, SweepFolder
 from mpma_mj.sweep.work import Job
+from mpma_mj.training.batch_trainer import check
 from mpma_mj.training.config import RunConfig, versions
-from mpma_mj.training.crowd import check
-from mpma_mj.training.movements import read_movements
+from mpma_mj.training.dataset import read_motions
 
 __all__ = ["OnCrowd", "finish"]
 
@@ -59,7 +59,7 @@ def _jobs(asked: Asked, configs: Sequence[RunConfig], workers: int) -> list[Job]
     for point, runs in by_point(configs).items():
         source = (point.motions, point.reading, point.arms)
         if source not in read:
-            read[source] = read_movements(point)
+            read[source] = read_motions(point)
         motions[point] = read[source]
         check(runs[0], motions[point])
     ours = versions()

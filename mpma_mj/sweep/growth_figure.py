@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
-from mpma_mj.figure_file import figure_file
 from mpma_mj.sweep.folder import Finished
 from mpma_mj.sweep.growth import SETTLED, by_number, growing_runs
 from mpma_mj.sweep.measures import spread, values
-from mpma_mj.training.colours import DEMONSTRATED, module_colours
+from mpma_mj.visualization.colours import DEMONSTRATED, module_colours
+from mpma_mj.visualization.figure_file import figure_file
 
 __all__ = ["write_figure"]
 

@@ -10,12 +10,12 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from mpma_mj.agents.gain_schedule import CRITERION
-from mpma_mj.figure_file import figure_file
 from mpma_mj.sweep.asked import Asked
 from mpma_mj.sweep.folder import Finished
 from mpma_mj.sweep.measures import Spread, spread, values
 from mpma_mj.sweep.table1 import LETTERS, PAPER, of_size
-from mpma_mj.training.colours import DEMONSTRATED, INK, module_colours
+from mpma_mj.visualization.colours import DEMONSTRATED, INK, module_colours
+from mpma_mj.visualization.figure_file import figure_file
 
 __all__ = ["write_figure"]
 

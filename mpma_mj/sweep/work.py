@@ -9,8 +9,8 @@ from typing import Any
 from mpma_mj.errors import WorkerError
 from mpma_mj.motions import Motion
 from mpma_mj.sweep.backend import Work
+from mpma_mj.training.batch_trainer import train_batch
 from mpma_mj.training.config import RunConfig, versions
-from mpma_mj.training.crowd import train_crowd
 
 __all__ = ["Done", "Job"]
 
@@ -48,7 +48,7 @@ class Job(Work):
                     " same"
                 )
         began = time.perf_counter()
-        summaries = train_crowd(self.configs, self.motion, self.epochs, stop=self.stop)
+        summaries = train_batch(self.configs, self.motion, self.epochs, stop=self.stop)
         return Done(summaries, (time.perf_counter() - began) / len(summaries))
 
 

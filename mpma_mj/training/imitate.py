@@ -13,10 +13,10 @@ from mpma_mj.context import active_label
 from mpma_mj.envs.load import load
 from mpma_mj.errors import BadOptionError, CheckpointError
 from mpma_mj.motions import Motion
-from mpma_mj.training.build import agent_of, environment_options, one_thread
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.course import Kept, Row
-from mpma_mj.training.movements import read_movements
+from mpma_mj.training.dataset import read_motions
+from mpma_mj.training.factory import agent_of, environment_options, one_thread
+from mpma_mj.training.history import BestEpoch, EpochMetrics
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.training.trace import part_metrics
 from mpma_mj.training.trainer import Trainer
@@ -24,7 +24,7 @@ from mpma_mj.training.trainer import Trainer
 __all__ = ["resume", "start"]
 
 Array = NDArray[np.float64]
-OnEpoch = Callable[[Row], None]
+OnEpoch = Callable[[EpochMetrics], None]
 
 
 def start(
@@ -57,7 +57,7 @@ def start(
             f"agent is {config.agent}, which does not learn; expected one of"
             f" {', '.join(name for name in AGENTS if name not in NOT_TRAINABLE)}"
         )
-    motion = read_movements(config)
+    motion = read_motions(config)
     with one_thread():
         trainer = _trainer(config, motion)
         folder.create(config, motion, overwrite=overwrite)
@@ -94,7 +94,7 @@ def resume(
         try:
             trainer.agent.load_state_dict(state)
             trainer.rows = meta["rows"]
-            trainer.kept = Kept(best_meta["row"], best_state, trace)
+            trainer.best = BestEpoch(best_meta["row"], best_state, trace)
         except KeyError as error:
             raise CheckpointError(
                 f"{folder.path}: the checkpoint lacks {error.args[0]}; train anew"
@@ -115,10 +115,10 @@ def _train(
     `latest` is written last: a run that is killed in between does that epoch again.
     """
     while len(trainer.rows) < epochs and not trainer.converged:
-        if trainer.run_epoch() and trainer.kept is not None:
+        if trainer.run_epoch() and trainer.best is not None:
             folder.forget_epoch()
-            folder.write_trace(trainer.kept.trace, int(trainer.kept.row["epoch"]))
-            folder.write_checkpoint("best", config, trainer.kept.state, {"row": trainer.kept.row})
+            folder.write_trace(trainer.best.trace, int(trainer.best.row["epoch"]))
+            folder.write_checkpoint("best", config, trainer.best.state, {"row": trainer.best.row})
         folder.write_metrics(trainer.rows)
         state = trainer.agent.state_dict()
         folder.write_checkpoint("latest", config, state, {"rows": trainer.rows})
@@ -131,8 +131,8 @@ def _train(
 
 def _movement_rows(trainer: Trainer, config: RunConfig) -> list[dict[str, Any]]:
     """Return how well each movement is danced in the kept epoch."""
-    assert trainer.kept is not None, "no epoch has been run"
-    trace, motion = trainer.kept.trace, trainer.env.task.motion
+    assert trainer.best is not None, "no epoch has been run"
+    trace, motion = trainer.best.trace, trainer.env.task.motion
     label = active_label(trace["context"][1:])  # of the posture to which a step leads
     if len(config.motions) == 1:
         parts = {motion.name: np.ones(len(label), bool)}

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dm_control.rl import control
 
 from mpma_mj.agents import Agent
-from mpma_mj.training.course import Course, Stage
+from mpma_mj.training.history import EpisodeInfo, TrainingHistory
 from mpma_mj.training.trace import record_epoch
 
 __all__ = ["Trainer"]
 
 
-class Trainer(Course):
+class Trainer(TrainingHistory):
     """Trains an agent in an environment and keeps the best epoch.
 
     Attributes:
@@ -21,7 +21,7 @@ class Trainer(Course):
 
     def __init__(self, env: control.Environment, agent: Agent) -> None:
         """Begin with no epoch danced."""
-        super().__init__(Stage.of(env))
+        super().__init__(EpisodeInfo.of(env))
         self.env = env
         self.agent = agent
 

@@ -1,1 +1,1 @@
-"""Trained agents in other worlds than the one in which they learned."""
+"""Trained agents in other conditions than the one in which they learned."""

@@ -12,18 +12,18 @@ from numpy.typing import NDArray
 from mpma_mj.agents.registry import AGENTS, NOT_TRAINABLE
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.errors import BadOptionError, WorkerError
+from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, fine_tune, tracking_errors
 from mpma_mj.feedback import joint_error
 from mpma_mj.kinematics import JOINT_NAMES
 from mpma_mj.metrics import phase_lag
 from mpma_mj.motions import Motion
 from mpma_mj.sweep.backend import Backend, Work, get_done
-from mpma_mj.training.build import config_of
+from mpma_mj.training.batch_trainer import check, train_agents
+from mpma_mj.training.checkpoints import TrainedAgents
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.crowd import check, train_agents
+from mpma_mj.training.factory import config_of
 from mpma_mj.training.trace import epoch_metrics
-from mpma_mj.training.trained import Trained
 from mpma_mj.trials.effort import Effort, effort
-from mpma_mj.trials.trial import World, adapt, tracking_errors, try_out
 
 __all__ = ["ARMS", "NOTHING", "Cell", "CompareJob", "Dance", "compare", "jobs"]
 
@@ -109,16 +109,18 @@ class CompareJob(Work):
             DivergedError: A simulation did not stay finite while an agent was trained.
         """
         trained = self._train()
-        worlds = (World(name, self.motion, options) for name, options in ARMS.items())
-        return [_cell(trained, self.learned, world, self.adaptation) for world in worlds]
+        conditions = (EvalCondition(name, self.motion, options) for name, options in ARMS.items())
+        return [
+            _cell(trained, self.learned, condition, self.adaptation) for condition in conditions
+        ]
 
-    def _train(self) -> Trained:
+    def _train(self) -> TrainedAgents:
         if self.learned == NOTHING:
             feedback = [config_of(config, "feedback_only") for config in self.configs]
             return train_agents(feedback, self.motion, 1, {})
-        world = ARMS[self.learned]
-        runs = [replace(config, arms=world["arms"]) for config in self.configs]
-        return train_agents(runs, self.motion, self.epochs, world)
+        condition = ARMS[self.learned]
+        runs = [replace(config, arms=condition["arms"]) for config in self.configs]
+        return train_agents(runs, self.motion, self.epochs, condition)
 
 
 def jobs(
@@ -182,26 +184,26 @@ def compare(
     return [cell for learned in (NOTHING, *ARMS) for cell in cells[learned]]
 
 
-def _cell(trained: Trained, learned: str, world: World, adaptation: int) -> Cell:
+def _cell(trained: TrainedAgents, learned: str, condition: EvalCondition, adaptation: int) -> Cell:
     site_positions = PhysicsArms.make().site_positions
     dances = tuple(
-        None if trace is None else _dance(trace, world, site_positions)
-        for trace in try_out(trained, world)
+        None if trace is None else _dance(trace, condition, site_positions)
+        for trace in evaluate(trained, condition)
     )
     seeds = tuple(trained.seeds)
     if learned == NOTHING:
         nothing = np.full(len(seeds), np.nan)
-        return Cell(NOTHING, world.name, seeds, nothing, dances, nothing)
-    later, course = adapt(trained, world, adaptation)
-    adapted = np.where(np.isnan(course[-1]), np.nan, tracking_errors(try_out(later, world)))
-    return Cell(learned, world.name, seeds, trained.epochs.astype(float), dances, adapted)
+        return Cell(NOTHING, condition.name, seeds, nothing, dances, nothing)
+    later, course = fine_tune(trained, condition, adaptation)
+    adapted = np.where(np.isnan(course[-1]), np.nan, tracking_errors(evaluate(later, condition)))
+    return Cell(learned, condition.name, seeds, trained.epochs.astype(float), dances, adapted)
 
 
 def _dance(
-    trace: dict[str, Array], world: World, site_positions: Callable[[Array], Array]
+    trace: dict[str, Array], condition: EvalCondition, site_positions: Callable[[Array], Array]
 ) -> Dance:
-    rate = world.motion.rate
-    cost = effort(trace, world.options, rate)
+    rate = condition.motion.rate
+    cost = effort(trace, condition.options, rate)
     measures = epoch_metrics(site_positions, trace)
     measures["mpkpe_mm"] = 1e3 * measures.pop("mpkpe_m")
     measures["lag_ms"] = 1e3 * phase_lag(trace["posture"][1:], trace["reference"][1:], 1.0 / rate)

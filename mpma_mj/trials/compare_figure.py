@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.envs.physics import PhysicsArms
-from mpma_mj.figure_file import figure_file
 from mpma_mj.kinematics import SIDES
 from mpma_mj.metrics import error_over_time
 from mpma_mj.motions import Motion
-from mpma_mj.training.colours import DEMONSTRATED, module_colours
-from mpma_mj.training.label_bands import draw_labels
 from mpma_mj.trials.compare import ARMS, Cell, Dance
+from mpma_mj.visualization.colours import DEMONSTRATED, module_colours
+from mpma_mj.visualization.figure_file import figure_file
+from mpma_mj.visualization.label_bands import draw_labels
 
 __all__ = ["SHOWN", "first_dances", "write_dances", "write_transfer"]
 

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from mpma_mj.evaluation.statistics import interval
 from mpma_mj.kinematics import JOINT_NAMES
-from mpma_mj.sweep.interval import interval
 from mpma_mj.trials.compare import Cell
 from mpma_mj.utils.atomic_files import csv_text
 from mpma_mj.utils.tables import markdown_table
@@ -40,7 +40,7 @@ def as_markdown(cells: Sequence[Cell], adaptation: int) -> str:
 
 
 def as_csv(cells: Sequence[Cell]) -> str:
-    """Return a row for each agent in each world, with all digits."""
+    """Return a row for each agent in each condition, with all digits."""
     rows = []
     for cell in cells:
         for seed, epochs, dance, adapted in zip(

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from mpma_mj.motions import Motion
-from mpma_mj.training.colours import INK, PAPER
-from mpma_mj.training.video import Progress, dance_frames, write_frames
 from mpma_mj.trials.compare import Dance
+from mpma_mj.visualization.colours import INK, PAPER
+from mpma_mj.visualization.video import Progress, dance_frames, write_frames
 
 __all__ = ["write_side_by_side"]
 

@@ -24,7 +24,7 @@ _PUSHES_PER_SECOND = 1.0
 
 @dataclass(frozen=True, kw_only=True)
 class Disturbance:
-    """One thing that makes a world other than that of training.
+    """One thing that makes a condition other than that of training.
 
     Attributes:
         name: What it is called, in files too.

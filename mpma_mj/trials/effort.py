@@ -57,18 +57,18 @@ class Effort:
         return float(np.sum(np.abs(self.power))) * self.timestep
 
 
-def effort(trace: Mapping[str, Array], world: Mapping[str, Any], rate: float) -> Effort | None:
+def effort(trace: Mapping[str, Array], condition: Mapping[str, Any], rate: float) -> Effort | None:
     """Return what an episode costs, by dancing it again with the actions that were taken.
 
     Args:
         trace: Signals of the episode, as `record_epoch` returns them.
-        world: Options of its environment by name; none that delays or pushes.
+        condition: Options of its environment by name; none that delays or pushes.
         rate: Control steps per second, Hz.
 
     Returns:
         The effort; None of ideal arms, which have no mass.
     """
-    options = EnvironmentOptions(**world)
+    options = EnvironmentOptions(**condition)
     if options.arms == "kinematic":
         return None
     arms = PhysicsArms.make(options)

@@ -19,9 +19,9 @@ from mpma_mj.agents.wrapper import paired_models_of
 from mpma_mj.context import active_label
 from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.errors import BadOptionError, DivergedError
-from mpma_mj.training.build import environments_of
-from mpma_mj.training.trained import Trained, load_state
-from mpma_mj.trials.trial import World, adapt, try_out
+from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, fine_tune
+from mpma_mj.training.checkpoints import TrainedAgents, load_state
+from mpma_mj.training.factory import environments_of
 
 __all__ = ["Dance", "Lesion", "Lesions", "Lost", "dance_without", "what_can_be_lost"]
 
@@ -135,7 +135,7 @@ class Lesions:
         }
 
 
-def what_can_be_lost(trained: Trained) -> list[Lost]:
+def what_can_be_lost(trained: TrainedAgents) -> list[Lost]:
     """Return nothing, each module, each two modules that leave another one enabled, and all.
 
     Args:
@@ -157,7 +157,7 @@ def what_can_be_lost(trained: Trained) -> list[Lost]:
     return [*some, tuple(modules)]
 
 
-def dance_without(trained: Trained, lost: Lost, retrain: int) -> Lesion:
+def dance_without(trained: TrainedAgents, lost: Lost, retrain: int) -> Lesion:
     """Switch modules off, and let the agent dance at once and after it has learned on.
 
     Both times it is the same episode, one that no training sees, and nothing is learned from it.
@@ -183,19 +183,19 @@ def dance_without(trained: Trained, lost: Lost, retrain: int) -> Lesion:
     else:
         pairs.drop_modules(lost)
         agent = _Lesioned(**vars(trained) | {"state": pairs.state_dict()}, whole=trained, lost=lost)
-    world = World("home", trained.motion, {})
-    at_once = _seen(_danced(agent, world, lost), left, len(enabled))
+    condition = EvalCondition("home", trained.motion, {})
+    at_once = _seen(_danced(agent, condition, lost), left, len(enabled))
     prepared = isinstance(pairs, HAMMER) and not pairs.is_preparing
     if silent or prepared or retrain == 0:
         return Lesion(lost, at_once, None)
-    agent, course = adapt(agent, world, retrain)
+    agent, course = fine_tune(agent, condition, retrain)
     if np.isnan(course).any():
         raise _diverged(lost)
-    return Lesion(lost, at_once, _seen(_danced(agent, world, lost), left, len(enabled)))
+    return Lesion(lost, at_once, _seen(_danced(agent, condition, lost), left, len(enabled)))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class _Lesioned(Trained):
+class _Lesioned(TrainedAgents):
     """An agent that has lost modules.
 
     Attributes:
@@ -203,7 +203,7 @@ class _Lesioned(Trained):
         lost: Which it has lost.
     """
 
-    whole: Trained
+    whole: TrainedAgents
     lost: Lost
 
     def agent(self, envs: VectorImitationEnv) -> BatchedAgent:
@@ -214,8 +214,8 @@ class _Lesioned(Trained):
         return agent
 
 
-def _pairs(trained: Trained) -> PairedModels:
-    """Return the agent itself, where no world is needed."""
+def _pairs(trained: TrainedAgents) -> PairedModels:
+    """Return the agent itself, where no condition is needed."""
     envs = environments_of(trained.configs[0], trained.seeds, trained.motion, {})
     with contextlib.closing(envs):
         return paired_models_of(trained.agent(envs))
@@ -226,8 +226,8 @@ def _without_commands(state: dict[str, Array]) -> dict[str, Array]:
     return state | {name: np.zeros_like(state[name])}
 
 
-def _danced(agent: Trained, world: World, lost: Lost) -> dict[str, Array]:
-    (trace,) = try_out(agent, world)
+def _danced(agent: TrainedAgents, condition: EvalCondition, lost: Lost) -> dict[str, Array]:
+    (trace,) = evaluate(agent, condition)
     if trace is None:
         raise _diverged(lost)
     return trace

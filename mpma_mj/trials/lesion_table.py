@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.sweep.interval import interval
+from mpma_mj.evaluation.statistics import interval
 from mpma_mj.trials.lesion import Dance, Lesion, Lesions
 from mpma_mj.utils.tables import markdown_table
 

@@ -1,4 +1,4 @@
-"""What each worker does: agents that have learned, tried in disturbed worlds."""
+"""What each worker does: agents that have learned, tried in disturbed conditions."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from numpy.typing import NDArray
 
 from mpma_mj.agents.registry import NO_FINE_TUNING
 from mpma_mj.errors import DivergedError
+from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, fine_tune, tracking_errors
 from mpma_mj.motions import Motion
 from mpma_mj.options import AgentName
 from mpma_mj.sweep.asked import seeds
 from mpma_mj.sweep.backend import Work
 from mpma_mj.sweep.crowds import cut
-from mpma_mj.training.build import config_of
+from mpma_mj.training.batch_trainer import train_agents
+from mpma_mj.training.checkpoints import TrainedAgents
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.crowd import train_agents
-from mpma_mj.training.trained import Trained
+from mpma_mj.training.factory import config_of
 from mpma_mj.trials.disturbances import Level
 from mpma_mj.trials.stress_asked import Trial
-from mpma_mj.trials.trial import World, adapt, tracking_errors, try_out
 
 __all__ = ["THIS_RUN", "Found", "Outcome", "StressJob", "jobs"]
 
@@ -73,7 +73,7 @@ class StressJob(Work):
     configs: tuple[RunConfig, ...]
     motion: Motion
     epochs: int
-    trained: Trained | None
+    trained: TrainedAgents | None
     trials: tuple[Trial, ...]
     adapts: int
 
@@ -89,41 +89,41 @@ class StressJob(Work):
             DivergedError: A simulation did not stay finite in training; names agent and seed.
         """
         trained = self.trained or self._train()
-        danced: dict[World, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
+        danced: dict[EvalCondition, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
         found = []
         for trial in self.trials:
-            world = trial.world
-            if world is not None and world not in danced:
-                danced[world] = self._try(trained, world)
+            condition = trial.condition
+            if condition is not None and condition not in danced:
+                danced[condition] = self._try(trained, condition)
             for row, config in enumerate(self.configs):
                 name = (self.agent, config.seed, trial.disturbance, trial.level)
-                if world is None:
+                if condition is None:
                     found.append(Found(*name, "beyond the arms", float("nan"), ()))
                     continue
-                p_e, course = danced[world]
+                p_e, course = danced[condition]
                 outcome: Outcome = "diverged" if np.isnan(p_e[row]) else "danced"
                 found.append(Found(*name, outcome, float(p_e[row]), tuple(course[:, row].tolist())))
         return found
 
-    def _train(self) -> Trained:
+    def _train(self) -> TrainedAgents:
         try:
             return train_agents(self.configs, self.motion, self.epochs, {})
         except DivergedError as error:
             raise DivergedError(f"{self.agent}, {error}") from None
 
     def _try(
-        self, trained: Trained, world: World
+        self, trained: TrainedAgents, condition: EvalCondition
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return p_e, shape (R,), and its course as they learn, shape (epochs + 1 or 0, R)."""
-        p_e = tracking_errors(try_out(trained, world))
+        p_e = tracking_errors(evaluate(trained, condition))
         if self.adapts == 0:
             return p_e, np.empty((0, len(p_e)))
         # One epoch more, as each is danced before what is learned from it.
-        return p_e, adapt(trained, world, self.adapts + 1)[1]
+        return p_e, fine_tune(trained, condition, self.adapts + 1)[1]
 
 
 def jobs(
-    own: Trained,
+    own: TrainedAgents,
     agents: Sequence[AgentName],
     runs: int,
     epochs: int,

@@ -1,4 +1,4 @@
-"""Which worlds agents are tried in: levels of disturbances, each looked at whether it can be."""
+"""Evaluation conditions of a stress study: the levels of disturbances, each checked beforehand."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from typing import Any
 from mpma_mj.envs.load import prepare
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import BadOptionError, MotionFileError, MotionReachError
+from mpma_mj.evaluation.evaluate import EvalCondition
 from mpma_mj.motions import Motion
 from mpma_mj.motions.read import BUILT_IN
-from mpma_mj.training.build import environment_options
+from mpma_mj.training.checkpoints import TrainedAgents
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.trained import Trained
+from mpma_mj.training.factory import environment_options
 from mpma_mj.trials.disturbances import DISTURBANCES, Disturbance, Level
-from mpma_mj.trials.trial import World
 
 __all__ = ["Trial", "trials"]
 
@@ -33,18 +33,18 @@ class Trial:
     Attributes:
         disturbance: Its name.
         level: Its level.
-        world: The world at that level; None where the arms cannot follow.
+        condition: The condition at that level; None where the arms cannot follow.
     """
 
     disturbance: str
     level: Level
-    world: World | None
+    condition: EvalCondition | None
 
 
 def trials(
-    names: Sequence[str], levels: Sequence[str], unseen: Sequence[str], own: Trained
+    names: Sequence[str], levels: Sequence[str], unseen: Sequence[str], own: TrainedAgents
 ) -> tuple[Trial, ...]:
-    """Return all levels of disturbances, each world looked at whether it can be.
+    """Return all levels of disturbances, each condition looked at whether it can be.
 
     Args:
         names: Disturbances, in that order.
@@ -65,7 +65,7 @@ def trials(
             " --disturbances unseen and without --levels"
         )
     config = own.configs[0]
-    undisturbed = World("undisturbed", own.motion, _ARMS)
+    undisturbed = EvalCondition("undisturbed", own.motion, _ARMS)
     found = []
     for disturbance in chosen:
         given: Sequence[Level] = levels or disturbance.levels
@@ -114,9 +114,9 @@ def _changed(
 
 
 def _world(
-    disturbance: Disturbance, level: Level, own: Trained, undisturbed: World
-) -> World | None:
-    """Return the world of a level; None where the arms cannot follow what they have learned."""
+    disturbance: Disturbance, level: Level, own: TrainedAgents, undisturbed: EvalCondition
+) -> EvalCondition | None:
+    """Return the condition of a level; None where the arms cannot follow what they have learned."""
     config = own.configs[0]
     if disturbance.name == "unseen" and _is_learned(str(level), config):
         raise BadOptionError(f"the run has learned {level}; name another dance with --unseen")
@@ -124,9 +124,9 @@ def _world(
     options = {n: value for n, value in changed.items() if value != _DEFAULTS[n]}
     if motion is own.motion and not options:
         return undisturbed
-    world = World(f"{disturbance.name} {level}", motion, _ARMS | options)
+    condition = EvalCondition(f"{disturbance.name} {level}", motion, _ARMS | options)
     try:
-        prepare(EnvironmentOptions(motion, **environment_options(config) | dict(world.options)))
+        prepare(EnvironmentOptions(motion, **environment_options(config) | dict(condition.options)))
     except BadOptionError as error:
         raise BadOptionError(f"{disturbance.name} {level}: {error}") from None
     except MotionReachError as error:
@@ -135,4 +135,4 @@ def _world(
         raise MotionReachError(
             f"{error}: mpma motion {level} --out FILE.npz, with that, writes such a dance"
         ) from None
-    return world
+    return condition

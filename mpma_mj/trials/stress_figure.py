@@ -11,12 +11,12 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 from numpy.typing import NDArray
 
-from mpma_mj.figure_file import figure_file
-from mpma_mj.training.colours import INK, module_colours
 from mpma_mj.trials.disturbances import DISTURBANCES, Disturbance, Level
 from mpma_mj.trials.stress import THIS_RUN
 from mpma_mj.trials.stress_results import RECOVERED, Results, Tally
 from mpma_mj.utils.names import printable
+from mpma_mj.visualization.colours import INK, module_colours
+from mpma_mj.visualization.figure_file import figure_file
 
 __all__ = ["write_figure"]
 

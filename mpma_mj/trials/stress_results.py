@@ -8,7 +8,7 @@ import statistics
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from mpma_mj.sweep.interval import Interval, interval
+from mpma_mj.evaluation.statistics import Interval, interval
 from mpma_mj.trials.disturbances import DISTURBANCES, Level
 from mpma_mj.trials.stress import Found
 

@@ -18,8 +18,8 @@ from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions import ymca
 from mpma_mj.options import ContextSignal
-from mpma_mj.training.build import agent_of
 from mpma_mj.training.config import RunConfig
+from mpma_mj.training.factory import agent_of
 
 LABELS = 3
 LONG = 1000  # more than an episode: no seam
@@ -31,13 +31,13 @@ class Listener(FixedAgent):
 
     def __init__(self) -> None:
         self.heard: list[np.ndarray] = []
-        self.kept: list[int] = []
+        self.best: list[int] = []
 
     def reset(self, episode: int) -> None:
         self.heard = []
 
     def select_runs(self, runs: np.ndarray) -> None:
-        self.kept = runs.tolist()
+        self.best = runs.tolist()
 
     def act(self, observation: Any) -> np.ndarray:
         self.heard.append(observation["context"])
@@ -164,4 +164,4 @@ def test_those_who_stay_go_on_hearing_what_they_would_have_contexts() -> None:
     together.select_runs(np.array([0, 2]))
     np.testing.assert_array_equal(heard(together, 1), before[:, [0, 2]])
     assert isinstance(together.agent, Listener)
-    assert together.agent.kept == [0, 2]
+    assert together.agent.best == [0, 2]

@@ -13,7 +13,7 @@ from mpma_mj.agents import MPMA, AgentSpec, GrowingMPMA, MPMAConfig
 from mpma_mj.agents.growing import with_added_module, with_first_modules
 from mpma_mj.agents.recruitment import EPOCHS, LEAST_GAIN, Recruitment
 from mpma_mj.envs.load import load
-from mpma_mj.training.build import make_agent
+from mpma_mj.training.factory import make_agent
 from mpma_mj.training.trace import record_epoch, record_epochs
 
 SMALL = MPMAConfig(nodes=10, modules=4)

@@ -109,7 +109,7 @@ def test_a_backend_that_does_not_draw_is_told_and_the_other_timed(
 def test_frames_of_a_real_video_are_timed(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from mpma_mj.training import video
+    from mpma_mj.visualization import video
 
     pictures: list[int] = []
 

@@ -18,9 +18,9 @@ from mpma_mj.sweep.folder import Finished, SweepFolder
 from mpma_mj.sweep.measures import remarks
 from mpma_mj.sweep.processes import Processes
 from mpma_mj.sweep.work import Done, Job
+from mpma_mj.training.batch_trainer import train_batch
 from mpma_mj.training.config import versions
-from mpma_mj.training.crowd import train_crowd
-from mpma_mj.training.movements import read_movements
+from mpma_mj.training.dataset import read_motions
 from mpma_mj.utils import atomic_files
 from tests.sweep.runs import TINY, asked, finished, results
 
@@ -69,7 +69,7 @@ def test_results_are_those_of_a_run_alone_whoever_trains(tmp_path: Path) -> None
         finish(processes, backend)
     assert results(here) == results(processes)
     for config in (sweep.configs[1], sweep.configs[-1]):
-        (alone,) = train_crowd([config], read_movements(config), sweep.epochs)
+        (alone,) = train_batch([config], read_motions(config), sweep.epochs)
         assert results(here)[config]["p_e_percent"] == alone["p_e_percent"]
     assert len({summary["p_e_percent"] for summary in results(here).values()}) == 6
     assert multiprocessing.active_children() == []
@@ -138,7 +138,7 @@ def test_a_process_that_is_killed_is_replaced_and_its_work_done_again(tmp_path: 
 
 
 def test_a_worker_that_dies_idle_costs_a_try_and_nothing_else() -> None:
-    job = Job((TINY,), read_movements(TINY), 1, True, versions())
+    job = Job((TINY,), read_motions(TINY), 1, True, versions())
     with Processes(1) as backend:
         backend.submit(job)
         assert backend.next_done()[1] is not None
@@ -165,16 +165,16 @@ def test_a_setting_that_no_run_can_have_is_refused_before_anything_is_written(
 
 
 def test_an_error_in_a_worker_arrives_with_its_traceback() -> None:
-    broken = Job(None, read_movements(TINY), 1, True, versions())  # type: ignore[arg-type]
+    broken = Job(None, read_motions(TINY), 1, True, versions())  # type: ignore[arg-type]
     with Processes(1) as backend:
         backend.submit(broken)
         with pytest.raises(TypeError, match="NoneType") as raised:
             backend.next_done()
-    assert "in train_crowd" in raised.value.__notes__[0]
+    assert "in train_batch" in raised.value.__notes__[0]
 
 
 def test_workers_of_other_versions_are_refused() -> None:
-    job = Job((TINY,), read_movements(TINY), 1, True, versions() | {"numpy": "0.1"})
+    job = Job((TINY,), read_motions(TINY), 1, True, versions() | {"numpy": "0.1"})
     with Processes(1) as backend:
         backend.submit(job)
         with pytest.raises(WorkerError, match=r"has numpy .*, the command 0\.1; install the same"):
@@ -185,7 +185,7 @@ def test_a_run_that_diverges_is_a_result(tmp_path: Path, monkeypatch: pytest.Mon
     def train(configs: tuple[object, ...], *_: object, stop: bool) -> list[dict[str, str]]:
         return [{"failed": "diverged, at step 3"} for _ in configs]
 
-    monkeypatch.setattr(work, "train_crowd", train)
+    monkeypatch.setattr(work, "train_batch", train)
     folder = SweepFolder(tmp_path, asked(runs=2))
     finish(folder, Here())
     assert [run.diverged for run in folder.finished()] == [True, True]
@@ -251,11 +251,11 @@ def test_workers_find_the_modules_that_this_process_finds(tmp_path: Path) -> Non
         f"import sys; sys.path[:0] = [{str(library)!r}, {str(ROOT)!r}]\n"
         "from mpma_mj.sweep import processes, work\n"
         "from mpma_mj.training.config import RunConfig\n"
-        "from mpma_mj.training.movements import read_movements\n"
+        "from mpma_mj.training.dataset import read_motions\n"
         "if __name__ == '__main__':\n"
         "    processes._PRELOADED.append('found')\n"
         "    config = RunConfig(nodes=5, modules=1, repeats=1)\n"
-        "    job = work.Job((config,), read_movements(config), 1, True, {})\n"
+        "    job = work.Job((config,), read_motions(config), 1, True, {})\n"
         "    with processes.Processes(2) as backend:\n"
         "        for _ in range(2):\n"
         "            backend.submit(job)\n"

@@ -24,7 +24,7 @@ from mpma_mj.sweep.scale_table import (
     saturation,
 )
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.movements import read_movements
+from mpma_mj.training.dataset import read_motions
 from tests.sweep.runs import finished, run_files
 
 NAMES = ["ymca", "invented-1", "invented-2"]
@@ -70,7 +70,7 @@ def test_sizes_are_a_cross_whose_lines_meet() -> None:
 
 
 def labels_of(material: Material) -> int:
-    return len(read_movements(question().point(material, Size(2, 50))).labels)
+    return len(read_motions(question().point(material, Size(2, 50))).labels)
 
 
 def test_there_is_a_label_a_movement_and_four_in_one_that_is_cut() -> None:

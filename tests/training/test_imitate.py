@@ -13,9 +13,9 @@ from mpma_mj.agents import FixedAgent, MPMAConfig
 from mpma_mj.envs.load import load
 from mpma_mj.errors import BadOptionError, CheckpointError, DivergedError, RunFolderError
 from mpma_mj.motions import ymca
-from mpma_mj.training.build import make_agent
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.course import _rank, has_converged
+from mpma_mj.training.factory import make_agent
+from mpma_mj.training.history import _rank, has_converged
 from mpma_mj.training.imitate import _trainer, resume, start
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.training.trace import epoch_metrics, record_epoch
@@ -186,9 +186,9 @@ def test_the_best_epoch_is_kept_not_the_last_nor_one_of_feedback_alone() -> None
     trainer = Trainer(load("ymca"), make_agent(load("ymca"), SMALL_AGENT))
     for _ in range(10):
         trainer.run_epoch()
-    assert trainer.kept is not None
+    assert trainer.best is not None
     passed = [row for row in trainer.rows if row["gain_inverse"] == 1.0]
-    assert trainer.kept.row["p_e_percent"] == min(row["p_e_percent"] for row in passed)
+    assert trainer.best.row["p_e_percent"] == min(row["p_e_percent"] for row in passed)
 
 
 def test_the_kept_state_dances_the_kept_trace_again(tmp_path: Path) -> None:

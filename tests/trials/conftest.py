@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from mpma_mj.cli import main
+from mpma_mj.training.checkpoints import TrainedAgents
 from mpma_mj.training.run_folder import RunFolder
-from mpma_mj.training.trained import Trained
 
 TINY = "--nodes 10 --modules 2 --repeats 1 --seed 4 --no-video"
 
@@ -20,6 +20,6 @@ def tiny_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session")
-def tiny(tiny_run: Path) -> Trained:
+def tiny(tiny_run: Path) -> TrainedAgents:
     """Return its agent."""
-    return Trained.of_run(RunFolder(tiny_run))
+    return TrainedAgents.of_run(RunFolder(tiny_run))

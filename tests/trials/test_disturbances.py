@@ -6,21 +6,21 @@ import numpy as np
 import pytest
 
 from mpma_mj.errors import BadOptionError, MotionReachError, MpmaError
-from mpma_mj.training.trained import Trained
+from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, tracking_errors
+from mpma_mj.training.checkpoints import TrainedAgents
 from mpma_mj.trials.disturbances import DISTURBANCES
 from mpma_mj.trials.stress_asked import trials
-from mpma_mj.trials.trial import World, tracking_errors, try_out
 
 NONE = {"payload": 0.0, "strength": 1.0, "gravity": "on", "latency": 0.0, "noise": 0.0}
 NONE |= {"pushes": 0.0, "tempo": 1.0, "mirrored": "no", "locked": "none"}
 
 
 @pytest.mark.parametrize("name", NONE)
-def test_no_disturbance_is_none_to_the_bit(name: str, tiny: Trained) -> None:
+def test_no_disturbance_is_none_to_the_bit(name: str, tiny: TrainedAgents) -> None:
     assert NONE[name] in DISTURBANCES[name].levels
     motion, options = DISTURBANCES[name].change(tiny.motion, NONE[name])
-    (danced,) = try_out(tiny, World("a", motion, options))
-    (undisturbed,) = try_out(tiny, World("b", tiny.motion, {}))
+    (danced,) = evaluate(tiny, EvalCondition("a", motion, options))
+    (undisturbed,) = evaluate(tiny, EvalCondition("b", tiny.motion, {}))
     assert danced is not None
     assert undisturbed is not None
     for signal, expected in undisturbed.items():
@@ -28,25 +28,25 @@ def test_no_disturbance_is_none_to_the_bit(name: str, tiny: Trained) -> None:
 
 
 @pytest.mark.parametrize("name", NONE)
-def test_the_hardest_level_is_another_world(name: str, tiny: Trained) -> None:
+def test_the_hardest_level_is_another_world(name: str, tiny: TrainedAgents) -> None:
     (trial,) = trials([name], [str(DISTURBANCES[name].levels[-1])], [], tiny)
-    assert trial.world is not None
-    disturbed = tracking_errors(try_out(tiny, trial.world))
-    assert disturbed != tracking_errors(try_out(tiny, World("none", tiny.motion, {})))
+    assert trial.condition is not None
+    disturbed = tracking_errors(evaluate(tiny, trial.condition))
+    assert disturbed != tracking_errors(evaluate(tiny, EvalCondition("none", tiny.motion, {})))
 
 
-def test_all_usual_levels_can_be_and_share_the_undisturbed_world(tiny: Trained) -> None:
+def test_all_usual_levels_can_be_and_share_the_undisturbed_world(tiny: TrainedAgents) -> None:
     found = trials(list(DISTURBANCES), [], [], tiny)
-    assert all(trial.world is not None for trial in found)
-    none = {trial.world for trial in found if NONE.get(trial.disturbance) == trial.level}
+    assert all(trial.condition is not None for trial in found)
+    none = {trial.condition for trial in found if NONE.get(trial.disturbance) == trial.level}
     assert len(none) == 1
-    assert len({trial.world for trial in found}) == len(found) - len(NONE) + 1
+    assert len({trial.condition for trial in found}) == len(found) - len(NONE) + 1
     assert sum(trial.disturbance == "unseen" for trial in found) == 8
     assert len({(trial.disturbance, trial.level) for trial in found}) == len(found)
 
 
-def test_a_dance_is_as_fast_as_asked(tiny: Trained) -> None:
-    half, double = (trial.world for trial in trials(["tempo"], ["0.5", "2"], [], tiny))
+def test_a_dance_is_as_fast_as_asked(tiny: TrainedAgents) -> None:
+    half, double = (trial.condition for trial in trials(["tempo"], ["0.5", "2"], [], tiny))
     assert half is not None
     assert double is not None
     frames = len(tiny.motion)
@@ -56,20 +56,20 @@ def test_a_dance_is_as_fast_as_asked(tiny: Trained) -> None:
     np.testing.assert_array_equal(half.motion.context[::2], tiny.motion.context)
 
 
-def test_what_is_too_fast_for_the_arms_is_told_and_not_dropped(tiny: Trained) -> None:
+def test_what_is_too_fast_for_the_arms_is_told_and_not_dropped(tiny: TrainedAgents) -> None:
     slow, fast = trials(["tempo"], ["1", "9"], [], tiny)
-    assert slow.world is not None
-    assert (fast.level, fast.world) == (9.0, None)
+    assert slow.condition is not None
+    assert (fast.level, fast.condition) == (9.0, None)
 
 
-def test_dances_never_seen_are_danced_to_the_runs_music(tiny: Trained) -> None:
+def test_dances_never_seen_are_danced_to_the_runs_music(tiny: TrainedAgents) -> None:
     (trial,) = trials(["unseen"], [], ["invented-2"], tiny)
-    assert trial.world is not None
-    assert trial.world.motion.labels == tiny.motion.labels
-    assert trial.world.motion.name == "invented-2"
+    assert trial.condition is not None
+    assert trial.condition.motion.labels == tiny.motion.labels
+    assert trial.condition.motion.name == "invented-2"
 
 
-def test_what_a_run_has_learned_is_not_unseen(tiny: Trained) -> None:
+def test_what_a_run_has_learned_is_not_unseen(tiny: TrainedAgents) -> None:
     config = dataclasses.replace(tiny.configs[0], motions=("invented-1", "ymca"))
     own = dataclasses.replace(tiny, configs=(config,))
     assert [trial.level for trial in trials(["unseen"], [], [], own)] == [
@@ -82,11 +82,11 @@ def test_what_a_run_has_learned_is_not_unseen(tiny: Trained) -> None:
         trials(["unseen"], [], [], dataclasses.replace(tiny, configs=(config,)))
 
 
-def test_a_run_of_ideal_arms_is_tried_with_simulated_ones(tiny: Trained) -> None:
+def test_a_run_of_ideal_arms_is_tried_with_simulated_ones(tiny: TrainedAgents) -> None:
     config = dataclasses.replace(tiny.configs[0], arms="kinematic")
     (none,) = trials(["payload"], ["0"], [], dataclasses.replace(tiny, configs=(config,)))
-    assert none.world is not None
-    assert none.world.options["arms"] == "physics"
+    assert none.condition is not None
+    assert none.condition.options["arms"] == "physics"
 
 
 @pytest.mark.parametrize(
@@ -111,19 +111,21 @@ def test_a_run_of_ideal_arms_is_tried_with_simulated_ones(tiny: Trained) -> None
         ("wind", "1", "no disturbance 'wind'; expected some of payload, strength, "),
     ],
 )
-def test_what_is_out_of_range_is_one_line(name: str, level: str, said: str, tiny: Trained) -> None:
+def test_what_is_out_of_range_is_one_line(
+    name: str, level: str, said: str, tiny: TrainedAgents
+) -> None:
     with pytest.raises(MpmaError) as caught:
         trials([name], [level], [], tiny)
     assert said in str(caught.value)
     assert "\n" not in str(caught.value)
 
 
-def test_levels_are_those_of_one_disturbance(tiny: Trained) -> None:
+def test_levels_are_those_of_one_disturbance(tiny: TrainedAgents) -> None:
     with pytest.raises(BadOptionError, match="levels are those of one disturbance"):
         trials(["payload", "latency"], ["1"], [], tiny)
 
 
-def test_a_dance_that_is_too_fast_says_how_to_mend_it(tiny: Trained, write_tsv) -> None:
+def test_a_dance_that_is_too_fast_says_how_to_mend_it(tiny: TrainedAgents, write_tsv) -> None:
     path = write_tsv(rate="400")
     with pytest.raises(MotionReachError, match=r"slow the movement .*: mpma motion .* --out FILE"):
         trials(["unseen"], [], [str(path)], tiny)

@@ -9,7 +9,7 @@ from mpma_mj.envs.load import load
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.motions import ymca
-from mpma_mj.training.build import make_agent
+from mpma_mj.training.factory import make_agent
 from mpma_mj.training.trace import record_epoch
 from mpma_mj.trials.effort import actuator_torque, effort
 
@@ -17,8 +17,8 @@ Array = NDArray[np.float64]
 DAMPING = 0.3  # N m s/rad, of each joint of two_arm.xml
 
 
-def danced(**world: object) -> dict[str, Array]:
-    env = load("ymca", repeats=1, **world)
+def danced(**condition: object) -> dict[str, Array]:
+    env = load("ymca", repeats=1, **condition)
     return record_epoch(env, make_agent(env, kind="feedback_only"), 0)
 
 
@@ -89,7 +89,7 @@ def test_a_torque_is_at_its_limit_where_the_command_is_beyond_it() -> None:
 
 
 def test_a_locked_joint_is_not_driven() -> None:
-    world = {"locked_joint": "left_elbow"}
-    cost = effort(danced(**world), world, ymca().rate)
+    condition = {"locked_joint": "left_elbow"}
+    cost = effort(danced(**condition), condition, ymca().rate)
     assert cost is not None
     assert np.abs(cost.torque[:, 3]).max() < 0.01 * np.abs(cost.torque).max()

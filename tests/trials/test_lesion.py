@@ -17,13 +17,14 @@ from mpma_mj.agents.gain_schedule import Gains
 from mpma_mj.agents.recruitment import Recruitment
 from mpma_mj.agents.wrapper import AgentWrapper
 from mpma_mj.cli import main
+from mpma_mj.evaluation.evaluate import EVALUATION_EPISODE, EvalCondition, evaluate, tracking_errors
 from mpma_mj.metrics import posture_error_percent
 from mpma_mj.motions import ymca
-from mpma_mj.training.build import agent_of, environments_of
+from mpma_mj.training.checkpoints import TrainedAgents
 from mpma_mj.training.config import RunConfig
+from mpma_mj.training.factory import agent_of, environments_of
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.training.trace import record_epochs
-from mpma_mj.training.trained import Trained
 from mpma_mj.trials.lesion import (
     Dance,
     Lesion,
@@ -35,7 +36,6 @@ from mpma_mj.trials.lesion import (
 )
 from mpma_mj.trials.lesion_figure import drawn, write_figure
 from mpma_mj.trials.lesion_table import matrix, summary
-from mpma_mj.trials.trial import EPISODE, World, tracking_errors, try_out
 from mpma_mj.utils import atomic_files
 from tests.conftest import Refused
 
@@ -50,8 +50,8 @@ def tiny_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def trained(tiny_run: Path) -> Trained:
-    return Trained.of_run(RunFolder(tiny_run))
+def trained(tiny_run: Path) -> TrainedAgents:
+    return TrainedAgents.of_run(RunFolder(tiny_run))
 
 
 @pytest.fixture
@@ -59,13 +59,13 @@ def run(tiny_run: Path, tmp_path: Path) -> Path:
     return shutil.copytree(tiny_run, tmp_path / "run")
 
 
-def untrained(**settings: Any) -> Trained:
+def untrained(**settings: Any) -> TrainedAgents:
     """Return an agent that has learned nothing."""
     config = RunConfig(motions=("ymca",), nodes=10, repeats=1, arms="kinematic", **settings)
     motion = ymca()
     with contextlib.closing(environments_of(config, [0], motion, {})) as envs:
         state = agent_of(config, envs, [0]).state_dict()
-    return Trained((config,), motion, state, np.array([1]))
+    return TrainedAgents((config,), motion, state, np.array([1]))
 
 
 def test_each_module_each_two_and_all_can_be_lost() -> None:
@@ -91,15 +91,15 @@ def test_an_agent_behind_other_ears_can_lose_modules() -> None:
     assert dance_without(deaf, (1,), 0).at_once.responsibility[:, 1].max() == 0.0
 
 
-def test_who_lost_nothing_dances_as_in_any_trial(trained: Trained) -> None:
+def test_who_lost_nothing_dances_as_in_any_trial(trained: TrainedAgents) -> None:
     intact = dance_without(trained, (), 0)
     assert intact.retrained is None
-    (error,) = tracking_errors(try_out(trained, World("same", trained.motion, {})))
+    (error,) = tracking_errors(evaluate(trained, EvalCondition("same", trained.motion, {})))
     assert intact.at_once.p_e_percent == error
 
 
 def test_with_all_modules_silent_it_is_the_feedback_controller_with_its_gain(
-    trained: Trained,
+    trained: TrainedAgents,
 ) -> None:
     gain = Gains(float(trained.state["progress"][0])).feedback
     assert gain < 0.15
@@ -110,7 +110,7 @@ def test_with_all_modules_silent_it_is_the_feedback_controller_with_its_gain(
 
     with contextlib.closing(environments_of(trained.configs[0], [0], trained.motion, {})) as envs:
         alone = Weak(make_agent(envs, kind="feedback_only"))
-        (trace,), _ = record_epochs(envs, alone, EPISODE)
+        (trace,), _ = record_epochs(envs, alone, EVALUATION_EPISODE)
     expected = posture_error_percent(trace["posture"][1:], trace["reference"][1:])
     silent = dance_without(trained, (0, 1), 1)
     assert silent.at_once.p_e_percent == pytest.approx(expected, rel=1e-9)
@@ -118,7 +118,7 @@ def test_with_all_modules_silent_it_is_the_feedback_controller_with_its_gain(
     assert expected > 3.0 * dance_without(trained, (), 0).at_once.p_e_percent
 
 
-def test_lost_modules_have_no_responsibility_and_the_others_learn(trained: Trained) -> None:
+def test_lost_modules_have_no_responsibility_and_the_others_learn(trained: TrainedAgents) -> None:
     lesion = dance_without(trained, (0,), 1)
     assert lesion.retrained is not None
     for dance in (lesion.at_once, lesion.retrained):

@@ -138,8 +138,8 @@ def agent_of(config: RunConfig, env: Environments, seed: Seeds) -> Agent:
     agent = AGENTS[config.agent](architecture(config), heard, seeds)
     if config.context_signal == "labels":
         return agent
-    stage = env if isinstance(env, VectorImitationEnv) else env.task
-    return AlteredContext(agent, config.context_signal, stage.context, stage.period, seeds)
+    info = env if isinstance(env, VectorImitationEnv) else env.task
+    return AlteredContext(agent, config.context_signal, info.context, info.period, seeds)
 
 
 def _refuse_what_is_not_taken(config: RunConfig) -> None:
@@ -164,7 +164,7 @@ def environment_options(config: RunConfig) -> dict[str, Any]:
 
 
 def environments_of(
-    config: RunConfig, seeds: Sequence[int], motion: Motion, world: Mapping[str, Any]
+    config: RunConfig, seeds: Sequence[int], motion: Motion, env_options: Mapping[str, Any]
 ) -> VectorImitationEnv:
     """Return the environments of runs side by side.
 
@@ -172,12 +172,12 @@ def environments_of(
         config: Settings of the runs, of which the seed does not count.
         seeds: Seed of each.
         motion: The movement.
-        world: Options of the environment that are other than the settings say.
+        env_options: Options of the environment that are other than the settings say.
 
     Raises:
         MpmaError: An option is outside what it may be, or the movement is faster than the arms.
     """
-    options = environment_options(config) | dict(world)
+    options = environment_options(config) | dict(env_options)
     envs = VectorImitationEnv(len(seeds), motion=motion, threads=_THREADS, **options)
     envs.reset(seed=seeds)
     return envs

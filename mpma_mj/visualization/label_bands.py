@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from mpma_mj.training.strip import label_runs
+from mpma_mj.visualization.responsibility_strip import label_runs
 
 __all__ = ["draw_labels"]
 

@@ -15,7 +15,7 @@ from mpma_mj.motions.read import BUILT_IN, read_with_findings
 from mpma_mj.motions.repertoire import join
 from mpma_mj.training.config import RunConfig
 
-__all__ = ["expand_folders", "read_movements"]
+__all__ = ["expand_folders", "read_motions"]
 
 # By which files in a folder are taken for recordings; what they are is told by their content.
 _ENDINGS = {".amc", ".bvh", ".c3d", ".csv", ".npz", ".trc", ".tsv"}
@@ -56,7 +56,7 @@ def _is_labels(path: Path) -> bool:
         return False
 
 
-def read_movements(config: RunConfig) -> Motion:
+def read_motions(config: RunConfig) -> Motion:
     """Read what a run imitates; several movements become a repertoire with a label for each.
 
     Args:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from mpma_mj.context import active_label
-from mpma_mj.training.colours import INK, PAPER, hex_to_rgb, module_colours
+from mpma_mj.visualization.colours import INK, PAPER, hex_to_rgb, module_colours
 
 __all__ = ["LABEL_SIZE", "Strip", "label_runs"]
 

@@ -15,7 +15,7 @@ from mpma_mj.envs.frame_writer import frame_writer
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.envs.rendering import ArmRenderer
 from mpma_mj.motions import Motion
-from mpma_mj.training.strip import Strip
+from mpma_mj.visualization.responsibility_strip import Strip
 
 __all__ = ["Progress", "dance_frames", "write_frames", "write_video"]
 

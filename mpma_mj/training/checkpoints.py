@@ -13,18 +13,18 @@ from mpma_mj.agents.base import Agent, BatchedAgent
 from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.errors import CheckpointError
 from mpma_mj.motions import Motion
-from mpma_mj.training.build import agent_of
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.demonstrated import demonstrated
+from mpma_mj.training.demonstration_check import demonstrated
+from mpma_mj.training.factory import agent_of
 from mpma_mj.training.run_folder import RunFolder
 
-__all__ = ["Trained", "load_state"]
+__all__ = ["TrainedAgents", "load_state"]
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class Trained:
+class TrainedAgents:
     """Agents side by side as they were in their best epochs.
 
     Attributes:
@@ -47,7 +47,7 @@ class Trained:
         return [config.seed for config in self.configs]
 
     @classmethod
-    def of_run(cls, folder: RunFolder) -> Trained:
+    def of_run(cls, folder: RunFolder) -> TrainedAgents:
         """Return the agent of a run's kept epoch, as one side by side with none.
 
         Raises:

@@ -7,7 +7,7 @@ import hypothesis.strategies as st
 import numpy as np
 import pytest
 
-from mpma_mj.sweep.interval import Interval, interval
+from mpma_mj.evaluation.statistics import Interval, interval
 
 VALUES = st.lists(st.floats(-100, 100).map(lambda x: round(x, 3)), min_size=2, max_size=8)
 

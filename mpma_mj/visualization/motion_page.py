@@ -11,12 +11,12 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from mpma_mj import kinematics
-from mpma_mj.figure_file import figure_file
 from mpma_mj.motions.reach import joint_speeds
 from mpma_mj.motions.reading import Reading
-from mpma_mj.training.colours import DEMONSTRATED, INK, module_colours
-from mpma_mj.training.strip import label_runs
-from mpma_mj.training.video import write_video
+from mpma_mj.visualization.colours import DEMONSTRATED, INK, module_colours
+from mpma_mj.visualization.figure_file import figure_file
+from mpma_mj.visualization.responsibility_strip import label_runs
+from mpma_mj.visualization.video import write_video
 
 __all__ = ["write_ideal_video", "write_page"]
 

@@ -10,11 +10,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from mpma_mj.figure_file import figure_file
 from mpma_mj.kinematics import JOINT_NAMES, SEGMENT_NAMES
 from mpma_mj.motions import Motion
-from mpma_mj.training.colours import DEMONSTRATED, module_colours
-from mpma_mj.training.label_bands import draw_labels
+from mpma_mj.visualization.colours import DEMONSTRATED, module_colours
+from mpma_mj.visualization.figure_file import figure_file
+from mpma_mj.visualization.label_bands import draw_labels
 
 __all__ = ["write_figures"]
 

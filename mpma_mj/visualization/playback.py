@@ -16,7 +16,7 @@ from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.envs.viewer import ArmViewer
 from mpma_mj.motions import Motion
 from mpma_mj.motions.reading import Reading
-from mpma_mj.training.player import KEYS, Player
+from mpma_mj.visualization.player import KEYS, Player
 
 __all__ = ["Dance", "play"]
 

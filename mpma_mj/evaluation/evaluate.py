@@ -1,4 +1,4 @@
-"""Trained agents in another world: as they are, and as they learn on."""
+"""Trained agents in another condition: as they are, and as they learn on."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from mpma_mj.agents.frozen import Frozen
 from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.metrics import posture_error_percent
 from mpma_mj.motions import Motion
-from mpma_mj.training.build import environments_of, one_thread
+from mpma_mj.training.checkpoints import TrainedAgents
+from mpma_mj.training.factory import environments_of, one_thread
 from mpma_mj.training.trace import record_epochs
-from mpma_mj.training.trained import Trained
 
-__all__ = ["EPISODE", "World", "adapt", "tracking_errors", "try_out"]
+__all__ = ["EVALUATION_EPISODE", "EvalCondition", "evaluate", "fine_tune", "tracking_errors"]
 
 Array = NDArray[np.float64]
 Trace = dict[str, Array]
 
-EPISODE = 1000
+EVALUATION_EPISODE = 1000
 """Number of a trial's episode; its noise is that of no epoch of training (choice)."""
 
 
 @dataclass(frozen=True, eq=False)
-class World:
+class EvalCondition:
     """Where agents are tried.
 
     Attributes:
@@ -43,30 +43,33 @@ class World:
     options: Mapping[str, Any]
 
 
-def try_out(trained: Trained, world: World) -> list[Trace | None]:
+def evaluate(trained: TrainedAgents, condition: EvalCondition) -> list[Trace | None]:
     """Let agents dance an episode as they have learned to.
 
     Args:
         trained: R agents.
-        world: Where.
+        condition: Where.
 
     Returns:
         Signals of each agent as `record_epoch` returns them; None where the simulation diverged.
 
     Raises:
-        MpmaError: The arms cannot follow the world's movement, or there can be no such world.
+        MpmaError: The arms cannot follow the condition's movement, or there can be no such
+            condition.
     """
-    with one_thread(), contextlib.closing(_environments(trained, world)) as envs:
-        traces, diverged = record_epochs(envs, Frozen(trained.agent(envs)), EPISODE)
+    with one_thread(), contextlib.closing(_environments(trained, condition)) as envs:
+        traces, diverged = record_epochs(envs, Frozen(trained.agent(envs)), EVALUATION_EPISODE)
     return [None if lost else trace for trace, lost in zip(traces, diverged, strict=True)]
 
 
-def adapt(trained: Trained, world: World, epochs: int) -> tuple[Trained, Array]:
+def fine_tune(
+    trained: TrainedAgents, condition: EvalCondition, epochs: int
+) -> tuple[TrainedAgents, Array]:
     """Let agents learn on.
 
     Args:
         trained: R agents that can learn.
-        world: Where.
+        condition: Where.
         epochs: Number E of epochs.
 
     Returns:
@@ -75,14 +78,14 @@ def adapt(trained: Trained, world: World, epochs: int) -> tuple[Trained, Array]:
         what is learned then means nothing.
 
     Raises:
-        MpmaError: As of `try_out`.
+        MpmaError: As of `evaluate`.
     """
     errors = np.empty((epochs, len(trained.configs)))
     lost = np.zeros(len(trained.configs), bool)
-    with one_thread(), contextlib.closing(_environments(trained, world)) as envs:
+    with one_thread(), contextlib.closing(_environments(trained, condition)) as envs:
         agent = trained.agent(envs)
         for epoch in range(epochs):
-            traces, diverged = record_epochs(envs, agent, EPISODE + 1 + epoch)
+            traces, diverged = record_epochs(envs, agent, EVALUATION_EPISODE + 1 + epoch)
             lost |= diverged
             errors[epoch] = np.where(lost, np.nan, [_error(trace) for trace in traces])
             agent.learn_batch()
@@ -98,5 +101,5 @@ def _error(trace: Trace) -> float:
     return posture_error_percent(trace["posture"][1:], trace["reference"][1:])
 
 
-def _environments(trained: Trained, world: World) -> VectorImitationEnv:
-    return environments_of(trained.configs[0], trained.seeds, world.motion, world.options)
+def _environments(trained: TrainedAgents, condition: EvalCondition) -> VectorImitationEnv:
+    return environments_of(trained.configs[0], trained.seeds, condition.motion, condition.options)

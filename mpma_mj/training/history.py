@@ -15,14 +15,14 @@ from mpma_mj.agents.gain_schedule import CRITERION, FINAL_FEEDBACK
 from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.training.trace import epoch_metrics
 
-__all__ = ["Course", "Kept", "Row", "Stage", "has_converged"]
+__all__ = ["BestEpoch", "EpisodeInfo", "EpochMetrics", "TrainingHistory", "has_converged"]
 
 Array = NDArray[np.float64]
-Row = dict[str, float]
+EpochMetrics = dict[str, float]
 
 
 @dataclass(frozen=True, eq=False)
-class Stage:
+class EpisodeInfo:
     """What measures have to know of where epochs are danced.
 
     Attributes:
@@ -38,8 +38,8 @@ class Stage:
     site_positions: Callable[[Array], Array]
 
     @classmethod
-    def of(cls, env: control.Environment | VectorImitationEnv) -> Stage:
-        """Return the stage of one environment, or of many."""
+    def of(cls, env: control.Environment | VectorImitationEnv) -> EpisodeInfo:
+        """Return the info of one environment, or of many."""
         if isinstance(env, VectorImitationEnv):
             return cls(env.motion.labels, env.period, env.steps, env.arms.site_positions)
         task = env.task
@@ -47,7 +47,7 @@ class Stage:
 
 
 @dataclass(frozen=True, eq=False)
-class Kept:
+class BestEpoch:
     """The best epoch so far.
 
     Attributes:
@@ -56,12 +56,12 @@ class Kept:
         trace: Its signals.
     """
 
-    row: Row
+    row: EpochMetrics
     state: dict[str, Array]
     trace: dict[str, Array]
 
 
-class Course:
+class TrainingHistory:
     """The epochs of one run so far.
 
     Attributes:
@@ -69,11 +69,11 @@ class Course:
         kept: The best epoch so far.
     """
 
-    def __init__(self, stage: Stage) -> None:
+    def __init__(self, info: EpisodeInfo) -> None:
         """Begin with no epoch danced."""
-        self.rows: list[Row] = []
-        self.kept: Kept | None = None
-        self._stage = stage
+        self.rows: list[EpochMetrics] = []
+        self.best: BestEpoch | None = None
+        self._info = info
 
     @property
     def converged(self) -> bool:
@@ -93,24 +93,24 @@ class Course:
         Returns:
             Whether it is the new best.
         """
-        measures = epoch_metrics(self._stage.site_positions, trace)
+        measures = epoch_metrics(self._info.site_positions, trace)
         row = {"epoch": len(self.rows) + 1} | measures | logged
         self.rows.append(row)
-        if self.kept is not None and _rank(row) >= _rank(self.kept.row):
+        if self.best is not None and _rank(row) >= _rank(self.best.row):
             return False
-        self.kept = Kept(row, state, trace)
+        self.best = BestEpoch(row, state, trace)
         return True
 
     def summary(self) -> dict[str, Any]:
         """Return what training came to: the measures of the kept epoch, and when it stopped."""
-        assert self.kept is not None, "no epoch has been run"
+        assert self.best is not None, "no epoch has been run"
         return {
             "epochs": len(self.rows),
-            "converged": has_converged(self.kept.row),
-            "kept_epoch": self.kept.row["epoch"],
-            **{name: value for name, value in self.kept.row.items() if name != "epoch"},
-            **self._decomposition(self.kept.trace),
-            "environment_steps": len(self.rows) * self._stage.steps,
+            "converged": has_converged(self.best.row),
+            "best_epoch": self.best.row["epoch"],
+            **{name: value for name, value in self.best.row.items() if name != "epoch"},
+            **self._decomposition(self.best.trace),
+            "environment_steps": len(self.rows) * self._info.steps,
         }
 
     def _decomposition(self, trace: dict[str, Array]) -> dict[str, Any]:
@@ -119,7 +119,7 @@ class Course:
             return {}
         responsibility, context = trace["responsibility"], trace["context"][:-1]
         output = responsibility[:, :, None] * trace["module_actions"]
-        labels, period = self._stage.labels, self._stage.period
+        labels, period = self._info.labels, self._info.period
         active = metrics.active_modules(responsibility, context)
         dominant = metrics.dominant_module(responsibility, context)
         return {
@@ -136,7 +136,7 @@ class Course:
         }
 
 
-def has_converged(row: Row) -> bool:
+def has_converged(row: EpochMetrics) -> bool:
     """Tell whether an epoch meets the paper's criteria for the end of training.
 
     Control has passed (L = 1, K < 0.15), responsibility predictors are within 3 % of the
@@ -148,11 +148,11 @@ def has_converged(row: Row) -> bool:
     return row["rp_error_percent"] < CRITERION and row["p_e_percent"] < CRITERION
 
 
-def _control_has_passed(row: Row) -> bool:
+def _control_has_passed(row: EpochMetrics) -> bool:
     """Tell whether inverse models lead; agents that do not learn have none."""
     return row.get("gain_inverse", 0.0) >= 1.0 and row["gain_feedback"] < FINAL_FEEDBACK
 
 
-def _rank(row: Row) -> tuple[bool, bool, float]:
+def _rank(row: EpochMetrics) -> tuple[bool, bool, float]:
     """Order epochs, the best first: feedback alone tracks well too, so it does not count."""
     return (not has_converged(row), not _control_has_passed(row), row["p_e_percent"])

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from mpma_mj.motions import ymca
-from mpma_mj.training.colours import hex_to_rgb, module_colours
-from mpma_mj.training.figures import write_figures
 from mpma_mj.training.run_folder import RunFolder
-from mpma_mj.training.strip import Strip, label_runs
-from mpma_mj.training.video import dance_frames, write_video
+from mpma_mj.visualization.colours import hex_to_rgb, module_colours
+from mpma_mj.visualization.figures import write_figures
+from mpma_mj.visualization.responsibility_strip import Strip, label_runs
+from mpma_mj.visualization.video import dance_frames, write_video
 
 LABELS = ("Y", "M", "C", "A")
 CONTEXT = np.repeat(np.eye(4), 10, axis=0)

@@ -1,4 +1,4 @@
-"""Trained agents in other worlds."""
+"""TrainedAgents agents in other worlds."""
 
 import dataclasses
 import shutil
@@ -9,30 +9,30 @@ import pytest
 
 from mpma_mj.cli import main
 from mpma_mj.errors import CheckpointError, DivergedError, RunFolderError
+from mpma_mj.evaluation import evaluate as evaluation
+from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, fine_tune, tracking_errors
 from mpma_mj.motions import motion_file, ymca
 from mpma_mj.motions.variants import mirrored
+from mpma_mj.training.batch_trainer import train_agents
+from mpma_mj.training.checkpoints import TrainedAgents
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.crowd import train_agents
 from mpma_mj.training.run_folder import RunFolder
-from mpma_mj.training.trained import Trained
-from mpma_mj.trials import trial
-from mpma_mj.trials.trial import World, adapt, tracking_errors, try_out
 from mpma_mj.utils import atomic_files
 
 SMALL = RunConfig(nodes=20, modules=2, repeats=1)
-HOME = World("home", ymca(), {})
-CARRIED = World("carried", ymca(), {"gravity_compensation": True})
+HOME = EvalCondition("home", ymca(), {})
+CARRIED = EvalCondition("carried", ymca(), {"gravity_compensation": True})
 
 
-def trained(*seeds: int, agent: str = "mpma") -> Trained:
+def trained(*seeds: int, agent: str = "mpma") -> TrainedAgents:
     configs = [dataclasses.replace(SMALL, seed=seed, agent=agent) for seed in seeds]
     return train_agents(configs, ymca(), 8, {})
 
 
 @pytest.mark.parametrize("agent", ["mpma", "growing", "mosaic", "hammer", "feedback_only"])
 def test_each_agent_is_tried_to_the_bit_as_it_would_be_alone(agent: str) -> None:
-    both = try_out(trained(3, 5, agent=agent), CARRIED)
-    (alone,) = try_out(trained(5, agent=agent), CARRIED)
+    both = evaluate(trained(3, 5, agent=agent), CARRIED)
+    (alone,) = evaluate(trained(5, agent=agent), CARRIED)
     assert both[1] is not None
     assert alone is not None
     assert both[1].keys() == alone.keys()
@@ -44,7 +44,7 @@ def test_each_agent_is_tried_to_the_bit_as_it_would_be_alone(agent: str) -> None
 def test_who_is_tried_learns_nothing(agent: str) -> None:
     agents = trained(0, agent=agent)
     before = {name: array.copy() for name, array in agents.state.items()}
-    first, second = (tracking_errors(try_out(agents, HOME)) for _ in range(2))
+    first, second = (tracking_errors(evaluate(agents, HOME)) for _ in range(2))
     np.testing.assert_array_equal(first, second)
     for name, array in before.items():
         np.testing.assert_array_equal(agents.state[name], array)
@@ -54,7 +54,7 @@ def test_the_agent_of_a_run_is_the_one_that_was_trained_beside_others(tmp_path: 
     words = "imitate ymca --nodes 20 --modules 2 --repeats 1 --seed 5 --epochs 8 --no-video --out"
     assert main([*words.split(), str(tmp_path / "run")]) == 0
     agents = trained(3, 5)
-    of_run = Trained.of_run(RunFolder(tmp_path / "run"))
+    of_run = TrainedAgents.of_run(RunFolder(tmp_path / "run"))
     assert of_run.seeds == [5]
     assert of_run.epochs[0] == agents.epochs[1]
     assert of_run.state.keys() == agents.state.keys()
@@ -65,13 +65,13 @@ def test_the_agent_of_a_run_is_the_one_that_was_trained_beside_others(tmp_path: 
 def test_learning_on_brings_agents_of_ideal_arms_to_heavy_ones() -> None:
     configs = [dataclasses.replace(SMALL, nodes=50, repeats=3, arms="kinematic")]
     agents = train_agents(configs, ymca(), 30, {})
-    heavy = World("heavy", ymca(), {"arms": "physics", "payload": 2.0})
-    at_once = tracking_errors(try_out(agents, heavy))
-    adapted, errors = adapt(agents, heavy, 3)
+    heavy = EvalCondition("heavy", ymca(), {"arms": "physics", "payload": 2.0})
+    at_once = tracking_errors(evaluate(agents, heavy))
+    adapted, errors = fine_tune(agents, heavy, 3)
     assert errors.shape == (3, 1)
     assert errors[0] == pytest.approx(at_once, rel=0.2)  # before anything is learned there
-    assert tracking_errors(try_out(adapted, heavy)) < 0.8 * at_once
-    assert tracking_errors(try_out(agents, heavy)) == at_once  # the others are as they were
+    assert tracking_errors(evaluate(adapted, heavy)) < 0.8 * at_once
+    assert tracking_errors(evaluate(agents, heavy)) == at_once  # the others are as they were
 
 
 def test_a_checkpoint_of_other_settings_is_refused_by_its_folder(
@@ -83,12 +83,12 @@ def test_a_checkpoint_of_other_settings_is_refused_by_its_folder(
     del state["forward.weights"]
     folder.write_checkpoint("best", config, state, {"row": {"epoch": 1}})
     with pytest.raises(CheckpointError, match=r"run: the checkpoint lacks forward\.weights; train"):
-        try_out(Trained.of_run(folder), HOME)
+        evaluate(TrainedAgents.of_run(folder), HOME)
     for shape in ((1, 2, 3), ()):  # of which numpy would stretch the latter
         state["forward.weights"] = np.zeros(shape)
         folder.write_checkpoint("best", config, state, {"row": {"epoch": 1}})
         with pytest.raises(CheckpointError, match=r"run: the checkpoint does not fit its settings"):
-            try_out(Trained.of_run(folder), HOME)
+            evaluate(TrainedAgents.of_run(folder), HOME)
 
 
 @pytest.mark.parametrize("meta", [{}, {"row": None}, {"row": {}}, {"row": {"epoch": None}}])
@@ -99,16 +99,16 @@ def test_a_checkpoint_without_its_epoch_is_refused(
     config = folder.read_config()
     folder.write_checkpoint("best", config, folder.read_best(config)[0], meta)
     with pytest.raises(CheckpointError, match="run: the checkpoint lacks the number of its epoch"):
-        Trained.of_run(folder)
+        TrainedAgents.of_run(folder)
 
 
 def test_no_run_and_one_of_another_version_are_refused(small_run: Path, tmp_path: Path) -> None:
     with pytest.raises(RunFolderError, match="no run there"):
-        Trained.of_run(RunFolder(tmp_path))
+        TrainedAgents.of_run(RunFolder(tmp_path))
     other = RunFolder(shutil.copytree(small_run, tmp_path / "run"))
     atomic_files.write_json(other.path / "config.json", {"format": 1, "config": {}})
     with pytest.raises(CheckpointError, match="of another version"):
-        Trained.of_run(other)
+        TrainedAgents.of_run(other)
 
 
 @pytest.mark.parametrize("other", ["shorter", "elsewhere", "other music"])
@@ -127,35 +127,35 @@ def test_a_run_folder_of_another_motion_is_refused(
     )
     said = "has 228 moments" if other == "shorter" else "is not the movement of trace.npz"
     with pytest.raises(CheckpointError, match=said):
-        Trained.of_run(folder)
+        TrainedAgents.of_run(folder)
     assert main(["stress", str(folder.path), "--runs", "0"]) == 2
 
 
 def test_training_that_diverges_names_the_seed(monkeypatch: pytest.MonkeyPatch) -> None:
-    from mpma_mj.training import crowd
+    from mpma_mj.training import batch_trainer
 
-    real = crowd.record_epochs
+    real = batch_trainer.record_epochs
 
     def second_diverges(*given: object) -> object:
         traces, diverged = real(*given)  # type: ignore[arg-type]
         diverged[1:] = True  # of those that are left after it nobody does
         return traces, diverged
 
-    monkeypatch.setattr(crowd, "record_epochs", second_diverges)
+    monkeypatch.setattr(batch_trainer, "record_epochs", second_diverges)
     with pytest.raises(DivergedError, match="seed 4, epoch 1: the simulation diverged"):
         trained(3, 4)
 
 
 def test_who_diverged_while_learning_on_is_lost_for_good(monkeypatch: pytest.MonkeyPatch) -> None:
     agents = trained(0, 1)
-    real, epochs = trial.record_epochs, iter(range(9))
+    real, epochs = evaluation.record_epochs, iter(range(9))
 
     def second_diverges_once(*given: object) -> object:
         traces, diverged = real(*given)  # type: ignore[arg-type]
         diverged[1] = next(epochs) == 1
         return traces, diverged
 
-    monkeypatch.setattr(trial, "record_epochs", second_diverges_once)
-    _, course = adapt(agents, HOME, 3)
+    monkeypatch.setattr(evaluation, "record_epochs", second_diverges_once)
+    _, course = fine_tune(agents, HOME, 3)
     assert np.isfinite(course[:, 0]).all()
     np.testing.assert_array_equal(np.isnan(course[:, 1]), [False, True, True])

@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 from mpma_mj.agents.base import BatchedAgent
 from mpma_mj.errors import DivergedError
 from mpma_mj.motions import Motion
-from mpma_mj.training.build import agent_of, architecture, environments_of, one_thread
+from mpma_mj.training.checkpoints import TrainedAgents
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.course import Course, Stage
+from mpma_mj.training.factory import agent_of, architecture, environments_of, one_thread
+from mpma_mj.training.history import EpisodeInfo, TrainingHistory
 from mpma_mj.training.trace import record_epochs
-from mpma_mj.training.trained import Trained
 
-__all__ = ["Crowd", "check", "train_agents", "train_crowd"]
+__all__ = ["BatchTrainer", "check", "train_agents", "train_batch"]
 
 
 def check(config: RunConfig, motion: Motion) -> None:
@@ -30,10 +30,10 @@ def check(config: RunConfig, motion: Motion) -> None:
         MpmaError: A setting is outside what it may be, or does not fit the motion.
     """
     architecture(config)
-    Crowd([dataclasses.replace(config, nodes=1)], motion).close()
+    BatchTrainer([dataclasses.replace(config, nodes=1)], motion).close()
 
 
-def train_crowd(
+def train_batch(
     configs: Sequence[RunConfig], motion: Motion, epochs: int, *, stop: bool = True
 ) -> list[dict[str, Any]]:
     """Train runs that differ in their seeds only, side by side; each goes as it would alone.
@@ -45,37 +45,37 @@ def train_crowd(
         stop: Whether a run ends earlier when it has converged.
 
     Returns:
-        A summary of each run, as `Course.summary` returns it; of one whose simulation diverged
-        `failed`, why.
+        A summary of each run, as `TrainingHistory.summary` returns it; of one whose simulation
+        diverged `failed`, why.
     """
-    with one_thread(), contextlib.closing(Crowd(configs, motion)) as crowd:
-        while crowd.epoch < epochs and len(crowd.going):
-            crowd.run_epoch(stop=stop)
-        return crowd.outcomes()
+    with one_thread(), contextlib.closing(BatchTrainer(configs, motion)) as trainer:
+        while trainer.epoch < epochs and len(trainer.going):
+            trainer.run_epoch(stop=stop)
+        return trainer.outcomes()
 
 
 def train_agents(
-    configs: Sequence[RunConfig], motion: Motion, epochs: int, world: Mapping[str, Any]
-) -> Trained:
+    configs: Sequence[RunConfig], motion: Motion, epochs: int, env_options: Mapping[str, Any]
+) -> TrainedAgents:
     """Train runs that differ in their seeds only, and return what they have learned.
 
     Args:
         configs: Settings of R runs.
         motion: The movement.
         epochs: Largest number of epochs; each run ends earlier when it has converged.
-        world: Options of the environment that are other than the settings say.
+        env_options: Options of the environment that are other than the settings say.
 
     Raises:
         DivergedError: A simulation did not stay finite; names the seed.
     """
-    crowd = Crowd(configs, motion, world, keeps_states=True)
-    with one_thread(), contextlib.closing(crowd):
-        while crowd.epoch < epochs and len(crowd.going):
-            crowd.run_epoch(stop=True)
-        return crowd.trained()
+    trainer = BatchTrainer(configs, motion, env_options, keeps_states=True)
+    with one_thread(), contextlib.closing(trainer):
+        while trainer.epoch < epochs and len(trainer.going):
+            trainer.run_epoch(stop=True)
+        return trainer.trained()
 
 
-class Crowd:
+class BatchTrainer:
     """Runs side by side, of which those that are over leave.
 
     Attributes:
@@ -87,7 +87,7 @@ class Crowd:
         self,
         configs: Sequence[RunConfig],
         motion: Motion,
-        world: Mapping[str, Any] = MappingProxyType({}),
+        env_options: Mapping[str, Any] = MappingProxyType({}),
         *,
         keeps_states: bool = False,
     ) -> None:
@@ -96,21 +96,21 @@ class Crowd:
         Args:
             configs: Settings of the runs, which differ in their seeds only.
             motion: The movement.
-            world: Options of the environment that are other than the settings say.
+            env_options: Options of the environment that are other than the settings say.
             keeps_states: Whether the agents' states of their best epochs are kept.
         """
         self.epoch = 0
         self.going: NDArray[np.intp] = np.arange(len(configs))
         self._configs, self._config, self._motion = tuple(configs), configs[0], motion
-        self._world, self._keeps_states = world, keeps_states
+        self._env_options, self._keeps_states = env_options, keeps_states
         self._seeds = np.array([config.seed for config in configs])
         self._failed: dict[int, str] = {}
-        self._set_stage()
+        self._make_environments()
         seeds = self._seeds.tolist()
         agent = agent_of(self._config, self._envs, seeds)
         assert isinstance(agent, BatchedAgent)
         self._agent = agent
-        self._courses = [Course(Stage.of(self._envs)) for _ in configs]
+        self._histories = [TrainingHistory(EpisodeInfo.of(self._envs)) for _ in configs]
 
     def run_epoch(self, *, stop: bool) -> None:
         """Dance an epoch, learn from it, and let those leave who are done."""
@@ -124,36 +124,36 @@ class Crowd:
             if diverged[row]:
                 self._failed[run] = f"epoch {self.epoch}: the simulation diverged"
                 continue
-            course = self._courses[run]
+            history = self._histories[run]
             state = {name: array[row] for name, array in states.items()}
-            course.enter(traces[row], logged[row] if learns else {}, state)
-            done[row] = not learns or (stop and course.converged)
+            history.enter(traces[row], logged[row] if learns else {}, state)
+            done[row] = not learns or (stop and history.converged)
         if done.any():
             self._leave(done)
 
     def outcomes(self) -> list[dict[str, Any]]:
         """Return a summary of each run, or why it failed."""
         return [
-            {"failed": self._failed[run]} if run in self._failed else course.summary()
-            for run, course in enumerate(self._courses)
+            {"failed": self._failed[run]} if run in self._failed else history.summary()
+            for run, history in enumerate(self._histories)
         ]
 
-    def trained(self) -> Trained:
+    def trained(self) -> TrainedAgents:
         """Return all agents as they were in their best epochs.
 
         Raises:
             DivergedError: A run has none.
         """
         kept = []
-        for run, course in enumerate(self._courses):
-            if run in self._failed or course.kept is None:
+        for run, history in enumerate(self._histories):
+            if run in self._failed or history.best is None:
                 raise DivergedError(
                     f"seed {self._seeds[run]}, {self._failed[run]}; try a slower --tempo or"
                     " another --seed"
                 )
-            kept.append(course.kept)
+            kept.append(history.best)
         names = kept[0].state
-        return Trained(
+        return TrainedAgents(
             configs=self._configs,
             motion=self._motion,
             state={name: np.stack([best.state[name] for best in kept]) for name in names},
@@ -170,8 +170,8 @@ class Crowd:
         self._envs.close()
         if len(stay):
             self._agent.select_runs(stay)
-            self._set_stage()
+            self._make_environments()
 
-    def _set_stage(self) -> None:
+    def _make_environments(self) -> None:
         seeds = self._seeds[self.going].tolist()
-        self._envs = environments_of(self._config, seeds, self._motion, self._world)
+        self._envs = environments_of(self._config, seeds, self._motion, self._env_options)

@@ -15,10 +15,10 @@ from mpma_mj.envs.arm_batch import PhysicsBatch
 from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions import ymca
-from mpma_mj.training import crowd as crowds
-from mpma_mj.training.build import one_thread
+from mpma_mj.training import batch_trainer
+from mpma_mj.training.batch_trainer import check, train_batch
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.crowd import check, train_crowd
+from mpma_mj.training.factory import one_thread
 from mpma_mj.training.imitate import _trainer
 
 SMALL = RunConfig(nodes=20, modules=2, repeats=1)
@@ -57,7 +57,7 @@ def exact(summaries: list[dict[str, Any]]) -> str:
 @pytest.mark.parametrize("settings", SETTINGS, ids=lambda s: " ".join(map(str, s.values())))
 def test_each_run_is_to_the_bit_what_it_is_alone(settings: dict[str, Any], arms: str) -> None:
     configs = seeds(3, arms=arms, **settings)
-    together = train_crowd(configs, ymca(), EPOCHS)
+    together = train_batch(configs, ymca(), EPOCHS)
     epochs = 1 if configs[0].agent in NOT_TRAINABLE else EPOCHS
     assert exact(together) == exact([alone(config, epochs) for config in configs])
     if configs[0].agent != "feedback_only":
@@ -68,7 +68,7 @@ def test_each_run_is_to_the_bit_what_it_is_alone(settings: dict[str, Any], arms:
 @pytest.mark.parametrize("arms", ["physics", "kinematic"])
 def test_those_who_stay_do_not_notice_who_leaves(rule: str, noise: float, arms: str) -> None:
     configs = seeds(4, rule=rule, reference_noise=noise, arms=arms)
-    together = train_crowd(configs, ymca(), EPOCHS)
+    together = train_batch(configs, ymca(), EPOCHS)
     assert len({summary["epochs"] for summary in together}) > 1
     assert any(a["epochs"] < b["epochs"] for a, b in itertools.pairwise(together))
     assert exact(together) == exact([alone(config, EPOCHS) for config in configs])
@@ -76,32 +76,32 @@ def test_those_who_stay_do_not_notice_who_leaves(rule: str, noise: float, arms: 
 
 def test_without_a_stop_all_epochs_are_danced_and_the_best_counts() -> None:
     configs = seeds(2, arms="kinematic")
-    stopped = train_crowd(configs, ymca(), EPOCHS)
-    going_on = train_crowd(configs, ymca(), EPOCHS, stop=False)
+    stopped = train_batch(configs, ymca(), EPOCHS)
+    going_on = train_batch(configs, ymca(), EPOCHS, stop=False)
     assert [summary["epochs"] for summary in going_on] == [EPOCHS] * 2
     for before, after in zip(stopped, going_on, strict=True):
         assert before["converged"]
         assert before["epochs"] < EPOCHS
         assert after["converged"]
         assert after["p_e_percent"] <= before["p_e_percent"]
-    assert any(after["kept_epoch"] > EPOCHS / 2 for after in going_on)
+    assert any(after["best_epoch"] > EPOCHS / 2 for after in going_on)
 
 
 @pytest.mark.parametrize("agent", ["mpma", "feedback_only"])
 def test_a_run_that_diverges_fails_alone(agent: str, monkeypatch: pytest.MonkeyPatch) -> None:
     configs = seeds(3, agent=agent)
-    undisturbed = train_crowd(configs, ymca(), EPOCHS)
+    undisturbed = train_batch(configs, ymca(), EPOCHS)
     epoch = 1 if agent in NOT_TRAINABLE else 2
     steps = undisturbed[0]["environment_steps"] // undisturbed[0]["epochs"]
     calls, step = itertools.count(), PhysicsBatch.step
 
     def step_or_diverge(batch: PhysicsBatch, *args: Any) -> np.ndarray:
         if next(calls) == (epoch - 1) * steps + 5:
-            batch.place(1, np.zeros(8), np.full(8, 1e12))
+            batch.set_joint_state(1, np.zeros(8), np.full(8, 1e12))
         return step(batch, *args)
 
     monkeypatch.setattr(PhysicsBatch, "step", step_or_diverge)
-    disturbed = train_crowd(configs, ymca(), EPOCHS)
+    disturbed = train_batch(configs, ymca(), EPOCHS)
     assert disturbed[1] == {"failed": f"epoch {epoch}: the simulation diverged"}
     assert exact([disturbed[0], disturbed[2]]) == exact([undisturbed[0], undisturbed[2]])
 
@@ -115,11 +115,11 @@ def test_runs_that_all_diverge_at_once_all_fail(
     def step_or_diverge(batch: PhysicsBatch, *args: Any) -> np.ndarray:
         if next(calls) == 5:
             for row in range(len(batch)):
-                batch.place(row, np.zeros(8), np.full(8, 1e12))
+                batch.set_joint_state(row, np.zeros(8), np.full(8, 1e12))
         return step(batch, *args)
 
     monkeypatch.setattr(PhysicsBatch, "step", step_or_diverge)
-    outcomes = train_crowd(seeds(3, agent=agent), ymca(), EPOCHS)
+    outcomes = train_batch(seeds(3, agent=agent), ymca(), EPOCHS)
     assert outcomes == [{"failed": "epoch 1: the simulation diverged"}] * 3
 
 
@@ -132,9 +132,9 @@ def test_environments_are_closed_also_where_an_epoch_fails(
         danced.append(envs)
         raise RuntimeError("of the test")
 
-    monkeypatch.setattr(crowds, "record_epochs", fail)
+    monkeypatch.setattr(batch_trainer, "record_epochs", fail)
     with pytest.raises(RuntimeError, match="of the test"):
-        train_crowd(seeds(2), ymca(), EPOCHS)
+        train_batch(seeds(2), ymca(), EPOCHS)
     assert [envs.closed for envs in danced] == [True]
 
 

@@ -1,0 +1,1 @@
+"""Evaluation of trained agents under given conditions, and statistics over runs."""
