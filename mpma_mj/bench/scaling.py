@@ -182,8 +182,8 @@ def measure(progress: Progress) -> Scaling:
     points = [Point(axis, **{axis: amount}) for axis, amounts in AXES.items() for amount in amounts]
     measured = []
     for number in progress(range(len(points)), "training at every size"):
-        asked = json.dumps(dataclasses.asdict(points[number]))
-        said = json.loads(python("-m", "mpma_mj.bench.point", asked))
+        options = json.dumps(dataclasses.asdict(points[number]))
+        said = json.loads(python("-m", "mpma_mj.bench.point", options))
         said |= {"point": points[number], "seconds": tuple(said["seconds"])}
         measured.append(Measured(**said))
     return Scaling(tuple(measured))

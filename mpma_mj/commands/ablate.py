@@ -41,15 +41,15 @@ class Ablate:
         from mpma_mj.sweep.folder import SweepFolder
         from mpma_mj.utils.atomic_files import write_text
 
-        asked = ablation.ask(RunConfig(rule=self.rule, nodes=self.nodes), self.runs)
+        spec = ablation.spec_of(RunConfig(rule=self.rule, nodes=self.nodes), self.runs)
         with output_folder(self.out, "ablate") as path:
-            folder = SweepFolder(path, asked)
-            self.who.train(folder, functools.partial(ablation.title, asked))
+            folder = SweepFolder(path, spec)
+            self.who.train(folder, functools.partial(ablation.title, spec))
             runs = folder.finished()
-            markdown = ablation.as_markdown(asked, runs)
+            markdown = ablation.as_markdown(spec, runs)
             folder.write_rows(runs)
             write_text(folder.path / "ablate.md", markdown)
-            write_text(folder.path / "ablate.csv", ablation.as_csv(asked, runs))
+            write_text(folder.path / "ablate.csv", ablation.as_csv(spec, runs))
             print(markdown)
             require_all(folder)
             return folder.path

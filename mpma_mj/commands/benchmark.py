@@ -51,18 +51,18 @@ class Benchmark:
         from mpma_mj.sweep.folder import SweepFolder
         from mpma_mj.utils.atomic_files import write_text
 
-        asked = benchmark.ask(self._bases(), self.runs, self.epochs, stop=self.stop)
+        spec = benchmark.spec_of(self._bases(), self.runs, self.epochs, stop=self.stop)
         with output_folder(self.out, "benchmark") as path:
-            folder = SweepFolder(path, asked)
+            folder = SweepFolder(path, spec)
             self.who.train(folder, benchmark.title)
             from mpma_mj.sweep.benchmark_figure import write_figure
 
             runs = folder.finished()
-            markdown = benchmark.as_markdown(asked, runs)
+            markdown = benchmark.as_markdown(spec, runs)
             folder.write_rows(runs)
             write_text(folder.path / "benchmark.md", markdown)
-            write_text(folder.path / "benchmark.csv", benchmark.as_csv(asked, runs))
-            write_figure(folder.path / "benchmark.png", benchmark.lines(asked, runs))
+            write_text(folder.path / "benchmark.csv", benchmark.as_csv(spec, runs))
+            write_figure(folder.path / "benchmark.png", benchmark.lines(spec, runs))
             print(markdown)
             require_all(folder)
             return folder.path

@@ -59,8 +59,8 @@ class Compare:
     def run(self) -> Path:
         """Do it and return the folder."""
         missing_gl = missing_opengl() if self.video else None
-        from mpma_mj.sweep.asked import seeds
         from mpma_mj.sweep.backend import open_backend
+        from mpma_mj.sweep.spec import seeds
         from mpma_mj.training.dataset import read_motions
         from mpma_mj.trials import compare_figure
         from mpma_mj.trials.compare import compare, jobs
@@ -70,16 +70,16 @@ class Compare:
 
         config = self._config()
         motion = read_motions(config)
-        asked = jobs(
+        spec = jobs(
             seeds(config, self.runs), motion, epochs=self.epochs, adaptation=self.adaptation
         )
         with output_folder(self.out, "compare") as folder:
             with (
                 open_backend("processes", self.workers, None) as backend,
-                show_runs(len(asked) * self.runs, 0, "training and dancing") as show,
+                show_runs(len(spec) * self.runs, 0, "training and dancing") as show,
             ):
                 cells = compare(
-                    asked, backend, lambda learned: show(self.runs, f"learned on {learned}")
+                    spec, backend, lambda learned: show(self.runs, f"learned on {learned}")
                 )
             numbers = {"runs": self.runs, "epochs": self.epochs, "adaptation": self.adaptation}
             content = {

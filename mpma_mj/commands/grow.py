@@ -44,19 +44,19 @@ class Grow:
     def run(self) -> Path:
         """Do it and return the folder."""
         from mpma_mj.sweep.folder import SweepFolder
-        from mpma_mj.sweep.growth import as_markdown, ask
+        from mpma_mj.sweep.growth import as_markdown, spec_of
         from mpma_mj.training.dataset import expand_folders
         from mpma_mj.utils.atomic_files import write_text
 
         base = RunConfig(motions=expand_folders(self.motions), **dataclasses.asdict(self.settings))
-        asked = ask(self.most, self.runs, base, self.epochs)
+        spec = spec_of(self.most, self.runs, base, self.epochs)
         with output_folder(self.out, "grow") as path:
-            folder = SweepFolder(path, asked)
+            folder = SweepFolder(path, spec)
             self.who.train(folder)
             from mpma_mj.sweep.growth_figure import write_figure
 
             runs = folder.finished()
-            table = as_markdown(asked, runs)
+            table = as_markdown(spec, runs)
             folder.write_rows(runs)
             write_text(folder.path / "growth.md", table)
             title = ", ".join(printable(Path(motion).stem) for motion in base.motions)

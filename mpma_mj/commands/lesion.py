@@ -79,7 +79,7 @@ def _check_comparable(folders: Sequence[RunFolder]) -> None:
     Raises:
         BadOptionError: A run is there twice, or differs in more than its seed.
     """
-    from mpma_mj.sweep.asked import without_seed
+    from mpma_mj.sweep.spec import without_seed
 
     first = folders[0]
     configs = [folder.read_config() for folder in folders]

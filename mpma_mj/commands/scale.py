@@ -57,15 +57,15 @@ class Scale:
         base = RunConfig(rule=self.rule, arms=self.arms, proprioception=self.proprioception)
         learned = scale.materials(expand_folders(self.motions), self.lengths)
         question = scale.Scale(learned, self.modules, self.nodes, base)
-        asked = question.ask(self.runs)
+        spec = question.spec_of(self.runs)
         with output_folder(self.out, "scale") as path:
-            folder = SweepFolder(path, asked)
+            folder = SweepFolder(path, spec)
             self.who.train(folder)
             from mpma_mj.sweep.scale_figure import write_figure
 
             runs = folder.finished()
             results = scale_table.Results(question, runs)
-            markdown = scale_table.as_markdown(results, runs, len(folder.asked.configs))
+            markdown = scale_table.as_markdown(results, runs, len(folder.spec.configs))
             folder.write_rows(runs)
             write_text(folder.path / "scale.md", markdown)
             write_text(folder.path / "scale.csv", csv_text(scale_table.as_rows(results)))

@@ -71,7 +71,7 @@ class Stress:
             from mpma_mj.training.run_folder import RunFolder
             from mpma_mj.trials.disturbances import DISTURBANCES
             from mpma_mj.trials.stress import THIS_RUN, jobs
-            from mpma_mj.trials.stress_asked import trials
+            from mpma_mj.trials.stress_conditions import trials
             from mpma_mj.trials.stress_results import Results
             from mpma_mj.utils.progress import show_runs
 
@@ -85,8 +85,8 @@ class Stress:
                     " more; leave --adapt out"
                 )
             names = self.disturbances or tuple(DISTURBANCES)
-            asked = trials(names, self.levels, self.unseen, own)
-            works = jobs(own, agents, self.runs, self.epochs, asked, adapts, backend.workers)
+            spec = trials(names, self.levels, self.unseen, own)
+            works = jobs(own, agents, self.runs, self.epochs, spec, adapts, backend.workers)
             out = stack.enter_context(output_folder(self.out, "stress", folder.stress))
             found: list[Found] = []
             with show_runs(sum(work.size for work in works), 0, "trying", "trials") as show:

@@ -42,21 +42,21 @@ class Sweep:
 
     def run(self) -> Path:
         """Do it and return the folder."""
-        from mpma_mj.sweep.asked import Asked, seeds
         from mpma_mj.sweep.folder import SweepFolder
         from mpma_mj.sweep.grid import points
+        from mpma_mj.sweep.spec import SweepSpec, seeds
         from mpma_mj.sweep.table import as_markdown
         from mpma_mj.training.dataset import expand_folders
         from mpma_mj.utils.atomic_files import write_text
 
         base = RunConfig(motions=expand_folders(self.motions), **dataclasses.asdict(self.settings))
         configs = [run for point in points(self.grid, base) for run in seeds(point, self.runs)]
-        asked = Asked(tuple(configs), self.epochs)
+        spec = SweepSpec(tuple(configs), self.epochs)
         with output_folder(self.out, "sweep") as path:
-            folder = SweepFolder(path, asked)
+            folder = SweepFolder(path, spec)
             self.who.train(folder)
             runs = folder.finished()
-            table = as_markdown(folder.asked, runs)
+            table = as_markdown(folder.spec, runs)
             folder.write_rows(runs)
             write_text(folder.path / "table.md", table)
             print(table)

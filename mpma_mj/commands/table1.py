@@ -43,16 +43,16 @@ class Table1:
         from mpma_mj.sweep.folder import SweepFolder
         from mpma_mj.utils.atomic_files import write_text
 
-        asked = table1.ask(self.nodes, self.runs, RunConfig(rule=self.rule, arms=self.arms))
+        spec = table1.spec_of(self.nodes, self.runs, RunConfig(rule=self.rule, arms=self.arms))
         with output_folder(self.out, "table1") as path:
-            folder = SweepFolder(path, asked)
+            folder = SweepFolder(path, spec)
             self.who.train(folder)
             from mpma_mj.sweep import floor
             from mpma_mj.sweep.table1_figure import write_figure
             from mpma_mj.utils.progress import show_range
 
             runs = folder.finished()
-            markdown = table1.as_markdown(asked, runs)
+            markdown = table1.as_markdown(spec, runs)
             if self.arms == "physics" and not all(run.diverged for run in runs):
                 rounds = show_range(range(floor.ROUNDS), "timing bare physics")
                 threads = self.who.workers or processors()
@@ -60,8 +60,8 @@ class Table1:
                 markdown += f"\n{said}\n"
             folder.write_rows(runs)
             write_text(folder.path / "table1.md", markdown)
-            write_text(folder.path / "table1.csv", table1.as_csv(asked, runs))
-            write_figure(folder.path / "table1.png", asked, runs)
+            write_text(folder.path / "table1.csv", table1.as_csv(spec, runs))
+            write_figure(folder.path / "table1.png", spec, runs)
             print(markdown)
             require_all(folder)
             return folder.path

@@ -12,7 +12,7 @@ from mpma_mj.errors import WorkerError
 from mpma_mj.options import BackendName
 
 if TYPE_CHECKING:
-    from mpma_mj.sweep.folder import Finished, SweepFolder
+    from mpma_mj.sweep.folder import RunResult, SweepFolder
     from mpma_mj.training.config import RunConfig
 
 __all__ = ["Workers", "require_all"]
@@ -44,7 +44,7 @@ class Workers:
         from mpma_mj.utils.progress import show_runs
 
         titled = title or folder.title
-        total, missing = len(folder.asked.configs), len(folder.missing())
+        total, missing = len(folder.spec.configs), len(folder.missing())
         if not missing:
             return
         with (
@@ -56,10 +56,10 @@ class Workers:
 
             with show_runs(total, total - missing) as show:
 
-                def on_crowd(crowd: Sequence[Finished]) -> None:
-                    show(len(crowd), titled(crowd[0].config))
+                def on_batch(batch: Sequence[RunResult]) -> None:
+                    show(len(batch), titled(batch[0].config))
 
-                finish(folder, backend, on_crowd)
+                finish(folder, backend, on_batch)
 
 
 def require_all(folder: SweepFolder) -> None:

@@ -117,7 +117,7 @@ def _table(corner: mujoco.mjtGridPos, rows: Mapping[str, str]) -> tuple[Any, ...
 
 
 def _open(physics: PhysicsArms, instead: str, on_key: Callable[[int], None] | None) -> Any:
-    # Asked here: where the window's own thread fails, `launch_passive` waits for ever, or
+    # SweepSpec here: where the window's own thread fails, `launch_passive` waits for ever, or
     # MuJoCo ends the process.
     missing = _what_is_missing()
     if missing is not None:

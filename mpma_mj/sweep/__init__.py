@@ -1,1 +1,1 @@
-"""Many runs at once: what is asked, who trains them, the folder that keeps them, tables of them."""
+"""Many runs at once: what is spec, who trains them, the folder that keeps them, tables of them."""

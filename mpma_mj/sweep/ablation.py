@@ -7,14 +7,14 @@ from collections.abc import Sequence
 from typing import Any
 
 from mpma_mj.evaluation.statistics import interval
-from mpma_mj.sweep.asked import Asked, seeds, without_seed
-from mpma_mj.sweep.folder import Finished
+from mpma_mj.sweep.folder import RunResult
 from mpma_mj.sweep.measures import converged, of_point, remarks, spread, value, values
+from mpma_mj.sweep.spec import SweepSpec, seeds, without_seed
 from mpma_mj.training.config import RunConfig
 from mpma_mj.utils.atomic_files import csv_text
 from mpma_mj.utils.tables import markdown_table
 
-__all__ = ["CHANGES", "as_csv", "as_markdown", "ask", "title"]
+__all__ = ["CHANGES", "as_csv", "as_markdown", "spec_of", "title"]
 
 CHANGES: dict[str, dict[str, Any]] = {
     "the whole": {},
@@ -49,7 +49,7 @@ _COLUMNS = (
 _TITLES = [title for title, _, _ in _COLUMNS]
 
 
-def ask(base: RunConfig, runs: int) -> Asked:
+def spec_of(base: RunConfig, runs: int) -> SweepSpec:
     """Return the runs of all changes.
 
     Args:
@@ -60,37 +60,37 @@ def ask(base: RunConfig, runs: int) -> Asked:
         BadOptionError: The number of runs is less than one.
     """
     points = [dataclasses.replace(base, **change) for change in CHANGES.values()]
-    return Asked(tuple(run for point in points for run in seeds(point, runs)), _EPOCHS)
+    return SweepSpec(tuple(run for point in points for run in seeds(point, runs)), _EPOCHS)
 
 
-def title(asked: Asked, config: RunConfig) -> str:
+def title(spec: SweepSpec, config: RunConfig) -> str:
     """Return the name of the change that a run belongs to."""
-    return next(name for name, p in _points(asked).items() if p == without_seed(config))
+    return next(name for name, p in _points(spec).items() if p == without_seed(config))
 
 
-def as_markdown(asked: Asked, runs: Sequence[Finished]) -> str:
+def as_markdown(spec: SweepSpec, runs: Sequence[RunResult]) -> str:
     """Return two tables, of means and of differences, with what has to be said about them."""
-    first = asked.configs[0]
-    number = len(asked.configs) // len(CHANGES)
+    first = spec.configs[0]
+    number = len(spec.configs) // len(CHANGES)
     parts = [
         f"Ablations: {first.motions[0]}, {first.rule} rule, {first.nodes} nodes, {first.arms} arms,"
         f" runs of each: {number}."
         " Means ± standard deviations over seeds:",
-        _means(asked, runs),
+        _means(spec, runs),
         "Differences to the whole, seed by seed: means and their 95 % bootstrap intervals, bold"
         f" where these are of {_FEWEST} runs or more and do not contain 0:",
-        _differences(asked, runs),
+        _differences(spec, runs),
         *_nothing_marked(number),
-        *remarks(runs, len(asked.configs)),
+        *remarks(runs, len(spec.configs)),
     ]
     return "\n\n".join(parts) + "\n"
 
 
-def as_csv(asked: Asked, runs: Sequence[Finished]) -> str:
+def as_csv(spec: SweepSpec, runs: Sequence[RunResult]) -> str:
     """Return both with all digits."""
     rows = []
-    whole, *_ = _by_name(asked, runs).values()
-    for name, own in _by_name(asked, runs).items():
+    whole, *_ = _by_name(spec, runs).values()
+    for name, own in _by_name(spec, runs).items():
         row: dict[str, object] = {"change": name, "converged": converged(own), "runs": len(own)}
         for _, measure, _ in _COLUMNS:
             row |= interval(values(own, measure)).columns(measure)
@@ -99,18 +99,18 @@ def as_csv(asked: Asked, runs: Sequence[Finished]) -> str:
     return csv_text(rows)
 
 
-def _means(asked: Asked, runs: Sequence[Finished]) -> str:
+def _means(spec: SweepSpec, runs: Sequence[RunResult]) -> str:
     rows = []
-    wanted = len(asked.configs) // len(CHANGES)
-    for name, own in _by_name(asked, runs).items():
+    wanted = len(spec.configs) // len(CHANGES)
+    for name, own in _by_name(spec, runs).items():
         cells = (spread(own, measure).text(digits) for _, measure, digits in _COLUMNS)
         rows.append([name, f"{converged(own)} of {wanted}", *cells])
     return markdown_table(("change", "converged", *_TITLES), rows)
 
 
-def _differences(asked: Asked, runs: Sequence[Finished]) -> str:
+def _differences(spec: SweepSpec, runs: Sequence[RunResult]) -> str:
     rows = []
-    (_, whole), *others = _by_name(asked, runs).items()
+    (_, whole), *others = _by_name(spec, runs).items()
     for name, own in others:
         cells = []
         for _, measure, digits in _COLUMNS:
@@ -133,7 +133,7 @@ def _nothing_marked(number: int) -> list[str]:
     ]
 
 
-def _changes(whole: Sequence[Finished], own: Sequence[Finished], measure: str) -> list[float]:
+def _changes(whole: Sequence[RunResult], own: Sequence[RunResult], measure: str) -> list[float]:
     """Return by how much a measure changes, over the seeds that have it both times."""
     before = {run.config.seed: value(run, measure) for run in whole}
     after = {run.config.seed: value(run, measure) for run in own}
@@ -141,10 +141,10 @@ def _changes(whole: Sequence[Finished], own: Sequence[Finished], measure: str) -
     return [b - a for a, b in pairs if a is not None and b is not None]
 
 
-def _by_name(asked: Asked, runs: Sequence[Finished]) -> dict[str, list[Finished]]:
-    return {name: of_point(runs, point) for name, point in _points(asked).items()}
+def _by_name(spec: SweepSpec, runs: Sequence[RunResult]) -> dict[str, list[RunResult]]:
+    return {name: of_point(runs, point) for name, point in _points(spec).items()}
 
 
-def _points(asked: Asked) -> dict[str, RunConfig]:
-    whole = without_seed(asked.configs[0])
+def _points(spec: SweepSpec) -> dict[str, RunConfig]:
+    whole = without_seed(spec.configs[0])
     return {name: dataclasses.replace(whole, **change) for name, change in CHANGES.items()}

@@ -15,7 +15,7 @@ from mpma_mj.options import BackendName
 
 __all__ = ["Backend", "Work", "get_done", "open_backend"]
 
-_MOST_TRIES = 3  # of work whose worker dies (choice)
+_MAX_ATTEMPTS = 3  # of work whose worker dies (choice)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -23,10 +23,10 @@ class Work(abc.ABC):
     """What is sent to a worker; what comes of it is sent back.
 
     Attributes:
-        tries: How often it was begun, this time included.
+        attempts: How often it was begun, this time included.
     """
 
-    tries: int = 1
+    attempts: int = 1
 
     @abc.abstractmethod
     def do(self) -> Any:
@@ -109,7 +109,7 @@ def get_done(works: Sequence[W], backend: Backend) -> Iterator[tuple[W, Any]]:
             working += 1
         work, done = backend.next_done()
         working -= 1
-        if done is None and work.tries < _MOST_TRIES:
-            waiting.append(dataclasses.replace(work, tries=work.tries + 1))
+        if done is None and work.attempts < _MAX_ATTEMPTS:
+            waiting.append(dataclasses.replace(work, attempts=work.attempts + 1))
         else:
             yield work, done

@@ -11,15 +11,15 @@ from typing import get_args
 from mpma_mj.agents.registry import NOT_TRAINABLE
 from mpma_mj.evaluation.statistics import Interval, interval
 from mpma_mj.options import AgentName, Arms
-from mpma_mj.sweep.asked import Asked, by_point, seeds
-from mpma_mj.sweep.folder import Finished
+from mpma_mj.sweep.folder import RunResult
 from mpma_mj.sweep.measures import converged, of_point, remarks, values
+from mpma_mj.sweep.spec import SweepSpec, by_point, seeds
 from mpma_mj.training.config import RunConfig
 from mpma_mj.utils.atomic_files import csv_text
 from mpma_mj.utils.names import printable
 from mpma_mj.utils.tables import markdown_table
 
-__all__ = ["Line", "as_csv", "as_markdown", "ask", "lines", "title"]
+__all__ = ["Line", "as_csv", "as_markdown", "lines", "spec_of", "title"]
 
 # Title, name in a summary, digits after the point.
 _COLUMNS = (
@@ -46,7 +46,7 @@ class Line:
 
     point: RunConfig
     wanted: int
-    runs: list[Finished]
+    runs: list[RunResult]
     measures: dict[str, Interval]
     seconds: float
 
@@ -56,7 +56,7 @@ class Line:
         return _short(self.point)
 
 
-def ask(bases: Sequence[RunConfig], runs: int, epochs: int, *, stop: bool) -> Asked:
+def spec_of(bases: Sequence[RunConfig], runs: int, epochs: int, *, stop: bool) -> SweepSpec:
     """Return the runs of all agents with both kinds of arms.
 
     Args:
@@ -75,7 +75,7 @@ def ask(bases: Sequence[RunConfig], runs: int, epochs: int, *, stop: bool) -> As
         for agent in get_args(AgentName)
         if agent != "growing"  # is MPMA too, and takes more epochs than the others are given
     ]
-    return Asked(tuple(run for point in points for run in seeds(point, runs)), epochs, stop)
+    return SweepSpec(tuple(run for point in points for run in seeds(point, runs)), epochs, stop)
 
 
 def title(config: RunConfig) -> str:
@@ -83,10 +83,10 @@ def title(config: RunConfig) -> str:
     return f"{_short(config)}, {config.arms} arms, {config.agent}"
 
 
-def lines(asked: Asked, runs: Sequence[Finished]) -> list[Line]:
+def lines(spec: SweepSpec, runs: Sequence[RunResult]) -> list[Line]:
     """Return the table."""
     table = []
-    for point, configs in by_point(asked.configs).items():
+    for point, configs in by_point(spec.configs).items():
         own = of_point(runs, point)
         measures = {name: interval(values(own, name)) for _, name, _ in _COLUMNS}
         seconds = interval([run.seconds for run in own]).mean
@@ -94,12 +94,12 @@ def lines(asked: Asked, runs: Sequence[Finished]) -> list[Line]:
     return table
 
 
-def as_markdown(asked: Asked, runs: Sequence[Finished]) -> str:
+def as_markdown(spec: SweepSpec, runs: Sequence[RunResult]) -> str:
     """Return the table with what has to be said about it."""
     titles = ["motion", "arms", "agent", "converged", *(title for title, _, _ in _COLUMNS)]
     titles.append("seconds a run")
     rows = []
-    for line in lines(asked, runs):
+    for line in lines(spec, runs):
         learns = line.point.agent not in NOT_TRAINABLE
         rows.append(
             [
@@ -114,14 +114,14 @@ def as_markdown(asked: Asked, runs: Sequence[Finished]) -> str:
         " same. A run's seconds are its share of the time in which one process trained several"
         " runs of the line side by side."
     )
-    sentences = [said, *remarks(runs, len(asked.configs))]
+    sentences = [said, *remarks(runs, len(spec.configs))]
     return "\n\n".join([markdown_table(titles, rows), *sentences]) + "\n"
 
 
-def as_csv(asked: Asked, runs: Sequence[Finished]) -> str:
+def as_csv(spec: SweepSpec, runs: Sequence[RunResult]) -> str:
     """Return the same with all digits."""
     rows = []
-    for line in lines(asked, runs):
+    for line in lines(spec, runs):
         row: dict[str, object] = {
             "motion": line.point.motions[0],
             "arms": line.point.arms,

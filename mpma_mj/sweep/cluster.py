@@ -105,7 +105,7 @@ def do(work: Work) -> Any:
 def _check_answers(address: str) -> None:
     """Refuse an address at which no cluster answers, soon.
 
-    Ray's own `init` tries for minutes, and ends the process when it gives up; so the first
+    Ray's own `init` attempts for minutes, and ends the process when it gives up; so the first
     attempt is made by another process, which can be stopped.
 
     Raises:

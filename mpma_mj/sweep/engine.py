@@ -6,21 +6,21 @@ import time
 from collections.abc import Callable, Sequence
 
 from mpma_mj.motions import Motion
-from mpma_mj.sweep.asked import Asked, by_point, without_seed
 from mpma_mj.sweep.backend import Backend, get_done
-from mpma_mj.sweep.crowds import cut
-from mpma_mj.sweep.folder import Finished, SweepFolder
-from mpma_mj.sweep.work import Job
+from mpma_mj.sweep.batching import cut
+from mpma_mj.sweep.folder import RunResult, SweepFolder
+from mpma_mj.sweep.job import Job
+from mpma_mj.sweep.spec import SweepSpec, by_point, without_seed
 from mpma_mj.training.batch_trainer import check
 from mpma_mj.training.config import RunConfig, versions
 from mpma_mj.training.dataset import read_motions
 
-__all__ = ["OnCrowd", "finish"]
+__all__ = ["OnBatch", "finish"]
 
-OnCrowd = Callable[[Sequence[Finished]], None]
+OnBatch = Callable[[Sequence[RunResult]], None]
 
 
-def finish(folder: SweepFolder, backend: Backend, on_crowd: OnCrowd = lambda crowd: None) -> None:
+def finish(folder: SweepFolder, backend: Backend, on_batch: OnBatch = lambda batch: None) -> None:
     """Train the runs of a sweep that are missing in its folder, and write them there.
 
     Runs whose workers die time and again stay missing.
@@ -28,31 +28,31 @@ def finish(folder: SweepFolder, backend: Backend, on_crowd: OnCrowd = lambda cro
     Args:
         folder: The sweep.
         backend: Who trains.
-        on_crowd: Called with the runs of every crowd that is over.
+        on_batch: Called with the runs of every batch that is over.
 
     Raises:
         MpmaError: A movement cannot be read, a setting is outside what it may be, or the folder
             cannot be written; what is over stays in the folder.
     """
-    jobs = _jobs(folder.asked, folder.missing(), backend.workers)
+    jobs = _jobs(folder.spec, folder.missing(), backend.workers)
     folder.begin()
     began = time.perf_counter()
     for job, done in get_done(jobs, backend):
         if done is None:
             continue
-        crowd = [
-            Finished(config, summary, job.tries, done.seconds)
+        batch = [
+            RunResult(config, summary, job.attempts, done.seconds)
             for config, summary in zip(job.configs, done.summaries, strict=True)
         ]
-        for run in crowd:
+        for run in batch:
             folder.add(run)
         now = time.perf_counter()
         folder.add_seconds(now - began)
         began = now
-        on_crowd(crowd)
+        on_batch(batch)
 
 
-def _jobs(asked: Asked, configs: Sequence[RunConfig], workers: int) -> list[Job]:
+def _jobs(spec: SweepSpec, configs: Sequence[RunConfig], workers: int) -> list[Job]:
     """Return the work to do, longest first, after a look at whether it can be done."""
     motions: dict[RunConfig, Motion] = {}
     read: dict[tuple[object, ...], Motion] = {}  # by what reading looks at
@@ -64,6 +64,6 @@ def _jobs(asked: Asked, configs: Sequence[RunConfig], workers: int) -> list[Job]
         check(runs[0], motions[point])
     ours = versions()
     return [
-        Job(crowd, motions[without_seed(crowd[0])], asked.epochs, asked.stop, ours)
-        for crowd in cut(configs, workers)
+        Job(batch, motions[without_seed(batch[0])], spec.epochs, spec.stop, ours)
+        for batch in cut(configs, workers)
     ]

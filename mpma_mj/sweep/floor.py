@@ -8,7 +8,7 @@ import numpy as np
 
 from mpma_mj.bench.environment import bare_rollout
 from mpma_mj.bench.timing import in_turn
-from mpma_mj.sweep.folder import Finished
+from mpma_mj.sweep.folder import RunResult
 
 __all__ = ["ROUNDS", "beside_bare_physics"]
 
@@ -17,7 +17,7 @@ ROUNDS = 21
 
 
 def beside_bare_physics(
-    seconds: float, runs: Sequence[Finished], threads: int, rounds: Iterable[int]
+    seconds: float, runs: Sequence[RunResult], threads: int, rounds: Iterable[int]
 ) -> str:
     """Say how long training took, and how long its physics takes alone.
 

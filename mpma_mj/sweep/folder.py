@@ -1,4 +1,4 @@
-"""The folder of a sweep: what was asked, and a file for every run that is over."""
+"""The folder of a sweep: what was spec, and a file for every run that is over."""
 
 from __future__ import annotations
 
@@ -12,31 +12,31 @@ from pathlib import Path
 from typing import Any
 
 from mpma_mj.errors import RunFolderError
-from mpma_mj.sweep.asked import Asked
+from mpma_mj.sweep.spec import SweepSpec
 from mpma_mj.training.config import RunConfig, versions
 from mpma_mj.utils import atomic_files
 from mpma_mj.utils.folder_lock import is_empty
 
-__all__ = ["Finished", "SweepFolder", "flat"]
+__all__ = ["RunResult", "SweepFolder", "flat"]
 
 _KIND = "sweep"
 _NAME_LENGTH = 100  # letters of a file's name, of 255 that file systems allow
 
 
 @dataclass(frozen=True)
-class Finished:
+class RunResult:
     """A run that is over.
 
     Attributes:
         config: Its settings.
         summary: What it came to, as of `Trainer.summary`; or {"failed": why}.
-        tries: How often it was begun; more than once if its worker died.
+        attempts: How often it was begun; more than once if its worker died.
         seconds: Its share of the time that the runs took which were trained side by side, s.
     """
 
     config: RunConfig
     summary: dict[str, Any]
-    tries: int
+    attempts: int
     seconds: float
 
     @property
@@ -50,18 +50,18 @@ class SweepFolder:
 
     Attributes:
         path: The folder.
-        asked: What the sweep is.
+        spec: What the sweep is.
     """
 
-    def __init__(self, path: Path, asked: Asked) -> None:
+    def __init__(self, path: Path, spec: SweepSpec) -> None:
         """Look whether the folder is free, or holds this very sweep; write nothing yet.
 
         Raises:
             RunFolderError: It holds something else, or a sweep of other settings or versions.
         """
         self.path = path
-        self.asked = asked
-        self._names = {config: _name(config, asked.varying) for config in asked.configs}
+        self.spec = spec
+        self._names = {config: _name(config, spec.varying) for config in spec.configs}
         self._check()
 
     @property
@@ -70,15 +70,15 @@ class SweepFolder:
         return self._header.exists()
 
     def begin(self) -> None:
-        """Write what is asked, if it is not there yet."""
+        """Write what is spec, if it is not there yet."""
         if not self.begun:
             atomic_files.write_json(self._header, self._content())
 
-    def add(self, run: Finished) -> None:
+    def add(self, run: RunResult) -> None:
         """Write the file of a run."""
         content = {
             "config": dataclasses.asdict(run.config),
-            "tries": run.tries,
+            "attempts": run.attempts,
             "seconds": run.seconds,
             "summary": run.summary,
         }
@@ -86,15 +86,15 @@ class SweepFolder:
 
     def missing(self) -> list[RunConfig]:
         """Return the settings of the runs that are not over yet."""
-        return [config for config in self.asked.configs if not self._file(config).exists()]
+        return [config for config in self.spec.configs if not self._file(config).exists()]
 
-    def finished(self) -> list[Finished]:
+    def finished(self) -> list[RunResult]:
         """Read the runs that are over, in the order in which they were asked for.
 
         Raises:
             RunFolderError: The file of a run is damaged.
         """
-        return [self._read(c) for c in self.asked.configs if self._file(c).exists()]
+        return [self._read(c) for c in self.spec.configs if self._file(c).exists()]
 
     def add_seconds(self, seconds: float) -> None:
         """Add to the time that training has taken, which `seconds` returns."""
@@ -109,12 +109,12 @@ class SweepFolder:
         except (OSError, ValueError, KeyError, TypeError):
             raise _damaged(self._clock) from None
 
-    def write_rows(self, runs: Iterable[Finished]) -> None:
+    def write_rows(self, runs: Iterable[RunResult]) -> None:
         """Write `results.csv`: a row for each run, what it came to and the settings that vary."""
-        varying = self.asked.varying
+        varying = self.spec.varying
         rows = [
             {name: getattr(run.config, name) for name in (*varying, "seed")}
-            | {"tries": run.tries}
+            | {"attempts": run.attempts}
             | flat(run.summary)
             for run in runs
         ]
@@ -122,7 +122,7 @@ class SweepFolder:
 
     def title(self, config: RunConfig) -> str:
         """Return the settings of a run that vary, but for the seed, in words."""
-        shown = (f"{name} {_told(getattr(config, name))}" for name in self.asked.varying)
+        shown = (f"{name} {_told(getattr(config, name))}" for name in self.spec.varying)
         return ", ".join(shown)
 
     @property
@@ -137,15 +137,15 @@ class SweepFolder:
         return self.path / "runs" / f"{self._names[config]}.json"
 
     def _content(self) -> dict[str, Any]:
-        """Return what is asked, in a form that JSON gives back unchanged."""
-        names = (*self.asked.varying, "seed")
-        configs = [dataclasses.asdict(config) for config in self.asked.configs]
+        """Return what is spec, in a form that JSON gives back unchanged."""
+        names = (*self.spec.varying, "seed")
+        configs = [dataclasses.asdict(config) for config in self.spec.configs]
         content = {
             "kind": _KIND,
             "format": atomic_files.FORMAT,
             "versions": versions(),
-            "epochs": self.asked.epochs,
-            "stop": self.asked.stop,
+            "epochs": self.spec.epochs,
+            "stop": self.spec.stop,
             "settings": {k: v for k, v in configs[0].items() if k not in names},
             "runs": [{name: config[name] for name in names} for config in configs],
         }
@@ -166,22 +166,22 @@ class SweepFolder:
             ) from None
         except (OSError, ValueError):
             raise _damaged(self._header, "choose another folder with --out") from None
-        asked = self._content()
-        differing = [key for key in asked if there.get(key) != asked[key]]
+        spec = self._content()
+        differing = [key for key in spec if there.get(key) != spec[key]]
         if differing:
-            which = _difference(differing[0], there.get(differing[0]), asked[differing[0]])
+            which = _difference(differing[0], there.get(differing[0]), spec[differing[0]])
             raise RunFolderError(
                 f"{self.path}: holds another sweep, {which}; choose another folder with --out"
             )
 
-    def _read(self, config: RunConfig) -> Finished:
+    def _read(self, config: RunConfig) -> RunResult:
         path = self._file(config)
         try:
             content = _read_json(path)
-            run = Finished(
+            run = RunResult(
                 RunConfig.from_json(content["config"]),
                 dict(content["summary"]),
-                content["tries"],
+                content["attempts"],
                 content["seconds"],
             )
         except (OSError, ValueError, KeyError, TypeError):
@@ -216,16 +216,16 @@ def _damaged(path: Path, mend: str = "remove it and start again") -> RunFolderEr
     return RunFolderError(f"{path}: damaged, or not of a sweep; {mend}")
 
 
-def _difference(key: str, there: Any, asked: Any) -> str:
+def _difference(key: str, there: Any, spec: Any) -> str:
     """Say in a few words in what two sweeps differ; `there` may be anything."""
-    if isinstance(there, dict) and there.keys() == asked.keys():
-        name = next(name for name in asked if there[name] != asked[name])
-        return f"with {name} {there[name]} where {asked[name]} is asked for"
-    if isinstance(there, list) and len(there) != len(asked):
-        return f"of {len(there)} runs where {len(asked)} are asked for"
-    if isinstance(asked, dict | list):
+    if isinstance(there, dict) and there.keys() == spec.keys():
+        name = next(name for name in spec if there[name] != spec[name])
+        return f"with {name} {there[name]} where {spec[name]} is asked for"
+    if isinstance(there, list) and len(there) != len(spec):
+        return f"of {len(there)} runs where {len(spec)} are asked for"
+    if isinstance(spec, dict | list):
         return "of another grid"
-    return f"with {key} {there} where {asked} is asked for"
+    return f"with {key} {there} where {spec} is asked for"
 
 
 def _name(config: RunConfig, varying: Iterable[str]) -> str:

@@ -7,13 +7,13 @@ import math
 from collections.abc import Sequence
 
 from mpma_mj.errors import BadOptionError
-from mpma_mj.sweep.asked import Asked, seeds
-from mpma_mj.sweep.folder import Finished
+from mpma_mj.sweep.folder import RunResult
 from mpma_mj.sweep.measures import remarks, spread, values
+from mpma_mj.sweep.spec import SweepSpec, seeds
 from mpma_mj.training.config import RunConfig
 from mpma_mj.utils.tables import markdown_table
 
-__all__ = ["SETTLED", "as_markdown", "ask", "by_number", "growing_runs"]
+__all__ = ["SETTLED", "as_markdown", "by_number", "growing_runs", "spec_of"]
 
 SETTLED = "modules_enabled"
 """Name of the number of modules, in the summary of a run that grows."""
@@ -27,7 +27,7 @@ _COLUMNS = (
 )
 
 
-def ask(most: int, runs: int, base: RunConfig, epochs: int) -> Asked:
+def spec_of(most: int, runs: int, base: RunConfig, epochs: int) -> SweepSpec:
     """Return runs that grow, and runs of each number of modules up to the most.
 
     Args:
@@ -50,10 +50,10 @@ def ask(most: int, runs: int, base: RunConfig, epochs: int) -> Asked:
             )
     points = [dataclasses.replace(base, agent="growing", modules=most)]
     points += [dataclasses.replace(base, modules=modules) for modules in range(1, most + 1)]
-    return Asked(tuple(run for point in points for run in seeds(point, runs)), epochs)
+    return SweepSpec(tuple(run for point in points for run in seeds(point, runs)), epochs)
 
 
-def growing_runs(runs: Sequence[Finished]) -> list[Finished]:
+def growing_runs(runs: Sequence[RunResult]) -> list[RunResult]:
     """Return the runs that have grown to the end."""
     return [
         run
@@ -62,30 +62,30 @@ def growing_runs(runs: Sequence[Finished]) -> list[Finished]:
     ]
 
 
-def by_number(runs: Sequence[Finished]) -> dict[int, list[Finished]]:
+def by_number(runs: Sequence[RunResult]) -> dict[int, list[RunResult]]:
     """Return the runs of each fixed number of modules."""
     fixed = [run for run in runs if run.config.agent == "mpma"]
     numbers = sorted({run.config.modules for run in fixed})
     return {n: [run for run in fixed if run.config.modules == n] for n in numbers}
 
 
-def as_markdown(asked: Asked, runs: Sequence[Finished]) -> str:
+def as_markdown(spec: SweepSpec, runs: Sequence[RunResult]) -> str:
     """Return a table, means ± standard deviations over seeds, and what it comes to."""
     titles = ["modules", "converged", *(title for title, _, _ in _COLUMNS)]
     rows = [_row(str(number), fixed) for number, fixed in by_number(runs).items()]
     grown = [run for run in runs if run.config.agent == "growing"]
     rows.append(_row(f"growing: {spread(growing_runs(runs), SETTLED).text(1)}", grown))
-    sentences = [*_outcome(runs), *remarks(runs, len(asked.configs))]
+    sentences = [*_outcome(runs), *remarks(runs, len(spec.configs))]
     return "\n".join([markdown_table(titles, rows), "", " ".join(sentences)]) + "\n"
 
 
-def _row(name: str, runs: Sequence[Finished]) -> list[str]:
+def _row(name: str, runs: Sequence[RunResult]) -> list[str]:
     converged = sum(bool(run.summary.get("converged")) for run in runs)
     measures = [spread(runs, measure).text(digits) for _, measure, digits in _COLUMNS]
     return [name, f"{converged} of {len(runs)}", *measures]
 
 
-def _outcome(runs: Sequence[Finished]) -> list[str]:
+def _outcome(runs: Sequence[RunResult]) -> list[str]:
     """Return at which numbers growth settled, and how that does beside the best fixed one."""
     grown = growing_runs(runs)
     means = {n: spread(fixed, "p_e_percent").mean for n, fixed in by_number(runs).items()}

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
-from mpma_mj.sweep.folder import Finished
+from mpma_mj.sweep.folder import RunResult
 from mpma_mj.sweep.growth import SETTLED, by_number, growing_runs
 from mpma_mj.sweep.measures import spread, values
 from mpma_mj.visualization.colours import DEMONSTRATED, module_colours
@@ -22,12 +22,12 @@ _APART, _SPRAY = 0.15, 0.12  # of the two kinds from their number, and of runs f
 _PANELS = (("p_e, %", "p_e_percent"), ("prediction error, %", "prediction_error_percent"))
 
 
-def write_figure(path: Path, runs: Sequence[Finished], title: str) -> None:
+def write_figure(path: Path, runs: Sequence[RunResult], title: str) -> None:
     """Draw p_e and prediction error of every run over its number of modules.
 
     Args:
         path: The PNG file.
-        runs: Finished runs.
+        runs: RunResult runs.
         title: What they imitate.
     """
     with figure_file(path, 9.0, 3.6) as figure:
@@ -41,7 +41,7 @@ def write_figure(path: Path, runs: Sequence[Finished], title: str) -> None:
         figure.suptitle(f"Growth beside fixed numbers of modules ({title})", fontsize="medium")
 
 
-def _draw(axis: Axes, runs: Sequence[Finished], measure: str) -> None:
+def _draw(axis: Axes, runs: Sequence[RunResult], measure: str) -> None:
     fixed = by_number(runs)
     for number, of_number in fixed.items():
         found = values(of_number, measure)

@@ -7,8 +7,8 @@ import statistics
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from mpma_mj.sweep.asked import without_seed
-from mpma_mj.sweep.folder import Finished, flat
+from mpma_mj.sweep.folder import RunResult, flat
+from mpma_mj.sweep.spec import without_seed
 from mpma_mj.training.config import RunConfig
 
 __all__ = ["Spread", "converged", "of_point", "remarks", "spread", "value", "values"]
@@ -34,17 +34,17 @@ class Spread:
         return between.join(parts)
 
 
-def of_point(runs: Sequence[Finished], point: RunConfig) -> list[Finished]:
+def of_point(runs: Sequence[RunResult], point: RunConfig) -> list[RunResult]:
     """Return the runs of settings that differ in their seed only."""
     return [run for run in runs if without_seed(run.config) == point]
 
 
-def converged(runs: Sequence[Finished]) -> int:
+def converged(runs: Sequence[RunResult]) -> int:
     """Count the runs that converged."""
     return sum(bool(run.summary.get("converged")) for run in runs)
 
 
-def value(run: Finished, measure: str) -> float | None:
+def value(run: RunResult, measure: str) -> float | None:
     """Return a measure of a run, None if it has none.
 
     Args:
@@ -58,21 +58,21 @@ def value(run: Finished, measure: str) -> float | None:
     return None if found is None else float(found)
 
 
-def values(runs: Sequence[Finished], measure: str) -> list[float]:
+def values(runs: Sequence[RunResult], measure: str) -> list[float]:
     """Return a measure of all runs that have it.
 
     Runs that diverged have none, and neither have some agents; those that did not converge
     count with their best epoch (choice).
 
     Args:
-        runs: Finished runs.
+        runs: RunResult runs.
         measure: Its name, as of `value`.
     """
     found = (value(run, measure) for run in runs)
     return [number for number in found if number is not None]
 
 
-def spread(runs: Sequence[Finished], measure: str) -> Spread:
+def spread(runs: Sequence[RunResult], measure: str) -> Spread:
     """Return mean and deviation of a measure; see `values`."""
     found = values(runs, measure)
     return Spread(
@@ -81,19 +81,19 @@ def spread(runs: Sequence[Finished], measure: str) -> Spread:
     )
 
 
-def remarks(runs: Sequence[Finished], asked: int) -> list[str]:
+def remarks(runs: Sequence[RunResult], requested: int) -> list[str]:
     """Return a sentence for everything that did not go as usual.
 
     Args:
-        runs: Finished runs.
-        asked: How many were asked for.
+        runs: RunResult runs.
+        requested: How many were asked for.
     """
     diverged = sum(run.diverged for run in runs)
-    again = sum(run.tries > 1 for run in runs)
+    again = sum(run.attempts > 1 for run in runs)
     counts = {
-        f"{asked - len(runs)} of {asked} runs are missing, because their workers died or the"
-        " command was stopped; start it again to go on.": asked - len(runs),
-        f"{diverged} of {asked} runs diverged; they count in no mean.": diverged,
-        f"{again} of {asked} runs were tried again, because their worker died.": again,
+        f"{requested - len(runs)} of {requested} runs are missing, because their workers died or"
+        " the command was stopped; start it again to go on.": requested - len(runs),
+        f"{diverged} of {requested} runs diverged; they count in no mean.": diverged,
+        f"{again} of {requested} runs were tried again, because their worker died.": again,
     }
     return [sentence for sentence, count in counts.items() if count]

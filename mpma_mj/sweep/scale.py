@@ -12,7 +12,7 @@ from typing import Literal, NamedTuple, TypeAlias
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.motions.read import read_with_findings
-from mpma_mj.sweep.asked import Asked, seeds
+from mpma_mj.sweep.spec import SweepSpec, seeds
 from mpma_mj.training.config import RunConfig
 
 __all__ = ["Growing", "Material", "Scale", "Size", "Varying", "materials"]
@@ -117,7 +117,7 @@ class Scale:
             return dataclasses.replace(point, context="equal", segments=1)
         return point
 
-    def ask(self, runs: int) -> Asked:
+    def spec_of(self, runs: int) -> SweepSpec:
         """Return the sweep.
 
         Args:
@@ -131,7 +131,7 @@ class Scale:
             if len(set(values)) < len(values):
                 raise BadOptionError(f"{name} has a value twice; leave one out")
         points = [self.point(m, size) for m in self.materials for size in self.sizes]
-        return Asked(tuple(run for point in points for run in seeds(point, runs)), _EPOCHS)
+        return SweepSpec(tuple(run for point in points for run in seeds(point, runs)), _EPOCHS)
 
 
 def materials(motions: Sequence[str], lengths: Sequence[float]) -> tuple[Material, ...]:

@@ -36,7 +36,7 @@ def write_figure(path: Path, results: Results) -> None:
 
     Args:
         path: The PNG file.
-        results: Finished runs by material and size.
+        results: RunResult runs by material and size.
     """
     columns = list(itertools.product(get_args(Growing), results.scale.lines))
     with figure_file(path, 12.0, 8.0) as figure:

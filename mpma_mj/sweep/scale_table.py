@@ -6,10 +6,10 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import get_args
 
-from mpma_mj.sweep.asked import without_seed
-from mpma_mj.sweep.folder import Finished
+from mpma_mj.sweep.folder import RunResult
 from mpma_mj.sweep.measures import remarks, spread
 from mpma_mj.sweep.scale import Growing, Material, Scale, Size, Varying
+from mpma_mj.sweep.spec import without_seed
 from mpma_mj.utils.tables import markdown_table
 
 __all__ = [
@@ -45,20 +45,20 @@ _ENOUGH = (
 
 
 class Results:
-    """Finished runs by material and size.
+    """RunResult runs by material and size.
 
     Attributes:
-        scale: What was asked.
+        scale: What was spec.
     """
 
-    def __init__(self, scale: Scale, runs: Sequence[Finished]) -> None:
+    def __init__(self, scale: Scale, runs: Sequence[RunResult]) -> None:
         """Sort the runs."""
         self.scale = scale
-        self._found: dict[object, list[Finished]] = {}
+        self._found: dict[object, list[RunResult]] = {}
         for run in runs:
             self._found.setdefault(without_seed(run.config), []).append(run)
 
-    def of(self, material: Material, size: Size) -> list[Finished]:
+    def of(self, material: Material, size: Size) -> list[RunResult]:
         """Return the runs of a size on a material."""
         return self._found.get(without_seed(self.scale.point(material, size)), [])
 
@@ -87,13 +87,13 @@ def least_enough(found: Mapping[int, float]) -> int | None:
     return min(size for size, value in known.items() if value <= most)
 
 
-def as_markdown(results: Results, runs: Sequence[Finished], asked: int) -> str:
+def as_markdown(results: Results, runs: Sequence[RunResult], spec: int) -> str:
     """Return a table for each measure, means over seeds, and where it saturates.
 
     Args:
-        results: Finished runs by material and size.
+        results: RunResult runs by material and size.
         runs: The same in a row.
-        asked: How many were asked for.
+        spec: How many were asked for.
     """
     scale = results.scale
     parts = ["Means over seeds; columns are what is learned, rows are what learns it."]
@@ -116,7 +116,7 @@ def as_markdown(results: Results, runs: Sequence[Finished], asked: int) -> str:
         _ENOUGH,
         "\n".join(f"- {said}" for said in saturation(results)),
     ]
-    return "\n\n".join([*parts, *remarks(runs, asked)]) + "\n"
+    return "\n\n".join([*parts, *remarks(runs, spec)]) + "\n"
 
 
 def _table(scale: Scale, cells: Mapping[tuple[Material, Size], str]) -> str:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from mpma_mj.motions.options import option_name
-from mpma_mj.sweep.asked import Asked, by_point
-from mpma_mj.sweep.folder import Finished
+from mpma_mj.sweep.folder import RunResult
 from mpma_mj.sweep.measures import converged, of_point, remarks, spread
+from mpma_mj.sweep.spec import SweepSpec, by_point
 from mpma_mj.utils.tables import markdown_table
 
 __all__ = ["as_markdown"]
@@ -22,17 +22,17 @@ _COLUMNS = (
 )
 
 
-def as_markdown(asked: Asked, runs: Sequence[Finished]) -> str:
+def as_markdown(spec: SweepSpec, runs: Sequence[RunResult]) -> str:
     """Return the table: how many converged, and means ± standard deviations over seeds.
 
     Args:
-        asked: What the sweep is.
+        spec: What the sweep is.
         runs: Its finished runs.
     """
-    varying = asked.varying
+    varying = spec.varying
     titles = [*map(option_name, varying), "converged", *(title for title, _, _ in _COLUMNS)]
     rows = []
-    for point, configs in by_point(asked.configs).items():
+    for point, configs in by_point(spec.configs).items():
         own = of_point(runs, point)
         rows.append(
             [
@@ -41,7 +41,7 @@ def as_markdown(asked: Asked, runs: Sequence[Finished]) -> str:
                 *(spread(own, name).text(digits) for _, name, digits in _COLUMNS),
             ]
         )
-    sentences = _paragraphs(remarks(runs, len(asked.configs)))
+    sentences = _paragraphs(remarks(runs, len(spec.configs)))
     return "\n".join([markdown_table(titles, rows), *sentences]) + "\n"
 
 

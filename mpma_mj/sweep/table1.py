@@ -9,13 +9,13 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from mpma_mj.sweep.asked import Asked, seeds
-from mpma_mj.sweep.folder import Finished
+from mpma_mj.sweep.folder import RunResult
 from mpma_mj.sweep.measures import Spread, converged, remarks, spread
+from mpma_mj.sweep.spec import SweepSpec, seeds
 from mpma_mj.training.config import RunConfig
 from mpma_mj.utils.tables import markdown_table
 
-__all__ = ["LETTERS", "PAPER", "Line", "as_csv", "as_markdown", "ask", "lines", "of_size"]
+__all__ = ["LETTERS", "PAPER", "Line", "as_csv", "as_markdown", "lines", "of_size", "spec_of"]
 
 LETTERS = ("Y", "M", "C", "A")
 
@@ -82,7 +82,7 @@ _COLUMNS = (
 )
 
 
-def ask(sizes: Sequence[int], runs: int, base: RunConfig) -> Asked:
+def spec_of(sizes: Sequence[int], runs: int, base: RunConfig) -> SweepSpec:
     """Return the runs of the table.
 
     Args:
@@ -94,26 +94,26 @@ def ask(sizes: Sequence[int], runs: int, base: RunConfig) -> Asked:
         BadOptionError: A size or the number of runs is less than one, or a size comes twice.
     """
     points = [dataclasses.replace(base, nodes=nodes) for nodes in sizes]
-    return Asked(tuple(run for point in points for run in seeds(point, runs)), _EPOCHS)
+    return SweepSpec(tuple(run for point in points for run in seeds(point, runs)), _EPOCHS)
 
 
-def of_size(runs: Sequence[Finished], nodes: int) -> list[Finished]:
+def of_size(runs: Sequence[RunResult], nodes: int) -> list[RunResult]:
     """Return the runs with so many nodes."""
     return [run for run in runs if run.config.nodes == nodes]
 
 
-def lines(asked: Asked, runs: Sequence[Finished]) -> list[Line]:
+def lines(spec: SweepSpec, runs: Sequence[RunResult]) -> list[Line]:
     """Return the table: for each size the paper's line, if it has one, and ours."""
     table: list[Line] = []
-    for nodes in dict.fromkeys(config.nodes for config in asked.configs):
+    for nodes in dict.fromkeys(config.nodes for config in spec.configs):
         if nodes in PAPER:
             table.append(PAPER[nodes])
-        wanted = sum(config.nodes == nodes for config in asked.configs)
+        wanted = sum(config.nodes == nodes for config in spec.configs)
         table.append(_ours(nodes, of_size(runs, nodes), wanted))
     return table
 
 
-def _ours(nodes: int, runs: Sequence[Finished], wanted: int) -> Line:
+def _ours(nodes: int, runs: Sequence[RunResult], wanted: int) -> Line:
     measured = [run for run in runs if not run.diverged]
     every = [run.summary["modules_used"] == run.config.modules for run in measured]
     return Line(
@@ -125,11 +125,11 @@ def _ours(nodes: int, runs: Sequence[Finished], wanted: int) -> Line:
     )
 
 
-def as_markdown(asked: Asked, runs: Sequence[Finished]) -> str:
+def as_markdown(spec: SweepSpec, runs: Sequence[RunResult]) -> str:
     """Return the table with what has to be said about it."""
     titles = ["nodes", "", *(title for title, _, _, _ in _COLUMNS), "all used", "converged"]
     rows = []
-    for line in lines(asked, runs):
+    for line in lines(spec, runs):
         cells = [
             found.text(digits, "/") if deviation else found.text(digits, "/").split("/")[0]
             for _, name, digits, deviation in _COLUMNS
@@ -138,20 +138,20 @@ def as_markdown(asked: Asked, runs: Sequence[Finished]) -> str:
         ended = f"{line.converged[0]} of {line.converged[1]}" if line.converged else "–"
         share = f"{100 * line.all_used:.0f} %" if math.isfinite(line.all_used) else "–"
         rows.append([str(line.nodes), line.source, *cells, share, ended])
-    first = asked.configs[0]
+    first = spec.configs[0]
     title = f"Table 1: {first.motions[0]}, {first.rule} rule, {first.arms} arms"
-    sentences = remarks(runs, len(asked.configs))
+    sentences = remarks(runs, len(spec.configs))
     return "\n\n".join([title, markdown_table(titles, rows), *sentences]) + "\n"
 
 
-def as_csv(asked: Asked, runs: Sequence[Finished]) -> str:
+def as_csv(spec: SweepSpec, runs: Sequence[RunResult]) -> str:
     """Return the same with all digits."""
     names = [name for _, name, _, _ in _COLUMNS]
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     both = [f"{name}_{part}" for name in names for part in ("mean", "sd")]
     writer.writerow(["nodes", "source", *both, "all_used_share", "converged", "runs"])
-    for line in lines(asked, runs):
+    for line in lines(spec, runs):
         found = [line.measures.get(name, _NONE) for name in names]
         numbers = [number for one in found for number in (one.mean, one.deviation)]
         cells = map(_number, [*numbers, line.all_used])

@@ -10,9 +10,9 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from mpma_mj.agents.gain_schedule import CRITERION
-from mpma_mj.sweep.asked import Asked
-from mpma_mj.sweep.folder import Finished
+from mpma_mj.sweep.folder import RunResult
 from mpma_mj.sweep.measures import Spread, spread, values
+from mpma_mj.sweep.spec import SweepSpec
 from mpma_mj.sweep.table1 import LETTERS, PAPER, of_size
 from mpma_mj.visualization.colours import DEMONSTRATED, INK, module_colours
 from mpma_mj.visualization.figure_file import figure_file
@@ -34,15 +34,15 @@ _PANELS = (
 )
 
 
-def write_figure(path: Path, asked: Asked, runs: Sequence[Finished]) -> None:
+def write_figure(path: Path, spec: SweepSpec, runs: Sequence[RunResult]) -> None:
     """Draw the table.
 
     Args:
         path: The PNG file.
-        asked: What the sweep is.
+        spec: What the sweep is.
         runs: Its finished runs.
     """
-    sizes = list(dict.fromkeys(config.nodes for config in asked.configs))
+    sizes = list(dict.fromkeys(config.nodes for config in spec.configs))
     with figure_file(path, 11.0, 6.2) as figure:
         axes = figure.subplots(2, 3)
         panels = [axes[0, 0], axes[0, 1], axes[0, 2], axes[1, 1]]
@@ -52,14 +52,14 @@ def write_figure(path: Path, asked: Asked, runs: Sequence[Finished]) -> None:
         line: dict[str, Any] = {"color": INK, "linestyle": "--", "linewidth": 0.8, "zorder": 0}
         axes[0, 1].axhline(CRITERION, **line, label=f"the criterion, {CRITERION:g} %")
         _active_modules(axes[1, 0], runs, sizes)
-        _modules_used(axes[1, 2], runs, sizes, asked.configs[0].modules)
+        _modules_used(axes[1, 2], runs, sizes, spec.configs[0].modules)
         for axis in axes.flat:
             axis.spines[["top", "right"]].set_visible(False)
             axis.tick_params(labelsize="small")
-        first = asked.configs[0]
+        first = spec.configs[0]
         figure.suptitle(
             f"Table 1: {first.rule} rule, {first.arms} arms,"
-            f" {len(asked.configs) // len(sizes)} runs a size",
+            f" {len(spec.configs) // len(sizes)} runs a size",
             fontsize="large",
         )
         handles, names = axes[0, 1].get_legend_handles_labels()
@@ -69,7 +69,7 @@ def write_figure(path: Path, asked: Asked, runs: Sequence[Finished]) -> None:
         )
 
 
-def _every_run(axis: Axes, runs: Sequence[Finished], sizes: Sequence[int], measure: str) -> None:
+def _every_run(axis: Axes, runs: Sequence[RunResult], sizes: Sequence[int], measure: str) -> None:
     """Draw a dot a run, and mean and deviation beside the paper's."""
     paper = {place: PAPER[n] for place, n in enumerate(sizes) if n in PAPER}
     told = {p: line.measures[measure] for p, line in paper.items() if measure in line.measures}
@@ -99,7 +99,7 @@ def _mean(axis: Axes, place: float, value: Spread, colour: str, label: str) -> N
     axis.errorbar(place, value.mean, value.deviation, fmt="o", color=colour, **look, label=label)
 
 
-def _active_modules(axis: Axes, runs: Sequence[Finished], sizes: Sequence[int]) -> None:
+def _active_modules(axis: Axes, runs: Sequence[RunResult], sizes: Sequence[int]) -> None:
     """Draw for each letter how many modules are active, from the least size to the largest."""
     step = 0.7 / max(1, len(sizes) - 1)
     for group, letter in enumerate(LETTERS):
@@ -115,7 +115,9 @@ def _active_modules(axis: Axes, runs: Sequence[Finished], sizes: Sequence[int]) 
     axis.set_xlabel(f"letter; in each {', '.join(map(str, sizes))} nodes", fontsize="small")
 
 
-def _modules_used(axis: Axes, runs: Sequence[Finished], sizes: Sequence[int], modules: int) -> None:
+def _modules_used(
+    axis: Axes, runs: Sequence[RunResult], sizes: Sequence[int], modules: int
+) -> None:
     """Draw which share of the runs uses how many modules."""
     used = [np.array(values(of_size(runs, nodes), "modules_used")) for nodes in sizes]
     below = np.zeros(len(sizes))

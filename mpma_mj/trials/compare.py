@@ -154,14 +154,14 @@ def jobs(
 
 
 def compare(
-    asked: Sequence[CompareJob],
+    spec: Sequence[CompareJob],
     backend: Backend,
     on_learned: Callable[[str], None] = lambda learned: None,
 ) -> list[Cell]:
     """Train on each kind of arms, and dance on each.
 
     Args:
-        asked: What `jobs` returned.
+        spec: What `jobs` returned.
         backend: Who works.
         on_learned: Called when all cells of those who learned on some arms are there.
 
@@ -174,7 +174,7 @@ def compare(
         WorkerError: A worker died time and again.
     """
     cells: dict[str, list[Cell]] = {}
-    for job, done in get_done(asked, backend):
+    for job, done in get_done(spec, backend):
         if done is None:
             raise WorkerError(
                 "a worker died time and again (memory?); take fewer --runs, or smaller --nodes"

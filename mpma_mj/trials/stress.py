@@ -15,15 +15,15 @@ from mpma_mj.errors import DivergedError
 from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, fine_tune, tracking_errors
 from mpma_mj.motions import Motion
 from mpma_mj.options import AgentName
-from mpma_mj.sweep.asked import seeds
 from mpma_mj.sweep.backend import Work
-from mpma_mj.sweep.crowds import cut
+from mpma_mj.sweep.batching import cut
+from mpma_mj.sweep.spec import seeds
 from mpma_mj.training.batch_trainer import train_agents
 from mpma_mj.training.checkpoints import TrainedAgents
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.factory import config_of
 from mpma_mj.trials.disturbances import Level
-from mpma_mj.trials.stress_asked import Trial
+from mpma_mj.trials.stress_conditions import Trial
 
 __all__ = ["THIS_RUN", "Found", "Outcome", "StressJob", "jobs"]
 
@@ -147,9 +147,9 @@ def jobs(
     """
     config = own.configs[0]
     rivals = [run for name in agents for run in seeds(config_of(config, name), runs)]
-    crowds = [(crowd[0].agent, crowd, None) for crowd in cut(rivals, workers)]
+    batches = [(batch[0].agent, batch, None) for batch in cut(rivals, workers)]
     work = []
-    for agent, configs, trained in [*crowds, (THIS_RUN, own.configs, own)]:
+    for agent, configs, trained in [*batches, (THIS_RUN, own.configs, own)]:
         learns = adapts > 0 and configs[0].agent not in NO_FINE_TUNING
         for part in _by_disturbance(trials) if learns else [trials]:
             work.append(

@@ -27,7 +27,7 @@ def p_e(name: str, arms: str, noise: float = 0.01) -> float:
 
 
 def test_open_loop_on_ideal_arms_tracks_to_rounding() -> None:
-    assert p_e("open loop", "kinematic", reference_noise=0.0) < 1e-10
+    assert p_e("open loop", "kinematic", noise=0.0) < 1e-10
 
 
 def test_open_loop_loses_simulated_arms() -> None:

@@ -126,10 +126,10 @@ def test_frames_of_a_real_video_are_timed(
 
 
 def test_whole_programs_have_bounds_in_seconds(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked: list[tuple[str, ...]] = []
+    spec: list[tuple[str, ...]] = []
 
     def record(*words: str) -> Case:
-        asked.append(words)
+        spec.append(words)
         return Case(lambda: 1)
 
     monkeypatch.setattr(programs, "program", record)
@@ -138,8 +138,8 @@ def test_whole_programs_have_bounds_in_seconds(monkeypatch: pytest.MonkeyPatch) 
         "seconds of mpma --help": (0.5, "s"),
         "seconds of mpma imitate ymca --no-video": (3.0, "s"),
     }
-    exec(asked[0][1], {})  # the program of the first step runs
-    assert asked[2][:5] == ("-m", "mpma_mj", "imitate", "ymca", "--no-video")
+    exec(spec[0][1], {})  # the program of the first step runs
+    assert spec[2][:5] == ("-m", "mpma_mj", "imitate", "ymca", "--no-video")
 
 
 def test_a_program_that_fails_is_one_line() -> None:

@@ -97,11 +97,11 @@ def test_peak_memory_knows_what_was_held() -> None:
 
 
 def test_each_point_is_a_process_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked: list[Point] = []
+    spec: list[Point] = []
 
     def python(*words: str) -> str:
         assert words[:2] == ("-m", "mpma_mj.bench.point")
-        asked.append(Point(**json.loads(words[2])))
+        spec.append(Point(**json.loads(words[2])))
         said = {"point": json.loads(words[2]), "seconds": [1.0, 3.0], "memory": 2, "inherent": 1}
         return json.dumps(said)
 
@@ -110,10 +110,10 @@ def test_each_point_is_a_process_of_its_own(monkeypatch: pytest.MonkeyPatch) -> 
 
     monkeypatch.setattr(scaling, "python", python)
     measured = scaling.measure(quietly).measured
-    assert [one.point for one in measured] == asked
-    assert len(asked) == sum(map(len, AXES.values()))
+    assert [one.point for one in measured] == spec
+    assert len(spec) == sum(map(len, AXES.values()))
     assert {one.epoch for one in measured} == {2.0}
-    assert asked[0] == Point("steps", steps=1000, modules=4, nodes=200, runs=1)
+    assert spec[0] == Point("steps", steps=1000, modules=4, nodes=200, runs=1)
 
 
 def test_the_program_of_a_point_prints_what_was_measured() -> None:

@@ -8,21 +8,21 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from mpma_mj.sweep.asked import Asked, seeds
-from mpma_mj.sweep.folder import Finished, SweepFolder
+from mpma_mj.sweep.folder import RunResult, SweepFolder
 from mpma_mj.sweep.grid import points
+from mpma_mj.sweep.spec import SweepSpec, seeds
 from mpma_mj.training.config import RunConfig
 
 TINY = RunConfig(nodes=5, modules=2, repeats=1)
 TINY_WORDS = ("--nodes", 5, "--modules", 2, "--repeats", 1, "--epochs", 2)
 
 
-def asked(*grid: str, runs: int = 2, epochs: int = 2) -> Asked:
+def spec_of(*grid: str, runs: int = 2, epochs: int = 2) -> SweepSpec:
     configs = [run for point in points(grid, TINY) for run in seeds(point, runs)]
-    return Asked(tuple(configs), epochs)
+    return SweepSpec(tuple(configs), epochs)
 
 
-def finished(config: RunConfig, tries: int = 1, **summary: Any) -> Finished:
+def finished(config: RunConfig, attempts: int = 1, **summary: Any) -> RunResult:
     """Return a run with measures that were never measured."""
     measures = {
         "epochs": 7,
@@ -35,7 +35,7 @@ def finished(config: RunConfig, tries: int = 1, **summary: Any) -> Finished:
         "repeatability": {"responsibility": 0.99, "module_output": None},
         "environment_steps": 7 * 227,
     }
-    return Finished(config, measures | summary, tries, 0.5)
+    return RunResult(config, measures | summary, attempts, 0.5)
 
 
 def results(folder: SweepFolder) -> dict[RunConfig, dict[str, Any]]:

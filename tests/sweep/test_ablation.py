@@ -11,13 +11,13 @@ from mpma_mj.cli import main
 from mpma_mj.errors import BadOptionError
 from mpma_mj.sweep import ablation
 from mpma_mj.sweep.ablation import CHANGES
-from mpma_mj.sweep.asked import Asked, by_point
-from mpma_mj.sweep.folder import Finished
+from mpma_mj.sweep.folder import RunResult
+from mpma_mj.sweep.spec import SweepSpec, by_point
 from mpma_mj.training.config import RunConfig
 from tests.sweep.runs import TINY, finished
 
 
-def some_runs(asked: Asked) -> list[Finished]:
+def some_runs(spec: SweepSpec) -> list[RunResult]:
     """Return runs whose p_e rises with the seed, and by 0.25 without predictors."""
     return [
         finished(
@@ -25,7 +25,7 @@ def some_runs(asked: Asked) -> list[Finished]:
             p_e_percent=0.5 + config.seed + (0 if config.responsibility_predictors else 0.25),
             nmi=0.9 if config.context_signal == "labels" else 0.1 + 0.1 * config.seed,
         )
-        for config in asked.configs
+        for config in spec.configs
     ]
 
 
@@ -36,21 +36,21 @@ def row(table: str, name: str, number: int) -> list[str]:
 
 
 def test_each_differs_from_the_whole_in_one_setting() -> None:
-    asked = ablation.ask(TINY, 2)
-    whole, *others = by_point(asked.configs)
+    spec = ablation.spec_of(TINY, 2)
+    whole, *others = by_point(spec.configs)
     assert whole == TINY
     assert len(others) + 1 == len(CHANGES)
     for other in others:
         fields = dataclasses.fields(RunConfig)
         differing = [f.name for f in fields if getattr(other, f.name) != getattr(whole, f.name)]
         assert len(differing) == 1
-    assert ablation.title(asked, asked.configs[1]) == "the whole"
-    assert ablation.title(asked, asked.configs[-1]) == "10 modules"
+    assert ablation.title(spec, spec.configs[1]) == "the whole"
+    assert ablation.title(spec, spec.configs[-1]) == "10 modules"
 
 
 def test_differences_are_taken_seed_by_seed_and_marked_if_they_exclude_0() -> None:
-    asked = ablation.ask(RunConfig(), 5)
-    table = ablation.as_markdown(asked, some_runs(asked))
+    spec = ablation.spec_of(RunConfig(), 5)
+    table = ablation.as_markdown(spec, some_runs(spec))
     assert row(table, "the whole", 0)[:2] == ["5 of 5", "2.50 ± 1.58"]
     assert row(table, "no responsibility predictors", 0)[1] == "2.75 ± 1.58"
     # Seeds differ by more than the change does; compared with themselves they all agree.
@@ -62,8 +62,8 @@ def test_differences_are_taken_seed_by_seed_and_marked_if_they_exclude_0() -> No
 
 
 def test_fewer_than_5_runs_mark_nothing_and_it_is_said() -> None:
-    asked = ablation.ask(RunConfig(), 4)
-    table = ablation.as_markdown(asked, some_runs(asked))
+    spec = ablation.spec_of(RunConfig(), 4)
+    table = ablation.as_markdown(spec, some_runs(spec))
     assert row(table, "no responsibility predictors", 1)[0] == "+0.250"
     assert row(table, "hears nothing", 1)[3].startswith("-0.650 [-0.7")
     assert "**" not in table
@@ -71,30 +71,30 @@ def test_fewer_than_5_runs_mark_nothing_and_it_is_said() -> None:
 
 
 def test_a_difference_of_which_fewer_than_5_runs_are_left_is_not_marked() -> None:
-    asked = ablation.ask(RunConfig(), 5)
-    runs = some_runs(asked)
-    assert ablation.title(asked, runs[5].config) == "no responsibility predictors"
-    runs[5] = Finished(runs[5].config, {"failed": "diverged"}, 1, 0.5)
-    table = ablation.as_markdown(asked, runs)
+    spec = ablation.spec_of(RunConfig(), 5)
+    runs = some_runs(spec)
+    assert ablation.title(spec, runs[5].config) == "no responsibility predictors"
+    runs[5] = RunResult(runs[5].config, {"failed": "diverged"}, 1, 0.5)
+    table = ablation.as_markdown(spec, runs)
     assert row(table, "no responsibility predictors", 1)[0] == "+0.250"
     assert "**" in "".join(row(table, "hears nothing", 1))
 
 
 def test_active_modules_are_the_mean_over_labels() -> None:
-    asked = ablation.ask(RunConfig(), 2)
-    assert row(ablation.as_markdown(asked, some_runs(asked)), "one module", 0)[6] == "1.50 ± 0.00"
+    spec = ablation.spec_of(RunConfig(), 2)
+    assert row(ablation.as_markdown(spec, some_runs(spec)), "one module", 0)[6] == "1.50 ± 0.00"
 
 
 def test_what_a_run_does_not_have_is_in_no_difference() -> None:
-    asked = ablation.ask(RunConfig(), 2)
-    runs = some_runs(asked)
+    spec = ablation.spec_of(RunConfig(), 2)
+    runs = some_runs(spec)
     lost = {
-        "hears nothing": Finished(runs[6].config, {"failed": "diverged"}, 1, 0.5),
+        "hears nothing": RunResult(runs[6].config, {"failed": "diverged"}, 1, 0.5),
         "hears one constant sound": finished(runs[8].config, nmi=None),
     }
     runs[6], runs[8] = lost.values()
-    assert [ablation.title(asked, run.config) for run in lost.values()] == list(lost)
-    table = ablation.as_markdown(asked, runs)
+    assert [ablation.title(spec, run.config) for run in lost.values()] == list(lost)
+    table = ablation.as_markdown(spec, runs)
     assert row(table, "hears nothing", 0)[:2] == ["1 of 2", "1.50 ± –"]
     assert row(table, "hears nothing", 1)[0] == "+0.000"
     assert row(table, "hears one constant sound", 1)[3] == "-0.700"  # of the other seed
@@ -102,8 +102,8 @@ def test_what_a_run_does_not_have_is_in_no_difference() -> None:
 
 
 def test_the_file_has_means_and_differences_with_all_digits() -> None:
-    asked = ablation.ask(RunConfig(), 3)
-    rows = list(csv.DictReader(io.StringIO(ablation.as_csv(asked, some_runs(asked)))))
+    spec = ablation.spec_of(RunConfig(), 3)
+    rows = list(csv.DictReader(io.StringIO(ablation.as_csv(spec, some_runs(spec)))))
     assert [r["change"] for r in rows] == list(CHANGES)
     assert rows[1]["p_e_percent_mean"] == "1.75"
     assert rows[1]["p_e_percent_difference_low"] == "0.25"
@@ -112,7 +112,7 @@ def test_the_file_has_means_and_differences_with_all_digits() -> None:
 
 def test_no_runs_are_refused() -> None:
     with pytest.raises(BadOptionError, match="runs is 0"):
-        ablation.ask(RunConfig(), 0)
+        ablation.spec_of(RunConfig(), 0)
 
 
 def test_the_command_writes_tables_and_file(

@@ -13,9 +13,9 @@ from mpma_mj.agents import AGENTS
 from mpma_mj.cli import main
 from mpma_mj.errors import BadOptionError
 from mpma_mj.sweep import benchmark
-from mpma_mj.sweep.asked import Asked
 from mpma_mj.sweep.benchmark_figure import write_figure
-from mpma_mj.sweep.folder import Finished
+from mpma_mj.sweep.folder import RunResult
+from mpma_mj.sweep.spec import SweepSpec
 from mpma_mj.training.config import RunConfig
 from tests.conftest import WriteTsv
 from tests.sweep.runs import finished
@@ -26,21 +26,21 @@ TINY = ("--nodes", "5", "--epochs", "2")
 COMPARED = [agent for agent in AGENTS if agent != "growing"]
 
 
-def ask(runs: int = 2, bases: list[RunConfig] = BASES) -> Asked:
-    return benchmark.ask(bases, runs, 9, stop=True)
+def spec_of(runs: int = 2, bases: list[RunConfig] = BASES) -> SweepSpec:
+    return benchmark.spec_of(bases, runs, 9, stop=True)
 
 
-def some_runs(asked: Asked, **summary: Any) -> list[Finished]:
+def some_runs(spec: SweepSpec, **summary: Any) -> list[RunResult]:
     """Return runs whose p_e is the number of the agent, and a tenth of the seed."""
     return [
         finished(c, p_e_percent=1 + COMPARED.index(c.agent) + c.seed / 10, **summary)
-        for c in asked.configs
+        for c in spec.configs
     ]
 
 
 def test_every_agent_has_a_line_for_each_movement_and_both_arms() -> None:
-    asked = ask()
-    found = benchmark.lines(asked, some_runs(asked))
+    spec = spec_of()
+    found = benchmark.lines(spec, some_runs(spec))
     assert [(line.motion, line.point.arms, line.point.agent) for line in found] == [
         (motion, arms, agent)
         for motion in ("ymca", "dance.tsv")
@@ -51,14 +51,14 @@ def test_every_agent_has_a_line_for_each_movement_and_both_arms() -> None:
 
 
 def test_the_table_shows_means_and_intervals_and_the_file_all_digits() -> None:
-    asked = ask()
-    text = benchmark.as_markdown(asked, some_runs(asked))
+    spec = spec_of()
+    text = benchmark.as_markdown(spec, some_runs(spec))
     assert text.startswith("| motion | arms | agent | converged | p_e, % | feedback ratio | epochs")
     assert (
         "| dance.tsv | kinematic | mosaic | 2 of 2 | 2.05 [2.00, 2.10] | 0.040 | 7.0 | 1589 | 0.90"
         " | 2.0 | 0.5 |"
     ) in text
-    rows = list(csv.DictReader(io.StringIO(benchmark.as_csv(asked, some_runs(asked)))))
+    rows = list(csv.DictReader(io.StringIO(benchmark.as_csv(spec, some_runs(spec)))))
     assert rows[-6]["motion"] == "far/away/dance.tsv"
     assert float(rows[-6]["p_e_percent_mean"]) == pytest.approx(2.05)
     assert (rows[-6]["p_e_percent_low"], rows[-6]["p_e_percent_high"]) == ("2.0", "2.1")
@@ -66,14 +66,14 @@ def test_the_table_shows_means_and_intervals_and_the_file_all_digits() -> None:
 
 
 def test_what_agents_do_not_have_is_a_dash_and_what_went_wrong_is_said() -> None:
-    asked = ask(3)
-    runs = some_runs(asked)[:-1]
+    spec = spec_of(3)
+    runs = some_runs(spec)[:-1]
     bare = {"epochs": 1, "p_e_percent": 34.0, "environment_steps": 227, "converged": False}
     first = next(i for i, run in enumerate(runs) if run.config.agent == "random")
     for number in range(first, first + 3):
-        runs[number] = Finished(runs[number].config, bare, 1, 0.01)
-    runs[0] = Finished(runs[0].config, {"failed": "diverged"}, 1, 0.5)
-    text = benchmark.as_markdown(asked, runs)
+        runs[number] = RunResult(runs[number].config, bare, 1, 0.01)
+    runs[0] = RunResult(runs[0].config, {"failed": "diverged"}, 1, 0.5)
+    text = benchmark.as_markdown(spec, runs)
     assert "| ymca | physics | random | – | 34.00 | – | 1.0 | 227 | – | – | 0.01 |" in text
     assert "| ymca | physics | mpma | 2 of 3 |" in text
     assert "1 of 84 runs diverged" in text
@@ -81,26 +81,26 @@ def test_what_agents_do_not_have_is_a_dash_and_what_went_wrong_is_said() -> None
 
 
 def test_the_seconds_of_a_run_are_the_mean_of_the_shares() -> None:
-    asked = ask(2, [RunConfig()])
-    runs = [Finished(c, {"epochs": 1}, 1, 1.0 + c.seed) for c in asked.configs]
-    assert {line.seconds for line in benchmark.lines(asked, runs)} == {1.5}
+    spec = spec_of(2, [RunConfig()])
+    runs = [RunResult(c, {"epochs": 1}, 1, 1.0 + c.seed) for c in spec.configs]
+    assert {line.seconds for line in benchmark.lines(spec, runs)} == {1.5}
 
 
 def test_the_same_movement_twice_and_no_runs_are_refused() -> None:
     with pytest.raises(BadOptionError, match="twice"):
-        ask(1, [RunConfig(), RunConfig()])
+        spec_of(1, [RunConfig(), RunConfig()])
     with pytest.raises(BadOptionError, match="runs is 0"):
-        ask(0)
+        spec_of(0)
 
 
 @pytest.mark.parametrize("movements", [1, 2, 4])
 def test_the_picture_shows_something_however_many_movements(movements: int, tmp_path: Path) -> None:
-    asked = ask(2, [RunConfig(motions=(f"dance{i}.tsv",)) for i in range(movements)])
+    spec = spec_of(2, [RunConfig(motions=(f"dance{i}.tsv",)) for i in range(movements)])
     path = tmp_path / "benchmark.png"
-    write_figure(path, benchmark.lines(asked, some_runs(asked)))
+    write_figure(path, benchmark.lines(spec, some_runs(spec)))
     full = iio.imread(path)
     assert full.std() > 10
-    write_figure(path, benchmark.lines(asked, []))
+    write_figure(path, benchmark.lines(spec, []))
     assert np.any(iio.imread(path) != full)
 
 

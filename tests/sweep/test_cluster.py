@@ -19,7 +19,7 @@ from mpma_mj.sweep import cluster
 from mpma_mj.sweep.backend import open_backend
 from mpma_mj.sweep.engine import finish
 from mpma_mj.sweep.folder import SweepFolder
-from tests.sweep.runs import TINY_WORDS, asked, environment, mpma, results, run_files
+from tests.sweep.runs import TINY_WORDS, environment, mpma, results, run_files, spec_of
 
 ROOT = Path(__file__).parents[2]
 
@@ -151,14 +151,14 @@ def test_a_node_without_the_package_is_told(
         open_backend("ray", 1, None) as backend,
         pytest.raises(WorkerError, match="a node of the cluster cannot import mpma_mj"),
     ):
-        finish(SweepFolder(tmp_path, asked()), backend)
+        finish(SweepFolder(tmp_path, spec_of()), backend)
 
 
 @needs_ray
 @pytest.mark.slow
 @pytest.mark.usefixtures("own_clusters")
 def test_a_cluster_of_its_own_gives_the_same_results(tmp_path: Path) -> None:
-    sweep = asked("nodes=5,6", runs=3)
+    sweep = spec_of("nodes=5,6", runs=3)
     one, other = SweepFolder(tmp_path / "a", sweep), SweepFolder(tmp_path / "b", sweep)
     for folder, name in ((one, "ray"), (other, "processes")):
         with open_backend(name, 2, None) as backend:  # type: ignore[arg-type]

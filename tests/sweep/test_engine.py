@@ -11,18 +11,18 @@ import pytest
 
 from mpma_mj.commands.workers import require_all
 from mpma_mj.errors import BadOptionError, RunFolderError, WorkerError
-from mpma_mj.sweep import work
+from mpma_mj.sweep import job
 from mpma_mj.sweep.backend import open_backend
 from mpma_mj.sweep.engine import finish
-from mpma_mj.sweep.folder import Finished, SweepFolder
+from mpma_mj.sweep.folder import RunResult, SweepFolder
+from mpma_mj.sweep.job import Job, JobResult
 from mpma_mj.sweep.measures import remarks
 from mpma_mj.sweep.processes import Processes
-from mpma_mj.sweep.work import Done, Job
 from mpma_mj.training.batch_trainer import train_batch
 from mpma_mj.training.config import versions
 from mpma_mj.training.dataset import read_motions
 from mpma_mj.utils import atomic_files
-from tests.sweep.runs import TINY, asked, finished, results
+from tests.sweep.runs import TINY, finished, results, spec_of
 
 ROOT = Path(__file__).parents[2]
 
@@ -41,7 +41,7 @@ class Here:
         self.jobs.append(job)
         self.most = max(self.most, len(self.jobs))
 
-    def next_done(self) -> tuple[Job, Done | None]:
+    def next_done(self) -> tuple[Job, JobResult | None]:
         job = self.jobs.popleft()
         self.losses -= 1
         return job, None if self.losses >= 0 else job.do()
@@ -62,7 +62,7 @@ class Deadly(Processes):
 
 
 def test_results_are_those_of_a_run_alone_whoever_trains(tmp_path: Path) -> None:
-    sweep = asked("nodes=5,6", runs=3)
+    sweep = spec_of("nodes=5,6", runs=3)
     here, processes = SweepFolder(tmp_path / "a", sweep), SweepFolder(tmp_path / "b", sweep)
     finish(here, Here())
     with open_backend("processes", 3, None) as backend:
@@ -76,11 +76,11 @@ def test_results_are_those_of_a_run_alone_whoever_trains(tmp_path: Path) -> None
 
 
 def test_only_what_is_missing_is_trained_and_shown(tmp_path: Path) -> None:
-    sweep = asked(runs=3)
+    sweep = spec_of(runs=3)
     folder = SweepFolder(tmp_path, sweep)
     folder.begin()
     folder.add(finished(sweep.configs[1], p_e_percent=-1.0))
-    shown: list[Finished] = []
+    shown: list[RunResult] = []
     finish(folder, Here(), shown.extend)
     assert {run.config for run in shown} == {sweep.configs[0], sweep.configs[2]}
     assert results(folder)[sweep.configs[1]]["p_e_percent"] == -1.0
@@ -90,24 +90,24 @@ def test_only_what_is_missing_is_trained_and_shown(tmp_path: Path) -> None:
 
 def test_no_worker_has_two_jobs(tmp_path: Path) -> None:
     backend = Here()
-    finish(SweepFolder(tmp_path, asked("nodes=5,6,7", runs=2)), backend)
+    finish(SweepFolder(tmp_path, spec_of("nodes=5,6,7", runs=2)), backend)
     assert backend.most == backend.workers
 
 
 def test_a_job_that_was_lost_is_done_again_and_the_table_says_so(tmp_path: Path) -> None:
-    sweep = asked("nodes=5,6", runs=2)
+    sweep = spec_of("nodes=5,6", runs=2)
     lossy, smooth = SweepFolder(tmp_path / "a", sweep), SweepFolder(tmp_path / "b", sweep)
     finish(lossy, Here(losses=1))
     finish(smooth, Here())
     assert results(lossy) == results(smooth)
-    assert sum(run.tries == 2 for run in lossy.finished()) == 1
+    assert sum(run.attempts == 2 for run in lossy.finished()) == 1
     assert remarks(lossy.finished(), 4) == [
         "1 of 4 runs were tried again, because their worker died."
     ]
 
 
 def test_a_job_that_is_always_lost_is_given_up_and_the_others_are_kept(tmp_path: Path) -> None:
-    sweep = asked("nodes=5,6", runs=1)
+    sweep = spec_of("nodes=5,6", runs=1)
     folder = SweepFolder(tmp_path, sweep)
     backend = Here()
     backend.next_done = lambda: (  # type: ignore[method-assign]
@@ -128,13 +128,13 @@ def test_a_job_that_is_always_lost_is_given_up_and_the_others_are_kept(tmp_path:
 
 
 def test_a_process_that_is_killed_is_replaced_and_its_work_done_again(tmp_path: Path) -> None:
-    sweep = asked("nodes=5,6", runs=2)
+    sweep = spec_of("nodes=5,6", runs=2)
     folder, other = SweepFolder(tmp_path / "a", sweep), SweepFolder(tmp_path / "b", sweep)
     with Deadly(2) as backend:
         finish(folder, backend)
     finish(other, Here())
     assert results(folder) == results(other)
-    assert sorted(run.tries for run in folder.finished()) == [1, 1, 1, 2]
+    assert sorted(run.attempts for run in folder.finished()) == [1, 1, 1, 2]
 
 
 def test_a_worker_that_dies_idle_costs_a_try_and_nothing_else() -> None:
@@ -160,7 +160,7 @@ def test_a_setting_that_no_run_can_have_is_refused_before_anything_is_written(
         ("nodes=5,30000", "nodes is 30000"),
     ):
         with pytest.raises(BadOptionError, match=message):
-            finish(SweepFolder(tmp_path / "new", asked(grid)), Here())
+            finish(SweepFolder(tmp_path / "new", spec_of(grid)), Here())
     assert not (tmp_path / "new").exists()
 
 
@@ -185,8 +185,8 @@ def test_a_run_that_diverges_is_a_result(tmp_path: Path, monkeypatch: pytest.Mon
     def train(configs: tuple[object, ...], *_: object, stop: bool) -> list[dict[str, str]]:
         return [{"failed": "diverged, at step 3"} for _ in configs]
 
-    monkeypatch.setattr(work, "train_batch", train)
-    folder = SweepFolder(tmp_path, asked(runs=2))
+    monkeypatch.setattr(job, "train_batch", train)
+    folder = SweepFolder(tmp_path, spec_of(runs=2))
     finish(folder, Here())
     assert [run.diverged for run in folder.finished()] == [True, True]
     assert folder.missing() == []
@@ -196,7 +196,7 @@ def test_a_run_that_diverges_is_a_result(tmp_path: Path, monkeypatch: pytest.Mon
 def test_a_full_disk_loses_the_crowd_in_flight_only(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    folder = SweepFolder(tmp_path, asked("nodes=5,6,7,8,9,10,11,12", runs=1))
+    folder = SweepFolder(tmp_path, spec_of("nodes=5,6,7,8,9,10,11,12", runs=1))
     room = iter(range(5))
     write_text = atomic_files.Path.write_text
 
@@ -219,7 +219,7 @@ def test_a_full_disk_loses_the_crowd_in_flight_only(
 
 
 def test_settings_that_read_the_movement_otherwise_give_other_movements(tmp_path: Path) -> None:
-    folder = SweepFolder(tmp_path, asked("tempo=1,0.5", runs=1))
+    folder = SweepFolder(tmp_path, spec_of("tempo=1,0.5", runs=1))
     finish(folder, Here())
     steps = {run.config.tempo: run.summary["environment_steps"] for run in folder.finished()}
     assert steps[0.5] > 1.9 * steps[1.0]
@@ -249,13 +249,13 @@ def test_workers_find_the_modules_that_this_process_finds(tmp_path: Path) -> Non
     program = tmp_path / "program.py"
     program.write_text(
         f"import sys; sys.path[:0] = [{str(library)!r}, {str(ROOT)!r}]\n"
-        "from mpma_mj.sweep import processes, work\n"
+        "from mpma_mj.sweep import processes, job\n"
         "from mpma_mj.training.config import RunConfig\n"
         "from mpma_mj.training.dataset import read_motions\n"
         "if __name__ == '__main__':\n"
         "    processes._PRELOADED.append('found')\n"
         "    config = RunConfig(nodes=5, modules=1, repeats=1)\n"
-        "    job = work.Job((config,), read_motions(config), 1, True, {})\n"
+        "    job = job.Job((config,), read_motions(config), 1, True, {})\n"
         "    with processes.Processes(2) as backend:\n"
         "        for _ in range(2):\n"
         "            backend.submit(job)\n"
@@ -266,7 +266,7 @@ def test_workers_find_the_modules_that_this_process_finds(tmp_path: Path) -> Non
 
 
 def test_a_run_knows_its_share_of_the_time(tmp_path: Path) -> None:
-    folder = SweepFolder(tmp_path, asked(runs=4))
+    folder = SweepFolder(tmp_path, spec_of(runs=4))
     finish(folder, Here())
     runs = folder.finished()
     assert all(run.seconds > 0 for run in runs)

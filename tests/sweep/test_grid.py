@@ -6,10 +6,10 @@ from typing import get_type_hints
 import pytest
 
 from mpma_mj.errors import BadOptionError
-from mpma_mj.sweep.asked import Asked, by_point, seeds
 from mpma_mj.sweep.grid import points
+from mpma_mj.sweep.spec import SweepSpec, by_point, seeds
 from mpma_mj.training.config import RunConfig, Settings
-from tests.sweep.runs import TINY, asked
+from tests.sweep.runs import TINY, spec_of
 
 
 def test_a_grid_is_all_combinations_the_last_axis_running_fastest() -> None:
@@ -93,15 +93,15 @@ def test_no_runs_no_epochs_and_equal_runs_are_refused() -> None:
     with pytest.raises(BadOptionError, match="runs is 0"):
         seeds(TINY, 0)
     with pytest.raises(BadOptionError, match="epochs is 0"):
-        Asked((TINY,), 0)
+        SweepSpec((TINY,), 0)
     with pytest.raises(BadOptionError, match="no runs"):
-        Asked((), 1)
+        SweepSpec((), 1)
     with pytest.raises(BadOptionError, match="twice"):
-        Asked((TINY, TINY), 1)
+        SweepSpec((TINY, TINY), 1)
 
 
 def test_what_varies_is_told_and_runs_are_grouped_by_all_but_the_seed() -> None:
-    sweep = asked("rule=gated,weighted", runs=3)
+    sweep = spec_of("rule=gated,weighted", runs=3)
     assert sweep.varying == ("rule",)
     groups = by_point(sweep.configs)
     assert [point.rule for point in groups] == ["gated", "weighted"]

@@ -9,8 +9,8 @@ import pytest
 
 from mpma_mj.cli import main
 from mpma_mj.errors import BadOptionError
-from mpma_mj.sweep.folder import Finished
-from mpma_mj.sweep.growth import as_markdown, ask, by_number, growing_runs
+from mpma_mj.sweep.folder import RunResult
+from mpma_mj.sweep.growth import as_markdown, by_number, growing_runs, spec_of
 from mpma_mj.training.config import RunConfig
 
 SMALL = (
@@ -20,18 +20,18 @@ SMALL = (
 
 def finished(most: int, settled: dict[int, int], p_e: dict[int, float], own: float) -> Any:
     """Return what is asked for, and runs with such results; `settled` is by seed."""
-    asked = ask(most, len(settled), RunConfig(), 50)
+    spec = spec_of(most, len(settled), RunConfig(), 50)
     runs = []
-    for config in asked.configs:
+    for config in spec.configs:
         grows = config.agent == "growing"
         found = {"p_e_percent": own if grows else p_e[config.modules], "converged": True}
         number = {"modules_enabled": settled[config.seed], "growing": 0.0} if grows else {}
-        runs.append(Finished(config, found | number, 1, 0.5))
-    return asked, runs
+        runs.append(RunResult(config, found | number, 1, 0.5))
+    return spec, runs
 
 
 def test_growth_is_asked_for_beside_every_fixed_number() -> None:
-    configs = ask(3, 2, RunConfig(nodes=7), 50).configs
+    configs = spec_of(3, 2, RunConfig(nodes=7), 50).configs
     kinds = [(c.agent, c.modules, c.seed) for c in configs]
     fixed = [("mpma", n, seed) for n in (1, 2, 3) for seed in (0, 1)]
     assert kinds == [("growing", 3, 0), ("growing", 3, 1), *fixed]
@@ -39,8 +39,8 @@ def test_growth_is_asked_for_beside_every_fixed_number() -> None:
 
 
 def test_the_table_says_where_growth_settled_and_how_it_compares() -> None:
-    asked, runs = finished(3, {0: 2, 1: 3}, {1: 2.0, 2: 1.0, 3: 1.5}, own=1.1)
-    table = as_markdown(asked, runs)
+    spec, runs = finished(3, {0: 2, 1: 3}, {1: 2.0, 2: 1.0, 3: 1.5}, own=1.1)
+    table = as_markdown(spec, runs)
     assert "| growing: 2.5 ± 0.7 | 2 of 2 |" in table
     assert "| 2 | 2 of 2 | – ± – | 1.00 ± 0.00 |" in table
     assert (
@@ -50,17 +50,17 @@ def test_the_table_says_where_growth_settled_and_how_it_compares() -> None:
 
 
 def test_runs_that_still_grow_have_settled_nowhere() -> None:
-    asked, runs = finished(2, {0: 2}, {1: 2.0, 2: 1.0}, own=1.1)
+    spec, runs = finished(2, {0: 2}, {1: 2.0, 2: 1.0}, own=1.1)
     runs[0].summary["growing"] = 1.0
     assert growing_runs(runs) == []
     assert list(by_number(runs)) == [1, 2]
-    assert "No run has grown to the end." in as_markdown(asked, runs)
+    assert "No run has grown to the end." in as_markdown(spec, runs)
 
 
 def test_runs_that_diverged_are_passed_over() -> None:
-    asked, runs = finished(1, {0: 1}, {1: 2.0}, own=1.1)
-    runs = [Finished(run.config, {"failed": "epoch 1"}, 1, 0.5) for run in runs]
-    assert "2 of 2 runs diverged" in as_markdown(asked, runs)
+    spec, runs = finished(1, {0: 1}, {1: 2.0}, own=1.1)
+    runs = [RunResult(run.config, {"failed": "epoch 1"}, 1, 0.5) for run in runs]
+    assert "2 of 2 runs diverged" in as_markdown(spec, runs)
 
 
 @pytest.mark.parametrize(
@@ -76,7 +76,7 @@ def test_what_cannot_be_asked_for_is_one_line(
     most: int, runs: int, base: dict[str, Any], message: str
 ) -> None:
     with pytest.raises(BadOptionError, match=message):
-        ask(most, runs, RunConfig(**base), 50)
+        spec_of(most, runs, RunConfig(**base), 50)
 
 
 def test_the_command_writes_table_rows_and_picture_and_goes_on_where_it_was(tmp_path: Path) -> None:

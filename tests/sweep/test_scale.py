@@ -1,4 +1,4 @@
-"""How MPMA scales: what is asked, what is said about it, and `mpma scale` as a user types it."""
+"""How MPMA scales: what is spec, what is said about it, and `mpma scale` as a user types it."""
 
 import csv
 import math
@@ -11,7 +11,7 @@ import pytest
 from mpma_mj.cli import main
 from mpma_mj.errors import BadOptionError
 from mpma_mj.sweep import scale
-from mpma_mj.sweep.folder import Finished
+from mpma_mj.sweep.folder import RunResult
 from mpma_mj.sweep.scale import Material, Scale, Size, materials
 from mpma_mj.sweep.scale_figure import write_figure
 from mpma_mj.sweep.scale_table import (
@@ -34,7 +34,7 @@ def question(modules: tuple[int, ...] = (2, 4, 8), nodes: tuple[int, ...] = (50,
     return Scale(materials(NAMES, [2.0, 4.0]), modules, nodes, RunConfig())
 
 
-def run_of(config: RunConfig) -> Finished:
+def run_of(config: RunConfig) -> RunResult:
     """Return a run that is the better the larger it is, up to 4 modules and 100 nodes."""
     worse = 1.0 / min(config.modules, 4) + 10.0 / min(config.nodes, 100)
     used = min(config.modules, len(config.motions))
@@ -61,12 +61,12 @@ def test_without_motions_dances_are_invented_and_lengths_double() -> None:
 
 
 def test_sizes_are_a_cross_whose_lines_meet() -> None:
-    asked = question((8, 2, 4), (400, 50, 200, 100))
-    assert asked.crossing == Size(4, 100)
-    assert asked.lines["modules"] == (Size(2, 100), Size(4, 100), Size(8, 100))
-    assert asked.lines["nodes"] == (Size(4, 50), Size(4, 100), Size(4, 200), Size(4, 400))
-    assert len(asked.sizes) == 6
-    assert len(asked.ask(2).configs) == 5 * 6 * 2
+    spec = question((8, 2, 4), (400, 50, 200, 100))
+    assert spec.crossing == Size(4, 100)
+    assert spec.lines["modules"] == (Size(2, 100), Size(4, 100), Size(8, 100))
+    assert spec.lines["nodes"] == (Size(4, 50), Size(4, 100), Size(4, 200), Size(4, 400))
+    assert len(spec.sizes) == 6
+    assert len(spec.spec_of(2).configs) == 5 * 6 * 2
 
 
 def labels_of(material: Material) -> int:
@@ -94,8 +94,8 @@ def test_enough_is_the_least_within_ten_percent_of_the_lowest(
 
 
 def test_the_words_say_what_the_numbers_say() -> None:
-    asked = question()
-    results = Results(asked, [run_of(config) for config in asked.ask(2).configs])
+    spec = question()
+    results = Results(spec, [run_of(config) for config in spec.spec_of(2).configs])
     assert saturation(results) == [
         "More movements, 50 nodes: enough modules are 4 for 1, 2, 3 movements.",
         "More movements, 4 modules: enough nodes are 100 for 1, 2, 3 movements.",
@@ -118,24 +118,24 @@ def test_one_is_not_many() -> None:
 
 
 def test_a_single_size_says_nothing_about_enough() -> None:
-    asked = question((2,), (50,))
-    results = Results(asked, [run_of(config) for config in asked.ask(1).configs])
+    spec = question((2,), (50,))
+    results = Results(spec, [run_of(config) for config in spec.spec_of(1).configs])
     assert not any("enough" in sentence for sentence in saturation(results))
 
 
 def test_runs_that_are_missing_or_diverged_leave_dashes_and_are_told() -> None:
-    asked = question()
-    first, *others = asked.ask(1).configs
-    runs = [Finished(first, {"failed": "diverged"}, 1, 1.0), *map(run_of, others[:3])]
-    markdown = as_markdown(Results(asked, runs), runs, len(others) + 1)
+    spec = question()
+    first, *others = spec.spec_of(1).configs
+    runs = [RunResult(first, {"failed": "diverged"}, 1, 1.0), *map(run_of, others[:3])]
+    markdown = as_markdown(Results(spec, runs), runs, len(others) + 1)
     assert "| 2 | 50 | – |" in markdown
     assert "1 of 20 runs diverged" in markdown
     assert "16 of 20 runs are missing" in markdown
 
 
 def test_the_file_has_a_row_for_each_material_and_size() -> None:
-    asked = question()
-    rows = as_rows(Results(asked, [run_of(config) for config in asked.ask(2).configs]))
+    spec = question()
+    rows = as_rows(Results(spec, [run_of(config) for config in spec.spec_of(2).configs]))
     assert len(rows) == 5 * 4
     assert rows[0] | {"growing": "movements", "amount": 1, "modules": 2, "nodes": 50} == rows[0]
     assert (rows[0]["runs"], rows[0]["converged"]) == (2, 2)
@@ -144,12 +144,12 @@ def test_the_file_has_a_row_for_each_material_and_size() -> None:
 
 
 def test_the_picture_shows_something_whatever_there_is(tmp_path: Path) -> None:
-    asked = question()
+    spec = question()
     path = tmp_path / "scale.png"
-    write_figure(path, Results(asked, [run_of(config) for config in asked.ask(2).configs]))
+    write_figure(path, Results(spec, [run_of(config) for config in spec.spec_of(2).configs]))
     full = iio.imread(path)
     assert full.std() > 10
-    write_figure(path, Results(asked, []))
+    write_figure(path, Results(spec, []))
     empty = iio.imread(path)
     assert empty.shape != full.shape or np.any(empty != full)
 

@@ -13,9 +13,9 @@ from mpma_mj.bench.timing import Case
 from mpma_mj.cli import main
 from mpma_mj.errors import BadOptionError
 from mpma_mj.sweep import floor, table1
-from mpma_mj.sweep.asked import Asked
-from mpma_mj.sweep.folder import Finished
+from mpma_mj.sweep.folder import RunResult
 from mpma_mj.sweep.measures import Spread, spread, values
+from mpma_mj.sweep.spec import SweepSpec
 from mpma_mj.sweep.table1_figure import write_figure
 from mpma_mj.training.config import RunConfig
 from tests.sweep.runs import finished
@@ -23,18 +23,18 @@ from tests.sweep.runs import finished
 BASE = RunConfig(modules=2)
 
 
-def some_runs(asked: Asked) -> list[Finished]:
+def some_runs(spec: SweepSpec) -> list[RunResult]:
     """Return runs whose epochs and modules used depend on the seed."""
     return [
         finished(config, epochs=6 + 2 * (config.seed % 2), modules_used=1 + config.seed % 2)
-        for config in asked.configs
+        for config in spec.configs
     ]
 
 
 def test_mean_and_deviation_are_of_the_sample_and_skip_what_is_not_there() -> None:
-    (config,) = table1.ask([5], 1, BASE).configs
+    (config,) = table1.spec_of([5], 1, BASE).configs
     runs = [finished(config, nmi=value) for value in (0.2, 0.4, None)]
-    runs.append(Finished(config, {"failed": "diverged"}, 1, 0.5))
+    runs.append(RunResult(config, {"failed": "diverged"}, 1, 0.5))
     assert values(runs, "nmi") == [0.2, 0.4]
     assert values(runs, "active_modules.M") == [2.0] * 3
     assert spread(runs, "nmi").mean == pytest.approx(0.3)
@@ -54,8 +54,8 @@ def test_the_papers_numbers_are_the_papers() -> None:
 
 
 def test_every_size_has_the_papers_line_and_ours() -> None:
-    asked = table1.ask([50, 60], 4, BASE)
-    found = table1.lines(asked, some_runs(asked))
+    spec = table1.spec_of([50, 60], 4, BASE)
+    found = table1.lines(spec, some_runs(spec))
     assert [(line.nodes, line.source) for line in found] == [
         (50, "paper"),
         (50, "ours"),
@@ -68,14 +68,14 @@ def test_every_size_has_the_papers_line_and_ours() -> None:
 
 
 def test_the_table_shows_both_and_the_file_has_all_digits() -> None:
-    asked = table1.ask([50], 2, BASE)
-    runs = some_runs(asked)
-    text = table1.as_markdown(asked, runs)
+    spec = table1.spec_of([50], 2, BASE)
+    runs = some_runs(spec)
+    text = table1.as_markdown(spec, runs)
     assert "weighted rule, physics arms" in text
     assert "| 50 | paper | 18.00/3.78 | 2.76/0.23 | 0.230/0.020 | 1.00 | 1.60 | 2.70 |" in text
     assert "| 50 | ours | 7.00/1.41 | 0.50/0.00 | 0.040/0.000 | 1.00 | 2.00 | 2.00 |" in text
     assert "| 50 % | 2 of 2 |" in text
-    rows = list(csv.DictReader(io.StringIO(table1.as_csv(asked, runs))))
+    rows = list(csv.DictReader(io.StringIO(table1.as_csv(spec, runs))))
     assert [row["source"] for row in rows] == ["paper", "ours"]
     assert rows[0]["p_e_percent_sd"] == "0.23"
     assert rows[0]["nmi_mean"] == rows[0]["converged"] == ""
@@ -84,10 +84,10 @@ def test_the_table_shows_both_and_the_file_has_all_digits() -> None:
 
 
 def test_runs_that_did_not_end_well_are_told() -> None:
-    asked = table1.ask([50], 4, BASE)
-    first, second, *_ = asked.configs
-    runs = [Finished(first, {"failed": "diverged"}, 1, 0.5), finished(second, 2, converged=False)]
-    text = table1.as_markdown(asked, runs)
+    spec = table1.spec_of([50], 4, BASE)
+    first, second, *_ = spec.configs
+    runs = [RunResult(first, {"failed": "diverged"}, 1, 0.5), finished(second, 2, converged=False)]
+    text = table1.as_markdown(spec, runs)
     assert "| 0 of 4 |" in text
     assert "1 of 4 runs diverged" in text
     assert "2 of 4 runs are missing" in text
@@ -102,24 +102,24 @@ def test_no_sizes_no_runs_and_equal_sizes_are_refused(
     sizes: list[int], runs: int, message: str
 ) -> None:
     with pytest.raises(BadOptionError, match=message):
-        table1.ask(sizes, runs, BASE)
+        table1.spec_of(sizes, runs, BASE)
 
 
 @pytest.mark.parametrize("sizes", [[50, 100, 200, 400], [7]])
 def test_the_picture_shows_something_whatever_the_sizes(tmp_path: Path, sizes: list[int]) -> None:
-    asked = table1.ask(sizes, 3, BASE)
+    spec = table1.spec_of(sizes, 3, BASE)
     path = tmp_path / "table1.png"
-    write_figure(path, asked, some_runs(asked))
+    write_figure(path, spec, some_runs(spec))
     full = iio.imread(path)
     assert full.std() > 10
-    write_figure(path, asked, [])
+    write_figure(path, spec, [])
     assert np.any(iio.imread(path) != full)
 
 
 def test_bare_physics_is_of_as_many_steps(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked = table1.ask([50], 2, BASE)
-    runs = [finished(config, epochs=5, environment_steps=500) for config in asked.configs]
-    runs.append(Finished(asked.configs[0], {"failed": "diverged"}, 1, 0.5))
+    spec = table1.spec_of([50], 2, BASE)
+    runs = [finished(config, epochs=5, environment_steps=500) for config in spec.configs]
+    runs.append(RunResult(spec.configs[0], {"failed": "diverged"}, 1, 0.5))
     monkeypatch.setattr(floor, "bare_rollout", lambda threads: Case(lambda: 1))
     monkeypatch.setattr(floor, "in_turn", lambda cases, rounds: {"bare": np.array([1e-3, 2e-3])})
     said = floor.beside_bare_physics(3.0, runs, 2, range(2))

@@ -9,11 +9,11 @@ from dataclasses import dataclass, fields
 from mpma_mj.errors import BadOptionError
 from mpma_mj.training.config import RunConfig
 
-__all__ = ["Asked", "by_point", "seeds", "without_seed"]
+__all__ = ["SweepSpec", "by_point", "seeds", "without_seed"]
 
 
 @dataclass(frozen=True)
-class Asked:
+class SweepSpec:
     """Runs, each known by its settings.
 
     Attributes:

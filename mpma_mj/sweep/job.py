@@ -12,7 +12,7 @@ from mpma_mj.sweep.backend import Work
 from mpma_mj.training.batch_trainer import train_batch
 from mpma_mj.training.config import RunConfig, versions
 
-__all__ = ["Done", "Job"]
+__all__ = ["Job", "JobResult"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,11 +33,11 @@ class Job(Work):
     stop: bool
     versions: dict[str, str]
 
-    def do(self) -> Done:
+    def do(self) -> JobResult:
         """Train and return what came of it.
 
         Raises:
-            WorkerError: The worker would compute other results than the one who asked.
+            WorkerError: The worker would compute other results than the one who spec.
             MpmaError: The settings do not fit.
         """
         here = versions()
@@ -49,11 +49,11 @@ class Job(Work):
                 )
         began = time.perf_counter()
         summaries = train_batch(self.configs, self.motion, self.epochs, stop=self.stop)
-        return Done(summaries, (time.perf_counter() - began) / len(summaries))
+        return JobResult(summaries, (time.perf_counter() - began) / len(summaries))
 
 
 @dataclass(frozen=True)
-class Done:
+class JobResult:
     """What came of a job.
 
     Attributes:

@@ -1,4 +1,4 @@
-"""How runs are shared out: crowds that train side by side in one process."""
+"""How runs are shared out: batches that train side by side in one process."""
 
 from __future__ import annotations
 
@@ -6,40 +6,40 @@ import itertools
 import math
 from collections.abc import Sequence
 
-from mpma_mj.sweep.asked import by_point
+from mpma_mj.sweep.spec import by_point
 from mpma_mj.training.config import RunConfig
 
 __all__ = ["cut"]
 
-Crowd = tuple[RunConfig, ...]
+Batch = tuple[RunConfig, ...]
 
-_LARGEST = 20  # runs of a crowd; what side by side saves is had by then (choice)
-_MEMORY = 1e9  # most bytes that a crowd remembers in the readouts' Gram matrices (choice)
+_LARGEST = 20  # runs of a batch; what side by side saves is had by then (choice)
+_MEMORY = 1e9  # most bytes that a batch remembers in the readouts' Gram matrices (choice)
 _INPUTS = 40  # features of a readout beside its nodes, about
 _PLENTY = 4  # points of a grid for each worker that keep all busy to the end (choice)
 
 
-def cut(configs: Sequence[RunConfig], workers: int) -> list[Crowd]:
-    """Return crowds of runs that differ in their seed only, those that take longest first.
+def cut(configs: Sequence[RunConfig], workers: int) -> list[Batch]:
+    """Return batches of runs that differ in their seed only, those that take longest first.
 
     Where there are few points every worker gets its share of each, so that none waits. Crowds of
     large networks are small, so that their memory is not.
 
     Args:
         configs: Settings of the runs.
-        workers: How many crowds are trained at a time.
+        workers: How many batches are trained at a time.
     """
     groups = by_point(configs).values()
     shares = workers if len(groups) < _PLENTY * workers else 1
-    crowds = [
-        crowd
+    batches = [
+        batch
         for group in groups
-        for crowd in _pieces(group, max(shares, math.ceil(len(group) / _largest(group[0]))))
+        for batch in _pieces(group, max(shares, math.ceil(len(group) / _largest(group[0]))))
     ]
-    return sorted(crowds, key=_work, reverse=True)
+    return sorted(batches, key=_work, reverse=True)
 
 
-def _pieces(group: Sequence[RunConfig], count: int) -> list[Crowd]:
+def _pieces(group: Sequence[RunConfig], count: int) -> list[Batch]:
     """Cut a group into pieces whose sizes differ by one at most; none is empty."""
     count = min(count, len(group))
     ends = [round(len(group) * piece / count) for piece in range(count + 1)]
@@ -47,10 +47,10 @@ def _pieces(group: Sequence[RunConfig], count: int) -> list[Crowd]:
 
 
 def _largest(config: RunConfig) -> int:
-    """Return how many runs a crowd may have."""
+    """Return how many runs a batch may have."""
     bytes_of_a_run = 3 * config.modules * (config.nodes + _INPUTS) ** 2 * 8
     return max(1, min(_LARGEST, int(_MEMORY / bytes_of_a_run)))
 
 
-def _work(crowd: Crowd) -> int:
-    return len(crowd) * crowd[0].modules * crowd[0].nodes
+def _work(batch: Batch) -> int:
+    return len(batch) * batch[0].modules * batch[0].nodes
