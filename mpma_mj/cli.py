@@ -14,6 +14,7 @@ import tyro
 
 from mpma_mj import __version__, commands
 from mpma_mj.errors import BadOptionError, MpmaError, RecordingWarning
+from mpma_mj.motions.options import option_name
 
 __all__ = ["main"]
 
@@ -75,7 +76,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         _run(list(sys.argv[1:] if arguments is None else arguments))
     except MpmaError as error:
-        print(f"mpma: {error}", file=sys.stderr)
+        print(f"mpma: {error.describe(_as_flag)}", file=sys.stderr)
         return error.exit_code
     except MemoryError:
         print(
@@ -95,6 +96,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print("mpma: interrupted", file=sys.stderr)
         return _INTERRUPTED
     return 0
+
+
+def _as_flag(option: str, value: str | None) -> str:
+    """Return an option as it is typed."""
+    flag = f"--{option_name(option)}"
+    return flag if value is None else f"{flag} {value}"
 
 
 def _run(words: Sequence[str]) -> None:

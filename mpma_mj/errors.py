@@ -1,11 +1,16 @@
-"""Everything that can go wrong and that a user can mend.
+"""Errors that a user can mend.
 
-Each message is one line: where (file, row, joint, option), what was expected, and what to
-do about it. `exit_code` is what the command line returns: 2 for input that has to be mended,
-1 for a run that failed.
+Each message is one line: what is wrong and where (file, row, joint, option), what was expected,
+and how to mend it. Options are named by data, not by text, so that the same error reads
+`max_gap=0.5` in Python and `--max-gap 0.5` on the command line. `exit_code` is what the command
+line returns: 2 for input that has to be mended, 1 for a run that failed.
 """
 
 from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import Any
 
 __all__ = [
     "BadOptionError",
@@ -18,20 +23,98 @@ __all__ = [
     "RenderingError",
     "RobotLogError",
     "RunFolderError",
+    "StateError",
     "UnknownMotionError",
     "VideoError",
     "WorkerError",
 ]
 
+WriteOption = Callable[[str, str | None], str]
+"""Writer of an option: takes its name in Python, and a value or None."""
+
+_OPTION = re.compile(r"\{(\w+)(?:=([^{}]*))?\}")
+
+
+def _as_keyword(option: str, value: str | None) -> str:
+    return option if value is None else f"{option}={value}"
+
 
 class MpmaError(Exception):
-    """Base of all errors that this package raises on purpose."""
+    """Base of all errors that this package raises on purpose.
+
+    Attributes:
+        remedy: How to mend it; `{name}` and `{name=value}` stand for options.
+    """
 
     exit_code = 2
 
+    def __init__(self, message: str = "", *, remedy: str = "") -> None:
+        """Take the problem and its remedy.
+
+        Args:
+            message: What is wrong; may hold the remedy too, where that names no option.
+            remedy: How to mend it; `{name}` and `{name=value}` stand for options.
+        """
+        super().__init__(message)
+        self.remedy = remedy
+
+    def __str__(self) -> str:
+        """Return the message with options as keywords of Python."""
+        return self.describe(_as_keyword)
+
+    def describe(self, write: WriteOption) -> str:
+        """Return the message with options in the reader's language.
+
+        Args:
+            write: Writes the name of an option, with a value or without.
+        """
+        remedy = _OPTION.sub(lambda found: write(found[1], found[2]), self.remedy)
+        return "; ".join(part for part in (self._problem(write), remedy) if part)
+
+    def _problem(self, write: WriteOption) -> str:
+        """Return what is wrong."""
+        return str(self.args[0])
+
 
 class BadOptionError(MpmaError, ValueError):
-    """An option or argument is outside what it may be."""
+    """An option or argument is out of bounds, or contradicts another.
+
+    Attributes:
+        option: Name of the option in Python; empty where `message` says all.
+        value: Value that was given.
+        expected: What was expected instead.
+    """
+
+    def __init__(
+        self,
+        message: str = "",
+        *,
+        option: str = "",
+        value: Any = None,
+        expected: str = "",
+        remedy: str = "",
+    ) -> None:
+        """Take the problem as text, or as an option with its value.
+
+        Args:
+            message: What is wrong, where it is more than one option's value.
+            option: Name of the option in Python.
+            value: Value that was given.
+            expected: What was expected instead.
+            remedy: How to mend it; `{name}` and `{name=value}` stand for options.
+        """
+        super().__init__(message, remedy=remedy)
+        self.option, self.value, self.expected = option, value, expected
+
+    def _problem(self, write: WriteOption) -> str:
+        if not self.option:
+            return super()._problem(write)
+        problem = f"{write(self.option, None)} is {self.value!r}"
+        return f"{problem}; expected {self.expected}" if self.expected else problem
+
+
+class StateError(MpmaError, RuntimeError):
+    """A call comes in the wrong order, such as `learn` before an episode."""
 
 
 class UnknownMotionError(MpmaError):

@@ -1,25 +1,146 @@
-"""What values are, of Python's types or numpy's."""
+"""Validation of options: bounds declared with the fields of dataclasses, checked in one place."""
 
 from __future__ import annotations
 
+import dataclasses
+import functools
+import types
+from dataclasses import dataclass
 from numbers import Integral, Real
-from typing import SupportsFloat, SupportsInt, TypeGuard
+from typing import (
+    Annotated,
+    Any,
+    Literal,
+    SupportsFloat,
+    SupportsInt,
+    TypeGuard,
+    Union,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
 
 import numpy as np
 
-__all__ = ["is_boolean", "is_integer", "is_number"]
+from mpma_mj.errors import BadOptionError
+
+__all__ = ["Bounds", "check_fields", "is_boolean", "is_integer", "is_number"]
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """Bounds of a number, as annotation of a field: `nodes: Annotated[int, Bounds(1, 20000)]`.
+
+    Attributes:
+        low: Lowest value.
+        high: Highest value.
+        above: Whether the lowest value itself is excluded.
+        below: Whether the highest value itself is excluded.
+        hint: Unit or example, for messages.
+    """
+
+    low: float
+    high: float
+    above: bool = False
+    below: bool = False
+    hint: str = ""
+
+    def admit(self, value: float) -> bool:
+        """Return whether a number is within the bounds; NaN is not."""
+        over = value > self.low if self.above else value >= self.low
+        return over and (value < self.high if self.below else value <= self.high)
+
+    def describe(self, *, whole: bool) -> str:
+        """Return the bounds in words.
+
+        Args:
+            whole: Whether the number is an integer.
+        """
+        if whole:
+            bounds = f"a whole number from {self.low:g} to {self.high:g}"
+        elif self.above or self.below:
+            low = f"above {self.low:g}" if self.above else f"{self.low:g} or more"
+            bounds = f"{low}, {'below' if self.below else 'at most'} {self.high:g}"
+        else:
+            bounds = f"{self.low:g} to {self.high:g}"
+        return f"{bounds}, {self.hint}" if self.hint else bounds
+
+
+def check_fields(options: object) -> None:
+    """Check the fields of a dataclass against their annotations, and keep plain Python values.
+
+    Numbers have to be annotated with `Bounds`. Numbers, truth values and literals are checked, also
+    where None is another choice; other types are left to the class itself.
+
+    Args:
+        options: Instance of a dataclass, which may be frozen; to be called by `__post_init__`.
+
+    Raises:
+        BadOptionError: A value is of another type, or out of bounds; names the field.
+    """
+    for name, (kind, bounds, optional) in _checked_fields(type(options)).items():  # type: ignore[arg-type] # classes are hashable
+        value = getattr(options, name)
+        if value is None and optional:
+            continue
+        object.__setattr__(options, name, _checked(name, value, kind, bounds))
+
+
+@functools.cache
+def _checked_fields(owner: type) -> dict[str, tuple[Any, Bounds | None, bool]]:
+    """Return type, bounds and whether None is allowed, of each field that can be checked."""
+    hints = get_type_hints(owner, include_extras=True)
+    checked = {}
+    for field in dataclasses.fields(owner):
+        kind, bounds = _unwrap(hints[field.name])
+        choices = get_args(kind) if get_origin(kind) in (Union, types.UnionType) else (kind,)
+        others = [choice for choice in choices if choice is not types.NoneType]
+        if len(others) == 1:
+            kind, inner = _unwrap(others[0])
+            checked[field.name] = kind, bounds or inner, len(others) < len(choices)
+    return {
+        name: check
+        for name, check in checked.items()
+        if check[0] is bool or get_origin(check[0]) is Literal or check[1] is not None
+    }
+
+
+def _unwrap(hint: Any) -> tuple[Any, Bounds | None]:
+    """Return the type behind an annotation, and its bounds if it has any."""
+    if get_origin(hint) is not Annotated:
+        return hint, None
+    kind, *extras = get_args(hint)
+    return kind, next((extra for extra in extras if isinstance(extra, Bounds)), None)
+
+
+def _checked(name: str, value: Any, kind: Any, bounds: Bounds | None) -> Any:
+    """Return a value as a plain one of its type."""
+    if kind is bool:
+        if not is_boolean(value):
+            raise BadOptionError(option=name, value=value, expected="True or False")
+        return bool(value)
+    if get_origin(kind) is Literal:
+        if not isinstance(value, str) or value not in get_args(kind):
+            expected = f"one of {', '.join(get_args(kind))}"
+            raise BadOptionError(option=name, value=value, expected=expected)
+        return value
+    assert bounds is not None
+    whole = kind is int
+    fits = is_integer(value) if whole else is_number(value)
+    if not (fits and bounds.admit(value)):
+        raise BadOptionError(option=name, value=value, expected=bounds.describe(whole=whole))
+    return kind(value)
 
 
 def is_integer(value: object) -> TypeGuard[SupportsInt]:
-    """Tell whether a value is a whole number, and not True or False."""
+    """Return whether a value is an integer of Python or numpy, and not True or False."""
     return isinstance(value, Integral) and not isinstance(value, bool)
 
 
 def is_number(value: object) -> TypeGuard[SupportsFloat]:
-    """Tell whether a value is a real number, and not True or False."""
+    """Return whether a value is a real number of Python or numpy, and not True or False."""
     return isinstance(value, Real) and not isinstance(value, bool)
 
 
 def is_boolean(value: object) -> TypeGuard[bool | np.bool_]:
-    """Tell whether a value is True or False."""
+    """Return whether a value is True or False, of Python or numpy."""
     return isinstance(value, bool | np.bool_)
