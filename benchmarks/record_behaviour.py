@@ -23,11 +23,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 import mpma_mj
-from mpma_mj.training import imitate
-from mpma_mj.training.batch_trainer import train_batch
+from mpma_mj.training import run as runs
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.dataset import read_motions
 from mpma_mj.training.run_folder import RunFolder
+from mpma_mj.training.trainer import train_batch
 from mpma_mj.utils.atomic_files import read_arrays
 
 Record = dict[str, str]
@@ -36,6 +36,7 @@ RENAMED: dict[str, str] = {
     "modules_enabled": "modules_awake",
     "lookahead": "future",
     "best_epoch": "kept_epoch",
+    "motions": "movements",
 }
 """Names of the first record by today's: parts between slashes of a record's keys."""
 
@@ -151,7 +152,7 @@ def run_entries(
     for config in configs:
         with tempfile.TemporaryDirectory() as folder:
             run = RunFolder(Path(folder) / "run")
-            imitate.start(config, run, EPOCHS)
+            runs.start(config, run, EPOCHS)
             summary = json.loads((run.path / "summary.json").read_text("utf-8"))
             yield from _numbers(f"{key}/{config.seed}/summary", summary)
             for file in ("trace", "checkpoint/best"):

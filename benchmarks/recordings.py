@@ -14,7 +14,7 @@ import tyro
 
 from mpma_mj.errors import MpmaError, RecordingWarning
 from mpma_mj.training.config import RunConfig, Settings
-from mpma_mj.training.imitate import start
+from mpma_mj.training.run import start
 from mpma_mj.training.run_folder import RunFolder
 
 

@@ -6,21 +6,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mpma_mj.agents import MPMAConfig
 from mpma_mj.context import equal_segments
-from mpma_mj.envs.load import load
 from mpma_mj.motions import Motion
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.factory import make_agent
-from mpma_mj.training.imitate import start
+from mpma_mj.training.run import start, train
 from mpma_mj.training.run_folder import RunFolder
-from mpma_mj.training.trainer import Trainer
 
 
 @pytest.mark.parametrize("arms", ["physics", "kinematic"])
 def test_the_dance_is_learned_by_several_modules(arms: str, tmp_path: Path) -> None:
     config = RunConfig(nodes=100, arms=arms)  # type: ignore[arg-type]
-    summary = start(config, RunFolder(tmp_path / "run"), 30)
+    summary = start(config, RunFolder(tmp_path / "run"), 30).summary
     assert summary["converged"]
     assert summary["p_e_percent"] < 1.0
     assert summary["feedback_ratio"] < 0.1
@@ -29,14 +25,14 @@ def test_the_dance_is_learned_by_several_modules(arms: str, tmp_path: Path) -> N
 
 
 def test_the_papers_rule_converges(tmp_path: Path) -> None:
-    summary = start(RunConfig(nodes=100, rule="gated"), RunFolder(tmp_path / "run"), 30)
+    summary = start(RunConfig(nodes=100, rule="gated"), RunFolder(tmp_path / "run"), 30).summary
     assert summary["converged"]
     assert summary["p_e_percent"] < 3.0
     assert all(1 <= count <= 3 for count in summary["active_modules"].values())
 
 
 def test_one_module_dances_too(tmp_path: Path) -> None:
-    summary = start(RunConfig(nodes=100, modules=1), RunFolder(tmp_path / "run"), 30)
+    summary = start(RunConfig(nodes=100, modules=1), RunFolder(tmp_path / "run"), 30).summary
     assert summary["converged"]
     assert summary["nmi"] == pytest.approx(0.0, abs=1e-9)
 
@@ -48,11 +44,8 @@ def test_arms_that_swing_past_straight_forward_are_learned(offset: float) -> Non
     posture = np.concatenate([upper_arm, upper_arm, *[upper_arm * [1, -1, 1]] * 2], axis=1)
     posture /= np.sqrt(1 + offset**2)
     context, labels = equal_segments(100, 4)
-    env = load(Motion(posture, context, labels, 20.0, "swing", "a test"))
-    trainer = Trainer(env, make_agent(env, MPMAConfig(nodes=100)))
-    while not trainer.converged and len(trainer.rows) < 20:
-        trainer.run_epoch()
-    assert trainer.converged
+    motion = Motion(posture, context, labels, 20.0, "swing", "a test")
+    assert train(RunConfig(nodes=100), 20, motion=motion).summary["converged"]
 
 
 def test_arms_raised_through_straight_forward_and_lowered_sideways_are_learned() -> None:
@@ -67,14 +60,12 @@ def test_arms_raised_through_straight_forward_and_lowered_sideways_are_learned()
     left = np.concatenate([upper_arm, forearm], axis=1)
     posture = np.concatenate([left, left * [1, -1, 1, 1, -1, 1]], axis=1)
     context, labels = equal_segments(len(posture), 4)
-    env = load(Motion(posture, context, labels, 20.0, "raise", "a test"))
+    motion = Motion(posture, context, labels, 20.0, "raise", "a test")
 
     def best(*, proprioception: bool) -> float:
-        config = MPMAConfig(nodes=100, proprioception=proprioception)
-        trainer = Trainer(env, make_agent(env, config))
-        while not trainer.converged and len(trainer.rows) < 10:
-            trainer.run_epoch()
-        return trainer.summary()["p_e_percent"] if trainer.converged else np.inf
+        config = RunConfig(nodes=100, proprioception=proprioception)
+        summary = train(config, 10, motion=motion).summary
+        return summary["p_e_percent"] if summary["converged"] else np.inf
 
     sensing = best(proprioception=True)
     assert sensing < 3.0
@@ -84,9 +75,9 @@ def test_arms_raised_through_straight_forward_and_lowered_sideways_are_learned()
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(20))
 def test_every_seed_converges(seed: int, tmp_path: Path) -> None:
-    summary = start(RunConfig(seed=seed), RunFolder(tmp_path / "weighted"), 30)
+    summary = start(RunConfig(seed=seed), RunFolder(tmp_path / "weighted"), 30).summary
     assert summary["converged"]
     assert summary["epochs"] <= 9
     assert summary["p_e_percent"] < 0.8
     gated = RunConfig(seed=seed, rule="gated", nodes=100)
-    assert start(gated, RunFolder(tmp_path / "gated"), 30)["p_e_percent"] < 3.0
+    assert start(gated, RunFolder(tmp_path / "gated"), 30).summary["p_e_percent"] < 3.0

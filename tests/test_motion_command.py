@@ -104,10 +104,10 @@ def test_several_movements_are_learned_together(write_tsv: WriteTsv) -> None:
     words = f"imitate ymca {slow} --nodes 30 --repeats 1 --epochs 3 --no-video --out run"
     assert main(words.split()) == 0
     summary = json.loads(Path("run/summary.json").read_text())
-    assert [row["name"] for row in summary["movements"]] == ["ymca", "dance"]
+    assert [row["name"] for row in summary["motions"]] == ["ymca", "dance"]
     assert set(summary["active_modules"]) == {"ymca", "dance"}
-    steps = [row["steps"] for row in summary["movements"]]
-    mean = np.average([row["p_e_percent"] for row in summary["movements"]], weights=steps)
+    steps = [row["steps"] for row in summary["motions"]]
+    mean = np.average([row["p_e_percent"] for row in summary["motions"]], weights=steps)
     assert mean == pytest.approx(summary["p_e_percent"])
     assert main(["imitate", "--resume", "run", "--epochs", "1", "--no-video"]) == 0
     assert main(["imitate", "ymca", "--resume", "run", "--epochs", "1", "--no-video"]) == 2
@@ -125,7 +125,7 @@ def test_a_folder_is_the_recordings_in_it(
     words = ["--nodes", "20", "--repeats", "1", "--epochs", "1", "--no-video", "--out", "run"]
     assert main(["imitate", str(folder), *words]) == 0
     summary = json.loads(Path("run/summary.json").read_text())
-    assert [row["name"] for row in summary["movements"]] == ["a", "b"]
+    assert [row["name"] for row in summary["motions"]] == ["a", "b"]
     empty = tmp_path / "empty"
     empty.mkdir()
     assert main(["imitate", str(empty), "--no-video"]) == 2

@@ -6,10 +6,10 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from mpma_mj.cli import main
+from mpma_mj.trace import OBSERVED, Trace
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.visualization.video import write_video
 from tests.conftest import Encoder, Refused
@@ -27,8 +27,10 @@ def run(small_run: Path, tmp_path: Path) -> Path:
     """Return a copy of a run, with a video of its first second."""
     folder = tmp_path / "run"
     shutil.copytree(small_run, folder)
-    trace = {name: signal[:20] for name, signal in RunFolder(folder).read_trace().items()}
-    trace["context"] = np.append(trace["context"], trace["context"][-1:], axis=0)
+    arrays = RunFolder(folder).read_trace().to_arrays()
+    trace = Trace.from_arrays(
+        {name: signal[: 21 if name in OBSERVED else 20] for name, signal in arrays.items()}
+    )
     write_video(folder / "dance.mp4", trace, RunFolder(folder).read_motion())
     return folder
 

@@ -74,9 +74,9 @@ def test_a_run_is_shown_as_it_was_danced(
     audience = seat([NONE] * 4 + [LEFT] * 5)
     assert main(["view", str(small_run)]) == 0
     trace = RunFolder(small_run).read_trace()
-    last = len(trace["joint_angles"]) - 1
-    np.testing.assert_array_equal(audience.angles[:5], trace["joint_angles"][:5])
-    np.testing.assert_array_equal(audience.angles[-1], trace["joint_angles"][0])
+    last = len(trace.joint_angles) - 1
+    np.testing.assert_array_equal(audience.angles[:5], trace.joint_angles[:5])
+    np.testing.assert_array_equal(audience.angles[-1], trace.joint_angles[0])
     np.testing.assert_allclose(audience.times[:5], np.arange(5) / 20)
     assert audience.steps[4:6] == [f"4 / {last}", f"3 / {last}, paused"]
     assert audience.labels[0] == "Y"

@@ -7,7 +7,7 @@ from evaluation import Curve
 import mpma_mj
 from mpma_mj import metrics
 from mpma_mj.options import Arms
-from mpma_mj.training.trace import record_epoch
+from mpma_mj.training.rollout import record_epoch
 
 __all__ = ["learn"]
 
@@ -32,6 +32,6 @@ def learn(seed: int, arms: Arms, steps: int, *, noise: float = 0.2) -> Curve:
         danced += env.task.steps
         yield (
             danced,
-            metrics.posture_error_percent(trace["posture"][1:], trace["reference"][1:]),
+            metrics.posture_error_percent(trace.posture[1:], trace.reference[1:]),
         )
         agent.learn()

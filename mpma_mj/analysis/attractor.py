@@ -14,8 +14,8 @@ from mpma_mj.envs.load import load
 from mpma_mj.motions import Motion
 from mpma_mj.training.checkpoints import load_state
 from mpma_mj.training.factory import agent_of, environment_options, one_thread
+from mpma_mj.training.rollout import record_epoch
 from mpma_mj.training.run_folder import RunFolder
-from mpma_mj.training.trace import record_epoch
 
 __all__ = ["REPEATS", "FreeDance", "dance_freely"]
 
@@ -70,9 +70,9 @@ def dance_freely(folder: RunFolder) -> tuple[FreeDance, Motion]:
     with one_thread():
         trace = record_epoch(env, agent, epoch)  # the reservoirs' noise is of the epoch after
     free = FreeDance(
-        trace["posture"][period:],
-        trace["reference"][period:],
-        active_label(trace["context"][period:]),
+        trace.posture[period:],
+        trace.reference[period:],
+        active_label(trace.context[period:]),
         period,
         motion.rate,
     )

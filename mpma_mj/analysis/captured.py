@@ -18,6 +18,7 @@ from mpma_mj.analysis.repetition import laid_over, recurrence
 from mpma_mj.analysis.synergies import Synergies, find_synergies
 from mpma_mj.context import active_label
 from mpma_mj.kinematics import JOINT_NAMES, SEGMENT_NAMES
+from mpma_mj.trace import Trace
 
 __all__ = ["Captured", "Repetition", "analyse"]
 
@@ -94,7 +95,7 @@ class Captured:
 
 
 def analyse(
-    trace: dict[str, Array],
+    trace: Trace,
     labels: tuple[str, ...],
     period: int,
     progress: Callable[[range], Iterable[int]] = lambda factors: factors,
@@ -107,12 +108,12 @@ def analyse(
         period: Steps of one repetition.
         progress: Wraps the numbers of synergies that are tried, to show how far it is.
     """
-    responsibility = trace["responsibility"]
-    output = responsibility[:, :, None] * trace["module_actions"]
-    posture, context = trace["posture"][:-1], trace["context"][:-1]
+    responsibility = trace.with_modules().responsibility
+    output = responsibility[:, :, None] * trace.with_modules().module_actions
+    posture, context = trace.posture[:-1], trace.context[:-1]
     region, label = posture_regions(posture), active_label(context)
     return Captured(
-        shares=_shares(responsibility, output, trace["posture"], region, label, labels),
+        shares=_shares(responsibility, output, trace.posture, region, label, labels),
         told=what_tells(responsibility, posture, context, region, label, period),
         synergies=find_synergies(output, progress),
         output=np.abs(output).sum(axis=(0, 2)) / np.abs(output).sum(),

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.errors import RunFolderError
 from mpma_mj.motions import Motion
+from mpma_mj.trace import Trace
 from mpma_mj.training.demonstration_check import demonstrated
 from mpma_mj.training.run_folder import RunFolder
 
@@ -27,7 +28,7 @@ class Danced:
         period: Steps from one repetition to the next.
     """
 
-    trace: dict[str, Array]
+    trace: Trace
     motion: Motion
     period: int
 
@@ -40,7 +41,7 @@ def read_danced(folder: RunFolder) -> Danced:
         CheckpointError: The run is damaged, or has no modules.
     """
     demonstration, trace = demonstrated(folder)
-    if not np.any(trace["module_actions"]):
+    if not np.any(trace.with_modules().module_actions):
         raise RunFolderError(
             f"{folder.path}: its modules put out nothing in the kept epoch; go on with"
             f" mpma imitate --resume {folder.path}"

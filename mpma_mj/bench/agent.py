@@ -11,9 +11,8 @@ from mpma_mj.bench.report import Report
 from mpma_mj.bench.timing import Case, Progress, in_turn, ratio, spread
 from mpma_mj.envs.load import load
 from mpma_mj.motions import ymca
-from mpma_mj.training.batch_trainer import BatchTrainer
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.factory import agent_of, environment_options, one_thread
+from mpma_mj.training.factory import one_thread
 from mpma_mj.training.trainer import Trainer
 
 __all__ = ["measure"]
@@ -34,7 +33,7 @@ def measure(progress: Progress) -> Report:
     company = f"{_RUNS} runs side by side, per run"
     floor = "bare mj_step calls, one step's worth, beside training"
     alone, together = "a training epoch", f"a training epoch, {company}"
-    with one_thread(), contextlib.closing(_crowd()) as crowd:
+    with one_thread(), contextlib.closing(_batch()) as batch:
         one, many = Rehearsal.alone(_CONFIG), Rehearsal.side_by_side(_CONFIG, _RUNS)
         cases = {
             floor: bare_steps(load()),
@@ -43,7 +42,7 @@ def measure(progress: Progress) -> Report:
             "refit": one.learns,
             f"refit, {company}": many.learns,
             alone: _epoch_alone(),
-            together: _epoch_of(crowd, many.steps),
+            together: _epoch_of(batch, many.steps),
         }
         times = in_turn(cases, progress(range(_ROUNDS), "timing training"))
     return Report(
@@ -57,25 +56,25 @@ def measure(progress: Progress) -> Report:
 
 def _epoch_alone() -> Case:
     """Return an epoch as `mpma imitate` trains: dance, refit, measures."""
-    env = load(ymca(), **environment_options(_CONFIG))
-    trainer = Trainer(env, agent_of(_CONFIG, env, _CONFIG.seed))
+    trainer = Trainer([_CONFIG], ymca())
 
     def run() -> int:
-        trainer.run_epoch()
-        return int(env.task.steps)
+        trainer.run_epoch(stop=False)
+        return len(trainer.histories[0].best.trace)
 
     return Case(run)
 
 
-def _crowd() -> BatchTrainer:
-    return BatchTrainer([dataclasses.replace(_CONFIG, seed=seed) for seed in range(_RUNS)], ymca())
+def _batch() -> Trainer:
+    configs = [dataclasses.replace(_CONFIG, seed=seed) for seed in range(_RUNS)]
+    return Trainer(configs, ymca(), keep_states=False)
 
 
-def _epoch_of(crowd: BatchTrainer, steps: int) -> Case:
+def _epoch_of(batch: Trainer, steps: int) -> Case:
     """Return an epoch as `mpma sweep` trains; runs that have converged go on."""
 
     def run() -> int:
-        crowd.run_epoch(stop=False)
+        batch.run_epoch(stop=False)
         return steps
 
     return Case(run)

@@ -56,14 +56,14 @@ def main() -> None:
     from mpma_mj.envs.load import load
     from mpma_mj.training.config import RunConfig
     from mpma_mj.training.factory import agent_of, environment_options
-    from mpma_mj.training.trace import record_epoch
+    from mpma_mj.training.rollout import record_epoch
     from mpma_mj.visualization.video import dance_frames, write_frames
 
     config = RunConfig(nodes=20)
     env = load(**environment_options(config))
     motion = env.task.motion
     trace = record_epoch(env, agent_of(config, env, config.seed), 0)
-    frames = len(trace["action"])
+    frames = len(trace)
 
     def draw() -> int:
         collections.deque(dance_frames(trace, motion), maxlen=0)

@@ -14,12 +14,11 @@ from collections.abc import Callable
 from typing import Any
 
 from mpma_mj.bench.scaling import Measured, Point
-from mpma_mj.envs.load import arm_limits, load
+from mpma_mj.envs.load import arm_limits
 from mpma_mj.motions import Motion, ymca
 from mpma_mj.motions.repeat import repeat
-from mpma_mj.training.batch_trainer import BatchTrainer
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.factory import agent_of, environment_options, one_thread
+from mpma_mj.training.factory import one_thread
 from mpma_mj.training.trainer import Trainer
 from mpma_mj.utils.system import peak_memory
 
@@ -49,18 +48,14 @@ def train(point: Point) -> Measured:
     epochs = max(_LEAST, min(_MOST, _STEPS // point.steps))
     inherent = motion.posture.nbytes + motion.context.nbytes
     with one_thread():
-        if point.axis == "runs":
-            crowd = BatchTrainer(
-                [dataclasses.replace(config, seed=s) for s in range(point.runs)], motion
-            )
-            epoch = functools.partial(crowd.run_epoch, stop=False)
-            seconds = [_timed(epoch) for _ in range(epochs)]
-        else:
-            env = load(motion, **environment_options(config))
-            trainer = Trainer(env, agent_of(config, env, config.seed))
-            seconds = [_timed(trainer.run_epoch) for _ in range(epochs)]
-            assert trainer.best is not None, "no epoch has been run"
-            inherent += sum(signal.nbytes for signal in trainer.best.trace.values())
+        runs = point.runs if point.axis == "runs" else 1
+        configs = [dataclasses.replace(config, seed=seed) for seed in range(runs)]
+        trainer = Trainer(configs, motion, keep_states=runs == 1)
+        epoch = functools.partial(trainer.run_epoch, stop=False)
+        seconds = [_timed(epoch) for _ in range(epochs)]
+        if runs == 1:
+            signals = trainer.histories[0].best.trace.to_arrays().values()
+            inherent += sum(signal.nbytes for signal in signals)
     return Measured(point, tuple(seconds), peak_memory(), inherent)
 
 

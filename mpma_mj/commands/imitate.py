@@ -48,26 +48,27 @@ class Imitate:
     def run(self) -> Path:
         """Do it and return the folder."""
         missing_gl = missing_opengl() if self.video else None
-        from mpma_mj.training import imitate
+        from mpma_mj.training import run
         from mpma_mj.training.run_folder import RunFolder
         from mpma_mj.utils.progress import show_epochs
+        from mpma_mj.visualization.figures import write_figures
 
         with contextlib.ExitStack() as stack:
             if self.resume is not None:
                 folder = RunFolder(self.resume)
                 stack.enter_context(folder.locked())
-                train = functools.partial(imitate.resume, folder, self.epochs)
+                train = functools.partial(run.resume, folder, self.epochs)
             else:
                 config = self._config()
                 path = stack.enter_context(output_folder(self.out, _stem(config.motions)))
                 folder = RunFolder(path)
                 train = functools.partial(
-                    imitate.start, config, folder, self.epochs, overwrite=self.overwrite
+                    run.start, config, folder, self.epochs, overwrite=self.overwrite
                 )
             with _hint_at_resuming(folder), show_epochs(self.epochs) as show:
-                summary = train(on_epoch=show)
-            _draw_figures(folder)
-            _print_summary(summary)
+                trained = train(on_epoch=show)
+            write_figures(folder.figures, trained.trace, trained.motion)
+            _print_summary(trained.summary)
             if missing_gl is not None:
                 print(missing_gl, file=sys.stderr)
             elif self.video:
@@ -130,12 +131,6 @@ def _shown(value: object) -> str:
 
 def _stem(motions: Sequence[str]) -> str:
     return Path(motions[0]).stem if len(motions) == 1 else "repertoire"
-
-
-def _draw_figures(folder: RunFolder) -> None:
-    from mpma_mj.visualization.figures import write_figures
-
-    write_figures(folder.figures, folder.read_trace(), folder.read_motion())
 
 
 def _print_summary(summary: dict[str, Any]) -> None:

@@ -1,10 +1,10 @@
-"""Trained agents in another condition: as they are, and as they learn on."""
+"""Evaluation of trained agents under a condition: as they are, and while they learn on."""
 
 from __future__ import annotations
 
 import contextlib
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,29 +13,30 @@ from numpy.typing import NDArray
 
 from mpma_mj.agents.frozen import Frozen
 from mpma_mj.envs.vector_env import VectorImitationEnv
-from mpma_mj.metrics import posture_error_percent
 from mpma_mj.motions import Motion
+from mpma_mj.trace import Trace
 from mpma_mj.training.checkpoints import TrainedAgents
+from mpma_mj.training.environments import EnvironmentBatch
+from mpma_mj.training.epoch_metrics import tracking_error
 from mpma_mj.training.factory import environments_of, one_thread
-from mpma_mj.training.trace import record_epochs
+from mpma_mj.training.rollout import rollout
 
 __all__ = ["EVALUATION_EPISODE", "EvalCondition", "evaluate", "fine_tune", "tracking_errors"]
 
 Array = NDArray[np.float64]
-Trace = dict[str, Array]
 
 EVALUATION_EPISODE = 1000
-"""Number of a trial's episode; its noise is that of no epoch of training (choice)."""
+"""Number of an evaluation's episode; no epoch of training has its noise (choice)."""
 
 
 @dataclass(frozen=True, eq=False)
 class EvalCondition:
-    """Where agents are tried.
+    """What agents imitate in an evaluation, and in which environment.
 
     Attributes:
-        name: What it is called.
-        motion: What is demonstrated; its context has as many labels as the agents know.
-        options: Options of the environment that are other than in training, by name.
+        name: Name of the condition.
+        motion: The motion; its context has as many labels as in training.
+        options: Options of the environment that differ from those of the training, by name.
     """
 
     name: str
@@ -44,61 +45,56 @@ class EvalCondition:
 
 
 def evaluate(trained: TrainedAgents, condition: EvalCondition) -> list[Trace | None]:
-    """Let agents dance an episode as they have learned to.
+    """Run an episode with trained agents, which learn nothing.
 
     Args:
         trained: R agents.
-        condition: Where.
+        condition: The condition.
 
     Returns:
-        Signals of each agent as `record_epoch` returns them; None where the simulation diverged.
+        Trace of each agent; None where the simulation diverged.
 
     Raises:
-        MpmaError: The arms cannot follow the condition's movement, or there can be no such
-            condition.
+        MpmaError: The arms cannot follow the motion, or an option is out of bounds.
     """
     with one_thread(), contextlib.closing(_environments(trained, condition)) as envs:
-        traces, diverged = record_epochs(envs, Frozen(trained.agent(envs)), EVALUATION_EPISODE)
-    return [None if lost else trace for trace, lost in zip(traces, diverged, strict=True)]
+        recorded = rollout(EnvironmentBatch(envs), Frozen(trained.agent(envs)), EVALUATION_EPISODE)
+    return [recorded.of_run(run) for run in range(len(trained.configs))]
 
 
 def fine_tune(
     trained: TrainedAgents, condition: EvalCondition, epochs: int
 ) -> tuple[TrainedAgents, Array]:
-    """Let agents learn on.
+    """Train agents further under a condition.
 
     Args:
         trained: R agents that can learn.
-        condition: Where.
+        condition: The condition.
         epochs: Number E of epochs.
 
     Returns:
-        The agents after the last epoch, and p_e of each epoch, danced before what is learned
-        from it, shape (E, R), percent; NaN from the epoch on in which the simulation diverged, as
-        what is learned then means nothing.
+        The agents after the last epoch, and p_e of each epoch before what is learned from it,
+        shape (E, R), percent; NaN from the epoch on in which the simulation diverged.
 
     Raises:
         MpmaError: As of `evaluate`.
     """
     errors = np.empty((epochs, len(trained.configs)))
-    lost = np.zeros(len(trained.configs), bool)
+    failed = np.zeros(len(trained.configs), bool)
     with one_thread(), contextlib.closing(_environments(trained, condition)) as envs:
         agent = trained.agent(envs)
         for epoch in range(epochs):
-            traces, diverged = record_epochs(envs, agent, EVALUATION_EPISODE + 1 + epoch)
-            lost |= diverged
-            errors[epoch] = np.where(lost, np.nan, [_error(trace) for trace in traces])
+            recorded = rollout(EnvironmentBatch(envs), agent, EVALUATION_EPISODE + 1 + epoch)
+            failed[list(recorded.failures)] = True
+            traces = [recorded.of_run(run) for run in range(len(failed))]
+            errors[epoch] = np.where(failed, np.nan, tracking_errors(traces))
             agent.learn_batch()
         return dataclasses.replace(trained, state=agent.state_dict()), errors
 
 
-def tracking_errors(traces: list[Trace | None]) -> Array:
+def tracking_errors(traces: Sequence[Trace | None]) -> Array:
     """Return p_e of each trace, shape (R,), percent; NaN where there is none."""
-    return np.array([np.nan if trace is None else _error(trace) for trace in traces])
-
-
-def _error(trace: Trace) -> float:
-    return posture_error_percent(trace["posture"][1:], trace["reference"][1:])
+    return np.array([np.nan if trace is None else tracking_error(trace) for trace in traces])
 
 
 def _environments(trained: TrainedAgents, condition: EvalCondition) -> VectorImitationEnv:

@@ -11,9 +11,9 @@ from mpma_mj.sweep.batching import cut
 from mpma_mj.sweep.folder import RunResult, SweepFolder
 from mpma_mj.sweep.job import Job
 from mpma_mj.sweep.spec import SweepSpec, by_point, without_seed
-from mpma_mj.training.batch_trainer import check
 from mpma_mj.training.config import RunConfig, versions
 from mpma_mj.training.dataset import read_motions
+from mpma_mj.training.trainer import check
 
 __all__ = ["OnBatch", "finish"]
 

@@ -9,8 +9,8 @@ from typing import Any
 from mpma_mj.errors import WorkerError
 from mpma_mj.motions import Motion
 from mpma_mj.sweep.backend import Work
-from mpma_mj.training.batch_trainer import train_batch
 from mpma_mj.training.config import RunConfig, versions
+from mpma_mj.training.trainer import train_batch
 
 __all__ = ["Job", "JobResult"]
 

@@ -10,6 +10,7 @@ from mpma_mj.envs.load import arm_limits
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import CheckpointError
 from mpma_mj.metrics import posture_error_percent
+from mpma_mj.trace import Trace
 from mpma_mj.training.run_folder import RunFolder
 
 __all__ = ["demonstrated"]
@@ -19,7 +20,7 @@ Array = NDArray[np.float64]
 _ALIKE = 1.0  # percent beside what noise makes; another movement is ten times as far away (choice)
 
 
-def demonstrated(folder: RunFolder) -> tuple[Demonstration, dict[str, Array]]:
+def demonstrated(folder: RunFolder) -> tuple[Demonstration, Trace]:
     """Return the demonstration of a run, and the signals of its kept epoch.
 
     Args:
@@ -32,15 +33,15 @@ def demonstrated(folder: RunFolder) -> tuple[Demonstration, dict[str, Array]]:
     config, trace, motion = folder.read_config(), folder.read_trace(), folder.read_motion()
     options = EnvironmentOptions(motion, repeats=config.repeats, reference_noise=0.0)
     demonstration = Demonstration(motion, options, arm_limits(config.arms)[0])
-    moments, expected = len(trace["posture"]), demonstration.steps + 1
+    moments, expected = len(trace.posture), demonstration.steps + 1
     if moments != expected:
         raise CheckpointError(
             f"{folder.path / 'trace.npz'}: has {moments} moments, but {motion.name} danced"
             f" {config.repeats} times has {expected}; train anew with --overwrite"
         )
     shown = demonstration.episode(0, 0).reference[:expected]
-    off = posture_error_percent(trace["reference"], shown)
-    heard = np.array_equal(trace["context"], demonstration.context)
+    off = posture_error_percent(trace.reference, shown)
+    heard = np.array_equal(trace.context, demonstration.context)
     if not heard or off > 100.0 * config.reference_noise + _ALIKE:
         raise CheckpointError(
             f"{folder.path / 'checkpoint' / 'motion.npz'}: {motion.name} is not the movement of"

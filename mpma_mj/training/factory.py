@@ -14,6 +14,7 @@ from mpma_mj.agents import AGENTS, MPMA, Agent, AgentSpec, MPMAConfig
 from mpma_mj.agents.altered_context import AlteredContext, altered_context_size
 from mpma_mj.agents.base import Seeds
 from mpma_mj.agents.registry import IRRELEVANT_OPTIONS
+from mpma_mj.envs.load import load
 from mpma_mj.envs.options import check_seed, seeds_of_batch
 from mpma_mj.envs.task import TwoArmImitation
 from mpma_mj.envs.vector_env import FlatVectorImitationEnv, VectorImitationEnv
@@ -26,6 +27,7 @@ __all__ = [
     "agent_of",
     "architecture",
     "config_of",
+    "environment_of",
     "environment_options",
     "environments_of",
     "make_agent",
@@ -161,6 +163,22 @@ def config_of(config: RunConfig, agent: AgentName) -> RunConfig:
 def environment_options(config: RunConfig) -> dict[str, Any]:
     """Return the options of the environment of a run, by name, but for the movement."""
     return {name: getattr(config, name) for name in ("arms", "repeats", "reference_noise", "seed")}
+
+
+def environment_of(
+    config: RunConfig, motion: Motion, env_options: Mapping[str, Any]
+) -> control.Environment:
+    """Return the environment of one run.
+
+    Args:
+        config: Config of the run.
+        motion: The motion.
+        env_options: Options of the environment that differ from those of the config.
+
+    Raises:
+        MpmaError: An option is out of bounds, or the arms cannot follow the motion.
+    """
+    return load(motion, **environment_options(config) | dict(env_options))
 
 
 def environments_of(

@@ -1,94 +1,80 @@
-"""How a run's training goes: the measures of its epochs, and the best one."""
+"""History of a run's training: the metrics of its epochs, and the best epoch."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from dm_control.rl import control
 from numpy.typing import NDArray
 
 from mpma_mj import metrics
 from mpma_mj.agents.gain_schedule import CRITERION, FINAL_FEEDBACK
-from mpma_mj.envs.vector_env import VectorImitationEnv
-from mpma_mj.training.trace import epoch_metrics
+from mpma_mj.errors import StateError
+from mpma_mj.trace import Trace
+from mpma_mj.training.environments import EpisodeInfo
+from mpma_mj.training.epoch_metrics import EpochMetrics, epoch_metrics, part_metrics
 
-__all__ = ["BestEpoch", "EpisodeInfo", "EpochMetrics", "TrainingHistory", "has_converged"]
+__all__ = ["BestEpoch", "TrainingHistory", "has_converged", "segment_metrics"]
 
 Array = NDArray[np.float64]
-EpochMetrics = dict[str, float]
-
-
-@dataclass(frozen=True, eq=False)
-class EpisodeInfo:
-    """What measures have to know of where epochs are danced.
-
-    Attributes:
-        labels: Names of the context's labels.
-        period: Steps from one repetition to the next.
-        steps: Steps of an epoch.
-        site_positions: Where shoulders, elbows and wrists are in postures; see `PhysicsArms`.
-    """
-
-    labels: tuple[str, ...]
-    period: int
-    steps: int
-    site_positions: Callable[[Array], Array]
-
-    @classmethod
-    def of(cls, env: control.Environment | VectorImitationEnv) -> EpisodeInfo:
-        """Return the info of one environment, or of many."""
-        if isinstance(env, VectorImitationEnv):
-            return cls(env.motion.labels, env.period, env.steps, env.arms.site_positions)
-        task = env.task
-        return cls(task.motion.labels, task.period, task.steps, env.physics.site_positions)
 
 
 @dataclass(frozen=True, eq=False)
 class BestEpoch:
-    """The best epoch so far.
+    """The best epoch of a run so far.
 
     Attributes:
-        row: Its measures.
-        state: The agent's state with which it was danced; empty where none was asked for.
-        trace: Its signals.
+        row: Its metrics.
+        state: State of the agent before it, arrays by name; empty where states are not kept.
+        trace: Its trace.
     """
 
     row: EpochMetrics
     state: dict[str, Array]
-    trace: dict[str, Array]
+    trace: Trace
 
 
 class TrainingHistory:
     """The epochs of one run so far.
 
     Attributes:
-        rows: Measures of all epochs so far.
-        kept: The best epoch so far.
+        rows: Metrics of all epochs.
     """
 
     def __init__(self, info: EpisodeInfo) -> None:
-        """Begin with no epoch danced."""
+        """Begin with no epoch.
+
+        Args:
+            info: Facts about the episodes.
+        """
         self.rows: list[EpochMetrics] = []
-        self.best: BestEpoch | None = None
+        self._best: BestEpoch | None = None
         self._info = info
+
+    @property
+    def best(self) -> BestEpoch:
+        """The best epoch so far.
+
+        Raises:
+            StateError: No epoch has been run.
+        """
+        if self._best is None:
+            raise StateError("no epoch has been run yet; run one first")
+        return self._best
 
     @property
     def converged(self) -> bool:
         """Whether the last epoch met the paper's criteria."""
         return bool(self.rows) and has_converged(self.rows[-1])
 
-    def enter(
-        self, trace: dict[str, Array], logged: dict[str, float], state: dict[str, Array]
-    ) -> bool:
-        """Take in an epoch.
+    def add(self, trace: Trace, logged: EpochMetrics, state: dict[str, Array]) -> bool:
+        """Add an epoch.
 
         Args:
-            trace: Its signals.
+            trace: Its trace.
             logged: What the agent logged when it learned from it.
-            state: The agent's state before it.
+            state: State of the agent before it, arrays by name.
 
         Returns:
             Whether it is the new best.
@@ -96,29 +82,33 @@ class TrainingHistory:
         measures = epoch_metrics(self._info.site_positions, trace)
         row = {"epoch": len(self.rows) + 1} | measures | logged
         self.rows.append(row)
-        if self.best is not None and _rank(row) >= _rank(self.best.row):
+        if self._best is not None and _rank(row) >= _rank(self._best.row):
             return False
-        self.best = BestEpoch(row, state, trace)
+        self._best = BestEpoch(row, state, trace)
         return True
 
+    def restore(self, rows: list[EpochMetrics], best: BestEpoch) -> None:
+        """Continue from the epochs of a run that was saved."""
+        self.rows, self._best = rows, best
+
     def summary(self) -> dict[str, Any]:
-        """Return what training came to: the measures of the kept epoch, and when it stopped."""
-        assert self.best is not None, "no epoch has been run"
+        """Return the result of the training: metrics of the best epoch, and when it stopped."""
+        row = self.best.row
         return {
             "epochs": len(self.rows),
-            "converged": has_converged(self.best.row),
-            "best_epoch": self.best.row["epoch"],
-            **{name: value for name, value in self.best.row.items() if name != "epoch"},
+            "converged": has_converged(row),
+            "best_epoch": row["epoch"],
+            **{name: value for name, value in row.items() if name != "epoch"},
             **self._decomposition(self.best.trace),
             "environment_steps": len(self.rows) * self._info.steps,
         }
 
-    def _decomposition(self, trace: dict[str, Array]) -> dict[str, Any]:
+    def _decomposition(self, trace: Trace) -> dict[str, Any]:
         """Return how modules shared an epoch; nothing for an agent without modules."""
-        if "responsibility" not in trace:
+        if trace.modules is None:
             return {}
-        responsibility, context = trace["responsibility"], trace["context"][:-1]
-        output = responsibility[:, :, None] * trace["module_actions"]
+        responsibility, context = trace.modules.responsibility, trace.context[:-1]
+        output = responsibility[:, :, None] * trace.modules.module_actions
         labels, period = self._info.labels, self._info.period
         active = metrics.active_modules(responsibility, context)
         dominant = metrics.dominant_module(responsibility, context)
@@ -136,12 +126,25 @@ class TrainingHistory:
         }
 
 
+def segment_metrics(trace: Trace, parts: dict[str, NDArray[np.bool_]]) -> list[dict[str, Any]]:
+    """Return the metrics of named parts of an epoch.
+
+    Args:
+        trace: Trace of one run.
+        parts: Steps of each part, shape (T,), by name.
+    """
+    return [
+        {"name": name, "steps": int(part.sum())} | part_metrics(trace, part)
+        for name, part in parts.items()
+    ]
+
+
 def has_converged(row: EpochMetrics) -> bool:
-    """Tell whether an epoch meets the paper's criteria for the end of training.
+    """Return whether an epoch meets the paper's criteria for the end of training.
 
     Control has passed (L = 1, K < 0.15), responsibility predictors are within 3 % of the
-    responsibilities, and the trajectory within 3 % of the demonstration. An agent that grows has
-    a number of modules that it stays with.
+    responsibilities, and the trajectory within 3 % of the demonstration. A growing agent has
+    settled on a number of modules, too.
     """
     if row.get("growing", 0.0) or not _control_has_passed(row):
         return False
@@ -149,10 +152,10 @@ def has_converged(row: EpochMetrics) -> bool:
 
 
 def _control_has_passed(row: EpochMetrics) -> bool:
-    """Tell whether inverse models lead; agents that do not learn have none."""
+    """Return whether inverse models control; agents that do not learn have none."""
     return row.get("gain_inverse", 0.0) >= 1.0 and row["gain_feedback"] < FINAL_FEEDBACK
 
 
 def _rank(row: EpochMetrics) -> tuple[bool, bool, float]:
-    """Order epochs, the best first: feedback alone tracks well too, so it does not count."""
+    """Return a key that sorts the best epoch first: good tracking by feedback alone comes last."""
     return (not has_converged(row), not _control_has_passed(row), row["p_e_percent"])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.errors import CheckpointError, MotionFileError, RunFolderError
 from mpma_mj.motions import Motion, motion_file
+from mpma_mj.trace import SIGNALS, Trace
 from mpma_mj.training.config import RunConfig, versions
 from mpma_mj.utils import atomic_files
 from mpma_mj.utils.folder_lock import is_empty, locked
@@ -22,11 +23,6 @@ from mpma_mj.utils.folder_lock import is_empty, locked
 __all__ = ["RunFolder"]
 
 Array = NDArray[np.float64]
-
-# Signals without which neither figures nor video can be drawn.
-_DRAWN = {"posture", "reference", "context", "joint_angles", "action"} | {
-    *("responsibility", "prior", "module_actions"),
-}
 
 # What `--overwrite` removes; anything else in the folder is the user's own. What makes it a run
 # comes last, so that a removal that was cut short can be done again.
@@ -119,6 +115,17 @@ class RunFolder:
         atomic_files.write_json(self.path / "config.json", content)
         motion_file.write(self.path / "checkpoint" / "motion.npz", motion)
 
+    @contextlib.contextmanager
+    def created(self, config: RunConfig, motion: Motion, *, overwrite: bool) -> Iterator[None]:
+        """Lock the folder, and make it as `create` does.
+
+        Raises:
+            RunFolderError: As of `create`, or another command writes into the folder.
+        """
+        with locked(self.path):
+            self.create(config, motion, overwrite=overwrite)
+            yield
+
     def _remove(self, overwrite: bool) -> None:
         if not self.path.is_dir():
             raise RunFolderError(f"{self.path}: is a file; choose another folder with --out")
@@ -183,7 +190,7 @@ class RunFolder:
             shutil.rmtree(self.stress)
 
     def write_checkpoint(
-        self, name: str, config: RunConfig, state: dict[str, Array], meta: dict[str, Any]
+        self, name: str, config: RunConfig, state: Mapping[str, Array], meta: dict[str, Any]
     ) -> None:
         """Write an agent's state as `checkpoint/NAME.npz`."""
         path = self.path / "checkpoint" / f"{name}.npz"
@@ -217,20 +224,25 @@ class RunFolder:
                 f"{self.path}: the checkpoint lacks the number of its epoch; train anew"
             ) from None
 
-    def write_trace(self, trace: dict[str, Array], epoch: int) -> None:
-        """Write the signals of the kept epoch."""
-        atomic_files.write_arrays(self.path / "trace.npz", "trace", trace, {"epoch": epoch})
+    def write_trace(self, trace: Trace, epoch: int) -> None:
+        """Write the trace of the best epoch."""
+        arrays = trace.to_arrays()
+        atomic_files.write_arrays(self.path / "trace.npz", "trace", arrays, {"epoch": epoch})
 
-    def read_trace(self) -> dict[str, Array]:
-        """Read the signals of the kept epoch."""
+    def read_trace(self) -> Trace:
+        """Read the trace of the best epoch.
+
+        Raises:
+            CheckpointError: It is missing, damaged, or lacks a signal; names it.
+        """
         path = self.path / "trace.npz"
-        trace = atomic_files.read_arrays(path, "trace")[0]
-        missing = _DRAWN - trace.keys()
-        if missing:
+        arrays, _ = atomic_files.read_arrays(path, "trace")
+        lacking = [name for name in SIGNALS if name not in arrays]
+        if lacking:
             raise CheckpointError(
-                f"{path}: lacks {', '.join(sorted(missing))}; train anew with --overwrite"
+                f"{path}: lacks {', '.join(lacking)}", remedy="train again with {overwrite}"
             )
-        return trace
+        return Trace.from_arrays(arrays)
 
     def write_metrics(self, rows: list[dict[str, float]]) -> None:
         """Write a row for every epoch."""

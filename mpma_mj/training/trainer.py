@@ -1,36 +1,231 @@
-"""Learning a movement, epoch after epoch."""
+"""Training of R ≥ 1 runs that differ in their seeds only, epoch after epoch."""
 
 from __future__ import annotations
 
-from dm_control.rl import control
+import contextlib
+import dataclasses
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+from typing import Any
 
-from mpma_mj.agents import Agent
-from mpma_mj.training.history import EpisodeInfo, TrainingHistory
-from mpma_mj.training.trace import record_epoch
+import numpy as np
+from numpy.typing import NDArray
 
-__all__ = ["Trainer"]
+from mpma_mj.agents.base import BatchedAgent
+from mpma_mj.errors import DivergedError
+from mpma_mj.motions import Motion
+from mpma_mj.training.checkpoints import TrainedAgents
+from mpma_mj.training.config import RunConfig
+from mpma_mj.training.environments import Environments, wrap
+from mpma_mj.training.epoch_metrics import EpochMetrics
+from mpma_mj.training.factory import (
+    agent_of,
+    architecture,
+    environment_of,
+    environments_of,
+    one_thread,
+)
+from mpma_mj.training.history import BestEpoch, TrainingHistory
+from mpma_mj.training.rollout import TRY_INSTEAD, rollout
+
+__all__ = ["Trainer", "check", "train_agents", "train_batch"]
+
+Array = NDArray[np.float64]
 
 
-class Trainer(TrainingHistory):
-    """Trains an agent in an environment and keeps the best epoch.
+class Trainer:
+    """A batch of runs in training; runs that have ended leave it.
+
+    Every run goes as it would alone. A single run has arrays without an axis of runs, until it is
+    one of the last of a batch.
 
     Attributes:
-        env: Environment.
-        agent: Agent.
+        agent: Agent of the runs that go on.
+        histories: History of each run.
+        failed: Why runs failed, by run.
+        epoch: Number of epochs so far.
+        going: Numbers of the runs that go on, shape (R,).
     """
 
-    def __init__(self, env: control.Environment, agent: Agent) -> None:
-        """Begin with no epoch danced."""
-        super().__init__(EpisodeInfo.of(env))
-        self.env = env
-        self.agent = agent
+    def __init__(
+        self,
+        configs: Sequence[RunConfig],
+        motion: Motion,
+        env_options: Mapping[str, Any] = MappingProxyType({}),
+        *,
+        keep_states: bool = True,
+    ) -> None:
+        """Make the environments and draw the agents.
 
-    def run_epoch(self) -> bool:
-        """Dance an epoch and learn from it.
+        Args:
+            configs: Config of each run; they differ in their seeds only.
+            motion: The motion.
+            env_options: Options of the environment that differ from those of the config.
+            keep_states: Whether the agents' states of their best epochs are kept.
+
+        Raises:
+            MpmaError: An option is out of bounds, or the arms cannot follow the motion.
+        """
+        self.epoch = 0
+        self.failed: dict[int, str] = {}
+        self.going: NDArray[np.intp] = np.arange(len(configs))
+        self._configs, self._motion, self._env_options = tuple(configs), motion, env_options
+        self._keep_states = keep_states
+        seeds = [config.seed for config in configs]
+        self._single = len(configs) == 1
+        env = self._make_environments()
+        self.agent = agent_of(configs[0], env, seeds[0] if self._single else seeds)
+        self.histories = [TrainingHistory(self._envs.info) for _ in configs]
+
+    def run_epoch(self, *, stop: bool = True) -> NDArray[np.bool_]:
+        """Run an epoch, learn from it, and let runs leave that have ended.
+
+        Args:
+            stop: Whether a run ends when it has converged.
 
         Returns:
-            Whether it is the new best.
+            For which runs the epoch is the new best, shape (number of all runs,).
         """
-        state = self.agent.state_dict()
-        trace = record_epoch(self.env, self.agent, len(self.rows))
-        return self.enter(trace, self.agent.learn(), state)
+        states = self.agent.state_dict() if self._keep_states else {}
+        recorded = rollout(self._envs, self.agent, self.epoch)
+        self.epoch += 1
+        logged = self._learn() if len(recorded.failures) < len(self.going) else []
+        improved = np.zeros(len(self._configs), bool)
+        done = np.zeros(len(self.going), bool)
+        for row, run in enumerate(self.going.tolist()):
+            if row in recorded.failures:
+                self.failed[run] = f"epoch {self.epoch}: {recorded.failures[row]}"
+                done[row] = True
+                continue
+            trace = recorded.trace if self._single else recorded.trace.of_run(row)
+            state = states if self._single else {name: a[row] for name, a in states.items()}
+            history = self.histories[run]
+            improved[run] = history.add(trace, logged[row] if logged else {}, state)
+            done[row] = not logged or (stop and history.converged)
+        if done.any():
+            self._leave(done)
+        return improved
+
+    def restore(
+        self, state: Mapping[str, Array], rows: list[EpochMetrics], best: BestEpoch
+    ) -> None:
+        """Continue from the checkpoint of a single run.
+
+        Args:
+            state: State of the agent.
+            rows: Metrics of all epochs so far.
+            best: The best epoch so far.
+
+        Raises:
+            KeyError: The state lacks something; names it.
+        """
+        self.agent.load_state_dict(state)
+        self.epoch = len(rows)
+        self.histories[0].restore(rows, best)
+
+    def summaries(self) -> list[dict[str, Any]]:
+        """Return a summary of each run; of one that failed, why."""
+        return [
+            {"failed": self.failed[run]} if run in self.failed else history.summary()
+            for run, history in enumerate(self.histories)
+        ]
+
+    def trained(self) -> TrainedAgents:
+        """Return all agents as they were in their best epochs.
+
+        Raises:
+            DivergedError: A run failed; names its seed.
+        """
+        for run, reason in self.failed.items():
+            seed = self._configs[run].seed
+            raise DivergedError(f"seed {seed}, {reason}", remedy=TRY_INSTEAD)
+        best = [history.best for history in self.histories]
+        return TrainedAgents(
+            configs=self._configs,
+            motion=self._motion,
+            state={name: np.stack([one.state[name] for one in best]) for name in best[0].state},
+            epochs=np.array([int(one.row["epoch"]) for one in best]),
+        )
+
+    def close(self) -> None:
+        """Release what the environments hold."""
+        self._close()
+
+    def _learn(self) -> list[EpochMetrics]:
+        """Let the agents learn; return what each logs, nothing where agents do not learn."""
+        assert isinstance(self.agent, BatchedAgent)
+        return self.agent.learn_batch()
+
+    def _leave(self, done: NDArray[np.bool_]) -> None:
+        stay = np.flatnonzero(~done)
+        self.going = self.going[stay]
+        self._close()
+        if len(stay):
+            assert isinstance(self.agent, BatchedAgent)
+            self.agent.select_runs(stay)
+            self._make_environments()
+
+    def _make_environments(self) -> Any:
+        """Make the environments of the runs that go on, and return them."""
+        config, seeds = self._configs[0], [self._configs[run].seed for run in self.going]
+        env = (
+            environment_of(config, self._motion, self._env_options)
+            if self._single
+            else environments_of(config, seeds, self._motion, self._env_options)
+        )
+        self._envs: Environments = wrap(env)
+        self._close = env.close
+        return env
+
+
+def check(config: RunConfig, motion: Motion) -> None:
+    """Refuse a config with which no run can begin, at the price of the smallest networks.
+
+    Raises:
+        MpmaError: An option is out of bounds, or does not fit the motion.
+    """
+    architecture(config)
+    Trainer([dataclasses.replace(config, nodes=1)], motion).close()
+
+
+def train_batch(
+    configs: Sequence[RunConfig], motion: Motion, epochs: int, *, stop: bool = True
+) -> list[dict[str, Any]]:
+    """Train runs that differ in their seeds only, and return a summary of each.
+
+    Args:
+        configs: Config of each run.
+        motion: The motion.
+        epochs: Largest number of epochs.
+        stop: Whether a run ends earlier when it has converged.
+
+    Returns:
+        A summary of each run, as `TrainingHistory.summary` returns it; of a run whose simulation
+        diverged `failed`, why.
+    """
+    trainer = Trainer(configs, motion, keep_states=False)
+    with one_thread(), contextlib.closing(trainer):
+        while trainer.epoch < epochs and len(trainer.going):
+            trainer.run_epoch(stop=stop)
+        return trainer.summaries()
+
+
+def train_agents(
+    configs: Sequence[RunConfig], motion: Motion, epochs: int, env_options: Mapping[str, Any]
+) -> TrainedAgents:
+    """Train runs that differ in their seeds only, and return their agents.
+
+    Args:
+        configs: Config of each run.
+        motion: The motion.
+        epochs: Largest number of epochs; each run ends earlier when it has converged.
+        env_options: Options of the environment that differ from those of the config.
+
+    Raises:
+        DivergedError: A simulation did not stay finite; names the seed.
+    """
+    trainer = Trainer(configs, motion, env_options)
+    with one_thread(), contextlib.closing(trainer):
+        while trainer.epoch < epochs and len(trainer.going):
+            trainer.run_epoch()
+        return trainer.trained()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -18,11 +18,12 @@ from mpma_mj.kinematics import JOINT_NAMES
 from mpma_mj.metrics import phase_lag
 from mpma_mj.motions import Motion
 from mpma_mj.sweep.backend import Backend, Work, get_done
-from mpma_mj.training.batch_trainer import check, train_agents
+from mpma_mj.trace import Trace
 from mpma_mj.training.checkpoints import TrainedAgents
 from mpma_mj.training.config import RunConfig
+from mpma_mj.training.epoch_metrics import epoch_metrics
 from mpma_mj.training.factory import config_of
-from mpma_mj.training.trace import epoch_metrics
+from mpma_mj.training.trainer import check, train_agents
 from mpma_mj.trials.effort import Effort, effort
 
 __all__ = ["ARMS", "NOTHING", "Cell", "CompareJob", "Dance", "compare", "jobs"]
@@ -51,7 +52,7 @@ class Dance:
         measures: What it amounts to, by name.
     """
 
-    trace: dict[str, Array]
+    trace: Trace
     effort: Effort | None
     measures: dict[str, float]
 
@@ -200,13 +201,13 @@ def _cell(trained: TrainedAgents, learned: str, condition: EvalCondition, adapta
 
 
 def _dance(
-    trace: dict[str, Array], condition: EvalCondition, site_positions: Callable[[Array], Array]
+    trace: Trace, condition: EvalCondition, site_positions: Callable[[Array], Array]
 ) -> Dance:
     rate = condition.motion.rate
     cost = effort(trace, condition.options, rate)
     measures = epoch_metrics(site_positions, trace)
     measures["mpkpe_mm"] = 1e3 * measures.pop("mpkpe_m")
-    measures["lag_ms"] = 1e3 * phase_lag(trace["posture"][1:], trace["reference"][1:], 1.0 / rate)
+    measures["lag_ms"] = 1e3 * phase_lag(trace.posture[1:], trace.reference[1:], 1.0 / rate)
     measures |= _joint_errors(trace)
     if cost is not None:
         measures |= {
@@ -217,8 +218,8 @@ def _dance(
     return Dance(trace, cost, measures)
 
 
-def _joint_errors(trace: Mapping[str, Array]) -> dict[str, float]:
+def _joint_errors(trace: Trace) -> dict[str, float]:
     """Return the root mean square of each joint's error, deg; see `joint_error`."""
-    error = joint_error(trace["joint_angles"][1:], trace["reference"][1:])
+    error = joint_error(trace.joint_angles[1:], trace.reference[1:])
     rms = np.degrees(np.sqrt(np.mean(error**2, axis=0)))
     return {f"rms_{name}_deg": float(x) for name, x in zip(JOINT_NAMES, rms, strict=True)}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +13,7 @@ from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.kinematics import SIDES
 from mpma_mj.metrics import error_over_time
 from mpma_mj.motions import Motion
+from mpma_mj.trace import Trace
 from mpma_mj.trials.compare import ARMS, Cell, Dance
 from mpma_mj.visualization.colours import DEMONSTRATED, module_colours
 from mpma_mj.visualization.figure_file import figure_file
@@ -86,8 +87,8 @@ def write_dances(path: Path, cells: Sequence[Cell], motion: Motion) -> None:
         time = np.arange(steps) / motion.rate
         arms = PhysicsArms.make()
         for name, dance in first_dances(cells).items():
-            heights = arms.site_positions(dance.trace["posture"][:steps])[:, :, _WRIST, _UP]
-            wanted = arms.site_positions(dance.trace["reference"][:steps])[:, :, _WRIST, _UP]
+            heights = arms.site_positions(dance.trace.posture[:steps])[:, :, _WRIST, _UP]
+            wanted = arms.site_positions(dance.trace.reference[:steps])[:, :, _WRIST, _UP]
             for axis, side, height, demonstrated in zip(
                 axes, SIDES, heights.T, wanted.T, strict=False
             ):
@@ -116,8 +117,8 @@ def write_dances(path: Path, cells: Sequence[Cell], motion: Motion) -> None:
         figure.legend(loc="outside lower center", ncols=3, fontsize="small")
 
 
-def _errors(trace: Mapping[str, Array]) -> Array:
-    return error_over_time(trace["posture"], trace["reference"])
+def _errors(trace: Trace) -> Array:
+    return error_over_time(trace.posture, trace.reference)
 
 
 def _torque_over_time(dance: Dance, rate: float) -> Array:

@@ -39,7 +39,7 @@ def write_side_by_side(
         VideoError: The encoder is missing, or fails.
     """
     titles = np.concatenate([_title(name) for name in dances], axis=1)
-    steps = range(min(len(dance.trace["action"]) for dance in dances.values()))
+    steps = range(min(len(dance.trace.action) for dance in dances.values()))
     with contextlib.ExitStack() as stack:
         films = [
             stack.enter_context(

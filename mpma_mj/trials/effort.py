@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.physics import PhysicsArms
+from mpma_mj.trace import Trace
 from mpma_mj.utils.clipping import clip
 
 __all__ = ["Effort", "actuator_torque", "effort"]
@@ -57,7 +58,7 @@ class Effort:
         return float(np.sum(np.abs(self.power))) * self.timestep
 
 
-def effort(trace: Mapping[str, Array], condition: Mapping[str, Any], rate: float) -> Effort | None:
+def effort(trace: Trace, condition: Mapping[str, Any], rate: float) -> Effort | None:
     """Return what an episode costs, by dancing it again with the actions that were taken.
 
     Args:
@@ -74,10 +75,10 @@ def effort(trace: Mapping[str, Array], condition: Mapping[str, Any], rate: float
     arms = PhysicsArms.make(options)
     model, timestep = arms.model.ptr, arms.timestep()
     top_speed = np.where(options.turns, arms.max_joint_speed, 0.0)
-    control = np.zeros((len(trace["action"]), model.nu))
-    control[:, arms.actuator_indices] = clip(trace["action"]) * top_speed
+    control = np.zeros((len(trace), model.nu))
+    control[:, arms.actuator_indices] = clip(trace.action) * top_speed
     control = np.repeat(control, round(1.0 / rate / timestep), axis=0)
-    arms.set_joint_state(trace["joint_angles"][0], trace["joint_velocities"][0])
+    arms.set_joint_state(trace.joint_angles[0], trace.joint_velocities[0])
     start = np.empty(mujoco.mj_stateSize(model, _STATE))
     mujoco.mj_getState(model, arms.data.ptr, start, _STATE)
     states, _ = rollout.rollout(model, mujoco.MjData(model), start, control)

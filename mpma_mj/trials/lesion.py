@@ -20,6 +20,7 @@ from mpma_mj.context import active_label
 from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.errors import BadOptionError, DivergedError
 from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, fine_tune
+from mpma_mj.trace import Trace
 from mpma_mj.training.checkpoints import TrainedAgents, load_state
 from mpma_mj.training.factory import environments_of
 
@@ -226,7 +227,7 @@ def _without_commands(state: dict[str, Array]) -> dict[str, Array]:
     return state | {name: np.zeros_like(state[name])}
 
 
-def _danced(agent: TrainedAgents, condition: EvalCondition, lost: Lost) -> dict[str, Array]:
+def _danced(agent: TrainedAgents, condition: EvalCondition, lost: Lost) -> Trace:
     (trace,) = evaluate(agent, condition)
     if trace is None:
         raise _diverged(lost)
@@ -241,12 +242,12 @@ def _diverged(lost: Lost) -> DivergedError:
     )
 
 
-def _seen(trace: dict[str, Array], left: NDArray[np.intp], modules: int) -> Dance:
+def _seen(trace: Trace, left: NDArray[np.intp], modules: int) -> Dance:
     """Return what is measured of an episode, given which modules are left of how many."""
-    posture, reference = trace["posture"][1:], trace["reference"][1:]
-    context = trace["context"]
+    posture, reference = trace.posture[1:], trace.reference[1:]
+    context = trace.context
     responsibility = np.zeros((len(posture), modules))
-    responsibility[:, left] = trace["responsibility"]
+    responsibility[:, left] = trace.with_modules().responsibility
     came, heard = active_label(context[1:]), active_label(context[:-1])
     labels = range(context.shape[1])
     return Dance(

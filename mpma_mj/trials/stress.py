@@ -18,10 +18,10 @@ from mpma_mj.options import AgentName
 from mpma_mj.sweep.backend import Work
 from mpma_mj.sweep.batching import cut
 from mpma_mj.sweep.spec import seeds
-from mpma_mj.training.batch_trainer import train_agents
 from mpma_mj.training.checkpoints import TrainedAgents
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.factory import config_of
+from mpma_mj.training.trainer import train_agents
 from mpma_mj.trials.disturbances import Level
 from mpma_mj.trials.stress_conditions import Trial
 

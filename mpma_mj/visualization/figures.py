@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.kinematics import JOINT_NAMES, SEGMENT_NAMES
 from mpma_mj.motions import Motion
+from mpma_mj.trace import Trace
 from mpma_mj.visualization.colours import DEMONSTRATED, module_colours
 from mpma_mj.visualization.figure_file import figure_file
 from mpma_mj.visualization.label_bands import draw_labels
@@ -21,7 +22,7 @@ __all__ = ["write_figures"]
 Array = NDArray[np.float64]
 
 
-def write_figures(folder: Path, trace: dict[str, Array], motion: Motion) -> None:
+def write_figures(folder: Path, trace: Trace, motion: Motion) -> None:
     """Write the figures of the kept epoch.
 
     `responsibility.png` is the paper's figure 3a (λ and the responsibility predictors' output
@@ -33,7 +34,7 @@ def write_figures(folder: Path, trace: dict[str, Array], motion: Motion) -> None
         trace: Signals of the epoch.
         motion: The movement that was imitated.
     """
-    drawings: dict[str, Callable[[Path, dict[str, Array], Motion], None]] = {
+    drawings: dict[str, Callable[[Path, Trace, Motion], None]] = {
         "responsibility": _responsibility,
         "module_output": _module_output,
         "trajectory": _trajectory,
@@ -42,9 +43,9 @@ def write_figures(folder: Path, trace: dict[str, Array], motion: Motion) -> None
         draw(folder / f"{name}.png", trace, motion)
 
 
-def _responsibility(path: Path, trace: dict[str, Array], motion: Motion) -> None:
+def _responsibility(path: Path, trace: Trace, motion: Motion) -> None:
     """Draw figure 3a: a row for each module."""
-    responsibility, prior = trace["responsibility"], trace["prior"]
+    responsibility, prior = trace.with_modules().responsibility, trace.with_modules().prior
     share = prior / prior.sum(axis=1, keepdims=True)
     steps, modules = responsibility.shape
     time = np.arange(steps) / motion.rate
@@ -57,9 +58,9 @@ def _responsibility(path: Path, trace: dict[str, Array], motion: Motion) -> None
             axis.set(ylim=(-0.03, 1.03), ylabel=f"module {i + 1}")
 
 
-def _module_output(path: Path, trace: dict[str, Array], motion: Motion) -> None:
+def _module_output(path: Path, trace: Trace, motion: Motion) -> None:
     """Draw figure 3b: a row for each module, a line for each joint."""
-    output = trace["responsibility"][:, :, None] * trace["module_actions"]
+    output = trace.with_modules().responsibility[:, :, None] * trace.with_modules().module_actions
     steps, modules, joints = output.shape
     time = np.arange(steps) / motion.rate
     colours = [f"C{j}" for j in range(joints // 2)] * 2
@@ -74,9 +75,9 @@ def _module_output(path: Path, trace: dict[str, Array], motion: Motion) -> None:
             axis.set(ylim=(-limit, limit), ylabel=f"module {i + 1}")
 
 
-def _trajectory(path: Path, trace: dict[str, Array], motion: Motion) -> None:
+def _trajectory(path: Path, trace: Trace, motion: Motion) -> None:
     """Draw figure 4: direction of all segments, desired against actual."""
-    posture, reference = trace["posture"], trace["reference"]
+    posture, reference = trace.posture, trace.reference
     time = np.arange(len(posture)) / motion.rate
     title = "Desired and actual trajectory, as directions of the segments"
     with _rows(path, 4, 1.5, trace, motion, title) as axes:
@@ -92,13 +93,13 @@ def _trajectory(path: Path, trace: dict[str, Array], motion: Motion) -> None:
 
 @contextlib.contextmanager
 def _rows(
-    path: Path, count: int, height: float, trace: dict[str, Array], motion: Motion, title: str
+    path: Path, count: int, height: float, trace: Trace, motion: Motion, title: str
 ) -> Iterator[list[Axes]]:
     """Give axes over time, one below the other; then draw what all figures share."""
     with figure_file(path, 9.0, 1.2 + height * count) as figure:
         axes = list(figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0])
         yield axes
-        draw_labels(axes, trace["context"][:-1], motion.labels, motion.rate)
+        draw_labels(axes, trace.context[:-1], motion.labels, motion.rate)
         axes[0].set_title(f"{title} ({motion.name})", pad=20, fontsize="medium")
         axes[-1].set_xlabel("time, s")
         handles, names = axes[0].get_legend_handles_labels()

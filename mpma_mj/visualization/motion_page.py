@@ -11,8 +11,10 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from mpma_mj import kinematics
+from mpma_mj.agents.signals import ModuleSignals
 from mpma_mj.motions.reach import joint_speeds
 from mpma_mj.motions.reading import Reading
+from mpma_mj.trace import Trace
 from mpma_mj.visualization.colours import DEMONSTRATED, INK, module_colours
 from mpma_mj.visualization.figure_file import figure_file
 from mpma_mj.visualization.responsibility_strip import label_runs
@@ -90,13 +92,22 @@ def write_ideal_video(
     """
     motion = reading.motion
     context = motion.context / np.maximum(motion.context.sum(axis=1, keepdims=True), 1.0)
-    trace = {
-        "joint_angles": motion.joint_angles,
-        "reference": motion.posture,
-        "responsibility": context[:-1],
-        "context": motion.context,
-        "action": np.zeros((len(motion) - 1, 8)),
-    }
+    steps, labels = context[:-1].shape
+    trace = Trace(
+        posture=motion.posture,
+        reference=motion.posture,
+        context=motion.context,
+        joint_angles=motion.joint_angles,
+        joint_velocities=np.zeros_like(motion.joint_angles),
+        action=np.zeros((steps, 8)),
+        reward=np.zeros(steps),
+        modules=ModuleSignals(
+            responsibility=context[:-1],
+            prior=context[:-1],
+            module_actions=np.zeros((steps, labels, 8)),
+            predictions=np.zeros((steps, labels, 12)),
+        ),
+    )
     write_video(path, trace, motion, bands=motion.labels, progress=progress)
 
 

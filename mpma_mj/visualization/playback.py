@@ -16,6 +16,7 @@ from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.envs.viewer import ArmViewer
 from mpma_mj.motions import Motion
 from mpma_mj.motions.reading import Reading
+from mpma_mj.trace import Trace
 from mpma_mj.visualization.player import KEYS, Player
 
 __all__ = ["Dance", "play"]
@@ -42,7 +43,7 @@ class Dance:
     rate: float
 
     @classmethod
-    def of_run(cls, trace: dict[str, Array], motion: Motion) -> Dance:
+    def of_run(cls, trace: Trace, motion: Motion) -> Dance:
         """Return the epoch that a run has kept.
 
         Args:
@@ -50,10 +51,10 @@ class Dance:
             motion: The movement that was imitated.
         """
         return cls(
-            joint_angles=trace["joint_angles"],
-            reference=trace["reference"],
-            times=np.arange(len(trace["joint_angles"])) / motion.rate,
-            labels=_names(trace["context"], motion),
+            joint_angles=trace.joint_angles,
+            reference=trace.reference,
+            times=np.arange(len(trace.joint_angles)) / motion.rate,
+            labels=_names(trace.context, motion),
             rate=motion.rate,
         )
 

@@ -15,6 +15,7 @@ from mpma_mj.envs.frame_writer import frame_writer
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.envs.rendering import ArmRenderer
 from mpma_mj.motions import Motion
+from mpma_mj.trace import Trace
 from mpma_mj.visualization.responsibility_strip import Strip
 
 __all__ = ["Progress", "dance_frames", "write_frames", "write_video"]
@@ -26,7 +27,7 @@ Progress = Callable[[range], Iterable[int]]
 
 def write_video(
     path: Path,
-    trace: dict[str, Array],
+    trace: Trace,
     motion: Motion,
     *,
     camera: str = "front",
@@ -72,7 +73,7 @@ def write_frames(path: Path, frames: Iterable[Picture], rate: float) -> None:
 
 
 def dance_frames(
-    trace: dict[str, Array],
+    trace: Trace,
     motion: Motion,
     *,
     camera: str = "front",
@@ -95,12 +96,16 @@ def dance_frames(
     """
     width, height = size
     strip = Strip(
-        trace["responsibility"], trace["context"][:-1], motion.labels, bands=bands, width=width
+        trace.with_modules().responsibility,
+        trace.context[:-1],
+        motion.labels,
+        bands=bands,
+        width=width,
     )
     physics = PhysicsArms.make()
     renderer = ArmRenderer(physics, width=width, height=height, camera=camera)
     with contextlib.closing(renderer):
-        for step in progress(range(len(trace["action"]))):
-            physics.data.qpos[:] = trace["joint_angles"][step]
+        for step in progress(range(len(trace))):
+            physics.data.qpos[:] = trace.joint_angles[step]
             mujoco.mj_kinematics(physics.model.ptr, physics.data.ptr)
-            yield strip.under(renderer.picture(ghost=trace["reference"][step]), step)
+            yield strip.under(renderer.picture(ghost=trace.reference[step]), step)

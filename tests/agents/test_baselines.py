@@ -8,7 +8,7 @@ from mpma_mj import load
 from mpma_mj.agents import Agent, AgentSpec, FeedbackOnly, OpenLoop, RandomAgent
 from mpma_mj.kinematics import angles_from_posture
 from mpma_mj.metrics import posture_error_percent
-from mpma_mj.training.trace import record_epoch
+from mpma_mj.training.rollout import record_epoch
 
 NAMES = ("random", "open loop", "feedback only")
 
@@ -23,7 +23,7 @@ def make(name: str, env: control.Environment, seed: int = 0) -> Agent:
 def p_e(name: str, arms: str, noise: float = 0.01) -> float:
     env = load("ymca", arms=arms, repeats=1, reference_noise=noise)
     trace = record_epoch(env, make(name, env), 0)
-    return posture_error_percent(trace["posture"], trace["reference"])
+    return posture_error_percent(trace.posture, trace.reference)
 
 
 def test_open_loop_on_ideal_arms_tracks_to_rounding() -> None:
@@ -43,7 +43,7 @@ def test_feedback_on_ideal_arms_is_one_step_late() -> None:
     env = load("ymca", arms="kinematic", repeats=1, reference_noise=0.0)
     trace = record_epoch(env, make("feedback only", env), 0)
     # Not the forearms: near a straight elbow the controller is told to hold back.
-    posture, reference = (trace[name][:, np.r_[0:3, 6:9]] for name in ("posture", "reference"))
+    posture, reference = (all_[:, np.r_[0:3, 6:9]] for all_ in (trace.posture, trace.reference))
     late, now = posture[1:] - reference[:-1], posture[1:] - reference[1:]
     assert np.abs(late).mean() < 0.2 * np.abs(now).mean()
 
@@ -93,6 +93,7 @@ def test_episodes_do_not_depend_on_those_before(name: str) -> None:
     first = record_epoch(env, agent, 3)
     record_epoch(env, agent, 4)
     again = record_epoch(env, agent, 3)
+    first, again = first.to_arrays(), again.to_arrays()
     assert first.keys() == again.keys()
     for signal, values in first.items():
         np.testing.assert_array_equal(again[signal], values)
@@ -111,4 +112,4 @@ def test_feedback_is_a_signal() -> None:
     agent = make("feedback only", env)
     assert agent.signals() == {}
     trace = record_epoch(env, agent, 0)
-    np.testing.assert_array_equal(trace["feedback"], trace["action"])
+    np.testing.assert_array_equal(trace.feedback, trace.action)

@@ -11,7 +11,7 @@ from mpma_mj.agents.base import BatchedAgent
 from mpma_mj.agents.registry import NOT_TRAINABLE
 from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.errors import BadOptionError
-from mpma_mj.training.trace import record_epoch, record_epochs
+from mpma_mj.training.rollout import record_epoch
 
 SMALL = MPMAConfig(nodes=10, modules=2)
 LEARNING = [kind for kind in AGENTS if kind not in NOT_TRAINABLE]
@@ -30,9 +30,9 @@ def many(envs: VectorImitationEnv, kind: str, seed: Any = 0) -> BatchedAgent:
 
 def actions(envs: VectorImitationEnv, agent: BatchedAgent, epoch: int) -> np.ndarray:
     """Dance and learn; return the actions, shape (R, T, 8)."""
-    traces, _ = record_epochs(envs, agent, epoch)
+    trace = record_epoch(envs, agent, epoch)
     agent.learn_batch()
-    return np.stack([trace["action"] for trace in traces])
+    return np.moveaxis(trace.action, 0, 1)
 
 
 @pytest.mark.parametrize("seeds", [[4, 5, 6], (4, 5, 6), np.array([4, 5, 6]), range(4, 7)])
@@ -89,7 +89,7 @@ def test_the_state_of_several_agents_goes_round(envs: VectorImitationEnv, kind: 
 @pytest.mark.parametrize("kind", LEARNING)
 def test_several_cannot_learn_as_one(envs: VectorImitationEnv, kind: str) -> None:
     agent = many(envs, kind)
-    record_epochs(envs, agent, 0)
+    record_epoch(envs, agent, 0)
     with pytest.raises(BadOptionError, match=r"3 agents .* call learn_batch\(\)"):
         agent.learn()
     assert len(agent.learn_batch()) == 3

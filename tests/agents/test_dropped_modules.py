@@ -14,13 +14,11 @@ from mpma_mj.agents.paired_models import PairedModels
 from mpma_mj.agents.recruitment import Recruitment
 from mpma_mj.agents.wrapper import paired_models_of
 from mpma_mj.errors import BadOptionError
-from mpma_mj.training.trace import record_epoch, record_epochs
+from mpma_mj.training.rollout import record_epoch
 
 MODULES = 4  # as many as YMCA has labels, so that HAMMER has no other number
 SMALL = MPMAConfig(nodes=10, modules=MODULES)
 KINDS = ["mpma", "mosaic", "hammer", "growing"]
-
-Trace = dict[str, np.ndarray]
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +27,7 @@ def env() -> Any:
 
 
 @pytest.fixture(scope="module")
-def learned(env: Any) -> dict[str, Trace]:
+def learned(env: Any) -> dict[str, Any]:
     """Return what an agent of each kind has learned, with which its modules do something."""
     states = {}
     for kind in KINDS:
@@ -43,14 +41,14 @@ def learned(env: Any) -> dict[str, Trace]:
     return states
 
 
-def trained(env: Any, learned: dict[str, Trace], kind: str) -> Any:
+def trained(env: Any, learned: dict[str, Any], kind: str) -> Any:
     agent = make_agent(env, SMALL, kind=kind)
     assert isinstance(agent, PairedModels)
     agent.load_state_dict(learned[kind])
     return agent
 
 
-def without(env: Any, learned: dict[str, Trace], kind: str, *lost: int) -> Any:
+def without(env: Any, learned: dict[str, Any], kind: str, *lost: int) -> Any:
     agent = trained(env, learned, kind)
     agent.drop_modules(lost)
     return agent
@@ -58,13 +56,13 @@ def without(env: Any, learned: dict[str, Trace], kind: str, *lost: int) -> Any:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_who_loses_nothing_is_the_same_to_the_bit(
-    env: Any, learned: dict[str, Trace], kind: str
+    env: Any, learned: dict[str, Any], kind: str
 ) -> None:
     one, other = trained(env, learned, kind), without(env, learned, kind)
     for epoch in (5, 6):
         danced, same = record_epoch(env, one, epoch), record_epoch(env, other, epoch)
-        for name, signal in danced.items():
-            np.testing.assert_array_equal(same[name], signal, err_msg=name)
+        for name, signal in danced.to_arrays().items():
+            np.testing.assert_array_equal(same.to_arrays()[name], signal, err_msg=name)
         one.learn()
         other.learn()
     state = other.state_dict()
@@ -74,7 +72,7 @@ def test_who_loses_nothing_is_the_same_to_the_bit(
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_modules_that_are_left_do_in_the_first_step_what_they_would_have_done(
-    env: Any, learned: dict[str, Trace], kind: str
+    env: Any, learned: dict[str, Any], kind: str
 ) -> None:
     whole, part = trained(env, learned, kind), without(env, learned, kind, 1)
     env.task.episode = 7
@@ -94,11 +92,11 @@ def test_modules_that_are_left_do_in_the_first_step_what_they_would_have_done(
 
 
 @pytest.mark.parametrize("kind", ["mpma", "mosaic", "growing"])
-def test_what_is_left_learns_on(env: Any, learned: dict[str, Trace], kind: str) -> None:
+def test_what_is_left_learns_on(env: Any, learned: dict[str, Any], kind: str) -> None:
     agent = without(env, learned, kind, 0, 2)
     before = agent.state_dict()
     trace = record_epoch(env, agent, 5)
-    np.testing.assert_allclose(trace["responsibility"].sum(axis=1), 1.0)
+    np.testing.assert_allclose(trace.modules.responsibility.sum(axis=1), 1.0)
     agent.learn()
     for name, value in agent.state_dict().items():
         assert np.isfinite(value).all() or name == "growth"
@@ -108,25 +106,25 @@ def test_what_is_left_learns_on(env: Any, learned: dict[str, Trace], kind: str) 
     assert not np.array_equal(weights, before["inverse.weights"])
 
 
-def test_a_module_without_responsibility_is_not_missed(env: Any, learned: dict[str, Trace]) -> None:
+def test_a_module_without_responsibility_is_not_missed(env: Any, learned: dict[str, Any]) -> None:
     whole = trained(env, learned, "growing")
     whole._growth[4] = 1.0  # as of those who have lost something
     part = without(env, learned, "growing", 3)  # which sleeps
     for epoch in (5, 6):
         danced, same = record_epoch(env, whole, epoch), record_epoch(env, part, epoch)
-        assert not danced["responsibility"][:, 3].any()
-        np.testing.assert_allclose(same["action"], danced["action"], atol=1e-9)
-        np.testing.assert_allclose(same["posture"], danced["posture"], atol=1e-9)
+        assert not danced.modules.responsibility[:, 3].any()
+        np.testing.assert_allclose(same.action, danced.action, atol=1e-9)
+        np.testing.assert_allclose(same.posture, danced.posture, atol=1e-9)
         whole.learn()
         part.learn()
     weights = whole.state_dict()["inverse.weights"][:3]
     np.testing.assert_allclose(part.state_dict()["inverse.weights"], weights, atol=1e-6)
 
 
-def test_a_module_that_is_lost_is_missed(env: Any, learned: dict[str, Trace]) -> None:
+def test_a_module_that_is_lost_is_missed(env: Any, learned: dict[str, Any]) -> None:
     whole, part = trained(env, learned, "mpma"), without(env, learned, "mpma", 0)
     danced, other = record_epoch(env, whole, 5), record_epoch(env, part, 5)
-    assert np.abs(danced["posture"] - other["posture"]).max() > 1e-3
+    assert np.abs(danced.posture - other.posture).max() > 1e-3
 
 
 @pytest.mark.parametrize("kind", ["mpma", "hammer", "growing"])
@@ -136,17 +134,17 @@ def test_agents_side_by_side_lose_what_each_would_alone(kind: str) -> None:
     if kind == "growing":
         together._growth[...] = Recruitment(modules=3).as_row()
     for epoch in range(2):
-        record_epochs(envs, together, epoch)
+        record_epoch(envs, together, epoch)
         together.learn_batch()
     alone = make_agent(load("ymca", arms="kinematic", repeats=1), SMALL, kind=kind, seed=5)
     assert isinstance(alone, PairedModels)
     alone.load_state_dict({name: value[1] for name, value in together.state_dict().items()})
     together.drop_modules([1])
     alone.drop_modules([1])
-    (_, trace), _ = record_epochs(envs, together, 4)
+    trace = record_epoch(envs, together, 4).of_run(1)
     env = load("ymca", arms="kinematic", repeats=1, seed=1)
     expected = record_epoch(env, alone, 4)
-    np.testing.assert_allclose(trace["action"], expected["action"], atol=1e-9)
+    np.testing.assert_allclose(trace.action, expected.action, atol=1e-9)
     together.learn_batch()
     alone.learn()
     state = together.state_dict()
@@ -155,19 +153,17 @@ def test_agents_side_by_side_lose_what_each_would_alone(kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_the_state_of_what_is_left_goes_round(
-    env: Any, learned: dict[str, Trace], kind: str
-) -> None:
+def test_the_state_of_what_is_left_goes_round(env: Any, learned: dict[str, Any], kind: str) -> None:
     agent, copy = without(env, learned, kind, 1), without(env, learned, kind, 1)
     record_epoch(env, agent, 5)
     agent.learn()
     copy.load_state_dict(agent.state_dict())
-    danced = record_epoch(env, agent, 6)["action"]
-    np.testing.assert_array_equal(record_epoch(env, copy, 6)["action"], danced)
+    danced = record_epoch(env, agent, 6).action
+    np.testing.assert_array_equal(record_epoch(env, copy, 6).action, danced)
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_not_all_modules_can_be_lost(env: Any, learned: dict[str, Trace], kind: str) -> None:
+def test_not_all_modules_can_be_lost(env: Any, learned: dict[str, Any], kind: str) -> None:
     agent = trained(env, learned, kind)
     with pytest.raises(BadOptionError, match="would be lost; leave one"):
         agent.drop_modules(range(MODULES))
@@ -178,7 +174,7 @@ def test_not_all_modules_can_be_lost(env: Any, learned: dict[str, Trace], kind: 
 @pytest.mark.parametrize("lost", [(7,), (-1,), (0, 4)])
 @pytest.mark.parametrize("kind", ["mpma", "growing"])
 def test_modules_that_are_not_there_cannot_be_lost(
-    env: Any, learned: dict[str, Trace], kind: str, lost: tuple[int, ...]
+    env: Any, learned: dict[str, Any], kind: str, lost: tuple[int, ...]
 ) -> None:
     with pytest.raises(BadOptionError, match="expected numbers from 0 to 3"):
         without(env, learned, kind, *lost)
@@ -189,9 +185,9 @@ def test_a_pair_that_is_lost_wins_no_more_and_the_others_keep_their_labels(env: 
     assert isinstance(agent, HAMMER)
     agent.drop_modules([1])
     trace = record_epoch(env, agent, 0)
-    label = trace["context"][:-1].argmax(axis=1)
+    label = trace.context[:-1].argmax(axis=1)
     for own, row in {0: [1, 0, 0], 1: [1, 0, 0], 2: [0, 1, 0], 3: [0, 0, 1]}.items():
-        assert (trace["responsibility"][label == own] == row).all()
+        assert (trace.modules.responsibility[label == own] == row).all()
         assert (label == own).any()
     agent.learn()
     # No pair learns from the label of the lost one.
@@ -215,7 +211,7 @@ def test_hammer_still_needs_the_context_that_it_knew(env: Any) -> None:
         agent.act(observation)
 
 
-def test_who_loses_a_module_grows_no_more(env: Any, learned: dict[str, Trace]) -> None:
+def test_who_loses_a_module_grows_no_more(env: Any, learned: dict[str, Any]) -> None:
     agent = trained(env, learned, "growing")
     assert isinstance(agent, GrowingMPMA)
     np.testing.assert_array_equal(agent.enabled, [True, True, True, False])

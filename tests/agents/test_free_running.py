@@ -10,7 +10,7 @@ from mpma_mj.agents import FeedbackOnly, FixedAgent
 from mpma_mj.agents.altered_context import AlteredContext
 from mpma_mj.agents.free_running import FreeRunning
 from mpma_mj.errors import BadOptionError
-from mpma_mj.training.trace import record_epoch
+from mpma_mj.training.rollout import record_epoch
 
 SMALL = MPMAConfig(nodes=10, modules=2)
 LEAD_IN = 20
@@ -40,12 +40,12 @@ def test_after_the_lead_in_its_own_prediction_is_all_that_it_is_shown(kind: str)
     env, agent = trained(kind)
     freed = Noted(agent, LEAD_IN)
     trace = record_epoch(env, freed, 2)
-    expected = np.einsum("tm,tmd->td", trace["responsibility"], trace["predictions"])
+    expected = np.einsum("tm,tmd->td", trace.modules.responsibility, trace.modules.predictions)
     for step, seen in enumerate(freed.shown):
-        np.testing.assert_array_equal(seen["posture"], trace["posture"][step])
-        np.testing.assert_array_equal(seen["context"], trace["context"][step])
+        np.testing.assert_array_equal(seen["posture"], trace.posture[step])
+        np.testing.assert_array_equal(seen["context"], trace.context[step])
         if step < LEAD_IN:
-            np.testing.assert_array_equal(seen["reference"], trace["reference"][step])
+            np.testing.assert_array_equal(seen["reference"], trace.reference[step])
         else:
             np.testing.assert_allclose(seen["reference"], expected[step - 1], atol=1e-12)
             np.testing.assert_array_equal(seen["target"], seen["reference"])
@@ -55,8 +55,8 @@ def test_the_lead_in_is_danced_as_if_never_freed() -> None:
     env, agent = trained()
     free = record_epoch(env, FreeRunning(agent, LEAD_IN), 2)
     held = record_epoch(env, agent, 2)
-    np.testing.assert_array_equal(free["action"][:LEAD_IN], held["action"][:LEAD_IN])
-    assert not np.array_equal(free["action"], held["action"])
+    np.testing.assert_array_equal(free.action[:LEAD_IN], held.action[:LEAD_IN])
+    assert not np.array_equal(free.action, held.action)
 
 
 def test_nothing_is_learned_not_even_by_one_that_learns_at_every_step() -> None:
@@ -72,7 +72,7 @@ def test_an_agent_that_hears_otherwise_can_be_freed_too() -> None:
     freed = FreeRunning(
         AlteredContext(agent, "constant", env.task.context, env.task.period, 0), LEAD_IN
     )
-    assert record_epoch(env, freed, 2)["action"].shape == (env.task.steps, 8)
+    assert record_epoch(env, freed, 2).action.shape == (env.task.steps, 8)
 
 
 @pytest.mark.parametrize("kind", ["feedback_only", "fixed"])

@@ -14,7 +14,7 @@ from mpma_mj.agents.growing import with_added_module, with_first_modules
 from mpma_mj.agents.recruitment import EPOCHS, LEAST_GAIN, Recruitment
 from mpma_mj.envs.load import load
 from mpma_mj.training.factory import make_agent
-from mpma_mj.training.trace import record_epoch, record_epochs
+from mpma_mj.training.rollout import record_epoch
 
 SMALL = MPMAConfig(nodes=10, modules=4)
 PARTS = ("inverse", "forward", "predictor")
@@ -102,13 +102,13 @@ def test_those_who_are_awake_share_all_responsibility(
     env = load("ymca", arms="kinematic", repeats=1)
     dancer = agent(enabled, **changes)
     trace = record_epoch(env, dancer, 0)
-    np.testing.assert_allclose(trace["responsibility"].sum(axis=1), 1.0)
-    assert (trace["responsibility"][:, :enabled] > 0.0).all()
-    assert (trace["responsibility"][:, enabled:] == 0.0).all()
-    action = np.einsum("tm,tmj->tj", trace["responsibility"], trace["module_actions"])
+    np.testing.assert_allclose(trace.modules.responsibility.sum(axis=1), 1.0)
+    assert (trace.modules.responsibility[:, :enabled] > 0.0).all()
+    assert (trace.modules.responsibility[:, enabled:] == 0.0).all()
+    action = np.einsum("tm,tmj->tj", trace.modules.responsibility, trace.modules.module_actions)
     gains = dancer.gains
-    mixed = np.clip(gains.inverse * action + trace["feedback"], -1.0, 1.0)
-    np.testing.assert_allclose(trace["action"], mixed, atol=1e-12)
+    mixed = np.clip(gains.inverse * action + trace.feedback, -1.0, 1.0)
+    np.testing.assert_allclose(trace.action, mixed, atol=1e-12)
 
 
 def test_with_all_awake_it_is_mpma() -> None:
@@ -118,7 +118,7 @@ def test_with_all_awake_it_is_mpma() -> None:
     growing._spec = plain._spec
     for epoch in range(2):
         traces = [record_epoch(env, own, epoch) for own in (plain, growing)]
-        np.testing.assert_array_equal(traces[0]["action"], traces[1]["action"])
+        np.testing.assert_array_equal(traces[0].action, traces[1].action)
         for own in (plain, growing):
             own.learn()
         env.task.episode = 0
@@ -239,7 +239,7 @@ def test_growth_side_by_side_is_growth_alone() -> None:
     together = make_agent(envs, config, kind="growing", seed=seeds)
     assert isinstance(together, GrowingMPMA)
     for epoch in range(14):
-        record_epochs(envs, together, epoch)
+        record_epoch(envs, together, epoch)
         together.learn_batch()
     together.select_runs(np.array([1]))
     env = load("ymca", arms="kinematic", repeats=1, seed=5)

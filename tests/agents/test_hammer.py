@@ -10,7 +10,7 @@ from mpma_mj.agents.config import NetworkConfig
 from mpma_mj.agents.hammer import next_confidence
 from mpma_mj.errors import BadOptionError
 from mpma_mj.esn import PRECISION
-from mpma_mj.training.trace import record_epoch
+from mpma_mj.training.rollout import record_epoch
 
 SPEED = np.array([12.0, 12.0, 20.0, 15.0] * 2)
 
@@ -53,7 +53,7 @@ def test_while_preparing_each_label_has_its_own_pair_and_feedback_leads() -> Non
     for _ in range(3):
         assert agent.is_preparing
         trace = dance(agent, 1)
-        np.testing.assert_array_equal(trace["responsibility"], trace["context"][:-1])
+        np.testing.assert_array_equal(trace.modules.responsibility, trace.context[:-1])
         assert agent.gains.progress == 0.0
     assert not agent.is_preparing
 
@@ -62,11 +62,11 @@ def test_each_pair_learns_by_ridge_regression_from_its_own_label_only() -> None:
     agent = hammer()
     trace = dance(agent, 1)
     epoch = agent._episode(())
-    hit = np.clip(trace["action"] + epoch["next_feedback"], -1, 1)
+    hit = np.clip(trace.action + epoch["next_feedback"], -1, 1)
     for i in range(4):
-        own = trace["context"][:-1, i] == 1
+        own = trace.context[:-1, i] == 1
         assert 0 < own.sum() < len(own)
-        for name, target in (("forward", trace["posture"][1:]), ("inverse", hit)):
+        for name, target in (("forward", trace.posture[1:]), ("inverse", hit)):
             z = epoch[f"{name}_features"][own, i].astype(float)
             ridge = 1e-4 * len(own) * np.eye(z.shape[1])
             expected = linalg.solve(z.T @ z + ridge, z.T @ target[own]).T
@@ -104,13 +104,13 @@ def test_the_most_confident_takes_all_by_what_the_demonstrator_did() -> None:
     dance(agent, 3)
     trace = dance(agent, 1)
     confidence = np.zeros(4)
-    for t, share in enumerate(trace["responsibility"]):
+    for t, share in enumerate(trace.modules.responsibility):
         if t > 0:
-            away = trace["predictions"][t - 1] - trace["reference"][t]
+            away = trace.modules.predictions[t - 1] - trace.reference[t]
             confidence = next_confidence(confidence, np.mean(away**2, axis=1))
         expected = np.eye(4)[np.argmax(confidence)]
         np.testing.assert_array_equal(share, expected)
-    np.testing.assert_array_equal(trace["prior"], trace["responsibility"])
+    np.testing.assert_array_equal(trace.modules.prior, trace.modules.responsibility)
 
 
 def test_prepared_forward_models_hear_their_own_inverse_model() -> None:
@@ -119,8 +119,8 @@ def test_prepared_forward_models_hear_their_own_inverse_model() -> None:
         assert agent.is_preparing == preparing
         trace = dance(agent, 1, learn=False)
         heard = agent._episode(())["forward_features"][:, :, 20:28]
-        total = np.repeat(trace["action"][:, None], 4, axis=1)
-        expected = total if preparing else trace["module_actions"]
+        total = np.repeat(trace.action[:, None], 4, axis=1)
+        expected = total if preparing else trace.modules.module_actions
         np.testing.assert_array_equal(heard, expected.astype(PRECISION))
         dance(agent, 3)
 
@@ -129,7 +129,7 @@ def test_the_winner_is_found_without_hearing_the_music() -> None:
     agent = hammer()
     dance(agent, 3)
     trace = dance(agent, 1)
-    right = (trace["responsibility"] * trace["context"][:-1]).sum(axis=1)
+    right = (trace.modules.responsibility * trace.context[:-1]).sum(axis=1)
     assert right.mean() > 0.5  # a quarter by chance
     env = load("ymca", arms="kinematic", repeats=1)
     observation = dict(env.reset().observation)
@@ -153,7 +153,7 @@ def test_state_goes_round(epochs: int) -> None:
     dance(trained, epochs)
     copy.load_state_dict(trained.state_dict())
     assert copy.is_preparing == trained.is_preparing
-    np.testing.assert_array_equal(dance(trained, 2)["action"], dance(copy, 2)["action"])
+    np.testing.assert_array_equal(dance(trained, 2).action, dance(copy, 2).action)
     for name, value in trained.state_dict().items():
         np.testing.assert_array_equal(value, copy.state_dict()[name])
 
@@ -165,9 +165,9 @@ def test_on_the_way_it_tracks_better_than_feedback() -> None:
     for epoch in range(9):
         trace = record_epoch(env, agent, epoch)
         agent.learn()
-        errors.append(np.abs(trace["posture"] - trace["reference"]).mean())
+        errors.append(np.abs(trace.posture - trace.reference).mean())
     alone = record_epoch(env, make_agent(env, kind="feedback_only"), 8)
-    usual = np.abs(alone["posture"] - alone["reference"]).mean()
+    usual = np.abs(alone.posture - alone.reference).mean()
     assert min(errors) < 0.6 * usual
 
 

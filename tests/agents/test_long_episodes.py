@@ -9,7 +9,7 @@ from mpma_mj import MPMAConfig, load, make_agent, make_vec
 from mpma_mj.agents import paired_models
 from mpma_mj.agents.episode_buffer import EpisodeBuffer
 from mpma_mj.esn import feature_replay
-from mpma_mj.training.trace import record_epoch, record_epochs
+from mpma_mj.training.rollout import record_epoch
 
 SMALL = MPMAConfig(nodes=10, modules=4)
 SETTINGS: list[dict[str, Any]] = [
@@ -49,7 +49,7 @@ def test_agents_side_by_side_replay_what_each_went_through(
     env = load("ymca", arms="kinematic", repeats=1, seed=1)
     alone = make_agent(env, SMALL, seed=1)
     for epoch in range(3):
-        record_epochs(envs, agents, epoch)
+        record_epoch(envs, agents, epoch)
         agents.learn_batch()
         record_epoch(env, alone, epoch)
         alone.learn()

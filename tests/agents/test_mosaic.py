@@ -9,7 +9,7 @@ from mpma_mj.agents.config import NetworkConfig
 from mpma_mj.agents.mosaic import LearningRates
 from mpma_mj.errors import BadOptionError
 from mpma_mj.esn import PRECISION
-from mpma_mj.training.trace import record_epoch
+from mpma_mj.training.rollout import record_epoch
 
 SPEED = np.array([12.0, 12.0, 20.0, 15.0] * 2)
 
@@ -69,7 +69,7 @@ def test_forward_models_hear_the_total_command() -> None:
     trace = dance(agent, 3)
     features = agent._episode(())["forward_features"]
     heard = features[:, :, agent._networks.nodes :][:, :, :8]
-    total = np.repeat(trace["action"][:, None], 3, axis=1)
+    total = np.repeat(trace.action[:, None], 3, axis=1)
     np.testing.assert_array_equal(heard, total.astype(PRECISION))
 
 
@@ -78,14 +78,14 @@ def test_responsibilities_sum_to_one_and_mix_the_command() -> None:
     dance(agent, 3)
     inverse = agent.gains.inverse
     trace = dance(agent, 1)
-    np.testing.assert_allclose(trace["responsibility"].sum(axis=1), 1.0)
-    mixed = np.einsum("tm,tmj->tj", trace["responsibility"], trace["module_actions"])
-    total = np.clip(inverse * mixed + trace["feedback"], -1, 1)
-    np.testing.assert_allclose(trace["action"], total, atol=1e-14)
+    np.testing.assert_allclose(trace.modules.responsibility.sum(axis=1), 1.0)
+    mixed = np.einsum("tm,tmj->tj", trace.modules.responsibility, trace.modules.module_actions)
+    total = np.clip(inverse * mixed + trace.feedback, -1, 1)
+    np.testing.assert_allclose(trace.action, total, atol=1e-14)
 
 
 def test_one_module_is_always_responsible() -> None:
-    np.testing.assert_array_equal(dance(mosaic(1), 2)["responsibility"], 1.0)
+    np.testing.assert_array_equal(dance(mosaic(1), 2).modules.responsibility, 1.0)
 
 
 def test_without_observing_nothing_is_learned() -> None:
@@ -100,7 +100,7 @@ def test_state_goes_round() -> None:
     trained, copy = mosaic(), mosaic()
     dance(trained, 3)
     copy.load_state_dict(trained.state_dict())
-    np.testing.assert_array_equal(dance(trained, 1)["action"], dance(copy, 1)["action"])
+    np.testing.assert_array_equal(dance(trained, 1).action, dance(copy, 1).action)
     for name, value in trained.state_dict().items():
         np.testing.assert_array_equal(value, copy.state_dict()[name])
 
@@ -124,7 +124,7 @@ def test_with_control_it_tracks_better_than_feedback() -> None:
         logged = agent.learn()
     alone = record_epoch(env, make_agent(env, kind="feedback_only"), 29)
     assert logged["gain_inverse"] == 1.0
-    error, usual = (np.abs(t["posture"] - t["reference"]).mean() for t in (trace, alone))
+    error, usual = (np.abs(t.posture - t.reference).mean() for t in (trace, alone))
     assert error < usual
 
 

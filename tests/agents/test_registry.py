@@ -4,7 +4,7 @@ import pytest
 from mpma_mj import MPMAConfig, load, make_agent
 from mpma_mj.agents import AGENTS, MPMA
 from mpma_mj.errors import BadOptionError
-from mpma_mj.training.trace import record_epoch
+from mpma_mj.training.rollout import record_epoch
 
 SMALL = MPMAConfig(nodes=20, modules=2)
 LEARNING = ("mpma", "growing", "mosaic", "hammer", "single")
@@ -16,7 +16,7 @@ def actions(kind: str, seed: int, epochs: int = 2) -> np.ndarray:
     for epoch in range(epochs):
         trace = record_epoch(env, agent, epoch)
         agent.learn()
-    return trace["action"]
+    return trace.action
 
 
 def test_all_agents_of_the_repository_are_there() -> None:
@@ -40,7 +40,7 @@ def test_seed_zero_is_a_seed(kind: str) -> None:
 def test_hammer_has_a_pair_for_each_label_the_others_what_is_set(kind: str, pairs: int) -> None:
     env = load("ymca", repeats=1)
     agent = make_agent(env, SMALL, kind=kind)
-    assert record_epoch(env, agent, 0)["responsibility"].shape[1] == pairs
+    assert record_epoch(env, agent, 0).modules.responsibility.shape[1] == pairs
 
 
 def test_single_is_mpma_of_one_module() -> None:

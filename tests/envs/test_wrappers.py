@@ -14,7 +14,7 @@ from mpma_mj.envs import gl
 from mpma_mj.envs.gym_env import ImitationEnv
 from mpma_mj.envs.wrappers import Evaluate, FeedbackAssist, RecordVideo, Wrapper
 from mpma_mj.errors import BadOptionError, RenderingError, RunFolderError, VideoError
-from mpma_mj.training.trace import record_epoch
+from mpma_mj.training.rollout import record_epoch
 from tests.conftest import Encoder
 
 Act = Callable[[dict[str, np.ndarray]], np.ndarray]
@@ -177,13 +177,13 @@ def test_evaluating_changes_nothing() -> None:
 def test_measures_are_those_of_a_trace(arms: str) -> None:
     env = Evaluate(ymca(arms))
     trace = record_epoch(env, RandomAgent(seed=3), 0)
-    posture, reference = trace["posture"][1:], trace["reference"][1:]
+    posture, reference = trace.posture[1:], trace.reference[1:]
     sites = env.physics.site_positions
     assert env.episode_metrics == [
         {
             "p_e_percent": metrics.posture_error_percent(posture, reference),
             "mpkpe_m": metrics.mpkpe(sites(posture), sites(reference)),
-            "mean_reward": float(np.mean(trace["reward"])),
+            "mean_reward": float(np.mean(trace.reward)),
             "steps": len(posture),
             "terminated": False,
         }

@@ -13,10 +13,11 @@ from mpma_mj.evaluation import evaluate as evaluation
 from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, fine_tune, tracking_errors
 from mpma_mj.motions import motion_file, ymca
 from mpma_mj.motions.variants import mirrored
-from mpma_mj.training.batch_trainer import train_agents
 from mpma_mj.training.checkpoints import TrainedAgents
 from mpma_mj.training.config import RunConfig
+from mpma_mj.training.rollout import Rollout
 from mpma_mj.training.run_folder import RunFolder
+from mpma_mj.training.trainer import train_agents
 from mpma_mj.utils import atomic_files
 
 SMALL = RunConfig(nodes=20, modules=2, repeats=1)
@@ -35,9 +36,10 @@ def test_each_agent_is_tried_to_the_bit_as_it_would_be_alone(agent: str) -> None
     (alone,) = evaluate(trained(5, agent=agent), CARRIED)
     assert both[1] is not None
     assert alone is not None
-    assert both[1].keys() == alone.keys()
-    for name in alone:
-        np.testing.assert_array_equal(both[1][name], alone[name])
+    batched, single = both[1].to_arrays(), alone.to_arrays()
+    assert batched.keys() == single.keys()
+    for name, signal in single.items():
+        np.testing.assert_array_equal(batched[name], signal)
 
 
 @pytest.mark.parametrize("agent", ["mpma", "mosaic"])
@@ -132,30 +134,29 @@ def test_a_run_folder_of_another_motion_is_refused(
 
 
 def test_training_that_diverges_names_the_seed(monkeypatch: pytest.MonkeyPatch) -> None:
-    from mpma_mj.training import batch_trainer
+    from mpma_mj.training import trainer
 
-    real = batch_trainer.record_epochs
+    real = trainer.rollout
 
-    def second_diverges(*given: object) -> object:
-        traces, diverged = real(*given)  # type: ignore[arg-type]
-        diverged[1:] = True  # of those that are left after it nobody does
-        return traces, diverged
+    def second_diverges(*given: object) -> Rollout:
+        recorded = real(*given)  # type: ignore[arg-type]
+        return Rollout(recorded.trace, {1: "the simulation diverged"})
 
-    monkeypatch.setattr(batch_trainer, "record_epochs", second_diverges)
+    monkeypatch.setattr(trainer, "rollout", second_diverges)
     with pytest.raises(DivergedError, match="seed 4, epoch 1: the simulation diverged"):
         trained(3, 4)
 
 
 def test_who_diverged_while_learning_on_is_lost_for_good(monkeypatch: pytest.MonkeyPatch) -> None:
     agents = trained(0, 1)
-    real, epochs = evaluation.record_epochs, iter(range(9))
+    real, epochs = evaluation.rollout, iter(range(9))
 
-    def second_diverges_once(*given: object) -> object:
-        traces, diverged = real(*given)  # type: ignore[arg-type]
-        diverged[1] = next(epochs) == 1
-        return traces, diverged
+    def second_diverges_once(*given: object) -> Rollout:
+        recorded = real(*given)  # type: ignore[arg-type]
+        failures = {1: "the simulation diverged"} if next(epochs) == 1 else {}
+        return Rollout(recorded.trace, failures)
 
-    monkeypatch.setattr(evaluation, "record_epochs", second_diverges_once)
+    monkeypatch.setattr(evaluation, "rollout", second_diverges_once)
     _, course = fine_tune(agents, HOME, 3)
     assert np.isfinite(course[:, 0]).all()
     np.testing.assert_array_equal(np.isnan(course[:, 1]), [False, True, True])

@@ -18,9 +18,9 @@ from mpma_mj.sweep.folder import RunResult, SweepFolder
 from mpma_mj.sweep.job import Job, JobResult
 from mpma_mj.sweep.measures import remarks
 from mpma_mj.sweep.processes import Processes
-from mpma_mj.training.batch_trainer import train_batch
 from mpma_mj.training.config import versions
 from mpma_mj.training.dataset import read_motions
+from mpma_mj.training.trainer import train_batch
 from mpma_mj.utils import atomic_files
 from tests.sweep.runs import TINY, finished, results, spec_of
 

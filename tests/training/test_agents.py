@@ -10,9 +10,9 @@ import pytest
 from mpma_mj.agents.registry import NOT_TRAINABLE
 from mpma_mj.cli import main
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.imitate import resume, start
+from mpma_mj.training.run import resume, start
 from mpma_mj.training.run_folder import RunFolder
-from tests.training.test_imitate import RESULTS
+from tests.training.test_run import RESULTS
 
 SMALL = RunConfig(nodes=10, modules=2, repeats=1, arms="kinematic")
 

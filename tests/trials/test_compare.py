@@ -15,6 +15,7 @@ import pytest
 from mpma_mj.cli import main
 from mpma_mj.motions import ymca
 from mpma_mj.sweep.backend import open_backend
+from mpma_mj.trace import Trace
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.trials.compare import ARMS, NOTHING, Cell, compare, jobs
@@ -36,7 +37,7 @@ def test_every_agent_dances_on_every_kind_of_arms(cells: list[Cell]) -> None:
     assert pairs == [(a, b) for a in (NOTHING, *ARMS) for b in ARMS]
     assert all(len(cell.dances) == 2 for cell in cells)
     dances = [dance for cell in cells for dance in cell.dances if dance]
-    assert {len(dance.trace["action"]) for dance in dances} == {len(ymca()) - 1}
+    assert {len(dance.trace.action) for dance in dances} == {len(ymca()) - 1}
 
 
 def test_workers_bring_the_same_in_the_same_order(cells: list[Cell]) -> None:
@@ -137,9 +138,9 @@ def test_the_video_has_all_arms_side_by_side_and_every_step(
 ) -> None:
     dances = {}
     for name, dance in first_dances(cells).items():
-        cut = len(dance.trace["action"]) - 6
-        trace = {name: signal[:-cut] for name, signal in dance.trace.items()}
-        dances[name] = dataclasses.replace(dance, trace=trace)
+        cut = len(dance.trace) - 6
+        signals = {name: signal[:-cut] for name, signal in dance.trace.to_arrays().items()}
+        dances[name] = dataclasses.replace(dance, trace=Trace.from_arrays(signals))
     path = tmp_path / "dances.mp4"
     write_side_by_side(path, dances, ymca(), iter)
     frames = iio.imread(path).astype(int)

@@ -23,8 +23,8 @@ def test_no_disturbance_is_none_to_the_bit(name: str, tiny: TrainedAgents) -> No
     (undisturbed,) = evaluate(tiny, EvalCondition("b", tiny.motion, {}))
     assert danced is not None
     assert undisturbed is not None
-    for signal, expected in undisturbed.items():
-        np.testing.assert_array_equal(danced[signal], expected, signal)
+    for signal, expected in undisturbed.to_arrays().items():
+        np.testing.assert_array_equal(danced.to_arrays()[signal], expected, signal)
 
 
 @pytest.mark.parametrize("name", NONE)

@@ -9,15 +9,16 @@ from mpma_mj.envs.load import load
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.motions import ymca
+from mpma_mj.trace import Trace
 from mpma_mj.training.factory import make_agent
-from mpma_mj.training.trace import record_epoch
+from mpma_mj.training.rollout import record_epoch
 from mpma_mj.trials.effort import actuator_torque, effort
 
 Array = NDArray[np.float64]
 DAMPING = 0.3  # N m s/rad, of each joint of two_arm.xml
 
 
-def danced(**condition: object) -> dict[str, Array]:
+def danced(**condition: object) -> Trace:
     env = load("ymca", repeats=1, **condition)
     return record_epoch(env, make_agent(env, kind="feedback_only"), 0)
 
@@ -29,17 +30,17 @@ def test_torques_are_what_changes_the_arms_momentum(strength: float) -> None:
     assert cost is not None
     arms = PhysicsArms.make(EnvironmentOptions(actuator_strength=strength))
     model, data = arms.model.ptr, arms.data.ptr
-    arms.set_joint_state(trace["joint_angles"][0], trace["joint_velocities"][0])
+    arms.set_joint_state(trace.joint_angles[0], trace.joint_velocities[0])
     inertia = np.zeros((8, 8))
     for step, torque in enumerate(cost.torque):
-        arms.set_control(np.clip(trace["action"][step // 10], -1, 1) * arms.max_joint_speed)
+        arms.set_control(np.clip(trace.action[step // 10], -1, 1) * arms.max_joint_speed)
         mujoco.mj_forward(model, data)
         mujoco.mj_fullM(model, data, inertia)
         before, bias = data.qvel.copy(), data.qfrc_bias.copy()
         mujoco.mj_step(model, data)
         change = inertia @ (data.qvel - before) / cost.timestep
         np.testing.assert_allclose(change + bias + DAMPING * data.qvel, torque, atol=1e-9)
-    np.testing.assert_array_equal(data.qpos, trace["joint_angles"][-1])
+    np.testing.assert_array_equal(data.qpos, trace.joint_angles[-1])
 
 
 def test_work_less_losses_is_the_energy_that_the_arms_have_gained() -> None:
@@ -51,7 +52,7 @@ def test_work_less_losses_is_the_energy_that_the_arms_have_gained() -> None:
     model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)
     energies = []
     for moment in (0, -1):
-        arms.set_joint_state(trace["joint_angles"][moment], trace["joint_velocities"][moment])
+        arms.set_joint_state(trace.joint_angles[moment], trace.joint_velocities[moment])
         mujoco.mj_forward(model, data)
         energies.append(float(data.energy.sum()))
     put_in = float(cost.power.sum()) * cost.timestep
@@ -62,11 +63,15 @@ def test_work_less_losses_is_the_energy_that_the_arms_have_gained() -> None:
 
 
 def test_carried_arms_at_rest_cost_nothing_and_ideal_ones_have_no_effort() -> None:
-    still = {
-        "action": np.zeros((20, 8)),
-        "joint_angles": np.tile([0.5, 0.3, 0.2, 1.0], (21, 2)),
-        "joint_velocities": np.zeros((21, 8)),
-    }
+    still = Trace(
+        posture=np.zeros((21, 12)),
+        reference=np.zeros((21, 12)),
+        context=np.ones((21, 1)),
+        joint_angles=np.tile([0.5, 0.3, 0.2, 1.0], (21, 2)),
+        joint_velocities=np.zeros((21, 8)),
+        action=np.zeros((20, 8)),
+        reward=np.zeros(20),
+    )
     carried = effort(still, {"gravity_compensation": True}, 20.0)
     assert carried is not None
     assert carried.peak_torque < 1e-9

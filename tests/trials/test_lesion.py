@@ -15,16 +15,18 @@ import pytest
 from mpma_mj import make_agent
 from mpma_mj.agents.gain_schedule import Gains
 from mpma_mj.agents.recruitment import Recruitment
+from mpma_mj.agents.signals import ModuleSignals
 from mpma_mj.agents.wrapper import AgentWrapper
 from mpma_mj.cli import main
 from mpma_mj.evaluation.evaluate import EVALUATION_EPISODE, EvalCondition, evaluate, tracking_errors
 from mpma_mj.metrics import posture_error_percent
 from mpma_mj.motions import ymca
+from mpma_mj.trace import Trace
 from mpma_mj.training.checkpoints import TrainedAgents
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.factory import agent_of, environments_of
+from mpma_mj.training.rollout import record_epoch
 from mpma_mj.training.run_folder import RunFolder
-from mpma_mj.training.trace import record_epochs
 from mpma_mj.trials.lesion import (
     Dance,
     Lesion,
@@ -110,8 +112,8 @@ def test_with_all_modules_silent_it_is_the_feedback_controller_with_its_gain(
 
     with contextlib.closing(environments_of(trained.configs[0], [0], trained.motion, {})) as envs:
         alone = Weak(make_agent(envs, kind="feedback_only"))
-        (trace,), _ = record_epochs(envs, alone, EVALUATION_EPISODE)
-    expected = posture_error_percent(trace["posture"][1:], trace["reference"][1:])
+        trace = record_epoch(envs, alone, EVALUATION_EPISODE).of_run(0)
+    expected = posture_error_percent(trace.posture[1:], trace.reference[1:])
     silent = dance_without(trained, (0, 1), 1)
     assert silent.at_once.p_e_percent == pytest.approx(expected, rel=1e-9)
     assert silent.retrained is None
@@ -142,12 +144,19 @@ def test_errors_are_of_the_label_to_which_a_step_leads() -> None:
     steps, reference = 4, np.zeros((5, 12))
     posture = reference + np.array([0.9, 0.2, 0.2, 0.6, 0.6])[:, None]  # the first is not danced
     context = np.eye(3)[[0, 0, 0, 1, 1]]
-    trace = {
-        "posture": posture,
-        "reference": reference,
-        "context": context,
-        "responsibility": np.array([[1.0, 0.0]] * 3 + [[0.0, 1.0]] * (steps - 3)),
-    }
+    responsibility = np.array([[1.0, 0.0]] * 3 + [[0.0, 1.0]] * (steps - 3))
+    trace = Trace(
+        posture=posture,
+        reference=reference,
+        context=context,
+        joint_angles=np.zeros((5, 8)),
+        joint_velocities=np.zeros((5, 8)),
+        action=np.zeros((4, 8)),
+        reward=np.zeros(4),
+        modules=ModuleSignals(
+            responsibility, responsibility, np.zeros((4, 2, 8)), np.zeros((4, 2, 12))
+        ),
+    )
     dance = _seen(trace, np.array([0, 2]), 3)
     assert dance.p_e_percent == pytest.approx(20.0)
     np.testing.assert_allclose(dance.label_p_e_percent, [10.0, 30.0, np.nan])

@@ -1,5 +1,6 @@
 """Figures, strip and video: that they show what they should, not their exact pixels."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import imageio.v3 as iio
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 
 from mpma_mj.motions import ymca
+from mpma_mj.trace import Trace
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.visualization.colours import hex_to_rgb, module_colours
 from mpma_mj.visualization.figures import write_figures
@@ -64,16 +66,17 @@ def test_the_mark_moves_with_time_and_the_letter_with_the_label() -> None:
 def test_frames_show_arms_ghost_and_side(small_run: Path) -> None:
     folder = RunFolder(small_run)
     trace, motion = folder.read_trace(), folder.read_motion()
-    for name in trace:
-        trace[name] = trace[name][:3]
+    trace = Trace.from_arrays({name: signal[:3] for name, signal in trace.to_arrays().items()})
 
     def first(camera: str = "front", **changes: np.ndarray) -> np.ndarray:
-        return next(dance_frames(trace | changes, motion, camera=camera))[:480].astype(int)
+        return next(dance_frames(replace(trace, **changes), motion, camera=camera))[:480].astype(
+            int
+        )
 
     assert np.abs(first() - first("side")).mean() > 3
-    elsewhere = trace["reference"] * np.tile([1, 1, -1], 4)
+    elsewhere = trace.reference * np.tile([1, 1, -1], 4)
     assert (first() != first(reference=elsewhere)).any(axis=2).mean() > 0.003
-    assert (first() != first(joint_angles=trace["joint_angles"] * 0.2)).any(axis=2).mean() > 0.01
+    assert (first() != first(joint_angles=trace.joint_angles * 0.2)).any(axis=2).mean() > 0.01
 
 
 @pytest.mark.usefixtures("opengl")

@@ -15,11 +15,10 @@ from mpma_mj.envs.arm_batch import PhysicsBatch
 from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions import ymca
-from mpma_mj.training import batch_trainer
-from mpma_mj.training.batch_trainer import check, train_batch
+from mpma_mj.training import trainer as training
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.factory import one_thread
-from mpma_mj.training.imitate import _trainer
+from mpma_mj.training.trainer import Trainer, check, train_batch
 
 SMALL = RunConfig(nodes=20, modules=2, repeats=1)
 EPOCHS = 10
@@ -41,11 +40,12 @@ def seeds(count: int, **settings: Any) -> list[RunConfig]:
 def alone(config: RunConfig, epochs: int) -> dict[str, Any]:
     """Return the summary of a run by itself, as `mpma imitate` trains it."""
     with one_thread():
-        trainer = _trainer(config, ymca())
+        trainer = Trainer([config], ymca())
         trainer.run_epoch()
-        while len(trainer.rows) < epochs and not trainer.converged:
+        while trainer.epoch < epochs and len(trainer.going):
             trainer.run_epoch()
-    return trainer.summary()
+    (summary,) = trainer.summaries()
+    return summary
 
 
 def exact(summaries: list[dict[str, Any]]) -> str:
@@ -102,7 +102,7 @@ def test_a_run_that_diverges_fails_alone(agent: str, monkeypatch: pytest.MonkeyP
 
     monkeypatch.setattr(PhysicsBatch, "step", step_or_diverge)
     disturbed = train_batch(configs, ymca(), EPOCHS)
-    assert disturbed[1] == {"failed": f"epoch {epoch}: the simulation diverged"}
+    assert disturbed[1] == {"failed": f"epoch {epoch}: the simulation diverged at step 6"}
     assert exact([disturbed[0], disturbed[2]]) == exact([undisturbed[0], undisturbed[2]])
 
 
@@ -120,22 +120,23 @@ def test_runs_that_all_diverge_at_once_all_fail(
 
     monkeypatch.setattr(PhysicsBatch, "step", step_or_diverge)
     outcomes = train_batch(seeds(3, agent=agent), ymca(), EPOCHS)
-    assert outcomes == [{"failed": "epoch 1: the simulation diverged"}] * 3
+    assert outcomes == [{"failed": "epoch 1: the simulation diverged at step 6"}] * 3
 
 
 def test_environments_are_closed_also_where_an_epoch_fails(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    danced: list[VectorImitationEnv] = []
+    closed: list[VectorImitationEnv] = []
 
-    def fail(envs: VectorImitationEnv, *_: Any) -> None:
-        danced.append(envs)
+    def fail(*_: Any) -> None:
         raise RuntimeError("of the test")
 
-    monkeypatch.setattr(batch_trainer, "record_epochs", fail)
+    monkeypatch.setattr(VectorImitationEnv, "close", lambda envs: closed.append(envs))
+
+    monkeypatch.setattr(training, "rollout", fail)
     with pytest.raises(RuntimeError, match="of the test"):
         train_batch(seeds(2), ymca(), EPOCHS)
-    assert [envs.closed for envs in danced] == [True]
+    assert len(closed) == 1
 
 
 NO_MPMA: dict[str, Any] = {

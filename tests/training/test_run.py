@@ -1,5 +1,6 @@
 """Runs by the library: reproducible, resumable, and keeping the best epoch."""
 
+import dataclasses
 import json
 from pathlib import Path
 from typing import Any
@@ -10,16 +11,19 @@ from threadpoolctl import threadpool_info, threadpool_limits
 
 from mpma_mj import metrics
 from mpma_mj.agents import FixedAgent, MPMAConfig
+from mpma_mj.agents.signals import ModuleSignals
 from mpma_mj.envs.load import load
 from mpma_mj.errors import BadOptionError, CheckpointError, DivergedError, RunFolderError
 from mpma_mj.motions import ymca
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.factory import make_agent
+from mpma_mj.training.epoch_metrics import epoch_metrics
+from mpma_mj.training.factory import agent_of, environment_of, make_agent
 from mpma_mj.training.history import _rank, has_converged
-from mpma_mj.training.imitate import _trainer, resume, start
+from mpma_mj.training.rollout import record_epoch
+from mpma_mj.training.run import resume, start
 from mpma_mj.training.run_folder import RunFolder
-from mpma_mj.training.trace import epoch_metrics, record_epoch
 from mpma_mj.training.trainer import Trainer
+from mpma_mj.utils import atomic_files
 from mpma_mj.utils.atomic_files import FORMAT
 
 SMALL = RunConfig(nodes=20, modules=2)
@@ -83,7 +87,7 @@ def test_a_run_that_grows_can_be_resumed_before_and_after_a_module_awakes(tmp_pa
 def test_a_converged_run_stays_as_it_is(tmp_path: Path) -> None:
     folder = run(tmp_path / "a", RunConfig(nodes=50), epochs=30)
     before = {name: (folder.path / name).read_bytes() for name in RESULTS}
-    summary = resume(folder, 5)
+    summary = resume(folder, 5).summary
     assert summary["converged"]
     assert {name: (folder.path / name).read_bytes() for name in RESULTS} == before
 
@@ -91,7 +95,7 @@ def test_a_converged_run_stays_as_it_is(tmp_path: Path) -> None:
 def test_training_ends_when_the_papers_criteria_hold(tmp_path: Path) -> None:
     rows: list[dict[str, float]] = []
     folder = RunFolder(tmp_path / "a")
-    summary = start(RunConfig(nodes=50), folder, 30, on_epoch=rows.append)
+    summary = start(RunConfig(nodes=50), folder, 30, on_epoch=rows.append).summary
     assert summary["converged"]
     assert summary["epochs"] == len(rows) < 30
     assert [has_converged(row) for row in rows] == [False] * (len(rows) - 1) + [True]
@@ -140,14 +144,19 @@ def test_blas_runs_on_one_thread_while_training(tmp_path: Path) -> None:
 def test_measures_compare_what_belongs_together() -> None:
     env = load("ymca")
     trace = record_epoch(env, make_agent(env, SMALL_AGENT), 0)
-    trace["predictions"] = np.repeat(trace["posture"][1:, None], 2, axis=1)
+    predictions = np.repeat(trace.posture[1:, None], 2, axis=1)
+    trace = dataclasses.replace(
+        trace, modules=dataclasses.replace(trace.modules, predictions=predictions)
+    )
     assert epoch_metrics(env.physics.site_positions, trace)[
         "prediction_error_percent"
     ] == pytest.approx(0.0, abs=1e-12)
-    trace["responsibility"] = trace["prior"] = np.clip(trace["context"][:-1], 0.01, 1)
-    trace["predictions"] = np.repeat(trace["posture"][1:, None], 4, axis=1)
+    share = np.clip(trace.context[:-1], 0.01, 1)
+    predictions = np.repeat(trace.posture[1:, None], 4, axis=1)
+    modules = ModuleSignals(share, share, np.zeros((*share.shape, 8)), predictions)
+    trace = dataclasses.replace(trace, modules=modules)
     assert epoch_metrics(env.physics.site_positions, trace)["nmi"] == pytest.approx(1.0, abs=1e-3)
-    trace["posture"] = trace["reference"]
+    trace = dataclasses.replace(trace, posture=trace.reference)
     measures = epoch_metrics(env.physics.site_positions, trace)
     assert measures["p_e_percent"] == 0.0
     assert measures["mpkpe_m"] == 0.0
@@ -155,17 +164,20 @@ def test_measures_compare_what_belongs_together() -> None:
 
 def test_settings_reach_agent_and_environment() -> None:
     config = RunConfig(nodes=17, modules=3, rule="gated", seed=5, reference_noise=0.02, repeats=2)
-    trainer = _trainer(config, ymca())
+    env, expected = (
+        environment_of(config, ymca(), {}),
+        load(ymca(), seed=5, reference_noise=0.02, repeats=2),
+    )
+    agent = agent_of(config, env, config.seed)
     architecture = MPMAConfig(nodes=17, modules=3, rule="gated")
-    assert trainer.agent.config == architecture
-    env = load(ymca(), seed=5, reference_noise=0.02, repeats=2)
-    assert trainer.env.task.steps == env.task.steps == 2 * len(ymca()) - 1
-    for name, value in env.reset().observation.items():
-        np.testing.assert_array_equal(trainer.env.reset().observation[name], value)
-        trainer.env.task.episode = 0
+    assert agent.config == architecture
+    assert env.task.steps == expected.task.steps == 2 * len(ymca()) - 1
+    first = env.reset().observation
+    for name, value in expected.reset().observation.items():
+        np.testing.assert_array_equal(first[name], value)
     state = make_agent(env, architecture, seed=5).state_dict()
     np.testing.assert_array_equal(
-        trainer.agent.state_dict()["predictor.weights"], state["predictor.weights"]
+        agent.state_dict()["predictor.weights"], state["predictor.weights"]
     )
 
 
@@ -183,26 +195,26 @@ def test_a_simulation_that_diverges_is_a_failed_run(tmp_path: Path) -> None:
 
 
 def test_the_best_epoch_is_kept_not_the_last_nor_one_of_feedback_alone() -> None:
-    trainer = Trainer(load("ymca"), make_agent(load("ymca"), SMALL_AGENT))
+    trainer = Trainer([SMALL], ymca())
     for _ in range(10):
-        trainer.run_epoch()
-    assert trainer.best is not None
-    passed = [row for row in trainer.rows if row["gain_inverse"] == 1.0]
-    assert trainer.best.row["p_e_percent"] == min(row["p_e_percent"] for row in passed)
+        trainer.run_epoch(stop=False)
+    (history,) = trainer.histories
+    passed = [row for row in history.rows if row["gain_inverse"] == 1.0]
+    assert history.best.row["p_e_percent"] == min(row["p_e_percent"] for row in passed)
 
 
 def test_the_kept_state_dances_the_kept_trace_again(tmp_path: Path) -> None:
     folder = run(tmp_path / "a", epochs=4)
     config, trace = folder.read_config(), folder.read_trace()
-    trainer = _trainer(config, folder.read_motion())
-    env, agent = trainer.env, trainer.agent
+    env = environment_of(config, folder.read_motion(), {})
+    agent = agent_of(config, env, config.seed)
     state, meta = folder.read_checkpoint("best", config)
     agent.load_state_dict(state)
     epoch = int(meta["row"]["epoch"]) - 1
     env.task.episode = epoch
     agent.reset(epoch)
     timestep = env.reset()
-    for action in trace["action"]:
+    for action in trace.action:
         np.testing.assert_array_equal(agent.act(timestep.observation), action)
         timestep = env.step(action)
         agent.observe(timestep)
@@ -228,15 +240,15 @@ def test_the_run_folder_holds_what_is_promised(tmp_path: Path) -> None:
     assert config["config"]["seed"] == 0
     assert {"mujoco", "numpy", "mpma-mj"} <= config["versions"].keys()
     assert summary["environment_steps"] == 3 * 227
-    signals = folder.read_trace()
-    output = signals["responsibility"][:, :, None] * signals["module_actions"]
+    modules = folder.read_trace().with_modules()
+    output = modules.responsibility[:, :, None] * modules.module_actions
     assert summary["repeatability"]["module_output"] == metrics.repeatability(output, 76)
     lines = (folder.path / "metrics.csv").read_text().splitlines()
     assert len(lines) == 1 + 3
     trace = folder.read_trace()
-    assert trace["posture"].shape == (228, 12)
-    assert trace["responsibility"].shape == (227, 2)
-    assert trace["module_actions"].shape == (227, 2, 8)
+    assert trace.posture.shape == (228, 12)
+    assert trace.modules.responsibility.shape == (227, 2)
+    assert trace.modules.module_actions.shape == (227, 2, 8)
     assert not list(folder.path.rglob(".*"))
 
 
@@ -248,9 +260,9 @@ def test_once_through_the_movement_is_enough(tmp_path: Path) -> None:
 
 def test_a_trace_that_lacks_a_signal_is_refused(tmp_path: Path) -> None:
     folder = run(tmp_path / "a", epochs=1)
-    trace = folder.read_trace()
-    del trace["prior"]
-    folder.write_trace(trace, 1)
+    arrays, meta = atomic_files.read_arrays(folder.path / "trace.npz", "trace")
+    del arrays["prior"]
+    atomic_files.write_arrays(folder.path / "trace.npz", "trace", arrays, meta)
     with pytest.raises(CheckpointError, match=r"trace\.npz: lacks prior"):
         folder.read_trace()
 

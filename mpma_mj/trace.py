@@ -1,0 +1,99 @@
+"""Traces: every signal of an episode, of one run or of a batch of runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.agents.signals import MODULE_SIGNALS, ModuleSignals
+
+__all__ = ["OBSERVED", "SIGNALS", "Trace"]
+
+Array = NDArray[np.float64]
+
+OBSERVED = ("posture", "reference", "context", "joint_angles", "joint_velocities")
+"""Names of the signals of the T + 1 moments, also in files."""
+
+_STEPS = ("action", "reward")
+
+SIGNALS = (*OBSERVED, *_STEPS, *MODULE_SIGNALS)
+"""Names of all signals of an agent with modules."""
+
+
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """Signals of an episode of T steps; "…" is () for one run, (R,) for a batch of runs.
+
+    Attributes:
+        posture: True postures of the arms, shape (T + 1, …, 12), also where they are observed
+            with noise.
+        reference: Demonstrated postures, shape (T + 1, …, 12).
+        context: Context, shape (T + 1, …, C).
+        joint_angles: Observed joint angles, shape (T + 1, …, 8), rad.
+        joint_velocities: Observed joint velocities, shape (T + 1, …, 8), rad/s.
+        action: Actions, shape (T, …, 8), in [-1, 1].
+        reward: Rewards, shape (T, …).
+        feedback: The feedback controller's part of the action, with its gain, shape (T, …, 8);
+            None for an agent without one.
+        modules: Signals of the modules; None for an agent without modules.
+    """
+
+    posture: Array
+    reference: Array
+    context: Array
+    joint_angles: Array
+    joint_velocities: Array
+    action: Array
+    reward: Array
+    feedback: Array | None = None
+    modules: ModuleSignals | None = None
+
+    def __len__(self) -> int:
+        """Return the number of steps, T."""
+        return len(self.action)
+
+    def with_modules(self) -> ModuleSignals:
+        """Return the signals of the modules.
+
+        Raises:
+            ValueError: The agent has no modules.
+        """
+        if self.modules is None:
+            raise ValueError("the trace is of an agent without modules")
+        return self.modules
+
+    def of_run(self, run: int) -> Trace:
+        """Return the trace of one run of a batch."""
+        return self._map(lambda signal: np.ascontiguousarray(signal[:, run]))
+
+    def to_arrays(self) -> dict[str, Array]:
+        """Return all signals by name, as they are written to files."""
+        arrays = {name: getattr(self, name) for name in (*OBSERVED, *_STEPS)}
+        if self.modules is not None:
+            arrays |= vars(self.modules)
+        return arrays if self.feedback is None else arrays | {"feedback": self.feedback}
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, Any]) -> Trace:
+        """Return the trace whose signals `to_arrays` returned.
+
+        Raises:
+            KeyError: A signal is missing.
+        """
+        modules = None
+        if any(name in arrays for name in MODULE_SIGNALS):
+            modules = ModuleSignals(**{name: arrays[name] for name in MODULE_SIGNALS})
+        signals = {name: arrays[name] for name in (*OBSERVED, *_STEPS)}
+        return cls(**signals, feedback=arrays.get("feedback"), modules=modules)
+
+    def _map(self, change: Callable[[Array], Array]) -> Trace:
+        signals = {name: change(getattr(self, name)) for name in (*OBSERVED, *_STEPS)}
+        return Trace(
+            **signals,
+            feedback=None if self.feedback is None else change(self.feedback),
+            modules=None if self.modules is None else self.modules.map(change),
+        )

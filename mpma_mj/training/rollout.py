@@ -1,0 +1,94 @@
+"""Rollouts: episodes of one run or of a batch of runs, with every signal recorded."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from dm_control.rl import control
+from numpy.typing import NDArray
+
+from mpma_mj.agents import Agent
+from mpma_mj.agents.base import Observation
+from mpma_mj.agents.episode_buffer import EpisodeBuffer
+from mpma_mj.envs.vector_env import VectorImitationEnv
+from mpma_mj.errors import DivergedError
+from mpma_mj.trace import OBSERVED, Trace
+from mpma_mj.training.environments import Environments, wrap
+
+__all__ = ["Rollout", "record_epoch", "rollout"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Rollout:
+    """An episode of one run, or of R runs.
+
+    Attributes:
+        trace: Its signals; those of a run that failed mean nothing.
+        failures: Why episodes ended before the demonstration did, by run.
+    """
+
+    trace: Trace
+    failures: dict[int, str]
+
+    def of_run(self, run: int) -> Trace | None:
+        """Return the trace of one run of a batch; None if it failed."""
+        return None if run in self.failures else self.trace.of_run(run)
+
+
+def rollout(envs: Environments, agent: Agent, epoch: int) -> Rollout:
+    """Run an episode and record every signal of it.
+
+    The agent acts and observes; only one that learns at every step learns here.
+
+    Args:
+        envs: Environments of one run, or of R runs; their next episode gets the epoch's number.
+        agent: Agent of as many runs.
+        epoch: Number of the epoch, from 0.
+    """
+    agent.reset(epoch)
+    timestep = envs.reset(epoch)
+    moments, steps = EpisodeBuffer(), EpisodeBuffer()
+    moments.append(_observed(timestep.observation, envs.posture()))
+    failures: dict[int, str] = {}
+    runs = envs.shape[0] if envs.shape else 1
+    for step in range(1, envs.info.steps + 1):
+        action = agent.act(timestep.observation)
+        timestep = envs.step(action)
+        agent.observe(timestep)
+        moments.append(_observed(timestep.observation, envs.posture()))
+        steps.append({"action": action, "reward": np.asarray(timestep.reward)})
+        for run, reason in envs.failures().items():
+            failures.setdefault(run, f"{reason} at step {step}")
+        if len(failures) == runs:
+            break
+    signals = moments.episode() | steps.episode() | agent.signals()
+    return Rollout(Trace.from_arrays(signals), failures)
+
+
+def record_epoch(env: control.Environment | VectorImitationEnv, agent: Agent, epoch: int) -> Trace:
+    """Run an episode and return its trace; see `rollout`.
+
+    Args:
+        env: Environment that `mpma_mj.load` returned, or those that `mpma_mj.make_vec` returned.
+        agent: Agent of as many runs.
+        epoch: Number of the epoch, from 0.
+
+    Raises:
+        DivergedError: An episode ended before the demonstration did.
+    """
+    recorded = rollout(wrap(env), agent, epoch)
+    for reason in recorded.failures.values():
+        raise DivergedError(f"epoch {epoch + 1}: {reason}", remedy=TRY_INSTEAD)
+    return recorded.trace
+
+
+TRY_INSTEAD = "try a slower {tempo} or another {seed}"
+"""Remedy for a simulation that diverges."""
+
+
+def _observed(observation: Observation, posture: Array) -> dict[str, Array]:
+    """Return the signals of a moment; the posture is the true one."""
+    return {name: observation[name] for name in OBSERVED} | {"posture": posture}

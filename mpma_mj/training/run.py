@@ -1,0 +1,265 @@
+"""Runs from beginning to end: trained, saved, and resumed where they stopped."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.agents import Agent
+from mpma_mj.agents.registry import AGENTS, NOT_TRAINABLE
+from mpma_mj.context import active_label
+from mpma_mj.errors import BadOptionError, CheckpointError, DivergedError
+from mpma_mj.motions import Motion
+from mpma_mj.trace import Trace
+from mpma_mj.training.checkpoints import load_state
+from mpma_mj.training.config import RunConfig
+from mpma_mj.training.dataset import read_motions
+from mpma_mj.training.epoch_metrics import EpochMetrics
+from mpma_mj.training.factory import agent_of, environment_of, one_thread
+from mpma_mj.training.history import BestEpoch, TrainingHistory, segment_metrics
+from mpma_mj.training.rollout import TRY_INSTEAD
+from mpma_mj.training.run_folder import RunFolder
+from mpma_mj.training.trainer import Trainer
+from mpma_mj.visualization.figures import write_figures
+
+__all__ = ["Run", "load_agent", "resume", "start", "train"]
+
+Array = NDArray[np.float64]
+OnEpoch = Callable[[EpochMetrics], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A run that has been trained.
+
+    Attributes:
+        config: Its config.
+        motion: The motion that it imitates.
+        history: Metrics of its epochs, and the best epoch.
+        state: State of the agent after the last epoch, with which training can be resumed.
+    """
+
+    config: RunConfig
+    motion: Motion
+    history: TrainingHistory
+    state: Mapping[str, Array]
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """Result of the training: metrics of the best epoch, and when it stopped."""
+        return self.history.summary() | {"motions": self._motion_metrics()}
+
+    @property
+    def trace(self) -> Trace:
+        """Trace of the best epoch."""
+        return self.history.best.trace
+
+    @property
+    def agent(self) -> Agent:
+        """A new agent in the state before the best epoch, ready to act."""
+        return _agent(self.config, self.motion, self.history.best.state, None)
+
+    def save(self, folder: str | Path, *, overwrite: bool = False) -> Path:
+        """Write the run folder, with figures; `mpma render` adds the video.
+
+        Args:
+            folder: The folder.
+            overwrite: Whether an earlier run in the folder may be replaced.
+
+        Returns:
+            The folder.
+
+        Raises:
+            RunFolderError: The folder holds something else, or cannot be written.
+        """
+        run_folder = RunFolder(Path(folder))
+        with run_folder.created(self.config, self.motion, overwrite=overwrite):
+            self._write_epoch(run_folder, best=True)
+            self._write_summary(run_folder)
+            write_figures(run_folder.figures, self.trace, self.motion)
+        return run_folder.path
+
+    def _write_epoch(self, folder: RunFolder, *, best: bool) -> None:
+        """Write what a later `resume` needs, the checkpoint `latest` last.
+
+        A run that is killed in between repeats its last epoch when it is resumed.
+        """
+        if best:
+            row = self.history.best.row
+            folder.forget_epoch()
+            folder.write_trace(self.trace, int(row["epoch"]))
+            folder.write_checkpoint("best", self.config, self.history.best.state, {"row": row})
+        folder.write_metrics(self.history.rows)
+        folder.write_checkpoint("latest", self.config, self.state, {"rows": self.history.rows})
+
+    def _write_summary(self, folder: RunFolder) -> None:
+        folder.write_summary(self.summary)
+
+    def _motion_metrics(self) -> list[dict[str, Any]]:
+        """Return the metrics of each motion in the best epoch."""
+        label = active_label(self.trace.context[1:])  # of the posture to which a step leads
+        if len(self.config.motions) == 1:
+            parts = {self.motion.name: np.ones(len(label), bool)}
+        else:
+            parts = {name: label == number for number, name in enumerate(self.motion.labels)}
+        return segment_metrics(self.trace, parts)
+
+
+def train(
+    config: RunConfig,
+    epochs: int = 30,
+    *,
+    motion: Motion | None = None,
+    on_epoch: OnEpoch = lambda row: None,
+) -> Run:
+    """Train a new agent, and write nothing.
+
+    Args:
+        config: Config of the run.
+        epochs: Largest number of epochs; training ends earlier when it has converged.
+        motion: The motion, in place of those that the config names.
+        on_epoch: Called with the metrics of every epoch.
+
+    Raises:
+        MpmaError: An option is out of bounds, or the motion cannot be read or followed.
+        DivergedError: The simulation did not stay finite.
+    """
+    _check(config, epochs)
+    motion = motion or read_motions(config)
+    with one_thread(), contextlib.closing(Trainer([config], motion)) as trainer:
+        return _train(trainer, config, motion, epochs, lambda run, best: None, on_epoch)
+
+
+def start(
+    config: RunConfig,
+    folder: RunFolder,
+    epochs: int,
+    *,
+    overwrite: bool = False,
+    on_epoch: OnEpoch = lambda row: None,
+) -> Run:
+    """Train a new agent, and write its run folder after every epoch.
+
+    Args:
+        config: Config of the run.
+        folder: The run folder.
+        epochs: Largest number of epochs; training ends earlier when it has converged.
+        overwrite: Whether an earlier run in the folder may be replaced.
+        on_epoch: Called with the metrics of every epoch.
+
+    Raises:
+        MpmaError: As of `train`, or the folder cannot be written.
+        DivergedError: The simulation did not stay finite.
+    """
+    _check(config, epochs)
+    motion = read_motions(config)
+    with one_thread(), contextlib.closing(Trainer([config], motion)) as trainer:
+        folder.create(config, motion, overwrite=overwrite)
+        return _train_in(folder, trainer, config, motion, epochs, on_epoch)
+
+
+def resume(folder: RunFolder, epochs: int, *, on_epoch: OnEpoch = lambda row: None) -> Run:
+    """Continue a run for more epochs, as if it had never stopped.
+
+    A run that has converged is over, and stays as it is.
+
+    Args:
+        folder: The run folder.
+        epochs: Largest number of further epochs.
+        on_epoch: Called with the metrics of every further epoch.
+
+    Raises:
+        MpmaError: The folder holds no run, or a damaged one.
+        DivergedError: The simulation did not stay finite.
+    """
+    config = folder.read_config()
+    _check(config, epochs)
+    motion = folder.read_motion()
+    state, meta = folder.read_checkpoint("latest", config)
+    best_state, best_meta = folder.read_checkpoint("best", config)
+    trace = folder.read_trace()
+    with one_thread(), contextlib.closing(Trainer([config], motion)) as trainer:
+        try:
+            best = BestEpoch(best_meta["row"], best_state, trace)
+            trainer.restore(state, meta["rows"], best)
+        except KeyError as error:
+            raise CheckpointError(
+                f"{folder.path}: the checkpoint lacks {error.args[0]}; train again"
+            ) from None
+        return _train_in(folder, trainer, config, motion, trainer.epoch + epochs, on_epoch)
+
+
+def load_agent(folder: str | Path) -> Agent:
+    """Return the trained agent of a run, as it was before its best epoch, ready to act.
+
+    Args:
+        folder: The run folder.
+
+    Raises:
+        RunFolderError: There is no run.
+        CheckpointError: The run is damaged, or of another version.
+    """
+    run_folder = RunFolder(Path(folder))
+    config = run_folder.read_config()
+    state, _ = run_folder.read_best(config)
+    return _agent(config, run_folder.read_motion(), state, run_folder.path)
+
+
+def _agent(
+    config: RunConfig, motion: Motion, state: Mapping[str, Array], source: Path | None
+) -> Agent:
+    agent = agent_of(config, environment_of(config, motion, {}), config.seed)
+    load_state(agent, state, source)
+    agent.reset(0)
+    return agent
+
+
+def _train_in(
+    folder: RunFolder,
+    trainer: Trainer,
+    config: RunConfig,
+    motion: Motion,
+    epochs: int,
+    on_epoch: OnEpoch,
+) -> Run:
+    def write(run: Run, best: bool) -> None:
+        run._write_epoch(folder, best=best)
+
+    run = _train(trainer, config, motion, epochs, write, on_epoch)
+    run._write_summary(folder)
+    return run
+
+
+def _train(
+    trainer: Trainer,
+    config: RunConfig,
+    motion: Motion,
+    epochs: int,
+    write: Callable[[Run, bool], None],
+    on_epoch: OnEpoch,
+) -> Run:
+    """Train to the end, writing after every epoch."""
+    (history,) = trainer.histories
+    while trainer.epoch < epochs and not history.converged:
+        (best,) = trainer.run_epoch()
+        for reason in trainer.failed.values():
+            raise DivergedError(reason, remedy=TRY_INSTEAD)
+        write(Run(config, motion, history, trainer.agent.state_dict()), bool(best))
+        on_epoch(history.rows[-1])
+    return Run(config, motion, history, trainer.agent.state_dict())
+
+
+def _check(config: RunConfig, epochs: int) -> None:
+    if epochs < 1:
+        raise BadOptionError(option="epochs", value=epochs, expected="at least 1")
+    if config.agent in NOT_TRAINABLE:
+        trainable = ", ".join(name for name in AGENTS if name not in NOT_TRAINABLE)
+        raise BadOptionError(
+            f"agent is {config.agent}, which does not learn; expected one of {trainable}"
+        )
