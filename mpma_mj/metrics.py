@@ -13,6 +13,7 @@ __all__ = [
     "dominant_module",
     "error_over_time",
     "feedback_ratio",
+    "module_number",
     "modules_used",
     "mpkpe",
     "nmi",
@@ -94,7 +95,15 @@ def active_modules(responsibility: Array, context: Array) -> list[int]:
 
 
 def dominant_module(responsibility: Array, context: Array) -> list[int]:
-    """Return for each label the module that most often has the largest λ; -1 if not danced."""
+    """Return for each label the index of the module that most often has the largest λ.
+
+    Args:
+        responsibility: Responsibilities λ, shape (T, M).
+        context: Context, shape (T, C).
+
+    Returns:
+        Indices from 0; -1 for a label that does not occur.
+    """
     label, dominant = active_label(context), responsibility.argmax(axis=1)
     modules = responsibility.shape[1]
     return [
@@ -105,32 +114,41 @@ def dominant_module(responsibility: Array, context: Array) -> list[int]:
     ]
 
 
+def module_number(index: int) -> int | None:
+    """Return the number of a module as it is printed, drawn and written: from 1; None for -1."""
+    return index + 1 if index >= 0 else None
+
+
 def modules_used(responsibility: Array, context: Array) -> int:
     """Return the number of modules that are dominant in at least one label."""
     return len(set(dominant_module(responsibility, context)) - {-1})
 
 
 def nmi(responsibility: Array, context: Array) -> float:
-    """Return the mutual information of label and dominant module over log(number of labels).
+    """Return the normalised mutual information of label and dominant module.
+
+        I(label; module) / H(label)
+
+    in steps that have a label (Cover & Thomas 2006, chapter 2).
 
     Args:
         responsibility: Responsibilities λ, shape (T, M).
         context: Context, shape (T, C).
 
     Returns:
-        1 where the module tells the label, 0 where it tells nothing, or there is one label.
+        1 where the module determines the label, 0 where it is independent of it, or there is one
+        label.
     """
-    labels = context.shape[1]
-    if labels == 1:
-        return 0.0
     label, dominant = active_label(context), responsibility.argmax(axis=1)
-    heard = label >= 0
-    joint = np.zeros((labels, responsibility.shape[1]))
-    np.add.at(joint, (label[heard], dominant[heard]), 1.0 / max(1, heard.sum()))
-    independent = joint.sum(axis=1, keepdims=True) * joint.sum(axis=0, keepdims=True)
-    seen = joint > 0
-    information = np.sum(joint[seen] * np.log(joint[seen] / independent[seen]))
-    return max(0.0, float(information / np.log(labels)))
+    labelled = label >= 0
+    joint = np.zeros((context.shape[1], responsibility.shape[1]))
+    np.add.at(joint, (label[labelled], dominant[labelled]), 1.0 / max(1, labelled.sum()))
+    labels, modules = joint.sum(axis=1), joint.sum(axis=0)
+    entropy = special.entr(labels).sum()
+    if entropy < _CONSTANT:
+        return 0.0
+    information = special.rel_entr(joint, labels[:, None] * modules).sum()
+    return max(0.0, float(information / entropy))
 
 
 def sharing_entropy(responsibility: Array) -> float:

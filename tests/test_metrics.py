@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from sklearn.metrics import mutual_info_score
 
 from mpma_mj import metrics
 
@@ -63,6 +64,25 @@ def test_nmi_is_one_for_one_module_a_label_and_zero_for_one_module() -> None:
     assert metrics.nmi(halves, context) == pytest.approx(0.5)
     assert metrics.nmi(halves[:, :2], context) == pytest.approx(0.5)
     assert metrics.nmi(np.ones((40, 1)), np.ones((40, 1))) == 0.0
+
+
+def test_nmi_is_one_also_for_labels_of_unequal_length() -> None:
+    context = np.repeat(np.eye(3), [5, 30, 100], axis=0)
+    assert metrics.nmi(context, context) == pytest.approx(1.0)
+    assert metrics.nmi(np.eye(2)[[0] * 135], context) == 0.0
+
+
+def test_nmi_is_that_of_a_library_over_the_entropy_of_labels() -> None:
+    rng = np.random.default_rng(0)
+    label, module = rng.integers(0, 3, 500), rng.integers(0, 4, 500)
+    module[:200] = label[:200]
+    counts = np.bincount(label) / 500
+    expected = mutual_info_score(label, module) / -np.sum(counts * np.log(counts))
+    assert metrics.nmi(np.eye(4)[module], np.eye(3)[label]) == pytest.approx(expected)
+
+
+def test_modules_are_numbered_from_1_and_none_has_no_number() -> None:
+    assert [metrics.module_number(index) for index in (0, 3, -1)] == [1, 4, None]
 
 
 def test_entropies_of_one_module_at_a_time_and_of_all_at_once() -> None:

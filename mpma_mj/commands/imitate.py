@@ -134,7 +134,7 @@ def _stem(motions: Sequence[str]) -> str:
 
 
 def _print_summary(summary: dict[str, Any]) -> None:
-    modules = ", ".join(f"{k} → {v + 1}" for k, v in summary["dominant_module"].items())
+    modules = ", ".join(f"{k} → {v or '–'}" for k, v in summary["dominant_module"].items())
     state = "converged" if summary["converged"] else "not converged"
     epochs = f"{summary['epochs']} epoch{'s' if summary['epochs'] > 1 else ''}"
     print(

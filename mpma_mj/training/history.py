@@ -111,7 +111,7 @@ class TrainingHistory:
         output = responsibility[:, :, None] * trace.modules.module_actions
         labels, period = self._info.labels, self._info.period
         active = metrics.active_modules(responsibility, context)
-        dominant = metrics.dominant_module(responsibility, context)
+        dominant = map(metrics.module_number, metrics.dominant_module(responsibility, context))
         return {
             "active_modules": dict(zip(labels, active, strict=True)),
             "dominant_module": dict(zip(labels, dominant, strict=True)),

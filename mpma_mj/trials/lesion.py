@@ -107,13 +107,13 @@ class Lesions:
 
     def as_json(self) -> dict[str, Any]:
         """Return it as JSON can hold it."""
-        owners = self.intact.at_once.dominant.tolist()
+        owners = map(metrics.module_number, self.intact.at_once.dominant.tolist())
         return {
             "retrain_epochs": self.epochs if self.retrained else 0,
             "dominant_module": dict(zip(self.labels, owners, strict=True)),
             "lesions": [
                 {
-                    "lost": list(lesion.lost),
+                    "lost": [metrics.module_number(module) for module in lesion.lost],
                     "at_once": self._danced(lesion.at_once),
                     "retrained": lesion.retrained and self._danced(lesion.retrained),
                 }
@@ -125,7 +125,7 @@ class Lesions:
         by_label = {
             "p_e_percent": dance.label_p_e_percent.tolist(),
             "responsibility": dance.responsibility.tolist(),
-            "dominant_module": dance.dominant.tolist(),
+            "dominant_module": [metrics.module_number(m) for m in dance.dominant.tolist()],
         }
         return {
             "p_e_percent": dance.p_e_percent,

@@ -278,7 +278,7 @@ def test_a_run_gets_tables_json_and_a_figure(run: Path) -> None:
     assert content["retrain_epochs"] == 1
     assert set(content["dominant_module"]) == set("YMCA")
     lost = [lesion["lost"] for lesion in content["lesions"]]
-    assert lost == [[], [0], [1], [0, 1]]
+    assert lost == [[], [1], [2], [1, 2]]
     intact, silent = content["lesions"][0]["at_once"], content["lesions"][-1]["at_once"]
     assert silent["p_e_percent"] > 3 * intact["p_e_percent"]
     assert len(intact["labels"]["Y"]["responsibility"]) == 2
