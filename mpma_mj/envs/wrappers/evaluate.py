@@ -92,7 +92,9 @@ class GymEvaluate(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         physics, assist = self._inner.physics, {}
         if "feedback" in info:
             assist = {"feedback": info["feedback"], "action": clip(self._inner.last_action)}
-        self._recorder.add(physics, self._inner.seen["reference"], float(reward), **assist)
+        self._recorder.add(
+            physics, self._inner.last_observation["reference"], float(reward), **assist
+        )
         if terminated or truncated:
             self.episode_metrics.append(self._recorder.measures(physics, terminated=terminated))
             self._recorder = EpisodeRecorder()

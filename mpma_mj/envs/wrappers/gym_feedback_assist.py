@@ -37,7 +37,7 @@ class _FeedbackController:
 
     def look(self) -> None:
         """Compute u_fb at once: observations are the agent's, which may write into them."""
-        seen, env = self._env.seen, self._env
+        seen, env = self._env.last_observation, self._env
         self._feedback = feedback_action(
             seen["joint_angles"], seen["reference"], env.max_joint_speed, env.control_timestep
         )
