@@ -1,20 +1,24 @@
-"""What is shown in an episode, and all that is random in it."""
+"""Demonstration of an episode, with everything random in it."""
 
 from __future__ import annotations
 
+import dataclasses
 import functools
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj import kinematics
 from mpma_mj.envs.options import EnvironmentOptions
+from mpma_mj.envs.step_rules import top_speeds
 from mpma_mj.motions import Motion
 from mpma_mj.motions.repeat import repeat
 from mpma_mj.utils.seeding import stream
 
-__all__ = ["Demonstration", "Episode"]
+__all__: list[str] = ["Demonstration", "Episode"]
 
 Array = NDArray[np.float64]
 
@@ -23,15 +27,15 @@ _PUSH_DURATION = 0.1  # s (choice)
 
 @dataclass(frozen=True, eq=False)
 class Episode:
-    """Everything random in an episode, drawn before it begins.
+    """Everything random in an episode, drawn before it begins; or in those of a batch.
 
     Attributes:
-        start: Moment at which it starts, from 0.
-        reference: Demonstrated postures with their noise, shape (T + N, 12); beyond the last moment
-            the last posture, as often as targets are asked for there.
-        sensor_noise: What is added to what is observed of the arms, shape (T, 28): posture, joint
-            angles in rad, joint velocities in rad/s; None if nothing is.
-        perturbations: Forces on left and right hand, shape (T, 2, 3), N; None if there are none.
+        start: Step of the demonstration at which it starts, from 0.
+        reference: Demonstrated postures with their noise, shape (T + N, 12), N being the number of
+            targets beyond the last moment, which repeat its posture.
+        sensor_noise: Noise on the observed state of the arms, shape (T, 28): posture, joint
+            angles in rad, joint velocities in rad/s; None without noise.
+        perturbations: Forces on left and right hand, shape (T, 2, 3), N; None without forces.
     """
 
     start: int
@@ -39,29 +43,55 @@ class Episode:
     sensor_noise: Array | None
     perturbations: Array | None
 
+    def repeated(self, count: int) -> Episode:
+        """Return a batch of copies, its arrays with an axis in front.
+
+        Args:
+            count: Number of copies.
+        """
+        arrays: dict[str, Any] = {name: np.array([array] * count) for name, array in self._arrays()}
+        return dataclasses.replace(self, **arrays)
+
+    def replace(self, row: int, episode: Episode) -> None:
+        """Replace the arrays of one episode of a batch.
+
+        Args:
+            row: Index of the episode in the batch.
+            episode: Episode of the same shape.
+        """
+        for (_, batch), (_, array) in zip(self._arrays(), episode._arrays(), strict=True):
+            batch[row] = array
+
+    def _arrays(self) -> Iterator[tuple[str, Array]]:
+        """Yield names and arrays, of those that there are."""
+        for name in ("reference", "sensor_noise", "perturbations"):
+            array = getattr(self, name)
+            if array is not None:
+                yield name, array
+
 
 class Demonstration:
-    """A movement danced several times, as episodes show it.
+    """Several repetitions of a motion, as episodes demonstrate them.
 
     Attributes:
-        motion: The movement.
+        motion: The motion.
         period: Number of steps from one repetition to the next.
         context: Context at each of the T moments, shape (T, C).
-        phase: Sine and cosine of how far the repetition has come, shape (T, 2).
+        phase: Sine and cosine of the progress of the repetition, shape (T, 2).
     """
 
     def __init__(self, motion: Motion, options: EnvironmentOptions, max_joint_speed: Array) -> None:
-        """Repeat the movement.
+        """Repeat the motion.
 
         Args:
-            motion: The movement.
+            motion: The motion.
             options: Options of the environment.
-            max_joint_speed: Fastest that each joint can turn, shape (8,), rad/s.
+            max_joint_speed: Top speed of each joint, shape (8,), rad/s.
         """
         self.motion = motion
         self._options = options
         self._max_joint_speed = max_joint_speed
-        self._top_speed = np.where(options.turns, max_joint_speed, 0.0)
+        self._top_speeds = top_speeds(max_joint_speed, options.locked_joint)
         repeats = options.repeats
         self._clean, self.context = repeat(motion, repeats, max_joint_speed)
         between = len(self._clean) - repeats * len(motion)  # postures of all return moves
@@ -93,12 +123,12 @@ class Demonstration:
         )
 
     def start_of(self, episode: Episode) -> tuple[Array, Array]:
-        """Return joint angles, rad, and velocities, rad/s, with which an episode starts, (8,)."""
+        """Return initial joint angles, rad, and joint velocities, rad/s, each shape (8,)."""
         if not self._options.random_start:
             return self._first_angles, np.zeros(8)
         now, after = self._angles[episode.start : episode.start + 2]
         velocity = (after - now) * self.motion.rate
-        return now, np.clip(velocity, -self._top_speed, self._top_speed)
+        return now, np.clip(velocity, -self._top_speeds, self._top_speeds)
 
     @functools.cached_property
     def _first_angles(self) -> Array:

@@ -1,13 +1,12 @@
-"""The Gymnasium face of the environment.
+"""Gymnasium's interface to the environment, with observations as a dictionary or as one array.
 
-Observations are a dictionary, or one array:
-
-    env = gymnasium.make("mpma_mj:TwoArmImitation-v0", motion="ymca", arms="physics")
-    env = gymnasium.make("mpma_mj:TwoArmImitationFlat-v0", motion="dance.tsv")
+env = gymnasium.make("mpma_mj:TwoArmImitation-v0", motion="ymca", arms="physics")
+env = gymnasium.make("mpma_mj:TwoArmImitationFlat-v0", motion="dance.tsv")
 """
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, SupportsFloat
 
 import gymnasium
@@ -21,69 +20,81 @@ from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.envs.rendering import ArmRenderer
 from mpma_mj.envs.spaces import action_space, flatten, observation_space
 from mpma_mj.errors import BadOptionError
+from mpma_mj.motions import Motion
 
 if TYPE_CHECKING:
     from mpma_mj.envs.viewer import ArmViewer
 
-__all__ = ["FlatImitationEnv", "ImitationEnv"]
+__all__: list[str] = ["FlatImitationEnv", "ImitationEnv"]
 
 Array = NDArray[np.float64]
 
-# All that a next step depends on; the rest of MuJoCo's data follows from it.
+# The next step depends on this state alone; the rest of MuJoCo's data follows from it.
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
 class ImitationEnv(gymnasium.Env[Any, Any]):
-    """Follow a demonstrated movement with both arms.
+    """Follow a demonstrated motion with both arms.
 
     Observation, action and reward are those of `mpma_mj.load`, number for number. Observations
     are float64, as they are computed. The action space is float32, as reinforcement learning
-    libraries expect of it (a policy's output is, and Gymnasium's own MuJoCo environments have
-    both so); float64 actions are taken too and are not rounded.
+    libraries expect (their policies return it, and Gymnasium's own MuJoCo environments have the
+    same pair); float64 actions are accepted too and are not rounded.
 
     An episode is truncated at the end of the demonstration, and terminated if the simulation
-    diverges or the arms are farther off than `termination_distance` allows. `info` holds
+    diverges or the arms are farther away than `termination_distance`. `info` contains
 
     - `reward_terms`: the terms of the reward by name, each in [0, 1];
-    - `clipped`: how many entries of the action were beyond [-1, 1], and were clipped;
+    - `clipped`: the number of entries of the action outside [-1, 1], which were clipped;
     - `termination_reason`: why the episode has ended; empty while it goes on.
 
     Episodes follow from the seed: `reset(seed=s)` starts the first episode of seed s, and
-    `reset()` the next one. Before any seed is given it is the option `seed`. In a vector
-    environment give one to the first reset, or all environments see the same noise.
+    `reset()` the next one. Before any `reset(seed=…)` it is the argument `seed`. In Gymnasium's
+    own vector environments pass a seed to the first reset, or all have the same noise.
 
     Attributes:
-        seen: The last observation as a dictionary, also where the environment is flat.
+        last_observation: The last observation as a dictionary, also of flat environments.
         max_joint_speed: Joint speeds that action 1 commands, shape (8,), rad/s.
         control_timestep: Time between two actions, s.
 
-    A pickled environment, or a copy, goes on as the original does, with a renderer of its own;
-    it is made again from its options, so a recording has to be where it was.
+    A pickled environment, or a copy, continues as the original does, with a renderer of its own.
+    It is made again from its motion and options, so a recording has to stay where it was.
     """
 
     _flat = False
     metadata = {"render_modes": ["rgb_array", "human"], "render_fps": 20}  # noqa: RUF012
 
-    def __init__(self, *, render_mode: str | None = None, **options: Any) -> None:
+    def __init__(
+        self,
+        motion: Motion | str | Path = "ymca",
+        *,
+        seed: int = 0,
+        render_mode: str | None = None,
+        **options: Any,
+    ) -> None:
         """Load the environment.
 
         Args:
+            motion: The motion, or its name, or the path of a recording.
+            seed: Seed of everything random.
             render_mode: "rgb_array" for pictures, shape (480, 640, 3), "human" for MuJoCo's
-                viewer at the speed of life, or None for neither.
-            **options: Those of `mpma_mj.load`.
+                viewer in real time, or None for neither.
+            **options: The fields of `EnvironmentOptions`, such as arms="kinematic".
 
         Raises:
-            BadOptionError: An option is outside what it may be, or there is none of that name.
-            MpmaError: The movement cannot be read, or is faster than the arms.
+            BadOptionError: An option is out of bounds, or does not exist.
+            MpmaError: The motion cannot be read, or is faster than the arms.
         """
         modes = self.metadata["render_modes"]
         if render_mode is not None and render_mode not in modes:
-            raise BadOptionError(f"render_mode is '{render_mode}'; expected {' or '.join(modes)}")
+            raise BadOptionError(
+                option="render_mode", value=render_mode, expected=f"{' or '.join(modes)}"
+            )
         self.render_mode = render_mode
-        self._options = options_from(**options)
-        self._env = make_environment(self._options)
+        self._motion, self._options = motion, options_from(options)
+        self._env = make_environment(motion, self._options, seed)
         self._over = True
-        self.seen: dict[str, Array] = {}
+        self.last_observation: dict[str, Array] = {}
         self.max_joint_speed: Array = self._env.task.max_joint_speed
         self.control_timestep: float = self._env.control_timestep()
         self._renderer: ArmRenderer | None = None
@@ -92,7 +103,7 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
         self.action_space = action_space()
         shapes = {name: spec.shape for name, spec in self._env.observation_spec().items()}
         self.observation_space = observation_space(shapes, flat=self._flat)
-        # Not from the clock: a run can be had again from its options.
+        # Not from the clock: a run is reproducible from its options.
         super().reset(seed=int(self._env.task.seed))
 
     @property
@@ -111,17 +122,18 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
         """Start the next episode, or the first one of a seed.
 
         Args:
-            seed: Seed of the demonstration's noise, a whole number from 0 up.
-            options: There are none.
+            seed: Seed of everything random, a whole number from 0 up.
+            options: None or empty.
 
         Returns:
             Observation and info.
 
         Raises:
-            BadOptionError: The seed is no whole number from 0 up, or there are options.
+            BadOptionError: The seed is negative or no integer, or there are options.
         """
         if options:
-            raise BadOptionError(f"options is {options!r}; expected none, reset has no options")
+            expected = "none, as reset has no options"
+            raise BadOptionError(option="options", value=options, expected=expected)
         seed = None if seed is None else check_seed(seed)
         super().reset(seed=seed)
         if seed is not None:
@@ -137,15 +149,15 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
         """Move the arms for one control step.
 
         Args:
-            action: Joint velocities over the joints' top speeds, shape (8,); what is beyond
-                [-1, 1] is clipped.
+            action: Joint velocities over the joints' top speeds, shape (8,); entries outside
+                [-1, 1] are clipped.
 
         Returns:
             Observation, reward, whether the episode is terminated, whether it is truncated, and
             `info`, as the class describes them.
 
         Raises:
-            BadOptionError: The action has another shape, or holds what is no finite number.
+            BadOptionError: The action has another shape, or an entry is no finite number.
             ResetNeeded: No episode has begun, or it is over.
         """
         if self._over:
@@ -178,7 +190,7 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
         return self._renderer.picture(self._ghost())
 
     def close(self) -> None:
-        """Give back the OpenGL context, and close the window; what is drawn next opens them."""
+        """Release the OpenGL context and close the window; the next picture opens them again."""
         if self._renderer is not None:
             self._renderer.close()
         if self._viewer is not None:
@@ -186,20 +198,20 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
         self._renderer = self._viewer = None
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return what makes the environment again and where it is; no model, no renderer."""
-        left = ("_env", "_renderer", "_viewer")
+        """Return motion, options and state; no model, no renderer."""
+        dropped = ("_env", "_renderer", "_viewer")
         physics = self._env.physics
-        return {name: value for name, value in vars(self).items() if name not in left} | {
+        return {name: value for name, value in vars(self).items() if name not in dropped} | {
             "task": vars(self._env.task),
             "arms": physics.get_state(_STATE),
         }
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        """Make the environment again and take it to where it was."""
+        """Make the environment again and set its state."""
         task, arms = state.pop("task"), state.pop("arms")
         vars(self).update(state)
         self._renderer = self._viewer = None
-        self._env = make_environment(self._options)
+        self._env = make_environment(self._motion, self._options)
         self._env.reset()  # or its first step would be one
         vars(self._env.task).update(task)
         physics = self._env.physics
@@ -207,7 +219,7 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
         mujoco.mj_kinematics(physics.model.ptr, physics.data.ptr)  # positions from the state
 
     def _pack(self, observation: dict[str, Array]) -> Any:
-        self.seen = observation
+        self.last_observation = observation
         return flatten(observation) if self._flat else observation
 
     def _info(self) -> dict[str, Any]:
@@ -231,11 +243,14 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
 
 
 class FlatImitationEnv(ImitationEnv):
-    """The same with observations of one array, float64, shape (52 + C,).
+    """The same with observations as one array, float64, shape (52 + C,).
 
     In this order, C being the context's length: posture 0 to 11, reference 12 to 23, target
     24 to 35, context from 36, then eight joint angles, rad, and eight joint velocities, rad/s;
-    at the end `lookahead` and `phase`, where options ask for them.
+    at the end `lookahead` and `phase`, with the options of these names.
+
+    Gymnasium's `FlattenObservation` returns the same array, but cannot be pickled, adds 15 % to
+    a step, and cannot be registered with an entry point for vectors.
     """
 
     _flat = True

@@ -1,19 +1,17 @@
-"""The factory of environments."""
+"""Factory of environments."""
 
 from __future__ import annotations
 
-import inspect
 import math
-from collections.abc import Callable
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 from dm_control.rl import control
 from numpy.typing import NDArray
 
 from mpma_mj.envs.model_validation import check_geometry
-from mpma_mj.envs.options import EnvironmentOptions, options_from
+from mpma_mj.envs.options import EnvironmentOptions, check_seed
 from mpma_mj.envs.physics import KinematicArms, PhysicsArms
 from mpma_mj.envs.task import TwoArmImitation
 from mpma_mj.errors import BadOptionError
@@ -21,64 +19,95 @@ from mpma_mj.motions import Motion, read_motion
 from mpma_mj.motions.reach import check_ranges, check_reach
 from mpma_mj.options import Arms
 
-__all__ = ["arm_limits", "load", "make_environment", "prepare"]
-
-P = ParamSpec("P")
-R = TypeVar("R")
+__all__: list[str] = ["arm_limits", "load", "make_environment", "prepare"]
 
 _KINDS = {"physics": PhysicsArms, "kinematic": KinematicArms}
 
 
-def _takes(options: Callable[P, object]) -> Callable[[Callable[..., R]], Callable[P, R]]:
-    """Tell type checkers and `help` that a function takes what makes the options."""
+def load(  # noqa: D417 # the fields of `EnvironmentOptions` are documented there
+    motion: Motion | str | Path = "ymca",
+    *,
+    seed: int = 0,
+    arms: Arms = "physics",
+    model: str | Path | None = None,
+    repeats: int = 3,
+    reference_noise: float = 0.01,
+    control_timestep: float | None = None,
+    gravity_compensation: bool = False,
+    payload: float = 0.0,
+    actuator_strength: float = 1.0,
+    locked_joint: str | None = None,
+    collisions: bool = False,
+    latency: int = 0,
+    observation_noise: float = 0.0,
+    perturbation: tuple[float, float] = (0.0, 0.0),
+    random_start: bool = False,
+    termination_distance: float | None = None,
+    reward_weights: Mapping[str, float] | None = None,
+    lookahead: int = 0,
+    phase: bool = False,
+) -> control.Environment:
+    """Return an environment in which two arms imitate a motion.
 
-    def decorate(function: Callable[..., R]) -> Callable[P, R]:
-        returned = inspect.signature(function).return_annotation
-        signature = inspect.signature(options).replace(return_annotation=returned)
-        function.__signature__ = signature  # type: ignore[attr-defined]
-        return function
-
-    return decorate
-
-
-@_takes(EnvironmentOptions)
-def load(*motion: Any, **options: Any) -> control.Environment:
-    """Return an environment in which two arms imitate a movement.
-
-    The control step is one posture of the movement, 0.05 s at the usual 20 Hz.
+    The control step is one posture of the motion, 0.05 s at the usual 20 Hz. All arguments but the
+    first two are the fields of `EnvironmentOptions`, which documents them.
 
     Args:
-        *motion: The movement, or what `read_motion` takes: "ymca", or a recording's path.
-        **options: The fields of `EnvironmentOptions`, such as arms="kinematic".
+        motion: The motion, or its name, such as "ymca", or the path of a recording.
+        seed: Seed of everything random; episode k depends on the seed and k alone.
 
     Returns:
         A `dm_env.Environment`; see `TwoArmImitation` for observation, action and reward.
 
     Raises:
-        BadOptionError: An option is outside what it may be, or there is none of that name.
-        MpmaError: The movement cannot be read, or is faster than the arms.
+        BadOptionError: An option is out of bounds, or contradicts another.
+        MpmaError: The motion cannot be read, or is faster than the arms.
     """
-    return make_environment(options_from(*motion, **options))
+    options = EnvironmentOptions(
+        arms=arms, model=model, repeats=repeats, reference_noise=reference_noise,
+        control_timestep=control_timestep, gravity_compensation=gravity_compensation,
+        payload=payload, actuator_strength=actuator_strength, locked_joint=locked_joint,
+        collisions=collisions, latency=latency, observation_noise=observation_noise,
+        perturbation=perturbation, random_start=random_start,
+        termination_distance=termination_distance,
+        reward_weights={} if reward_weights is None else reward_weights,
+        lookahead=lookahead, phase=phase,
+    )  # fmt: skip
+    return make_environment(motion, options, seed)
 
 
-def make_environment(options: EnvironmentOptions) -> control.Environment:
-    """Return the environment of options; see `load`."""
-    motion, physics, nstep = prepare(options)
-    return control.Environment(
-        physics, TwoArmImitation(motion, options, physics), n_sub_steps=nstep
-    )
-
-
-def prepare(options: EnvironmentOptions) -> tuple[Motion, PhysicsArms, int]:
-    """Return the movement, arms that can follow it, and the physics steps of a control step.
+def make_environment(
+    motion: Motion | str | Path, options: EnvironmentOptions, seed: int = 0
+) -> control.Environment:
+    """Return the environment of a motion and options.
 
     Args:
+        motion: The motion, or its name, or the path of a recording.
+        options: Options of the environment.
+        seed: Seed of everything random.
+
+    Raises:
+        MpmaError: As of `load`.
+    """
+    seed = check_seed(seed)
+    motion, physics, nstep = prepare(motion, options)
+    task = TwoArmImitation(motion, options, physics, seed)
+    return control.Environment(physics, task, n_sub_steps=nstep)
+
+
+def prepare(
+    motion: Motion | str | Path, options: EnvironmentOptions
+) -> tuple[Motion, PhysicsArms, int]:
+    """Return the motion, arms that can follow it, and the physics steps of a control step.
+
+    Args:
+        motion: The motion, or its name, or the path of a recording.
         options: Options of the environment.
 
     Raises:
         MpmaError: As of `load`.
     """
-    motion = _motion(options)
+    motion = _read(motion, options.control_timestep)
     physics = _KINDS[options.arms].make(options)
     if options.model is not None:
         check_geometry(Path(options.model), physics)
@@ -88,38 +117,47 @@ def prepare(options: EnvironmentOptions) -> tuple[Motion, PhysicsArms, int]:
     return motion, physics, _physics_steps(motion.rate, physics.timestep())
 
 
-def _physics_steps(rate: float, timestep: float) -> int:
-    """Return the physics steps of a control step, at a rate in Hz and a timestep in s."""
-    steps = 1.0 / rate / timestep
-    fewer = max(1, math.floor(steps + 1e-6))
-    if abs(steps - round(steps)) > 1e-6 or round(steps) < 1:
-        raise BadOptionError(
-            f"rate is {rate:g} Hz; one control step, {1000 / rate:g} ms, has to be a whole number"
-            f" of physics steps of {1000 * timestep:g} ms, as at {1 / timestep / (fewer + 1):.6g}"
-            f" or {1 / timestep / fewer:.6g} Hz (control_timestep {(fewer + 1) * timestep:g} or"
-            f" {fewer * timestep:g} s)"
-        )
-    return round(steps)
-
-
 def arm_limits(arms: Arms) -> tuple[NDArray[np.float64], float]:
-    """Return what arms can do.
+    """Return the limits of the package's arms.
+
+    Args:
+        arms: "physics" or "kinematic".
 
     Returns:
-        Fastest that each joint can turn, shape (8,), rad/s, and how far an elbow bends, rad.
+        Top speed of each joint, shape (8,), rad/s, and greatest elbow flexion, rad.
     """
     physics = _KINDS[arms].make()
     return physics.max_joint_speed, physics.max_elbow
 
 
-def _motion(options: EnvironmentOptions) -> Motion:
-    """Return the movement at the rate of control."""
-    motion, timestep = options.motion, options.control_timestep
+def _physics_steps(rate: float, timestep: float) -> int:
+    """Return the physics steps of a control step, at a rate in Hz and a timestep in s."""
+    steps = 1.0 / rate / timestep
+    fewer = max(1, math.floor(steps + 1e-6))
+    if abs(steps - round(steps)) > 1e-6 or round(steps) < 1:
+        more = fewer + 1
+        raise BadOptionError(
+            f"rate is {rate:g} Hz; one control step, {1000 / rate:g} ms, has to be a whole number"
+            f" of physics steps of {1000 * timestep:g} ms, as at {1 / timestep / more:.6g}"
+            f" or {1 / timestep / fewer:.6g} Hz",
+            remedy=f"take {{control_timestep={more * timestep:g}}} or"
+            f" {{control_timestep={fewer * timestep:g}}}, in s",
+        )
+    return round(steps)
+
+
+def _read(motion: Motion | str | Path, timestep: float | None) -> Motion:
+    """Return a motion at the rate of control; timestep in s."""
     if not isinstance(motion, Motion):
+        if not isinstance(motion, str | Path):
+            expected = "a name, a path, or what read_motion returned"
+            raise BadOptionError(option="motion", value=motion, expected=expected)
         return read_motion(motion) if timestep is None else read_motion(motion, rate=1 / timestep)
     if timestep is not None and abs(motion.rate * timestep - 1.0) > 1e-9:
         raise BadOptionError(
-            f"control_timestep is {timestep:g} s, but {motion.name} has a posture every"
-            f" {1 / motion.rate:g} s; read it with rate={1 / timestep:g}"
+            option="control_timestep",
+            value=timestep,
+            expected=f"{1 / motion.rate:g} s, the time between two postures of {motion.name}",
+            remedy=f"or read the motion with {{rate={1 / timestep:g}}}",
         )
     return motion

@@ -37,7 +37,7 @@ def make_model(options: EnvironmentOptions) -> mujoco.MjModel:
     path = MODEL_PATH if options.model is None else Path(options.model)
     if not path.is_file():
         found = "this is a folder" if path.is_dir() else "there is none"
-        raise BadOptionError(f"model is {path}; expected an MJCF file, and {found}")
+        raise BadOptionError(option="model", value=str(path), expected=f"an MJCF file, and {found}")
     with _errors_in_one_line(path):
         spec = mujoco.MjSpec.from_file(os.fsencode(path))  # a name may be no UTF-8
         check_complete(path, spec, hands=options.payload > 0 or options.perturbed)

@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 
 from mpma_mj.envs.demonstration import Demonstration, Episode
 from mpma_mj.envs.options import EnvironmentOptions
+from mpma_mj.envs.step_rules import Steps
 
 __all__ = ["Observer"]
 
 Array = NDArray[np.float64]
-Steps = int | NDArray[np.intp]
 
 
 class Observer:

@@ -1,244 +1,212 @@
-"""What can be chosen about an environment: one table for every face that it has."""
+"""Options of an environment: how its arms are made, what makes it hard, and what is observed."""
 
 from __future__ import annotations
 
+import dataclasses
 import difflib
-import math
+import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, get_args
+from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mpma_mj.errors import BadOptionError
 from mpma_mj.kinematics import JOINT_NAMES, SEGMENT_NAMES
-from mpma_mj.motions import Motion
 from mpma_mj.options import Arms
-from mpma_mj.utils.validation import is_boolean, is_integer, is_number
+from mpma_mj.utils.validation import Bounds, check_fields, is_integer, is_number
 
-__all__ = ["EnvironmentOptions", "check_seed", "options_from", "seeds_of_batch"]
+__all__: list[str] = ["EnvironmentOptions", "check_seed", "options_from", "seeds_of_batch"]
 
-_MOST_WEIGHT = 1e6
-# What acts by forces, which ideal arms do not have.
+_WEIGHT = Bounds(0.0, 1e6)
+_RATE, _FORCE = Bounds(0.0, 100.0), Bounds(0.0, 10_000.0)  # 1/s, N
+# Options that act by forces, which ideal arms do not have.
 _OF_MASS = ("gravity_compensation", "payload", "actuator_strength", "perturbation", "collisions")
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True)
 class EnvironmentOptions:
-    """What is imitated, by which arms, and what makes it hard.
+    """Options of an environment, apart from its motion and its seed.
 
     Attributes:
-        motion: The movement, or what `read_motion` takes: "ymca", or a recording's path.
         arms: "physics" for simulated arms, "kinematic" for arms that move ideally.
-        model: MJCF file of arms of your own; the package's arms if not given.
-        repeats: How often the movement is danced in an episode.
+        model: MJCF file of other arms; the package's arms if not given.
+        repeats: Number of repetitions of the motion in an episode.
         reference_noise: Standard deviation of the noise on each coordinate of the demonstrated unit
-            vectors, which are then made unit vectors again; the paper's 1 % is 0.01.
-        seed: Seed of everything random.
-        control_timestep: Time between two actions, s; a recording is read at that rate. If not
-            given, that of the movement: 0.05 s unless it was read otherwise.
-        gravity_compensation: Whether the arms' own weight is carried for them.
+            vectors, which are normalised again; the paper's 1 % is 0.01.
+        control_timestep: Time between two actions, s; a recording is resampled to that rate. If not
+            given, that of the motion: 0.05 s unless it was read at another rate.
+        gravity_compensation: Whether the weight of the arms is compensated.
         payload: Mass of an iron ball in each hand, kg.
-        actuator_strength: Factor on the greatest forces of the actuators.
-        locked_joint: A joint that does not turn but stays where an episode begins; none if not
-            given.
-        collisions: Whether arms and body touch, as the model's geoms say; else they pass through.
-        latency: Control steps from an action to its effect; nothing is commanded before.
-        observation_noise: Standard deviation of the noise on what is observed of the arms: on
-            each coordinate of `posture`, whose vectors are made unit again, on `joint_angles`
-            in rad, and on `joint_velocities` in parts of the joints' top speeds.
-        perturbation: Rate, 1/s, and size, N, of perturbations: forces of random direction on a
-            random hand, each for a tenth of a second, rounded to control steps; those that meet add
-            up.
-        random_start: Whether an episode starts anywhere in the demonstration, arms in its
-            posture and at its speed, instead of at its beginning and at rest.
-        termination_distance: Distance of an elbow or wrist from the demonstrated place beyond which
-            an episode ends with discount 0, m; never if not given.
+        actuator_strength: Factor on the force limits of the actuators.
+        locked_joint: Joint that is held fixed where an episode begins; none if not given.
+        collisions: Whether arms and body collide, as the model's geoms say; else they pass through.
+        latency: Control steps from an action to its effect; no motion is commanded before.
+        observation_noise: Standard deviation of the noise on the observed state of the arms: on
+            each coordinate of `posture`, whose vectors are normalised again, on `joint_angles`
+            in rad, and on `joint_velocities` as a fraction of the joints' top speeds.
+        perturbation: Rate, 1/s, and size, N, of random pushes: forces of random direction on a
+            random hand, each for a tenth of a second, rounded to control steps; simultaneous ones
+            add up.
+        random_start: Whether an episode starts anywhere in the demonstration, with the arms in its
+            posture and at its velocity, instead of at its beginning and at rest.
+        termination_distance: Distance of an elbow or wrist from the demonstrated position beyond
+            which an episode ends with discount 0, m; never if not given.
         reward_weights: Weights of the reward's terms by name, where they are not 1.
-        lookahead: Number of targets that `lookahead` shows, the first being `target`; 0 leaves it
-            out.
-        phase: Whether to show `phase`: sine and cosine of how far the repetition has come.
+        lookahead: Number of targets in the observation `lookahead`, the first being `target`; 0
+            leaves it out.
+        phase: Whether to observe `phase`: sine and cosine of the progress of the repetition.
 
     Raises:
-        BadOptionError: An option is outside what it may be, or contradicts another.
+        BadOptionError: An option is out of bounds, or contradicts another.
     """
 
-    motion: Motion | str | Path = field(default="ymca", kw_only=False)
     arms: Arms = "physics"
     model: str | Path | None = None
-    repeats: int = 3
-    reference_noise: float = 0.01
-    seed: int = 0
-    control_timestep: float | None = None
+    repeats: Annotated[int, Bounds(1, 1000)] = 3
+    reference_noise: Annotated[float, Bounds(0.0, 1.0, hint="such as 0.01")] = 0.01
+    control_timestep: Annotated[
+        float | None, Bounds(0.001, 1.0, hint="in seconds, such as 0.05")
+    ] = None
     gravity_compensation: bool = False
-    payload: float = 0.0
-    actuator_strength: float = 1.0
+    payload: Annotated[float, Bounds(0.0, 1000.0, hint="in kg")] = 0.0
+    actuator_strength: Annotated[
+        float, Bounds(0.01, 100.0, hint="1 leaves the forces as they are")
+    ] = 1.0
     locked_joint: str | None = None
     collisions: bool = False
-    latency: int = 0
-    observation_noise: float = 0.0
+    latency: Annotated[int, Bounds(0, 100)] = 0
+    observation_noise: Annotated[float, Bounds(0.0, 1.0, hint="such as 0.01")] = 0.0
     perturbation: tuple[float, float] = (0.0, 0.0)
     random_start: bool = False
-    termination_distance: float | None = None
-    reward_weights: Mapping[str, float] = field(default_factory=dict)
-    lookahead: int = 0
+    termination_distance: Annotated[
+        float | None, Bounds(0.001, 10.0, hint="in metres, such as 0.3")
+    ] = None
+    reward_weights: Mapping[str, float] = field(default_factory=dict, hash=False)
+    lookahead: Annotated[int, Bounds(0, 1000)] = 0
     phase: bool = False
 
     def __post_init__(self) -> None:
         """Check every option, and keep copies of plain types."""
-        if not isinstance(self.motion, Motion | str | Path):
-            raise BadOptionError(
-                f"motion is {self.motion!r}; expected a name, a path, or what read_motion returned"
-            )
-        if not isinstance(self.arms, str) or self.arms not in get_args(Arms):
-            expected = " or ".join(get_args(Arms))
-            raise BadOptionError(f"arms is {self.arms!r}; expected {expected}")
-        if not isinstance(self.model, str | Path | None):
-            raise BadOptionError(f"model is {self.model!r}; expected the path of an MJCF file")
-        self._keep_whole("repeats", 1, 1000)
-        self._keep_number("reference_noise", 0.0, 1.0, "such as 0.01")
-        object.__setattr__(self, "seed", check_seed(self.seed))
-        if self.control_timestep is not None:
-            self._keep_number("control_timestep", 0.001, 1.0, "in seconds, such as 0.05")
-        self._keep_number("payload", 0.0, 1000.0, "in kg")
-        self._keep_number("actuator_strength", 0.01, 100.0, "1 leaves the forces as they are")
-        self._keep_whole("latency", 0, 100)
-        self._keep_number("observation_noise", 0.0, 1.0, "such as 0.01")
-        if self.termination_distance is not None:
-            self._keep_number("termination_distance", 0.001, 10.0, "in metres, such as 0.3")
-        self._keep_whole("lookahead", 0, 1000)
-        for name in ("gravity_compensation", "collisions", "random_start", "phase"):
-            value = getattr(self, name)
-            if not is_boolean(value):
-                raise BadOptionError(f"{name} is {value!r}; expected True or False")
-            object.__setattr__(self, name, bool(value))
-        named = isinstance(self.locked_joint, str) and self.locked_joint in JOINT_NAMES
-        if self.locked_joint is not None and not named:
-            raise BadOptionError(
-                f"locked_joint is {self.locked_joint!r}; expected one of {', '.join(JOINT_NAMES)}"
-            )
-        self._keep_perturbation()
-        self._keep_weights()
-        self._check_arms_have_mass()
-
-    @property
-    def turns(self) -> NDArray[np.bool_]:
-        """Which joints turn, shape (8,)."""
-        return np.array([name != self.locked_joint for name in JOINT_NAMES])
+        check_fields(self)
+        if self.model is not None:
+            object.__setattr__(self, "model", _checked_path(self.model))
+        if self.locked_joint is not None:
+            _check_joint(self.locked_joint)
+        object.__setattr__(self, "perturbation", _checked_perturbation(self.perturbation))
+        object.__setattr__(self, "reward_weights", _checked_weights(self.reward_weights))
+        if self.arms == "kinematic":
+            self._check_no_forces()
 
     @property
     def perturbed(self) -> bool:
-        """Whether there are pushes."""
+        """Whether there are perturbations."""
         return min(self.perturbation) > 0.0
 
-    def _keep_whole(self, name: str, low: int, high: int) -> None:
-        value = getattr(self, name)
-        if not (is_integer(value) and low <= int(value) <= high):
-            raise BadOptionError(
-                f"{name} is {value!r}; expected a whole number from {low} to {high}"
-            )
-        object.__setattr__(self, name, int(value))
-
-    def _keep_number(self, name: str, low: float, high: float, hint: str) -> None:
-        value = getattr(self, name)
-        if not (is_number(value) and low <= float(value) <= high):
-            raise BadOptionError(f"{name} is {value!r}; expected {low:g} to {high:g}, {hint}")
-        object.__setattr__(self, name, float(value))
-
-    def _keep_perturbation(self) -> None:
-        given = self.perturbation
-        pair = isinstance(given, tuple | list | np.ndarray) and len(given) == 2
-        rate, size = given if pair else (math.nan, math.nan)
-        numbers = is_number(rate) and is_number(size)
-        if not (numbers and 0.0 <= rate <= 100.0 and 0.0 <= size <= 10_000.0):
-            raise BadOptionError(
-                f"perturbation is {given!r}; expected rate (0 to 100 a second) and size (0 to 10000"
-                " N), such as (0.5, 30)"
-            )
-        object.__setattr__(self, "perturbation", (float(rate), float(size)))
-
-    def _keep_weights(self) -> None:
-        weights = self.reward_weights
-        if not isinstance(weights, Mapping) or not weights.keys() <= set(SEGMENT_NAMES):
-            raise BadOptionError(
-                f"reward_weights is {weights!r}; expected a weight for some of"
-                f" {', '.join(SEGMENT_NAMES)}"
-            )
-        for name, weight in weights.items():
-            if not (is_number(weight) and 0.0 <= float(weight) <= _MOST_WEIGHT):
+    def _check_no_forces(self) -> None:
+        """Check that no option acts by forces."""
+        for option in dataclasses.fields(self):
+            value = getattr(self, option.name)
+            if option.name in _OF_MASS and value != option.default:
                 raise BadOptionError(
-                    f"reward_weights has {weight!r} for {name}; expected 0 to {_MOST_WEIGHT:g}"
-                )
-        if len(weights) == len(SEGMENT_NAMES) and not any(weights.values()):
-            raise BadOptionError("reward_weights are all 0; expected at least one above 0")
-        copy = {name: float(weight) for name, weight in weights.items()}
-        object.__setattr__(self, "reward_weights", copy)
-
-    def _check_arms_have_mass(self) -> None:
-        if self.arms == "physics":
-            return
-        for option in fields(self):
-            if option.name in _OF_MASS and getattr(self, option.name) != option.default:
-                raise BadOptionError(
-                    f"{option.name} is {getattr(self, option.name)!r}, but ideal arms have no mass;"
-                    " leave it out, or take arms='physics'"
+                    option=option.name,
+                    value=value,
+                    remedy=f"ideal arms have no mass: leave {{{option.name}}} out, or take"
+                    " {arms=physics}",
                 )
 
 
-def options_from(*motion: Any, **given: Any) -> EnvironmentOptions:
-    """Return options from what a user wrote.
+def options_from(given: Mapping[str, Any]) -> EnvironmentOptions:
+    """Return the options with these names and values.
 
     Args:
-        *motion: The movement, if it was not given by name.
-        **given: The fields of `EnvironmentOptions`.
+        given: Values of fields of `EnvironmentOptions`, by name.
 
     Raises:
-        BadOptionError: There is no option of a name, or its value is outside what it may be.
+        BadOptionError: An option does not exist, or is out of bounds.
     """
-    if len(motion) > 1:
-        raise BadOptionError(
-            f"{motion[1]!r} has no name; only the movement goes without, as in"
-            ' load("ymca", arms="physics")'
-        )
-    if motion and "motion" in given:
-        raise BadOptionError("motion is given twice; leave one out")
-    known = [option.name for option in fields(EnvironmentOptions)]
+    known = [option.name for option in dataclasses.fields(EnvironmentOptions)]
     for name in given:
         if name not in known:
             close = difflib.get_close_matches(name, known, n=1)
-            guess = f"; did you mean {close[0]}?" if close else f"; expected {', '.join(known)}"
-            raise BadOptionError(f"no option '{name}'{guess}")
-    return EnvironmentOptions(*motion, **given)
+            options = ", ".join(f"{{{option}}}" for option in close or ("motion", "seed", *known))
+            remedy = f"did you mean {options}?" if close else f"expected {options}"
+            raise BadOptionError(f"no option '{name}'", remedy=remedy)
+    return EnvironmentOptions(**given)
 
 
 def check_seed(seed: object) -> int:
-    """Return a seed as Python's own whole number.
+    """Return a seed as a plain integer.
 
     Raises:
-        BadOptionError: It is none.
+        BadOptionError: The seed is negative or no integer.
     """
     if not (is_integer(seed) and int(seed) >= 0):
-        raise BadOptionError(f"seed is {seed!r}; expected a whole number from 0 up")
+        raise BadOptionError(option="seed", value=seed, expected="a whole number from 0 up")
     return int(seed)
 
 
 def seeds_of_batch(seed: object, count: int) -> list[int | None]:
-    """Return a seed for each of many environments.
+    """Return one seed for each environment of a batch.
 
     Args:
         seed: Seed of the first, the others' follow it; or one for each, None where there is none.
         count: Number of environments.
 
     Raises:
-        BadOptionError: A seed is no whole number from 0 up, or there are not so many of them.
+        BadOptionError: A seed is negative or no integer, or their number is another.
     """
     if isinstance(seed, np.ndarray):
         seed = seed.tolist()
     if not isinstance(seed, Sequence) or isinstance(seed, str | bytes):
         first = check_seed(seed)
-        return [first + member for member in range(count)]
+        return [first + run for run in range(count)]
     if len(seed) != count:
-        raise BadOptionError(f"seed has {len(seed)} entries; expected {count}")
+        raise BadOptionError(option="seed", value=seed, expected=f"{count} seeds")
     return [None if own is None else check_seed(own) for own in seed]
+
+
+def _checked_path(path: object) -> str:
+    if not isinstance(path, str | Path):
+        raise BadOptionError(option="model", value=path, expected="the path of an MJCF file")
+    return os.fspath(path)
+
+
+def _check_joint(joint: object) -> None:
+    if not isinstance(joint, str) or joint not in JOINT_NAMES:
+        expected = f"one of {', '.join(JOINT_NAMES)}"
+        raise BadOptionError(option="locked_joint", value=joint, expected=expected)
+
+
+def _is_within(bounds: Bounds, value: object) -> bool:
+    return is_number(value) and bounds.admit(float(value))
+
+
+def _checked_perturbation(given: Any) -> tuple[float, float]:
+    """Return rate, 1/s, and size, N, as plain numbers."""
+    pair = isinstance(given, tuple | list | np.ndarray) and len(given) == 2
+    rate, size = given if pair else (-1.0, -1.0)
+    if not (_is_within(_RATE, rate) and _is_within(_FORCE, size)):
+        raise BadOptionError(
+            option="perturbation",
+            value=given,
+            expected="rate (0 to 100 a second) and size (0 to 10000 N), such as (0.5, 30)",
+        )
+    return float(rate), float(size)
+
+
+def _checked_weights(given: object) -> dict[str, float]:
+    """Return a copy of the weights as plain numbers."""
+    if not isinstance(given, Mapping) or not given.keys() <= set(SEGMENT_NAMES):
+        expected = f"a weight for some of {', '.join(SEGMENT_NAMES)}"
+        raise BadOptionError(option="reward_weights", value=given, expected=expected)
+    for name, weight in given.items():
+        if not _is_within(_WEIGHT, weight):
+            expected = f"0 to {_WEIGHT.high:g} for {name}"
+            raise BadOptionError(option="reward_weights", value=dict(given), expected=expected)
+    if len(given) == len(SEGMENT_NAMES) and not any(given.values()):
+        raise BadOptionError(
+            option="reward_weights", value=dict(given), expected="at least one above 0"
+        )
+    return {name: float(weight) for name, weight in given.items()}

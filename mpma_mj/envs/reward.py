@@ -1,4 +1,4 @@
-"""How well arms imitate, as bounded terms with names."""
+"""Reward of imitation: one bounded term for each segment of the arms."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.kinematics import SEGMENT_NAMES
 
-__all__ = ["closeness", "mean_reward", "reward_weights", "site_distance"]
+__all__: list[str] = ["mean_reward", "reward_weights", "segment_rewards", "site_distance"]
 
 Array = NDArray[np.float64]
 
@@ -20,8 +20,8 @@ _MARGIN = 0.5
 _DECAY = math.log(0.1) / _MARGIN**2
 
 
-def closeness(posture: Array, reference: Array) -> Array:
-    """Return how close each segment is to the demonstrated direction.
+def segment_rewards(posture: Array, reference: Array) -> Array:
+    """Return the reward terms of the four segments, 1 in the demonstrated direction.
 
         r = 0.1^(d²/m²)        d distance of the unit vectors, m the margin
 
@@ -35,15 +35,19 @@ def closeness(posture: Array, reference: Array) -> Array:
         Terms in the order of `SEGMENT_NAMES`, shape (..., 4), in [0, 1].
     """
     offset = (posture - reference).reshape(*posture.shape[:-1], 4, 3)
-    # `vecdot` goes vector by vector, so that each of many postures has the terms it has alone.
+    # `vecdot` treats each vector alone, so that one of many postures has the terms of a single one.
     return np.exp(_DECAY * np.vecdot(offset, offset))
 
 
 def reward_weights(weights: Mapping[str, float]) -> Array:
-    """Return the weights of all terms, 1 where none is given, so that they sum to 1, shape (4,)."""
+    """Return normalised weights of all terms, shape (4,).
+
+    Args:
+        weights: Weights by name of the segment; 1 where none is given.
+    """
     full = np.array([weights.get(name, 1.0) for name in SEGMENT_NAMES])
     full /= full.sum()
-    while mean_reward(np.ones(4), full) > 1.0:  # by rounding; then no reward is above 1 either
+    while mean_reward(np.ones(4), full) > 1.0:  # by rounding
         full = np.nextafter(full, 0.0)
     return full
 
@@ -54,7 +58,7 @@ def mean_reward(terms: Array, weights: Array) -> Array:
 
 
 def site_distance(posture: Array, reference: Array, segment_lengths: Array) -> Array:
-    """Return how far the elbow or wrist that is farthest off is from the demonstrated place.
+    """Return the greatest distance of an elbow or wrist from its demonstrated position.
 
     Args:
         posture: Postures, shape (..., 12).

@@ -31,7 +31,7 @@ def demonstrated(folder: RunFolder) -> tuple[Demonstration, Trace]:
         CheckpointError: The folder is damaged, or its movement is not the one of the trace.
     """
     config, trace, motion = folder.read_config(), folder.read_trace(), folder.read_motion()
-    options = EnvironmentOptions(motion, repeats=config.repeats, reference_noise=0.0)
+    options = EnvironmentOptions(repeats=config.repeats, reference_noise=0.0)
     demonstration = Demonstration(motion, options, arm_limits(config.arms)[0])
     moments, expected = len(trace.posture), demonstration.steps + 1
     if moments != expected:

@@ -115,7 +115,7 @@ class EnvironmentBatch:
     def __init__(self, envs: VectorImitationEnv) -> None:
         """Wrap environments that `mpma_mj.make_vec` returned."""
         self._envs = envs
-        self._terminated = np.zeros(envs.num_envs, bool)
+        self._terminated: NDArray[np.bool_] = np.zeros(envs.num_envs, bool)
         self._reasons = np.full(envs.num_envs, "", object)
         self.shape: tuple[int, ...] = (envs.num_envs,)
         self.info = EpisodeInfo(
@@ -135,7 +135,8 @@ class EnvironmentBatch:
 
     def step(self, action: Array) -> dm_env.TimeStep:
         """Act, shape (R, 8)."""
-        observation, reward, self._terminated, _, info = self._envs.step(action)
+        observation, reward, terminated, _, info = self._envs.step(action)
+        self._terminated = np.asarray(terminated)
         self._reasons = info["termination_reason"]
         return dm_env.transition(reward, observation)
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.physics import PhysicsArms
+from mpma_mj.envs.step_rules import top_speeds
 from mpma_mj.trace import Trace
 from mpma_mj.utils.clipping import clip
 
@@ -74,9 +75,9 @@ def effort(trace: Trace, condition: Mapping[str, Any], rate: float) -> Effort | 
         return None
     arms = PhysicsArms.make(options)
     model, timestep = arms.model.ptr, arms.timestep()
-    top_speed = np.where(options.turns, arms.max_joint_speed, 0.0)
+    speeds = top_speeds(arms.max_joint_speed, options.locked_joint)
     control = np.zeros((len(trace), model.nu))
-    control[:, arms.actuator_indices] = clip(trace.action) * top_speed
+    control[:, arms.actuator_indices] = clip(trace.action) * speeds
     control = np.repeat(control, round(1.0 / rate / timestep), axis=0)
     arms.set_joint_state(trace.joint_angles[0], trace.joint_velocities[0])
     start = np.empty(mujoco.mj_stateSize(model, _STATE))

@@ -126,7 +126,9 @@ def _world(
         return undisturbed
     condition = EvalCondition(f"{disturbance.name} {level}", motion, _ARMS | options)
     try:
-        prepare(EnvironmentOptions(motion, **environment_options(config) | dict(condition.options)))
+        given = environment_options(config) | dict(condition.options)
+        del given["seed"]
+        prepare(motion, EnvironmentOptions(**given))
     except BadOptionError as error:
         raise BadOptionError(f"{disturbance.name} {level}: {error}") from None
     except MotionReachError as error:

@@ -241,9 +241,9 @@ def test_the_rate_of_pictures_is_that_of_control(rate: float, expected: float) -
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"tempi": 2}, "no option 'tempi'; expected motion, arms, "),
+        ({"tempi": 2}, "no option 'tempi'; expected motion, seed, arms, "),
         ({"pahse": True}, "no option 'pahse'; did you mean phase?"),
-        ({"arms": "rubber"}, "arms is 'rubber'; expected physics or kinematic"),
+        ({"arms": "rubber"}, "arms is 'rubber'; expected one of physics, kinematic"),
         ({"motion": "macarena"}, "no motion 'macarena'"),
         ({"seed": -1}, "seed is -1"),
     ],

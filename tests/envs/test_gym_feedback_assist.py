@@ -145,6 +145,21 @@ def test_what_is_measured_is_what_the_other_face_measures(name: str) -> None:
     assert plain.episode_metrics[0]["feedback_ratio"] > 0.0
 
 
+def test_a_pickled_evaluation_continues_identically() -> None:
+    env = GymEvaluate(gymnasium.make(f"mpma_mj:{NAMES[0]}", motion="ymca", repeats=1))
+    env.reset(seed=0)
+    played = iter(actions(1000))
+    for _ in range(10):
+        env.step(next(played))
+    other = pickle.loads(pickle.dumps(env))
+    for action in played:
+        other.step(action)
+        if env.step(action)[3]:
+            break
+    assert len(env.episode_metrics) == 1
+    assert other.episode_metrics == env.episode_metrics
+
+
 def test_steps_after_the_end_do_not_count_twice() -> None:
     env = GymEvaluate(gymnasium.make(f"mpma_mj:{NAMES[0]}", max_episode_steps=10))
     env.reset(seed=0)

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 import mpma_mj
-from mpma_mj.envs.options import options_from
+from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.kinematics import JOINT_NAMES
 
 
 @pytest.mark.parametrize("joint", JOINT_NAMES)
 def test_a_locked_joint_holds_whatever_pulls_and_the_others_do_not(joint: str) -> None:
-    arms = PhysicsArms.make(options_from(locked_joint=joint))
+    arms = PhysicsArms.make(EnvironmentOptions(locked_joint=joint))
     number = JOINT_NAMES.index(joint)
     arms.set_joint_state(np.tile([0.5, 0.2, 0.1, 1.0], 2), np.zeros(8))
     before = arms.joint_angles()

@@ -19,7 +19,7 @@ import mpma_mj
 from mpma_mj.envs.gym_env import FlatImitationEnv, ImitationEnv
 from mpma_mj.envs.load import load
 from mpma_mj.envs.vector_env import FlatVectorImitationEnv, VectorImitationEnv, make_vec
-from mpma_mj.errors import BadOptionError
+from mpma_mj.errors import BadOptionError, StateError
 
 HARD: dict[str, Any] = {
     **{"latency": 2, "observation_noise": 0.02, "perturbation": (2.0, 40.0), "payload": 1.0},
@@ -217,7 +217,10 @@ def test_no_step_before_a_reset() -> None:
         ({"num_envs": 0}, "num_envs is 0; expected a whole number from 1 up"),
         ({"num_envs": 2.0}, "num_envs is 2.0"),
         ({"num_envs": True}, "num_envs is True"),
-        ({"num_envs": 2, "render_mode": "rgb_array"}, "draw nothing; leave render_mode out"),
+        (
+            {"num_envs": 2, "render_mode": "rgb_array"},
+            "render_mode is 'rgb_array'; expected None, as a vector",
+        ),
         ({"num_envs": 2, "lateny": 1}, "no option 'lateny'; did you mean latency"),
         ({"num_envs": 2, "seed": -3}, "seed is -3"),
     ],
@@ -231,7 +234,7 @@ def test_bad_options_are_one_line(options: dict[str, Any], message: str) -> None
     ("seed", "message"),
     [
         (-1, "seed is -1; expected a whole number from 0 up"),
-        ([0, 1], "seed has 2 entries; expected 3"),
+        ([0, 1], r"seed is \[0, 1\]; expected 3 seeds"),
         ([0, -1, 2], "seed is -1"),
         ([0, 0.5, 2], "seed is 0.5"),
         ("one", "seed is 'one'"),
@@ -353,7 +356,7 @@ def test_a_forked_process_has_threads_of_its_own() -> None:
 @pytest.mark.parametrize("again", [pickle.dumps, copy.deepcopy, copy.copy])
 @pytest.mark.parametrize("arms", ["physics", "kinematic"])
 def test_copies_are_refused(again: Any, arms: str) -> None:
-    with many(2, arms=arms) as envs, pytest.raises(BadOptionError, match=r"call make_vec\(\) anew"):
+    with many(2, arms=arms) as envs, pytest.raises(StateError, match="call make_vec again"):
         again(envs)
 
 

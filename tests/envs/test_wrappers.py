@@ -13,7 +13,13 @@ from mpma_mj.agents import AgentSpec, FeedbackOnly, RandomAgent
 from mpma_mj.envs import gl
 from mpma_mj.envs.gym_env import ImitationEnv
 from mpma_mj.envs.wrappers import Evaluate, FeedbackAssist, RecordVideo, Wrapper
-from mpma_mj.errors import BadOptionError, RenderingError, RunFolderError, VideoError
+from mpma_mj.errors import (
+    BadOptionError,
+    RenderingError,
+    RunFolderError,
+    StateError,
+    VideoError,
+)
 from mpma_mj.training.rollout import record_epoch
 from tests.conftest import Encoder
 
@@ -89,7 +95,9 @@ def test_other_interfaces_are_refused(wrap: type[Wrapper]) -> None:
 
 
 def test_a_film_cannot_be_copied(tmp_path: Path) -> None:
-    with pytest.raises(BadOptionError, match="cannot be pickled or copied; copy what is inside"):
+    with pytest.raises(
+        StateError, match="cannot be pickled or copied; copy the environment inside"
+    ):
         copy.deepcopy(RecordVideo(ymca(), tmp_path / "a.mp4"))
 
 
@@ -322,7 +330,7 @@ def test_a_folder_that_cannot_be_is_told_at_the_first_step(tmp_path: Path) -> No
 
 def test_a_video_says_what_it_cannot_be(tmp_path: Path) -> None:
     for name in ("{ep}.mp4", "{}.mp4", "{episode:03d}.mp4"):
-        with pytest.raises(BadOptionError, match=r"what is filled in is \{episode\} only"):
+        with pytest.raises(BadOptionError, match=r"expected no braces but those of \{episode\}"):
             RecordVideo(ymca(), tmp_path / name)
     with pytest.raises(BadOptionError, match=r"ends in \.mp4"):
         RecordVideo(ymca(), tmp_path / "dance.gif")

@@ -1,32 +1,43 @@
-"""An environment around another, which it leaves as it is."""
+"""Base of wrappers around environments with dm_env's interface, and what is inside Gymnasium's."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeVar
 
 import dm_env
 import numpy as np
 from numpy.typing import NDArray
 
+from mpma_mj.envs.gym_env import ImitationEnv
+from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.errors import BadOptionError
 
-__all__ = ["Wrapper"]
+__all__: list[str] = ["Wrapper", "unwrap"]
 
 Array = NDArray[np.float64]
+Env = TypeVar("Env", ImitationEnv, VectorImitationEnv)
+
+_MAKERS = {
+    ImitationEnv: 'gymnasium.make("mpma_mj:TwoArmImitation-v0")',
+    VectorImitationEnv: "mpma_mj.make_vec(…)",
+}
 
 
 class Wrapper(dm_env.Environment):
-    """Hands everything on to the environment inside, `physics` and `task` too.
+    """Forwards everything to the environment inside, `physics` and `task` too.
 
-    A subclass overrides `_begun` and `_stepped`, or `reset` and `step` themselves. `step` begins
-    an episode where the one before has ended, as dm_env has it: subclasses need not care.
+    A subclass overrides `_on_begin` and `_on_step`, or `reset` and `step` themselves. `step` begins
+    an episode where the one before has ended, as in dm_env; the hooks are called accordingly.
     """
 
     def __init__(self, env: dm_env.Environment) -> None:
-        """Wrap an environment, which may be a wrapper itself.
+        """Wrap an environment.
+
+        Args:
+            env: Environment that `mpma_mj.load` returned, perhaps wrapped.
 
         Raises:
-            BadOptionError: It has another interface than dm_env's.
+            BadOptionError: The environment has another interface than dm_env's.
         """
         if not isinstance(env, dm_env.Environment):
             raise BadOptionError(
@@ -36,27 +47,27 @@ class Wrapper(dm_env.Environment):
         self._env = env
 
     def __getattr__(self, name: str) -> Any:
-        if name == "_env":  # asked for before there is one, by copy and pickle
+        if name == "_env":  # looked up by copy and pickle before it is set
             raise AttributeError(name)
         return getattr(self._env, name)
 
     def reset(self) -> dm_env.TimeStep:
         """Begin an episode."""
         timestep = self._env.reset()
-        self._begun(timestep)
+        self._on_begin(timestep)
         return timestep
 
     def step(self, action: Array) -> dm_env.TimeStep:
-        """Act; begin an episode where none is going on.
+        """Act; begin an episode where the one before has ended.
 
         Args:
             action: Action, shape (8,), in [-1, 1].
         """
         timestep = self._env.step(action)
         if timestep.first():
-            self._begun(timestep)
+            self._on_begin(timestep)
         else:
-            self._stepped(action, timestep)
+            self._on_step(timestep)
         return timestep
 
     def action_spec(self) -> Any:
@@ -79,8 +90,24 @@ class Wrapper(dm_env.Environment):
         """Close the environment inside."""
         self._env.close()
 
-    def _begun(self, timestep: dm_env.TimeStep) -> None:
-        """Take notice of the first moment of an episode."""
+    def _on_begin(self, timestep: dm_env.TimeStep) -> None:
+        """Process the first moment of an episode."""
 
-    def _stepped(self, action: Array, timestep: dm_env.TimeStep) -> None:
-        """Take notice of what an action led to."""
+    def _on_step(self, timestep: dm_env.TimeStep) -> None:
+        """Process a step of an episode."""
+
+
+def unwrap(env: Any, kind: type[Env]) -> Env:
+    """Return the environment inside all of Gymnasium's wrappers.
+
+    Args:
+        env: Environment, perhaps wrapped.
+        kind: Class of the environment inside.
+
+    Raises:
+        BadOptionError: The environment inside is of another class.
+    """
+    inner = getattr(env, "unwrapped", env)
+    if not isinstance(inner, kind):
+        raise BadOptionError(f"env is {inner}; expected what {_MAKERS[kind]} returned")
+    return inner

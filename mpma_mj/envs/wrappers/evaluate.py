@@ -1,4 +1,4 @@
-"""How well arms track, whoever moves them."""
+"""Tracking metrics of every episode, whichever agent acts."""
 
 from __future__ import annotations
 
@@ -10,55 +10,118 @@ import numpy as np
 from gymnasium.utils import RecordConstructorArgs
 from numpy.typing import NDArray
 
+from mpma_mj import metrics
 from mpma_mj.envs.gym_env import ImitationEnv
-from mpma_mj.envs.wrappers.base import Wrapper
-from mpma_mj.envs.wrappers.episode_metrics import EpisodeRecorder
-from mpma_mj.envs.wrappers.unwrapping import unwrap
+from mpma_mj.envs.physics import PhysicsArms
+from mpma_mj.envs.wrappers.base import Wrapper, unwrap
 from mpma_mj.utils.clipping import clip
 
-__all__ = ["Evaluate", "GymEvaluate"]
+__all__: list[str] = ["Evaluate", "GymEvaluate"]
 
 Array = NDArray[np.float64]
 
 
-class Evaluate(Wrapper):
-    """Measures every episode that is danced to its end, and changes nothing.
+class _Recorder:
+    """Recorder of the steps of an episode, and of the metrics of those that end."""
 
-    Put it outermost, so that it sees a `FeedbackAssist`, if there is one.
+    def __init__(self) -> None:
+        self.episode_metrics: list[dict[str, float]] = []
+        self._steps: list[dict[str, Array]] = []
+
+    def begin(self) -> None:
+        """Forget the steps of an episode that has not ended."""
+        self._steps = []
+
+    def add(
+        self, physics: PhysicsArms, reference: Array, reward: float, assist: dict[str, Array]
+    ) -> None:
+        """Record a step.
+
+        Args:
+            physics: The arms, whose true posture counts, whatever the observation noise.
+            reference: Posture that is demonstrated now, shape (12,).
+            reward: Reward of the step.
+            assist: `feedback` and `action` of a feedback controller that assists, each shape
+                (8,); empty without one.
+        """
+        step = {"posture": physics.posture(), "reference": reference.copy()}
+        self._steps.append(step | {"reward": np.array(reward)} | assist)
+
+    def end(self, physics: PhysicsArms, *, terminated: bool) -> None:
+        """Compute the metrics of the episode.
+
+        Args:
+            physics: The arms, for the positions of their sites.
+            terminated: Whether it ended before the demonstration did.
+        """
+        signals = {name: np.stack([step[name] for step in self._steps]) for name in self._steps[0]}
+        posture, reference = signals["posture"], signals["reference"]
+        sites = physics.site_positions
+        measures = {
+            "p_e_percent": metrics.posture_error_percent(posture, reference),
+            "mpkpe_m": metrics.mpkpe(sites(posture), sites(reference)),
+            "mean_reward": float(np.mean(signals["reward"])),
+            "steps": len(posture),
+        }
+        if "feedback" in signals:
+            ratio = metrics.feedback_ratio(signals["feedback"], signals["action"])
+            measures["feedback_ratio"] = ratio
+        self.episode_metrics.append(measures | {"terminated": terminated})
+        self.begin()
+
+
+class _Evaluating:
+    """The metrics of wrappers that evaluate."""
+
+    _recorder: _Recorder
+
+    @property
+    def episode_metrics(self) -> list[dict[str, float]]:
+        """Metrics by name of each episode that ended."""
+        return self._recorder.episode_metrics
+
+
+class Evaluate(_Evaluating, Wrapper):
+    """Computes metrics of every episode that ends, and changes nothing.
+
+    It has to be the outermost wrapper, around a `FeedbackAssist` if there is one.
 
     Attributes:
         episode_metrics: For each episode that ended, by name: `p_e_percent`, `mpkpe_m` and
-            `mean_reward` (see `metrics`); `steps`, how long it was; `terminated`, whether it ended
+            `mean_reward` (see `metrics`); `steps`, its length; `terminated`, whether it ended
             before the demonstration did, as when the simulation diverges; and `feedback_ratio`
-            where `FeedbackAssist` is at work. An episode that is left by `reset` does not count.
+            with a `FeedbackAssist`. An episode that `reset` breaks off does not count.
     """
 
     def __init__(self, env: dm_env.Environment) -> None:
-        """Wrap an environment, which may be a wrapper itself."""
+        """Wrap an environment.
+
+        Args:
+            env: Environment that `mpma_mj.load` returned, perhaps wrapped.
+
+        Raises:
+            BadOptionError: The environment has another interface than dm_env's.
+        """
         super().__init__(env)
-        self.episode_metrics: list[dict[str, float]] = []
-        self._recorder = EpisodeRecorder()
+        self._recorder = _Recorder()
 
-    def _begun(self, timestep: dm_env.TimeStep) -> None:
-        self._recorder = EpisodeRecorder()
+    def _on_begin(self, timestep: dm_env.TimeStep) -> None:
+        self._recorder.begin()
 
-    def _stepped(self, action: Array, timestep: dm_env.TimeStep) -> None:
+    def _on_step(self, timestep: dm_env.TimeStep) -> None:
         assist, env = {}, self._env
         if hasattr(env, "last_feedback"):
             assist = {"feedback": env.last_feedback, "action": env.last_action}
-        self._recorder.add(
-            env.physics, timestep.observation["reference"], timestep.reward, **assist
-        )
+        reference = timestep.observation["reference"]
+        self._recorder.add(env.physics, reference, timestep.reward, assist)
         if timestep.last():
-            terminated = timestep.discount == 0.0
-            measures = self._recorder.measures(env.physics, terminated=terminated)
-            self.episode_metrics.append(measures)
+            self._recorder.end(env.physics, terminated=timestep.discount == 0.0)
 
 
-class GymEvaluate(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
+class GymEvaluate(_Evaluating, gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
     """`Evaluate` for an environment of `gymnasium.make`, flat or not.
 
-    Put it outermost, so that it sees a `GymFeedbackAssist`, if there is one.
+    It has to be the outermost wrapper, around a `GymFeedbackAssist` if there is one.
 
     Attributes:
         episode_metrics: As of `Evaluate`.
@@ -71,29 +134,28 @@ class GymEvaluate(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
             env: Environment that `gymnasium.make` returned, perhaps wrapped.
 
         Raises:
-            BadOptionError: It is another environment.
+            BadOptionError: The environment is another.
         """
         self._inner = unwrap(env, ImitationEnv)
+        self._recorder = _Recorder()
         RecordConstructorArgs.__init__(self)
         gymnasium.Wrapper.__init__(self, env)
-        self.episode_metrics: list[dict[str, float]] = []
-        self._recorder = EpisodeRecorder()
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:
         """Begin an episode; see `ImitationEnv.reset`."""
-        self._recorder = EpisodeRecorder()
+        self._recorder.begin()
         return super().reset(seed=seed, options=options)
 
     def step(self, action: Any) -> Any:
         """Act; see `ImitationEnv.step`."""
         observation, reward, terminated, truncated, info = super().step(action)
-        physics, assist = self._inner.physics, {}
+        assist, inner = {}, self._inner
         if "feedback" in info:
-            assist = {"feedback": info["feedback"], "action": clip(self._inner.last_action)}
-        self._recorder.add(physics, self._inner.seen["reference"], float(reward), **assist)
+            assist = {"feedback": info["feedback"], "action": clip(inner.last_action)}
+        reference = inner.last_observation["reference"]
+        self._recorder.add(inner.physics, reference, float(reward), assist)
         if terminated or truncated:
-            self.episode_metrics.append(self._recorder.measures(physics, terminated=terminated))
-            self._recorder = EpisodeRecorder()
+            self._recorder.end(inner.physics, terminated=terminated)
         return observation, reward, terminated, truncated, info

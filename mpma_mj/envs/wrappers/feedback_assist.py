@@ -2,28 +2,86 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from typing import Any
+
 import dm_env
+import gymnasium
 import numpy as np
-from numpy.typing import NDArray
+from gymnasium.utils import RecordConstructorArgs
+from gymnasium.vector import VectorEnv, VectorWrapper
+from numpy.typing import ArrayLike, NDArray
 
 from mpma_mj.envs.actions import check_action
-from mpma_mj.envs.wrappers.base import Wrapper
-from mpma_mj.envs.wrappers.gain import check_gain
+from mpma_mj.envs.gym_env import ImitationEnv
+from mpma_mj.envs.vector_env import VectorImitationEnv
+from mpma_mj.envs.wrappers.base import Wrapper, unwrap
+from mpma_mj.errors import BadOptionError
 from mpma_mj.feedback import feedback_action
 from mpma_mj.utils.clipping import clip
+from mpma_mj.utils.validation import is_number
 
-__all__ = ["FeedbackAssist"]
+__all__: list[str] = ["FeedbackAssist", "GymFeedbackAssist", "VectorFeedbackAssist"]
 
 Array = NDArray[np.float64]
 
 
-class FeedbackAssist(Wrapper):
+class _Controller:
+    """The feedback controller of one environment or of many.
+
+    Attributes:
+        gain: Gain K.
+    """
+
+    def __init__(
+        self, gain: float, max_joint_speed: Array, control_timestep: float, *batch: int
+    ) -> None:
+        """Begin without an error.
+
+        Args:
+            gain: Gain K.
+            max_joint_speed: Joint speeds that action 1 commands, shape (8,), rad/s.
+            control_timestep: Time between two actions, s.
+            *batch: Leading shape of actions.
+        """
+        self.gain = _checked_gain(gain)
+        self._limits = max_joint_speed, control_timestep
+        self._feedback = np.zeros((*batch, 8))
+
+    def observe(self, observation: Mapping[str, Array]) -> None:
+        """Compute u_fb at once, since the agent may write into the observation later."""
+        self._feedback = feedback_action(
+            observation["joint_angles"], observation["reference"], *self._limits
+        )
+
+    def assist(self, action: ArrayLike) -> tuple[Array, Array]:
+        """Return u_agent + K u_fb, which the environment clips, and K u_fb, shape (..., 8)."""
+        feedback = self.gain * self._feedback
+        return check_action(action, feedback.shape) + feedback, feedback
+
+
+class _Assisted:
+    """The gain of wrappers that assist."""
+
+    _controller: _Controller
+
+    @property
+    def gain(self) -> float:
+        """Gain K of the feedback controller, in [0, 1]."""
+        return self._controller.gain
+
+    @gain.setter
+    def gain(self, gain: float) -> None:
+        self._controller.gain = _checked_gain(gain)
+
+
+class FeedbackAssist(_Assisted, Wrapper):
     """Adds the feedback controller's action to that of any agent.
 
         u = clip(u_agent + K u_fb, -1, 1)
 
-    With K = 1 an agent that does nothing is already led along the demonstration, and learns only
-    what is missing. `gain` may be changed at any time, such as from episode to episode.
+    With K = 1 an agent that returns zeros already follows the demonstration, and learns only the
+    residual. `gain` may be changed at any time, such as from episode to episode.
 
     Attributes:
         last_action: Action u of the last step, shape (8,).
@@ -38,46 +96,122 @@ class FeedbackAssist(Wrapper):
             gain: Gain K of the feedback controller.
 
         Raises:
-            BadOptionError: The gain is not between 0 and 1.
+            BadOptionError: The gain is not between 0 and 1, or the interface is not dm_env's.
         """
         super().__init__(env)
-        self.gain = gain
+        self._controller = _Controller(gain, self.task.max_joint_speed, self.control_timestep())
         self.last_action = self.last_feedback = np.zeros(8)
-        self._feedback = np.zeros(8)
-
-    @property
-    def gain(self) -> float:
-        """Gain K of the feedback controller, in [0, 1]."""
-        return self._gain
-
-    @gain.setter
-    def gain(self, gain: float) -> None:
-        self._gain = check_gain(gain)
 
     def step(self, action: Array) -> dm_env.TimeStep:
-        """Act with the feedback controller's help.
+        """Act with the help of the feedback controller.
 
         Args:
             action: The agent's action, shape (8,).
         """
-        feedback = self.gain * self._feedback
-        assisted = check_action(action) + feedback  # the environment clips, and counts
+        assisted, feedback = self._controller.assist(action)
         timestep = super().step(assisted)
         if not timestep.first():
             self.last_action, self.last_feedback = clip(assisted), feedback
         return timestep
 
-    def _begun(self, timestep: dm_env.TimeStep) -> None:
-        self._feedback = self._controller(timestep)
+    def _on_begin(self, timestep: dm_env.TimeStep) -> None:
+        self._controller.observe(timestep.observation)
 
-    def _stepped(self, action: Array, timestep: dm_env.TimeStep) -> None:
-        self._feedback = self._controller(timestep)
+    def _on_step(self, timestep: dm_env.TimeStep) -> None:
+        self._controller.observe(timestep.observation)
 
-    def _controller(self, timestep: dm_env.TimeStep) -> Array:
-        """Return u_fb at once: observations are the agent's, which may write into them."""
-        return feedback_action(
-            timestep.observation["joint_angles"],
-            timestep.observation["reference"],
-            self._env.task.max_joint_speed,
-            self._env.control_timestep(),
+
+class GymFeedbackAssist(_Assisted, gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
+    """`FeedbackAssist` for an environment of `gymnasium.make`, flat or not.
+
+    `info["feedback"]` is the controller's part K u_fb of the step, shape (8,).
+    """
+
+    def __init__(self, env: gymnasium.Env[Any, Any], gain: float = 1.0) -> None:
+        """Wrap an environment.
+
+        Args:
+            env: Environment that `gymnasium.make` returned, perhaps wrapped.
+            gain: Gain K of the feedback controller.
+
+        Raises:
+            BadOptionError: The gain is not between 0 and 1, or the environment is another.
+        """
+        self._inner = unwrap(env, ImitationEnv)
+        self._controller = _Controller(
+            gain, self._inner.max_joint_speed, self._inner.control_timestep
         )
+        RecordConstructorArgs.__init__(self, gain=gain)
+        gymnasium.Wrapper.__init__(self, env)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Any, dict[str, Any]]:
+        """Begin an episode; see `ImitationEnv.reset`."""
+        observation, info = super().reset(seed=seed, options=options)
+        self._controller.observe(self._inner.last_observation)
+        return observation, info
+
+    def step(self, action: ArrayLike) -> Any:
+        """Act with the help of the feedback controller; see `ImitationEnv.step`.
+
+        Args:
+            action: The agent's action, shape (8,).
+        """
+        assisted, feedback = self._controller.assist(action)
+        *outcome, info = super().step(assisted)
+        self._controller.observe(self._inner.last_observation)
+        return *outcome, info | {"feedback": feedback}
+
+
+class VectorFeedbackAssist(_Assisted, VectorWrapper):
+    """`FeedbackAssist` for the environments of `make_vec`, flat or not.
+
+    `info["feedback"]` is the controller's part K u_fb of the step, shape (N, 8); where an episode
+    begins, it had no effect.
+    """
+
+    def __init__(self, env: VectorEnv[Any, Any, Any], gain: float = 1.0) -> None:
+        """Wrap environments.
+
+        Args:
+            env: Environments that `make_vec` returned, perhaps wrapped.
+            gain: Gain K of the feedback controller.
+
+        Raises:
+            BadOptionError: The gain is not between 0 and 1, or the environments are others.
+        """
+        self._inner = unwrap(env, VectorImitationEnv)
+        self._controller = _Controller(
+            gain, self._inner.max_joint_speed, self._inner.control_timestep, self._inner.num_envs
+        )
+        super().__init__(env)
+
+    def reset(
+        self,
+        *,
+        seed: int | Sequence[int | None] | None = None,
+        options: dict[str, Any] | None = None,
+    ) -> tuple[Any, dict[str, Any]]:
+        """Begin an episode of every environment; see `VectorImitationEnv.reset`."""
+        observations, info = super().reset(seed=seed, options=options)  # type: ignore[arg-type] # None too
+        self._controller.observe(self._inner.last_observation)
+        return observations, info
+
+    def step(self, actions: ArrayLike) -> Any:
+        """Act with the help of the feedback controller; see `VectorImitationEnv.step`.
+
+        Args:
+            actions: The agents' actions, shape (N, 8).
+        """
+        assisted, feedback = self._controller.assist(actions)
+        *outcome, info = super().step(assisted)
+        self._controller.observe(self._inner.last_observation)
+        every = np.ones(self.num_envs, bool)
+        return *outcome, info | {"feedback": feedback, "_feedback": every}
+
+
+def _checked_gain(gain: object) -> float:
+    if not (is_number(gain) and 0.0 <= float(gain) <= 1.0):
+        raise BadOptionError(option="gain", value=gain, expected="0 to 1")
+    return float(gain)

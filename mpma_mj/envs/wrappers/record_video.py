@@ -1,4 +1,4 @@
-"""Videos of whatever an agent does, drawn while it does it."""
+"""Videos of episodes, drawn while an agent acts."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from mpma_mj.envs.frame_writer import WriteFrame, frame_writer
 from mpma_mj.envs.rendering import ArmRenderer
 from mpma_mj.envs.wrappers.base import Wrapper
-from mpma_mj.errors import BadOptionError
+from mpma_mj.errors import BadOptionError, StateError
 
-__all__ = ["RecordVideo"]
+__all__: list[str] = ["RecordVideo"]
 
 Array = NDArray[np.float64]
 
@@ -24,11 +24,11 @@ _NUMBER = "{episode}"
 
 
 class RecordVideo(Wrapper):
-    """Draws every moment of every episode, arms and ghost, into a video as fast as the dance.
+    """Draws every moment of every episode, arms and ghost, into a video that runs in real time.
 
-    Frames go to the encoder one by one. A video gets its name when its episode ends, is left by
-    `reset`, or `close` is called; before, there is none of that name. An episode without a step
-    leaves none.
+    Frames are passed to the encoder one by one. A video is written to a temporary name and renamed
+    when its episode ends, `reset` breaks it off, or `close` is called. An episode without a step
+    has no video.
     """
 
     def __init__(self, env: dm_env.Environment, path: str | Path, camera: str = "front") -> None:
@@ -36,18 +36,21 @@ class RecordVideo(Wrapper):
 
         Args:
             env: Environment that `mpma_mj.load` returned, perhaps wrapped.
-            path: The `.mp4` file; "{episode}" in it becomes the episode's number, from 0.
+            path: The `.mp4` file; "{episode}" in it is replaced by the episode's number, from 0.
                 Without it the video of an episode replaces that of the one before.
             camera: Name of a camera of the model: front, side or three_quarter.
 
         Raises:
-            BadOptionError: The path is not that of an mp4, or there is no such camera.
+            BadOptionError: The path does not end in .mp4, or the model has no such camera.
         """
         super().__init__(env)
         if Path(path).suffix != ".mp4":
-            raise BadOptionError(f"path is '{path}'; expected a name that ends in .mp4")
+            raise BadOptionError(
+                option="path", value=str(path), expected="a name that ends in .mp4"
+            )
         if "{" in str(path).replace(_NUMBER, ""):
-            raise BadOptionError(f"path is '{path}'; what is filled in is {_NUMBER} only")
+            expected = f"no braces but those of {_NUMBER}"
+            raise BadOptionError(option="path", value=str(path), expected=expected)
         self._path = str(path)
         self._renderer = ArmRenderer(env.physics, camera=camera)
         self._video = contextlib.ExitStack()
@@ -57,15 +60,15 @@ class RecordVideo(Wrapper):
 
     def __getstate__(self) -> dict[str, Any]:
         """Refuse to be pickled or copied, as an OpenGL context cannot be."""
-        raise BadOptionError("a RecordVideo cannot be pickled or copied; copy what is inside")
+        raise StateError("RecordVideo cannot be pickled or copied; copy the environment inside")
 
     def reset(self) -> dm_env.TimeStep:
-        """Begin an episode; what there is of the one before is a video."""
+        """Begin an episode; finish the video of the one before."""
         self._finish()
         return super().reset()
 
     def step(self, action: Array) -> dm_env.TimeStep:
-        """Act; draw before and, where the episode ends, after.
+        """Act; draw the moment before and, where the episode ends, the one after.
 
         Args:
             action: Action, shape (8,), in [-1, 1].
@@ -80,28 +83,28 @@ class RecordVideo(Wrapper):
         return super().step(action)
 
     def close(self) -> None:
-        """Finish the video, give the OpenGL context back, close the environment inside."""
+        """Finish the video, release the OpenGL context, close the environment inside."""
         try:
             self._finish()
         finally:
             self._renderer.close()
             super().close()
 
-    def _begun(self, timestep: dm_env.TimeStep) -> None:
+    def _on_begin(self, timestep: dm_env.TimeStep) -> None:
         self._episode += 1
         self._ghost = timestep.observation["reference"].copy()
 
-    def _stepped(self, action: Array, timestep: dm_env.TimeStep) -> None:
+    def _on_step(self, timestep: dm_env.TimeStep) -> None:
         self._ghost = timestep.observation["reference"].copy()
         if timestep.last():
             self._draw()
             self._finish()
 
     def _draw(self) -> None:
-        """Draw the arms as they are; a video that fails on the way is no video."""
+        """Draw the arms; a video that cannot be written is given up."""
         physics = self._env.physics
         try:
-            # Which positions are up to date after a step is the environment's own affair.
+            # An environment need not bring positions up to date after a step.
             mujoco.mj_kinematics(physics.model.ptr, physics.data.ptr)
             picture = self._renderer.picture(ghost=self._ghost)
             if self._write is None:

@@ -1,0 +1,175 @@
+"""Rules of a control step, the same for one pair of arms and for many: delay, outcome, endings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.envs.options import EnvironmentOptions
+from mpma_mj.envs.reward import mean_reward, reward_weights, segment_rewards, site_distance
+from mpma_mj.kinematics import JOINT_NAMES
+from mpma_mj.utils.clipping import clip
+
+__all__: list[str] = [
+    "DIVERGED",
+    "OVER",
+    "TOO_FAR",
+    "Mask",
+    "Outcome",
+    "StepRules",
+    "Steps",
+    "count_clipped",
+    "delayed",
+    "top_speeds",
+]
+
+Array = NDArray[np.float64]
+Mask = np.bool_ | NDArray[np.bool_]
+Steps = np.intp | NDArray[np.intp]
+
+DIVERGED = "the simulation diverged"
+TOO_FAR = "an elbow or wrist is too far from the demonstrated place"
+OVER = "the demonstration is over"
+_REASONS = np.array(["", OVER, TOO_FAR, DIVERGED], object)
+
+_NO = np.False_
+
+
+class Outcome(NamedTuple):
+    """Outcome of a control step, of one pair of arms or of many.
+
+    Attributes:
+        reward_terms: Terms of the reward in the order of `SEGMENT_NAMES`, in [0, 1], (..., 4).
+        reward: Weighted mean of the terms, shape (...).
+        diverged: Whether the simulation diverged, shape (...).
+        terminated: Whether it diverged or the arms are too far from the demonstration, shape (...).
+        ended: Whether the episode is terminated or the demonstration is over, shape (...).
+    """
+
+    reward_terms: Array
+    reward: Array
+    diverged: Mask
+    terminated: Mask
+    ended: Mask
+
+    @property
+    def truncated(self) -> Mask:
+        """Whether the episode ends with the demonstration, shape (...)."""
+        return self.ended ^ self.terminated
+
+    @property
+    def termination_reason(self) -> Any:
+        """Why the episode ends, empty where it goes on: a string, or strings, shape (...)."""
+        return _REASONS[0 + self.ended + self.terminated + self.diverged]
+
+
+@dataclass(frozen=True, eq=False)
+class StepRules:
+    """Rules of the control steps of an environment.
+
+    Attributes:
+        steps: Step at which the demonstration is over.
+        weights: Weights of the reward's terms, shape (4,).
+        segment_lengths: Lengths of the four segments, shape (4,), m.
+        termination_distance: Distance beyond which an episode ends, m; never if None.
+        top_speeds: Joint velocities that action 1 commands, shape (8,), rad/s; 0 if locked.
+    """
+
+    steps: int
+    weights: Array
+    segment_lengths: Array
+    termination_distance: float | None
+    top_speeds: Array
+
+    @classmethod
+    def of(
+        cls,
+        options: EnvironmentOptions,
+        steps: int,
+        max_joint_speed: Array,
+        segment_lengths: Array,
+    ) -> Self:
+        """Return the rules of an environment.
+
+        Args:
+            options: Options of the environment.
+            steps: Step at which the demonstration is over.
+            max_joint_speed: Top speeds of the joints, shape (8,), rad/s.
+            segment_lengths: Lengths of the four segments, shape (4,), m.
+        """
+        return cls(
+            steps=steps,
+            weights=reward_weights(options.reward_weights),
+            segment_lengths=segment_lengths,
+            termination_distance=options.termination_distance,
+            top_speeds=top_speeds(max_joint_speed, options.locked_joint),
+        )
+
+    def joint_velocities(self, action: Array) -> Array:
+        """Return the joint velocities that an action commands, shape (..., 8), rad/s."""
+        return clip(action) * self.top_speeds
+
+    def outcome(
+        self,
+        posture: Array,
+        reference: Array,
+        step: Steps,
+        diverged: Mask = _NO,
+        begins: Mask = _NO,
+    ) -> Outcome:
+        """Return the outcome of a control step.
+
+        An episode ends for the first reason that holds: the simulation diverged, the arms are too
+        far from the demonstration, the demonstration is over.
+
+        Args:
+            posture: Postures after the step, shape (..., 12).
+            reference: Demonstrated postures after the step, shape (..., 12).
+            step: Steps of the demonstration so far, shape (...).
+            diverged: Whether the simulation diverged, shape (...); its terms are 0.
+            begins: Whether an episode begins here, shape (...): its reward is 0 and it does not
+                end.
+        """
+        terms = segment_rewards(posture, reference)
+        if diverged is not _NO:  # one pair of arms is spared the time
+            terms[diverged] = 0.0
+        reward = mean_reward(terms, self.weights)
+        terminated = diverged
+        if self.termination_distance is not None:
+            distance = site_distance(posture, reference, self.segment_lengths)
+            terminated = diverged | (distance > self.termination_distance)
+        ended = terminated | (step >= self.steps)
+        if begins is not _NO:
+            reward, terminated, ended = reward * ~begins, terminated & ~begins, ended & ~begins
+        return Outcome(terms, reward, diverged, terminated, ended)
+
+
+def top_speeds(max_joint_speed: Array, locked_joint: str | None) -> Array:
+    """Return the joint velocities that action 1 commands, shape (8,), rad/s.
+
+    Args:
+        max_joint_speed: Top speeds of the joints, shape (8,), rad/s.
+        locked_joint: Name of the joint that is held fixed, None for none.
+    """
+    return np.where([name == locked_joint for name in JOINT_NAMES], 0.0, max_joint_speed)
+
+
+def delayed(pending: Array, action: Array) -> tuple[Array, Array]:
+    """Return the action that takes effect now, and those that are pending after it.
+
+    Args:
+        pending: Actions that have not taken effect, oldest first, shape (latency, ..., 8).
+        action: Latest action, shape (..., 8).
+    """
+    if not len(pending):
+        return action, pending
+    queue = np.concatenate([pending, action[None]])
+    return queue[0], queue[1:]
+
+
+def count_clipped(action: Array) -> NDArray[np.intp]:
+    """Return how many entries of an action, shape (..., 8), are outside [-1, 1], shape (...)."""
+    return np.count_nonzero(np.abs(action) > 1.0, axis=-1)
