@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.free_running import FreeRunning
+from mpma_mj.agents.wrappers import FreeRunning
 from mpma_mj.context import active_label
 from mpma_mj.envs.load import load
 from mpma_mj.motions import Motion

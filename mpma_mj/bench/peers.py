@@ -9,7 +9,8 @@ import importlib.util
 import numpy as np
 from dm_control import suite
 
-from mpma_mj.agents.config import JOINTS, POSTURE
+from mpma_mj.agents import MPMA
+from mpma_mj.agents.config import JOINTS, POSTURE, MPMAConfig
 from mpma_mj.bench.environment import bare_steps, env_steps
 from mpma_mj.bench.rehearsal import Rehearsal
 from mpma_mj.bench.report import Report
@@ -20,8 +21,8 @@ from mpma_mj.envs.load import load
 from mpma_mj.motions import ymca
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.factory import (
+    agent_config,
     agent_of,
-    architecture,
     config_of,
     environment_options,
     one_thread,
@@ -91,7 +92,8 @@ def measure(progress: Progress) -> Report:
 
 def _networks(one: Rehearsal, joined: bool) -> Case:
     """Return the networks of our agent in ReservoirPy."""
-    config = architecture(_CONFIG)
+    config = agent_config(MPMA, _CONFIG)
+    assert isinstance(config, MPMAConfig)
     context = one.timesteps[0].observation["context"].size
     sizes = [
         (config.state_size + POSTURE, JOINTS),  # inverse model

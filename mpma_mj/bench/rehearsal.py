@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import dm_env
 
-from mpma_mj.agents.base import Agent, BatchedAgent
+from mpma_mj.agents.base import Agent
 from mpma_mj.bench.timing import Case
 from mpma_mj.envs.load import load
 from mpma_mj.motions import ymca
@@ -49,14 +49,13 @@ class Rehearsal:
         seeds = range(runs)
         envs = environments_of(config, seeds, ymca(), {})
         agent = agent_of(config, envs, list(seeds))
-        assert isinstance(agent, BatchedAgent)
         timesteps = [dm_env.restart(envs.reset()[0])]
         for _ in range(envs.steps):
             observation, reward, *_ = envs.step(agent.act(timesteps[-1].observation))
             timesteps.append(dm_env.transition(reward, observation))
             agent.observe(timesteps[-1])
         envs.close()
-        agent.learn_batch()
+        agent.learn()
         return cls(agent, tuple(timesteps), runs)
 
     @property
@@ -74,10 +73,7 @@ class Rehearsal:
 
     def learn(self) -> int:
         """Let the agent learn from what it did; return the steps."""
-        if isinstance(self.agent, BatchedAgent):
-            self.agent.learn_batch()
-        else:
-            self.agent.learn()
+        self.agent.learn()
         return self.steps
 
     @property

@@ -65,7 +65,7 @@ class Stress:
             open_backend("processes", self.workers, None) as backend,
         ):
             # Workers get ready while this is imported.
-            from mpma_mj.agents.registry import NO_FINE_TUNING
+            from mpma_mj.agents.registry import agent_class
             from mpma_mj.sweep.backend import get_done
             from mpma_mj.training.checkpoints import TrainedAgents
             from mpma_mj.training.run_folder import RunFolder
@@ -79,7 +79,7 @@ class Stress:
             if self.out is None:
                 stack.enter_context(folder.locked())
             own = TrainedAgents.of_run(folder)
-            if self.adapt and own.configs[0].agent in NO_FINE_TUNING:
+            if self.adapt and not agent_class(own.configs[0].agent).fine_tunable:
                 raise BadOptionError(
                     f"{folder.path}: its agent is {own.configs[0].agent}, which learns nothing"
                     " more; leave --adapt out"
@@ -122,10 +122,10 @@ class Stress:
             return ()
         if not self.agents:
             return _USUAL
-        from mpma_mj.agents.registry import NO_FINE_TUNING
+        from mpma_mj.agents.registry import agent_class
 
         for agent in self.agents:
-            if self.adapt and agent in NO_FINE_TUNING:
+            if self.adapt and not agent_class(agent).fine_tunable:
                 raise BadOptionError(
                     f"{agent} learns nothing more; leave it out of --agents, or --adapt out"
                 )

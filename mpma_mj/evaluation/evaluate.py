@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.frozen import Frozen
+from mpma_mj.agents.wrappers import Frozen
 from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.metrics import posture_error_percent
 from mpma_mj.motions import Motion
@@ -88,7 +88,7 @@ def fine_tune(
             traces, diverged = record_epochs(envs, agent, EVALUATION_EPISODE + 1 + epoch)
             lost |= diverged
             errors[epoch] = np.where(lost, np.nan, [_error(trace) for trace in traces])
-            agent.learn_batch()
+            agent.learn()
         return dataclasses.replace(trained, state=agent.state_dict()), errors
 
 

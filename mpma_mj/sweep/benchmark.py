@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import get_args
 
-from mpma_mj.agents.registry import NOT_TRAINABLE
+from mpma_mj.agents.registry import agent_class
 from mpma_mj.evaluation.statistics import Interval, interval
 from mpma_mj.options import AgentName, Arms
 from mpma_mj.sweep.folder import RunResult
@@ -100,7 +100,7 @@ def as_markdown(spec: SweepSpec, runs: Sequence[RunResult]) -> str:
     titles.append("seconds a run")
     rows = []
     for line in lines(spec, runs):
-        learns = line.point.agent not in NOT_TRAINABLE
+        learns = agent_class(line.point.agent).trainable
         rows.append(
             [
                 *(line.motion, line.point.arms, line.point.agent),

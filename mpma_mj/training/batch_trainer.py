@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.base import BatchedAgent
 from mpma_mj.errors import DivergedError
 from mpma_mj.motions import Motion
 from mpma_mj.training.checkpoints import TrainedAgents
@@ -107,9 +106,7 @@ class BatchTrainer:
         self._failed: dict[int, str] = {}
         self._make_environments()
         seeds = self._seeds.tolist()
-        agent = agent_of(self._config, self._envs, seeds)
-        assert isinstance(agent, BatchedAgent)
-        self._agent = agent
+        self._agent = agent_of(self._config, self._envs, seeds)
         self._histories = [TrainingHistory(EpisodeInfo.of(self._envs)) for _ in configs]
 
     def run_epoch(self, *, stop: bool) -> None:
@@ -117,7 +114,7 @@ class BatchTrainer:
         states = self._agent.state_dict() if self._keeps_states else {}
         traces, diverged = record_epochs(self._envs, self._agent, self.epoch)
         self.epoch += 1
-        logged = self._agent.learn_batch()
+        logged = self._agent.learn()
         learns = bool(logged)
         done = diverged.copy()
         for row, run in enumerate(self.going.tolist()):
@@ -126,7 +123,8 @@ class BatchTrainer:
                 continue
             history = self._histories[run]
             state = {name: array[row] for name, array in states.items()}
-            history.enter(traces[row], logged[row] if learns else {}, state)
+            own = {name: float(values[row]) for name, values in logged.items()}
+            history.enter(traces[row], own, state)
             done[row] = not learns or (stop and history.converged)
         if done.any():
             self._leave(done)

@@ -5,15 +5,22 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
-from typing import Any, Literal, TypeAlias, overload
+from typing import Any, TypeAlias
 
 from dm_control.rl import control
 from threadpoolctl import threadpool_limits
 
-from mpma_mj.agents import AGENTS, MPMA, Agent, AgentSpec, MPMAConfig
-from mpma_mj.agents.altered_context import AlteredContext, altered_context_size
+from mpma_mj.agents import (
+    AGENTS,
+    Agent,
+    AgentConfig,
+    AgentSpec,
+    MPMAConfig,
+    NetworkConfig,
+    agent_class,
+)
 from mpma_mj.agents.base import Seeds
-from mpma_mj.agents.registry import IRRELEVANT_OPTIONS
+from mpma_mj.agents.wrappers import AlteredContext, altered_context_size
 from mpma_mj.envs.options import check_seed, seeds_of_batch
 from mpma_mj.envs.task import TwoArmImitation
 from mpma_mj.envs.vector_env import FlatVectorImitationEnv, VectorImitationEnv
@@ -23,6 +30,7 @@ from mpma_mj.options import AgentName
 from mpma_mj.training.config import RunConfig
 
 __all__ = [
+    "agent_config",
     "agent_of",
     "architecture",
     "config_of",
@@ -37,25 +45,9 @@ Environments: TypeAlias = control.Environment | VectorImitationEnv
 _THREADS = 1  # of physics: runs side by side share processors by processes
 
 
-@overload
 def make_agent(
     env: Environments,
-    config: MPMAConfig = ...,
-    *,
-    kind: Literal["mpma", "single"] = ...,
-    seed: Seeds = ...,
-) -> MPMA: ...
-
-
-@overload
-def make_agent(
-    env: Environments, config: MPMAConfig = ..., *, kind: str, seed: Seeds = ...
-) -> Agent: ...
-
-
-def make_agent(
-    env: Environments,
-    config: MPMAConfig = MPMAConfig(),  # noqa: B008, frozen
+    config: AgentConfig = MPMAConfig(),  # noqa: B008, frozen
     *,
     kind: str = "mpma",
     seed: Seeds = 0,
@@ -64,29 +56,41 @@ def make_agent(
 
     Args:
         env: Environment that `load` returned, or those that `make_vec` did.
-        config: Settings, of which an agent takes what it has: MOSAIC and HAMMER those of the
-            networks, HAMMER not the number of modules, agents without networks none.
-        kind: One of `mpma_mj.agents.AGENTS`: "mpma" or a rival.
+        config: Config, of which an agent takes the fields that it has.
+        kind: A name of `mpma_mj.agents.AGENTS`, or the path of a class.
         seed: Seed of weights and noise; for many environments the first member's, which the
             others' follow, or one for each.
 
     Returns:
-        The agent; for many environments as many side by side, see `BatchedAgent`: they learn by
-        `learn_batch()` in place of `learn()`.
+        The agent; for many environments a batch of as many runs.
 
     Raises:
         BadOptionError: There is no such kind, a seed is no whole number from 0 up, there are not
             as many seeds as environments, or the environment is another, or flat.
     """
-    if not isinstance(config, MPMAConfig):
-        raise BadOptionError(f"config is {config!r}; expected an MPMAConfig")
-    _check_name("kind", kind)
-    return AGENTS[kind](config, _spec(env), _seeds(env, seed))
+    if not isinstance(config, AgentConfig):
+        raise BadOptionError(option="config", value=config, expected="a config of an agent")
+    agent_type = agent_class(kind)
+    own = config if type(config) is agent_type.config_type else agent_config(agent_type, config)
+    return _wrapped(agent_type, own, env, _seeds(env, seed))
 
 
-def _check_name(option: str, name: object) -> None:
-    if not isinstance(name, str) or name not in AGENTS:
-        raise BadOptionError(f"{option} is '{name}'; expected one of {', '.join(AGENTS)}")
+def agent_config(agent_type: type[Agent], flat: object) -> AgentConfig:
+    """Return an agent's own config, with the fields that it shares with another."""
+    names = [f.name for f in fields(agent_type.config_type) if hasattr(flat, f.name)]
+    return agent_type.config_type(**{name: getattr(flat, name) for name in names})
+
+
+def _wrapped(agent_type: type[Agent], config: AgentConfig, env: Environments, seed: Seeds) -> Agent:
+    """Return an agent that receives the context of its config."""
+    spec = _spec(env)
+    signal = config.context_signal if isinstance(config, NetworkConfig) else "labels"
+    size = altered_context_size(signal, spec.context_size)
+    agent = agent_type(config, dataclasses.replace(spec, context_size=size), seed=seed)
+    if signal == "labels":
+        return agent
+    info = env if isinstance(env, VectorImitationEnv) else env.task
+    return AlteredContext(agent, signal, info.context, info.period, seed)
 
 
 def _spec(env: Environments) -> AgentSpec:
@@ -113,9 +117,9 @@ def _seeds(env: Environments, seed: Seeds) -> Seeds:
     return [check_seed(own) for own in seeds_of_batch(seed, env.num_envs)]
 
 
-def architecture(config: RunConfig) -> MPMAConfig:
-    """Return the settings of the agent of a run."""
-    return MPMAConfig(**{f.name: getattr(config, f.name) for f in fields(MPMAConfig)})
+def architecture(config: RunConfig) -> AgentConfig:
+    """Return the config of the agent of a run."""
+    return agent_config(agent_class(config.agent), config)
 
 
 def agent_of(config: RunConfig, env: Environments, seed: Seeds) -> Agent:
@@ -129,33 +133,26 @@ def agent_of(config: RunConfig, env: Environments, seed: Seeds) -> Agent:
     Raises:
         BadOptionError: A setting is outside what it may be, or the agent does not have it.
     """
-    _check_name("agent", config.agent)
-    _refuse_what_is_not_taken(config)
-    spec, seeds = _spec(env), _seeds(env, seed)
-    heard = dataclasses.replace(
-        spec, context_size=altered_context_size(config.context_signal, spec.context_size)
-    )
-    agent = AGENTS[config.agent](architecture(config), heard, seeds)
-    if config.context_signal == "labels":
-        return agent
-    info = env if isinstance(env, VectorImitationEnv) else env.task
-    return AlteredContext(agent, config.context_signal, info.context, info.period, seeds)
-
-
-def _refuse_what_is_not_taken(config: RunConfig) -> None:
-    for setting in fields(config):
-        value = getattr(config, setting.name)
-        if setting.name in IRRELEVANT_OPTIONS.get(config.agent, ()) and value != setting.default:
+    agent_type = agent_class(config.agent)
+    for name, default in _irrelevant(config.agent).items():
+        if getattr(config, name) != default:
             raise BadOptionError(
-                f"{setting.name} is {value}, which {config.agent} does not have; leave it out"
+                f"{name} is {getattr(config, name)}, which {config.agent} does not have; leave"
+                " it out"
             )
+    return _wrapped(agent_type, agent_config(agent_type, config), env, _seeds(env, seed))
+
+
+def _irrelevant(agent: str) -> dict[str, Any]:
+    """Return the defaults of settings that other agents have; all may stand in a grid of sizes."""
+    names = {f.name for one in AGENTS.values() for f in fields(one.config_type)}
+    names -= {f.name for f in fields(agent_class(agent).config_type)} | {"modules", "nodes"}
+    return {f.name: f.default for f in fields(RunConfig) if f.name in names}
 
 
 def config_of(config: RunConfig, agent: AgentName) -> RunConfig:
     """Return the settings of a run for another agent; what it does not have is left out."""
-    default = {setting.name: setting.default for setting in fields(config)}
-    left_out: dict[str, Any] = {name: default[name] for name in IRRELEVANT_OPTIONS.get(agent, ())}
-    return dataclasses.replace(config, agent=agent, **left_out)
+    return dataclasses.replace(config, agent=agent, **_irrelevant(agent))
 
 
 def environment_options(config: RunConfig) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.registry import AGENTS, NOT_TRAINABLE
+from mpma_mj.agents.registry import AGENTS, agent_class
 from mpma_mj.context import active_label
 from mpma_mj.envs.load import load
 from mpma_mj.errors import BadOptionError, CheckpointError
@@ -52,10 +52,10 @@ def start(
         DivergedError: The simulation did not stay finite.
     """
     _check_epochs(epochs)
-    if config.agent in NOT_TRAINABLE:
+    if not agent_class(config.agent).trainable:
         raise BadOptionError(
             f"agent is {config.agent}, which does not learn; expected one of"
-            f" {', '.join(name for name in AGENTS if name not in NOT_TRAINABLE)}"
+            f" {', '.join(name for name, own in AGENTS.items() if own.trainable)}"
         )
     motion = read_motions(config)
     with one_thread():

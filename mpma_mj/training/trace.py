@@ -55,7 +55,7 @@ def record_epoch(env: control.Environment, agent: Agent, epoch: int) -> dict[str
             f"epoch {epoch + 1}: {env.task.termination_reason} at step {len(done)};"
             " try a slower --tempo or another --seed"
         )
-    return seen.episode() | done.episode() | agent.signals()
+    return seen.episode() | done.episode() | _signals(agent)
 
 
 def _seen(observation: Observation, posture: Array) -> dict[str, Array]:
@@ -90,12 +90,19 @@ def record_epochs(
         seen.append(_seen(observation, envs.posture))
         done.append({"action": action, "reward": reward})
         diverged |= terminated
-    together = seen.episode() | done.episode() | agent.signals()
+    together = seen.episode() | done.episode() | _signals(agent)
     traces = [
         {name: np.ascontiguousarray(signal[:, row]) for name, signal in together.items()}
         for row in range(envs.num_envs)
     ]
     return traces, diverged
+
+
+def _signals(agent: Agent) -> dict[str, Array]:
+    """Return an agent's signals by name, those that it has."""
+    signals = agent.signals()
+    named = {} if signals.modules is None else dict(vars(signals.modules))
+    return named if signals.feedback is None else named | {"feedback": signals.feedback}
 
 
 def epoch_metrics(

@@ -33,4 +33,5 @@ class Trainer(TrainingHistory):
         """
         state = self.agent.state_dict()
         trace = record_epoch(self.env, self.agent, len(self.rows))
-        return self.enter(trace, self.agent.learn(), state)
+        logged = {name: float(value) for name, value in self.agent.learn().items()}
+        return self.enter(trace, logged, state)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.registry import AGENTS, NOT_TRAINABLE
+from mpma_mj.agents.registry import AGENTS, agent_class
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.errors import BadOptionError, WorkerError
 from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, fine_tune, tracking_errors
@@ -143,8 +143,8 @@ def jobs(
         if value < 1:
             raise BadOptionError(f"{name} is {value}; expected at least 1")
     agent = configs[0].agent
-    if agent in NOT_TRAINABLE:
-        learners = ", ".join(name for name in AGENTS if name not in NOT_TRAINABLE)
+    if not agent_class(agent).trainable:
+        learners = ", ".join(name for name, own in AGENTS.items() if own.trainable)
         raise BadOptionError(f"agent is {agent}, which does not learn; expected one of {learners}")
     check(configs[0], motion)
     return [

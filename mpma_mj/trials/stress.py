@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.registry import NO_FINE_TUNING
+from mpma_mj.agents.registry import agent_class
 from mpma_mj.errors import DivergedError
 from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, fine_tune, tracking_errors
 from mpma_mj.motions import Motion
@@ -150,7 +150,7 @@ def jobs(
     batches = [(batch[0].agent, batch, None) for batch in cut(rivals, workers)]
     work = []
     for agent, configs, trained in [*batches, (THIS_RUN, own.configs, own)]:
-        learns = adapts > 0 and configs[0].agent not in NO_FINE_TUNING
+        learns = adapts > 0 and agent_class(configs[0].agent).fine_tunable
         for part in _by_disturbance(trials) if learns else [trials]:
             work.append(
                 StressJob(

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from mpma_mj.agents.registry import NOT_TRAINABLE
+from mpma_mj.agents import AGENTS
 from mpma_mj.cli import main
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.imitate import resume, start
@@ -88,7 +88,7 @@ def test_settings_that_an_agent_does_not_have_are_refused_in_one_line(
     assert not out.exists()
 
 
-@pytest.mark.parametrize("agent", NOT_TRAINABLE)
+@pytest.mark.parametrize("agent", [a for a in AGENTS if not AGENTS[a].trainable])
 def test_what_does_not_learn_is_refused_in_one_line(
     agent: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -9,7 +9,7 @@ import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from mpma_mj import metrics
-from mpma_mj.agents import FixedAgent, MPMAConfig
+from mpma_mj.agents import Agent, AgentConfig, AgentSpec, MPMAConfig
 from mpma_mj.envs.load import load
 from mpma_mj.errors import BadOptionError, CheckpointError, DivergedError, RunFolderError
 from mpma_mj.motions import ymca
@@ -172,13 +172,14 @@ def test_settings_reach_agent_and_environment() -> None:
 def test_a_simulation_that_diverges_is_a_failed_run(tmp_path: Path) -> None:
     env = load("ymca")
 
-    class Wild(FixedAgent):
+    class Wild(Agent):
         def act(self, observation: dict[str, np.ndarray]) -> np.ndarray:
             env.physics.data.qvel[:] = 1e12
             return np.zeros(8)
 
+    wild = Wild(AgentConfig(), AgentSpec(4, np.ones(8), 0.05))
     with pytest.raises(DivergedError, match=r"epoch 3: the simulation diverged: .* 1;") as caught:
-        record_epoch(env, Wild(), 2)
+        record_epoch(env, wild, 2)
     assert caught.value.exit_code == 1
 
 

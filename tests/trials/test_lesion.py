@@ -14,8 +14,8 @@ import pytest
 
 from mpma_mj import make_agent
 from mpma_mj.agents.gain_schedule import Gains
-from mpma_mj.agents.recruitment import Recruitment
-from mpma_mj.agents.wrapper import AgentWrapper
+from mpma_mj.agents.growing import Recruitment
+from mpma_mj.agents.wrappers import AgentWrapper
 from mpma_mj.cli import main
 from mpma_mj.evaluation.evaluate import EVALUATION_EPISODE, EvalCondition, evaluate, tracking_errors
 from mpma_mj.metrics import posture_error_percent
