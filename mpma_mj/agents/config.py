@@ -6,10 +6,10 @@ Only names and numbers, so that the command line can show them without loading a
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, TypeAlias
+from typing import TYPE_CHECKING, Annotated, TypeAlias, get_args
 
 from mpma_mj.errors import BadOptionError
-from mpma_mj.options import ContextSignal, EfferenceCopy
+from mpma_mj.options import ContextSignal, EfferenceCopy, RuleName
 from mpma_mj.utils.validation import Bounds, check_fields
 
 if TYPE_CHECKING:
@@ -22,7 +22,8 @@ else:
 __all__ = [
     "JOINTS",
     "POSTURE",
-    "RULE_METHODS",
+    "RULES",
+    "RULE_MEMBERS",
     "AgentConfig",
     "FeedbackOnlyConfig",
     "GrowingConfig",
@@ -41,8 +42,14 @@ JOINTS = 8
 POSTURE = 12
 """Length of a posture."""
 
-RULE_METHODS = ("fit", "partial_fit", "next_sigma")
-"""Methods of a learning rule."""
+RULES = f"{', '.join(get_args(RuleName))}, or the path of a class, such as my_rules.py:MyRule"
+"""What names a learning rule."""
+
+RULE_MEMBERS = (
+    *("fit", "partial_fit", "next_sigma"),
+    *("forgetting", "first_sigma", "online"),
+)
+"""Methods and attributes of a learning rule; see `LearningRule`."""
 
 _Modules = Annotated[int, Bounds(1, 1000)]
 _Ridge = Annotated[float, Bounds(0.0, 1e6, above=True)]
@@ -128,11 +135,11 @@ class SingleConfig(NetworkConfig):
         super().__post_init__()
         rule: object = self.rule
         if isinstance(rule, str):
-            fits = rule in ("weighted", "gated") or ":" in rule
+            fits = rule in get_args(RuleName) or ":" in rule
         else:
-            fits = all(callable(getattr(rule, name, None)) for name in RULE_METHODS)
+            fits = all(hasattr(rule, name) for name in RULE_MEMBERS)
         if not fits or isinstance(rule, type):
-            expected = "weighted, gated, or the path of a class, such as my_rules.py:MyRule"
+            expected = f"{RULES}, or an instance of LearningRule"
             raise BadOptionError(option="rule", value=rule, expected=expected)
 
 

@@ -45,17 +45,17 @@ def load_class(path: str, option: str, required: Sequence[str], *, base: type) -
         raise refusal(f"a file that exists, and there is no {Path(home).resolve()}")
     try:
         module = _from_file(Path(home)) if home.endswith(".py") else importlib.import_module(home)
+        found = getattr(module, name, None)  # which may import, too
     except (Exception, SystemExit) as error:  # whatever a module of somebody else's may raise
         cause = " ".join(f"{type(error).__name__}: {error}".split())
         raise refusal(f"a module that can be imported ({cause})") from None
-    found = vars(module).get(name)
     if found is None:
         classes = [key for key, value in vars(module).items() if inspect.isclass(value)]
         close = difflib.get_close_matches(name, classes, n=1)
         remedy = f"did you mean {close[0]}?" if close else ""
         raise refusal(f"a class that {home} has, and it has no {name}", remedy)
     if not inspect.isclass(found):
-        raise refusal(f"a class, and {name} is {_kind(found)}")
+        raise refusal(f"a class, and {name} is an object of type {type(found).__name__}")
     abstract: frozenset[str] = getattr(found, "__abstractmethods__", frozenset())
     lacking = [n for n in required if n in abstract or not hasattr(found, n)]
     if lacking:
@@ -85,7 +85,3 @@ def _from_file(path: Path) -> ModuleType:
         del sys.modules[name]
         raise
     return module
-
-
-def _kind(value: object) -> str:
-    return f"an object of type {type(value).__name__}"

@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.config import RULE_METHODS
+from mpma_mj.agents.config import RULE_MEMBERS, RULES
 from mpma_mj.agents.extensions import load_class
 from mpma_mj.agents.gating import prediction_errors, predictor_target
 from mpma_mj.errors import BadOptionError
 from mpma_mj.esn import FeatureReplay, Features, ReadoutBank
+from mpma_mj.options import RuleName
 
 __all__ = [
     "Epoch",
@@ -287,7 +288,7 @@ def desired_command(action: Array, next_feedback: Array) -> Array:
     return np.clip(action + next_feedback, -1.0, 1.0)
 
 
-_RULES: dict[str, type[LearningRule]] = {"weighted": WeightedRule, "gated": GatedRule}
+_BUILT_IN: dict[RuleName, type[LearningRule]] = {"weighted": WeightedRule, "gated": GatedRule}
 
 
 def learning_rule(rule: str | LearningRule) -> LearningRule:
@@ -302,13 +303,12 @@ def learning_rule(rule: str | LearningRule) -> LearningRule:
     """
     if not isinstance(rule, str):
         return rule
-    own = _RULES.get(rule)
-    if own is not None:
-        return own()
+    for name, own in _BUILT_IN.items():
+        if rule == name:
+            return own()
     if ":" not in rule:
-        expected = f"{', '.join(_RULES)}, or the path of a class, such as my_rules.py:MyRule"
-        raise BadOptionError(option="rule", value=rule, expected=expected)
-    loaded = load_class(rule, "rule", RULE_METHODS, base=LearningRule)
+        raise BadOptionError(option="rule", value=rule, expected=RULES)
+    loaded = load_class(rule, "rule", RULE_MEMBERS, base=LearningRule)
     try:
         made: LearningRule = loaded()
     except TypeError as error:

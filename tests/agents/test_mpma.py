@@ -208,30 +208,6 @@ def test_one_module_is_always_responsible() -> None:
     np.testing.assert_array_equal(signals_of(player).responsibility, 1.0)
 
 
-@pytest.mark.parametrize(
-    ("setting", "message"),
-    [
-        ({"modules": 0}, "modules is 0"),
-        ({"nodes": 0}, "nodes is 0"),
-        ({"rule": "magic"}, "rule is 'magic'"),
-        ({"efference_copy": "none"}, "efference_copy is 'none'"),
-        ({"spectral_radius": 1.0}, "spectral_radius is 1"),
-        ({"reservoir_noise": -0.1}, "reservoir_noise is -0.1"),
-        ({"ridge": 0.0}, "ridge is 0.0; expected above 0"),
-        ({"ridge": "much"}, "ridge is 'much'"),
-        ({"spectral_radius": "a"}, "spectral_radius is 'a'; expected 0 or more, below 1"),
-        ({"spectral_radius": float("nan")}, "spectral_radius is nan"),
-        ({"reservoir_noise": None}, "reservoir_noise is None"),
-        ({"forward_gating": "no"}, "forward_gating is 'no'; expected True or False"),
-        ({"responsibility_predictors": 0}, "responsibility_predictors is 0"),
-        ({"proprioception": None}, "proprioception is None"),
-    ],
-)
-def test_bad_settings_are_named(setting: dict[str, Any], message: str) -> None:
-    with pytest.raises(BadOptionError, match=message):
-        MPMAConfig(**setting)
-
-
 def test_an_agent_needs_no_environment() -> None:
     rng = np.random.default_rng(0)
     unit = np.tile([0.0, 0.6, -0.8], 4)
@@ -242,19 +218,6 @@ def test_an_agent_needs_no_environment() -> None:
     player.observe(dm_env.transition(0.0, observation))
     assert action.shape == (8,)
     assert player.learn().keys() == {"gain_feedback", "gain_inverse", "sigma"}
-
-
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        ({"modules": True}, "modules is True"),
-        ({"modules": 2.5}, "modules is 2.5; expected a whole"),
-        ({"nodes": "x"}, "nodes is 'x'"),
-    ],
-)
-def test_numbers_of_modules_and_nodes_are_whole(options: dict[str, object], message: str) -> None:
-    with pytest.raises(BadOptionError, match=message):
-        MPMAConfig(**options)  # type: ignore[arg-type]
 
 
 def test_an_agent_needs_an_environment_and_a_seed() -> None:
