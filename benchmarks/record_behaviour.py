@@ -146,7 +146,7 @@ def run_entries(
 ) -> Iterator[tuple[str, str]]:
     """Yield what runs came to: each alone and in a folder, and all in one batch."""
     configs = [
-        RunConfig(motions=(motion,), arms=arms, nodes=NODES, modules=MODULES, seed=seed, **options)
+        RunConfig.of(motion, arms=arms, nodes=NODES, modules=MODULES, seed=seed, **options)
         for seed in seeds
     ]
     for config in configs:

@@ -5,22 +5,22 @@ python benchmarks/recordings.py FOLDER/*/*.bvh FOLDER/*/*.c3d --seeds 3
 
 from __future__ import annotations
 
-import dataclasses
 import tempfile
 import warnings
 from pathlib import Path
 
 import tyro
 
+from mpma_mj.agents import MPMAConfig
+from mpma_mj.commands.run_options import RunOptions
 from mpma_mj.errors import MpmaError, RecordingWarning
-from mpma_mj.training.config import RunConfig, Settings
 from mpma_mj.training.run import start
 from mpma_mj.training.run_folder import RunFolder
 
 
 def main(
     motions: tyro.conf.Positional[tuple[str, ...]],
-    settings: tyro.conf.OmitArgPrefixes[Settings] = Settings(),  # noqa: B008, frozen
+    options: tyro.conf.OmitArgPrefixes[RunOptions[MPMAConfig]],
     seeds: int = 3,
     epochs: int = 30,
 ) -> None:
@@ -28,7 +28,7 @@ def main(
 
     Args:
         motions: The recordings.
-        settings: Settings; the seed is the first of the seeds.
+        options: Options of all runs; the seed is the first of the seeds.
         seeds: Number of seeds.
         epochs: Most epochs of a run.
     """
@@ -37,18 +37,19 @@ def main(
     print("|---|---|---|---|---|")
     for motion in motions:
         try:
-            print(_row(motion, settings, seeds, epochs), flush=True)
+            print(_row(motion, options, seeds, epochs), flush=True)
         except MpmaError as error:
             reason = str(error).replace(motion, "").lstrip(": ").replace("|", "/")
             print(f"| {Path(motion).name} | refused: {reason} | | | |", flush=True)
 
 
-def _row(motion: str, settings: Settings, seeds: int, epochs: int) -> str:
+def _row(motion: str, options: RunOptions[MPMAConfig], seeds: int, epochs: int) -> str:
     summaries = []
-    for seed in range(settings.seed, settings.seed + seeds):
-        config = RunConfig(motions=(motion,), **dataclasses.asdict(settings) | {"seed": seed})
+    point = options.run_config((motion,))
+    for seed in range(point.seed, point.seed + seeds):
+        config = point.replace(seed=seed)
         with tempfile.TemporaryDirectory() as folder:
-            summaries.append(start(config, RunFolder(Path(folder) / "run"), epochs))
+            summaries.append(start(config, RunFolder(Path(folder) / "run"), epochs).summary)
     cells = [
         Path(motion).name,
         f"{sum(summary['converged'] for summary in summaries)} of {seeds}",

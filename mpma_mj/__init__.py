@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from mpma_mj._version import __version__
 from mpma_mj.envs.gl import choose_backend, defer_opengl
 from mpma_mj.envs.registration import register
 
@@ -30,8 +31,6 @@ __all__ = [
     "make_vec",
     "read_motion",
 ]
-
-__version__ = "0.1.0"
 
 choose_backend()  # before anything imports MuJoCo, which reads the choice when imported
 defer_opengl()

@@ -8,11 +8,13 @@ import os
 import sys
 import warnings
 from collections.abc import Callable, Iterator, Sequence
-from typing import Protocol
+from typing import Any, Protocol
 
 import tyro
 
 from mpma_mj import __version__, commands
+from mpma_mj.agents.config import MPMAConfig
+from mpma_mj.commands.run_options import config_type
 from mpma_mj.errors import BadOptionError, MpmaError, RecordingWarning
 from mpma_mj.motions.options import option_name
 
@@ -29,23 +31,29 @@ class Command(Protocol):
         """Do it and return what is printed last; None for nothing."""
 
 
-_COMMANDS: dict[str, Callable[..., Command]] = {
+_WITH_AGENT: dict[str, Any] = {
     "imitate": commands.Imitate,
+    "sweep": commands.Sweep,
+    "grow": commands.Grow,
+    "compare": commands.Compare,
+}
+_COMMANDS: dict[str, Callable[..., Command]] = {
+    "imitate": commands.Imitate[MPMAConfig],
     "motion": commands.InspectMotion,
     "render": commands.Render,
     "view": commands.View,
     "table1": commands.Table1,
-    "sweep": commands.Sweep,
+    "sweep": commands.Sweep[MPMAConfig],
     "benchmark": commands.Benchmark,
     "ablate": commands.Ablate,
     "scale": commands.Scale,
     "bench": commands.Bench,
     "capture": commands.Capture,
-    "grow": commands.Grow,
+    "grow": commands.Grow[MPMAConfig],
     "attractor": commands.Attractor,
     "lesion": commands.Lesion,
     "stress": commands.Stress,
-    "compare": commands.Compare,
+    "compare": commands.Compare[MPMAConfig],
     "identify": commands.Identify,
 }
 
@@ -113,15 +121,7 @@ def _run(words: Sequence[str]) -> None:
     for word in words:
         if word == "" or (word.startswith("--") and word.endswith("=")):
             raise BadOptionError(f"'{word}' is an empty argument; give it a value, or leave it out")
-    try:
-        command = tyro.extras.subcommand_cli_from_dict(
-            _COMMANDS,
-            prog="mpma",
-            description="Two simulated arms learn to dance from recordings.",
-            args=words,
-        )
-    finally:
-        _flush()  # the help, after which it ends here
+    command = _parse(words)
     if isinstance(command, commands.Imitate):
         command.check_resumed(words)
     with _warnings_as_lines():
@@ -129,6 +129,40 @@ def _run(words: Sequence[str]) -> None:
     if last is not None:
         print(last)
     _flush()
+
+
+def _parse(words: Sequence[str]) -> Command:
+    """Return the command that was typed; help and errors of the parser end the process.
+
+    Raises:
+        MpmaError: The value of an option is refused.
+    """
+    complaints = io.StringIO()
+    try:
+        # The parser reports any ValueError of an option as its own, in a box without the reason.
+        with contextlib.redirect_stderr(complaints):
+            return tyro.extras.subcommand_cli_from_dict(
+                _commands(words),
+                prog="mpma",
+                description="Two simulated arms learn to dance from recordings.",
+                args=words,
+            )
+    except SystemExit as end:
+        cause: BaseException | None = end
+        while cause is not None and not isinstance(cause, MpmaError):
+            cause = cause.__context__
+        if cause is not None:
+            raise cause from None
+        print(complaints.getvalue(), end="", file=sys.stderr)
+        raise
+    finally:
+        _flush()  # the help, after which it ends here
+
+
+def _commands(words: Sequence[str]) -> dict[str, Callable[..., Command]]:
+    """Return the commands; those that take an agent's options have them of the agent named."""
+    kind = config_type(words) if words and words[0] in _WITH_AGENT else MPMAConfig
+    return _COMMANDS | {name: command[kind] for name, command in _WITH_AGENT.items()}
 
 
 def _flush() -> None:

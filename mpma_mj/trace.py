@@ -95,5 +95,9 @@ class Trace:
         return Trace(
             **signals,
             feedback=None if self.feedback is None else change(self.feedback),
-            modules=None if self.modules is None else self.modules.map(change),
+            modules=None
+            if self.modules is None
+            else ModuleSignals(
+                **{name: change(getattr(self.modules, name)) for name in MODULE_SIGNALS}
+            ),
         )

@@ -15,7 +15,7 @@ from mpma_mj.training.run_folder import RunFolder
 
 @pytest.mark.parametrize("arms", ["physics", "kinematic"])
 def test_the_dance_is_learned_by_several_modules(arms: str, tmp_path: Path) -> None:
-    config = RunConfig(nodes=100, arms=arms)  # type: ignore[arg-type]
+    config = RunConfig.of(nodes=100, arms=arms)  # type: ignore[arg-type]
     summary = start(config, RunFolder(tmp_path / "run"), 30).summary
     assert summary["converged"]
     assert summary["p_e_percent"] < 1.0
@@ -25,14 +25,14 @@ def test_the_dance_is_learned_by_several_modules(arms: str, tmp_path: Path) -> N
 
 
 def test_the_papers_rule_converges(tmp_path: Path) -> None:
-    summary = start(RunConfig(nodes=100, rule="gated"), RunFolder(tmp_path / "run"), 30).summary
+    summary = start(RunConfig.of(nodes=100, rule="gated"), RunFolder(tmp_path / "run"), 30).summary
     assert summary["converged"]
     assert summary["p_e_percent"] < 3.0
     assert all(1 <= count <= 3 for count in summary["active_modules"].values())
 
 
 def test_one_module_dances_too(tmp_path: Path) -> None:
-    summary = start(RunConfig(nodes=100, modules=1), RunFolder(tmp_path / "run"), 30).summary
+    summary = start(RunConfig.of(nodes=100, modules=1), RunFolder(tmp_path / "run"), 30).summary
     assert summary["converged"]
     assert summary["nmi"] == pytest.approx(0.0, abs=1e-9)
 
@@ -45,7 +45,7 @@ def test_arms_that_swing_past_straight_forward_are_learned(offset: float) -> Non
     posture /= np.sqrt(1 + offset**2)
     context, labels = equal_segments(100, 4)
     motion = Motion(posture, context, labels, 20.0, "swing", "a test")
-    assert train(RunConfig(nodes=100), 20, motion=motion).summary["converged"]
+    assert train(RunConfig.of(nodes=100), 20, motion=motion).summary["converged"]
 
 
 def test_arms_raised_through_straight_forward_and_lowered_sideways_are_learned() -> None:
@@ -63,7 +63,7 @@ def test_arms_raised_through_straight_forward_and_lowered_sideways_are_learned()
     motion = Motion(posture, context, labels, 20.0, "raise", "a test")
 
     def best(*, proprioception: bool) -> float:
-        config = RunConfig(nodes=100, proprioception=proprioception)
+        config = RunConfig.of(nodes=100, proprioception=proprioception)
         summary = train(config, 10, motion=motion).summary
         return summary["p_e_percent"] if summary["converged"] else np.inf
 
@@ -75,9 +75,9 @@ def test_arms_raised_through_straight_forward_and_lowered_sideways_are_learned()
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(20))
 def test_every_seed_converges(seed: int, tmp_path: Path) -> None:
-    summary = start(RunConfig(seed=seed), RunFolder(tmp_path / "weighted"), 30).summary
+    summary = start(RunConfig.of(seed=seed), RunFolder(tmp_path / "weighted"), 30).summary
     assert summary["converged"]
     assert summary["epochs"] <= 9
     assert summary["p_e_percent"] < 0.8
-    gated = RunConfig(seed=seed, rule="gated", nodes=100)
+    gated = RunConfig.of(seed=seed, rule="gated", nodes=100)
     assert start(gated, RunFolder(tmp_path / "gated"), 30).summary["p_e_percent"] < 3.0

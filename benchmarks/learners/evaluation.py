@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import mpma_mj
-from mpma_mj.agents import Agent, FixedAgent
+from mpma_mj.agents import Agent
 from mpma_mj.agents.base import Observation
 from mpma_mj.envs.wrappers import Evaluate, FeedbackAssist, VectorFeedbackAssist
 from mpma_mj.options import Arms
@@ -26,12 +26,16 @@ _SEEDS_OF_A_RUN = 1000
 _GROWTH = 1.1
 
 
-class Policy(FixedAgent):
+class Policy(Agent):
     """An agent that is a function from observation to action."""
 
     def __init__(self, act: Callable[[Observation], Array]) -> None:
         """Take the function, whose action has shape (8,)."""
-        self.act = act
+        self._act = act
+
+    def act(self, observation: Observation) -> Array:
+        """Return the function's action."""
+        return self._act(observation)
 
 
 class Evaluation:

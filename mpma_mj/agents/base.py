@@ -1,66 +1,116 @@
-"""What an agent is to a training loop."""
+"""Base of all agents, and what they are given."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from typing import Protocol, runtime_checkable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
 
-import dm_env
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Agent", "BatchedAgent", "Observation", "Seeds"]
+from mpma_mj.agents.config import AgentConfig
+from mpma_mj.agents.signals import AgentSignals
+from mpma_mj.feedback import feedback_action
+
+if TYPE_CHECKING:
+    import dm_env
+
+__all__ = ["Agent", "AgentSpec", "Observation", "Seeds"]
 
 Array = NDArray[np.float64]
 Observation = Mapping[str, Array]
 Seeds = int | Sequence[int]
 
 
-class Agent(Protocol):
-    """Something that acts in episodes and learns between them.
+@dataclass(frozen=True, eq=False)
+class AgentSpec:
+    """What agents may know of the arms and of their observations.
 
-    A loop calls `reset`, then `act` and `observe` in turn until the episode ends, then `learn`.
-    Agents know no environment: they see observations and give actions.
+    Attributes:
+        context_size: Size of the observation's context, C.
+        max_joint_speed: Joint speeds that action 1 commands, shape (8,), rad/s.
+        control_timestep: Time between two actions, s.
     """
 
-    def reset(self, episode: int) -> None:
-        """Begin an episode; what is random in it depends on the agent's seed and its number."""
+    context_size: int
+    max_joint_speed: Array
+    control_timestep: float
 
-    def act(self, observation: Observation) -> Array:
-        """Return the action, shape (8,), in [-1, 1]."""
+    def feedback(self, joint_angles: Array, reference: Array) -> Array:
+        """Return the feedback controller's action, u_fb, before its gain; see `feedback_action`.
 
-    def observe(self, timestep: dm_env.TimeStep) -> None:
-        """Take in what the action led to."""
-
-    def learn(self) -> dict[str, float]:
-        """Learn from the episode that ended; return what is worth logging, by name.
-
-        Of one agent: those that learn side by side refuse, and have `learn_batch`.
+        Args:
+            joint_angles: Joint angles, shape (..., 8), rad.
+            reference: Demonstrated posture, shape (..., 12).
         """
+        return feedback_action(joint_angles, reference, self.max_joint_speed, self.control_timestep)
 
-    def signals(self) -> dict[str, Array]:
-        """Return the agent's inner signals of the last episode by name, each (T, ...).
 
-        There need not be any. `feedback`, (T, 8), is the feedback controller's part of the
-        action; the measures of modules need all those that `MPMA.signals` names.
+class Agent(ABC):
+    """An agent that acts in episodes and learns between them.
+
+    A loop calls `reset`, then `act` and `observe` in turn until the episode ends, then `learn`.
+    Agents know no environment: they receive observations and return actions. A subclass has to
+    have `act`; one that learns also `observe`, `learn` and both `state_dict` methods.
+
+    One agent may stand for a batch of R independent runs: observations, actions, signals and
+    state then have an axis R, and each run goes as it would alone. Below, "..." is () or (R,).
+
+    Attributes:
+        config_type: Class of the agent's config.
+        trainable: Whether it learns.
+        fine_tunable: Whether a trained one can learn on.
+        has_modules: Whether several modules share control.
+        config: Config.
+        spec: What the agent may know of arms and observations.
+        seed: Seed of everything random, or one for each run, shape (R,).
+    """
+
+    config_type: ClassVar[type[AgentConfig]] = AgentConfig
+    trainable: ClassVar[bool] = False
+    fine_tunable: ClassVar[bool] = False
+    has_modules: ClassVar[bool] = False
+
+    def __init__(self, config: AgentConfig, spec: AgentSpec, *, seed: Seeds = 0) -> None:
+        """Keep config, spec and seed.
+
+        Args:
+            config: Config, of the class `config_type`.
+            spec: What the agent may know of arms and observations.
+            seed: Seed of everything random; several are a batch of runs.
+        """
+        self.config, self.spec, self.seed = config, spec, seed
+
+    def reset(self, episode: int) -> None:  # noqa: B027, a hook
+        """Begin an episode; its random numbers depend on the seed and on its number alone."""
+
+    @abstractmethod
+    def act(self, observation: Observation) -> Array:
+        """Return the action, shape (..., 8), in [-1, 1]."""
+
+    def observe(self, timestep: dm_env.TimeStep) -> None:  # noqa: B027, a hook
+        """Receive the outcome of the action."""
+
+    def learn(self) -> dict[str, Array]:
+        """Learn from the episode that ended; return values to log by name, each of shape (...)."""
+        return {}
+
+    def signals(self) -> AgentSignals:
+        """Return the signals of the episode so far."""
+        return AgentSignals()
+
+    def select_runs(self, runs: NDArray[np.intp]) -> None:  # noqa: B027, a hook
+        """Continue with some runs of a batch only, from the next reset.
+
+        Args:
+            runs: Their indices, shape (R',).
         """
 
     def state_dict(self) -> dict[str, Array]:
-        """Return all that learning has changed, as arrays by name."""
+        """Return copies of all arrays that learning changes, by name, each of shape (..., *)."""
+        return {}
 
-    def load_state_dict(self, state: Mapping[str, Array]) -> None:
-        """Continue from what `state_dict` returned."""
-
-
-@runtime_checkable
-class BatchedAgent(Agent, Protocol):
-    """Agents side by side: all arrays have an axis R, and each acts and learns as alone."""
-
-    def learn_batch(self) -> list[dict[str, float]]:
-        """Let each learn from its episode, in place of `learn`; return what is worth logging.
-
-        An entry for each agent, by name; none at all where agents do not learn.
-        """
-
-    def select_runs(self, runs: NDArray[np.intp]) -> None:
-        """Go on with some of the agents only, of numbers (R',)."""
+    def load_state_dict(self, state: Mapping[str, Array]) -> None:  # noqa: B027, a hook
+        """Continue from the arrays that `state_dict` returned."""

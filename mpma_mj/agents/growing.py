@@ -1,189 +1,244 @@
-"""MPMA that begins with one module and adds others where none predicts well."""
+"""MPMA that begins with one module and recruits others where none predicts well."""
 
 from __future__ import annotations
 
 import copy
 import dataclasses
+import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from dataclasses import astuple, dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj import metrics
-from mpma_mj.agents.agent_spec import AgentSpec
-from mpma_mj.agents.base import Observation, Seeds
-from mpma_mj.agents.gating import prediction_errors
-from mpma_mj.agents.learning_rules import Readouts
-from mpma_mj.agents.mpma import MPMA, MPMAConfig
-from mpma_mj.agents.paired_models import RunIndex
-from mpma_mj.agents.recruitment import Recruitment
+from mpma_mj.agents.base import AgentSpec, Seeds
+from mpma_mj.agents.config import AgentConfig, GrowingConfig
+from mpma_mj.agents.gating import ResponsibilityGate, prediction_errors
+from mpma_mj.agents.learning_rules import Epoch
+from mpma_mj.agents.mpma import MPMA
+from mpma_mj.agents.networks import RunIndex
 from mpma_mj.context import active_label
 from mpma_mj.errors import BadOptionError
-from mpma_mj.esn import FeatureReplay
 
-__all__ = ["GrowingMPMA", "with_added_module", "with_first_modules"]
+__all__ = ["EPOCHS", "LEAST_GAIN", "GrowingMPMA", "Recruitment", "with_added_module"]
 
 Array = NDArray[np.float64]
 
-_HELPED = "helped."  # begins the names of what was learned before the last module awoke
-_OF_MODULES = (
-    *("inverse_features", "forward_features", "predictor_features", "prior"),
-    *("responsibility", "module_actions", "predictions"),
-)
+EPOCHS = 4
+"""Epochs with each number of modules; the first does not count, the last module is new in it
+(choice)."""
+
+LEAST_GAIN = 0.03
+"""Share by which one more module has to reduce the prediction error to have helped (choice)."""
+
+_HELPED = "helped."  # begins the names of what was learned before the last recruitment
+
+
+@dataclass(frozen=True)
+class Recruitment:
+    """State of recruitment.
+
+    Every number of modules is tried for `EPOCHS` epochs. A module has helped if the mean
+    prediction error is then `LEAST_GAIN` lower than without it. The first that has not is removed
+    again, and recruitment is over, as it is at the largest number.
+
+    Attributes:
+        modules: Number of enabled modules.
+        epochs: Epochs with this number.
+        error: Sum of the prediction errors that count, percent.
+        best_error: Mean prediction error with one module less, percent.
+        over: Whether recruitment is over.
+    """
+
+    modules: int = 1
+    epochs: int = 0
+    error: float = 0.0
+    best_error: float = math.inf
+    over: bool = False
+
+    def after(self, error: float, most: int) -> Recruitment:
+        """Return the state after an epoch.
+
+        Args:
+            error: Prediction error of the epoch, percent.
+            most: Largest number of modules.
+        """
+        if self.over:
+            return self
+        counted = self.error + (error if self.epochs else 0.0)
+        tried = replace(self, epochs=self.epochs + 1, error=counted)
+        return tried if tried.epochs < EPOCHS else tried._next(most)
+
+    def _next(self, most: int) -> Recruitment:
+        mean = self.error / (EPOCHS - 1)
+        if mean >= (1.0 - LEAST_GAIN) * self.best_error:
+            return Recruitment(self.modules - 1, best_error=self.best_error, over=True)
+        if self.modules == most:
+            return Recruitment(self.modules, best_error=mean, over=True)
+        return Recruitment(self.modules + 1, best_error=mean)
+
+    def as_row(self) -> Array:
+        """Return the state as an array, shape (5,)."""
+        return np.array(astuple(self), np.float64)
+
+    @classmethod
+    def of_row(cls, row: Array) -> Recruitment:
+        """Return the state of an array that `as_row` returned."""
+        modules, epochs, error, best_error, over = row.tolist()
+        return cls(int(modules), int(epochs), error, best_error, bool(over))
+
+
+class _RecruitingGate(ResponsibilityGate):
+    """Responsibility of enabled modules; the others have p = 0, so that λ = 0."""
+
+    enabled: NDArray[np.bool_]  # (..., M)
+
+    def _prior(self, outputs: Array) -> Array:
+        return np.where(self.enabled, super()._prior(outputs), 0.0)
+
+    def _likelihood(self, errors: Array) -> Array:
+        return super()._likelihood(np.where(self.enabled, errors, np.inf))
 
 
 class GrowingMPMA(MPMA):
     """MPMA that begins with one module, of as many as `modules` at most.
 
-    All modules' reservoirs are there from the beginning; a module that sleeps has p = 0, so that
-    λ = 0, and learns nothing. When control has passed to the inverse models `Recruitment` decides
-    after each epoch whether one more awakes; how it then learns, see `with_added_module`. In the
-    end all is again as it was before a module awoke that did not help. The paper leaves growth to
-    future work; how it is done is our choice.
+    All modules' reservoirs are drawn at the beginning; those that are not enabled learn nothing.
+    When control has passed to the inverse models, `Recruitment` decides after each epoch whether
+    one more is enabled; see `with_added_module` for its first targets. A module that did not
+    help is undone: state and σ are those from before its recruitment. The paper leaves growth to
+    future work; all of it is our choice.
     """
 
-    def __init__(self, config: MPMAConfig, spec: AgentSpec, *, seed: Seeds = 0) -> None:
+    config_type: ClassVar[type[AgentConfig]] = GrowingConfig
+    _gate: _RecruitingGate
+
+    def __init__(self, config: GrowingConfig, spec: AgentSpec, *, seed: Seeds = 0) -> None:
         """Draw the reservoirs.
 
         Args:
-            config: Settings; `modules` is the largest number.
-            spec: Where it acts.
-            seed: Seed of weights and noise; several are agents side by side.
+            config: Config; `modules` is the largest number.
+            spec: What the agent may know of arms and observations.
+            seed: Seed of weights and noise; several are a batch of runs.
         """
-        super().__init__(config, spec, seed=seed)
-        row = Recruitment().as_row()
-        self._growth = np.tile(row, (*self._batch_shape, 1))  # (..., 5)
-        self._helped = copy.deepcopy(self._readouts)  # as it was before the last module awoke
-        self._helped_sigma = self._sigma.copy()
+        super().__init__(config, spec, seed=seed, gate_type=_RecruitingGate)
+        self._growth = np.tile(Recruitment().as_row(), (*self._batch_shape, 1))  # (..., 5)
+        self._helped = copy.deepcopy(self._readouts)  # before the last recruitment
+        self._helped_sigma = self._gate.sigma.copy()
+        self._gate.enabled = self.enabled
 
     @property
     def enabled(self) -> NDArray[np.bool_]:
-        """Which modules are enabled and take part, shape (..., M)."""
+        """Which modules are enabled, shape (..., M)."""
         return np.arange(self._modules) < self._growth[..., :1]
 
+    def learn(self) -> dict[str, Array]:
+        """Let every run learn; log also the number of enabled modules and whether it may grow."""
+        logged = {
+            "modules_enabled": self._growth[..., 0].copy(),
+            "growing": 1.0 - self._growth[..., 4],
+        }
+        logged = super().learn() | logged
+        self._gate.enabled = self.enabled
+        return logged
+
     def select_runs(self, runs: NDArray[np.intp]) -> None:
-        """Go on with some of the agents side by side only, (R',) of R."""
+        """Continue with some runs only, (R',) of R, from the next reset."""
         super().select_runs(runs)
         self._growth = self._growth[runs]
         self._helped_sigma = self._helped_sigma[runs]
-        for bank in vars(self._helped).values():
-            bank.select_runs(runs)
+        self._helped.select_runs(runs)
+        self._gate.enabled = self.enabled
 
     def drop_modules(self, modules: Sequence[int]) -> None:
-        """Go on without some of the modules; no other awakes in their place (choice).
+        """Continue without some modules; no other is recruited in their place (choice).
 
         Args:
-            modules: Their numbers, from 0, shape (K,).
+            modules: Their indices, shape (K,).
 
         Raises:
-            BadOptionError: There are no others that are enabled.
+            BadOptionError: There are no such modules, or no others that are enabled.
         """
         stay = np.isin(np.arange(self._modules), modules, invert=True)
         left = (self.enabled & stay).sum(axis=-1)  # (...)
         if not np.all(left):
-            raise BadOptionError("all modules that are enabled would be lost; leave one")
+            expected = "at least one enabled module to be left"
+            raise BadOptionError(option="modules", value=[*modules], expected=expected)
         super().drop_modules(modules)
-        for bank in vars(self._helped).values():
-            bank.drop_modules(modules)
-        for run in self._runs:
+        self._helped.drop_modules(modules)
+        for run in np.ndindex(self._batch_shape):
             growth = Recruitment.of_row(self._growth[run])
             over = growth.over or len(modules) > 0
-            changed = dataclasses.replace(growth, modules=int(left[run]), over=over)
-            self._growth[run] = changed.as_row()
+            self._growth[run] = replace(growth, modules=int(left[run]), over=over).as_row()
+        self._gate.enabled = self.enabled
 
     def state_dict(self) -> dict[str, Array]:
-        """Return all that learning has changed, as arrays by name."""
+        """Return copies of all arrays that learning changes, by name."""
         state = super().state_dict() | {"growth": self._growth.copy()}
-        helped = self._helped.state_dict() | {"sigma": self._helped_sigma}
-        return state | {f"{_HELPED}{name}": value.copy() for name, value in helped.items()}
+        helped = self._helped.state_dict() | {"sigma": self._helped_sigma.copy()}
+        return state | {f"{_HELPED}{name}": value for name, value in helped.items()}
 
     def load_state_dict(self, state: Mapping[str, Array]) -> None:
-        """Continue from what `state_dict` returned."""
+        """Continue from the arrays that `state_dict` returned; see `PairedModels`."""
         super().load_state_dict(state)
         self._growth[...] = state["growth"]
         names = [name for name in state if name.startswith(_HELPED)]
         helped = {name.removeprefix(_HELPED): state[name] for name in names}
         self._helped_sigma[...] = helped["sigma"]
         self._helped.load_state_dict(helped)
+        self._gate.enabled = self.enabled
 
-    def _gate(self, observation: Observation) -> dict[str, NDArray[Any]]:
-        return super()._gate(observation) | {"context": observation["context"]}
-
-    def _prior(self, said: Array) -> Array:
-        return np.where(self.enabled, super()._prior(said), 0.0)
-
-    def _likelihood(self, errors: Array) -> Array:
-        return super()._likelihood(np.where(self.enabled, errors, np.inf))
-
-    def _learners(self, run: RunIndex) -> Readouts:
-        enabled = Recruitment.of_row(self._growth[run]).modules
-        return super()._learners(run).first_modules(enabled)
-
-    def _learn_epoch(self, run: RunIndex, episode: dict[str, Array]) -> dict[str, float]:
-        """Let growth follow, and refit the readouts of those that are then enabled, or go back."""
+    def _learn_epoch(self, run: RunIndex, epoch: Epoch) -> None:
+        """Recruit, and let the enabled modules of one run learn, or undo the last recruitment."""
         now = after = Recruitment.of_row(self._growth[run])
-        logged = {"modules_enabled": float(now.modules), "growing": float(not now.over)}
         if self._progress[run] >= 1.0:
-            after = now.after(_prediction_error(episode), self._modules)
+            predicted = epoch.mixed(epoch.predictions)
+            error = metrics.posture_error_percent(predicted, epoch.next_posture)
+            after = now.after(error, self._modules)
         self._growth[run] = after.as_row()
+        readouts = self._readouts.of_run(run)
         if after.modules < now.modules:
-            return logged | self._go_back(run)
+            readouts.copy_from(self._helped.of_run(run))
+            self._gate.sigma[run] = self._helped_sigma[run]
+            return
         if after.modules > now.modules:
-            self._helped.of_run(run).take(self._readouts.of_run(run))
-            self._helped_sigma[run] = self._sigma[run]
-            episode = with_added_module(episode, now.modules)
-        return logged | super()._learn_epoch(run, with_first_modules(episode, after.modules))
-
-    def _go_back(self, run: RunIndex) -> dict[str, float]:
-        """Have again what was learned before the last module awoke; learn nothing else."""
-        sigma = float(self._sigma[run])
-        self._readouts.of_run(run).take(self._helped.of_run(run))
-        self._sigma[run] = self._helped_sigma[run]
-        return {"sigma": sigma}
+            self._helped.of_run(run).copy_from(readouts)
+            self._helped_sigma[run] = self._gate.sigma[run]
+            epoch = with_added_module(epoch, now.modules)
+        epoch = epoch.first_modules(after.modules)
+        self._rule.fit(readouts.first_modules(after.modules), epoch)
+        self._gate.adapt(run, epoch, self._rule)
 
 
-def with_added_module(episode: dict[str, Array], new: int) -> dict[str, Array]:
-    """Give a module half of the responsibility for the label that is predicted worst (choice).
+def with_added_module(epoch: Epoch, new: int) -> Epoch:
+    """Return an epoch in which a module has half of the worst predicted label (choice).
 
-    That is the label with most of the epoch's error Σ_t Σ_i λ^i errⁱ, so that most can be won.
-    In place of what the new module has said, which is nothing, stands what all said together.
+    That is the label with most of the epoch's error Σ_t Σ_i λ^i errⁱ, where most can be gained.
+    The outputs of the new module, which has learned nothing, are replaced by those of all
+    modules together.
 
     Args:
-        episode: What happened in an epoch, (T, ...) by name.
-        new: Number of the module.
+        epoch: An epoch.
+        new: Index of the module.
 
     Returns:
         The same with other signals of that module, and responsibilities that still sum to 1.
     """
-    responsibility, context = episode["responsibility"].copy(), episode["context"]
-    errors = prediction_errors(episode["predictions"], episode["next_posture"])
-    surprise = np.sum(responsibility * errors, axis=1)
-    label = active_label(context)
-    worst = max(np.unique(label), key=lambda danced: float(surprise[label == danced].sum()))
+    errors = prediction_errors(epoch.predictions, epoch.next_posture)
+    error = np.sum(epoch.responsibility * errors, axis=1)
+    label = active_label(epoch.context)
+    worst = max(np.unique(label), key=lambda one: float(error[label == one].sum()))
+    responsibility = epoch.responsibility.copy()
     responsibility[label == worst] *= 0.5
     responsibility[label == worst, new] = 0.5
-    changed = {"responsibility": responsibility}
-    for name in ("module_actions", "predictions"):
-        changed[name] = episode[name].copy()
-        changed[name][:, new] = _mixed(episode, name)
-    return episode | changed
-
-
-def with_first_modules(episode: dict[str, Any], count: int) -> dict[str, Any]:
-    """Return an epoch as if there were only the first modules; the others had λ = 0."""
-    return episode | {name: _first(episode[name], count) for name in _OF_MODULES}
-
-
-def _first(signal: NDArray[Any] | FeatureReplay, count: int) -> NDArray[Any] | FeatureReplay:
-    """Return the signal of the first modules."""
-    return signal.first_modules(count) if isinstance(signal, FeatureReplay) else signal[:, :count]
-
-
-def _prediction_error(episode: dict[str, Array]) -> float:
-    return metrics.posture_error_percent(_mixed(episode, "predictions"), episode["next_posture"])
-
-
-def _mixed(episode: dict[str, Array], name: str) -> Array:
-    """Return what all modules said together, Σ_i λ^i (...)^i, shape (T, ...)."""
-    return np.einsum("tm,tmd->td", episode["responsibility"], episode[name])
+    module_actions, predictions = epoch.module_actions.copy(), epoch.predictions.copy()
+    module_actions[:, new] = epoch.mixed(epoch.module_actions)
+    predictions[:, new] = epoch.mixed(epoch.predictions)
+    return dataclasses.replace(
+        epoch,
+        responsibility=responsibility,
+        module_actions=module_actions,
+        predictions=predictions,
+    )

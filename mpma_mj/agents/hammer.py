@@ -1,39 +1,40 @@
-"""HAMMER of Demiris & Khadhouri 2006: pairs that are prepared, and compete for control."""
+"""HAMMER of Demiris & Khadhouri 2006: prepared pairs that compete for control."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.agent_spec import AgentSpec
-from mpma_mj.agents.base import Observation, Seeds
-from mpma_mj.agents.config import NetworkConfig
-from mpma_mj.agents.gating import prediction_errors
-from mpma_mj.agents.learning_rules import desired_command
-from mpma_mj.agents.paired_models import PairedModels, RunIndex
+from mpma_mj.agents.base import AgentSpec, Observation, Seeds
+from mpma_mj.agents.config import AgentConfig, HAMMERConfig
+from mpma_mj.agents.gating import Gate, prediction_errors
+from mpma_mj.agents.learning_rules import Epoch, LearningRule, Readouts, desired_command
+from mpma_mj.agents.networks import NetworkFactory
+from mpma_mj.agents.paired_models import PairedModels
 from mpma_mj.context import active_label
 from mpma_mj.errors import BadOptionError
 from mpma_mj.utils.clipping import clip
 
-__all__ = ["HAMMER", "next_confidence"]
+__all__ = ["HAMMER", "ConfidenceGate", "PreparationRule", "next_confidence"]
 
 Array = NDArray[np.float64]
 
-# Choices: Demiris & Khadhouri leave the preparation to the experiment, and let confidence grow
-# without bound; here a pair that was right for long has to be overtaken within a quarter second.
+# Choices: Demiris & Khadhouri leave the preparation to the experiment, and do not bound
+# confidence; here a pair that was right for long can be overtaken within a quarter second.
 _PREPARATION = 3  # epochs
 _MOST = 5.0  # confidence, steps
 
 
 def next_confidence(confidence: Array, errors: Array) -> Array:
-    """Return what confidences become: one more where a prediction was right, else one less.
+    """Return the confidences after a step: one more where a prediction was right, else one less.
 
         c^i ← clip(c^i ± 1, 0, 5)        right is the pair with the least error
 
-    Which errors count as right is the experimenter's threshold in Demiris & Khadhouri 2006; to
-    be the best predictor of the step needs none (choice).
+    In Demiris & Khadhouri 2006 a threshold decides which errors are right, set by the
+    experimenter; the least error needs none (choice).
 
     Args:
         confidence: Confidences c, shape (..., M).
@@ -43,111 +44,149 @@ def next_confidence(confidence: Array, errors: Array) -> Array:
     return clip(confidence + change, 0.0, _MOST)
 
 
-class HAMMER(PairedModels):
-    """A pair of inverse and forward model per context label; the most confident takes all.
+class ConfidenceGate(Gate):
+    """The most confident pair has all control.
 
-        x̂^i = FM_i([u^i ; x ; s])         c^i ← c^i ± 1         λ = one-hot(argmax_i c^i)
+        c^i ← c^i ± 1         λ = one-hot(argmax_i c^i)
 
-    A pair is right if its forward model says of its own inverse model's command what the
-    demonstrator then does: x̂^i against x'. So confidence recognises the movement, and the context
-    is not heard. Nothing is mixed; there is no responsibility predictor.
+    A pair is right if its forward model predicts what the demonstrator then does: x̂^i against x'.
+    During preparation the pair of the present label has control, without a label the first
+    (choice).
 
-    Preparation (choice): in the first 3 epochs the feedback controller leads, K and L wait, each
-    pair has control in the steps of its own label and learns from these only, by ridge
-    regression: the forward model x_{t+1} of the command that was taken, the inverse model
-    clip(u_t + u_fb,t+1, -1, 1), the command that would have hit. In steps without a label the first
-    pair has control (choice), and none learns. Then learning is over, and K and L move on as
-    MPMA's do.
+    Attributes:
+        prepared: Epochs of preparation so far.
+        labels: Label of each pair, shape (M,).
     """
 
-    def __init__(self, config: NetworkConfig, spec: AgentSpec, *, seed: Seeds = 0) -> None:
-        """Draw the reservoirs.
+    def __init__(self, networks: NetworkFactory) -> None:
+        """Begin without confidence in any pair.
 
         Args:
-            config: Settings of the networks; `modules` is the number of context labels.
-            spec: Where it acts.
-            seed: Seed of weights and noise; several are agents side by side.
+            networks: What the agent's networks have in common; a module for each label.
         """
-        self._prepared = 0  # epochs
-        self._labels = np.arange(config.modules)  # each pair's
-        self._known = config.modules  # labels for which there was a pair
-        super().__init__(
-            config,
-            spec,
-            seed=seed,
-            forgetting=1.0,  # every epoch of preparation counts alike
-        )
+        self.prepared = 0
+        self.labels: NDArray[np.intp] = np.arange(networks.modules)
+        self._context_size = networks.modules
+        self._batch_shape = np.shape(networks.seed)
+        self._confidence = np.zeros((*self._batch_shape, networks.modules))
 
     @property
     def is_preparing(self) -> bool:
         """Whether pairs still learn, each its own label."""
-        return self._prepared < _PREPARATION
+        return self.prepared < _PREPARATION
 
-    def reset(self, episode: int) -> None:
-        """Begin an episode with reservoirs at rest and no confidence in any pair."""
-        super().reset(episode)
-        self._confidence = np.zeros((*self._batch_shape, self._modules))
-
-    def learn_batch(self) -> list[dict[str, float]]:
-        """Learn from the episode while preparing; afterwards let the gains follow."""
-        if not self.is_preparing:
-            return super().learn_batch()
-        progress = self._progress.copy()
-        logged = super().learn_batch()
-        self._progress = progress
-        self._prepared += 1
-        return logged
-
-    def drop_modules(self, modules: Sequence[int]) -> None:
-        """Go on without some of the pairs, which win no more; the others keep their labels.
-
-        Args:
-            modules: Their numbers, from 0, shape (K,).
-
-        Raises:
-            BadOptionError: There are no others.
-        """
-        super().drop_modules(modules)
-        self._labels = np.delete(self._labels, modules)
-
-    def state_dict(self) -> dict[str, Array]:
-        """Return all that learning has changed, as arrays by name."""
-        return super().state_dict() | {"prepared": np.full(self._batch_shape, self._prepared)}
-
-    def load_state_dict(self, state: Mapping[str, Array]) -> None:
-        """Continue from what `state_dict` returned."""
-        super().load_state_dict(state)
-        self._prepared = int(np.max(state["prepared"]))
-
-    def _gate(self, observation: Observation) -> dict[str, Array]:
+    def __call__(self, observation: Observation, predictions: Array | None) -> tuple[Array, Array]:
+        """Return λ of a step, one-hot, shape (..., M), as prior and as responsibility."""
         context = observation["context"]
-        if context.shape[-1] != self._known:
+        if context.shape[-1] != self._context_size:
             raise BadOptionError(
-                f"modules is {self._known}, but the context has {context.shape[-1]} labels;"
-                " HAMMER has a pair for each"
+                option="context",
+                value=context.shape,
+                expected=f"{self._context_size} labels, one for each pair of HAMMER",
             )
-        if len(self._steps):
-            predictions = self._steps.last("predictions")
+        if predictions is not None:
             errors = prediction_errors(predictions, observation["reference"])
             self._confidence = next_confidence(self._confidence, errors)
-        prepared = context[..., self._labels]
-        winner = np.argmax(prepared if self.is_preparing else self._confidence, axis=-1)
-        one_hot = np.eye(self._modules)[winner]
-        return {"prior": one_hot, "responsibility": one_hot, "context": context}
+        present = context[..., self.labels]
+        winner = np.argmax(present if self.is_preparing else self._confidence, axis=-1)
+        one_hot = np.eye(len(self.labels))[winner]
+        return one_hot, one_hot
 
-    def _efference_copy(self, action: Array, module_actions: Array) -> Array:
-        return action if self.is_preparing else module_actions
+    def reset(self, episode: int) -> None:
+        """Begin an episode without confidence in any pair."""
+        self._confidence = np.zeros((*self._batch_shape, len(self.labels)))
 
-    def _learn_epoch(self, run: RunIndex, episode: dict[str, Array]) -> dict[str, float]:
-        """Fit each pair to the steps of its label, if the preparation is not over."""
-        if self.is_preparing:
-            own = active_label(episode["context"])[:, None] == self._labels
-            weight = own.astype(float)  # (T, M)
-            hit = desired_command(episode["action"], episode["next_feedback"])
-            self._readouts.forward.of_run(run).fit(
-                episode["forward_features"], episode["next_posture"][:, None, :], weight
-            )
-            self._readouts.inverse.of_run(run).fit(
-                episode["inverse_features"], hit[:, None, :], weight
-            )
-        return {}
+    def select_runs(self, runs: NDArray[np.intp]) -> None:
+        """Continue with some runs only, (R',) of R, from the next reset."""
+        self._batch_shape = runs.shape
+
+    def drop_modules(self, modules: Sequence[int]) -> None:
+        """Continue without some pairs, from the next reset; the others keep their labels."""
+        self.labels = np.delete(self.labels, modules)
+
+    def state_dict(self) -> dict[str, Array]:
+        """Return the number of epochs of preparation, for each run."""
+        return {"prepared": np.full(self._batch_shape, self.prepared)}
+
+    def load_state_dict(self, state: Mapping[str, Array]) -> None:
+        """Continue from the arrays that `state_dict` returned; others are left out."""
+        self.prepared = int(np.max(state["prepared"]))
+
+
+class PreparationRule(LearningRule):
+    """Ridge regression of each pair on the steps of its own label, while it is prepared (choice).
+
+        forward models           x_{t+1}
+        inverse models           clip(u_t + u_fb,t+1, -1, 1)
+
+    From steps without a label no pair learns.
+    """
+
+    forgetting = 1.0  # all epochs of preparation count alike
+
+    def __init__(self, gate: ConfidenceGate) -> None:
+        """Follow the preparation of a gate."""
+        self._gate = gate
+
+    def fit(self, readouts: Readouts, epoch: Epoch) -> None:
+        """Refit one run's readouts, if the preparation is not over."""
+        if not self._gate.is_preparing:
+            return
+        own = active_label(epoch.context)[:, None] == self._gate.labels
+        weight = own.astype(float)  # (T, M)
+        desired = desired_command(epoch.action, epoch.next_feedback)
+        readouts.forward.fit(epoch.forward_features, epoch.next_posture[:, None, :], weight)
+        readouts.inverse.fit(epoch.inverse_features, desired[:, None, :], weight)
+
+
+class HAMMER(PairedModels):
+    """A pair of inverse and forward model for each label of the context; the best takes all.
+
+    `PairedModels` with a `ConfidenceGate` and the `PreparationRule`. Nothing is mixed, there is
+    no responsibility predictor, and after the preparation the context is not used.
+
+    Preparation (choice): in the first 3 epochs the feedback controller leads, K and L are
+    constant, and forward models receive the total command. Then learning is over, forward models
+    receive their own inverse model's command, and K and L change as MPMA's do.
+    """
+
+    config_type: ClassVar[type[AgentConfig]] = HAMMERConfig
+    fine_tunable: ClassVar[bool] = False
+    _gate: ConfidenceGate
+
+    def __init__(self, config: HAMMERConfig, spec: AgentSpec, *, seed: Seeds = 0) -> None:
+        """Draw the reservoirs.
+
+        Args:
+            config: Config.
+            spec: What the agent may know of arms and observations.
+            seed: Seed of weights and noise; several are a batch of runs.
+        """
+        forgetting = PreparationRule.forgetting
+        networks = NetworkFactory(config, seed, spec.context_size, forgetting, config.ridge)
+        gate = ConfidenceGate(networks)
+        super().__init__(config, spec, networks=networks, gate=gate, rule=PreparationRule(gate))
+
+    @property
+    def is_preparing(self) -> bool:
+        """Whether pairs still learn, each its own label."""
+        return self._gate.is_preparing
+
+    def learn(self) -> dict[str, Array]:
+        """Learn from the episode during preparation; afterwards let the gains follow."""
+        if not self.is_preparing:
+            return super().learn()
+        progress = self._progress.copy()
+        logged = super().learn()
+        self._progress = progress
+        self._gate.prepared += 1
+        self._choose_efference_copy()
+        return logged
+
+    def load_state_dict(self, state: Mapping[str, Array]) -> None:
+        """Continue from the arrays that `state_dict` returned; see `PairedModels`."""
+        super().load_state_dict(state)
+        self._choose_efference_copy()
+
+    def _choose_efference_copy(self) -> None:
+        self._efference_copy = "total" if self.is_preparing else "module"

@@ -1,98 +1,119 @@
-"""The two learning rules: what every readout of a module should have said."""
+"""Learning rules: what the readouts learn from an epoch."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
-from typing import Any, Protocol
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mpma_mj.agents.config import RULE_MEMBERS, RULES
+from mpma_mj.agents.extensions import load_class
 from mpma_mj.agents.gating import prediction_errors, predictor_target
+from mpma_mj.errors import BadOptionError
 from mpma_mj.esn import FeatureReplay, Features, ReadoutBank
 from mpma_mj.options import RuleName
 
 __all__ = [
-    "RULES",
     "Epoch",
     "GatedRule",
     "LearningRule",
-    "PairReadouts",
     "Readouts",
+    "Step",
     "WeightedRule",
     "desired_command",
+    "learning_rule",
 ]
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class PairReadouts:
-    """The readouts of all pairs of inverse and forward model."""
+class Readouts:
+    """The readouts of all modules.
+
+    Attributes:
+        inverse: Of the inverse models.
+        forward: Of the forward models.
+        predictor: Of the responsibility predictors; None where the gate has none.
+    """
 
     inverse: ReadoutBank
     forward: ReadoutBank
+    predictor: ReadoutBank | None = None
+
+    def of_run(self, run: tuple[int, ...]) -> Readouts:
+        """Return the readouts of one run of a batch; learning changes these."""
+        return Readouts(**{name: bank.of_run(run) for name, bank in self._banks().items()})
+
+    def first_modules(self, count: int) -> Readouts:
+        """Return the readouts of the first modules; learning changes these."""
+        return Readouts(**{name: bank.first_modules(count) for name, bank in self._banks().items()})
+
+    def select_runs(self, runs: NDArray[np.intp]) -> None:
+        """Continue with some runs only, (R',) of R."""
+        for bank in self._banks().values():
+            bank.select_runs(runs)
+
+    def drop_modules(self, modules: Any) -> None:
+        """Continue without some modules, (K,) of M."""
+        for bank in self._banks().values():
+            bank.drop_modules(modules)
+
+    def copy_from(self, other: Readouts) -> None:
+        """Become a copy of readouts of the same shapes."""
+        self.load_state_dict(other.state_dict())
 
     def state_dict(self) -> dict[str, Array]:
-        """Return a copy of all that they have learned, as arrays by name."""
+        """Return copies of all arrays that learning changes, by name."""
         return {
             f"{part}.{name}": value
-            for part, bank in vars(self).items()
+            for part, bank in self._banks().items()
             for name, value in bank.state_dict().items()
         }
 
     def load_state_dict(self, state: Mapping[str, Array]) -> None:
-        """Continue from what `state_dict` returned, of which more is passed over.
+        """Continue from the arrays that `state_dict` returned; others are left out.
 
         Raises:
-            KeyError: Something is missing.
+            KeyError: An array is missing.
+            ValueError: An array has another shape.
         """
-        for part, bank in vars(self).items():
+        for part, bank in self._banks().items():
             bank.load_state_dict(state, f"{part}.")
 
-
-@dataclass(frozen=True, eq=False)
-class Readouts(PairReadouts):
-    """The three readouts of all modules."""
-
-    predictor: ReadoutBank
-
-    def of_run(self, index: tuple[int, ...]) -> Readouts:
-        """Return one run's, of agents side by side."""
-        return Readouts(**{name: bank.of_run(index) for name, bank in vars(self).items()})
-
-    def first_modules(self, count: int) -> Readouts:
-        """Return those of the first modules."""
-        return Readouts(**{name: bank.first_modules(count) for name, bank in vars(self).items()})
-
-    def take(self, other: Readouts) -> None:
-        """Become a copy of readouts of the same shapes."""
-        self.load_state_dict(other.state_dict())
+    def _banks(self) -> dict[str, ReadoutBank]:
+        return {name: bank for name, bank in vars(self).items() if bank is not None}
 
 
 @dataclass(frozen=True, eq=False)
 class Epoch:
-    """What happened to M modules in the T steps of an epoch.
+    """The T steps of an epoch of one run of M modules.
 
     Attributes:
         inverse_features: Reservoir features of the inverse models, shape (T, M, F).
         forward_features: Of the forward models, shape (T, M, F').
-        predictor_features: Of the responsibility predictors, shape (T, M, F'').
-        prior: Outputs p of the responsibility predictors, shape (T, M).
+        predictor_features: Of the responsibility predictors, shape (T, M, F''); F'' = 0 where
+            the gate has none.
+        context: Context y, shape (T, C).
+        prior: Priors p, shape (T, M).
         responsibility: Responsibilities λ, shape (T, M).
         module_actions: Actions u^i of the inverse models, shape (T, M, 8).
         predictions: Predicted next postures x̂^i, shape (T, M, 12).
         action: Action u that was taken, shape (T, 8).
-        next_posture: Posture that came of it, shape (T, 12).
+        next_posture: Posture x_{t+1} that it led to, shape (T, 12).
         feedback: Feedback action u_fb before its gain, shape (T, 8).
         next_feedback: The same one step later, shape (T, 8).
-        feedback_gain: K.
+        feedback_gain: Gain K.
     """
 
     inverse_features: Features | FeatureReplay
     forward_features: Features | FeatureReplay
     predictor_features: Features | FeatureReplay
+    context: Array
     prior: Array
     responsibility: Array
     module_actions: Array
@@ -103,47 +124,98 @@ class Epoch:
     next_feedback: Array
     feedback_gain: float
 
-    @classmethod
-    def of(cls, episode: Mapping[str, Any]) -> Epoch:
-        """Return it from what was remembered, by name, of which more is passed over."""
-        known = {f.name: episode[f.name] for f in fields(cls) if f.name != "feedback_gain"}
-        return cls(**known, feedback_gain=float(episode["feedback_gain"][0]))
+    def first_modules(self, count: int) -> Epoch:
+        """Return the epoch as if there were the first modules only; the others had λ = 0."""
+        return replace(
+            self,
+            inverse_features=_first(self.inverse_features, count),
+            forward_features=_first(self.forward_features, count),
+            predictor_features=_first(self.predictor_features, count),
+            prior=self.prior[:, :count],
+            responsibility=self.responsibility[:, :count],
+            module_actions=self.module_actions[:, :count],
+            predictions=self.predictions[:, :count],
+        )
+
+    def mixed(self, signal: Array) -> Array:
+        """Return the modules' common output, Σ_i λ^i (...)^i, of (T, M, D) shape (T, D)."""
+        return np.einsum("tm,tmd->td", self.responsibility, signal)
 
 
-class LearningRule(Protocol):
-    """A way to refit the readouts after an epoch."""
+def _first(features: Features | FeatureReplay, count: int) -> Features | FeatureReplay:
+    if isinstance(features, FeatureReplay):
+        return features.first_modules(count)
+    return features[:, :count]
 
-    @property
-    def forgetting(self) -> float:
-        """Forgetting φ of the readouts."""
 
-    @property
-    def first_sigma(self) -> float:
-        """Width σ of the likelihood in the first epoch."""
+@dataclass(frozen=True, eq=False)
+class Step:
+    """One step of all runs, as soon as its outcome is known.
 
+    Attributes:
+        inverse_features: Reservoir features of the inverse models, shape (..., M, F).
+        forward_features: Of the forward models, shape (..., M, F').
+        predictor_features: Of the responsibility predictors, shape (..., M, F''); F'' = 0 where
+            the gate has none.
+        responsibility: Responsibilities λ, shape (..., M).
+        predictions: Predicted next postures x̂^i, shape (..., M, 12).
+        next_posture: Posture x_{t+1} that was reached, shape (..., 12).
+        next_feedback: Feedback action u_fb for it before its gain, shape (..., 8).
+        feedback_gain: Gain K, shape (...).
+    """
+
+    inverse_features: Features
+    forward_features: Features
+    predictor_features: Features
+    responsibility: Array
+    predictions: Array
+    next_posture: Array
+    next_feedback: Array
+    feedback_gain: Array
+
+
+class LearningRule(ABC):
+    """What the readouts learn, from an epoch (`fit`) or at every step (`partial_fit`).
+
+    Attributes:
+        forgetting: Forgetting φ of readouts that are fitted, in [0, 1].
+        first_sigma: Width σ of the likelihood in the first epoch, in units of posture.
+        online: Whether `partial_fit` is called at every step, and `fit` never.
+    """
+
+    forgetting: float = 0.0
+    first_sigma: float = 0.5
+    online: bool = False
+
+    @abstractmethod
     def fit(self, readouts: Readouts, epoch: Epoch) -> None:
-        """Refit all readouts."""
+        """Refit one run's readouts to an epoch."""
+
+    def partial_fit(self, readouts: Readouts, step: Step) -> None:  # noqa: B027, a hook
+        """Change the readouts of all runs by a step."""
 
     def next_sigma(self, epoch: Epoch, sigma: float) -> float:
-        """Return the width σ of the likelihood for the next epoch."""
+        """Return the width σ of the likelihood for the next epoch; by default the same."""
+        return sigma
 
 
 @dataclass(frozen=True)
-class GatedRule:
+class GatedRule(LearningRule):
     """The paper's process: every error is multiplied by the responsibility.
 
         forward models           x̂^i + λ^i (x_{t+1} - x̂^i)
         inverse models           u^i + η λ^i (K u_fb)_{t+1}
         responsibility pred.     λ^i
 
-    fitted by ridge regression over the last epoch. The paper says neither whether training is
-    in batches nor σ, η or how the gains follow (choices). With these training ends as the paper's
-    did, when p_e has come down to 3 % after some thirteen epochs; with η = 1 it is at 2 % after
-    nine. A larger ρ leaves an error that never goes away: each epoch shrinks what is refitted.
+    fitted by ridge regression over the last epoch. The paper leaves open whether training is in
+    batches, σ, η and how the gains follow (choices). With these, training ends as the paper's did,
+    at a p_e of 3 % after some thirteen epochs; with η = 1 it is 2 % after nine. A larger ρ leaves
+    an error that stays: each epoch shrinks the refitted weights.
 
     Attributes:
         forgetting: φ; 0, so that only the last epoch counts.
-        first_sigma: σ, which stays; under 0.1 one module wins all, above 0.3 all stay active.
+        first_sigma: σ, which is constant; below 0.1 one module wins all, above 0.3 all stay
+            active.
         inverse_rate: Learning rate η of the inverse models.
     """
 
@@ -159,16 +231,13 @@ class GatedRule:
         inverse_error = self.inverse_rate * correction
         readouts.forward.fit(epoch.forward_features, epoch.predictions + gate * forward_error)
         readouts.inverse.fit(epoch.inverse_features, epoch.module_actions + gate * inverse_error)
-        readouts.predictor.fit(epoch.predictor_features, gate)
-
-    def next_sigma(self, epoch: Epoch, sigma: float) -> float:
-        """Return σ unchanged."""
-        return sigma
+        if readouts.predictor is not None:
+            readouts.predictor.fit(epoch.predictor_features, gate)
 
 
 @dataclass(frozen=True)
-class WeightedRule:
-    """Ours: least squares weighted by responsibility, remembering earlier epochs (choice).
+class WeightedRule(LearningRule):
+    """Ours: least squares weighted by responsibility, with memory of earlier epochs (choice).
 
     It is the fixed point of gated gradient steps, reached at once:
 
@@ -176,14 +245,14 @@ class WeightedRule:
         inverse models           clip(u_t + u_fb,t+1, -1, 1)          weight λ^i
         responsibility pred.     y ∝ (λ^i)^γ c_i, all used alike      weight 1
 
-    where the inverse models' target is the command that would have hit. After each epoch σ is
-    the responsible modules' rms prediction error, but not under `least_sigma`.
+    with the desired command of feedback-error learning for the inverse models. After each epoch
+    σ is the responsible modules' rms prediction error, at least `least_sigma`.
 
     Attributes:
         forgetting: φ.
-        first_sigma: σ of the first epoch, in which predictions say nothing yet.
+        first_sigma: σ of the first epoch, in which predictions are not informative yet.
         least_sigma: Least σ. With 0.02, the size of the demonstration's noise, modules that share a
-            label take turns by chance, which no predictor can know.
+            label alternate by chance, which no predictor can learn.
         sharpening: γ.
     """
 
@@ -195,11 +264,12 @@ class WeightedRule:
     def fit(self, readouts: Readouts, epoch: Epoch) -> None:
         """Refit all readouts."""
         weight = epoch.responsibility
-        hit = desired_command(epoch.action, epoch.next_feedback)
+        desired = desired_command(epoch.action, epoch.next_feedback)
         share = predictor_target(weight, self.sharpening)
         readouts.forward.fit(epoch.forward_features, epoch.next_posture[:, None, :], weight)
-        readouts.inverse.fit(epoch.inverse_features, hit[:, None, :], weight)
-        readouts.predictor.fit(epoch.predictor_features, share[:, :, None])
+        readouts.inverse.fit(epoch.inverse_features, desired[:, None, :], weight)
+        if readouts.predictor is not None:
+            readouts.predictor.fit(epoch.predictor_features, share[:, :, None])
 
     def next_sigma(self, epoch: Epoch, sigma: float) -> float:
         """Return the rms prediction error, weighted by responsibility."""
@@ -209,7 +279,7 @@ class WeightedRule:
 
 
 def desired_command(action: Array, next_feedback: Array) -> Array:
-    """Return what inverse models should have said, clip(u_t + u_fb,t+1, -1, 1).
+    """Return the desired command of feedback-error learning, clip(u_t + u_fb,t+1, -1, 1).
 
     Args:
         action: Action u that was taken, shape (T, 8).
@@ -218,4 +288,30 @@ def desired_command(action: Array, next_feedback: Array) -> Array:
     return np.clip(action + next_feedback, -1.0, 1.0)
 
 
-RULES: dict[RuleName, LearningRule] = {"weighted": WeightedRule(), "gated": GatedRule()}
+_BUILT_IN: dict[RuleName, type[LearningRule]] = {"weighted": WeightedRule, "gated": GatedRule}
+
+
+def learning_rule(rule: str | LearningRule) -> LearningRule:
+    """Return a learning rule.
+
+    Args:
+        rule: "weighted", "gated", the path of a class, such as my_rules.py:MyRule or
+            package.module:MyRule, which is made without arguments; or a rule.
+
+    Raises:
+        BadOptionError: There is no such rule, or it cannot be imported or made.
+    """
+    if not isinstance(rule, str):
+        return rule
+    for name, own in _BUILT_IN.items():
+        if rule == name:
+            return own()
+    if ":" not in rule:
+        raise BadOptionError(option="rule", value=rule, expected=RULES)
+    loaded = load_class(rule, "rule", RULE_MEMBERS, base=LearningRule)
+    try:
+        made: LearningRule = loaded()
+    except TypeError as error:
+        expected = f"a class that is made without arguments ({error})"
+        raise BadOptionError(option="rule", value=rule, expected=expected) from None
+    return made

@@ -1,104 +1,76 @@
-"""The Multiple Paired Models Architecture of Tidemann & Öztürk 2008."""
+"""The Multiple Paired Models Architecture of Tidemann & Öztürk 2008, and a single pair."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import get_args
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.agent_spec import AgentSpec
-from mpma_mj.agents.base import Seeds
-from mpma_mj.agents.config import NetworkConfig
-from mpma_mj.agents.gated_models import GatedModels
-from mpma_mj.agents.learning_rules import RULES, Epoch, Readouts
-from mpma_mj.agents.paired_models import RunIndex
-from mpma_mj.errors import BadOptionError
-from mpma_mj.options import EfferenceCopy, RuleName
+from mpma_mj.agents.base import AgentSpec, Seeds
+from mpma_mj.agents.config import AgentConfig, MPMAConfig, SingleConfig
+from mpma_mj.agents.gating import ResponsibilityGate
+from mpma_mj.agents.learning_rules import learning_rule
+from mpma_mj.agents.networks import NetworkFactory
+from mpma_mj.agents.paired_models import PairedModels
 
-__all__ = ["MPMA", "MPMAConfig"]
+__all__ = ["MPMA", "Single"]
 
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class MPMAConfig(NetworkConfig):
-    """Settings of the architecture: those of the networks, see `NetworkConfig`, and its own.
+class MPMA(PairedModels):
+    """Modules of inverse model, forward model and responsibility predictor that share control.
 
-    Attributes:
-        rule: "weighted" (ours) or "gated" (the paper's); see `learning`.
-        efference_copy: Which command forward models hear: "total" that was taken, or each
-            module's "module", as the paper's text says.
-        responsibility_predictors: Whether it counts what they say; if not, all are as suited.
-        forward_gating: Whether it counts whose forward model predicted well.
-
-    Raises:
-        BadOptionError: A setting is outside what it may be.
+    `PairedModels` with a `ResponsibilityGate` and the weighted, the gated or an outside rule.
     """
 
-    rule: RuleName = "weighted"
-    efference_copy: EfferenceCopy = "total"
-    responsibility_predictors: bool = True
-    forward_gating: bool = True
+    config_type: ClassVar[type[AgentConfig]] = MPMAConfig
+    _gate: ResponsibilityGate
 
-    def __post_init__(self) -> None:
-        """Check the settings."""
-        super().__post_init__()
-        if self.rule not in get_args(RuleName):
-            raise BadOptionError(f"rule is '{self.rule}'; expected weighted or gated")
-        if self.efference_copy not in get_args(EfferenceCopy):
-            raise BadOptionError(
-                f"efference_copy is '{self.efference_copy}'; expected total or module"
-            )
-
-
-class MPMA(GatedModels):
-    """Modules of inverse model, forward model and responsibility predictor that share a task.
-
-    How they act is in `GatedModels` and `PairedModels`. After an epoch the learning rule
-    refits all readouts.
-
-    Attributes:
-        config: Settings.
-    """
-
-    def __init__(self, config: MPMAConfig, spec: AgentSpec, *, seed: Seeds = 0) -> None:
+    def __init__(
+        self,
+        config: MPMAConfig,
+        spec: AgentSpec,
+        *,
+        seed: Seeds = 0,
+        gate_type: type[ResponsibilityGate] = ResponsibilityGate,
+    ) -> None:
         """Draw the reservoirs.
 
         Args:
-            config: Settings.
-            spec: Where it acts.
-            seed: Seed of weights and noise; several are agents side by side.
+            config: Config.
+            spec: What the agent may know of arms and observations.
+            seed: Seed of weights and noise; several are a batch of runs.
+            gate_type: Class of the gate.
+
+        Raises:
+            BadOptionError: The rule cannot be imported.
         """
-        self.config = config
-        self._rule = RULES[config.rule]
-        super().__init__(
-            config,
-            spec,
-            sigma=self._rule.first_sigma,
-            seed=seed,
-            forgetting=self._rule.forgetting,
+        rule = learning_rule(config.rule)
+        networks = NetworkFactory(config, seed, config.modules, rule.forgetting, config.ridge)
+        gate = gate_type(
+            networks,
+            spec.context_size,
+            sigma=rule.first_sigma,
+            uses_prior=config.responsibility_predictors,
+            uses_likelihood=config.forward_gating,
         )
+        copy = config.efference_copy
+        super().__init__(config, spec, networks=networks, gate=gate, rule=rule, efference_copy=copy)
 
-    def _prior(self, said: Array) -> Array:
-        heeded = self.config.responsibility_predictors
-        return super()._prior(said) if heeded else np.ones_like(said)
+    def learn(self) -> dict[str, Array]:
+        """Let every run learn from its episode; log also the σ of the episode, `sigma`."""
+        sigma = self._gate.sigma.copy()
+        return super().learn() | {"sigma": sigma}
 
-    def _likelihood(self, errors: Array) -> Array:
-        heeded = self.config.forward_gating
-        return super()._likelihood(errors) if heeded else np.ones_like(errors)
 
-    def _efference_copy(self, action: Array, module_actions: Array) -> Array:
-        return action if self.config.efference_copy == "total" else module_actions
+class Single(MPMA):
+    """One pair of inverse and forward model: MPMA of one module."""
 
-    def _learners(self, run: RunIndex) -> Readouts:
-        """Return the readouts that learn, of one run."""
-        return self._readouts.of_run(run)
+    config_type: ClassVar[type[AgentConfig]] = SingleConfig
+    has_modules: ClassVar[bool] = False
 
-    def _learn_epoch(self, run: RunIndex, episode: dict[str, Array]) -> dict[str, float]:
-        """Refit all readouts; log the σ of the episode."""
-        epoch, sigma = Epoch.of(episode), float(self._sigma[run])
-        self._rule.fit(self._learners(run), epoch)
-        self._sigma[run] = self._rule.next_sigma(epoch, sigma)
-        return {"sigma": sigma}
+    def __init__(self, config: SingleConfig, spec: AgentSpec, *, seed: Seeds = 0) -> None:
+        """Draw the reservoirs; see `MPMA`."""
+        super().__init__(MPMAConfig(**vars(config), modules=1), spec, seed=seed)

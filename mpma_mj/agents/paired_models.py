@@ -1,107 +1,96 @@
-"""Pairs of inverse and forward model that share a task: what MPMA and its rivals have in common."""
+"""Pairs of inverse and forward model that share control."""
 
 from __future__ import annotations
 
-import functools
-import math
-from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
-import dm_env
 import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj import metrics
-from mpma_mj.agents.agent_spec import AgentSpec
-from mpma_mj.agents.base import Observation, Seeds
-from mpma_mj.agents.config import JOINTS, POSTURE, NetworkConfig
+from mpma_mj.agents.base import Agent, AgentSpec, Observation
+from mpma_mj.agents.config import JOINTS, POSTURE, AgentConfig
 from mpma_mj.agents.episode_buffer import EpisodeBuffer
 from mpma_mj.agents.gain_schedule import Gains, performance
-from mpma_mj.agents.learning_rules import PairReadouts
-from mpma_mj.errors import BadOptionError
-from mpma_mj.esn import PRECISION, FeatureReplay, Features, ReadoutBank, ReservoirBank
+from mpma_mj.agents.gating import Gate
+from mpma_mj.agents.learning_rules import Epoch, LearningRule, Readouts, Step
+from mpma_mj.agents.networks import NetworkFactory, RunIndex
+from mpma_mj.agents.signals import MODULE_SIGNALS, AgentSignals, ModuleSignals
+from mpma_mj.errors import BadOptionError, StateError
+from mpma_mj.options import EfferenceCopy
 from mpma_mj.utils.clipping import clip
-from mpma_mj.utils.seeding import stream
 
-__all__ = ["PairedModels", "RunIndex"]
+if TYPE_CHECKING:
+    import dm_env
+
+__all__ = ["PairedModels"]
 
 Array = NDArray[np.float64]
-RunIndex = tuple[int, ...]  # index of a run; () where there is one
 
 _NEEDED_LAST = ("posture", "joint_angles", "reference")
-_MOST_KEPT = 2**26  # bytes of features of each bank; those of more steps are replayed (choice)
-_SIGNALS = ("responsibility", "prior", "module_actions", "predictions")
+_OF_EPOCH = (
+    *("context", "prior", "responsibility", "module_actions", "predictions"),
+    *("action", "feedback"),
+)
 
 
-class PairedModels(ABC):
-    """M pairs of inverse model IM_i and forward model FM_i beside a feedback controller.
+class PairedModels(Agent):
+    """M pairs of inverse model IM_i and forward model FM_i, and a feedback controller.
 
-    One step, with responsibilities λ that sum to 1:
+    One step, with responsibilities λ that sum to 1 (`Gate`):
 
         u^i = clip(IM_i([x ; s ; x'_{t+1}]), -1, 1)
         u   = clip(L Σ_i λ^i u^i + K u_fb, -1, 1)
-        x̂^i = FM_i([heard ; x ; s])
+        x̂^i = FM_i([efference copy ; x ; s])
 
-    The sense s of the joint angles q, [sin q ; cos q], is ours: `NetworkConfig.proprioception`.
-    Subclasses say who is responsible (`_gate`), which command forward models hear
-    (`_efference_copy`) and what is learned from an epoch (`_learn_epoch`). After it K and L move
-    on.
-
-    With several seeds it is so many agents side by side: all arrays of observations, actions,
-    signals and state have an axis R for them, and each acts and learns as it would alone.
-
-    Attributes:
-        gains: K and L of the present epoch.
+    s = [sin q ; cos q] of the joint angles q is ours; see `NetworkConfig.proprioception`. The
+    efference copy is the total command u, or each module's own u^i. After an epoch the readouts
+    learn (`LearningRule`), and K and L follow the prediction error (`Gains`).
     """
+
+    trainable: ClassVar[bool] = True
+    fine_tunable: ClassVar[bool] = True
+    has_modules: ClassVar[bool] = True
 
     def __init__(
         self,
-        config: NetworkConfig,
+        config: AgentConfig,
         spec: AgentSpec,
         *,
-        seed: Seeds = 0,
-        forgetting: float = 0.0,
+        networks: NetworkFactory,
+        gate: Gate,
+        rule: LearningRule,
+        efference_copy: EfferenceCopy = "total",
     ) -> None:
         """Draw the reservoirs.
 
         Args:
-            config: Settings of the networks.
-            spec: Where it acts.
-            seed: Seed of weights and noise; several are agents side by side.
-            forgetting: Forgetting φ of the readouts, where they are fitted.
+            config: Config of the agent.
+            spec: What the agent may know of arms and observations.
+            networks: What all networks have in common.
+            gate: Decides which modules control.
+            rule: Decides what is learned.
+            efference_copy: Command that forward models receive, "total" or "module".
         """
-        self._batch_shape = np.shape(seed)
-        self._seeds: list[int] = np.ravel(seed).tolist()
-        self._runs = list(np.ndindex(self._batch_shape))
-        self._modules = config.modules
-        self._networks = config
-        self._spec = spec
-        self._fitting = {"forgetting": forgetting, "ridge": config.ridge}
+        super().__init__(config, spec, seed=networks.seed)
+        self._gate, self._rule, self._efference_copy = gate, rule, efference_copy
+        self._batch_shape = np.shape(networks.seed)
+        self._modules = networks.modules
+        self._proprioception = networks.config.proprioception
+        state_size = networks.config.state_size
+        self._inverse = networks.make("inverse", state_size + POSTURE, JOINTS)
+        self._forward = networks.make("forward", JOINTS + state_size, POSTURE)
+        self._parts = (self._inverse, self._forward, gate)
+        self._readouts = Readouts(
+            inverse=self._inverse.readouts,
+            forward=self._forward.readouts,
+            predictor=gate.predictor.readouts if gate.predictor else None,
+        )
         self._progress = np.zeros(self._batch_shape)
         self._untrained_error = np.full(self._batch_shape, np.nan)
-        self._banks: dict[str, ReservoirBank] = {}
-        state_size = config.state_size
-        self._inverse = self._reservoirs("inverse", state_size + POSTURE)
-        self._forward = self._reservoirs("forward", JOINTS + state_size)
-        self._readouts = PairReadouts(
-            inverse=self._readout(self._zeros(JOINTS, self._inverse.features)),
-            forward=self._readout(self._zeros(POSTURE, self._forward.features)),
-        )
         self._steps = EpisodeBuffer()
-        self.reset(0)
-
-    @abstractmethod
-    def _gate(self, observation: Observation) -> dict[str, NDArray[Any]]:
-        """Return at least `prior` and `responsibility`, shape (..., M), to be remembered."""
-
-    @abstractmethod
-    def _efference_copy(self, action: Array, module_actions: Array) -> Array:
-        """Return the command that forward models hear, (..., 8) or (..., M, 8)."""
-
-    @abstractmethod
-    def _learn_epoch(self, run: RunIndex, episode: dict[str, Array]) -> dict[str, float]:
-        """Let one run learn from its episode, (T, ...); return what is worth logging."""
+        self._last: Observation = {}
 
     @property
     def gains(self) -> Gains:
@@ -111,41 +100,38 @@ class PairedModels(ABC):
 
     @property
     def enabled(self) -> NDArray[np.bool_]:
-        """Which modules take part, shape (..., M)."""
+        """Which modules are enabled, shape (..., M)."""
         return np.ones((*self._batch_shape, self._modules), bool)
 
     def reset(self, episode: int) -> None:
-        """Begin an episode with reservoirs at rest and that episode's own noise."""
-        for name, bank in self._banks.items():
-            bank.reset([self._noise(name, seed, episode) for seed in self._seeds])
-        self._number = episode
+        """Begin an episode with reservoirs at rest and that episode's noise."""
+        for part in self._parts:
+            part.reset(episode)
         self._steps.clear()
-        self._last: Observation = {}
+        self._last = {}
 
     def act(self, observation: Observation) -> Array:
         """Return the action, shape (..., 8), in [-1, 1]."""
-        gate = self._gate(observation)
-        state_size = self._networks.proprioceptive_state(observation)
-        inverse_features = self._step(
-            "inverse", np.concatenate([state_size, observation["target"]], axis=-1)
+        predictions = self._steps.last("predictions") if len(self._steps) else None
+        prior, responsibility = self._gate(observation, predictions)
+        state = self._proprioceptive_state(observation)
+        module_actions = clip(
+            self._inverse.step(np.concatenate([state, observation["target"]], axis=-1))
         )
-        module_actions = clip(self._readouts.inverse(inverse_features))
-        feedback = self._spec.feedback(observation["joint_angles"], observation["reference"])
-        mixed = (gate["responsibility"][..., None, :] @ module_actions)[..., 0, :]
+        feedback = self.spec.feedback(observation["joint_angles"], observation["reference"])
+        mixed = (responsibility[..., None, :] @ module_actions)[..., 0, :]
         gains = self.gains
         feedback_gain = np.asarray(gains.feedback)
         action = np.asarray(gains.inverse)[..., None] * mixed + feedback_gain[..., None] * feedback
         action = clip(action)
-
-        heard = self._efference_copy(action, module_actions)
-        forward_features = self._step("forward", _beside(heard, state_size))
+        command = action if self._efference_copy == "total" else module_actions
         self._steps.append(
             {
-                **gate,
-                "inverse_features": inverse_features,
-                "forward_features": forward_features,
+                "context": observation["context"],
+                "prior": prior,
+                "responsibility": responsibility,
                 "module_actions": module_actions,
-                "predictions": self._readouts.forward(forward_features),
+                "predictions": self._forward.step(_joined(command, state)),
                 "action": action,
                 "posture": observation["posture"],
                 "feedback": feedback,
@@ -155,174 +141,169 @@ class PairedModels(ABC):
         return action
 
     def observe(self, timestep: dm_env.TimeStep) -> None:
-        """Take in what the action led to."""
+        """Receive the outcome of the action, from which some rules learn at once."""
         self._last = {n: np.copy(timestep.observation[n]) for n in _NEEDED_LAST}
+        if self._rule.online and len(self._steps):
+            self._rule.partial_fit(self._readouts, self._step())
 
-    def learn(self) -> dict[str, float]:
-        """Learn from the episode and let the gains follow.
+    def learn(self) -> dict[str, Array]:
+        """Let every run learn from its episode, and its gains follow.
 
         Returns:
-            Gains K and L of the episode, and what else the architecture logs, by name.
+            Gains K and L of the episode, `gain_feedback` and `gain_inverse`.
 
         Raises:
-            BadOptionError: There are several agents side by side, or there was no episode.
-        """
-        if len(self._runs) > 1:
-            raise BadOptionError(
-                f"{len(self._runs)} agents side by side cannot say in one what each learned;"
-                " call learn_batch()"
-            )
-        (logged,) = self.learn_batch()
-        return logged
-
-    def learn_batch(self) -> list[dict[str, float]]:
-        """Let every run learn from its episode; return what `learn` does of each.
-
-        Raises:
-            BadOptionError: There was no episode.
+            StateError: There was no episode.
         """
         if not (len(self._steps) and self._last):
-            raise BadOptionError("there is nothing to learn from; call act() and observe() first")
-        return [self._learn_run(run) for run in self._runs]
+            raise StateError("learn() comes before an episode; call act() and observe() first")
+        gains = Gains(self._progress.copy())  # type: ignore[arg-type] # one for each run
+        for run in np.ndindex(self._batch_shape):
+            self._learn_run(run)
+        return {
+            "gain_feedback": np.asarray(gains.feedback),
+            "gain_inverse": np.asarray(gains.inverse),
+        }
 
     def predicted_posture(self) -> Array:
-        """Return the posture that was last expected to come next, Σ_i λ^i x̂^i, shape (..., 12)."""
-        last = self._steps[-1]
-        expected: Array = (last["responsibility"][..., None, :] @ last["predictions"])[..., 0, :]
-        return expected
+        """Return the posture that is predicted to come next, Σ_i λ^i x̂^i, shape (..., 12).
 
-    def signals(self) -> dict[str, Array]:
-        """Return the signals of the episode that ended.
-
-        Returns:
-            `responsibility` and `prior` (T, ..., M), `module_actions` (T, ..., M, 8),
-            `predictions` (T, ..., M, 12) of the next posture, `feedback` (T, ..., 8) with the
-            gain that it had; nothing before the first step.
+        Raises:
+            StateError: There was no step yet.
         """
         if not len(self._steps):
-            return {}
+            raise StateError("predicted_posture() comes before the first step; call act() first")
+        responsibility = self._steps.last("responsibility")
+        mixed: Array = responsibility[..., None, :] @ self._steps.last("predictions")
+        return mixed[..., 0, :]
+
+    def signals(self) -> AgentSignals:
+        """Return the signals of the episode so far; none before the first step."""
+        if not len(self._steps):
+            return AgentSignals()
         steps = self._steps.episode()
-        feedback = steps["feedback_gain"][..., None] * steps["feedback"]
-        return {n: steps[n].copy() for n in _SIGNALS} | {"feedback": feedback}
+        return AgentSignals(
+            feedback=steps["feedback_gain"][..., None] * steps["feedback"],
+            modules=ModuleSignals(**{name: steps[name].copy() for name in MODULE_SIGNALS}),
+        )
 
     def state_dict(self) -> dict[str, Array]:
-        """Return all that learning has changed, as arrays by name."""
-        return {
+        """Return copies of all arrays that learning changes, by name."""
+        state = {
             "progress": self._progress.copy(),
             "untrained_error": self._untrained_error.copy(),
-        } | self._readouts.state_dict()
+        }
+        for part in self._parts:
+            state |= part.state_dict()
+        return state
 
     def load_state_dict(self, state: Mapping[str, Array]) -> None:
-        """Continue from what `state_dict` returned."""
+        """Continue from the arrays that `state_dict` returned.
+
+        Raises:
+            KeyError: An array is missing.
+            ValueError: An array has another shape.
+        """
         self._progress[...] = state["progress"]
         self._untrained_error[...] = state["untrained_error"]
-        self._readouts.load_state_dict(state)
+        for part in self._parts:
+            part.load_state_dict(state)
 
     def select_runs(self, runs: NDArray[np.intp]) -> None:
-        """Go on with some of the agents side by side only.
-
-        Args:
-            runs: Their numbers, shape (R',).
-        """
+        """Continue with some runs only, (R',) of R, from the next reset."""
         self._batch_shape = runs.shape
-        self._seeds = [self._seeds[i] for i in runs]
-        self._runs = list(np.ndindex(self._batch_shape))
         self._progress = self._progress[runs]
         self._untrained_error = self._untrained_error[runs]
-        for part in (*self._banks.values(), *vars(self._readouts).values()):
+        for part in self._parts:
             part.select_runs(runs)
         self._steps = EpisodeBuffer()
 
     def drop_modules(self, modules: Sequence[int]) -> None:
-        """Go on without some of the modules, from the next reset.
+        """Continue without some modules, from the next reset.
 
-        What is left is an agent of fewer modules, each as it was, with the noise that it would
-        have had; the others' numbers close up.
+        The others stay as they are, with the noise that they would have had, and are numbered
+        from 0 again.
 
         Args:
-            modules: Their numbers, from 0, shape (K,).
+            modules: Their indices, shape (K,).
 
         Raises:
-            BadOptionError: There are no others, or no such modules.
+            BadOptionError: There are no such modules, or no others.
         """
         if not set(modules) <= set(range(self._modules)):
-            raise BadOptionError(
-                f"modules to lose are {[*modules]}; expected numbers from 0 to {self._modules - 1}"
-            )
-        left = np.delete(np.arange(self._modules), modules)
-        if not len(left):
-            raise BadOptionError(f"all {self._modules} modules would be lost; leave one")
-        self._modules = len(left)
-        for part in (*self._banks.values(), *vars(self._readouts).values()):
+            expected = f"indices from 0 to {self._modules - 1}"
+            raise BadOptionError(option="modules", value=[*modules], expected=expected)
+        left = self._modules - len(set(modules))
+        if not left:
+            expected = "at least one module to be left"
+            raise BadOptionError(option="modules", value=[*modules], expected=expected)
+        self._modules = left
+        for part in self._parts:
             part.drop_modules(modules)
         self._steps = EpisodeBuffer()
 
-    def _reservoirs(self, name: str, inputs: int) -> ReservoirBank:
-        bank = ReservoirBank(
-            self._batch_shape,
-            self._modules,
-            inputs,
-            self._networks.nodes,
-            radius=self._networks.spectral_radius,
-            noise=self._networks.reservoir_noise,
-            streams=[stream(seed, "reservoir", name) for seed in self._seeds],
-        )
-        self._banks[name] = bank
-        return bank
+    def _proprioceptive_state(self, observation: Observation) -> Array:
+        """Return the posture and, if configured, sine and cosine of the joint angles."""
+        if not self._proprioception:
+            return observation["posture"]
+        angles = observation["joint_angles"]
+        return np.concatenate([observation["posture"], np.sin(angles), np.cos(angles)], axis=-1)
 
-    def _step(self, name: str, inputs: Array) -> Features:
-        """Let reservoirs go on, and return their features, written where they are remembered."""
-        bank = self._banks[name]
-        self._steps.reserve(f"{name}_inputs", inputs.shape, PRECISION)[...] = inputs
-        most = max(1, _MOST_KEPT // (math.prod(bank.shape) * PRECISION().itemsize))
-        return bank.step(
-            inputs, self._steps.reserve(f"{name}_features", bank.shape, PRECISION, most)
-        )
-
-    def _readout(self, weights: Array) -> ReadoutBank:
-        return ReadoutBank(weights, **self._fitting)
-
-    def _zeros(self, outputs: int, features: int) -> Array:
-        return np.zeros((*self._batch_shape, self._modules, outputs, features))
-
-    def _learn_run(self, run: RunIndex) -> dict[str, float]:
-        episode = self._episode(run)
-        gains = Gains(float(self._progress[run]))
-        mixed = np.einsum("tm,tmd->td", episode["responsibility"], episode["predictions"])
-        error = metrics.posture_error_percent(mixed, episode["next_posture"])
+    def _learn_run(self, run: RunIndex) -> None:
+        epoch = self._epoch(run)
+        error = metrics.posture_error_percent(epoch.mixed(epoch.predictions), epoch.next_posture)
         if np.isnan(self._untrained_error[run]):
             self._untrained_error[run] = error
-        logged = {"gain_feedback": gains.feedback, "gain_inverse": gains.inverse}
-        logged |= self._learn_epoch(run, episode)
+        self._learn_epoch(run, epoch)
         performed = performance(error, float(self._untrained_error[run]))
-        self._progress[run] = gains.after(performed).progress
-        return logged
+        self._progress[run] = Gains(float(self._progress[run])).after(performed).progress
 
-    def _noise(self, name: str, seed: int, episode: int) -> np.random.Generator:
-        return stream(seed, "reservoir_noise", name, episode)
+    def _learn_epoch(self, run: RunIndex, epoch: Epoch) -> None:
+        """Let the readouts and the gate of one run learn."""
+        if not self._rule.online:
+            self._rule.fit(self._readouts.of_run(run), epoch)
+        self._gate.adapt(run, epoch, self._rule)
 
-    def _episode(self, run: RunIndex) -> dict[str, Any]:
-        """Return what one run remembers, (T, ...) by name, and what came of each step."""
+    def _epoch(self, run: RunIndex) -> Epoch:
+        """Return the steps of one run."""
         own: tuple[Any, ...] = (slice(None), *run)
-        steps: dict[str, Any] = {n: rows[own] for n, rows in self._steps.episode().items()}
-        seed = self._seeds[self._runs.index(run)]
-        for name, bank in self._banks.items():
-            inputs = steps.pop(f"{name}_inputs")
-            if f"{name}_features" not in steps:  # they were too many to be kept
-                noise = functools.partial(self._noise, name, seed, self._number)
-                steps[f"{name}_features"] = FeatureReplay(bank.of_run(run), noise, inputs)
+        steps = {name: rows[own] for name, rows in self._steps.episode().items()}
         last = {name: value[run] for name, value in self._last.items()}
-        feedback = self._spec.feedback(last["joint_angles"], last["reference"])
-        return steps | {
-            "next_posture": np.concatenate([steps["posture"][1:], last["posture"][None]]),
-            "next_feedback": np.concatenate([steps["feedback"][1:], feedback[None]]),
-        }
-
-
-def _beside(heard: Array, state_size: Array) -> Array:
-    """Join a command, for all modules alike or for each, and what is state_size."""
-    if heard.ndim > state_size.ndim:
-        state_size = np.broadcast_to(
-            state_size[..., None, :], (*heard.shape[:-1], state_size.shape[-1])
+        feedback = self.spec.feedback(last["joint_angles"], last["reference"])
+        predictor = self._gate.predictor
+        return Epoch(
+            **{name: steps[name] for name in _OF_EPOCH},
+            inverse_features=self._inverse.episode(run),
+            forward_features=self._forward.episode(run),
+            predictor_features=predictor.episode(run) if predictor else _none(steps["prior"]),
+            next_posture=np.concatenate([steps["posture"][1:], last["posture"][None]]),
+            next_feedback=np.concatenate([steps["feedback"][1:], feedback[None]]),
+            feedback_gain=float(steps["feedback_gain"][0]),
         )
-    return np.concatenate([heard, state_size], axis=-1)
+
+    def _step(self) -> Step:
+        """Return the last step of all runs."""
+        last, steps, predictor = self._last, self._steps, self._gate.predictor
+        responsibility = steps.last("responsibility")
+        return Step(
+            inverse_features=self._inverse.features,
+            forward_features=self._forward.features,
+            predictor_features=predictor.features if predictor else _none(responsibility),
+            responsibility=responsibility,
+            predictions=steps.last("predictions"),
+            next_posture=last["posture"],
+            next_feedback=self.spec.feedback(last["joint_angles"], last["reference"]),
+            feedback_gain=steps.last("feedback_gain"),
+        )
+
+
+def _joined(command: Array, state: Array) -> Array:
+    """Join a command, (..., 8) for all modules alike or (..., M, 8), and a state (..., S)."""
+    if command.ndim > state.ndim:
+        state = np.broadcast_to(state[..., None, :], (*command.shape[:-1], state.shape[-1]))
+    return np.concatenate([command, state], axis=-1)
+
+
+def _none(prior: Array) -> Array:
+    """Return no features, shape (..., M, 0), for priors (..., M)."""
+    return np.empty((*prior.shape, 0))

@@ -2,74 +2,72 @@
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Callable
-
-from mpma_mj.agents.agent_spec import AgentSpec
-from mpma_mj.agents.base import Agent, Seeds
-from mpma_mj.agents.feedback_only import FeedbackOnly
+from mpma_mj.agents.base import Agent
+from mpma_mj.agents.baselines import FeedbackOnly, OpenLoop, RandomAgent
+from mpma_mj.agents.config import AgentConfig
+from mpma_mj.agents.extensions import load_class
 from mpma_mj.agents.growing import GrowingMPMA
 from mpma_mj.agents.hammer import HAMMER
 from mpma_mj.agents.mosaic import MOSAIC
-from mpma_mj.agents.mpma import MPMA, MPMAConfig
-from mpma_mj.agents.open_loop import OpenLoop
-from mpma_mj.agents.random import RandomAgent
+from mpma_mj.agents.mpma import MPMA, Single
+from mpma_mj.errors import BadOptionError
 
-__all__ = ["AGENTS", "IRRELEVANT_OPTIONS", "NOT_TRAINABLE", "NO_FINE_TUNING"]
+__all__ = ["AGENTS", "agent_class", "check_trainable"]
 
-
-def _mpma(config: MPMAConfig, spec: AgentSpec, seed: Seeds) -> MPMA:
-    return MPMA(config, spec, seed=seed)
-
-
-def _growing(config: MPMAConfig, spec: AgentSpec, seed: Seeds) -> GrowingMPMA:
-    return GrowingMPMA(config, spec, seed=seed)
-
-
-def _mosaic(config: MPMAConfig, spec: AgentSpec, seed: Seeds) -> MOSAIC:
-    return MOSAIC(config, spec, seed=seed)
-
-
-def _hammer(config: MPMAConfig, spec: AgentSpec, seed: Seeds) -> HAMMER:
-    """Return as many pairs as there are labels, whatever `modules` says."""
-    labelled = dataclasses.replace(config, modules=spec.context_size)
-    return HAMMER(labelled, spec, seed=seed)
-
-
-def _single(config: MPMAConfig, spec: AgentSpec, seed: Seeds) -> MPMA:
-    """Return one pair, which is MPMA of one module."""
-    return _mpma(dataclasses.replace(config, modules=1), spec, seed)
-
-
-AGENTS: dict[str, Callable[[MPMAConfig, AgentSpec, Seeds], Agent]] = {
-    "mpma": _mpma,
-    "growing": _growing,
-    "mosaic": _mosaic,
-    "hammer": _hammer,
-    "single": _single,
-    "feedback_only": lambda config, spec, seed: FeedbackOnly(spec),
-    "open_loop": lambda config, spec, seed: OpenLoop(spec),
-    "random": lambda config, spec, seed: RandomAgent(seed=seed),
+AGENTS: dict[str, type[Agent]] = {
+    "mpma": MPMA,
+    "growing": GrowingMPMA,
+    "mosaic": MOSAIC,
+    "hammer": HAMMER,
+    "single": Single,
+    "feedback_only": FeedbackOnly,
+    "open_loop": OpenLoop,
+    "random": RandomAgent,
 }
-"""Makers of agents: what each is given are settings, of which it takes what it has, where it acts,
-and a seed, or several for agents side by side."""
+"""Classes of agents, made by `AGENTS[name](config, spec, seed=seed)`."""
 
-_OF_MPMA = ("rule", "efference_copy", "responsibility_predictors", "forward_gating")
-_OF_MODELS = ("proprioception", "spectral_radius", "reservoir_noise", "ridge", "context_signal")
+_REQUIRED = (
+    *("act", "reset", "observe", "learn", "signals", "select_runs"),
+    *("state_dict", "load_state_dict"),
+    *("config_type", "trainable", "fine_tunable", "has_modules"),
+)
 
-IRRELEVANT_OPTIONS: dict[str, tuple[str, ...]] = {
-    "mosaic": (*_OF_MPMA, "ridge"),
-    "hammer": _OF_MPMA,
-    "feedback_only": (*_OF_MPMA, *_OF_MODELS),
-    "open_loop": (*_OF_MPMA, *_OF_MODELS),
-    "random": (*_OF_MPMA, *_OF_MODELS),
-}
-"""Settings of a run that an agent does not have, by the agent's name. Sizes are not among them, so
-that all agents can stand in one grid of `modules` and `nodes`: who has none, or one of its own, is
-what the others are held against."""
 
-NOT_TRAINABLE = ("feedback_only", "open_loop", "random")
-"""Agents for which one epoch says all."""
+def agent_class(name: str) -> type[Agent]:
+    """Return the class of an agent.
 
-NO_FINE_TUNING = (*NOT_TRAINABLE, "hammer")
-"""Agents that learn nothing after their training, or never."""
+    Args:
+        name: A name of `AGENTS`, or the path of a class, such as my_agents.py:MyAgent or
+            package.module:MyAgent.
+
+    Raises:
+        BadOptionError: There is no such agent, or it cannot be imported.
+    """
+    if isinstance(name, str) and name in AGENTS:
+        return AGENTS[name]
+    if not isinstance(name, str) or ":" not in name:
+        expected = (
+            f"one of {', '.join(AGENTS)}, or the path of a class, such as my_agents.py:MyAgent"
+        )
+        raise BadOptionError(option="agent", value=name, expected=expected)
+    loaded: type[Agent] = load_class(name, "agent", _REQUIRED, base=Agent)
+    config_type: object = loaded.config_type
+    if not (isinstance(config_type, type) and issubclass(config_type, AgentConfig)):
+        expected = f"an agent whose config_type is a subclass of {AgentConfig.__qualname__}"
+        raise BadOptionError(option="agent", value=name, expected=expected)
+    return loaded
+
+
+def check_trainable(name: str) -> None:
+    """Refuse an agent that does not learn.
+
+    Args:
+        name: A name of `AGENTS`, or the path of a class.
+
+    Raises:
+        BadOptionError: There is no such agent, or it does not learn.
+    """
+    if not agent_class(name).trainable:
+        learners = ", ".join(one for one, kind in AGENTS.items() if kind.trainable)
+        expected = f"an agent that learns, such as {learners}"
+        raise BadOptionError(option="agent", value=name, expected=expected)

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.free_running import FreeRunning
+from mpma_mj.agents.wrappers import FreeRunning
 from mpma_mj.context import active_label
-from mpma_mj.envs.load import load
 from mpma_mj.motions import Motion
 from mpma_mj.training.checkpoints import load_state
-from mpma_mj.training.factory import agent_of, environment_options, one_thread
+from mpma_mj.training.factory import agent_of, environment_of, one_thread
 from mpma_mj.training.rollout import record_epoch
 from mpma_mj.training.run_folder import RunFolder
 
@@ -61,9 +59,7 @@ def dance_freely(folder: RunFolder) -> tuple[FreeDance, Motion]:
     """
     config, motion = folder.read_config(), folder.read_motion()
     state, epoch = folder.read_best(config)
-    options: dict[str, Any] = environment_options(config)
-    options |= {"repeats": 1 + REPEATS, "reference_noise": 0.0}
-    env = load(motion, **options)
+    env = environment_of(config, motion, {"repeats": 1 + REPEATS, "reference_noise": 0.0})
     period = env.task.period
     agent = FreeRunning(agent_of(config, env, config.seed), period)
     load_state(agent, state, folder.path)

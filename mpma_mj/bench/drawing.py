@@ -53,15 +53,15 @@ def measure(progress: Progress) -> Report:
 def main() -> None:
     """Time frames by the OpenGL that MUJOCO_GL names; print seconds a frame as JSON."""
     require_backend()  # before MuJoCo is imported
-    from mpma_mj.envs.load import load
+    from mpma_mj.motions import ymca
     from mpma_mj.training.config import RunConfig
-    from mpma_mj.training.factory import agent_of, environment_options
+    from mpma_mj.training.factory import agent_of, environment_of
     from mpma_mj.training.rollout import record_epoch
     from mpma_mj.visualization.video import dance_frames, write_frames
 
-    config = RunConfig(nodes=20)
-    env = load(**environment_options(config))
-    motion = env.task.motion
+    config = RunConfig.of(nodes=20)
+    motion = ymca()
+    env = environment_of(config, motion, {})
     trace = record_epoch(env, agent_of(config, env, config.seed), 0)
     frames = len(trace)
 

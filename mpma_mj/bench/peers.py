@@ -9,7 +9,7 @@ import importlib.util
 import numpy as np
 from dm_control import suite
 
-from mpma_mj.agents.config import JOINTS, POSTURE
+from mpma_mj.agents.config import JOINTS, POSTURE, MPMAConfig
 from mpma_mj.bench.environment import bare_steps, env_steps
 from mpma_mj.bench.rehearsal import Rehearsal
 from mpma_mj.bench.report import Report
@@ -19,13 +19,7 @@ from mpma_mj.envs.gym_env import FlatImitationEnv
 from mpma_mj.envs.load import load
 from mpma_mj.motions import ymca
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.factory import (
-    agent_of,
-    architecture,
-    config_of,
-    environment_options,
-    one_thread,
-)
+from mpma_mj.training.factory import agent_of, environment_of, one_thread
 from mpma_mj.training.rollout import record_epoch
 
 __all__ = ["PACKAGES", "measure"]
@@ -91,7 +85,8 @@ def measure(progress: Progress) -> Report:
 
 def _networks(one: Rehearsal, joined: bool) -> Case:
     """Return the networks of our agent in ReservoirPy."""
-    config = architecture(_CONFIG)
+    config = _CONFIG.agent
+    assert isinstance(config, MPMAConfig)
     context = one.timesteps[0].observation["context"].size
     sizes = [
         (config.state_size + POSTURE, JOINTS),  # inverse model
@@ -104,8 +99,8 @@ def _networks(one: Rehearsal, joined: bool) -> Case:
 
 def _our_loop() -> Case:
     """Return the loop around an agent that does next to nothing."""
-    config = config_of(_CONFIG, "random")
-    env = load(ymca(), **environment_options(config))
+    config = _CONFIG.replace(agent="random")
+    env = environment_of(config, ymca(), {})
     agent = agent_of(config, env, config.seed)
     return Case(lambda: len(record_epoch(env, agent, 0)))
 

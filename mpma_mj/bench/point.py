@@ -44,7 +44,7 @@ def train(point: Point) -> Measured:
         point: What is trained. Along `runs` they are side by side, else one is alone.
     """
     motion = motion_of(point.steps)
-    config = RunConfig(modules=point.modules, nodes=point.nodes, repeats=1)
+    config = RunConfig.of(modules=point.modules, nodes=point.nodes, repeats=1)
     epochs = max(_LEAST, min(_MOST, _STEPS // point.steps))
     inherent = motion.posture.nbytes + motion.context.nbytes
     with one_thread():

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 
 import dm_env
 
-from mpma_mj.agents.base import Agent, BatchedAgent
+from mpma_mj.agents.base import Agent
 from mpma_mj.bench.timing import Case
-from mpma_mj.envs.load import load
 from mpma_mj.motions import ymca
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.factory import agent_of, environment_options, environments_of
+from mpma_mj.training.factory import agent_of, environment_of, environments_of
 
 __all__ = ["Rehearsal"]
 
@@ -34,7 +33,7 @@ class Rehearsal:
     @classmethod
     def alone(cls, config: RunConfig) -> Rehearsal:
         """Let one agent dance and learn."""
-        env = load(ymca(), **environment_options(config))
+        env = environment_of(config, ymca(), {})
         agent = agent_of(config, env, config.seed)
         timesteps = [env.reset()]
         while not timesteps[-1].last():
@@ -49,14 +48,13 @@ class Rehearsal:
         seeds = range(runs)
         envs = environments_of(config, seeds, ymca(), {})
         agent = agent_of(config, envs, list(seeds))
-        assert isinstance(agent, BatchedAgent)
         timesteps = [dm_env.restart(envs.reset()[0])]
         for _ in range(envs.steps):
             observation, reward, *_ = envs.step(agent.act(timesteps[-1].observation))
             timesteps.append(dm_env.transition(reward, observation))
             agent.observe(timesteps[-1])
         envs.close()
-        agent.learn_batch()
+        agent.learn()
         return cls(agent, tuple(timesteps), runs)
 
     @property
@@ -74,10 +72,7 @@ class Rehearsal:
 
     def learn(self) -> int:
         """Let the agent learn from what it did; return the steps."""
-        if isinstance(self.agent, BatchedAgent):
-            self.agent.learn_batch()
-        else:
-            self.agent.learn()
+        self.agent.learn()
         return self.steps
 
     @property

@@ -11,7 +11,6 @@ import tyro
 
 from mpma_mj.commands.folders import output_folder
 from mpma_mj.commands.workers import Workers, require_all
-from mpma_mj.options import RuleName
 from mpma_mj.training.config import RunConfig
 
 __all__ = ["Ablate"]
@@ -24,8 +23,8 @@ class Ablate:
     Started again with the same --out it goes on where it was.
     """
 
-    rule: RuleName = "weighted"
-    """Learning rule: ours, or the paper's."""
+    rule: str = "weighted"
+    """Learning rule: weighted is ours, gated the paper's; or the path of a class."""
     runs: int = 20
     """Runs of each change, with seeds from 0."""
     nodes: int = 100
@@ -41,7 +40,7 @@ class Ablate:
         from mpma_mj.sweep.folder import SweepFolder
         from mpma_mj.utils.atomic_files import write_text
 
-        spec = ablation.spec_of(RunConfig(rule=self.rule, nodes=self.nodes), self.runs)
+        spec = ablation.spec_of(RunConfig.of(rule=self.rule, nodes=self.nodes), self.runs)
         with output_folder(self.out, "ablate") as path:
             folder = SweepFolder(path, spec)
             self.who.train(folder, functools.partial(ablation.title, spec))

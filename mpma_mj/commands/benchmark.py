@@ -28,6 +28,10 @@ class Benchmark:
 
     motions: Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="MOTION")] = ()
     """Recordings, or folders of them; each is learned alone."""
+    agents: tuple[str, ...] = (
+        *("mpma", "mosaic", "hammer", "single", "feedback_only", "open_loop", "random"),
+    )
+    """Agents, or paths of classes such as my_agents.py:MyAgent."""
     runs: int = 5
     """Runs of each agent, with seeds from 0."""
     nodes: int = 200
@@ -51,7 +55,7 @@ class Benchmark:
         from mpma_mj.sweep.folder import SweepFolder
         from mpma_mj.utils.atomic_files import write_text
 
-        spec = benchmark.spec_of(self._bases(), self.runs, self.epochs, stop=self.stop)
+        spec = benchmark.spec_of(self._bases(), self.agents, self.runs, self.epochs, stop=self.stop)
         with output_folder(self.out, "benchmark") as path:
             folder = SweepFolder(path, spec)
             self.who.train(folder, benchmark.title)
@@ -78,9 +82,6 @@ class Benchmark:
                     f"{motion} is given twice; each is learned alone, give it once"
                 )
         recordings = [m for m in motions if m != _ALWAYS]
-        built_in = RunConfig(nodes=self.nodes, tempo=self.reading.tempo)
-        read = dataclasses.asdict(self.reading)
-        return [
-            built_in,
-            *(RunConfig(motions=(m,), nodes=self.nodes, **read) for m in recordings),
-        ]
+        built_in = RunConfig.of(nodes=self.nodes, tempo=self.reading.tempo)
+        of_recordings = dataclasses.replace(built_in, reading=self.reading.reading)
+        return [built_in, *(of_recordings.replace(motions=(m,)) for m in recordings)]

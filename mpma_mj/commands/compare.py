@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import dataclasses
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Generic, TypeVar
 
 import tyro
 
+from mpma_mj.agents.config import AgentConfig
 from mpma_mj.commands.dance_video import missing_opengl
 from mpma_mj.commands.folders import output_folder
+from mpma_mj.commands.run_options import RunOptions
 from mpma_mj.errors import BadOptionError
-from mpma_mj.options import AgentName, RuleName
-from mpma_mj.training.config import ReadingArguments, RunConfig, versions
+from mpma_mj.training.config import RunConfig, versions
 
 if TYPE_CHECKING:
     from mpma_mj.motions import Motion
@@ -23,31 +23,23 @@ if TYPE_CHECKING:
 
 __all__ = ["Compare"]
 
+AgentT = TypeVar("AgentT", bound=AgentConfig)
 
-@dataclass(frozen=True)
-class Compare:
+
+@dataclass(frozen=True, kw_only=True)
+class Compare(Generic[AgentT]):
     """Train on ideal arms, on simulated ones, and on those without weight; dance on each."""
 
     motions: Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="MOTION")] = ()
     """"ymca", or a recording; several, or a folder, are a repertoire that is learned together."""
     runs: int = 5
     """Runs on each kind of arms, with seeds from 0."""
-    agent: AgentName = "mpma"
-    """MPMA, or a rival."""
-    modules: int = 4
-    """Number of modules."""
-    nodes: int = 200
-    """Neurons of each reservoir."""
-    rule: RuleName = "weighted"
-    """Learning rule: ours, or the paper's."""
+    options: tyro.conf.OmitArgPrefixes[RunOptions[AgentT]]
+    """What determines the result."""
     epochs: int = 30
     """Most epochs of a run; it ends when it has converged."""
     adaptation: int = 3
     """Epochs that agents learn on where they are tried."""
-    reading: tyro.conf.OmitArgPrefixes[ReadingArguments] = dataclasses.field(
-        default_factory=ReadingArguments
-    )
-    """How recordings are read."""
     workers: int | None = None
     """Processes that work at a time; as many as there are processors if not given."""
     video: bool = True
@@ -84,7 +76,7 @@ class Compare:
             numbers = {"runs": self.runs, "epochs": self.epochs, "adaptation": self.adaptation}
             content = {
                 "format": FORMAT,
-                "config": dataclasses.asdict(config),
+                "config": config.to_json(),
                 "versions": versions(),
             }
             # Not config.json, which makes a folder a run: one that was there would be lost.
@@ -108,14 +100,7 @@ class Compare:
 
         if not self.motions:
             raise BadOptionError("no motion given; try: mpma compare ymca")
-        return RunConfig(
-            motions=expand_folders(self.motions),
-            agent=self.agent,
-            modules=self.modules,
-            nodes=self.nodes,
-            rule=self.rule,
-            **dataclasses.asdict(self.reading),
-        )
+        return self.options.run_config(expand_folders(self.motions))
 
 
 def _write_video(path: Path, cells: Sequence[Cell], motion: Motion) -> None:

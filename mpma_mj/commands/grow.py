@@ -5,20 +5,23 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Generic, TypeVar
 
 import tyro
 
+from mpma_mj.agents.config import AgentConfig
 from mpma_mj.commands.folders import output_folder
+from mpma_mj.commands.run_options import RunOptions
 from mpma_mj.commands.workers import Workers, require_all
-from mpma_mj.training.config import RunConfig, Settings
 from mpma_mj.utils.names import printable
 
 __all__ = ["Grow"]
 
+AgentT = TypeVar("AgentT", bound=AgentConfig)
 
-@dataclass(frozen=True)
-class Grow:
+
+@dataclass(frozen=True, kw_only=True)
+class Grow(Generic[AgentT]):
     """Let agents grow from one module, and compare where they settle with fixed numbers.
 
     Started again with the same --out it goes on where it was.
@@ -32,8 +35,8 @@ class Grow:
     """Most modules."""
     runs: int = 10
     """Runs that grow, and runs of each fixed number, with seeds from --seed up."""
-    settings: tyro.conf.OmitArgPrefixes[Settings] = dataclasses.field(default_factory=Settings)
-    """What all runs have in common."""
+    options: tyro.conf.OmitArgPrefixes[RunOptions[AgentT]]
+    """What determines the result."""
     epochs: int = 100
     """Most epochs of a run; it ends when it has converged."""
     who: tyro.conf.OmitArgPrefixes[Workers] = dataclasses.field(default_factory=Workers)
@@ -48,7 +51,7 @@ class Grow:
         from mpma_mj.training.dataset import expand_folders
         from mpma_mj.utils.atomic_files import write_text
 
-        base = RunConfig(motions=expand_folders(self.motions), **dataclasses.asdict(self.settings))
+        base = self.options.run_config(expand_folders(self.motions))
         spec = spec_of(self.most, self.runs, base, self.epochs)
         with output_folder(self.out, "grow") as path:
             folder = SweepFolder(path, spec)

@@ -3,37 +3,40 @@
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import functools
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Generic, TypeVar
 
 import tyro
 
+from mpma_mj.agents.config import AgentConfig
 from mpma_mj.commands.dance_video import missing_opengl, write_dance_video
 from mpma_mj.commands.folders import output_folder
+from mpma_mj.commands.run_options import RunOptions, typed_options
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions.options import option_name
-from mpma_mj.training.config import RunConfig, Settings
+from mpma_mj.training.config import RunConfig
 
 if TYPE_CHECKING:
     from mpma_mj.training.run_folder import RunFolder
 
 __all__ = ["Imitate"]
 
+AgentT = TypeVar("AgentT", bound=AgentConfig)
 
-@dataclass(frozen=True)
-class Imitate:
+
+@dataclass(frozen=True, kw_only=True)
+class Imitate(Generic[AgentT]):
     """Train the arms on a movement, save the run, make figures and a video."""
 
     motions: Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="MOTION")] = ()
     """"ymca", or a recording: C3D, BVH, AMC, TRC, TSV, CSV, npz; several, or a folder, are a
     repertoire that is learned together."""
-    settings: tyro.conf.OmitArgPrefixes[Settings] = dataclasses.field(default_factory=Settings)
-    """What decides the result."""
+    options: tyro.conf.OmitArgPrefixes[RunOptions[AgentT]]
+    """What determines the result."""
     epochs: int = 30
     """Most epochs to train, with --resume most further ones; it ends when it has converged."""
     out: Path | None = None
@@ -55,7 +58,7 @@ class Imitate:
 
         with contextlib.ExitStack() as stack:
             if self.resume is not None:
-                folder = RunFolder(self.resume)
+                folder = RunFolder(self.resume, self.options.outside)
                 stack.enter_context(folder.locked())
                 train = functools.partial(run.resume, folder, self.epochs)
             else:
@@ -90,19 +93,14 @@ class Imitate:
             raise BadOptionError(
                 "--resume goes on in the run's own folder; drop --overwrite, --out"
             )
-        saved = RunFolder(self.resume).read_config()
-        flags = [word.split("=")[0].replace("_", "-") for word in words if word.startswith("--")]
-        typed = {flag.removeprefix("--").removeprefix("no-") for flag in flags}
-        settings = dataclasses.asdict(self.settings)
-        given = {name: value for name, value in settings.items() if option_name(name) in typed}
-        if self.motions:
-            given["motion"] = expand_folders(self.motions)
-        for name, value in given.items():
-            was = saved.motions if name == "motion" else getattr(saved, name)
-            if value != was:
+        saved = RunFolder(self.resume, self.options.outside).read_config().options()
+        given = self.options.run_config(expand_folders(self.motions)).options()
+        typed = typed_options(words) | ({"motions"} if self.motions else set())
+        for name in sorted(typed & given.keys()):
+            if given[name] != saved.get(name):
                 raise BadOptionError(
-                    f"{option_name(name)} is {_shown(value)}, but the run to resume has"
-                    f" {_shown(was)}; leave it out, or start another run"
+                    f"{option_name(name)} is {_shown(given[name])}, but the run to resume has"
+                    f" {_shown(saved.get(name))}; leave it out, or start another run"
                 )
 
     def _config(self) -> RunConfig:
@@ -111,7 +109,7 @@ class Imitate:
         if not self.motions:
             raise BadOptionError("no motion given; try: mpma imitate ymca")
         motions = expand_folders(self.motions)
-        return RunConfig(motions=motions, **dataclasses.asdict(self.settings))
+        return self.options.run_config(motions)
 
 
 @contextlib.contextmanager

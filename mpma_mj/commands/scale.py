@@ -11,7 +11,7 @@ import tyro
 
 from mpma_mj.commands.folders import output_folder
 from mpma_mj.commands.workers import Workers, require_all
-from mpma_mj.options import Arms, RuleName
+from mpma_mj.options import Arms
 from mpma_mj.training.config import RunConfig
 
 __all__ = ["Scale"]
@@ -36,8 +36,8 @@ class Scale:
     the modules."""
     runs: int = 3
     """Runs of each, with seeds from 0."""
-    rule: RuleName = "weighted"
-    """Learning rule: ours, or the paper's."""
+    rule: str = "weighted"
+    """Learning rule: weighted is ours, gated the paper's; or the path of a class."""
     arms: Arms = "physics"
     """Simulated arms, or arms that move ideally."""
     proprioception: bool = True
@@ -54,7 +54,7 @@ class Scale:
         from mpma_mj.training.dataset import expand_folders
         from mpma_mj.utils.atomic_files import csv_text, write_text
 
-        base = RunConfig(rule=self.rule, arms=self.arms, proprioception=self.proprioception)
+        base = RunConfig.of(rule=self.rule, arms=self.arms, proprioception=self.proprioception)
         learned = scale.materials(expand_folders(self.motions), self.lengths)
         question = scale.Scale(learned, self.modules, self.nodes, base)
         spec = question.spec_of(self.runs)

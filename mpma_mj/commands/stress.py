@@ -11,7 +11,6 @@ import tyro
 
 from mpma_mj.commands.folders import output_folder
 from mpma_mj.errors import BadOptionError, WorkerError
-from mpma_mj.options import AgentName
 
 if TYPE_CHECKING:
     from mpma_mj.trials.stress import Found
@@ -19,7 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Stress"]
 
-_USUAL: tuple[AgentName, ...] = ("mpma", "mosaic", "hammer", "single", "feedback_only")
+_USUAL: tuple[str, ...] = ("mpma", "mosaic", "hammer", "single", "feedback_only")
 _ADAPT_EPOCHS = 10
 _ADAPTED = ("adapt.csv", "adapt.png")
 
@@ -30,8 +29,9 @@ class Stress:
 
     run_folder: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
     """Folder of a run; its settings are those of all agents."""
-    agents: tuple[AgentName, ...] = ()
-    """Agents beside it; mpma, mosaic, hammer, single and feedback_only if not given."""
+    agents: tuple[str, ...] = ()
+    """Agents for comparison, or paths of classes such as my_agents.py:MyAgent; mpma, mosaic,
+    hammer, single and feedback_only if not given."""
     runs: int = 10
     """Runs of each of them, with seeds from the run's up; 0 for the run alone."""
     epochs: int = 30
@@ -65,7 +65,7 @@ class Stress:
             open_backend("processes", self.workers, None) as backend,
         ):
             # Workers get ready while this is imported.
-            from mpma_mj.agents.registry import NO_FINE_TUNING
+            from mpma_mj.agents.registry import agent_class
             from mpma_mj.sweep.backend import get_done
             from mpma_mj.training.checkpoints import TrainedAgents
             from mpma_mj.training.run_folder import RunFolder
@@ -79,9 +79,9 @@ class Stress:
             if self.out is None:
                 stack.enter_context(folder.locked())
             own = TrainedAgents.of_run(folder)
-            if self.adapt and own.configs[0].agent in NO_FINE_TUNING:
+            if self.adapt and not agent_class(own.configs[0].agent_name).fine_tunable:
                 raise BadOptionError(
-                    f"{folder.path}: its agent is {own.configs[0].agent}, which learns nothing"
+                    f"{folder.path}: its agent is {own.configs[0].agent_name}, which learns nothing"
                     " more; leave --adapt out"
                 )
             names = self.disturbances or tuple(DISTURBANCES)
@@ -110,7 +110,7 @@ class Stress:
                 option = name.replace("_", "-")
                 raise BadOptionError(f"{option} is {value}; expected at least {least}")
 
-    def _chosen_agents(self) -> tuple[AgentName, ...]:
+    def _chosen_agents(self) -> tuple[str, ...]:
         """Return the agents that are trained beside the run.
 
         Raises:
@@ -122,10 +122,10 @@ class Stress:
             return ()
         if not self.agents:
             return _USUAL
-        from mpma_mj.agents.registry import NO_FINE_TUNING
+        from mpma_mj.agents.registry import agent_class
 
         for agent in self.agents:
-            if self.adapt and agent in NO_FINE_TUNING:
+            if self.adapt and not agent_class(agent).fine_tunable:
                 raise BadOptionError(
                     f"{agent} learns nothing more; leave it out of --agents, or --adapt out"
                 )

@@ -5,19 +5,22 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Generic, TypeVar
 
 import tyro
 
+from mpma_mj.agents.config import AgentConfig
 from mpma_mj.commands.folders import output_folder
+from mpma_mj.commands.run_options import RunOptions
 from mpma_mj.commands.workers import Workers, require_all
-from mpma_mj.training.config import RunConfig, Settings
 
 __all__ = ["Sweep"]
 
+AgentT = TypeVar("AgentT", bound=AgentConfig)
 
-@dataclass(frozen=True)
-class Sweep:
+
+@dataclass(frozen=True, kw_only=True)
+class Sweep(Generic[AgentT]):
     """Train many runs, all points of a grid of settings, and print a table of them.
 
     Started again with the same --out it goes on where it was.
@@ -31,8 +34,8 @@ class Sweep:
     """Settings that vary, such as nodes=50,200 rule=gated,weighted."""
     runs: int = 20
     """Runs of each point, with seeds from --seed up."""
-    settings: tyro.conf.OmitArgPrefixes[Settings] = dataclasses.field(default_factory=Settings)
-    """What all runs have in common."""
+    options: tyro.conf.OmitArgPrefixes[RunOptions[AgentT]]
+    """What determines the result."""
     epochs: int = 30
     """Most epochs of a run; it ends when it has converged."""
     who: tyro.conf.OmitArgPrefixes[Workers] = dataclasses.field(default_factory=Workers)
@@ -49,7 +52,7 @@ class Sweep:
         from mpma_mj.training.dataset import expand_folders
         from mpma_mj.utils.atomic_files import write_text
 
-        base = RunConfig(motions=expand_folders(self.motions), **dataclasses.asdict(self.settings))
+        base = self.options.run_config(expand_folders(self.motions))
         configs = [run for point in points(self.grid, base) for run in seeds(point, self.runs)]
         spec = SweepSpec(tuple(configs), self.epochs)
         with output_folder(self.out, "sweep") as path:

@@ -10,7 +10,7 @@ import tyro
 
 from mpma_mj.commands.folders import output_folder
 from mpma_mj.commands.workers import Workers, require_all
-from mpma_mj.options import Arms, RuleName
+from mpma_mj.options import Arms
 from mpma_mj.training.config import RunConfig
 from mpma_mj.utils.system import processors
 
@@ -28,8 +28,8 @@ class Table1:
     """Sizes: neurons of each reservoir."""
     runs: int = 20
     """Runs of each size, with seeds from 0."""
-    rule: RuleName = "weighted"
-    """Learning rule: ours, or the paper's."""
+    rule: str = "weighted"
+    """Learning rule: weighted is ours, gated the paper's; or the path of a class."""
     arms: Arms = "physics"
     """Simulated arms, or arms that move ideally."""
     who: tyro.conf.OmitArgPrefixes[Workers] = dataclasses.field(default_factory=Workers)
@@ -43,7 +43,7 @@ class Table1:
         from mpma_mj.sweep.folder import SweepFolder
         from mpma_mj.utils.atomic_files import write_text
 
-        spec = table1.spec_of(self.nodes, self.runs, RunConfig(rule=self.rule, arms=self.arms))
+        spec = table1.spec_of(self.nodes, self.runs, RunConfig.of(rule=self.rule, arms=self.arms))
         with output_folder(self.out, "table1") as path:
             folder = SweepFolder(path, spec)
             self.who.train(folder)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.frozen import Frozen
+from mpma_mj.agents.wrappers import Frozen
 from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.motions import Motion
 from mpma_mj.trace import Trace
@@ -88,7 +88,7 @@ def fine_tune(
             failed[list(recorded.failures)] = True
             traces = [recorded.of_run(run) for run in range(len(failed))]
             errors[epoch] = np.where(failed, np.nan, tracking_errors(traces))
-            agent.learn_batch()
+            agent.learn()
         return dataclasses.replace(trained, state=agent.state_dict()), errors
 
 

@@ -59,7 +59,7 @@ def spec_of(base: RunConfig, runs: int) -> SweepSpec:
     Raises:
         BadOptionError: The number of runs is less than one.
     """
-    points = [dataclasses.replace(base, **change) for change in CHANGES.values()]
+    points = [base.replace(**change) for change in CHANGES.values()]
     return SweepSpec(tuple(run for point in points for run in seeds(point, runs)), _EPOCHS)
 
 
@@ -73,8 +73,9 @@ def as_markdown(spec: SweepSpec, runs: Sequence[RunResult]) -> str:
     first = spec.configs[0]
     number = len(spec.configs) // len(CHANGES)
     parts = [
-        f"Ablations: {first.motions[0]}, {first.rule} rule, {first.nodes} nodes, {first.arms} arms,"
-        f" runs of each: {number}."
+        f"Ablations: {first.motions[0]}, {first.option('rule')} rule,"
+        f" {first.option('nodes')} nodes,"
+        f" {first.env.arms} arms, runs of each: {number}."
         " Means ± standard deviations over seeds:",
         _means(spec, runs),
         "Differences to the whole, seed by seed: means and their 95 % bootstrap intervals, bold"

@@ -48,9 +48,16 @@ def _pieces(group: Sequence[RunConfig], count: int) -> list[Batch]:
 
 def _largest(config: RunConfig) -> int:
     """Return how many runs a batch may have."""
-    bytes_of_a_run = 3 * config.modules * (config.nodes + _INPUTS) ** 2 * 8
+    modules, nodes = _size(config)
+    bytes_of_a_run = 3 * modules * (nodes + _INPUTS) ** 2 * 8
     return max(1, min(_LARGEST, int(_MEMORY / bytes_of_a_run)))
 
 
 def _work(batch: Batch) -> int:
-    return len(batch) * batch[0].modules * batch[0].nodes
+    return len(batch) * math.prod(_size(batch[0]))
+
+
+def _size(config: RunConfig) -> tuple[int, int]:
+    """Return modules and nodes of a run's agent, 1 for a number that it does not have."""
+    options = config.options()
+    return options.get("modules", 1), options.get("nodes", 1)

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import get_args
 
-from mpma_mj.agents.registry import NOT_TRAINABLE
+from mpma_mj.agents.registry import agent_class
 from mpma_mj.evaluation.statistics import Interval, interval
-from mpma_mj.options import AgentName, Arms
+from mpma_mj.options import Arms
 from mpma_mj.sweep.folder import RunResult
 from mpma_mj.sweep.measures import converged, of_point, remarks, values
 from mpma_mj.sweep.spec import SweepSpec, by_point, seeds
@@ -56,11 +55,14 @@ class Line:
         return _short(self.point)
 
 
-def spec_of(bases: Sequence[RunConfig], runs: int, epochs: int, *, stop: bool) -> SweepSpec:
+def spec_of(
+    bases: Sequence[RunConfig], agents: Sequence[str], runs: int, epochs: int, *, stop: bool
+) -> SweepSpec:
     """Return the runs of all agents with both kinds of arms.
 
     Args:
-        bases: All other settings, for each movement.
+        bases: All other options, for each motion.
+        agents: Names of agents, or paths of their classes.
         runs: Runs of each agent.
         epochs: Most epochs of a run.
         stop: Whether a run ends when it has converged.
@@ -69,18 +71,17 @@ def spec_of(bases: Sequence[RunConfig], runs: int, epochs: int, *, stop: bool) -
         BadOptionError: The number of runs or epochs is less than one, or a movement comes twice.
     """
     points = [
-        dataclasses.replace(base, arms=arms, agent=agent)
+        base.replace(arms=arms, agent=agent)
         for base in bases
         for arms in get_args(Arms)
-        for agent in get_args(AgentName)
-        if agent != "growing"  # is MPMA too, and takes more epochs than the others are given
+        for agent in agents
     ]
     return SweepSpec(tuple(run for point in points for run in seeds(point, runs)), epochs, stop)
 
 
 def title(config: RunConfig) -> str:
     """Return in short what a run is."""
-    return f"{_short(config)}, {config.arms} arms, {config.agent}"
+    return f"{_short(config)}, {config.env.arms} arms, {config.agent_name}"
 
 
 def lines(spec: SweepSpec, runs: Sequence[RunResult]) -> list[Line]:
@@ -100,10 +101,10 @@ def as_markdown(spec: SweepSpec, runs: Sequence[RunResult]) -> str:
     titles.append("seconds a run")
     rows = []
     for line in lines(spec, runs):
-        learns = line.point.agent not in NOT_TRAINABLE
+        learns = agent_class(line.point.agent_name).trainable
         rows.append(
             [
-                *(line.motion, line.point.arms, line.point.agent),
+                *(line.motion, line.point.env.arms, line.point.agent_name),
                 f"{converged(line.runs)} of {line.wanted}" if learns else "–",
                 *(line.measures[name].text(digits) for _, name, digits in _COLUMNS),
                 f"{line.seconds:.2g}" if line.runs else "–",
@@ -124,8 +125,8 @@ def as_csv(spec: SweepSpec, runs: Sequence[RunResult]) -> str:
     for line in lines(spec, runs):
         row: dict[str, object] = {
             "motion": line.point.motions[0],
-            "arms": line.point.arms,
-            "agent": line.point.agent,
+            "arms": line.point.env.arms,
+            "agent": line.point.agent_name,
             "converged": converged(line.runs),
             "runs": line.wanted,
         }

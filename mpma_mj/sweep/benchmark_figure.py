@@ -56,11 +56,11 @@ def write_figure(path: Path, lines: Sequence[Line]) -> None:
 
 def _draw(axis: Axes, lines: Sequence[Line]) -> None:
     """Draw one movement, a row for each agent."""
-    agents = list(dict.fromkeys(line.point.agent for line in lines))
+    agents = list(dict.fromkeys(line.point.agent_name for line in lines))
     kinds: tuple[str, ...] = get_args(Arms)
     for kind, colour, side in zip(kinds, module_colours(2), (-_APART, _APART), strict=True):
-        own = [line for line in lines if line.point.arms == kind]
-        places = np.array([agents.index(line.point.agent) + side for line in own])
+        own = [line for line in lines if line.point.env.arms == kind]
+        places = np.array([agents.index(line.point.agent_name) + side for line in own])
         for place, line in zip(places, own, strict=True):
             found = values(line.runs, _MEASURE)
             spray = place + np.linspace(-_SPRAY, _SPRAY, max(len(found), 2))[: len(found)]

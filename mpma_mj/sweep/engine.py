@@ -57,7 +57,7 @@ def _jobs(spec: SweepSpec, configs: Sequence[RunConfig], workers: int) -> list[J
     motions: dict[RunConfig, Motion] = {}
     read: dict[tuple[object, ...], Motion] = {}  # by what reading looks at
     for point, runs in by_point(configs).items():
-        source = (point.motions, point.reading, point.arms)
+        source = (point.motions, point.reading, point.env.arms)
         if source not in read:
             read[source] = read_motions(point)
         motions[point] = read[source]

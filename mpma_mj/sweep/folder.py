@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
 import json
 import re
@@ -77,7 +76,7 @@ class SweepFolder:
     def add(self, run: RunResult) -> None:
         """Write the file of a run."""
         content = {
-            "config": dataclasses.asdict(run.config),
+            "config": run.config.to_json(),
             "attempts": run.attempts,
             "seconds": run.seconds,
             "summary": run.summary,
@@ -113,7 +112,7 @@ class SweepFolder:
         """Write `results.csv`: a row for each run, what it came to and the settings that vary."""
         varying = self.spec.varying
         rows = [
-            {name: getattr(run.config, name) for name in (*varying, "seed")}
+            {name: run.config.option(name) for name in (*varying, "seed")}
             | {"attempts": run.attempts}
             | flat(run.summary)
             for run in runs
@@ -122,7 +121,7 @@ class SweepFolder:
 
     def title(self, config: RunConfig) -> str:
         """Return the settings of a run that vary, but for the seed, in words."""
-        shown = (f"{name} {_told(getattr(config, name))}" for name in self.spec.varying)
+        shown = (f"{name} {_told(config.option(name))}" for name in self.spec.varying)
         return ", ".join(shown)
 
     @property
@@ -139,7 +138,7 @@ class SweepFolder:
     def _content(self) -> dict[str, Any]:
         """Return what is spec, in a form that JSON gives back unchanged."""
         names = (*self.spec.varying, "seed")
-        configs = [dataclasses.asdict(config) for config in self.spec.configs]
+        configs = [config.options() for config in self.spec.configs]
         content = {
             "kind": _KIND,
             "format": atomic_files.FORMAT,
@@ -147,9 +146,9 @@ class SweepFolder:
             "epochs": self.spec.epochs,
             "stop": self.spec.stop,
             "settings": {k: v for k, v in configs[0].items() if k not in names},
-            "runs": [{name: config[name] for name in names} for config in configs],
+            "runs": [{name: config.get(name) for name in names} for config in configs],
         }
-        return json.loads(json.dumps(content))
+        return json.loads(json.dumps(content, default=str))
 
     def _check(self) -> None:
         if not self.path.exists():
@@ -179,14 +178,14 @@ class SweepFolder:
         try:
             content = _read_json(path)
             run = RunResult(
-                RunConfig.from_json(content["config"]),
+                config,
                 dict(content["summary"]),
                 content["attempts"],
                 content["seconds"],
             )
         except (OSError, ValueError, KeyError, TypeError):
             raise _damaged(path) from None
-        if run.config != config:
+        if content["config"] != json.loads(json.dumps(config.to_json())):
             raise RunFolderError(f"{path}: is of another run; remove it, and it is trained anew")
         return run
 
@@ -230,9 +229,9 @@ def _difference(key: str, there: Any, spec: Any) -> str:
 
 def _name(config: RunConfig, varying: Iterable[str]) -> str:
     """Return a name that tells the settings that vary and is no other run's."""
-    told = [f"{name}-{getattr(config, name)}" for name in varying] + [f"seed-{config.seed}"]
+    told = [f"{name}-{config.option(name)}" for name in varying] + [f"seed-{config.seed}"]
     text = re.sub(r"[^A-Za-z0-9.-]+", "-", "-".join(told))
-    settings = json.dumps(dataclasses.asdict(config), sort_keys=True)
+    settings = json.dumps(config.to_json(), sort_keys=True)
     return f"{text[:_NAME_LENGTH]}-{hashlib.sha256(settings.encode()).hexdigest()[:8]}"
 
 

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import dataclasses
 import difflib
 import itertools
 import types
 from collections.abc import Sequence
-from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+from typing import Any, Literal, Union, get_args, get_origin
 
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions.options import option_name
-from mpma_mj.training.config import RunConfig, Settings
+from mpma_mj.training.config import RunConfig, option_types
 
 __all__ = ["points"]
 
@@ -22,33 +21,37 @@ def points(words: Sequence[str], base: RunConfig) -> list[RunConfig]:
     """Return the settings of all points of a grid, the last axis running fastest.
 
     Args:
-        words: Axes, each `name=value,value,…`; a name is a field of `Settings`, or what the
+        words: Axes, each `name=value,value,…`; a name is an option of a run, or what the
             command line calls it. None are a grid of one point.
         base: All other settings.
 
     Raises:
         BadOptionError: A name is unknown or given twice, or a value is not what it may be.
     """
+    agent = next((word.partition("=")[2] for word in words if word.startswith("agent=")), "")
+    hints: dict[str, Any] = {}
+    for name in agent.split(",") if agent else [base.agent_name]:
+        hints |= option_types(name)
     axes: dict[str, list[Any]] = {}
     for word in words:
-        name, values = _axis(word)
+        name, values = _axis(word, hints)
         if name in axes:
             raise BadOptionError(f"grid has {option_name(name)} twice; give all its values at once")
         axes[name] = values
-    return [
-        dataclasses.replace(base, **dict(zip(axes, values, strict=True)))
+    chosen = (
+        base.replace(**dict(zip(axes, values, strict=True)))
         for values in itertools.product(*axes.values())
-    ]
+    )
+    return list(dict.fromkeys(chosen))  # agents without a size are one point for all sizes
 
 
-def _axis(word: str) -> tuple[str, list[Any]]:
+def _axis(word: str, hints: dict[str, Any]) -> tuple[str, list[Any]]:
     """Return the field and the values of an axis."""
     typed, equals, texts = word.partition("=")
     if not equals:
         raise BadOptionError(
             f"grid has '{word}'; expected name=value,value,… (motions stand before --grid)"
         )
-    hints = get_type_hints(Settings)
     fields = {option_name(name): name for name in hints} | {name: name for name in hints}
     if typed not in fields:
         near = difflib.get_close_matches(typed, fields, 1)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Sequence
 
@@ -43,13 +42,13 @@ def spec_of(most: int, runs: int, base: RunConfig, epochs: int) -> SweepSpec:
         raise BadOptionError(f"most is {most}; expected at least 1")
     plain = RunConfig()
     for name in ("agent", "modules"):
-        value = getattr(base, name)
-        if value != getattr(plain, name):
+        value = base.option(name)
+        if value != plain.option(name):
             raise BadOptionError(
                 f"{name} is {value}; growth is tried beside 1 to --most modules, leave it out"
             )
-    points = [dataclasses.replace(base, agent="growing", modules=most)]
-    points += [dataclasses.replace(base, modules=modules) for modules in range(1, most + 1)]
+    points = [base.replace(agent="growing", modules=most)]
+    points += [base.replace(modules=modules) for modules in range(1, most + 1)]
     return SweepSpec(tuple(run for point in points for run in seeds(point, runs)), epochs)
 
 
@@ -58,22 +57,22 @@ def growing_runs(runs: Sequence[RunResult]) -> list[RunResult]:
     return [
         run
         for run in runs
-        if run.config.agent == "growing" and not run.summary.get("growing", True)
+        if run.config.agent_name == "growing" and not run.summary.get("growing", True)
     ]
 
 
 def by_number(runs: Sequence[RunResult]) -> dict[int, list[RunResult]]:
     """Return the runs of each fixed number of modules."""
-    fixed = [run for run in runs if run.config.agent == "mpma"]
-    numbers = sorted({run.config.modules for run in fixed})
-    return {n: [run for run in fixed if run.config.modules == n] for n in numbers}
+    fixed = [run for run in runs if run.config.agent_name == "mpma"]
+    numbers = sorted({run.config.option("modules") for run in fixed})
+    return {n: [run for run in fixed if run.config.option("modules") == n] for n in numbers}
 
 
 def as_markdown(spec: SweepSpec, runs: Sequence[RunResult]) -> str:
     """Return a table, means ± standard deviations over seeds, and what it comes to."""
     titles = ["modules", "converged", *(title for title, _, _ in _COLUMNS)]
     rows = [_row(str(number), fixed) for number, fixed in by_number(runs).items()]
-    grown = [run for run in runs if run.config.agent == "growing"]
+    grown = [run for run in runs if run.config.agent_name == "growing"]
     rows.append(_row(f"growing: {spread(growing_runs(runs), SETTLED).text(1)}", grown))
     sentences = [*_outcome(runs), *remarks(runs, len(spec.configs))]
     return "\n".join([markdown_table(titles, rows), "", " ".join(sentences)]) + "\n"

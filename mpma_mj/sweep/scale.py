@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import itertools
 import math
 from collections.abc import Sequence
@@ -104,17 +103,16 @@ class Scale:
         four, of equal parts, however long it is (choice): so that growth in labels and growth in
         length can be told apart.
         """
-        point = dataclasses.replace(
-            self.base,
+        point = self.base.replace(
             motions=material.motions,
             end=material.end,
             modules=size.modules,
             nodes=size.nodes,
         )
         if material.end is not None:
-            return dataclasses.replace(point, context="equal")
+            return point.replace(context="equal")
         if len(material.motions) == 1:  # joined with others it has one label too
-            return dataclasses.replace(point, context="equal", segments=1)
+            return point.replace(context="equal", segments=1)
         return point
 
     def spec_of(self, runs: int) -> SweepSpec:

@@ -54,8 +54,8 @@ def write_figure(path: Path, results: Results) -> None:
         figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize="small")
         base = results.scale.base
         figure.suptitle(
-            f"{base.rule} rule, {base.arms} arms, µ ± σ over seeds: what learns grows, line by"
-            " line, and what is learned, from left to right",
+            f"{base.option('rule')} rule, {base.env.arms} arms, µ ± σ over seeds: what learns"
+            " grows, line by line, and what is learned, from left to right",
             fontsize="medium",
         )
 

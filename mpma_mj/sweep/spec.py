@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 from mpma_mj.errors import BadOptionError
 from mpma_mj.training.config import RunConfig
@@ -41,10 +41,13 @@ class SweepSpec:
     @property
     def varying(self) -> tuple[str, ...]:
         """Names of the settings in which the runs differ; of all but the seed."""
+        options = [config.options() for config in self.configs]
+        names = dict.fromkeys(name for own in options for name in own if name != "seed")
         return tuple(
-            field.name
-            for field in fields(RunConfig)
-            if field.name != "seed" and len({getattr(c, field.name) for c in self.configs}) > 1
+            name
+            for name in names
+            # An option that an agent does not have goes with the agent's name.
+            if len({str(own[name]) for own in options if name in own}) > 1
         )
 
 

@@ -36,7 +36,7 @@ def as_markdown(spec: SweepSpec, runs: Sequence[RunResult]) -> str:
         own = of_point(runs, point)
         rows.append(
             [
-                *(_shown(getattr(point, name)) for name in varying),
+                *(_shown(point.option(name)) for name in varying),
                 f"{converged(own)} of {len(configs)}",
                 *(spread(own, name).text(digits) for _, name, digits in _COLUMNS),
             ]

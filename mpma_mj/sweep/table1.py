@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import dataclasses
 import io
 import math
 from collections.abc import Sequence
@@ -93,29 +92,29 @@ def spec_of(sizes: Sequence[int], runs: int, base: RunConfig) -> SweepSpec:
     Raises:
         BadOptionError: A size or the number of runs is less than one, or a size comes twice.
     """
-    points = [dataclasses.replace(base, nodes=nodes) for nodes in sizes]
+    points = [base.replace(nodes=nodes) for nodes in sizes]
     return SweepSpec(tuple(run for point in points for run in seeds(point, runs)), _EPOCHS)
 
 
 def of_size(runs: Sequence[RunResult], nodes: int) -> list[RunResult]:
     """Return the runs with so many nodes."""
-    return [run for run in runs if run.config.nodes == nodes]
+    return [run for run in runs if run.config.option("nodes") == nodes]
 
 
 def lines(spec: SweepSpec, runs: Sequence[RunResult]) -> list[Line]:
     """Return the table: for each size the paper's line, if it has one, and ours."""
     table: list[Line] = []
-    for nodes in dict.fromkeys(config.nodes for config in spec.configs):
+    for nodes in dict.fromkeys(config.option("nodes") for config in spec.configs):
         if nodes in PAPER:
             table.append(PAPER[nodes])
-        wanted = sum(config.nodes == nodes for config in spec.configs)
+        wanted = sum(config.option("nodes") == nodes for config in spec.configs)
         table.append(_ours(nodes, of_size(runs, nodes), wanted))
     return table
 
 
 def _ours(nodes: int, runs: Sequence[RunResult], wanted: int) -> Line:
     measured = [run for run in runs if not run.diverged]
-    every = [run.summary["modules_used"] == run.config.modules for run in measured]
+    every = [run.summary["modules_used"] == run.config.option("modules") for run in measured]
     return Line(
         nodes,
         "ours",
@@ -139,7 +138,7 @@ def as_markdown(spec: SweepSpec, runs: Sequence[RunResult]) -> str:
         share = f"{100 * line.all_used:.0f} %" if math.isfinite(line.all_used) else "–"
         rows.append([str(line.nodes), line.source, *cells, share, ended])
     first = spec.configs[0]
-    title = f"Table 1: {first.motions[0]}, {first.rule} rule, {first.arms} arms"
+    title = f"Table 1: {first.motions[0]}, {first.option('rule')} rule, {first.env.arms} arms"
     sentences = remarks(runs, len(spec.configs))
     return "\n\n".join([title, markdown_table(titles, rows), *sentences]) + "\n"
 

@@ -42,7 +42,7 @@ def write_figure(path: Path, spec: SweepSpec, runs: Sequence[RunResult]) -> None
         spec: What the sweep is.
         runs: Its finished runs.
     """
-    sizes = list(dict.fromkeys(config.nodes for config in spec.configs))
+    sizes = list(dict.fromkeys(config.option("nodes") for config in spec.configs))
     with figure_file(path, 11.0, 6.2) as figure:
         axes = figure.subplots(2, 3)
         panels = [axes[0, 0], axes[0, 1], axes[0, 2], axes[1, 1]]
@@ -52,13 +52,13 @@ def write_figure(path: Path, spec: SweepSpec, runs: Sequence[RunResult]) -> None
         line: dict[str, Any] = {"color": INK, "linestyle": "--", "linewidth": 0.8, "zorder": 0}
         axes[0, 1].axhline(CRITERION, **line, label=f"the criterion, {CRITERION:g} %")
         _active_modules(axes[1, 0], runs, sizes)
-        _modules_used(axes[1, 2], runs, sizes, spec.configs[0].modules)
+        _modules_used(axes[1, 2], runs, sizes, spec.configs[0].option("modules"))
         for axis in axes.flat:
             axis.spines[["top", "right"]].set_visible(False)
             axis.tick_params(labelsize="small")
         first = spec.configs[0]
         figure.suptitle(
-            f"Table 1: {first.rule} rule, {first.arms} arms,"
+            f"Table 1: {first.option('rule')} rule, {first.env.arms} arms,"
             f" {len(spec.configs) // len(sizes)} runs a size",
             fontsize="large",
         )

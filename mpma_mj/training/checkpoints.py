@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.base import Agent, BatchedAgent
+from mpma_mj.agents.base import Agent
 from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.errors import CheckpointError
 from mpma_mj.motions import Motion
@@ -64,14 +64,13 @@ class TrainedAgents:
             source=folder.path,
         )
 
-    def agent(self, envs: VectorImitationEnv) -> BatchedAgent:
+    def agent(self, envs: VectorImitationEnv) -> Agent:
         """Return the agents for R environments.
 
         Raises:
             CheckpointError: What was learned does not fit the settings.
         """
         agent = agent_of(self.configs[0], envs, self.seeds)
-        assert isinstance(agent, BatchedAgent)
         load_state(agent, self.state, self.source)
         return agent
 

@@ -1,117 +1,277 @@
-"""Settings of a run."""
+"""Config of a run: motions, how they are read, environment, agent and seed."""
 
 from __future__ import annotations
 
+import dataclasses
+import difflib
 import importlib.metadata
 import platform
-from dataclasses import dataclass, fields
-from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, fields
+from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 import tyro
 
-from mpma_mj import __version__
+from mpma_mj._version import __version__
+from mpma_mj.agents.config import CONFIG_TYPES, AgentConfig, MPMAConfig
+from mpma_mj.envs.options import EnvironmentOptions, check_seed
+from mpma_mj.errors import BadOptionError
 from mpma_mj.motions.options import ReadingOptions
-from mpma_mj.options import AgentName, Arms, ContextSignal, EfferenceCopy, RuleName
 
-__all__ = ["ReadingArguments", "RunConfig", "Settings", "versions"]
+__all__ = ["OutsideConfig", "ReadingArguments", "RunConfig", "option_types", "versions"]
+
+_PARTS = ("reading", "env", "agent")
+_SIZES = ("modules", "nodes")  # every agent may stand in a grid of sizes, also one that has none
 
 
 @dataclass(frozen=True, kw_only=True)
 class ReadingArguments(ReadingOptions):
-    """How a recording is to be read, as options of a command: --from and --to."""
+    """How recordings are read; what is not given is detected."""
 
     start: Annotated[float | None, tyro.conf.arg(name="from")] = None
     end: Annotated[float | None, tyro.conf.arg(name="to")] = None
 
     @property
     def reading(self) -> ReadingOptions:
-        """The same without what makes them options of a command."""
+        """The same options as the library has them."""
         return ReadingOptions(**{f.name: getattr(self, f.name) for f in fields(ReadingOptions)})
 
 
 @dataclass(frozen=True, kw_only=True)
-class Settings(ReadingArguments):
-    """What decides the result of a run, apart from the movement: also how it is read.
+class OutsideConfig(AgentConfig):
+    """Config in a run folder that names a class from outside the package, which nothing imports.
 
     Attributes:
-        arms: Simulated arms, or arms that move ideally.
-        modules: Number of modules.
-        nodes: Neurons of each of a module's three reservoirs.
-        rule: Learning rule: ours, or the paper's.
-        seed: Seed of everything random.
-        repeats: How often the movement is danced in an epoch.
-        reference_noise: Standard deviation of the noise on the demonstration, 0.01 is 1 %.
-        agent: MPMA, or one to compare it with.
-        context_signal: What it hears of the music: the labels as they are; or, to find out what
-            they are good for, nothing, one constant sound, the labels shuffled, or each cut in two
-            halves.
-        responsibility_predictors: Whether it counts what they say; if not, all are as suited.
-        forward_gating: Whether it counts whose forward model predicted well.
-        efference_copy: Which command forward models hear: the total, or each module's own.
-        proprioception: Whether models sense the joint angles too; the paper's do not.
-        spectral_radius: Spectral radius of the reservoirs.
-        reservoir_noise: Noise level of the reservoirs.
-        ridge: Ridge of the readouts; 0.1 or more lets a dance go on without its demonstration.
+        options: The agent's options by name, as in the file.
     """
 
-    arms: Arms = "physics"
-    modules: int = 4
-    nodes: int = 200
-    rule: RuleName = "weighted"
-    seed: int = 0
-    repeats: int = 3
-    reference_noise: float = 0.01
-    agent: AgentName = "mpma"
-    context_signal: ContextSignal = "labels"
-    responsibility_predictors: bool = True
-    forward_gating: bool = True
-    efference_copy: EfferenceCopy = "total"
-    proprioception: bool = True
-    spectral_radius: float = 0.1
-    reservoir_noise: float = 0.2
-    ridge: float = 1e-4
+    options: Mapping[str, Any] = field(hash=False)
+
+    @property
+    def classes(self) -> tuple[str, ...]:
+        """Paths of the outside classes."""
+        named = (self.options["name"], self.options.get("rule"))
+        return tuple(path for path in named if isinstance(path, str) and ":" in path)
 
 
 @dataclass(frozen=True, kw_only=True)
-class RunConfig(Settings):
+class RunConfig:
     """Everything that decides the result of a run.
 
     Attributes:
-        motions: What is imitated: "ymca", paths of recordings; several are a repertoire.
+        motions: What is imitated: "ymca", or paths of recordings; several are a repertoire.
+        reading: How recordings are read.
+        env: Options of the environment.
+        agent: The agent's own config.
+        agent_name: Name of the agent, or the path of its class; by its config if not given.
+        seed: Seed of everything random.
     """
 
     motions: tuple[str, ...] = ("ymca",)
+    reading: ReadingOptions = field(default_factory=ReadingOptions)
+    env: EnvironmentOptions = field(default_factory=EnvironmentOptions)
+    agent: AgentConfig = field(default_factory=MPMAConfig)
+    agent_name: str = ""
+    seed: int = 0
 
-    @classmethod
-    def from_json(cls, content: dict[str, Any]) -> RunConfig:
-        """Return what `dataclasses.asdict` and JSON made of settings.
+    def __post_init__(self) -> None:
+        """Check what the parts do not check themselves.
 
         Raises:
-            TypeError: A setting is missing, unknown, or of another type.
+            BadOptionError: The agent has no name, or an option is none of training.
         """
-        if content.keys() != {field.name for field in fields(cls)}:
-            raise TypeError("other settings than these")
-        config = cls(**content | {"motions": tuple(content["motions"])})
-        for name, hint in get_type_hints(cls).items():
-            value = getattr(config, name)
-            if not _fits(value, hint):
-                raise TypeError(name)
-        return config
+        object.__setattr__(self, "seed", check_seed(self.seed))
+        if not self.agent_name:
+            names = [name for name, kind in CONFIG_TYPES.items() if type(self.agent) is kind]
+            if not names:
+                expected = "a config of a built-in agent"
+                remedy = "give the path of its class as {agent_name=my_agents.py:MyAgent}"
+                raise BadOptionError(
+                    option="agent", value=self.agent, expected=expected, remedy=remedy
+                )
+            object.__setattr__(self, "agent_name", names[0])
+        for name in ("random_start", "termination_distance"):
+            value = getattr(self.env, name)
+            if value not in (False, None):
+                expected = "the default: training imitates whole episodes"
+                raise BadOptionError(option=name, value=value, expected=expected)
+
+    @classmethod
+    def of(cls, *motions: str, **options: Any) -> RunConfig:
+        """Return a config from options by their flat names, as on the command line.
+
+        Args:
+            *motions: What is imitated; "ymca" if not given.
+            **options: As of `replace`.
+
+        Raises:
+            BadOptionError: As of `replace`.
+        """
+        return cls(motions=motions or ("ymca",)).replace(**options)
+
+    def replace(self, *, agent: str | None = None, **options: Any) -> RunConfig:
+        """Return the config with other options, given by their flat names.
+
+        Args:
+            agent: Name of another agent, or the path of its class; it takes over the options that
+                both have, and sizes that it does not have are passed over.
+            **options: Options of reading, environment or agent, or `motions` or `seed`.
+
+        Raises:
+            BadOptionError: There is no such option, the agent does not have it, or it is out of
+                bounds.
+        """
+        changed = self if agent is None else self._with_agent(agent)
+        parts: dict[str, dict[str, Any]] = {part: {} for part in _PARTS}
+        own: dict[str, Any] = {}
+        for name, value in options.items():
+            if name in ("motions", "seed"):
+                own[name] = value
+            else:
+                part = changed._part(name)
+                if part:
+                    parts[part][name] = value
+        replaced = {
+            part: dataclasses.replace(getattr(changed, part), **values)
+            for part, values in parts.items()
+            if values
+        }
+        return dataclasses.replace(changed, **own, **replaced)
+
+    def options(self) -> dict[str, Any]:
+        """Return all options by their flat names."""
+        own = {"motions": self.motions, "agent": self.agent_name, "seed": self.seed}
+        nested = (getattr(self, part) for part in _PARTS)
+        return own | {f.name: getattr(p, f.name) for p in nested for f in fields(p)}
+
+    def option(self, name: str) -> Any:
+        """Return an option by its flat name; None if the agent does not have it."""
+        return self.options().get(name)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return what JSON can hold of the config."""
+        rule = getattr(self.agent, "rule", None)
+        named = {} if rule is None or isinstance(rule, str) else {"rule": _path_of(type(rule))}
+        agent = {f.name: getattr(self.agent, f.name) for f in fields(self.agent)} | named
+        if isinstance(self.agent, OutsideConfig):
+            agent = dict(self.agent.options)
+        env = dataclasses.asdict(self.env)
+        return {
+            "motions": list(self.motions),
+            "reading": dataclasses.asdict(self.reading),
+            "env": {name: _plain(value) for name, value in env.items()},
+            "agent": {"name": self.agent_name} | agent,
+            "seed": self.seed,
+        }
+
+    @classmethod
+    def from_json(cls, content: dict[str, Any], trusted: Collection[str] = ()) -> RunConfig:
+        """Return the config that `to_json` returned; no code from outside is imported.
+
+        Args:
+            content: What JSON held.
+            trusted: Paths of outside classes that the user has named, which may be imported.
+
+        Raises:
+            KeyError, TypeError, ValueError: An option is missing, unknown or out of bounds.
+        """
+        if content.keys() != {"motions", "reading", "env", "agent", "seed"}:
+            raise TypeError("other parts than these")
+        env = dict(content["env"])
+        env["perturbation"] = tuple(env["perturbation"])
+        motions = content["motions"]
+        if not (isinstance(motions, list) and all(isinstance(name, str) for name in motions)):
+            raise TypeError("motions")
+        return cls(
+            motions=tuple(motions),
+            reading=_exact(ReadingOptions, content["reading"]),
+            env=_exact(EnvironmentOptions, env),
+            agent=_agent_from(dict(content["agent"]), trusted),
+            agent_name=content["agent"]["name"],
+            seed=content["seed"],
+        )
+
+    def _with_agent(self, name: str) -> RunConfig:
+        kind = _config_type(name)
+        shared = {f.name for f in fields(kind)} & {f.name for f in fields(self.agent)}
+        agent = kind(**{option: getattr(self.agent, option) for option in shared})
+        return dataclasses.replace(self, agent=agent, agent_name=name)
+
+    def _part(self, name: str) -> str | None:
+        """Return the part of the config that has an option; None for a size the agent lacks."""
+        for part in _PARTS:
+            if name in {f.name for f in fields(getattr(self, part))}:
+                return part
+        owners = [one for one, kind in CONFIG_TYPES.items() if name in _names(kind)]
+        if name in _SIZES:
+            return None
+        if owners:
+            raise BadOptionError(
+                f"{self.agent_name} has no option {name}, which {' and '.join(owners)} have",
+                remedy=f"leave {{{name}}} out, or take another {{agent}}",
+            )
+        close = difflib.get_close_matches(name, self.options(), n=1)
+        hint = f"did you mean {{{close[0]}}}?" if close else ""
+        raise BadOptionError(f"there is no option '{name}'", remedy=hint)
 
 
-def _fits(value: object, hint: Any) -> bool:
-    """Tell whether a value is of a type: a plain one, a literal, a union, or names."""
-    if get_origin(hint) is Literal:
-        return value in get_args(hint)
-    if get_origin(hint) is tuple:
-        return isinstance(value, tuple) and all(isinstance(entry, str) for entry in value)
-    if get_args(hint):
-        return any(_fits(value, choice) for choice in get_args(hint))
-    return type(value) is hint or (hint is float and type(value) is int)
+def option_types(agent: str) -> dict[str, Any]:
+    """Return the types of all options of a run by their flat names, but for `motions`.
+
+    Args:
+        agent: Name of the agent, or the path of its class.
+    """
+    hints: dict[str, Any] = {"agent": str, "seed": int}
+    for owner in (ReadingOptions, EnvironmentOptions, _config_type(agent)):
+        hints |= get_type_hints(owner)
+    return {name: _bare(hint) for name, hint in hints.items() if get_origin(hint) is not dict}
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of what computes the result."""
+    """Return the versions of the libraries that determine the result."""
     packages = ("mujoco", "dm-control", "numpy", "scipy")
     installed = {name: importlib.metadata.version(name) for name in packages}
     return {"mpma-mj": __version__, "python": platform.python_version()} | installed
+
+
+def _config_type(agent: str) -> type[AgentConfig]:
+    """Return the class of an agent's config; only that of an outside agent is imported."""
+    if agent in CONFIG_TYPES:
+        return CONFIG_TYPES[agent]
+    from mpma_mj.agents.registry import agent_class
+
+    return agent_class(agent).config_type
+
+
+def _agent_from(options: dict[str, Any], trusted: Collection[str]) -> AgentConfig:
+    name = options["name"]
+    if not isinstance(name, str):
+        raise TypeError("name of the agent")
+    outside = OutsideConfig(options={key: value for key, value in options.items()})
+    if not set(outside.classes) <= set(trusted):
+        return outside
+    del options["name"]
+    return _exact(_config_type(name), options)
+
+
+def _exact(kind: Any, options: Any) -> Any:
+    """Return a dataclass from exactly its fields."""
+    if not isinstance(options, dict) or options.keys() != _names(kind):
+        raise TypeError(f"{kind.__name__} with other fields")
+    return kind(**options)
+
+
+def _names(kind: Any) -> set[str]:
+    return {f.name for f in fields(kind)}
+
+
+def _path_of(kind: type) -> str:
+    return f"{kind.__module__}:{kind.__qualname__}"
+
+
+def _plain(value: Any) -> Any:
+    return value if isinstance(value, bool | int | float | dict | tuple | None) else str(value)
+
+
+def _bare(hint: Any) -> Any:
+    return get_args(hint)[0] if get_origin(hint) is Annotated else hint

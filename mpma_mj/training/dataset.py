@@ -76,13 +76,13 @@ def read_motions(config: RunConfig) -> Motion:
     for source in config.motions:
         # A recording's options mean nothing to a movement that is built in beside it.
         takes_all = alone or source not in BUILT_IN
-        options = config.reading if takes_all else ReadingOptions(tempo=config.tempo)
+        options = config.reading if takes_all else ReadingOptions(tempo=config.reading.tempo)
         reading = read_with_findings(source, options)
         reading.findings.tell(source)
         motions.append(reading.motion)
     if len(motions) == 1:
         return motions[0]
-    limits = arm_limits(config.arms)
+    limits = arm_limits(config.env.arms)
     for motion in motions:
         check_reach(motion, *limits)
     return join(motions, limits[0])

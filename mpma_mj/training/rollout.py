@@ -64,8 +64,9 @@ def rollout(envs: Environments, agent: Agent, epoch: int) -> Rollout:
             failures.setdefault(run, f"{reason} at step {step}")
         if len(failures) == runs:
             break
-    signals = moments.episode() | steps.episode() | agent.signals()
-    return Rollout(Trace.from_arrays(signals), failures)
+    own = agent.signals()
+    recorded = moments.episode() | steps.episode()
+    return Rollout(Trace(**recorded, feedback=own.feedback, modules=own.modules), failures)
 
 
 def record_epoch(env: control.Environment | VectorImitationEnv, agent: Agent, epoch: int) -> Trace:

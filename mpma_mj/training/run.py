@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.agents import Agent
-from mpma_mj.agents.registry import AGENTS, NOT_TRAINABLE
+from mpma_mj.agents.registry import check_trainable
 from mpma_mj.context import active_label
 from mpma_mj.errors import BadOptionError, CheckpointError, DivergedError
 from mpma_mj.motions import Motion
 from mpma_mj.trace import Trace
 from mpma_mj.training.checkpoints import load_state
-from mpma_mj.training.config import RunConfig
+from mpma_mj.training.config import OutsideConfig, RunConfig
 from mpma_mj.training.dataset import read_motions
 from mpma_mj.training.epoch_metrics import EpochMetrics
 from mpma_mj.training.factory import agent_of, environment_of, one_thread
@@ -258,8 +258,5 @@ def _train(
 def _check(config: RunConfig, epochs: int) -> None:
     if epochs < 1:
         raise BadOptionError(option="epochs", value=epochs, expected="at least 1")
-    if config.agent in NOT_TRAINABLE:
-        trainable = ", ".join(name for name in AGENTS if name not in NOT_TRAINABLE)
-        raise BadOptionError(
-            f"agent is {config.agent}, which does not learn; expected one of {trainable}"
-        )
+    if not isinstance(config.agent, OutsideConfig):
+        check_trainable(config.agent_name)

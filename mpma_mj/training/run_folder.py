@@ -6,13 +6,14 @@ import contextlib
 import json
 import shutil
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mpma_mj._version import __version__
 from mpma_mj.errors import CheckpointError, MotionFileError, RunFolderError
 from mpma_mj.motions import Motion, motion_file
 from mpma_mj.trace import SIGNALS, Trace
@@ -47,9 +48,12 @@ class RunFolder:
 
     Attributes:
         path: The folder.
+        trusted: Paths of classes from outside the package, such as my_agents.py:MyAgent, that the
+            user has named, and that a run may therefore import.
     """
 
     path: Path
+    trusted: tuple[str, ...] = ()
 
     @property
     def video(self) -> Path:
@@ -111,7 +115,11 @@ class RunFolder:
         """
         if self.path.exists():
             self._remove(overwrite)
-        content = {"format": atomic_files.FORMAT, "config": asdict(config), "versions": versions()}
+        content = {
+            "format": atomic_files.FORMAT,
+            "config": config.to_json(),
+            "versions": versions(),
+        }
         atomic_files.write_json(self.path / "config.json", content)
         motion_file.write(self.path / "checkpoint" / "motion.npz", motion)
 
@@ -160,8 +168,12 @@ class RunFolder:
         try:
             content = json.loads(path.read_text(encoding="utf-8"))
             if content["format"] != atomic_files.FORMAT:
-                raise CheckpointError(f"{path}: of another version; train anew with this one")
-            return RunConfig.from_json(content["config"])
+                writer = content.get("versions", {}).get("mpma-mj", "of another version")
+                raise CheckpointError(
+                    f"{path}: format {content['format']}, written by mpma-mj {writer}; this is"
+                    f" {__version__}, which reads format {atomic_files.FORMAT}: train again"
+                )
+            return RunConfig.from_json(content["config"], self.trusted)
         except OSError:
             raise RunFolderError(f"{self.path}: no run there (no readable config.json)") from None
         except (ValueError, KeyError, TypeError):
@@ -194,7 +206,7 @@ class RunFolder:
     ) -> None:
         """Write an agent's state as `checkpoint/NAME.npz`."""
         path = self.path / "checkpoint" / f"{name}.npz"
-        atomic_files.write_arrays(path, "checkpoint", state, {"config": asdict(config)} | meta)
+        atomic_files.write_arrays(path, "checkpoint", state, {"config": config.to_json()} | meta)
 
     def read_checkpoint(
         self, name: str, config: RunConfig
@@ -206,7 +218,7 @@ class RunFolder:
         """
         path = self.path / "checkpoint" / f"{name}.npz"
         state, meta = atomic_files.read_arrays(path, "checkpoint")
-        if meta.get("config") != json.loads(json.dumps(asdict(config))):
+        if meta.get("config") != json.loads(json.dumps(config.to_json())):
             raise CheckpointError(f"{path}: belongs to a run with other settings; train anew")
         return state, meta
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
@@ -11,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.base import BatchedAgent
 from mpma_mj.errors import DivergedError
 from mpma_mj.motions import Motion
 from mpma_mj.training.checkpoints import TrainedAgents
@@ -20,7 +18,6 @@ from mpma_mj.training.environments import Environments, wrap
 from mpma_mj.training.epoch_metrics import EpochMetrics
 from mpma_mj.training.factory import (
     agent_of,
-    architecture,
     environment_of,
     environments_of,
     one_thread,
@@ -153,15 +150,19 @@ class Trainer:
 
     def _learn(self) -> list[EpochMetrics]:
         """Let the agents learn; return what each logs, nothing where agents do not learn."""
-        assert isinstance(self.agent, BatchedAgent)
-        return self.agent.learn_batch()
+        logged = {name: np.ravel(values) for name, values in self.agent.learn().items()}
+        if not logged:
+            return []
+        return [
+            {name: float(values[row]) for name, values in logged.items()}
+            for row in range(len(self.going))
+        ]
 
     def _leave(self, done: NDArray[np.bool_]) -> None:
         stay = np.flatnonzero(~done)
         self.going = self.going[stay]
         self._close()
         if len(stay):
-            assert isinstance(self.agent, BatchedAgent)
             self.agent.select_runs(stay)
             self._make_environments()
 
@@ -184,8 +185,7 @@ def check(config: RunConfig, motion: Motion) -> None:
     Raises:
         MpmaError: An option is out of bounds, or does not fit the motion.
     """
-    architecture(config)
-    Trainer([dataclasses.replace(config, nodes=1)], motion).close()
+    Trainer([config.replace(nodes=1)], motion).close()
 
 
 def train_batch(

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.registry import AGENTS, NOT_TRAINABLE
+from mpma_mj.agents.registry import check_trainable
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.errors import BadOptionError, WorkerError
 from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, fine_tune, tracking_errors
@@ -22,7 +22,6 @@ from mpma_mj.trace import Trace
 from mpma_mj.training.checkpoints import TrainedAgents
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.epoch_metrics import epoch_metrics
-from mpma_mj.training.factory import config_of
 from mpma_mj.training.trainer import check, train_agents
 from mpma_mj.trials.effort import Effort, effort
 
@@ -117,10 +116,10 @@ class CompareJob(Work):
 
     def _train(self) -> TrainedAgents:
         if self.learned == NOTHING:
-            feedback = [config_of(config, "feedback_only") for config in self.configs]
+            feedback = [config.replace(agent="feedback_only") for config in self.configs]
             return train_agents(feedback, self.motion, 1, {})
         condition = ARMS[self.learned]
-        runs = [replace(config, arms=condition["arms"]) for config in self.configs]
+        runs = [config.replace(arms=condition["arms"]) for config in self.configs]
         return train_agents(runs, self.motion, self.epochs, condition)
 
 
@@ -143,10 +142,7 @@ def jobs(
     for name, value in {"epochs": epochs, "adaptation": adaptation}.items():
         if value < 1:
             raise BadOptionError(f"{name} is {value}; expected at least 1")
-    agent = configs[0].agent
-    if agent in NOT_TRAINABLE:
-        learners = ", ".join(name for name in AGENTS if name not in NOT_TRAINABLE)
-        raise BadOptionError(f"agent is {agent}, which does not learn; expected one of {learners}")
+    check_trainable(configs[0].agent_name)
     check(configs[0], motion)
     return [
         CompareJob(learned, tuple(configs), motion, epochs, adaptation)

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from mpma_mj import metrics
 from mpma_mj.agents import HAMMER
-from mpma_mj.agents.base import BatchedAgent
+from mpma_mj.agents.base import Agent
 from mpma_mj.agents.paired_models import PairedModels
-from mpma_mj.agents.wrapper import paired_models_of
+from mpma_mj.agents.wrappers import paired_models_of
 from mpma_mj.context import active_label
 from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.errors import BadOptionError, DivergedError
@@ -207,7 +207,7 @@ class _Lesioned(TrainedAgents):
     whole: TrainedAgents
     lost: Lost
 
-    def agent(self, envs: VectorImitationEnv) -> BatchedAgent:
+    def agent(self, envs: VectorImitationEnv) -> Agent:
         """Return the agent, with what it has learned since."""
         agent = self.whole.agent(envs)
         paired_models_of(agent).drop_modules(self.lost)

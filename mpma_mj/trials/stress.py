@@ -10,17 +10,15 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.registry import NO_FINE_TUNING
+from mpma_mj.agents.registry import agent_class
 from mpma_mj.errors import DivergedError
 from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, fine_tune, tracking_errors
 from mpma_mj.motions import Motion
-from mpma_mj.options import AgentName
 from mpma_mj.sweep.backend import Work
 from mpma_mj.sweep.batching import cut
 from mpma_mj.sweep.spec import seeds
 from mpma_mj.training.checkpoints import TrainedAgents
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.factory import config_of
 from mpma_mj.training.trainer import train_agents
 from mpma_mj.trials.disturbances import Level
 from mpma_mj.trials.stress_conditions import Trial
@@ -124,7 +122,7 @@ class StressJob(Work):
 
 def jobs(
     own: TrainedAgents,
-    agents: Sequence[AgentName],
+    agents: Sequence[str],
     runs: int,
     epochs: int,
     trials: tuple[Trial, ...],
@@ -146,11 +144,11 @@ def jobs(
         MpmaError: An agent cannot be trained with the run's settings.
     """
     config = own.configs[0]
-    rivals = [run for name in agents for run in seeds(config_of(config, name), runs)]
-    batches = [(batch[0].agent, batch, None) for batch in cut(rivals, workers)]
+    rivals = [run for name in agents for run in seeds(config.replace(agent=name), runs)]
+    batches = [(batch[0].agent_name, batch, None) for batch in cut(rivals, workers)]
     work = []
     for agent, configs, trained in [*batches, (THIS_RUN, own.configs, own)]:
-        learns = adapts > 0 and configs[0].agent not in NO_FINE_TUNING
+        learns = adapts > 0 and agent_class(configs[0].agent_name).fine_tunable
         for part in _by_disturbance(trials) if learns else [trials]:
             work.append(
                 StressJob(

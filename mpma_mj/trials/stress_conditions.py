@@ -16,7 +16,7 @@ from mpma_mj.motions import Motion
 from mpma_mj.motions.read import BUILT_IN
 from mpma_mj.training.checkpoints import TrainedAgents
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.factory import environment_options
+from mpma_mj.training.factory import env_options
 from mpma_mj.trials.disturbances import DISTURBANCES, Disturbance, Level
 
 __all__ = ["Trial", "trials"]
@@ -126,9 +126,7 @@ def _world(
         return undisturbed
     condition = EvalCondition(f"{disturbance.name} {level}", motion, _ARMS | options)
     try:
-        given = environment_options(config) | dict(condition.options)
-        del given["seed"]
-        prepare(motion, EnvironmentOptions(**given))
+        prepare(motion, env_options(config, condition.options))
     except BadOptionError as error:
         raise BadOptionError(f"{disturbance.name} {level}: {error}") from None
     except MotionReachError as error:

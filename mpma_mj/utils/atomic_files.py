@@ -30,7 +30,7 @@ __all__ = [
     "write_text",
 ]
 
-FORMAT = 3
+FORMAT = 4
 """Version of the files' format; what another version wrote is refused."""
 
 _META = "meta"

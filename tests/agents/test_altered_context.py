@@ -10,8 +10,8 @@ import hypothesis.strategies as st
 import numpy as np
 import pytest
 
-from mpma_mj.agents import FixedAgent
-from mpma_mj.agents.altered_context import AlteredContext, altered_context, altered_context_size
+from mpma_mj.agents import Agent, AgentConfig, AgentSpec
+from mpma_mj.agents.wrappers import AlteredContext, altered_context, altered_context_size
 from mpma_mj.context import active_label, one_hot
 from mpma_mj.envs.load import load
 from mpma_mj.envs.vector_env import VectorImitationEnv
@@ -26,10 +26,11 @@ LONG = 1000  # more than an episode: no seam
 CONTEXT = one_hot(np.repeat([0, 1, 2, 0, 2], [4, 5, 3, 6, 2]), LABELS)
 
 
-class Listener(FixedAgent):
+class Listener(Agent):
     """Remembers which contexts it receives, and how many of its like there are."""
 
     def __init__(self) -> None:
+        super().__init__(AgentConfig(), AgentSpec(LABELS, np.ones(8), 0.05))
         self.heard: list[np.ndarray] = []
         self.best: list[int] = []
 
@@ -125,18 +126,17 @@ def test_an_agent_hears_each_repetition_of_its_environment_alike() -> None:
     motion = dataclasses.replace(dance, context=np.roll(dance.context, 9, axis=0))
     env = load(motion, arms="kinematic", repeats=2)
     assert (motion.context[0] == motion.context[-1]).all()
-    config = RunConfig(context_signal="halves", nodes=2, modules=1, repeats=2, arms="kinematic")
+    config = RunConfig.of(context_signal="halves", nodes=2, modules=1, repeats=2, arms="kinematic")
     agent = agent_of(config, env, 0)
     assert isinstance(agent, AlteredContext)
     envs = VectorImitationEnv(2, motion=motion, arms="kinematic", repeats=2)
     together = agent_of(config, envs, 0)
     assert isinstance(together, AlteredContext)
     period = env.task.period
-    moments = np.stack(list(agent._contexts))
+    moments = agent._contexts
     np.testing.assert_array_equal(moments[:period][: len(moments) - period], moments[period:])
     for member in range(2):
-        np.testing.assert_array_equal(np.stack(list(together._contexts))[:, member], moments)
-        together.reset(0)
+        np.testing.assert_array_equal(together._contexts[:, member], moments)
 
 
 def test_what_cannot_be_heard_is_refused_with_the_list() -> None:

@@ -5,19 +5,18 @@ import pytest
 from dm_control.rl import control
 
 from mpma_mj import load
-from mpma_mj.agents import Agent, AgentSpec, FeedbackOnly, OpenLoop, RandomAgent
+from mpma_mj.agents import AGENTS, Agent, AgentSpec, RandomAgent, RandomConfig
 from mpma_mj.kinematics import angles_from_posture
 from mpma_mj.metrics import posture_error_percent
 from mpma_mj.training.rollout import record_epoch
 
-NAMES = ("random", "open loop", "feedback only")
+NAMES = ("random", "open_loop", "feedback_only")
 
 
 def make(name: str, env: control.Environment, seed: int = 0) -> Agent:
     spec = AgentSpec(4, env.task.max_joint_speed, env.control_timestep())
-    if name == "random":
-        return RandomAgent(seed=seed)
-    return OpenLoop(spec) if name == "open loop" else FeedbackOnly(spec)
+    agent_type = AGENTS[name]
+    return agent_type(agent_type.config_type(), spec, seed=seed)
 
 
 def p_e(name: str, arms: str, noise: float = 0.01) -> float:
@@ -27,21 +26,21 @@ def p_e(name: str, arms: str, noise: float = 0.01) -> float:
 
 
 def test_open_loop_on_ideal_arms_tracks_to_rounding() -> None:
-    assert p_e("open loop", "kinematic", noise=0.0) < 1e-10
+    assert p_e("open_loop", "kinematic", noise=0.0) < 1e-10
 
 
 def test_open_loop_loses_simulated_arms() -> None:
-    assert p_e("open loop", "physics") > 5 * p_e("feedback only", "physics")
+    assert p_e("open_loop", "physics") > 5 * p_e("feedback_only", "physics")
 
 
 @pytest.mark.parametrize("arms", ["physics", "kinematic"])
 def test_feedback_tracks_better_than_chance(arms: str) -> None:
-    assert p_e("feedback only", arms) < 0.2 * p_e("random", arms)
+    assert p_e("feedback_only", arms) < 0.2 * p_e("random", arms)
 
 
 def test_feedback_on_ideal_arms_is_one_step_late() -> None:
     env = load("ymca", arms="kinematic", repeats=1, reference_noise=0.0)
-    trace = record_epoch(env, make("feedback only", env), 0)
+    trace = record_epoch(env, make("feedback_only", env), 0)
     # Not the forearms: near a straight elbow the controller is told to hold back.
     posture, reference = (all_[:, np.r_[0:3, 6:9]] for all_ in (trace.posture, trace.reference))
     late, now = posture[1:] - reference[:-1], posture[1:] - reference[1:]
@@ -50,7 +49,7 @@ def test_feedback_on_ideal_arms_is_one_step_late() -> None:
 
 def test_open_loop_never_looks_at_the_arms() -> None:
     env = load("ymca", arms="physics", repeats=1)
-    agent, blind = make("open loop", env), make("open loop", env)
+    agent, blind = make("open_loop", env), make("open_loop", env)
     timestep = env.reset()
     while not timestep.last():
         shown = {name: timestep.observation[name] for name in ("reference", "target")}
@@ -62,7 +61,7 @@ def test_open_loop_never_looks_at_the_arms() -> None:
 def test_open_loop_makes_up_for_what_a_step_is_too_short_for() -> None:
     env = load("ymca", arms="kinematic", repeats=1, reference_noise=0.0)
     near, far = env.task.motion.posture[[0, 20]]
-    agent = make("open loop", env)
+    agent = make("open_loop", env)
     actions = np.stack([agent.act({"reference": near, "target": far}) for _ in range(60)])
     start = angles_from_posture(near, near=np.zeros(8))
     way = actions.sum(axis=0) * env.task.max_joint_speed * env.control_timestep()
@@ -72,7 +71,7 @@ def test_open_loop_makes_up_for_what_a_step_is_too_short_for() -> None:
 
 def test_random_actions_fill_their_range_and_follow_seed_and_episode() -> None:
     def actions(seed: int, episode: int) -> np.ndarray:
-        agent = RandomAgent(seed=seed)
+        agent = RandomAgent(RandomConfig(), AgentSpec(4, np.ones(8), 0.05), seed=seed)
         agent.reset(episode)
         return np.stack([agent.act({}) for _ in range(500)])
 
@@ -109,7 +108,7 @@ def test_nothing_is_learned(name: str) -> None:
 
 def test_feedback_is_a_signal() -> None:
     env = load("ymca", repeats=1)
-    agent = make("feedback only", env)
-    assert agent.signals() == {}
+    agent = make("feedback_only", env)
+    assert agent.signals().feedback is None
     trace = record_epoch(env, agent, 0)
     np.testing.assert_array_equal(trace.feedback, trace.action)

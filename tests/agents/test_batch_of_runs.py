@@ -6,15 +6,13 @@ import numpy as np
 import pytest
 
 from mpma_mj import MPMAConfig, load, make_agent, make_vec
-from mpma_mj.agents import AGENTS
-from mpma_mj.agents.base import BatchedAgent
-from mpma_mj.agents.registry import NOT_TRAINABLE
+from mpma_mj.agents import AGENTS, Agent
 from mpma_mj.envs.vector_env import VectorImitationEnv
-from mpma_mj.errors import BadOptionError
+from mpma_mj.errors import BadOptionError, StateError
 from mpma_mj.training.rollout import record_epoch
 
 SMALL = MPMAConfig(nodes=10, modules=2)
-LEARNING = [kind for kind in AGENTS if kind not in NOT_TRAINABLE]
+LEARNING = [kind for kind in AGENTS if AGENTS[kind].trainable]
 
 
 @pytest.fixture(scope="module")
@@ -22,16 +20,14 @@ def envs() -> VectorImitationEnv:
     return make_vec(3, "ymca", arms="kinematic", repeats=1)
 
 
-def many(envs: VectorImitationEnv, kind: str, seed: Any = 0) -> BatchedAgent:
-    agent = make_agent(envs, SMALL, kind=kind, seed=seed)
-    assert isinstance(agent, BatchedAgent)
-    return agent
+def many(envs: VectorImitationEnv, kind: str, seed: Any = 0) -> Agent:
+    return make_agent(envs, SMALL, kind=kind, seed=seed)
 
 
-def actions(envs: VectorImitationEnv, agent: BatchedAgent, epoch: int) -> np.ndarray:
+def actions(envs: VectorImitationEnv, agent: Agent, epoch: int) -> np.ndarray:
     """Dance and learn; return the actions, shape (R, T, 8)."""
     trace = record_epoch(envs, agent, epoch)
-    agent.learn_batch()
+    agent.learn()
     return np.moveaxis(trace.action, 0, 1)
 
 
@@ -87,12 +83,18 @@ def test_the_state_of_several_agents_goes_round(envs: VectorImitationEnv, kind: 
 
 
 @pytest.mark.parametrize("kind", LEARNING)
-def test_several_cannot_learn_as_one(envs: VectorImitationEnv, kind: str) -> None:
+def test_logged_values_have_the_shape_of_the_batch(envs: VectorImitationEnv, kind: str) -> None:
     agent = many(envs, kind)
     record_epoch(envs, agent, 0)
-    with pytest.raises(BadOptionError, match=r"3 agents .* call learn_batch\(\)"):
-        agent.learn()
-    assert len(agent.learn_batch()) == 3
+    logged = agent.learn()
+    assert {"gain_feedback", "gain_inverse"} <= logged.keys()
+    assert {values.shape for values in logged.values()} == {(3,)}
+    env = load("ymca", arms="kinematic", repeats=1)
+    alone = make_agent(env, SMALL, kind=kind)
+    record_epoch(env, alone, 0)
+    assert {name: np.shape(value) for name, value in alone.learn().items()} == dict.fromkeys(
+        logged, ()
+    )
 
 
 @pytest.mark.parametrize("kind", LEARNING)
@@ -102,10 +104,10 @@ def test_before_a_step_there_are_no_signals_and_nothing_to_learn_from(kind: str)
     before = agent.state_dict()
 
     def refused() -> None:
-        with pytest.raises(BadOptionError, match=r"nothing to learn from; call act\(\) and"):
+        with pytest.raises(StateError, match=r"before an episode; call act\(\) and observe"):
             agent.learn()
 
-    assert agent.signals() == {}
+    assert agent.signals().modules is agent.signals().feedback is None
     refused()
     agent.act(env.reset().observation)
     refused()
@@ -114,7 +116,7 @@ def test_before_a_step_there_are_no_signals_and_nothing_to_learn_from(kind: str)
     record_epoch(env, agent, 0)
     agent.learn()
     agent.reset(1)
-    assert agent.signals() == {}
+    assert agent.signals().modules is agent.signals().feedback is None
     refused()
 
 

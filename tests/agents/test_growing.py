@@ -1,5 +1,6 @@
 """Recruitment: when a module is added, and what an agent that grows is."""
 
+import copy
 import dataclasses
 import math
 
@@ -9,14 +10,14 @@ import pytest
 from hypothesis import strategies as some
 
 import mpma_mj
-from mpma_mj.agents import MPMA, AgentSpec, GrowingMPMA, MPMAConfig
-from mpma_mj.agents.growing import with_added_module, with_first_modules
-from mpma_mj.agents.recruitment import EPOCHS, LEAST_GAIN, Recruitment
+from mpma_mj.agents import MPMA, AgentSpec, GrowingConfig, GrowingMPMA, MPMAConfig
+from mpma_mj.agents.growing import EPOCHS, LEAST_GAIN, Recruitment, with_added_module
+from mpma_mj.agents.learning_rules import Epoch
 from mpma_mj.envs.load import load
 from mpma_mj.training.factory import make_agent
 from mpma_mj.training.rollout import record_epoch
 
-SMALL = MPMAConfig(nodes=10, modules=4)
+SMALL = GrowingConfig(nodes=10, modules=4)
 PARTS = ("inverse", "forward", "predictor")
 
 
@@ -113,9 +114,9 @@ def test_those_who_are_awake_share_all_responsibility(
 
 def test_with_all_awake_it_is_mpma() -> None:
     env = load("ymca", arms="kinematic", repeats=1)
-    plain = MPMA(SMALL, AgentSpec(4, env.task.max_joint_speed, 0.05))
+    plain = MPMA(MPMAConfig(nodes=10, modules=4), AgentSpec(4, env.task.max_joint_speed, 0.05))
     growing = agent(4)
-    growing._spec = plain._spec
+    growing.spec = plain.spec
     for epoch in range(2):
         traces = [record_epoch(env, own, epoch) for own in (plain, growing)]
         np.testing.assert_array_equal(traces[0].action, traces[1].action)
@@ -126,7 +127,7 @@ def test_with_all_awake_it_is_mpma() -> None:
 
 def trained(
     epochs: int, seed: int = 0, most: int = 3
-) -> tuple[GrowingMPMA, list[dict[str, float]]]:
+) -> tuple[GrowingMPMA, list[dict[str, np.ndarray]]]:
     env = load("ymca", arms="kinematic", repeats=1)
     dancer = make_agent(env, dataclasses.replace(SMALL, modules=most), kind="growing", seed=seed)
     assert isinstance(dancer, GrowingMPMA)
@@ -181,54 +182,56 @@ def test_what_did_not_help_is_undone() -> None:
     assert not np.array_equal(learned["forward.weights"], now["forward.weights"])
 
 
-def episode(steps: int = 6, modules: int = 3) -> dict[str, np.ndarray]:
+def episode(steps: int = 6, modules: int = 3) -> Epoch:
     """Return an epoch of two labels, of which the second is predicted badly by module 1."""
     rng = np.random.default_rng(0)
     label = np.arange(steps) >= steps // 2
     posture = rng.random((steps, 12))
     predictions = np.repeat(posture[:, None], modules, axis=1)
     predictions[label] += 0.5
-    return {
-        "context": np.eye(2)[label.astype(int)],
-        "responsibility": np.eye(modules)[np.zeros(steps, int)],
-        "predictions": predictions,
-        "next_posture": posture,
-        "module_actions": rng.random((steps, modules, 8)),
-        "prior": rng.random((steps, modules)),
+    return Epoch(
         **{f"{part}_features": rng.random((steps, modules, 4)) for part in PARTS},
-    }
+        **{name: rng.random((steps, 8)) for name in ("action", "feedback", "next_feedback")},
+        context=np.eye(2)[label.astype(int)],
+        responsibility=np.eye(modules)[np.zeros(steps, int)],
+        predictions=predictions,
+        next_posture=posture,
+        module_actions=rng.random((steps, modules, 8)),
+        prior=rng.random((steps, modules)),
+        feedback_gain=0.3,
+    )
 
 
 def test_a_new_module_gets_half_of_the_label_that_is_predicted_worst() -> None:
     before = episode()
     after = with_added_module(before, 1)
-    np.testing.assert_array_equal(after["responsibility"][:3], before["responsibility"][:3])
-    np.testing.assert_array_equal(after["responsibility"][3:], [[0.5, 0.5, 0.0]] * 3)
+    np.testing.assert_array_equal(after.responsibility[:3], before.responsibility[:3])
+    np.testing.assert_array_equal(after.responsibility[3:], [[0.5, 0.5, 0.0]] * 3)
 
 
 def test_a_new_module_begins_with_what_all_said_and_changes_nothing_of_theirs() -> None:
     before = episode()
-    kept = {name: value.copy() for name, value in before.items()}
+    kept = copy.deepcopy(before)
     after = with_added_module(before, 2)
     for name in ("module_actions", "predictions"):
-        np.testing.assert_array_equal(after[name][:, :2], before[name][:, :2])
-        np.testing.assert_allclose(after[name][:, 2], before[name][:, 0])  # whose λ is 1
-    for name, value in before.items():
-        np.testing.assert_array_equal(value, kept[name])
+        replaced, own = getattr(after, name), getattr(before, name)
+        np.testing.assert_array_equal(replaced[:, :2], own[:, :2])
+        np.testing.assert_allclose(replaced[:, 2], own[:, 0])  # whose λ is 1
+    for name, value in vars(before).items():
+        np.testing.assert_array_equal(value, getattr(kept, name))
 
 
 def test_where_nothing_is_heard_a_new_module_gets_half_of_all() -> None:
-    silent = episode() | {"context": np.zeros((6, 2))}
-    np.testing.assert_array_equal(
-        with_added_module(silent, 1)["responsibility"], [[0.5, 0.5, 0]] * 6
-    )
+    silent = dataclasses.replace(episode(), context=np.zeros((6, 2)))
+    np.testing.assert_array_equal(with_added_module(silent, 1).responsibility, [[0.5, 0.5, 0]] * 6)
 
 
 def test_an_epoch_of_the_first_modules_is_cut_alike_everywhere() -> None:
-    cut = with_first_modules(episode(), 2)
-    assert cut["responsibility"].shape == (6, 2)
-    assert cut["predictions"].shape == (6, 2, 12)
-    assert cut["next_posture"].shape == (6, 12)
+    cut = episode().first_modules(2)
+    assert cut.responsibility.shape == (6, 2)
+    assert cut.predictions.shape == (6, 2, 12)
+    assert cut.forward_features.shape == (6, 2, 4)
+    assert cut.next_posture.shape == (6, 12)
 
 
 def test_growth_side_by_side_is_growth_alone() -> None:
@@ -240,7 +243,7 @@ def test_growth_side_by_side_is_growth_alone() -> None:
     assert isinstance(together, GrowingMPMA)
     for epoch in range(14):
         record_epoch(envs, together, epoch)
-        together.learn_batch()
+        together.learn()
     together.select_runs(np.array([1]))
     env = load("ymca", arms="kinematic", repeats=1, seed=5)
     alone = make_agent(env, config, kind="growing", seed=5)

@@ -5,8 +5,7 @@ import pytest
 from scipy import linalg
 
 from mpma_mj import load, make_agent
-from mpma_mj.agents import HAMMER, AgentSpec, MPMAConfig
-from mpma_mj.agents.config import NetworkConfig
+from mpma_mj.agents import HAMMER, AgentSpec, HAMMERConfig
 from mpma_mj.agents.hammer import next_confidence
 from mpma_mj.errors import BadOptionError
 from mpma_mj.esn import PRECISION
@@ -16,8 +15,7 @@ SPEED = np.array([12.0, 12.0, 20.0, 15.0] * 2)
 
 
 def hammer(pairs: int = 4) -> HAMMER:
-    config = NetworkConfig(modules=pairs, nodes=20)
-    return HAMMER(config, AgentSpec(pairs, SPEED, 0.05))
+    return HAMMER(HAMMERConfig(nodes=20), AgentSpec(pairs, SPEED, 0.05))
 
 
 def dance(agent: Any, epochs: int, learn: bool = True) -> dict[str, np.ndarray]:
@@ -61,13 +59,13 @@ def test_while_preparing_each_label_has_its_own_pair_and_feedback_leads() -> Non
 def test_each_pair_learns_by_ridge_regression_from_its_own_label_only() -> None:
     agent = hammer()
     trace = dance(agent, 1)
-    epoch = agent._episode(())
-    hit = np.clip(trace.action + epoch["next_feedback"], -1, 1)
+    epoch = agent._epoch(())
+    hit = np.clip(trace.action + epoch.next_feedback, -1, 1)
     for i in range(4):
         own = trace.context[:-1, i] == 1
         assert 0 < own.sum() < len(own)
         for name, target in (("forward", trace.posture[1:]), ("inverse", hit)):
-            z = epoch[f"{name}_features"][own, i].astype(float)
+            z = getattr(epoch, f"{name}_features")[own, i].astype(float)
             ridge = 1e-4 * len(own) * np.eye(z.shape[1])
             expected = linalg.solve(z.T @ z + ridge, z.T @ target[own]).T
             weights = getattr(agent._readouts, name).weights[i]
@@ -118,7 +116,7 @@ def test_prepared_forward_models_hear_their_own_inverse_model() -> None:
     for preparing in (True, False):
         assert agent.is_preparing == preparing
         trace = dance(agent, 1, learn=False)
-        heard = agent._episode(())["forward_features"][:, :, 20:28]
+        heard = agent._epoch(()).forward_features[:, :, 20:28]
         total = np.repeat(trace.action[:, None], 4, axis=1)
         expected = total if preparing else trace.modules.module_actions
         np.testing.assert_array_equal(heard, expected.astype(PRECISION))
@@ -144,7 +142,9 @@ def test_one_pair_is_always_responsible() -> None:
     env = load("ymca", arms="kinematic", repeats=1)
     observation = dict(env.reset().observation) | {"context": np.ones(1)}
     agent.act(observation)
-    np.testing.assert_array_equal(agent._steps[0]["responsibility"], [1.0])
+    modules = agent.signals().modules
+    assert modules is not None
+    np.testing.assert_array_equal(modules.responsibility, [[1.0]])
 
 
 @pytest.mark.parametrize("epochs", [1, 4])
@@ -160,7 +160,7 @@ def test_state_goes_round(epochs: int) -> None:
 
 def test_on_the_way_it_tracks_better_than_feedback() -> None:
     env = load("ymca", arms="kinematic")
-    agent = make_agent(env, MPMAConfig(nodes=50), kind="hammer")
+    agent = make_agent(env, HAMMERConfig(nodes=50), kind="hammer")
     errors = []
     for epoch in range(9):
         trace = record_epoch(env, agent, epoch)
@@ -174,5 +174,5 @@ def test_on_the_way_it_tracks_better_than_feedback() -> None:
 @pytest.mark.parametrize("pairs", [2, 6])
 def test_there_is_a_pair_for_every_label(pairs: int) -> None:
     observation = load("ymca", arms="kinematic").reset().observation
-    with pytest.raises(BadOptionError, match=f"modules is {pairs}, but the context has 4 labels"):
+    with pytest.raises(BadOptionError, match=f"context is .4,.; expected {pairs} labels, one for"):
         hammer(pairs).act(observation)

@@ -25,6 +25,7 @@ def epoch() -> Epoch:
         "inverse_features": (T, M, 5),
         "forward_features": (T, M, 6),
         "predictor_features": (T, M, 7),
+        "context": (T, 4),
         "prior": (T, M),
         "responsibility": (T, M),
         "module_actions": (T, M, 8),

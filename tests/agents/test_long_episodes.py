@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mpma_mj import MPMAConfig, load, make_agent, make_vec
-from mpma_mj.agents import paired_models
+from mpma_mj.agents import networks
 from mpma_mj.agents.episode_buffer import EpisodeBuffer
 from mpma_mj.esn import feature_replay
 from mpma_mj.training.rollout import record_epoch
@@ -33,7 +33,7 @@ def test_what_is_learned_is_to_the_bit_what_kept_features_teach(
     settings: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     kept = learned(**settings)
-    monkeypatch.setattr(paired_models, "_MOST_KEPT", 2000)  # bytes: some steps
+    monkeypatch.setattr(networks, "_MOST_KEPT", 2000)  # bytes: some steps
     replayed = learned(**settings)
     assert kept.keys() == replayed.keys()
     for name, array in kept.items():
@@ -43,14 +43,14 @@ def test_what_is_learned_is_to_the_bit_what_kept_features_teach(
 def test_agents_side_by_side_replay_what_each_went_through(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(paired_models, "_MOST_KEPT", 2000)
+    monkeypatch.setattr(networks, "_MOST_KEPT", 2000)
     envs = make_vec(2, "ymca", arms="kinematic", repeats=1)
     agents: Any = make_agent(envs, SMALL)
     env = load("ymca", arms="kinematic", repeats=1, seed=1)
     alone = make_agent(env, SMALL, seed=1)
     for epoch in range(3):
         record_epoch(envs, agents, epoch)
-        agents.learn_batch()
+        agents.learn()
         record_epoch(env, alone, epoch)
         alone.learn()
     for name, array in alone.state_dict().items():
@@ -63,7 +63,7 @@ def test_several_blocks_teach_what_one_does(monkeypatch: pytest.MonkeyPatch) -> 
     in_blocks = learned()
     name = "forward.gram"
     np.testing.assert_allclose(in_blocks[name], whole[name], rtol=1e-4, atol=1e-3)
-    monkeypatch.setattr(paired_models, "_MOST_KEPT", 2000)
+    monkeypatch.setattr(networks, "_MOST_KEPT", 2000)
     for name, array in learned().items():
         np.testing.assert_array_equal(array, in_blocks[name])
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from mpma_mj import MPMAConfig, load, make_agent
-from mpma_mj.agents import AGENTS, MPMA
+from mpma_mj.agents import AGENTS, MPMA, SingleConfig
 from mpma_mj.errors import BadOptionError
 from mpma_mj.training.rollout import record_epoch
 
@@ -48,12 +48,13 @@ def test_single_is_mpma_of_one_module() -> None:
     agent = make_agent(env, SMALL, kind="single")
     assert isinstance(agent, MPMA)
     assert agent.config == MPMAConfig(nodes=20, modules=1)
+    assert make_agent(env, SingleConfig(nodes=20), kind="single").config == agent.config
 
 
 def test_unknown_kinds_are_refused_in_one_line_with_the_list() -> None:
     with pytest.raises(BadOptionError) as error:
         make_agent(load("ymca"), kind="mosiac")
     assert str(error.value) == (
-        "kind is 'mosiac'; expected one of mpma, growing, mosaic, hammer, single,"
-        " feedback_only, open_loop, random"
+        "agent is 'mosiac'; expected one of mpma, growing, mosaic, hammer, single,"
+        " feedback_only, open_loop, random, or the path of a class, such as my_agents.py:MyAgent"
     )

@@ -12,7 +12,7 @@ from mpma_mj.training.config import RunConfig
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """Make networks, companies and rounds as small as can be."""
     for module in (agent, peers):
-        monkeypatch.setattr(module, "_CONFIG", RunConfig(modules=2, nodes=5, repeats=1))
+        monkeypatch.setattr(module, "_CONFIG", RunConfig.of(modules=2, nodes=5, repeats=1))
         monkeypatch.setattr(module, "_RUNS", 2)
     for module in (agent, environment, peers, programs):
         monkeypatch.setattr(module, "_ROUNDS", 1)

@@ -9,7 +9,13 @@ import numpy as np
 import pytest
 
 from mpma_mj import load, metrics
-from mpma_mj.agents import AgentSpec, FeedbackOnly, RandomAgent
+from mpma_mj.agents import (
+    AgentSpec,
+    FeedbackOnly,
+    FeedbackOnlyConfig,
+    RandomAgent,
+    RandomConfig,
+)
 from mpma_mj.envs import gl
 from mpma_mj.envs.gym_env import ImitationEnv
 from mpma_mj.envs.wrappers import Evaluate, FeedbackAssist, RecordVideo, Wrapper
@@ -30,8 +36,11 @@ def ymca(arms: str = "physics", repeats: int = 1) -> dm_env.Environment:
     return load("ymca", arms=arms, repeats=repeats)
 
 
+SPEC = AgentSpec(4, np.ones(8), 0.05)
+
+
 def at_random(seed: int = 0) -> Act:
-    return RandomAgent(seed=seed).act
+    return RandomAgent(RandomConfig(), SPEC, seed=seed).act
 
 
 def nothing(observation: dict[str, np.ndarray]) -> np.ndarray:
@@ -131,7 +140,7 @@ def test_assisted_doing_nothing_is_feedback_alone(arms: str) -> None:
         "max_joint_speed": env.task.max_joint_speed,
         "control_timestep": env.control_timestep(),
     }
-    alone = danced(env, FeedbackOnly(AgentSpec(4, **limits)).act)
+    alone = danced(env, FeedbackOnly(FeedbackOnlyConfig(), AgentSpec(4, **limits)).act)
     assert_same(danced(FeedbackAssist(ymca(arms), gain=1.0), nothing), alone)
 
 
@@ -184,7 +193,7 @@ def test_evaluating_changes_nothing() -> None:
 @pytest.mark.parametrize("arms", ["physics", "kinematic"])
 def test_measures_are_those_of_a_trace(arms: str) -> None:
     env = Evaluate(ymca(arms))
-    trace = record_epoch(env, RandomAgent(seed=3), 0)
+    trace = record_epoch(env, RandomAgent(RandomConfig(), SPEC, seed=3), 0)
     posture, reference = trace.posture[1:], trace.reference[1:]
     sites = env.physics.site_positions
     assert env.episode_metrics == [

@@ -20,13 +20,13 @@ from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.training.trainer import train_agents
 from mpma_mj.utils import atomic_files
 
-SMALL = RunConfig(nodes=20, modules=2, repeats=1)
+SMALL = RunConfig.of(nodes=20, modules=2, repeats=1)
 HOME = EvalCondition("home", ymca(), {})
 CARRIED = EvalCondition("carried", ymca(), {"gravity_compensation": True})
 
 
 def trained(*seeds: int, agent: str = "mpma") -> TrainedAgents:
-    configs = [dataclasses.replace(SMALL, seed=seed, agent=agent) for seed in seeds]
+    configs = [SMALL.replace(seed=seed, agent=agent) for seed in seeds]
     return train_agents(configs, ymca(), 8, {})
 
 
@@ -65,7 +65,7 @@ def test_the_agent_of_a_run_is_the_one_that_was_trained_beside_others(tmp_path: 
 
 
 def test_learning_on_brings_agents_of_ideal_arms_to_heavy_ones() -> None:
-    configs = [dataclasses.replace(SMALL, nodes=50, repeats=3, arms="kinematic")]
+    configs = [SMALL.replace(nodes=50, repeats=3, arms="kinematic")]
     agents = train_agents(configs, ymca(), 30, {})
     heavy = EvalCondition("heavy", ymca(), {"arms": "physics", "payload": 2.0})
     at_once = tracking_errors(evaluate(agents, heavy))
@@ -109,7 +109,7 @@ def test_no_run_and_one_of_another_version_are_refused(small_run: Path, tmp_path
         TrainedAgents.of_run(RunFolder(tmp_path))
     other = RunFolder(shutil.copytree(small_run, tmp_path / "run"))
     atomic_files.write_json(other.path / "config.json", {"format": 1, "config": {}})
-    with pytest.raises(CheckpointError, match="of another version"):
+    with pytest.raises(CheckpointError, match="format 1, written by mpma-mj of another version"):
         TrainedAgents.of_run(other)
 
 

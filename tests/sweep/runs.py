@@ -13,7 +13,7 @@ from mpma_mj.sweep.grid import points
 from mpma_mj.sweep.spec import SweepSpec, seeds
 from mpma_mj.training.config import RunConfig
 
-TINY = RunConfig(nodes=5, modules=2, repeats=1)
+TINY = RunConfig.of(nodes=5, modules=2, repeats=1)
 TINY_WORDS = ("--nodes", 5, "--modules", 2, "--repeats", 1, "--epochs", 2)
 
 

@@ -20,20 +20,25 @@ from mpma_mj.training.config import RunConfig
 from tests.conftest import WriteTsv
 from tests.sweep.runs import finished
 
-BASES = [RunConfig(), RunConfig(motions=("far/away/dance.tsv",))]
+BASES = [
+    RunConfig(),
+    RunConfig.of(
+        "far/away/dance.tsv",
+    ),
+]
 TINY = ("--nodes", "5", "--epochs", "2")
 
 COMPARED = [agent for agent in AGENTS if agent != "growing"]
 
 
 def spec_of(runs: int = 2, bases: list[RunConfig] = BASES) -> SweepSpec:
-    return benchmark.spec_of(bases, runs, 9, stop=True)
+    return benchmark.spec_of(bases, COMPARED, runs, 9, stop=True)
 
 
 def some_runs(spec: SweepSpec, **summary: Any) -> list[RunResult]:
     """Return runs whose p_e is the number of the agent, and a tenth of the seed."""
     return [
-        finished(c, p_e_percent=1 + COMPARED.index(c.agent) + c.seed / 10, **summary)
+        finished(c, p_e_percent=1 + COMPARED.index(c.agent_name) + c.seed / 10, **summary)
         for c in spec.configs
     ]
 
@@ -41,7 +46,7 @@ def some_runs(spec: SweepSpec, **summary: Any) -> list[RunResult]:
 def test_every_agent_has_a_line_for_each_movement_and_both_arms() -> None:
     spec = spec_of()
     found = benchmark.lines(spec, some_runs(spec))
-    assert [(line.motion, line.point.arms, line.point.agent) for line in found] == [
+    assert [(line.motion, line.point.env.arms, line.point.agent_name) for line in found] == [
         (motion, arms, agent)
         for motion in ("ymca", "dance.tsv")
         for arms in ("physics", "kinematic")
@@ -69,7 +74,7 @@ def test_what_agents_do_not_have_is_a_dash_and_what_went_wrong_is_said() -> None
     spec = spec_of(3)
     runs = some_runs(spec)[:-1]
     bare = {"epochs": 1, "p_e_percent": 34.0, "environment_steps": 227, "converged": False}
-    first = next(i for i, run in enumerate(runs) if run.config.agent == "random")
+    first = next(i for i, run in enumerate(runs) if run.config.agent_name == "random")
     for number in range(first, first + 3):
         runs[number] = RunResult(runs[number].config, bare, 1, 0.01)
     runs[0] = RunResult(runs[0].config, {"failed": "diverged"}, 1, 0.5)
@@ -95,7 +100,15 @@ def test_the_same_movement_twice_and_no_runs_are_refused() -> None:
 
 @pytest.mark.parametrize("movements", [1, 2, 4])
 def test_the_picture_shows_something_however_many_movements(movements: int, tmp_path: Path) -> None:
-    spec = spec_of(2, [RunConfig(motions=(f"dance{i}.tsv",)) for i in range(movements)])
+    spec = spec_of(
+        2,
+        [
+            RunConfig.of(
+                f"dance{i}.tsv",
+            )
+            for i in range(movements)
+        ],
+    )
     path = tmp_path / "benchmark.png"
     write_figure(path, benchmark.lines(spec, some_runs(spec)))
     full = iio.imread(path)

@@ -112,11 +112,11 @@ def test_a_job_that_is_always_lost_is_given_up_and_the_others_are_kept(tmp_path:
     backend = Here()
     backend.next_done = lambda: (  # type: ignore[method-assign]
         (job := backend.jobs.popleft()),
-        None if job.configs[0].nodes == 6 else job.do(),
+        None if job.configs[0].option("nodes") == 6 else job.do(),
     )
     finish(folder, backend)
-    assert [config.nodes for config in folder.missing()] == [6]
-    assert [run.config.nodes for run in folder.finished()] == [5]
+    assert [config.option("nodes") for config in folder.missing()] == [6]
+    assert [run.config.option("nodes") for run in folder.finished()] == [5]
     assert "1 of 2 runs are missing" in remarks(folder.finished(), 2)[0]
     with pytest.raises(WorkerError) as error:
         require_all(folder)
@@ -221,7 +221,9 @@ def test_a_full_disk_loses_the_crowd_in_flight_only(
 def test_settings_that_read_the_movement_otherwise_give_other_movements(tmp_path: Path) -> None:
     folder = SweepFolder(tmp_path, spec_of("tempo=1,0.5", runs=1))
     finish(folder, Here())
-    steps = {run.config.tempo: run.summary["environment_steps"] for run in folder.finished()}
+    steps = {
+        run.config.option("tempo"): run.summary["environment_steps"] for run in folder.finished()
+    }
     assert steps[0.5] > 1.9 * steps[1.0]
 
 
@@ -254,7 +256,7 @@ def test_workers_find_the_modules_that_this_process_finds(tmp_path: Path) -> Non
         "from mpma_mj.training.dataset import read_motions\n"
         "if __name__ == '__main__':\n"
         "    processes._PRELOADED.append('found')\n"
-        "    config = RunConfig(nodes=5, modules=1, repeats=1)\n"
+        "    config = RunConfig.of(nodes=5, modules=1, repeats=1)\n"
         "    job = job.Job((config,), read_motions(config), 1, True, {})\n"
         "    with processes.Processes(2) as backend:\n"
         "        for _ in range(2):\n"

@@ -53,7 +53,7 @@ def test_files_tell_what_varies_and_never_meet(tmp_path: Path) -> None:
 
 
 def test_a_title_is_short_however_many_movements_there_are(tmp_path: Path) -> None:
-    one, many = (RunConfig(motions=names) for names in [("ymca",), ("ymca", "a.bvh", "b.bvh")])
+    one, many = (RunConfig.of(motions=names) for names in [("ymca",), ("ymca", "a.bvh", "b.bvh")])
     folder = SweepFolder(tmp_path, SweepSpec((one, many), 1))
     assert [folder.title(c) for c in (one, many)] == ["motions ymca", "motions ymca and 2 more"]
 

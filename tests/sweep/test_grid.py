@@ -1,14 +1,13 @@
 """Grids as they are typed."""
 
 import dataclasses
-from typing import get_type_hints
 
 import pytest
 
 from mpma_mj.errors import BadOptionError
 from mpma_mj.sweep.grid import points
 from mpma_mj.sweep.spec import SweepSpec, by_point, seeds
-from mpma_mj.training.config import RunConfig, Settings
+from mpma_mj.training.config import RunConfig, option_types
 from tests.sweep.runs import TINY, spec_of
 
 
@@ -20,7 +19,7 @@ def test_a_grid_is_all_combinations_the_last_axis_running_fastest() -> None:
         (50, 4, "gated"),
     ]
     assert len(set(grid)) == 2 * 3 * 2
-    assert {p.repeats for p in grid} == {TINY.repeats}
+    assert {p.env.repeats for p in grid} == {TINY.env.repeats}
 
 
 def test_no_grid_is_one_point() -> None:
@@ -41,26 +40,26 @@ def test_no_grid_is_one_point() -> None:
 )
 def test_values_have_the_type_of_their_setting(word: str, values: list[object]) -> None:
     name = {"from": "start"}.get(word.split("=")[0], word.split("=")[0].replace("-", "_"))
-    found = [getattr(p, name) for p in points([word], TINY)]
+    found = [p.option(name) for p in points([word], TINY)]
     assert found == values
     assert list(map(type, found)) == list(map(type, values))
 
 
-@pytest.mark.parametrize("field", [f.name for f in dataclasses.fields(Settings)])
-def test_every_setting_but_the_seed_can_vary(field: str) -> None:
-    if field == "seed":
-        return
-    shown = str(getattr(RunConfig(), field)).lower()
-    (point,) = points([f"{field}={shown}"], RunConfig())
+PLAIN = ("perturbation", "reward_weights", "model", "seed")  # none of one word, or not varied
+
+
+@pytest.mark.parametrize("name", [name for name in option_types("mpma") if name not in PLAIN])
+def test_every_option_but_the_seed_can_vary(name: str) -> None:
+    shown = str(RunConfig().option(name)).lower()
+    (point,) = points([f"{name}={shown}"], RunConfig())
     assert point == RunConfig()
-    assert field in get_type_hints(Settings)
 
 
 @pytest.mark.parametrize(
     ("words", "message"),
     [
         (["node=5"], "unknown 'node'; did you mean nodes?"),
-        (["zzz=5"], "unknown 'zzz'; expected one of agent, arms, "),
+        (["zzz=5"], "unknown 'zzz'; expected one of actuator_strength, agent, arms, "),
         (["motions=ymca"], "unknown 'motions'"),
         (["nodes"], "'nodes'; expected name=value,value"),
         (["nodes="], "empty value of nodes; expected a whole number"),
@@ -68,7 +67,7 @@ def test_every_setting_but_the_seed_can_vary(field: str) -> None:
         (["nodes=5.5"], "nodes '5.5'; expected a whole number"),
         (["reference_noise=much"], "reference_noise 'much'; expected a number"),
         (["loop=maybe"], "loop 'maybe'; expected true or false"),
-        (["rule=gatd"], "rule 'gatd'; expected one of weighted, gated"),
+        (["rule=gatd"], "rule is 'gatd'; expected weighted, gated, or the path of a class"),
         (["unit=km"], "unit 'km'; expected one of m, cm, mm, inch or none"),
         (["nodes=5", "nodes=6"], "nodes twice; give all its values at once"),
         (["from=1", "start=2"], "from twice"),
@@ -84,7 +83,7 @@ def test_what_is_no_grid_is_refused_in_one_line(words: list[str], message: str) 
 
 
 def test_runs_of_a_point_have_seeds_from_its_own_up() -> None:
-    point = dataclasses.replace(TINY, seed=3)
+    point = TINY.replace(seed=3)
     assert [run.seed for run in seeds(point, 3)] == [3, 4, 5]
     assert {dataclasses.replace(run, seed=3) for run in seeds(point, 3)} == {point}
 
@@ -104,6 +103,6 @@ def test_what_varies_is_told_and_runs_are_grouped_by_all_but_the_seed() -> None:
     sweep = spec_of("rule=gated,weighted", runs=3)
     assert sweep.varying == ("rule",)
     groups = by_point(sweep.configs)
-    assert [point.rule for point in groups] == ["gated", "weighted"]
+    assert [point.option("rule") for point in groups] == ["gated", "weighted"]
     assert [len(runs) for runs in groups.values()] == [3, 3]
     assert [run for runs in groups.values() for run in runs] == list(sweep.configs)

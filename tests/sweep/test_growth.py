@@ -23,19 +23,19 @@ def finished(most: int, settled: dict[int, int], p_e: dict[int, float], own: flo
     spec = spec_of(most, len(settled), RunConfig(), 50)
     runs = []
     for config in spec.configs:
-        grows = config.agent == "growing"
-        found = {"p_e_percent": own if grows else p_e[config.modules], "converged": True}
+        grows = config.agent_name == "growing"
+        found = {"p_e_percent": own if grows else p_e[config.option("modules")], "converged": True}
         number = {"modules_enabled": settled[config.seed], "growing": 0.0} if grows else {}
         runs.append(RunResult(config, found | number, 1, 0.5))
     return spec, runs
 
 
 def test_growth_is_asked_for_beside_every_fixed_number() -> None:
-    configs = spec_of(3, 2, RunConfig(nodes=7), 50).configs
-    kinds = [(c.agent, c.modules, c.seed) for c in configs]
+    configs = spec_of(3, 2, RunConfig.of(nodes=7), 50).configs
+    kinds = [(c.agent_name, c.option("modules"), c.seed) for c in configs]
     fixed = [("mpma", n, seed) for n in (1, 2, 3) for seed in (0, 1)]
     assert kinds == [("growing", 3, 0), ("growing", 3, 1), *fixed]
-    assert {c.nodes for c in configs} == {7}
+    assert {c.option("nodes") for c in configs} == {7}
 
 
 def test_the_table_says_where_growth_settled_and_how_it_compares() -> None:
@@ -76,7 +76,7 @@ def test_what_cannot_be_asked_for_is_one_line(
     most: int, runs: int, base: dict[str, Any], message: str
 ) -> None:
     with pytest.raises(BadOptionError, match=message):
-        spec_of(most, runs, RunConfig(**base), 50)
+        spec_of(most, runs, RunConfig.of(**base), 50)
 
 
 def test_the_command_writes_table_rows_and_picture_and_goes_on_where_it_was(tmp_path: Path) -> None:

@@ -36,8 +36,8 @@ def question(modules: tuple[int, ...] = (2, 4, 8), nodes: tuple[int, ...] = (50,
 
 def run_of(config: RunConfig) -> RunResult:
     """Return a run that is the better the larger it is, up to 4 modules and 100 nodes."""
-    worse = 1.0 / min(config.modules, 4) + 10.0 / min(config.nodes, 100)
-    used = min(config.modules, len(config.motions))
+    worse = 1.0 / min(config.option("modules"), 4) + 10.0 / min(config.option("nodes"), 100)
+    used = min(config.option("modules"), len(config.motions))
     entropy = {"usage": 0.9, "sharing": 0.2}
     return finished(config, p_e_percent=worse, modules_used=used, entropy=entropy)
 

@@ -20,7 +20,7 @@ from mpma_mj.sweep.table1_figure import write_figure
 from mpma_mj.training.config import RunConfig
 from tests.sweep.runs import finished
 
-BASE = RunConfig(modules=2)
+BASE = RunConfig.of(modules=2)
 
 
 def some_runs(spec: SweepSpec) -> list[RunResult]:

@@ -23,7 +23,7 @@ from mpma_mj.trials.compare_figure import first_dances, write_dances, write_tran
 from mpma_mj.trials.compare_table import as_csv, as_markdown
 from mpma_mj.trials.compare_video import write_side_by_side
 
-SMALL = tuple(RunConfig(nodes=20, modules=2, repeats=1, seed=seed) for seed in (0, 1))
+SMALL = tuple(RunConfig.of(nodes=20, modules=2, repeats=1, seed=seed) for seed in (0, 1))
 
 
 @pytest.fixture(scope="module")
@@ -161,8 +161,8 @@ def test_the_video_has_all_arms_side_by_side_and_every_step(
         ("ymca --adaptation 0", "adaptation is 0; expected at least 1"),
         ("ymca --nodes 0", "nodes is 0"),
         ("ymca --modules 0", "modules is 0"),
-        ("ymca --agent open_loop", "agent is open_loop, which does not learn"),
-        ("ymca --agent mosaic --rule gated", "rule is gated, which mosaic does not have"),
+        ("ymca --agent open_loop", "--agent is 'open_loop'; expected an agent that learns"),
+        ("ymca --agent mosaic --rule gated", "mosaic has no option --rule"),
         ("ymca --tempo 5", "slow the movement with --tempo"),
     ],
 )

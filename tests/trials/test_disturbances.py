@@ -70,20 +70,20 @@ def test_dances_never_seen_are_danced_to_the_runs_music(tiny: TrainedAgents) -> 
 
 
 def test_what_a_run_has_learned_is_not_unseen(tiny: TrainedAgents) -> None:
-    config = dataclasses.replace(tiny.configs[0], motions=("invented-1", "ymca"))
+    config = tiny.configs[0].replace(motions=("invented-1", "ymca"))
     own = dataclasses.replace(tiny, configs=(config,))
     assert [trial.level for trial in trials(["unseen"], [], [], own)] == [
         f"invented-{number}" for number in range(2, 10)
     ]
     with pytest.raises(BadOptionError, match="the run has learned ymca; name another dance"):
         trials(["unseen"], [], ["ymca"], own)
-    config = dataclasses.replace(config, motions=("invented",))
+    config = config.replace(motions=("invented",))
     with pytest.raises(BadOptionError, match="the run has learned all invented dances"):
         trials(["unseen"], [], [], dataclasses.replace(tiny, configs=(config,)))
 
 
 def test_a_run_of_ideal_arms_is_tried_with_simulated_ones(tiny: TrainedAgents) -> None:
-    config = dataclasses.replace(tiny.configs[0], arms="kinematic")
+    config = tiny.configs[0].replace(arms="kinematic")
     (none,) = trials(["payload"], ["0"], [], dataclasses.replace(tiny, configs=(config,)))
     assert none.condition is not None
     assert none.condition.options["arms"] == "physics"

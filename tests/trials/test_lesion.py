@@ -5,7 +5,7 @@ import json
 import shutil
 import subprocess
 import sys
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +14,9 @@ import pytest
 
 from mpma_mj import make_agent
 from mpma_mj.agents.gain_schedule import Gains
-from mpma_mj.agents.recruitment import Recruitment
+from mpma_mj.agents.growing import Recruitment
 from mpma_mj.agents.signals import ModuleSignals
-from mpma_mj.agents.wrapper import AgentWrapper
+from mpma_mj.agents.wrappers import AgentWrapper
 from mpma_mj.cli import main
 from mpma_mj.evaluation.evaluate import EVALUATION_EPISODE, EvalCondition, evaluate, tracking_errors
 from mpma_mj.metrics import posture_error_percent
@@ -63,7 +63,7 @@ def run(tiny_run: Path, tmp_path: Path) -> Path:
 
 def untrained(**settings: Any) -> TrainedAgents:
     """Return an agent that has learned nothing."""
-    config = RunConfig(motions=("ymca",), nodes=10, repeats=1, arms="kinematic", **settings)
+    config = RunConfig.of("ymca", nodes=10, repeats=1, arms="kinematic", **settings)
     motion = ymca()
     with contextlib.closing(environments_of(config, [0], motion, {})) as envs:
         state = agent_of(config, envs, [0]).state_dict()
@@ -311,12 +311,12 @@ def with_settings(run: Path, **changed: Any) -> Path:
     """Return a copy of a run that says that it was made with other settings."""
     copy = RunFolder(shutil.copytree(run, run.parent / "other"))
     was = copy.read_config()
-    config = replace(was, **changed)
+    config = was.replace(**changed)
     for name in ("best", "latest"):
         state, meta = copy.read_checkpoint(name, was)
-        copy.write_checkpoint(name, config, state, meta | {"config": asdict(config)})
+        copy.write_checkpoint(name, config, state, meta | {"config": config.to_json()})
     content = json.loads((copy.path / "config.json").read_text())
-    atomic_files.write_json(copy.path / "config.json", content | {"config": asdict(config)})
+    atomic_files.write_json(copy.path / "config.json", content | {"config": config.to_json()})
     return copy.path
 
 
@@ -351,7 +351,7 @@ def test_a_checkpoint_that_lacks_something_is_one_line_and_exit_2(
 def test_a_run_of_another_version_is_one_line_and_exit_2(run: Path, refused: Refused) -> None:
     content = json.loads((run / "config.json").read_text())
     atomic_files.write_json(run / "config.json", content | {"format": 1})
-    refused(["lesion", str(run)], "config.json: of another version; train anew")
+    refused(["lesion", str(run)], "config.json: format 1, written by mpma-mj")
 
 
 def test_one_module_cannot_be_lost(tmp_path: Path, refused: Refused) -> None:

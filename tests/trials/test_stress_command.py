@@ -172,7 +172,7 @@ def test_no_run_and_damaged_runs_are_one_line_and_exit_2(
 def test_a_run_of_another_version_is_one_line_and_exit_2(run: Path, refused: Refused) -> None:
     content = json.loads((run / "config.json").read_text())
     atomic_files.write_json(run / "config.json", content | {"format": 1})
-    refused(["stress", str(run)], "config.json: of another version; train anew")
+    refused(["stress", str(run)], "config.json: format 1, written by mpma-mj")
 
 
 def test_a_run_that_learns_nothing_more_does_not_adapt(tmp_path: Path, refused: Refused) -> None:

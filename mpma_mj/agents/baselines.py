@@ -1,0 +1,138 @@
+"""Agents that learn nothing: random actions, the open loop, and the feedback controller."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj import kinematics
+from mpma_mj.agents.base import Agent, AgentSpec, Observation, Seeds
+from mpma_mj.agents.config import (
+    JOINTS,
+    AgentConfig,
+    FeedbackOnlyConfig,
+    OpenLoopConfig,
+    RandomConfig,
+)
+from mpma_mj.agents.episode_buffer import EpisodeBuffer
+from mpma_mj.agents.signals import AgentSignals
+from mpma_mj.utils.seeding import stream
+
+__all__ = ["FeedbackOnly", "OpenLoop", "RandomAgent"]
+
+Array = NDArray[np.float64]
+
+
+class RandomAgent(Agent):
+    """Random actions, uniform in [-1, 1]."""
+
+    config_type: ClassVar[type[AgentConfig]] = RandomConfig
+
+    def __init__(self, config: RandomConfig, spec: AgentSpec, *, seed: Seeds = 0) -> None:
+        """Begin with episode 0.
+
+        Args:
+            config: Config.
+            spec: What the agent may know of arms and observations.
+            seed: Seed of the actions; several are a batch of runs.
+        """
+        super().__init__(config, spec, seed=seed)
+        self._shape = (*np.shape(seed), JOINTS)
+        self._seeds: list[int] = np.ravel(seed).tolist()
+        self.reset(0)
+
+    def reset(self, episode: int) -> None:
+        """Begin an episode with that episode's random numbers."""
+        self._streams = [stream(seed, "random_action", episode) for seed in self._seeds]
+
+    def select_runs(self, runs: NDArray[np.intp]) -> None:
+        """Continue with some runs only, (R',) of R, from the next reset."""
+        self._seeds = [self._seeds[i] for i in runs]
+        self._shape = (*runs.shape, JOINTS)
+
+    def act(self, observation: Observation) -> Array:
+        """Return the action, shape (..., 8), in [-1, 1]."""
+        drawn = [rng.uniform(-1.0, 1.0, JOINTS) for rng in self._streams]
+        return np.reshape(drawn, self._shape)
+
+
+class OpenLoop(Agent):
+    """Joint velocities of the demonstration, without a look at the arms.
+
+        u = clip((q'_{t+1} - q̂_t) / (Δt · v_max), -1, 1)        q̂_{t+1} = q̂_t + Δt · v_max · u
+
+    q' solves the inverse kinematics near q̂, the joint angles of arms that follow exactly; q̂
+    starts at the first demonstrated posture. The part of a step that is beyond the largest
+    velocity is added to the next (choice).
+    """
+
+    config_type: ClassVar[type[AgentConfig]] = OpenLoopConfig
+
+    def __init__(self, config: OpenLoopConfig, spec: AgentSpec, *, seed: Seeds = 0) -> None:
+        """Begin at the first demonstrated posture.
+
+        Args:
+            config: Config.
+            spec: What the agent may know of arms and observations.
+            seed: Without effect.
+        """
+        super().__init__(config, spec, seed=seed)
+        self._farthest = spec.control_timestep * spec.max_joint_speed
+        self._angles: Array | None = None
+
+    def reset(self, episode: int) -> None:
+        """Begin an episode at its first demonstrated posture."""
+        self._angles = None
+
+    def act(self, observation: Observation) -> Array:
+        """Return the action, shape (..., 8), in [-1, 1]."""
+        angles = self._angles
+        if angles is None:  # near 0, as the arms start
+            still = np.zeros((*observation["reference"].shape[:-1], JOINTS))
+            angles = kinematics.angles_from_posture(observation["reference"], near=still)
+        way = kinematics.angles_from_posture(observation["target"], near=angles) - angles
+        action = np.clip(way / self._farthest, -1.0, 1.0)
+        self._angles = angles + self._farthest * action
+        return action
+
+
+class FeedbackOnly(Agent):
+    """The feedback controller without models: u = u_fb, that is K = 1 and L = 0.
+
+    It corrects the present error, so that it follows one step behind the demonstration.
+    """
+
+    config_type: ClassVar[type[AgentConfig]] = FeedbackOnlyConfig
+
+    def __init__(self, config: FeedbackOnlyConfig, spec: AgentSpec, *, seed: Seeds = 0) -> None:
+        """Begin without a step.
+
+        Args:
+            config: Config.
+            spec: What the agent may know of arms and observations.
+            seed: Without effect.
+        """
+        super().__init__(config, spec, seed=seed)
+        self._steps = EpisodeBuffer()
+
+    def reset(self, episode: int) -> None:
+        """Begin an episode."""
+        self._steps.clear()
+
+    def select_runs(self, runs: NDArray[np.intp]) -> None:
+        """Continue with some runs only, (R',) of R."""
+        self._steps = EpisodeBuffer()
+
+    def act(self, observation: Observation) -> Array:
+        """Return the action, shape (..., 8), in [-1, 1]."""
+        action = self.spec.feedback(observation["joint_angles"], observation["reference"])
+        self._steps.append({"feedback": action})
+        return action
+
+    def signals(self) -> AgentSignals:
+        """Return the action as `feedback`; none before the first step."""
+        if not len(self._steps):
+            return AgentSignals()
+        return AgentSignals(feedback=self._steps.episode()["feedback"].copy())

@@ -1,0 +1,147 @@
+"""Echo state networks of all modules, with their record of an episode."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.agents.base import Seeds
+from mpma_mj.agents.config import NetworkConfig
+from mpma_mj.agents.episode_buffer import EpisodeBuffer
+from mpma_mj.esn import PRECISION, FeatureReplay, Features, ReadoutBank, ReservoirBank
+from mpma_mj.utils.seeding import stream
+
+__all__ = ["Network", "NetworkFactory", "RunIndex"]
+
+Array = NDArray[np.float64]
+RunIndex = tuple[int, ...]  # index of a run; () where there is one
+
+_MOST_KEPT = 2**26  # bytes of features of each network; those of more steps are replayed (choice)
+
+
+@dataclass(frozen=True)
+class NetworkFactory:
+    """What all networks of an agent have in common.
+
+    Attributes:
+        config: Config of the networks.
+        seed: Seed of weights and noise; several are a batch of runs.
+        modules: Number of modules, M.
+        forgetting: Forgetting φ of the readouts, where they are fitted.
+        ridge: Ridge ρ of the readouts, where they are fitted.
+    """
+
+    config: NetworkConfig
+    seed: Seeds
+    modules: int
+    forgetting: float = 0.0
+    ridge: float = 1.0
+
+    def make(self, name: str, inputs: int, outputs: int) -> Network:
+        """Draw a network for each module.
+
+        Args:
+            name: Name of their random streams.
+            inputs: Size of the input.
+            outputs: Size of the output.
+        """
+        return Network(self, name, inputs, outputs)
+
+
+class Network:
+    """Reservoirs and readouts of one kind, one pair for each of M modules.
+
+        z_n = reservoir(v_n)          output = W_out z_n
+
+    W_out is 0 at first. Features of an episode are kept for learning, or, where they are too many,
+    its inputs alone: then they are computed once more.
+
+    Attributes:
+        readouts: Readouts, of weights of shape (..., M, K, F).
+        features: Features z of the last step, shape (..., M, F).
+    """
+
+    def __init__(self, common: NetworkFactory, name: str, inputs: int, outputs: int) -> None:
+        """Draw the reservoirs; see `NetworkFactory.make`."""
+        self._name, self._episode = name, 0
+        self._seeds: list[int] = np.ravel(common.seed).tolist()
+        config, batch_shape = common.config, np.shape(common.seed)
+        self._reservoirs = ReservoirBank(
+            batch_shape,
+            common.modules,
+            inputs,
+            config.nodes,
+            radius=config.spectral_radius,
+            noise=config.reservoir_noise,
+            streams=[stream(seed, "reservoir", name) for seed in self._seeds],
+        )
+        shape = (*batch_shape, common.modules, outputs, self._reservoirs.features)
+        self.readouts = ReadoutBank(
+            np.zeros(shape), forgetting=common.forgetting, ridge=common.ridge
+        )
+        self.features: Features
+        self._steps = EpisodeBuffer()
+        self.reset(0)
+
+    def reset(self, episode: int) -> None:
+        """Begin an episode with reservoirs at rest and that episode's noise."""
+        self._episode = episode
+        self._reservoirs.reset([self._noise(seed, episode) for seed in self._seeds])
+        self._steps.clear()
+
+    def step(self, inputs: Array) -> Array:
+        """Update the reservoirs and return the readouts' output.
+
+        Args:
+            inputs: Input v, shape (..., D) for all modules alike or (..., M, D).
+
+        Returns:
+            Output, shape (..., M, K).
+        """
+        bank, steps = self._reservoirs, self._steps
+        steps.reserve("inputs", inputs.shape, PRECISION)[...] = inputs
+        most = max(1, _MOST_KEPT // (math.prod(bank.shape) * PRECISION().itemsize))
+        place = steps.reserve("features", bank.shape, PRECISION, most)
+        self.features = bank.step(inputs, place)
+        steps.append({})
+        return self.readouts(self.features)
+
+    def episode(self, run: RunIndex) -> Features | FeatureReplay:
+        """Return one run's features of the episode, shape (T, M, F)."""
+        own: tuple[Any, ...] = (slice(None), *run)
+        steps = self._steps.episode()
+        if "features" in steps:
+            return steps["features"][own]
+        seed = self._seeds[run[0] if run else 0]
+        noise = functools.partial(self._noise, seed, self._episode)
+        return FeatureReplay(self._reservoirs.of_run(run), noise, steps["inputs"][own])
+
+    def select_runs(self, runs: NDArray[np.intp]) -> None:
+        """Continue with some runs only, (R',) of R, from the next reset."""
+        self._seeds = [self._seeds[i] for i in runs]
+        self._reservoirs.select_runs(runs)
+        self.readouts.select_runs(runs)
+        self._steps = EpisodeBuffer()
+
+    def drop_modules(self, modules: Sequence[int]) -> None:
+        """Continue without some modules, (K,) of M, from the next reset."""
+        self._reservoirs.drop_modules(modules)
+        self.readouts.drop_modules(modules)
+        self._steps = EpisodeBuffer()
+
+    def state_dict(self) -> dict[str, Array]:
+        """Return copies of the readouts' arrays by name."""
+        return {f"{self._name}.{n}": value for n, value in self.readouts.state_dict().items()}
+
+    def load_state_dict(self, state: Mapping[str, Array]) -> None:
+        """Continue from the arrays that `state_dict` returned; others are left out."""
+        self.readouts.load_state_dict(state, f"{self._name}.")
+
+    def _noise(self, seed: int, episode: int) -> np.random.Generator:
+        return stream(seed, "reservoir_noise", self._name, episode)

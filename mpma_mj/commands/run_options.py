@@ -1,0 +1,114 @@
+"""Options of a run on the command line: those of reading, environment and the chosen agent."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Annotated, Any, Generic, TypeVar
+
+import tyro
+
+from mpma_mj.agents.config import CONFIG_TYPES, AgentConfig
+from mpma_mj.envs.options import EnvironmentOptions
+from mpma_mj.errors import BadOptionError
+from mpma_mj.motions.options import option_name
+from mpma_mj.training.config import ReadingArguments, RunConfig
+
+__all__ = ["RunOptions", "config_type", "typed_options"]
+
+AgentT = TypeVar("AgentT", bound=AgentConfig)
+
+_AGENT = "--agent"
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunOptions(Generic[AgentT]):
+    """What determines the result.
+
+    Attributes:
+        agent: mpma, growing, mosaic, hammer or single; or the path of a class, such as
+            my_agents.py:MyAgent.
+        seed: Seed of everything random.
+        config: Options of the agent.
+        env: Options of the environment.
+        reading: How recordings are read.
+    """
+
+    agent: Annotated[str, tyro.conf.arg(metavar="NAME")] = "mpma"
+    seed: int = 0
+    config: tyro.conf.OmitArgPrefixes[AgentT]
+    env: tyro.conf.OmitArgPrefixes[EnvironmentOptions] = dataclasses.field(
+        default_factory=EnvironmentOptions
+    )
+    reading: tyro.conf.OmitArgPrefixes[ReadingArguments] = dataclasses.field(
+        default_factory=ReadingArguments
+    )
+
+    def run_config(self, motions: tuple[str, ...]) -> RunConfig:
+        """Return the config of a run.
+
+        Args:
+            motions: What is imitated.
+        """
+        return RunConfig(
+            motions=motions,
+            reading=self.reading.reading,
+            env=self.env,
+            agent=self.config,
+            agent_name=self.agent,
+            seed=self.seed,
+        )
+
+    @property
+    def outside(self) -> tuple[str, ...]:
+        """Paths of the classes from outside the package that were named."""
+        named = (self.agent, getattr(self.config, "rule", ""))
+        return tuple(path for path in named if isinstance(path, str) and ":" in path)
+
+
+def config_type(words: Sequence[str]) -> type[AgentConfig]:
+    """Return the class of the config of the agent that a command line names.
+
+    Args:
+        words: Words of the command line.
+
+    Raises:
+        BadOptionError: There is no such agent, or another option belongs to another agent.
+    """
+    name = _value(words, _AGENT) or "mpma"
+    if name in CONFIG_TYPES:
+        kind = CONFIG_TYPES[name]
+    else:
+        from mpma_mj.agents.registry import agent_class
+
+        kind = agent_class(name).config_type
+    own = {f.name for f in fields(kind)}
+    for option in typed_options(words):
+        owners = [one for one, other in CONFIG_TYPES.items() if option in _names(other)]
+        if owners and option not in own:
+            remedy = f"leave it out, or take another {{agent}}: {', '.join(owners)}"
+            raise BadOptionError(f"{name} has no option --{option_name(option)}", remedy=remedy)
+    return kind
+
+
+def typed_options(words: Sequence[str]) -> set[str]:
+    """Return the names of the options that a command line gives, as fields of dataclasses."""
+    flags = {word.split("=")[0].removeprefix("--") for word in words if word.startswith("--")}
+    names = {flag.replace("-", "_").removeprefix("no_") for flag in flags}
+    return {{"from": "start", "to": "end"}.get(name, name) for name in names}
+
+
+def _value(words: Sequence[str], flag: str) -> str | None:
+    """Return the last value of a flag, None where it is not given."""
+    value = None
+    for number, word in enumerate(words):
+        if word == flag and number + 1 < len(words):
+            value = words[number + 1]
+        elif word.startswith(f"{flag}="):
+            value = word.partition("=")[2]
+    return value
+
+
+def _names(kind: Any) -> set[str]:
+    return {f.name for f in fields(kind)}
