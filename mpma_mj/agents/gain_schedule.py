@@ -1,4 +1,4 @@
-"""How control passes from the feedback controller to the inverse models."""
+"""Schedule of the gains, by which control passes from feedback to inverse models."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["CRITERION", "FINAL_FEEDBACK", "Gains", "performance"]
 _FEEDBACK_START, _FEEDBACK_END = 1.0, 0.14
 _INVERSE_START, _INVERSE_END = 0.01, 1.0
 
-# Largest part of the way that is gone after one epoch (choice).
+# Largest progress of one epoch (choice).
 _RATE = 0.25
 
 CRITERION = 3.0
@@ -51,11 +51,11 @@ class Gains:
 
 
 def performance(prediction_error: float, untrained_error: float) -> float:
-    """Return how much of the way to good predictions is gone.
+    """Return the performance that the gains follow.
 
-    The paper lets the gains follow "performance" without defining it. It must not be p_e:
-    with K = 1 the feedback alone tracks well, and the schedule would end where it began. So
-    it is the forward models' error, 0 where it began and 1 at the paper's 3 % (choice).
+    The paper does not define it. It must not be p_e: with K = 1 the feedback alone tracks well,
+    and the schedule would end at once. It is the forward models' error, scaled to 0 in the first
+    epoch and to 1 at the paper's 3 % (choice).
 
     Args:
         prediction_error: Prediction error of this epoch, percent.

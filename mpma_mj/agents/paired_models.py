@@ -67,7 +67,7 @@ class PairedModels(Agent):
 
         Args:
             config: Config of the agent.
-            spec: What the agent may know of arms and observations.
+            spec: Description of arms and observations.
             networks: What all networks have in common.
             gate: Decides which modules control.
             rule: Decides what is learned.

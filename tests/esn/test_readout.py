@@ -216,7 +216,7 @@ def test_features_that_are_alike_are_fitted_however_small_the_ridge(ridge: float
     np.testing.assert_allclose([bank(row) for row in z], y, atol=5e-3)
 
 
-def test_a_ridge_that_is_too_small_is_told() -> None:
+def test_a_ridge_that_is_too_small_is_refused() -> None:
     bank = ReadoutBank(np.zeros((1, 1, 3)), ridge=1e-300)
-    with pytest.raises(BadOptionError, match="ridge is 1e-300, which is too small"):
+    with pytest.raises(BadOptionError, match="ridge is 1e-300; expected a ridge that is large enough"):
         bank.fit(np.ones((4, 1, 3), PRECISION), np.ones((4, 1, 1)))
