@@ -17,7 +17,7 @@ def remembered(
 
 
 @pytest.mark.parametrize("steps", [1, 255, 256, 257, 512, 513, 1300])
-def test_every_step_is_remembered_however_many_there_are(steps: int) -> None:
+def test_every_step_is_kept_for_any_number_of_steps(steps: int) -> None:
     memory = remembered(steps)
     assert len(memory) == steps
     episode = memory.episode()
@@ -40,7 +40,7 @@ def test_an_episode_of_other_shapes_takes_the_place_of_the_last() -> None:
     np.testing.assert_array_equal(memory[-1]["place"], 2990.0)
 
 
-def test_what_is_remembered_has_the_precision_that_it_came_with() -> None:
+def test_arrays_keep_their_precision() -> None:
     memory = EpisodeBuffer()
     for kind in (np.float32, np.float64):
         memory.clear()
