@@ -29,11 +29,6 @@ class EpisodeBuffer:
         """Return the number of steps."""
         return self._length
 
-    def __getitem__(self, step: int) -> dict[str, Array]:
-        """Return the arrays of a step by name; a negative step counts from the end."""
-        row = range(self._length)[step]
-        return {name: rows[self._row(name, row)] for name, rows in self._rows.items()}
-
     def last(self, name: str) -> Array:
         """Return an array of the last step."""
         return self._rows[name][self._row(name, self._length - 1)]

@@ -5,8 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 __all__ = ["CRITERION", "FINAL_FEEDBACK", "Gains", "performance"]
+
+Values = float | NDArray[np.float64]
 
 # From the paper: K starts at 1 and has to fall below 0.15 (0.14 is a choice), L goes from 0.01
 # to 1.
@@ -30,24 +33,25 @@ class Gains:
         K = 1 - 0.86 s        L = 0.01 + 0.99 s
 
     Attributes:
-        progress: Share s of the way from feedback to inverse models, in [0, 1].
+        progress: Share s of the way from feedback to inverse models, in [0, 1]; of one run, or of
+            each run of a batch, shape (R,).
     """
 
-    progress: float = 0.0
+    progress: Values = 0.0
 
     @property
-    def feedback(self) -> float:
+    def feedback(self) -> Values:
         """Gain K of the feedback controller."""
         return _FEEDBACK_START + (_FEEDBACK_END - _FEEDBACK_START) * self.progress
 
     @property
-    def inverse(self) -> float:
+    def inverse(self) -> Values:
         """Gain L of the inverse models."""
         return _INVERSE_START + (_INVERSE_END - _INVERSE_START) * self.progress
 
-    def after(self, performance: float) -> Gains:
+    def after(self, performance: Values) -> Gains:
         """Return the next epoch's gains: s ← min(1, s + performance / 4)."""
-        return Gains(min(1.0, self.progress + _RATE * performance))
+        return Gains(np.minimum(1.0, self.progress + _RATE * performance))
 
 
 def performance(prediction_error: float, untrained_error: float) -> float:

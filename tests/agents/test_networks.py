@@ -69,14 +69,14 @@ def test_several_blocks_give_what_one_does(monkeypatch: pytest.MonkeyPatch) -> N
 
 
 def test_only_the_last_steps_of_a_limited_array_are_kept() -> None:
-    memory = EpisodeBuffer()
+    buffer = EpisodeBuffer()
     for step in range(700):
-        memory.reserve("large", (3,), np.float32, most=300)[...] = step
-        memory.append({"small": np.asarray(float(step))})
-        assert memory[-1]["large"][0] == step
-    assert memory.episode().keys() == {"small"}
-    memory.clear()
+        buffer.reserve("large", (3,), np.float32, most=300)[...] = step
+        buffer.append({"small": np.asarray(float(step))})
+        assert buffer.last("large")[0] == step
+    assert buffer.episode().keys() == {"small"}
+    buffer.clear()
     for step in range(300):
-        memory.reserve("large", (3,), np.float32, most=300)[...] = step
-        memory.append({"small": np.asarray(float(step))})
-    np.testing.assert_array_equal(memory.episode()["large"][:, 1], np.arange(300))
+        buffer.reserve("large", (3,), np.float32, most=300)[...] = step
+        buffer.append({"small": np.asarray(float(step))})
+    np.testing.assert_array_equal(buffer.episode()["large"][:, 1], np.arange(300))
