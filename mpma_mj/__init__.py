@@ -21,12 +21,16 @@ if TYPE_CHECKING:
     from mpma_mj.envs.vector_env import make_vec
     from mpma_mj.motions import Motion, read_motion
     from mpma_mj.training.factory import make_agent
+    from mpma_mj.training.run import Run, imitate, load_agent
 
 __all__ = [
     "MPMAConfig",
     "Motion",
+    "Run",
     "__version__",
+    "imitate",
     "load",
+    "load_agent",
     "make_agent",
     "make_vec",
     "read_motion",
@@ -39,7 +43,10 @@ register()  # with Gymnasium, which finds its environments by importing this pac
 _HOMES = {
     "MPMAConfig": "mpma_mj.agents",
     "Motion": "mpma_mj.motions",
+    "Run": "mpma_mj.training.run",
+    "imitate": "mpma_mj.training.run",
     "load": "mpma_mj.envs.load",
+    "load_agent": "mpma_mj.training.run",
     "make_agent": "mpma_mj.training.factory",
     "make_vec": "mpma_mj.envs.vector_env",
     "read_motion": "mpma_mj.motions",

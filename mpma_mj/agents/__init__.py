@@ -1,4 +1,4 @@
-"""Agents: what acts and learns in the environments, knowing only observations."""
+"""Agents, which act and learn by observations alone."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Base of all agents, and what they are given."""
+"""Base class of all agents."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Seeds = int | Sequence[int]
 
 @dataclass(frozen=True, eq=False)
 class AgentSpec:
-    """What agents may know of the arms and of their observations.
+    """Description of arms and observations.
 
     Attributes:
         context_size: Size of the observation's context, C.
@@ -52,8 +52,8 @@ class Agent(ABC):
     """An agent that acts in episodes and learns between them.
 
     A loop calls `reset`, then `act` and `observe` in turn until the episode ends, then `learn`.
-    Agents know no environment: they receive observations and return actions. A subclass has to
-    have `act`; one that learns also `observe`, `learn` and both `state_dict` methods.
+    Agents receive observations and return actions, and have no access to an environment. A
+    subclass has to define `act`; one that learns, `learn` and both `state_dict` methods as well.
 
     One agent may stand for a batch of R independent runs: observations, actions, signals and
     state then have an axis R, and each run goes as it would alone. Below, "..." is () or (R,).
@@ -64,7 +64,7 @@ class Agent(ABC):
         fine_tunable: Whether a trained one can learn on.
         has_modules: Whether several modules share control.
         config: Config.
-        spec: What the agent may know of arms and observations.
+        spec: Description of arms and observations.
         seed: Seed of everything random, or one for each run, shape (R,).
     """
 
@@ -78,7 +78,7 @@ class Agent(ABC):
 
         Args:
             config: Config, of the class `config_type`.
-            spec: What the agent may know of arms and observations.
+            spec: Description of arms and observations.
             seed: Seed of everything random; several are a batch of runs.
         """
         self.config, self.spec, self.seed = config, spec, seed

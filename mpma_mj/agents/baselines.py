@@ -31,13 +31,7 @@ class RandomAgent(Agent):
     config_type: ClassVar[type[AgentConfig]] = RandomConfig
 
     def __init__(self, config: RandomConfig, spec: AgentSpec, *, seed: Seeds = 0) -> None:
-        """Begin with episode 0.
-
-        Args:
-            config: Config.
-            spec: What the agent may know of arms and observations.
-            seed: Seed of the actions; several are a batch of runs.
-        """
+        """Begin with episode 0; arguments as of `Agent`."""
         super().__init__(config, spec, seed=seed)
         self._shape = (*np.shape(seed), JOINTS)
         self._seeds: list[int] = np.ravel(seed).tolist()
@@ -70,17 +64,7 @@ class OpenLoop(Agent):
 
     config_type: ClassVar[type[AgentConfig]] = OpenLoopConfig
 
-    def __init__(self, config: OpenLoopConfig, spec: AgentSpec, *, seed: Seeds = 0) -> None:
-        """Begin at the first demonstrated posture.
-
-        Args:
-            config: Config.
-            spec: What the agent may know of arms and observations.
-            seed: Without effect.
-        """
-        super().__init__(config, spec, seed=seed)
-        self._farthest = spec.control_timestep * spec.max_joint_speed
-        self._angles: Array | None = None
+    _angles: Array | None = None  # q̂, shape (..., 8)
 
     def reset(self, episode: int) -> None:
         """Begin an episode at its first demonstrated posture."""
@@ -93,8 +77,9 @@ class OpenLoop(Agent):
             still = np.zeros((*observation["reference"].shape[:-1], JOINTS))
             angles = kinematics.angles_from_posture(observation["reference"], near=still)
         way = kinematics.angles_from_posture(observation["target"], near=angles) - angles
-        action = np.clip(way / self._farthest, -1.0, 1.0)
-        self._angles = angles + self._farthest * action
+        farthest = self.spec.control_timestep * self.spec.max_joint_speed
+        action = np.clip(way / farthest, -1.0, 1.0)
+        self._angles = angles + farthest * action
         return action
 
 
@@ -107,13 +92,7 @@ class FeedbackOnly(Agent):
     config_type: ClassVar[type[AgentConfig]] = FeedbackOnlyConfig
 
     def __init__(self, config: FeedbackOnlyConfig, spec: AgentSpec, *, seed: Seeds = 0) -> None:
-        """Begin without a step.
-
-        Args:
-            config: Config.
-            spec: What the agent may know of arms and observations.
-            seed: Without effect.
-        """
+        """Begin without a step; arguments as of `Agent`."""
         super().__init__(config, spec, seed=seed)
         self._steps = EpisodeBuffer()
 

@@ -1,4 +1,4 @@
-"""What agents remember of an episode."""
+"""Buffer of an episode's signals."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from numpy.typing import DTypeLike, NDArray
 
 __all__ = ["EpisodeBuffer"]
 
-Array = NDArray[Any]  # of the precision of what is remembered
+Array = NDArray[Any]  # of any precision
 
-_FIRST = 256  # steps for which there is room at first
+_FIRST = 256  # steps of the first allocation
 
 
 class EpisodeBuffer:
-    """Arrays that grow by a row a step; the next episode is written over the last."""
+    """Arrays that grow by a row a step; the next episode overwrites the last."""
 
     def __init__(self) -> None:
-        """Begin with nothing remembered."""
+        """Begin empty."""
         self._rows: dict[str, Array] = {}
         self._lent: dict[str, Array] = {}
         self._most: dict[str, int] = {}
@@ -29,31 +29,26 @@ class EpisodeBuffer:
         """Return the number of steps."""
         return self._length
 
-    def __getitem__(self, step: int) -> dict[str, Array]:
-        """Return what was remembered of a step, by name; a negative one counts from the last."""
-        row = range(self._length)[step]
-        return {name: rows[self._row(name, row)] for name, rows in self._rows.items()}
-
     def last(self, name: str) -> Array:
-        """Return what was remembered under a name of the last step."""
+        """Return an array of the last step."""
         return self._rows[name][self._row(name, self._length - 1)]
 
     def clear(self) -> None:
-        """Forget the episode."""
+        """Remove all steps."""
         self._lent.clear()
         self._length = 0
 
     def reserve(
         self, name: str, shape: tuple[int, ...], kind: DTypeLike, most: int | None = None
     ) -> Array:
-        """Return where a part of the next step is to be remembered, to be written there at once.
+        """Return the place of an array of the next step, to be filled before `append`.
 
         Args:
-            name: Its name; whether it is in the step that is appended afterwards does not count.
+            name: Its name, which the step that is appended may contain or not.
             shape: Its shape, the same for all steps.
             kind: Its precision.
-            most: How many steps of it are remembered at most; of a longer episode the last
-                ones are, which `episode` leaves out. All if not given.
+            most: Largest number of steps to keep, all if not given; of a longer episode the last
+                are kept, and `episode` leaves the array out.
         """
         if most is None:
             self._most.pop(name, None)
@@ -64,7 +59,7 @@ class EpisodeBuffer:
         return place
 
     def append(self, step: Mapping[str, Array]) -> None:
-        """Remember a step, arrays by name, of the same shapes as those of other steps."""
+        """Append a step: arrays by name, of the same shapes in all steps."""
         for name, value in step.items():
             if value is not self._lent.get(name):
                 self._room(name, value.shape, value.dtype)[self._length] = value
@@ -72,12 +67,12 @@ class EpisodeBuffer:
         self._length += 1
 
     def _room(self, name: str, shape: tuple[int, ...], kind: DTypeLike) -> Array:
-        """Return the rows of a name, among them one for the next step."""
+        """Return the rows of a name, with one for the next step."""
         rows = self._rows.get(name)
         if rows is None or rows.shape[1:] != shape or rows.dtype != kind:
             rows = self._rows[name] = np.empty((max(_FIRST, self._length + 1), *shape), kind)
         elif self._row(name, self._length) == len(rows):
-            longer = np.empty((2 * len(rows), *shape), kind)  # untouched, it takes no memory yet
+            longer = np.empty((2 * len(rows), *shape), kind)  # takes no memory until written
             longer[: len(rows)] = rows
             rows = self._rows[name] = longer
         return rows
@@ -91,5 +86,5 @@ class EpisodeBuffer:
         }
 
     def _row(self, name: str, step: int) -> int:
-        """Return the row in which a step is remembered."""
+        """Return the row of a step."""
         return step % self._most[name] if name in self._most else step

@@ -1,19 +1,22 @@
-"""How control passes from the feedback controller to the inverse models."""
+"""Schedule of the gains, by which control passes from feedback to inverse models."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 __all__ = ["CRITERION", "FINAL_FEEDBACK", "Gains", "performance"]
+
+Values = float | NDArray[np.float64]
 
 # From the paper: K starts at 1 and has to fall below 0.15 (0.14 is a choice), L goes from 0.01
 # to 1.
 _FEEDBACK_START, _FEEDBACK_END = 1.0, 0.14
 _INVERSE_START, _INVERSE_END = 0.01, 1.0
 
-# Largest part of the way that is gone after one epoch (choice).
+# Largest progress of one epoch (choice).
 _RATE = 0.25
 
 CRITERION = 3.0
@@ -30,32 +33,33 @@ class Gains:
         K = 1 - 0.86 s        L = 0.01 + 0.99 s
 
     Attributes:
-        progress: Share s of the way from feedback to inverse models, in [0, 1].
+        progress: Share s of the way from feedback to inverse models, in [0, 1]; of one run, or of
+            each run of a batch, shape (R,).
     """
 
-    progress: float = 0.0
+    progress: Values = 0.0
 
     @property
-    def feedback(self) -> float:
+    def feedback(self) -> Values:
         """Gain K of the feedback controller."""
         return _FEEDBACK_START + (_FEEDBACK_END - _FEEDBACK_START) * self.progress
 
     @property
-    def inverse(self) -> float:
+    def inverse(self) -> Values:
         """Gain L of the inverse models."""
         return _INVERSE_START + (_INVERSE_END - _INVERSE_START) * self.progress
 
-    def after(self, performance: float) -> Gains:
+    def after(self, performance: Values) -> Gains:
         """Return the next epoch's gains: s ← min(1, s + performance / 4)."""
-        return Gains(min(1.0, self.progress + _RATE * performance))
+        return Gains(np.minimum(1.0, self.progress + _RATE * performance))
 
 
 def performance(prediction_error: float, untrained_error: float) -> float:
-    """Return how much of the way to good predictions is gone.
+    """Return the performance that the gains follow.
 
-    The paper lets the gains follow "performance" without defining it. It must not be p_e:
-    with K = 1 the feedback alone tracks well, and the schedule would end where it began. So
-    it is the forward models' error, 0 where it began and 1 at the paper's 3 % (choice).
+    The paper does not define it. It must not be p_e: with K = 1 the feedback alone tracks well,
+    and the schedule would end at once. It is the forward models' error, scaled to 0 in the first
+    epoch and to 1 at the paper's 3 % (choice).
 
     Args:
         prediction_error: Prediction error of this epoch, percent.

@@ -1,4 +1,4 @@
-"""Gating: who controls, by prior and likelihood, and what responsibility predictors learn.
+"""Gating: responsibility by prior and likelihood, and targets of responsibility predictors.
 
 Wolpert & Kawato 1998 and Haruno, Wolpert & Kawato 2001 (MOSAIC), as taken up by the paper.
 """

@@ -116,13 +116,7 @@ class GrowingMPMA(MPMA):
     _gate: _RecruitingGate
 
     def __init__(self, config: GrowingConfig, spec: AgentSpec, *, seed: Seeds = 0) -> None:
-        """Draw the reservoirs.
-
-        Args:
-            config: Config; `modules` is the largest number.
-            spec: What the agent may know of arms and observations.
-            seed: Seed of weights and noise; several are a batch of runs.
-        """
+        """Draw the reservoirs; arguments as of `Agent`."""
         super().__init__(config, spec, seed=seed, gate_type=_RecruitingGate)
         self._growth = np.tile(Recruitment().as_row(), (*self._batch_shape, 1))  # (..., 5)
         self._helped = copy.deepcopy(self._readouts)  # before the last recruitment

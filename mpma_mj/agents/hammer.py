@@ -49,7 +49,7 @@ class ConfidenceGate(Gate):
 
         c^i ← c^i ± 1         λ = one-hot(argmax_i c^i)
 
-    A pair is right if its forward model predicts what the demonstrator then does: x̂^i against x'.
+    A pair is right if its forward model predicts the demonstrator's next posture: x̂^i against x'.
     During preparation the pair of the present label has control, without a label the first
     (choice).
 
@@ -155,13 +155,7 @@ class HAMMER(PairedModels):
     _gate: ConfidenceGate
 
     def __init__(self, config: HAMMERConfig, spec: AgentSpec, *, seed: Seeds = 0) -> None:
-        """Draw the reservoirs.
-
-        Args:
-            config: Config.
-            spec: What the agent may know of arms and observations.
-            seed: Seed of weights and noise; several are a batch of runs.
-        """
+        """Draw the reservoirs; arguments as of `Agent`."""
         forgetting = PreparationRule.forgetting
         networks = NetworkFactory(config, seed, spec.context_size, forgetting, config.ridge)
         gate = ConfidenceGate(networks)

@@ -1,4 +1,4 @@
-"""Learning rules: what the readouts learn from an epoch."""
+"""Learning rules: targets and weights of the readouts."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from mpma_mj.agents.extensions import load_class
 from mpma_mj.agents.gating import prediction_errors, predictor_target
 from mpma_mj.errors import BadOptionError
 from mpma_mj.esn import FeatureReplay, Features, ReadoutBank
-from mpma_mj.options import RuleName
 
 __all__ = [
     "Epoch",
@@ -150,7 +149,7 @@ def _first(features: Features | FeatureReplay, count: int) -> Features | Feature
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """One step of all runs, as soon as its outcome is known.
+    """One step of all runs with its outcome.
 
     Attributes:
         inverse_features: Reservoir features of the inverse models, shape (..., M, F).
@@ -175,7 +174,7 @@ class Step:
 
 
 class LearningRule(ABC):
-    """What the readouts learn, from an epoch (`fit`) or at every step (`partial_fit`).
+    """Learning of the readouts, after an epoch (`fit`) or at every step (`partial_fit`).
 
     Attributes:
         forgetting: Forgetting φ of readouts that are fitted, in [0, 1].
@@ -288,7 +287,7 @@ def desired_command(action: Array, next_feedback: Array) -> Array:
     return np.clip(action + next_feedback, -1.0, 1.0)
 
 
-_BUILT_IN: dict[RuleName, type[LearningRule]] = {"weighted": WeightedRule, "gated": GatedRule}
+_BUILT_IN: dict[str, type[LearningRule]] = {"weighted": WeightedRule, "gated": GatedRule}
 
 
 def learning_rule(rule: str | LearningRule) -> LearningRule:
@@ -303,9 +302,8 @@ def learning_rule(rule: str | LearningRule) -> LearningRule:
     """
     if not isinstance(rule, str):
         return rule
-    for name, own in _BUILT_IN.items():
-        if rule == name:
-            return own()
+    if rule in _BUILT_IN:
+        return _BUILT_IN[rule]()
     if ":" not in rule:
         raise BadOptionError(option="rule", value=rule, expected=RULES)
     loaded = load_class(rule, "rule", RULE_MEMBERS, base=LearningRule)

@@ -72,13 +72,7 @@ class MOSAIC(PairedModels):
     config_type: ClassVar[type[AgentConfig]] = MOSAICConfig
 
     def __init__(self, config: MOSAICConfig, spec: AgentSpec, *, seed: Seeds = 0) -> None:
-        """Draw the reservoirs.
-
-        Args:
-            config: Config.
-            spec: What the agent may know of arms and observations.
-            seed: Seed of weights and noise; several are a batch of runs.
-        """
+        """Draw the reservoirs; arguments as of `Agent`."""
         networks = NetworkFactory(config, seed, config.modules)
         gate = ResponsibilityGate(networks, spec.context_size, sigma=config.sigma)
         rule = LMSRule(config.forward_rate, config.inverse_rate, config.predictor_rate)

@@ -40,7 +40,7 @@ class MPMA(PairedModels):
 
         Args:
             config: Config.
-            spec: What the agent may know of arms and observations.
+            spec: Description of arms and observations.
             seed: Seed of weights and noise; several are a batch of runs.
             gate_type: Class of the gate.
 

@@ -27,7 +27,7 @@ _MOST_KEPT = 2**26  # bytes of features of each network; those of more steps are
 
 @dataclass(frozen=True)
 class NetworkFactory:
-    """What all networks of an agent have in common.
+    """Common properties of all networks of an agent.
 
     Attributes:
         config: Config of the networks.

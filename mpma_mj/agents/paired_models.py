@@ -67,7 +67,7 @@ class PairedModels(Agent):
 
         Args:
             config: Config of the agent.
-            spec: What the agent may know of arms and observations.
+            spec: Description of arms and observations.
             networks: What all networks have in common.
             gate: Decides which modules control.
             rule: Decides what is learned.
@@ -95,8 +95,7 @@ class PairedModels(Agent):
     @property
     def gains(self) -> Gains:
         """K and L of the present epoch, each of the shape of the seeds."""
-        progress: Any = self._progress[()]
-        return Gains(progress)
+        return Gains(self._progress[()])
 
     @property
     def enabled(self) -> NDArray[np.bool_]:
@@ -157,7 +156,7 @@ class PairedModels(Agent):
         """
         if not (len(self._steps) and self._last):
             raise StateError("learn() comes before an episode; call act() and observe() first")
-        gains = Gains(self._progress.copy())  # type: ignore[arg-type] # one for each run
+        gains = Gains(self._progress.copy())
         for run in np.ndindex(self._batch_shape):
             self._learn_run(run)
         return {
@@ -256,7 +255,7 @@ class PairedModels(Agent):
             self._untrained_error[run] = error
         self._learn_epoch(run, epoch)
         performed = performance(error, float(self._untrained_error[run]))
-        self._progress[run] = Gains(float(self._progress[run])).after(performed).progress
+        self._progress[run] = Gains(self._progress[run]).after(performed).progress
 
     def _learn_epoch(self, run: RunIndex, epoch: Epoch) -> None:
         """Let the readouts and the gate of one run learn."""

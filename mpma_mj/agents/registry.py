@@ -43,13 +43,13 @@ def agent_class(name: str) -> type[Agent]:
     Raises:
         BadOptionError: There is no such agent, or it cannot be imported.
     """
-    if isinstance(name, str) and name in AGENTS:
-        return AGENTS[name]
-    if not isinstance(name, str) or ":" not in name:
+    if not isinstance(name, str) or (name not in AGENTS and ":" not in name):
         expected = (
             f"one of {', '.join(AGENTS)}, or the path of a class, such as my_agents.py:MyAgent"
         )
         raise BadOptionError(option="agent", value=name, expected=expected)
+    if name in AGENTS:
+        return AGENTS[name]
     loaded: type[Agent] = load_class(name, "agent", _REQUIRED, base=Agent)
     config_type: object = loaded.config_type
     if not (isinstance(config_type, type) and issubclass(config_type, AgentConfig)):

@@ -1,4 +1,4 @@
-"""Features of a long episode, which are computed again rather than kept."""
+"""Features of a long episode, computed again instead of kept."""
 
 from __future__ import annotations
 
@@ -11,13 +11,15 @@ from mpma_mj.esn.reservoir import ReservoirBank
 
 __all__ = ["FeatureReplay", "blocks"]
 
-_BLOCK = 4096  # steps that are looked at together, so that sums are the same kept or not (choice)
+_BLOCK = (
+    4096  # steps of one sum, so that sums are equal for kept and for replayed features (choice)
+)
 
 
 class FeatureReplay:
-    """Features z of an episode, shape (T, M, F), that reservoirs go through once more.
+    """Features z of an episode, shape (T, M, F), computed by the reservoirs once more.
 
-    Since noise depends on the episode alone, they are what they were to the bit.
+    As noise depends on seed and episode alone, they are the same to the bit.
 
     Attributes:
         shape: (T, M, F).
@@ -30,24 +32,24 @@ class FeatureReplay:
         inputs: Features,
         count: int | None = None,
     ) -> None:
-        """Take what is needed to go through it.
+        """Keep the inputs and the source of the noise.
 
         Args:
-            bank: Reservoirs of one run, whose states are nobody else's.
-            noise: Returns the source of the episode's noise, from its beginning.
+            bank: Reservoirs of one run, with states that nothing else uses.
+            noise: Returns the source of the episode's noise, at its beginning.
             inputs: Inputs v, shape (T, D) or (T, M, D).
-            count: How many of the first reservoirs count; all if not given.
+            count: Number of the first reservoirs to return; all if not given.
         """
         self._bank, self._noise, self._inputs = bank, noise, inputs
         modules, features = bank.shape
         self.shape = (len(inputs), modules if count is None else count, features)
 
     def first_modules(self, count: int) -> FeatureReplay:
-        """Return those of the first reservoirs, shape (T, M', F)."""
+        """Return the features of the first reservoirs, shape (T, M', F)."""
         return FeatureReplay(self._bank, self._noise, self._inputs, count)
 
     def blocks(self) -> Iterator[tuple[slice, Features]]:
-        """Yield steps, and their features; an array that the next block overwrites."""
+        """Yield steps and their features, (B, M, F), which the next block overwrites."""
         self._bank.reset([self._noise()])
         steps, count, _ = self.shape
         block = np.empty((min(_BLOCK, steps), *self._bank.shape), PRECISION)
@@ -59,7 +61,7 @@ class FeatureReplay:
 
 
 def blocks(features: Features | FeatureReplay) -> Iterator[tuple[slice, Features]]:
-    """Yield steps of an episode, and their features, shape (B, M, F), block by block."""
+    """Yield steps of an episode and their features, shape (B, M, F), block by block."""
     if isinstance(features, FeatureReplay):
         yield from features.blocks()
         return

@@ -11,13 +11,13 @@ __all__ = ["block_diagonal", "random_recurrence", "spectral_radius"]
 
 Array = NDArray[np.float64]
 
-# Each neuron hears this many others (choice): enough to mix, few enough to be fast.
+# Inputs of each neuron from others (choice): enough to mix, few enough to be fast.
 _CONNECTIONS = 10
 
-# Up to this many neurons LAPACK finds all eigenvalues sooner than ARPACK the largest.
+# Up to this number of neurons LAPACK computes all eigenvalues faster than ARPACK the largest.
 _DENSE = 60
-# Eigenvalues that ARPACK follows, and vectors it uses. Large ones are alike in modulus, so that
-# with fewer it may settle for the second: a hundredth less. Like this it is right to 1e-5.
+# Eigenvalues that ARPACK computes, and its vectors. The largest are close in modulus: with fewer,
+# it may return the second, a hundredth smaller. With these the error is below 1e-5.
 _FOLLOWED, _VECTORS, _TOLERANCE = 6, 40, 1e-4
 
 
@@ -27,11 +27,11 @@ def random_recurrence(nodes: int, radius: float, rng: np.random.Generator) -> sp
     Args:
         nodes: Number of neurons, N.
         radius: Spectral radius, 0 or more.
-        rng: Source of places and weights.
+        rng: Source of columns and weights.
 
     Returns:
         W, shape (N, N), with `_CONNECTIONS` weights a row, or N where there are fewer neurons;
-        weights that fall on the same place add up.
+        weights in the same column are added.
     """
     degree = min(_CONNECTIONS, nodes)
     columns = rng.integers(0, nodes, (nodes, degree), dtype=np.int32)
@@ -51,14 +51,14 @@ def spectral_radius(matrix: sp.csr_array) -> float:
         k=_FOLLOWED,
         ncv=_VECTORS,
         tol=_TOLERANCE,
-        v0=np.ones(nodes),  # ARPACK's own is random
+        v0=np.ones(nodes),  # the default is random
         return_eigenvectors=False,
     )
     return float(np.abs(largest).max())
 
 
 def block_diagonal(blocks: list[sp.csr_array]) -> sp.csr_array:
-    """Join square matrices with as many weights in each row along the diagonal."""
+    """Join square matrices, all with the same number of weights in a row, along the diagonal."""
     nodes = blocks[0].shape[0]
     size = len(blocks) * nodes
     columns = np.concatenate([block.indices + i * nodes for i, block in enumerate(blocks)])

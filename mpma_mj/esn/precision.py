@@ -1,8 +1,7 @@
-"""The precision in which reservoirs and readouts compute.
+"""Floating-point precision of reservoirs and readouts.
 
-In single precision a reservoir's weights are half as large, and how fast it steps is how fast they
-come from memory; sums of features are formed in half the time. What it changes is in
-docs/performance.md.
+A reservoir's speed is the bandwidth at which its weights are read, which single precision halves,
+as it halves the time for sums of features; docs/performance.md has the differences in results.
 """
 
 from __future__ import annotations
@@ -17,4 +16,4 @@ __all__ = ["PRECISION", "Features", "Single"]
 PRECISION = np.float32
 Single = NDArray[np.float32]
 Features = NDArray[np.floating[Any]]
-"""What readouts take, of any precision."""
+"""Input of readouts, of any precision."""

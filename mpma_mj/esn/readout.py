@@ -1,4 +1,4 @@
-"""Linear readouts of reservoirs: fitted by ridge regression, or moved step by step."""
+"""Linear readouts of reservoirs, fitted by ridge regression or by normalised LMS."""
 
 from __future__ import annotations
 
@@ -17,36 +17,36 @@ __all__ = ["ReadoutBank"]
 
 Array = NDArray[np.float64]
 
-_LEAST_SINGLE = 1e-4  # ridge; under a smaller one sums' rounding in single precision shows
-_EPSILON = 1e-6  # keeps features of 0 from dividing by 0
+_LEAST_SINGLE = 1e-4  # ridge; with a smaller one, rounding of single-precision sums is visible
+_EPSILON = 1e-6  # avoids a division by 0
 
 
 class _Sums(NamedTuple):
-    """What readouts remember of the epochs that they were fitted to."""
+    """Sums over the epochs that readouts were fitted to."""
 
     gram: Features  # G, (..., M, F, F)
     moment: Features  # B, (..., M, F, K)
 
 
 class ReadoutBank:
-    """Readouts of a reservoir bank, output_i = W_out,i z_i, that remember earlier epochs.
+    """Readouts of a reservoir bank, output_i = W_out,i z_i, with memory of earlier epochs.
 
-    Weighted least squares with forgetting φ and ridge ρ: after every epoch of T steps
+    Weighted least squares with forgetting φ and ridge ρ. After every epoch of T steps:
 
         G_i ← φ G_i + Σ_t w_t z zᵀ      B_i ← φ B_i + Σ_t w_t z yᵀ      n ← φ n + T
         W_out,i = ((G_i + ρ n I)⁻¹ B_i)ᵀ
 
-    With φ = 0 it is plain ridge regression on the last epoch. `partial_fit` learns a step instead.
-    G and B, by far the largest, are there only where something is fitted.
+    With φ = 0 it is plain ridge regression on the last epoch. `partial_fit` learns from a step
+    instead. G and B, by far the largest arrays, exist only where readouts are fitted.
 
-    As a bank's, arrays may begin with an axis of runs; `of_run` gives one of them.
+    Arrays may begin with an axis of runs; `of_run` returns one run's readouts.
 
     Attributes:
         weights: W_out, shape (..., M, K, F).
     """
 
     def __init__(self, weights: Array, *, forgetting: float = 0.0, ridge: float = 1.0) -> None:
-        """Start from given readouts and no memory.
+        """Begin with given weights and no memory.
 
         Args:
             weights: Initial W_out, shape (..., M, K, F): modules, outputs, features.
@@ -60,34 +60,34 @@ class ReadoutBank:
         self._steps = np.zeros(weights.shape[:-3])
 
     def __call__(self, features: Features) -> Array:
-        """Read the reservoirs: features (..., M, F) to outputs (..., M, K)."""
+        """Return the outputs, shape (..., M, K), for features (..., M, F)."""
         return (self.weights @ features[..., None])[..., 0].astype(np.float64)
 
     def of_run(self, index: tuple[int, ...]) -> ReadoutBank:
-        """Return one run's readouts, (M, K, F); what it learns is learned here."""
+        """Return one run's readouts, (M, K, F), which share memory with these."""
         run: tuple[Any, ...] = (*index, ...)  # not a copy, also of a single number
         return self._part(run, run)
 
     def first_modules(self, count: int) -> ReadoutBank:
-        """Return the first modules' readouts, (..., M', K, F); what they learn is learned here."""
+        """Return the first modules' readouts, (..., M', K, F), which share memory with these."""
         return self._part((..., slice(count), slice(None), slice(None)), (...,))
 
     def _part(self, view: tuple[Any, ...], steps: tuple[Any, ...]) -> ReadoutBank:
         part = ReadoutBank.__new__(ReadoutBank)
         part._forgetting, part._ridge = self._forgetting, self._ridge
         part.weights, part._steps = self.weights[view], self._steps[steps]
-        # Whoever asks for a part is going to fit it, or to give it what was fitted.
+        # Allocated here, so that what is fitted in the part is seen in the whole.
         part._sums = _Sums(*(sums[view] for sums in self._accumulated()))
         return part
 
     def select_runs(self, runs: NDArray[np.intp]) -> None:
-        """Go on with some of the runs only, (R',) of R."""
+        """Continue with some runs only, (R',) of R."""
         self.weights, self._steps = self.weights[runs], self._steps[runs]
         if self._sums is not None:
             self._sums = _Sums(*(sums[runs] for sums in self._sums))
 
     def drop_modules(self, modules: Sequence[int]) -> None:
-        """Go on without some modules' readouts, (K,) of M, and what they remember."""
+        """Continue without some modules' readouts and their memory, (K,) of M."""
         self.weights = np.delete(self.weights, modules, axis=-3)
         if self._sums is not None:
             self._sums = _Sums(*(np.delete(sums, modules, axis=-3) for sums in self._sums))
@@ -95,16 +95,15 @@ class ReadoutBank:
     def fit(
         self, features: Features | FeatureReplay, targets: Array, step_weights: Array | None = None
     ) -> None:
-        """Learn an epoch of one run.
+        """Fit one run's readouts to an epoch and, by G and B, to those before.
 
         Args:
             features: Features z, shape (T, M, F).
-            targets: What the readouts should have said, shape (T, M, K) or, the same for all
-                modules, (T, 1, K).
+            targets: Targets y, shape (T, M, K) or, the same for all modules, (T, 1, K).
             step_weights: Weight w of every step for every module, shape (T, M); 1 if not given.
 
         Raises:
-            BadOptionError: The ridge is too small.
+            BadOptionError: The ridge is too small for the sums to be inverted.
         """
         steps, count, _ = features.shape
         gram, moment = self._accumulated()
@@ -129,21 +128,22 @@ class ReadoutBank:
                 factor = linalg.cho_factor(regular, overwrite_a=True, check_finite=False)
             except linalg.LinAlgError:
                 raise BadOptionError(
-                    f"ridge is {self._ridge:g}, which is too small to fit readouts with; take a"
-                    " larger one, such as 1e-4"
+                    option="ridge",
+                    value=self._ridge,
+                    expected="a ridge that is large enough to fit readouts with, such as 1e-4",
                 ) from None
             self.weights[i] = linalg.cho_solve(factor, moment[i], check_finite=False).T
 
     def partial_fit(self, features: Features, errors: Array, rate: float) -> None:
-        """Move the weights along an error by normalised LMS.
+        """Reduce an error by a step of normalised LMS (Nagumo & Noda 1967).
 
             W_out,i ← W_out,i + η e_i z_iᵀ / (ε + z_iᵀz_i)
 
-        (Nagumo & Noda 1967.) Of the error on the same features 1 - η is left.
+        The error on the same features is then 1 - η times as large.
 
         Args:
             features: Features z, shape (..., M, F).
-            errors: Errors e, what should have been said less what was, shape (..., M, K).
+            errors: Errors e, target minus output, shape (..., M, K).
             rate: Learning rate η.
         """
         power = _EPSILON + np.sum(features**2, axis=-1, keepdims=True)  # (..., M, 1)
@@ -151,22 +151,22 @@ class ReadoutBank:
         self.weights += step[..., :, None] * features[..., None, :]
 
     def state_dict(self) -> dict[str, Array]:
-        """Return a copy of everything that `fit` and reading depend on."""
+        """Return copies of all arrays that learning changes, by name."""
         state: dict[str, NDArray[Any]] = {"weights": self.weights, "steps": self._steps}
         if self._steps.any():
             state |= self._accumulated()._asdict()
         return {name: value.copy() for name, value in state.items()}
 
     def load_state_dict(self, state: Mapping[str, Array], prefix: str = "") -> None:
-        """Continue from a state that `state_dict` returned.
+        """Continue from the arrays that `state_dict` returned.
 
         Args:
-            state: Arrays by name; more is passed over.
-            prefix: What names begin with.
+            state: Arrays by name; others are left out.
+            prefix: Beginning of the names.
 
         Raises:
-            KeyError: Something is missing.
-            ValueError: Something has another shape.
+            KeyError: An array is missing.
+            ValueError: An array has another shape.
         """
         _assign(self.weights, state[f"{prefix}weights"])
         _assign(self._steps, state[f"{prefix}steps"])
@@ -188,7 +188,7 @@ class ReadoutBank:
 
 
 def _assign(array: NDArray[Any], value: NDArray[Any]) -> None:
-    """Overwrite an array with one of its shape; numpy alone would stretch others."""
+    """Overwrite an array with one of its shape; numpy alone would broadcast."""
     if np.shape(value) != array.shape:
         raise ValueError(f"shape {np.shape(value)} in place of {array.shape}")
     array[...] = value

@@ -16,7 +16,7 @@ __all__ = ["ReservoirBank"]
 Array = NDArray[np.float64]
 Streams = Sequence[np.random.Generator]
 
-# Steps for which noise is drawn at once; a stream's numbers do not depend on it.
+# Steps for which noise is drawn at once; the noise does not depend on it.
 _DRAWN_AHEAD = 16
 
 
@@ -26,12 +26,11 @@ class ReservoirBank:
         s_n = tanh(W s_{n-1} + W_in v_n) + ν · U(-½, ½)        z_n = [s_n ; v_n]
 
     as in Tidemann & Öztürk 2008 and Jaeger's toolbox: no bias, no feedback from the output;
-    the noise stays on while executing, where it stabilises. All recurrences are one product
-    with a block-diagonal sparse matrix.
+    the noise is present while executing, too, where it stabilises. All recurrences are one
+    product with a block-diagonal sparse matrix.
 
-    Arrays begin with the shape `batch_shape` of those who have such a bank, () for one and (R,) for
-    R runs side by side; each run's reservoirs are drawn from a stream of its own, and are
-    what they would be alone.
+    Arrays begin with `batch_shape`, () for one run and (R,) for a batch of R. Each run's
+    reservoirs are drawn from that run's stream, and do not depend on the others.
 
     Attributes:
         features: Length of z, nodes + inputs.
@@ -62,7 +61,7 @@ class ReservoirBank:
         self.features = nodes + inputs
         self._noise = noise
         self._drawn = count  # reservoirs for which noise is drawn
-        self._remaining: NDArray[np.intp] | slice = slice(None)  # and those that have it
+        self._remaining: NDArray[np.intp] | slice = slice(None)  # those that are left of them
         drawn, blocks = [], []
         for stream in streams:
             drawn.append(stream.uniform(-1.0, 1.0, (count, nodes, inputs)))
@@ -79,20 +78,20 @@ class ReservoirBank:
         return (*self._input_weights.shape[:-2], self.features)
 
     def reset(self, streams: Streams) -> None:
-        """Set all states to 0; noise will come from these streams, one for each run."""
+        """Set all states to 0; noise is drawn from these streams, one for each run."""
         self._state: Single = np.zeros(self._input_weights.shape[:-1], PRECISION)
         self._streams = streams
         self._ahead: Iterator[Single] = iter(())  # noise of the next steps
 
     def select_runs(self, runs: NDArray[np.intp]) -> None:
-        """Go on with some of the runs only, (R',) of R, from the next reset."""
+        """Continue with some runs only, (R',) of R, from the next reset."""
         count, nodes = self._input_weights.shape[1:3]
         own = (count * nodes * runs[:, None] + np.arange(count * nodes)).ravel()
         self._input_weights = self._input_weights[runs]
         self._recurrence = self._recurrence[own][:, own]
 
     def of_run(self, index: tuple[int, ...]) -> ReservoirBank:
-        """Return one run's reservoirs, of states of their own, at rest from the next reset."""
+        """Return one run's reservoirs with separate states, at rest from the next reset."""
         part = copy.copy(self)
         part._input_weights = self._input_weights[index]
         size = part._input_weights.shape[0] * part._input_weights.shape[1]
@@ -101,9 +100,9 @@ class ReservoirBank:
         return part
 
     def drop_modules(self, reservoirs: Sequence[int]) -> None:
-        """Go on without some reservoirs, (K,) of M, from the next reset.
+        """Continue without some reservoirs, (K,) of M, from the next reset.
 
-        The others keep the noise that they would have had.
+        The others keep their noise.
         """
         *_, count, nodes, _ = self._input_weights.shape
         neurons = np.arange(self._recurrence.shape[0]).reshape(-1, count, nodes)
@@ -117,7 +116,7 @@ class ReservoirBank:
 
         Args:
             inputs: Input v, shape (..., D) for all reservoirs of a run alike or (..., M, D).
-            features: Where the features are written; a new array if not given.
+            features: Array for the features; a new one if not given.
 
         Returns:
             Features z, shape (..., M, N + D).

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,10 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.agents import Agent
+from mpma_mj.agents.config import AgentConfig
 from mpma_mj.agents.registry import check_trainable
 from mpma_mj.context import active_label
+from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import BadOptionError, CheckpointError, DivergedError
 from mpma_mj.motions import Motion
+from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.trace import Trace
 from mpma_mj.training.checkpoints import load_state
 from mpma_mj.training.config import OutsideConfig, RunConfig
@@ -28,7 +32,7 @@ from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.training.trainer import Trainer
 from mpma_mj.visualization.figures import write_figures
 
-__all__ = ["Run", "load_agent", "resume", "start", "train"]
+__all__ = ["Run", "imitate", "load_agent", "resume", "start", "train"]
 
 Array = NDArray[np.float64]
 OnEpoch = Callable[[EpochMetrics], None]
@@ -109,6 +113,46 @@ class Run:
         else:
             parts = {name: label == number for number, name in enumerate(self.motion.labels)}
         return segment_metrics(self.trace, parts)
+
+
+def imitate(
+    *motions: str | Path | Motion,
+    seed: int = 0,
+    agent: AgentConfig | str = "mpma",
+    env: EnvironmentOptions | None = None,
+    reading: ReadingOptions | None = None,
+    epochs: int = 30,
+    on_epoch: OnEpoch = lambda row: None,
+) -> Run:
+    """Train an agent to imitate a motion, and write nothing.
+
+    Args:
+        *motions: "ymca", or paths of recordings, several of which are a repertoire; or one motion.
+        seed: Seed of everything random.
+        agent: The agent's config, or its name, or the path of its class, such as
+            my_agents.py:MyAgent.
+        env: Options of the environment; the defaults if not given.
+        reading: How recordings are read; the defaults if not given.
+        epochs: Largest number of epochs; training ends earlier when it has converged.
+        on_epoch: Called with the metrics of every epoch.
+
+    Raises:
+        MpmaError: An option is out of bounds, or the motion cannot be read or followed.
+        DivergedError: The simulation did not stay finite.
+    """
+    motion = motions[0] if len(motions) == 1 and isinstance(motions[0], Motion) else None
+    names = [one.source if isinstance(one, Motion) else str(one) for one in motions]
+    config = RunConfig(
+        motions=tuple(names) or ("ymca",),
+        reading=reading or ReadingOptions(),
+        env=env or EnvironmentOptions(),
+        seed=seed,
+    )
+    if isinstance(agent, AgentConfig):
+        config = dataclasses.replace(config, agent=agent, agent_name="")
+    else:
+        config = config.replace(agent=agent)
+    return train(config, epochs, motion=motion, on_epoch=on_epoch)
 
 
 def train(

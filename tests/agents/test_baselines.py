@@ -29,7 +29,7 @@ def test_open_loop_on_ideal_arms_tracks_to_rounding() -> None:
     assert p_e("open_loop", "kinematic", noise=0.0) < 1e-10
 
 
-def test_open_loop_loses_simulated_arms() -> None:
+def test_open_loop_drifts_off_on_simulated_arms() -> None:
     assert p_e("open_loop", "physics") > 5 * p_e("feedback_only", "physics")
 
 
@@ -47,7 +47,7 @@ def test_feedback_on_ideal_arms_is_one_step_late() -> None:
     assert np.abs(late).mean() < 0.2 * np.abs(now).mean()
 
 
-def test_open_loop_never_looks_at_the_arms() -> None:
+def test_open_loop_does_not_depend_on_the_arms() -> None:
     env = load("ymca", arms="physics", repeats=1)
     agent, blind = make("open_loop", env), make("open_loop", env)
     timestep = env.reset()
@@ -58,7 +58,7 @@ def test_open_loop_never_looks_at_the_arms() -> None:
         timestep = env.step(action)
 
 
-def test_open_loop_makes_up_for_what_a_step_is_too_short_for() -> None:
+def test_open_loop_catches_up_after_steps_beyond_the_largest_velocity() -> None:
     env = load("ymca", arms="kinematic", repeats=1, reference_noise=0.0)
     near, far = env.task.motion.posture[[0, 20]]
     agent = make("open_loop", env)

@@ -1,4 +1,4 @@
-"""What agents remember of an episode, however long it is."""
+"""The buffer of an episode's signals, for episodes of any length."""
 
 import numpy as np
 import pytest
@@ -6,44 +6,42 @@ import pytest
 from mpma_mj.agents.episode_buffer import EpisodeBuffer
 
 
-def remembered(
-    steps: int, memory: EpisodeBuffer | None = None, shape: tuple[int, ...] = (2,)
+def filled(
+    steps: int, buffer: EpisodeBuffer | None = None, shape: tuple[int, ...] = (2,)
 ) -> EpisodeBuffer:
-    memory = memory or EpisodeBuffer()
-    memory.clear()
+    buffer = buffer or EpisodeBuffer()
+    buffer.clear()
     for t in range(steps):
-        memory.append({"time": np.asarray(float(t)), "place": np.full(shape, 10.0 * t)})
-    return memory
+        buffer.append({"time": np.asarray(float(t)), "place": np.full(shape, 10.0 * t)})
+    return buffer
 
 
 @pytest.mark.parametrize("steps", [1, 255, 256, 257, 512, 513, 1300])
-def test_every_step_is_remembered_however_many_there_are(steps: int) -> None:
-    memory = remembered(steps)
-    assert len(memory) == steps
-    episode = memory.episode()
+def test_every_step_is_kept_for_any_number_of_steps(steps: int) -> None:
+    buffer = filled(steps)
+    assert len(buffer) == steps
+    episode = buffer.episode()
     np.testing.assert_array_equal(episode["time"], np.arange(steps))
     np.testing.assert_array_equal(episode["place"], 10.0 * np.arange(steps)[:, None] * [1, 1])
-    np.testing.assert_array_equal(memory[-1]["place"], 10.0 * (steps - 1))
+    np.testing.assert_array_equal(buffer.last("place"), 10.0 * (steps - 1))
 
 
 def test_a_shorter_episode_leaves_nothing_of_a_longer_one() -> None:
-    memory = remembered(3, remembered(600))
-    assert len(memory) == 3
-    np.testing.assert_array_equal(memory.episode()["time"], [0, 1, 2])
-    with pytest.raises(IndexError):
-        memory[3]
+    buffer = filled(3, filled(600))
+    assert len(buffer) == 3
+    np.testing.assert_array_equal(buffer.episode()["time"], [0, 1, 2])
 
 
 def test_an_episode_of_other_shapes_takes_the_place_of_the_last() -> None:
-    memory = remembered(300, remembered(300), shape=(4, 3))
-    assert memory.episode()["place"].shape == (300, 4, 3)
-    np.testing.assert_array_equal(memory[-1]["place"], 2990.0)
+    buffer = filled(300, filled(300), shape=(4, 3))
+    assert buffer.episode()["place"].shape == (300, 4, 3)
+    np.testing.assert_array_equal(buffer.last("place"), 2990.0)
 
 
-def test_what_is_remembered_has_the_precision_that_it_came_with() -> None:
-    memory = EpisodeBuffer()
+def test_arrays_keep_their_precision() -> None:
+    buffer = EpisodeBuffer()
     for kind in (np.float32, np.float64):
-        memory.clear()
-        memory.append({"number": np.asarray(1.0 / 3.0, kind)})
-        assert memory.last("number") == kind(1.0 / 3.0)
-        assert memory.episode()["number"].dtype == kind
+        buffer.clear()
+        buffer.append({"number": np.asarray(1.0 / 3.0, kind)})
+        assert buffer.last("number") == kind(1.0 / 3.0)
+        assert buffer.episode()["number"].dtype == kind

@@ -124,7 +124,7 @@ def test_worker_processes_find_it_by_the_same_name() -> None:
         assert pool.submit(_offset, "my_agents.py:MyAgent").result() == 0.0
 
 
-def test_an_outside_rule_learns_what_it_says_and_nothing_else() -> None:
+def test_an_outside_rule_changes_what_it_fits_and_nothing_else() -> None:
     agent = MPMA(MPMAConfig(nodes=10, modules=2, rule="my_rules.py:MyRule"), SPEC)
     record_epoch(load("ymca", arms="kinematic", repeats=1), agent, 0)
     agent.learn()

@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
@@ -9,6 +10,7 @@ from mpma_mj.agents.gating import (
     predictor_target,
     responsibilities,
 )
+from tests.agents.test_mpma import agent, dance, signals_of, watch
 
 priors = arrays(np.float64, 4, elements=st.floats(0.01, 1.0))
 errors = arrays(np.float64, 4, elements=st.floats(0.0, 4.0))
@@ -39,7 +41,7 @@ def test_equal_errors_leave_the_prior() -> None:
     np.testing.assert_allclose(responsibilities(prior, likelihood(np.ones(4), 0.1)), prior)
 
 
-def test_a_better_prediction_takes_over() -> None:
+def test_a_better_prediction_gains_responsibility() -> None:
     share = responsibilities(np.array([0.9, 0.1]), likelihood(np.array([1.0, 0.0]), 0.1))
     assert share[1] > 0.999
 
@@ -63,17 +65,49 @@ def test_targets_are_shares_and_use_all_modules_alike(raw: np.ndarray, sharpenin
     np.testing.assert_allclose(target.mean(axis=0), 1 / 3, atol=0.02)
 
 
-def test_commitment_sharpens_what_is_used_alike() -> None:
+def test_sharpening_of_balanced_responsibilities_has_its_closed_form() -> None:
     responsibility = np.array([[0.6, 0.3, 0.1], [0.1, 0.6, 0.3], [0.3, 0.1, 0.6]])
     np.testing.assert_allclose(predictor_target(responsibility, 1.0), responsibility)
     sharp = responsibility**2 / (0.6**2 + 0.3**2 + 0.1**2)
     np.testing.assert_allclose(predictor_target(responsibility, 2.0), sharp)
 
 
-def test_one_module_that_wins_everything_is_evened_out() -> None:
+def test_a_module_that_wins_everything_is_balanced() -> None:
     np.testing.assert_allclose(predictor_target(np.tile([0.6, 0.3, 0.1], (9, 1)), 3.0), 1 / 3)
 
 
-def test_a_module_that_was_never_used_can_come_back() -> None:
+def test_a_module_that_was_never_used_can_return() -> None:
     responsibility = np.tile([0.7, 0.3, 0.0], (10, 1))
     np.testing.assert_allclose(predictor_target(responsibility, 2.0), 1 / 3)
+
+
+@pytest.mark.parametrize("rule", ["weighted", "gated"])
+def test_without_forward_gating_responsibility_is_the_predictors_share(rule: str) -> None:
+    player = agent(rule=rule, forward_gating=False)
+    dance(player, 3)
+    signals = signals_of(player)
+    share = signals.prior / signals.prior.sum(axis=1, keepdims=True)
+    np.testing.assert_allclose(signals.responsibility, share, rtol=1e-14)
+    assert share.std() > 0.01
+
+
+@pytest.mark.parametrize("rule", ["weighted", "gated"])
+def test_without_predictors_responsibility_is_the_likelihoods_share(rule: str) -> None:
+    player = agent(rule=rule, responsibility_predictors=False)
+    dance(player, 2)
+    sigma = float(player.state_dict()["sigma"])
+    postures = np.stack([seen["posture"] for seen in watch(player)])
+    signals = signals_of(player)
+    np.testing.assert_array_equal(signals.prior, 1.0)
+    responsibility = signals.responsibility
+    np.testing.assert_allclose(responsibility[0], 1 / 3, rtol=1e-14)
+    errors = prediction_errors(signals.predictions[:-1], postures[1:-1])
+    likely = likelihood(errors, sigma)
+    np.testing.assert_allclose(responsibility[1:], likely / likely.sum(axis=1, keepdims=True))
+    assert responsibility.std() > 1e-6
+
+
+def test_without_both_responsibility_is_uniform() -> None:
+    player = agent(forward_gating=False, responsibility_predictors=False)
+    dance(player, 2)
+    np.testing.assert_allclose(signals_of(player).responsibility, 1 / 3, rtol=1e-14)

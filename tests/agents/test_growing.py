@@ -33,7 +33,7 @@ def numbered(errors: list[float]) -> dict[int, float]:
     return dict(enumerate(errors, start=1))
 
 
-def test_growth_settles_where_more_modules_stop_to_help() -> None:
+def test_growth_ends_where_more_modules_do_not_help() -> None:
     growth = grown(numbered([2.0, 1.5, 1.2, *[1.19] * 9]))
     assert growth.over
     assert growth.modules == 3
@@ -44,7 +44,7 @@ def test_modules_that_never_help_leave_one() -> None:
     assert grown(numbered([1.0] * 12)).modules == 1
 
 
-def test_growth_that_always_helps_ends_at_the_most() -> None:
+def test_growth_that_always_helps_ends_at_the_largest_number() -> None:
     assert grown(numbered([0.5**n for n in range(12)])).modules == 12
     assert grown({1: 2.0}, most=1).modules == 1
 
@@ -59,7 +59,7 @@ def test_help_is_a_share_of_the_error() -> None:
     assert grown(numbered([1.0, too_little, *[9.0] * 10])).modules == 1
 
 
-def test_the_first_epoch_of_a_number_is_not_judged() -> None:
+def test_the_first_epoch_of_a_number_does_not_count() -> None:
     growth = Recruitment()
     for error in [99.0, *[1.0] * (EPOCHS - 1)]:
         growth = growth.after(error, 12)
@@ -70,9 +70,7 @@ def test_the_first_epoch_of_a_number_is_not_judged() -> None:
 @hypothesis.given(
     some.lists(some.floats(0.01, 100.0), min_size=60, max_size=60), some.integers(1, 9)
 )
-def test_whatever_the_errors_growth_ends_at_a_number_that_may_be(
-    errors: list[float], most: int
-) -> None:
+def test_for_any_errors_growth_ends_at_an_allowed_number(errors: list[float], most: int) -> None:
     growth = Recruitment()
     for error in errors:
         growth = growth.after(error, most)
@@ -82,7 +80,7 @@ def test_whatever_the_errors_growth_ends_at_a_number_that_may_be(
     assert growth.after(0.0, most) == growth
 
 
-def test_a_growth_that_has_not_begun_survives_its_row() -> None:
+def test_the_first_state_can_be_read_from_its_row() -> None:
     assert Recruitment.of_row(Recruitment().as_row()) == Recruitment()
     assert Recruitment().best_error == math.inf
 
@@ -97,9 +95,7 @@ def agent(enabled: int, **changes: object) -> GrowingMPMA:
 
 @pytest.mark.parametrize("changes", [{}, {"responsibility_predictors": False}])
 @pytest.mark.parametrize("enabled", [1, 2, 4])
-def test_those_who_are_awake_share_all_responsibility(
-    enabled: int, changes: dict[str, bool]
-) -> None:
+def test_enabled_modules_share_all_responsibility(enabled: int, changes: dict[str, bool]) -> None:
     env = load("ymca", arms="kinematic", repeats=1)
     dancer = agent(enabled, **changes)
     trace = record_epoch(env, dancer, 0)
@@ -112,7 +108,7 @@ def test_those_who_are_awake_share_all_responsibility(
     np.testing.assert_allclose(trace.action, mixed, atol=1e-12)
 
 
-def test_with_all_awake_it_is_mpma() -> None:
+def test_with_all_modules_enabled_it_is_mpma() -> None:
     env = load("ymca", arms="kinematic", repeats=1)
     plain = MPMA(MPMAConfig(nodes=10, modules=4), AgentSpec(4, env.task.max_joint_speed, 0.05))
     growing = agent(4)
@@ -147,7 +143,7 @@ def test_growth_begins_with_one_module_when_control_has_passed() -> None:
     assert logged[0]["growing"] == 1.0
 
 
-def test_growth_is_over_in_the_end_and_repeats() -> None:
+def test_growth_ends_and_is_repeatable() -> None:
     one, logged = trained(30)
     other, _ = trained(30)
     assert logged[-1]["growing"] == 0.0
@@ -156,7 +152,7 @@ def test_growth_is_over_in_the_end_and_repeats() -> None:
         np.testing.assert_array_equal(value, other.state_dict()[name], err_msg=name)
 
 
-def test_modules_that_sleep_learn_nothing_and_those_that_wake_do() -> None:
+def test_only_enabled_modules_learn() -> None:
     dancer, logged = trained(8)
     assert logged[-1]["modules_enabled"] == 1.0
     state = dancer.state_dict()
@@ -166,7 +162,7 @@ def test_modules_that_sleep_learn_nothing_and_those_that_wake_do() -> None:
         assert not np.any(state[f"{part}.weights"][1:])
 
 
-def test_what_did_not_help_is_undone() -> None:
+def test_a_recruitment_that_did_not_help_is_undone() -> None:
     env = load("ymca", arms="kinematic", repeats=1)
     dancer, _ = trained(12)
     learned = dancer.state_dict()
@@ -209,7 +205,7 @@ def test_a_new_module_gets_half_of_the_label_that_is_predicted_worst() -> None:
     np.testing.assert_array_equal(after.responsibility[3:], [[0.5, 0.5, 0.0]] * 3)
 
 
-def test_a_new_module_begins_with_what_all_said_and_changes_nothing_of_theirs() -> None:
+def test_a_new_module_begins_with_the_common_output_and_leaves_the_others() -> None:
     before = episode()
     kept = copy.deepcopy(before)
     after = with_added_module(before, 2)
@@ -221,12 +217,12 @@ def test_a_new_module_begins_with_what_all_said_and_changes_nothing_of_theirs() 
         np.testing.assert_array_equal(value, getattr(kept, name))
 
 
-def test_where_nothing_is_heard_a_new_module_gets_half_of_all() -> None:
+def test_without_context_a_new_module_gets_half_of_all() -> None:
     silent = dataclasses.replace(episode(), context=np.zeros((6, 2)))
     np.testing.assert_array_equal(with_added_module(silent, 1).responsibility, [[0.5, 0.5, 0]] * 6)
 
 
-def test_an_epoch_of_the_first_modules_is_cut_alike_everywhere() -> None:
+def test_an_epoch_of_the_first_modules_has_their_signals_only() -> None:
     cut = episode().first_modules(2)
     assert cut.responsibility.shape == (6, 2)
     assert cut.predictions.shape == (6, 2, 12)
@@ -234,7 +230,7 @@ def test_an_epoch_of_the_first_modules_is_cut_alike_everywhere() -> None:
     assert cut.next_posture.shape == (6, 12)
 
 
-def test_growth_side_by_side_is_growth_alone() -> None:
+def test_growth_in_a_batch_is_growth_alone() -> None:
     seeds = [3, 5]
     envs = mpma_mj.make_vec(2, "ymca", arms="kinematic", repeats=1)
     envs.reset(seed=seeds)

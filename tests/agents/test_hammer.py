@@ -32,7 +32,7 @@ def test_confidence_grows_where_right_and_falls_where_wrong() -> None:
     np.testing.assert_array_equal(next_confidence(confidence, np.array([0.3, 0.1, 0.2])), [0, 3, 2])
 
 
-def test_confidence_stays_between_0_and_5_so_that_it_can_be_lost() -> None:
+def test_confidence_stays_between_0_and_5() -> None:
     confidence = np.zeros(2)
     for _ in range(20):
         confidence = next_confidence(confidence, np.array([0.0, 1.0]))
@@ -111,7 +111,7 @@ def test_the_most_confident_takes_all_by_what_the_demonstrator_did() -> None:
     np.testing.assert_array_equal(trace.modules.prior, trace.modules.responsibility)
 
 
-def test_prepared_forward_models_hear_their_own_inverse_model() -> None:
+def test_prepared_forward_models_receive_their_own_inverse_models_command() -> None:
     agent = hammer()
     for preparing in (True, False):
         assert agent.is_preparing == preparing
@@ -123,7 +123,7 @@ def test_prepared_forward_models_hear_their_own_inverse_model() -> None:
         dance(agent, 3)
 
 
-def test_the_winner_is_found_without_hearing_the_music() -> None:
+def test_the_winner_does_not_depend_on_the_context() -> None:
     agent = hammer()
     dance(agent, 3)
     trace = dance(agent, 1)
@@ -148,7 +148,7 @@ def test_one_pair_is_always_responsible() -> None:
 
 
 @pytest.mark.parametrize("epochs", [1, 4])
-def test_state_goes_round(epochs: int) -> None:
+def test_a_copy_of_the_state_continues_alike(epochs: int) -> None:
     trained, copy = hammer(), hammer()
     dance(trained, epochs)
     copy.load_state_dict(trained.state_dict())

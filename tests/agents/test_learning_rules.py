@@ -1,4 +1,4 @@
-"""The learning rules: what each readout is told, held against the equations."""
+"""Learning rules: targets and weights of each readout, compared with the equations."""
 
 import dataclasses
 from typing import Any
@@ -12,7 +12,7 @@ T, M = 40, 3
 
 
 class Spy:
-    """Stands for a readout bank and remembers what it was told."""
+    """Records what a readout bank is fitted to."""
 
     def fit(self, features: np.ndarray, targets: np.ndarray, weights: Any = None) -> None:
         self.features, self.targets, self.weights = features, targets, weights
@@ -41,7 +41,7 @@ def epoch() -> Epoch:
     return Epoch(**arrays, feedback_gain=0.3)
 
 
-def told(rule: WeightedRule | GatedRule, epoch: Epoch) -> tuple[Spy, Spy, Spy]:
+def fitted(rule: WeightedRule | GatedRule, epoch: Epoch) -> tuple[Spy, Spy, Spy]:
     spies = Spy(), Spy(), Spy()
     rule.fit(Readouts(*spies), epoch)  # type: ignore[arg-type]
     inverse, forward, predictor = spies
@@ -56,22 +56,24 @@ def each(targets: np.ndarray) -> np.ndarray:
     return np.broadcast_to(targets, (T, M, targets.shape[2]))
 
 
-def test_weighted_forward_models_learn_what_came_weighted_by_responsibility(epoch: Epoch) -> None:
-    _, forward, _ = told(WeightedRule(), epoch)
+def test_weighted_forward_models_learn_the_next_posture_weighted_by_responsibility(
+    epoch: Epoch,
+) -> None:
+    _, forward, _ = fitted(WeightedRule(), epoch)
     np.testing.assert_array_equal(each(forward.targets)[:, 1], epoch.next_posture)
     np.testing.assert_array_equal(forward.weights, epoch.responsibility)
 
 
-def test_weighted_inverse_models_learn_the_command_that_would_have_hit(epoch: Epoch) -> None:
-    inverse, _, _ = told(WeightedRule(), epoch)
+def test_weighted_inverse_models_learn_the_desired_command(epoch: Epoch) -> None:
+    inverse, _, _ = fitted(WeightedRule(), epoch)
     hit = np.clip(epoch.action + epoch.next_feedback, -1, 1)
     assert np.abs(epoch.action + epoch.next_feedback).max() > 1
     np.testing.assert_array_equal(each(inverse.targets)[:, 2], hit)
     np.testing.assert_array_equal(inverse.weights, epoch.responsibility)
 
 
-def test_weighted_predictors_learn_commitment_with_a_conscience(epoch: Epoch) -> None:
-    _, _, predictor = told(WeightedRule(), epoch)
+def test_weighted_predictors_learn_sharpened_and_balanced_responsibility(epoch: Epoch) -> None:
+    _, _, predictor = fitted(WeightedRule(), epoch)
     target = predictor.targets[:, :, 0]
     np.testing.assert_allclose(target.sum(axis=1), 1.0)
     # log y = 3 log λ + what a step has for all modules + what a module has for all steps
@@ -91,7 +93,7 @@ def test_weighted_sigma_is_the_responsible_modules_rms_error(epoch: Epoch) -> No
 
 
 def test_gated_errors_are_multiplied_by_responsibility(epoch: Epoch) -> None:
-    inverse, forward, predictor = told(GatedRule(), epoch)
+    inverse, forward, predictor = fitted(GatedRule(), epoch)
     for i in range(M):
         gate = epoch.responsibility[:, i, None]
         came = epoch.predictions[:, i]
@@ -111,6 +113,6 @@ def test_gated_sigma_stays(epoch: Epoch) -> None:
     assert GatedRule().next_sigma(epoch, 0.144) == 0.144
 
 
-def test_only_the_weighted_rule_remembers() -> None:
+def test_only_the_weighted_rule_has_memory() -> None:
     assert GatedRule().forgetting == 0.0
     assert 0.0 < WeightedRule().forgetting < 1.0

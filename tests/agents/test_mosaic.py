@@ -22,7 +22,7 @@ def dance(agent: Any, epochs: int, **options: Any) -> dict[str, np.ndarray]:
     return trace
 
 
-def test_every_step_moves_every_readout_along_its_gated_error() -> None:
+def test_every_step_changes_every_readout_along_its_gated_error() -> None:
     agent = mosaic(forward_rate=0.3, inverse_rate=0.4, predictor_rate=0.6)
     dance(agent, 3)
     gain = agent.gains.feedback
@@ -56,7 +56,7 @@ def test_every_step_moves_every_readout_along_its_gated_error() -> None:
                 np.testing.assert_allclose(now, moved, atol=1e-8)
 
 
-def test_forward_models_hear_the_total_command() -> None:
+def test_forward_models_receive_the_total_command() -> None:
     agent = mosaic()
     trace = dance(agent, 3)
     features = agent._epoch(()).forward_features
@@ -88,7 +88,7 @@ def test_without_observing_nothing_is_learned() -> None:
         np.testing.assert_array_equal(agent.state_dict()[name], value)
 
 
-def test_state_goes_round() -> None:
+def test_a_copy_of_the_state_continues_alike() -> None:
     trained, copy = mosaic(), mosaic()
     dance(trained, 3)
     copy.load_state_dict(trained.state_dict())
@@ -97,7 +97,7 @@ def test_state_goes_round() -> None:
         np.testing.assert_array_equal(value, copy.state_dict()[name])
 
 
-def test_learning_does_not_reach_back_into_a_state() -> None:
+def test_learning_does_not_change_a_state_that_was_returned() -> None:
     agent = mosaic()
     dance(agent, 1)
     state = agent.state_dict()
@@ -120,7 +120,7 @@ def test_with_control_it_tracks_better_than_feedback() -> None:
     assert error < usual
 
 
-def test_the_first_moment_of_an_episode_teaches_nothing() -> None:
+def test_nothing_is_learned_from_the_first_observation() -> None:
     agent = mosaic()
     before = agent.state_dict()
     agent.observe(load("ymca", arms="kinematic").reset())

@@ -86,7 +86,9 @@ def test_signals_obey_the_equations(rule: str, efference_copy: str) -> None:
 
 @pytest.mark.parametrize("proprioception", [True, False])
 @pytest.mark.parametrize("efference_copy", ["total", "module"])
-def test_networks_hear_what_the_equations_say(efference_copy: str, proprioception: bool) -> None:
+def test_networks_receive_the_inputs_of_the_equations(
+    efference_copy: str, proprioception: bool
+) -> None:
     player = agent(efference_copy=efference_copy, proprioception=proprioception)
     dance(player, 2)
     observations = watch(player)
@@ -104,7 +106,7 @@ def test_networks_hear_what_the_equations_say(efference_copy: str, proprioceptio
         np.testing.assert_array_equal(epoch.forward_features[t, 1, -len(forward) :], forward)
 
 
-def test_what_is_learned_from_is_one_step_later_to_the_very_end() -> None:
+def test_targets_are_one_step_later_to_the_last_step() -> None:
     player = agent()
     observations = watch(player)
     epoch = player._epoch(())
@@ -159,12 +161,12 @@ def test_gains_wait_until_forward_models_predict() -> None:
     assert player.gains.progress == pytest.approx(0.25)
 
 
-def test_equal_seeds_dance_alike_and_others_differ() -> None:
+def test_equal_seeds_give_equal_actions_and_others_do_not() -> None:
     np.testing.assert_array_equal(dance(agent(0), 2), dance(agent(0), 2))
     assert not np.array_equal(dance(agent(0), 2), dance(agent(1), 2))
 
 
-def test_state_goes_round() -> None:
+def test_a_copy_of_the_state_continues_alike() -> None:
     trained, copy = agent(), agent()
     dance(trained, 3)
     copy.load_state_dict(trained.state_dict())
@@ -173,7 +175,7 @@ def test_state_goes_round() -> None:
         np.testing.assert_array_equal(value, copy.state_dict()[name])
 
 
-def test_learning_does_not_reach_back_into_a_state() -> None:
+def test_learning_does_not_change_a_state_that_was_returned() -> None:
     player = agent()
     dance(player)
     state = player.state_dict()
@@ -231,7 +233,7 @@ def test_an_agent_needs_an_environment_and_a_seed() -> None:
         mpma_mj.make_agent(load("ymca"), seed=-1)
 
 
-def test_signals_are_of_all_steps_also_where_a_reset_was_left_out() -> None:
+def test_without_a_reset_signals_cover_all_steps() -> None:
     env = load("ymca", arms="kinematic", repeats=1)
     acting = mpma_mj.make_agent(env, MPMAConfig(nodes=10))
     for episode in (1, 2):

@@ -19,12 +19,12 @@ def actions(kind: str, seed: int, epochs: int = 2) -> np.ndarray:
     return trace.action
 
 
-def test_all_agents_of_the_repository_are_there() -> None:
+def test_all_built_in_agents_are_registered() -> None:
     assert list(AGENTS) == [*LEARNING, "feedback_only", "open_loop", "random"]
 
 
 @pytest.mark.parametrize("kind", AGENTS)
-def test_every_kind_dances_and_learns(kind: str) -> None:
+def test_every_agent_acts_and_learns(kind: str) -> None:
     action = actions(kind, 0)
     assert action.shape[1] == 8
     assert np.abs(action).max() <= 1.0
@@ -37,7 +37,7 @@ def test_seed_zero_is_a_seed(kind: str) -> None:
 
 
 @pytest.mark.parametrize(("kind", "pairs"), [("mpma", 2), ("mosaic", 2), ("hammer", 4)])
-def test_hammer_has_a_pair_for_each_label_the_others_what_is_set(kind: str, pairs: int) -> None:
+def test_hammer_has_a_pair_for_each_label_and_others_as_configured(kind: str, pairs: int) -> None:
     env = load("ymca", repeats=1)
     agent = make_agent(env, SMALL, kind=kind)
     assert record_epoch(env, agent, 0).modules.responsibility.shape[1] == pairs
@@ -51,7 +51,7 @@ def test_single_is_mpma_of_one_module() -> None:
     assert make_agent(env, SingleConfig(nodes=20), kind="single").config == agent.config
 
 
-def test_unknown_kinds_are_refused_in_one_line_with_the_list() -> None:
+def test_unknown_agents_are_refused_in_one_line_with_the_list() -> None:
     with pytest.raises(BadOptionError) as error:
         make_agent(load("ymca"), kind="mosiac")
     assert str(error.value) == (

@@ -36,7 +36,7 @@ def test_weights_are_those_of_weighted_least_squares(data: tuple[np.ndarray, ...
         np.testing.assert_allclose(bank.weights[i].T, expected, atol=1e-6)
 
 
-def test_ridge_shrinks_as_its_closed_form_says(data: tuple[np.ndarray, ...]) -> None:
+def test_ridge_shrinks_as_in_its_closed_form(data: tuple[np.ndarray, ...]) -> None:
     z, y, _ = data
     bank = readout(ridge=0.3)
     bank.fit(z, y)
@@ -74,7 +74,7 @@ def test_targets_may_be_shared_by_modules(data: tuple[np.ndarray, ...]) -> None:
     np.testing.assert_array_equal(shared.weights, each.weights)
 
 
-def test_state_goes_round(data: tuple[np.ndarray, ...]) -> None:
+def test_a_copy_of_the_state_reads_alike(data: tuple[np.ndarray, ...]) -> None:
     z, y, w = data
     one, other = readout(0.7), readout(0.7)
     one.fit(z, y, w)
@@ -95,7 +95,7 @@ def test_state_is_a_copy(data: tuple[np.ndarray, ...]) -> None:
         np.testing.assert_array_equal(state[name], value)
 
 
-def test_a_nudge_is_a_step_of_normalised_lms() -> None:
+def test_a_partial_fit_is_a_step_of_normalised_lms() -> None:
     bank = ReadoutBank(np.array([[[1.0, -1.0]], [[0.0, 0.0]]]))
     bank.partial_fit(np.array([[3.0, 4.0], [1.0, 0.0]]), np.array([[0.5], [-2.0]]), rate=0.1)
     # zᵀz is 25 and 1, so that the weights move by 0.1 · 0.5 / 25 · [3, 4] and 0.1 · -2 · [1, 0].
@@ -103,7 +103,7 @@ def test_a_nudge_is_a_step_of_normalised_lms() -> None:
 
 
 @pytest.mark.parametrize("rate", [0.25, 1.0, 1.5])
-def test_nudges_leave_the_closed_forms_share_of_the_error(rate: float) -> None:
+def test_partial_fits_leave_the_closed_forms_share_of_the_error(rate: float) -> None:
     rng = np.random.default_rng(0)
     z, y = rng.normal(size=(M, F)), rng.normal(size=(M, K))
     bank = ReadoutBank(np.zeros((M, K, F)))
@@ -112,7 +112,7 @@ def test_nudges_leave_the_closed_forms_share_of_the_error(rate: float) -> None:
         bank.partial_fit(z, y - bank(z), rate)
 
 
-def test_a_nudge_on_silent_features_changes_nothing() -> None:
+def test_a_partial_fit_on_zero_features_changes_nothing() -> None:
     bank = ReadoutBank(np.ones((M, K, F)))
     bank.partial_fit(np.zeros((M, F)), np.ones((M, K)), 1.0)
     np.testing.assert_array_equal(bank.weights, 1.0)
@@ -127,7 +127,7 @@ def side_by_side(data: tuple[np.ndarray, ...], members: int = 3) -> ReadoutBank:
     return bank
 
 
-def test_those_who_are_kept_read_and_learn_on_as_before(data: tuple[np.ndarray, ...]) -> None:
+def test_selected_runs_read_and_learn_as_before(data: tuple[np.ndarray, ...]) -> None:
     z, y, w = data
     bank, whole = side_by_side(data), side_by_side(data)
     bank.select_runs(np.array([2, 0]))
@@ -139,7 +139,7 @@ def test_those_who_are_kept_read_and_learn_on_as_before(data: tuple[np.ndarray, 
         assert np.abs(bank.weights[row]).max() > 0.01
 
 
-def test_modules_that_are_left_read_and_learn_on_as_before(data: tuple[np.ndarray, ...]) -> None:
+def test_remaining_modules_read_and_learn_as_before(data: tuple[np.ndarray, ...]) -> None:
     z, y, w = data
     bank, whole = side_by_side(data), side_by_side(data)
     bank.drop_modules([1])
@@ -152,14 +152,14 @@ def test_modules_that_are_left_read_and_learn_on_as_before(data: tuple[np.ndarra
     assert np.abs(bank.weights).max() > 0.01
 
 
-def test_readouts_that_were_never_fitted_can_be_kept_too() -> None:
+def test_runs_of_readouts_that_were_never_fitted_can_be_selected() -> None:
     bank = ReadoutBank(np.arange(3.0 * M * K * F).reshape(3, M, K, F))
     kept = bank.weights[[1]]
     bank.select_runs(np.array([1]))
     np.testing.assert_array_equal(bank.weights, kept)
 
 
-def test_what_a_part_learns_is_learned_by_the_whole(data: tuple[np.ndarray, ...]) -> None:
+def test_fitting_a_part_fits_the_whole(data: tuple[np.ndarray, ...]) -> None:
     z, y, w = data
     bank, alone = readout(0.7), readout(0.7)
     bank.first_modules(2).fit(z[:, :2], y[:, :2], w[:, :2])
@@ -180,7 +180,7 @@ def test_sums_are_in_a_state_only_where_something_was_fitted(data: tuple[np.ndar
     assert bank.state_dict().keys() == {"weights", "steps", "gram", "moment"}
 
 
-def test_a_state_of_before_the_first_fit_takes_back_what_was_fitted(
+def test_a_state_from_before_the_first_fit_undoes_fits(
     data: tuple[np.ndarray, ...],
 ) -> None:
     z, y, w = data
@@ -206,7 +206,7 @@ def test_a_state_that_lacks_something_is_refused_by_its_name(
 
 
 @pytest.mark.parametrize("ridge", [1e-4, 1e-6, 1e-9])
-def test_features_that_are_alike_are_fitted_however_small_the_ridge(ridge: float) -> None:
+def test_dependent_features_are_fitted_with_any_small_ridge(ridge: float) -> None:
     rng = np.random.default_rng(0)
     few = rng.normal(size=(300, 1, 5))
     z = np.concatenate([few, few @ rng.normal(size=(5, 40))], axis=2).astype(PRECISION)
@@ -216,7 +216,7 @@ def test_features_that_are_alike_are_fitted_however_small_the_ridge(ridge: float
     np.testing.assert_allclose([bank(row) for row in z], y, atol=5e-3)
 
 
-def test_a_ridge_that_is_too_small_is_told() -> None:
+def test_a_ridge_that_is_too_small_is_refused() -> None:
     bank = ReadoutBank(np.zeros((1, 1, 3)), ridge=1e-300)
-    with pytest.raises(BadOptionError, match="ridge is 1e-300, which is too small"):
+    with pytest.raises(BadOptionError, match="ridge is 1e-300; expected a ridge that is"):
         bank.fit(np.ones((4, 1, 3), PRECISION), np.ones((4, 1, 1)))

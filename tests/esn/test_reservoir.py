@@ -21,7 +21,7 @@ def test_recurrence_has_the_spectral_radius_and_few_connections(nodes: int) -> N
     assert (np.diff(matrix.indptr) == min(10, nodes)).all()
 
 
-def test_a_bank_is_what_its_reservoirs_are_one_by_one() -> None:
+def test_a_bank_equals_its_reservoirs_one_by_one() -> None:
     together = bank()
     recurrence, weights = together._recurrence.toarray(), together._input_weights
     states = np.zeros((3, 20))
@@ -70,7 +70,7 @@ def test_noise_is_uniform_of_the_given_width() -> None:
     assert (difference[:, 400:] == 0).all()
 
 
-def test_reset_brings_rest() -> None:
+def test_reset_sets_states_to_zero() -> None:
     used = bank()
     first = used.step(np.ones(4))
     used.step(np.ones(4))
@@ -78,7 +78,7 @@ def test_reset_brings_rest() -> None:
     np.testing.assert_array_equal(used.step(np.ones(4)), first)
 
 
-def test_those_who_are_kept_go_on_as_they_would_have_alone() -> None:
+def test_selected_runs_continue_as_they_would_alone() -> None:
     def streams(*members: int) -> list[np.random.Generator]:
         return [rng(10 + member) for member in members]
 
@@ -99,7 +99,7 @@ def test_those_who_are_kept_go_on_as_they_would_have_alone() -> None:
 
 @pytest.mark.parametrize("lost", [[0], [1], [2], [0, 2], []])
 @pytest.mark.parametrize("batch_shape", [(), (2,)])
-def test_reservoirs_that_are_left_go_on_with_their_own_noise(
+def test_remaining_reservoirs_keep_their_noise(
     batch_shape: tuple[int, ...], lost: list[int]
 ) -> None:
     def made() -> ReservoirBank:
@@ -121,7 +121,7 @@ def test_reservoirs_that_are_left_go_on_with_their_own_noise(
         np.testing.assert_allclose(features, whole.step(v)[..., left, :], atol=1e-14)
 
 
-def test_reservoirs_can_be_lost_one_after_the_other() -> None:
+def test_reservoirs_can_be_dropped_one_after_the_other() -> None:
     whole, part = bank(noise=0.2), bank(noise=0.2)
     part.drop_modules([0])
     part.drop_modules([1])  # which was the last

@@ -21,7 +21,9 @@ def some_runs(spec: SweepSpec) -> list[RunResult]:
     return [
         finished(
             config,
-            p_e_percent=0.5 + config.seed + (0 if config.option("responsibility_predictors") else 0.25),
+            p_e_percent=0.5
+            + config.seed
+            + (0 if config.option("responsibility_predictors") else 0.25),
             nmi=0.9 if config.option("context_signal") == "labels" else 0.1 + 0.1 * config.seed,
         )
         for config in spec.configs

@@ -24,7 +24,9 @@ def test_every_run_is_in_one_crowd_of_its_like(
     assert all(len({without_seed(config) for config in batch}) == 1 for batch in batches)
     assert max(map(len, batches)) <= 20
     assert len(batches) >= min(workers, len(sweep.configs), runs)
-    sizes = [len(batch) * batch[0].option("modules") * batch[0].option("nodes") for batch in batches]
+    sizes = [
+        len(batch) * batch[0].option("modules") * batch[0].option("nodes") for batch in batches
+    ]
     assert sizes == sorted(sizes, reverse=True)
 
 

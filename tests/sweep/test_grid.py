@@ -13,7 +13,7 @@ from tests.sweep.runs import TINY, spec_of
 
 def test_a_grid_is_all_combinations_the_last_axis_running_fastest() -> None:
     grid = points(["nodes=50,200", "modules=2,4,8", "rule=gated,weighted"], TINY)
-    assert [(p.nodes, p.modules, p.rule) for p in grid[:3]] == [
+    assert [(p.option("nodes"), p.option("modules"), p.option("rule")) for p in grid[:3]] == [
         (50, 2, "gated"),
         (50, 2, "weighted"),
         (50, 4, "gated"),

@@ -96,7 +96,7 @@ def test_what_does_not_learn_is_refused_in_one_line(
     told = capsys.readouterr()
     assert told.out == ""
     assert told.err == (
-        f"mpma: agent is {agent}, which does not learn; expected one of mpma, growing, mosaic,"
+        f"mpma: --agent is '{agent}'; expected an agent that learns, such as mpma, growing, mosaic,"
         " hammer, single\n"
     )
     assert not out.exists()

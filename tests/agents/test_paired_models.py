@@ -1,4 +1,4 @@
-"""Agents from which modules are taken away."""
+"""Paired models from which modules are dropped."""
 
 import dataclasses
 from typing import Any
@@ -14,11 +14,9 @@ from mpma_mj.agents.wrappers import AlteredContext, Frozen, paired_models_of
 from mpma_mj.errors import BadOptionError
 from mpma_mj.training.rollout import record_epoch
 
-MODULES = 4  # as many as YMCA has labels, so that HAMMER has no other number
+MODULES = 4  # as many as YMCA has labels, the number that HAMMER has
 SMALL = MPMAConfig(nodes=10, modules=MODULES)
 KINDS = ["mpma", "mosaic", "hammer", "growing"]
-
-Trace = dict[str, np.ndarray]
 
 
 @pytest.fixture(scope="module")
@@ -27,8 +25,8 @@ def env() -> Any:
 
 
 @pytest.fixture(scope="module")
-def learned(env: Any) -> dict[str, Trace]:
-    """Return what an agent of each kind has learned, with which its modules do something."""
+def learned(env: Any) -> dict[str, Any]:
+    """Return the states of trained agents of each kind."""
     states = {}
     for kind in KINDS:
         agent = make_agent(env, SMALL, kind=kind)
@@ -41,23 +39,21 @@ def learned(env: Any) -> dict[str, Trace]:
     return states
 
 
-def trained(env: Any, learned: dict[str, Trace], kind: str) -> Any:
+def trained(env: Any, learned: dict[str, Any], kind: str) -> Any:
     agent = make_agent(env, SMALL, kind=kind)
     assert isinstance(agent, PairedModels)
     agent.load_state_dict(learned[kind])
     return agent
 
 
-def without(env: Any, learned: dict[str, Trace], kind: str, *lost: int) -> Any:
+def without(env: Any, learned: dict[str, Any], kind: str, *lost: int) -> Any:
     agent = trained(env, learned, kind)
     agent.drop_modules(lost)
     return agent
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_who_loses_nothing_is_the_same_to_the_bit(
-    env: Any, learned: dict[str, Trace], kind: str
-) -> None:
+def test_dropping_no_module_changes_no_bit(env: Any, learned: dict[str, Any], kind: str) -> None:
     one, other = trained(env, learned, kind), without(env, learned, kind)
     for epoch in (5, 6):
         danced, same = record_epoch(env, one, epoch), record_epoch(env, other, epoch)
@@ -71,8 +67,8 @@ def test_who_loses_nothing_is_the_same_to_the_bit(
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_modules_that_are_left_do_in_the_first_step_what_they_would_have_done(
-    env: Any, learned: dict[str, Trace], kind: str
+def test_remaining_modules_take_their_first_step_as_before(
+    env: Any, learned: dict[str, Any], kind: str
 ) -> None:
     whole, part = trained(env, learned, kind), without(env, learned, kind, 1)
     env.task.episode = 7
@@ -92,7 +88,7 @@ def test_modules_that_are_left_do_in_the_first_step_what_they_would_have_done(
 
 
 @pytest.mark.parametrize("kind", ["mpma", "mosaic", "growing"])
-def test_what_is_left_learns_on(env: Any, learned: dict[str, Trace], kind: str) -> None:
+def test_remaining_modules_learn(env: Any, learned: dict[str, Any], kind: str) -> None:
     agent = without(env, learned, kind, 0, 2)
     before = agent.state_dict()
     trace = record_epoch(env, agent, 5)
@@ -106,10 +102,12 @@ def test_what_is_left_learns_on(env: Any, learned: dict[str, Trace], kind: str) 
     assert not np.array_equal(weights, before["inverse.weights"])
 
 
-def test_a_module_without_responsibility_is_not_missed(env: Any, learned: dict[str, Trace]) -> None:
+def test_dropping_a_module_without_responsibility_has_no_effect(
+    env: Any, learned: dict[str, Any]
+) -> None:
     whole = trained(env, learned, "growing")
-    whole._growth[4] = 1.0  # as of those who have lost something
-    part = without(env, learned, "growing", 3)  # which sleeps
+    whole._growth[4] = 1.0  # over, as after dropping a module
+    part = without(env, learned, "growing", 3)  # which is not enabled
     for epoch in (5, 6):
         danced, same = record_epoch(env, whole, epoch), record_epoch(env, part, epoch)
         assert not danced.modules.responsibility[:, 3].any()
@@ -121,14 +119,16 @@ def test_a_module_without_responsibility_is_not_missed(env: Any, learned: dict[s
     np.testing.assert_allclose(part.state_dict()["inverse.weights"], weights, atol=1e-6)
 
 
-def test_a_module_that_is_lost_is_missed(env: Any, learned: dict[str, Trace]) -> None:
+def test_dropping_a_module_with_responsibility_changes_the_movement(
+    env: Any, learned: dict[str, Any]
+) -> None:
     whole, part = trained(env, learned, "mpma"), without(env, learned, "mpma", 0)
     danced, other = record_epoch(env, whole, 5), record_epoch(env, part, 5)
     assert np.abs(danced.posture - other.posture).max() > 1e-3
 
 
 @pytest.mark.parametrize("kind", ["mpma", "hammer", "growing"])
-def test_agents_side_by_side_lose_what_each_would_alone(kind: str) -> None:
+def test_dropping_modules_of_a_batch_equals_dropping_those_of_each_run(kind: str) -> None:
     envs = make_vec(2, "ymca", arms="kinematic", repeats=1)
     together: Any = make_agent(envs, SMALL, kind=kind, seed=[3, 5])
     if kind == "growing":
@@ -153,8 +153,8 @@ def test_agents_side_by_side_lose_what_each_would_alone(kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_the_state_of_what_is_left_goes_round(
-    env: Any, learned: dict[str, Trace], kind: str
+def test_a_copy_of_the_remaining_state_continues_alike(
+    env: Any, learned: dict[str, Any], kind: str
 ) -> None:
     agent, copy = without(env, learned, kind, 1), without(env, learned, kind, 1)
     record_epoch(env, agent, 5)
@@ -165,7 +165,7 @@ def test_the_state_of_what_is_left_goes_round(
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_not_all_modules_can_be_lost(env: Any, learned: dict[str, Trace], kind: str) -> None:
+def test_not_all_modules_can_be_dropped(env: Any, learned: dict[str, Any], kind: str) -> None:
     agent = trained(env, learned, kind)
     with pytest.raises(BadOptionError, match=r"expected at least one .*module to be left"):
         agent.drop_modules(range(MODULES))
@@ -175,14 +175,14 @@ def test_not_all_modules_can_be_lost(env: Any, learned: dict[str, Trace], kind: 
 
 @pytest.mark.parametrize("lost", [(7,), (-1,), (0, 4)])
 @pytest.mark.parametrize("kind", ["mpma", "growing"])
-def test_modules_that_are_not_there_cannot_be_lost(
-    env: Any, learned: dict[str, Trace], kind: str, lost: tuple[int, ...]
+def test_modules_that_do_not_exist_cannot_be_dropped(
+    env: Any, learned: dict[str, Any], kind: str, lost: tuple[int, ...]
 ) -> None:
     with pytest.raises(BadOptionError, match="expected indices from 0 to 3"):
         without(env, learned, kind, *lost)
 
 
-def test_a_pair_that_is_lost_wins_no_more_and_the_others_keep_their_labels(env: Any) -> None:
+def test_after_dropping_a_pair_of_hammer_the_others_keep_their_labels(env: Any) -> None:
     agent = make_agent(env, SMALL, kind="hammer")
     assert isinstance(agent, HAMMER)
     agent.drop_modules([1])
@@ -192,7 +192,7 @@ def test_a_pair_that_is_lost_wins_no_more_and_the_others_keep_their_labels(env: 
         assert (trace.modules.responsibility[label == own] == row).all()
         assert (label == own).any()
     agent.learn()
-    # No pair learns from the label of the lost one.
+    # No pair learns from the label of the dropped one.
     full = make_agent(env, SMALL, kind="hammer")
     assert isinstance(full, HAMMER)
     episode = agent._epoch(())
@@ -203,7 +203,7 @@ def test_a_pair_that_is_lost_wins_no_more_and_the_others_keep_their_labels(env: 
     np.testing.assert_array_equal(agent._readouts.forward.weights, forward.weights)
 
 
-def test_hammer_still_needs_the_context_that_it_knew(env: Any) -> None:
+def test_after_dropping_a_pair_hammer_needs_the_whole_context(env: Any) -> None:
     agent = make_agent(env, SMALL, kind="hammer")
     assert isinstance(agent, HAMMER)
     agent.drop_modules([1])
@@ -213,7 +213,7 @@ def test_hammer_still_needs_the_context_that_it_knew(env: Any) -> None:
         agent.act(observation)
 
 
-def test_who_loses_a_module_grows_no_more(env: Any, learned: dict[str, Trace]) -> None:
+def test_after_dropping_a_module_no_other_is_recruited(env: Any, learned: dict[str, Any]) -> None:
     agent = trained(env, learned, "growing")
     assert isinstance(agent, GrowingMPMA)
     np.testing.assert_array_equal(agent.enabled, [True, True, True, False])
@@ -230,7 +230,7 @@ def test_who_loses_a_module_grows_no_more(env: Any, learned: dict[str, Trace]) -
     assert not Recruitment.of_row(intact._growth).over
 
 
-def test_behind_all_that_stands_before_it_is_the_agent_with_pairs(env: Any) -> None:
+def test_inside_all_wrappers_is_the_agent_with_paired_models(env: Any) -> None:
     inner = make_agent(env, dataclasses.replace(SMALL, modules=2))
     heard = AlteredContext(inner, "nothing", env.task.context, env.task.period, 0)
     assert (

@@ -1,4 +1,4 @@
-"""Long episodes, whose features are computed again instead of being kept."""
+"""Networks in long episodes, whose features are replayed instead of kept."""
 
 from typing import Any
 
@@ -19,7 +19,7 @@ SETTINGS: list[dict[str, Any]] = [
 
 
 def learned(**settings: Any) -> dict[str, np.ndarray]:
-    """Return what an agent knows after some epochs."""
+    """Return the state of an agent after some epochs."""
     env = load("ymca", arms="kinematic", repeats=1)
     agent = make_agent(env, **{"config": SMALL} | settings)
     for epoch in range(6):
@@ -29,7 +29,7 @@ def learned(**settings: Any) -> dict[str, np.ndarray]:
 
 
 @pytest.mark.parametrize("settings", SETTINGS, ids=lambda s: str(s.get("kind", "gated")))
-def test_what_is_learned_is_to_the_bit_what_kept_features_teach(
+def test_replayed_features_give_the_bits_of_kept_ones(
     settings: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     kept = learned(**settings)
@@ -40,7 +40,7 @@ def test_what_is_learned_is_to_the_bit_what_kept_features_teach(
         np.testing.assert_array_equal(array, replayed[name])
 
 
-def test_agents_side_by_side_replay_what_each_went_through(
+def test_each_run_of_a_batch_replays_its_own_features(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(networks, "_MOST_KEPT", 2000)
@@ -57,7 +57,7 @@ def test_agents_side_by_side_replay_what_each_went_through(
         np.testing.assert_array_equal(agents.state_dict()[name][1], array)
 
 
-def test_several_blocks_teach_what_one_does(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_several_blocks_give_what_one_does(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = learned()
     monkeypatch.setattr(feature_replay, "_BLOCK", 20)
     in_blocks = learned()
@@ -68,15 +68,15 @@ def test_several_blocks_teach_what_one_does(monkeypatch: pytest.MonkeyPatch) -> 
         np.testing.assert_array_equal(array, in_blocks[name])
 
 
-def test_only_the_last_steps_are_kept_of_what_is_limited() -> None:
-    memory = EpisodeBuffer()
+def test_only_the_last_steps_of_a_limited_array_are_kept() -> None:
+    buffer = EpisodeBuffer()
     for step in range(700):
-        memory.reserve("large", (3,), np.float32, most=300)[...] = step
-        memory.append({"small": np.asarray(float(step))})
-        assert memory[-1]["large"][0] == step
-    assert memory.episode().keys() == {"small"}
-    memory.clear()
+        buffer.reserve("large", (3,), np.float32, most=300)[...] = step
+        buffer.append({"small": np.asarray(float(step))})
+        assert buffer.last("large")[0] == step
+    assert buffer.episode().keys() == {"small"}
+    buffer.clear()
     for step in range(300):
-        memory.reserve("large", (3,), np.float32, most=300)[...] = step
-        memory.append({"small": np.asarray(float(step))})
-    np.testing.assert_array_equal(memory.episode()["large"][:, 1], np.arange(300))
+        buffer.reserve("large", (3,), np.float32, most=300)[...] = step
+        buffer.append({"small": np.asarray(float(step))})
+    np.testing.assert_array_equal(buffer.episode()["large"][:, 1], np.arange(300))

@@ -1,4 +1,4 @@
-"""Agents made for many environments."""
+"""What all agents have in common, alone and in batches."""
 
 from typing import Any
 
@@ -25,14 +25,14 @@ def many(envs: VectorImitationEnv, kind: str, seed: Any = 0) -> Agent:
 
 
 def actions(envs: VectorImitationEnv, agent: Agent, epoch: int) -> np.ndarray:
-    """Dance and learn; return the actions, shape (R, T, 8)."""
+    """Act and learn; return the actions, shape (R, T, 8)."""
     trace = record_epoch(envs, agent, epoch)
     agent.learn()
     return np.moveaxis(trace.action, 0, 1)
 
 
 @pytest.mark.parametrize("seeds", [[4, 5, 6], (4, 5, 6), np.array([4, 5, 6]), range(4, 7)])
-def test_a_number_stands_for_the_seeds_that_follow_it(
+def test_an_integer_seed_stands_for_itself_and_those_that_follow(
     envs: VectorImitationEnv, seeds: object
 ) -> None:
     listed, numbered = many(envs, "mpma", seeds), many(envs, "mpma", 4)
@@ -55,9 +55,7 @@ def test_a_number_stands_for_the_seeds_that_follow_it(
         (True, "seed is True"),
     ],
 )
-def test_seeds_that_cannot_be_are_refused(
-    envs: VectorImitationEnv, seed: object, message: str
-) -> None:
+def test_invalid_seeds_are_refused(envs: VectorImitationEnv, seed: object, message: str) -> None:
     with pytest.raises(BadOptionError, match=message):
         many(envs, "mpma", seed)
 
@@ -68,7 +66,7 @@ def test_flat_environments_are_refused() -> None:
 
 
 @pytest.mark.parametrize("kind", LEARNING)
-def test_the_state_of_several_agents_goes_round(envs: VectorImitationEnv, kind: str) -> None:
+def test_a_copy_of_a_batchs_state_continues_alike(envs: VectorImitationEnv, kind: str) -> None:
     trained, copy = many(envs, kind), many(envs, kind)
     for epoch in range(4):
         actions(envs, trained, epoch)
@@ -98,7 +96,7 @@ def test_logged_values_have_the_shape_of_the_batch(envs: VectorImitationEnv, kin
 
 
 @pytest.mark.parametrize("kind", LEARNING)
-def test_before_a_step_there_are_no_signals_and_nothing_to_learn_from(kind: str) -> None:
+def test_before_a_step_there_are_no_signals_and_learn_is_refused(kind: str) -> None:
     env = load("ymca", arms="kinematic", repeats=1)
     agent = make_agent(env, SMALL, kind=kind)
     before = agent.state_dict()
@@ -120,7 +118,7 @@ def test_before_a_step_there_are_no_signals_and_nothing_to_learn_from(kind: str)
     refused()
 
 
-def test_mosaic_which_is_never_fitted_has_no_gram_matrices(envs: VectorImitationEnv) -> None:
+def test_mosaic_has_no_gram_matrices_as_it_is_never_fitted(envs: VectorImitationEnv) -> None:
     agent = many(envs, "mosaic")
     actions(envs, agent, 0)
     assert not [name for name in agent.state_dict() if name.endswith((".gram", ".moment"))]
