@@ -1,4 +1,4 @@
-"""Options of an environment: how its arms are made, what makes it hard, and what is observed."""
+"""Options of an environment: its arms, its difficulty, its observations."""
 
 from __future__ import annotations
 

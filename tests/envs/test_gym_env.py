@@ -397,7 +397,7 @@ def test_without_a_display_there_is_no_window() -> None:
 def test_a_window_follows_the_steps_and_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     from mpma_mj.envs import viewer
 
-    monkeypatch.setattr(viewer, "_what_is_missing", lambda: None)
+    monkeypatch.setattr(viewer, "_missing_display", lambda: None)
     monkeypatch.setattr("mujoco.viewer.launch_passive", Window)
     env, plain = make(render_mode="human"), make()
     assert_same(env.reset(seed=0), plain.reset(seed=0))
@@ -419,7 +419,7 @@ def test_a_window_follows_the_steps_and_changes_nothing(monkeypatch: pytest.Monk
 def test_a_second_window_is_refused_while_one_is_open(monkeypatch: pytest.MonkeyPatch) -> None:
     from mpma_mj.envs import viewer
 
-    monkeypatch.setattr(viewer, "_what_is_missing", lambda: None)
+    monkeypatch.setattr(viewer, "_missing_display", lambda: None)
     monkeypatch.setattr("mujoco.viewer.launch_passive", Window)
     first, second = make(render_mode="human"), make(render_mode="human")
     first.reset()

@@ -188,7 +188,7 @@ def test_arms_that_are_built_otherwise_are_refused(
 def test_strength_needs_forces_that_are_limited(own: Path) -> None:
     edited(own, (' forcerange="-60 60"', ""))
     load("ymca", model=own)
-    message = "actuator left_elbow has no forcerange; strength has nothing to scale"
+    message = "actuator left_elbow has no forcerange; add one, or leave actuator_strength out"
     assert message in refused(own, actuator_strength=0.5)
 
 
@@ -234,7 +234,9 @@ def test_pictures_need_the_camera_that_they_are_taken_by(own: Path) -> None:
     edited(own, ('<camera name="front"', '<camera name="mine"'))
     env = ImitationEnv(model=own, render_mode="rgb_array")
     env.reset()
-    with pytest.raises(BadOptionError, match="camera is 'front'; the model has mine, side, three"):
+    with pytest.raises(
+        BadOptionError, match="camera is 'front'; expected one of the model's cameras: mine, side"
+    ):
         env.render()
 
 

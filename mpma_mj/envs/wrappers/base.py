@@ -1,4 +1,4 @@
-"""Base of wrappers around environments with dm_env's interface, and what is inside Gymnasium's."""
+"""Base class of wrappers with dm_env's interface, and access to environments in Gymnasium's."""
 
 from __future__ import annotations
 
