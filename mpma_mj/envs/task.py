@@ -67,9 +67,7 @@ class TwoArmImitation(control.Task):
         self.termination_reason = ""
         self._demonstration = Demonstration(motion, options, self.max_joint_speed)
         self._observer = Observer(self._demonstration, options)
-        self._rules = StepRules.of(
-            options, self.steps, self.max_joint_speed, physics.segment_lengths
-        )
+        self._rules = StepRules(options, self.steps, self.max_joint_speed, physics.segment_lengths)
         self._pending: Array = np.zeros((options.latency, 8))
         self._begin()
         self._evaluate(physics)

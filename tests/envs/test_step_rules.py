@@ -29,7 +29,7 @@ def rules(distance: float | None = 0.3, steps: int = 50) -> StepRules:
     options = EnvironmentOptions(
         termination_distance=distance, reward_weights={"left_forearm": 2.0}
     )
-    return StepRules.of(options, steps, SPEEDS, LENGTHS)
+    return StepRules(options, steps, SPEEDS, LENGTHS)
 
 
 @given(st.integers(0, 2**32 - 1), st.sampled_from([None, 0.3]))

@@ -42,7 +42,9 @@ def test_a_wrapper_without_environment_has_no_attributes() -> None:
 @pytest.mark.parametrize("wrap", [Wrapper, Evaluate, FeedbackAssist])
 def test_other_interfaces_are_refused(wrap: type[Wrapper]) -> None:
     for other in (ImitationEnv(), None):
-        with pytest.raises(BadOptionError, match=r"expected what mpma_mj\.load returned; for Gym"):
+        with pytest.raises(
+            BadOptionError, match=r"expected an environment of mpma_mj\.load; for Gym"
+        ):
             wrap(other)
 
 

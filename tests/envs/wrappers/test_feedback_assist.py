@@ -156,10 +156,10 @@ def test_other_environments_and_gains_are_refused() -> None:
     ours, many = gymnasium.make(f"mpma_mj:{NAMES[0]}"), make_vec(2)
     for other in (pendulum, many, load("ymca")):
         for wrapper in (GymFeedbackAssist, GymEvaluate):
-            with pytest.raises(BadOptionError, match=r"expected what gymnasium\.make"):
+            with pytest.raises(BadOptionError, match=r"expected an environment of gymnasium\.make"):
                 wrapper(other)
     for other in (pendulum, ours, load("ymca")):
-        with pytest.raises(BadOptionError, match=r"expected what mpma_mj\.make_vec"):
+        with pytest.raises(BadOptionError, match=r"expected an environment of mpma_mj\.make_vec"):
             VectorFeedbackAssist(other)
     for gain in (2.0, "much", None, True):
         with pytest.raises(BadOptionError, match=r"gain is .*; expected 0 to 1"):
