@@ -119,7 +119,7 @@ class TwoArmImitation(control.Task):
     def after_step(self, physics: PhysicsArms) -> None:
         """Go on in the demonstration."""
         self._step += 1
-        self._evaluate(physics, np.bool_(physics.divergence != ""))
+        self._evaluate(physics, np.True_ if physics.divergence else np.False_)
 
     def get_observation(self, physics: PhysicsArms) -> dict[str, Array]:
         """Return the observation, every array a copy."""
