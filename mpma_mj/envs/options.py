@@ -29,6 +29,8 @@ _OF_MASS = ("gravity_compensation", "payload", "actuator_strength", "perturbatio
 class EnvironmentOptions:
     """Options of an environment, apart from its motion and its seed.
 
+    `load(motion, seed=seed, **vars(options))` returns the environment with these options.
+
     Attributes:
         arms: "physics" for simulated arms, "kinematic" for arms that move ideally.
         model: MJCF file of other arms; the package's arms if not given.

@@ -13,6 +13,7 @@ import pytest
 
 import mpma_mj
 from mpma_mj import metrics
+from mpma_mj.envs.gym_env import ImitationEnv
 from mpma_mj.envs.load import load
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import BadOptionError, MotionReachError
@@ -42,6 +43,20 @@ def followed(env: dm_env.Environment) -> float:
 def test_a_value_that_is_no_motion_is_refused(motion: Any) -> None:
     with pytest.raises(BadOptionError, match=r"motion is .*; expected a name, a path, or what"):
         load(motion)
+
+
+def test_options_have_names_that_exist() -> None:
+    with pytest.raises(TypeError, match="refrence_noise"):
+        load("ymca", refrence_noise=0.1)  # type: ignore[call-arg]
+    with pytest.raises(TypeError, match="positional"):
+        load("ymca", "physics")  # type: ignore[misc]
+
+
+def test_options_can_be_passed_on_by_name() -> None:
+    options = vars(EnvironmentOptions(arms="kinematic", lookahead=3))
+    assert load("ymca", **options).reset().observation["lookahead"].shape == (3, 12)
+    assert ImitationEnv("ymca", **options).reset()[0]["lookahead"].shape == (3, 12)
+    assert mpma_mj.make_vec(2, "ymca", **options).reset()[0]["lookahead"].shape == (2, 3, 12)
 
 
 @pytest.mark.parametrize("function", [mpma_mj.load, mpma_mj.make_vec])

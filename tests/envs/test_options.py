@@ -1,5 +1,6 @@
 """Options of an environment: bounds, contradictions, equality, the command line."""
 
+import json
 from dataclasses import dataclass, field, fields
 from fractions import Fraction
 from pathlib import Path
@@ -170,6 +171,13 @@ def test_equal_options_have_equal_hashes() -> None:
     assert hash(one) == hash(other)
     assert one != EnvironmentOptions(payload=1.0)
     assert len({one, other, EnvironmentOptions()}) == 2
+
+
+def test_options_survive_a_file() -> None:
+    options = EnvironmentOptions(
+        model="arms.xml", perturbation=(0.5, 30.0), reward_weights={"left_forearm": 2.0}
+    )
+    assert EnvironmentOptions(**json.loads(json.dumps(vars(options)))) == options
 
 
 def test_the_command_line_takes_them_as_they_are() -> None:
