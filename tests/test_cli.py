@@ -132,7 +132,7 @@ def test_resume_goes_on_in_the_runs_folder(
         (["ymca", "--segments", "0"], "segments is 0"),
         (["ymca", "--max-gap", "-1"], "max-gap is -1"),
         (["ymca", "--repeats", "0"], "repeats is 0"),
-        (["ymca", "--reference-noise", "-0.1"], "reference_noise is -0.1"),
+        (["ymca", "--reference-noise", "-0.1"], "--reference-noise is -0.1"),
         (["ymca", "--resume", "nowhere"], "nowhere: no run there"),
         (["ymca", "--out", "x" * 300], "File name too long; check path and rights"),
     ],

@@ -165,7 +165,7 @@ def seeds_of_batch(seed: object, count: int) -> list[int | None]:
         first = check_seed(seed)
         return [first + run for run in range(count)]
     if len(seed) != count:
-        raise BadOptionError(option="seed", value=seed, expected=f"{count} seeds")
+        raise BadOptionError(f"seed has {len(seed)} entries; expected {count}")
     return [None if own is None else check_seed(own) for own in seed]
 
 
