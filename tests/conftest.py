@@ -102,7 +102,7 @@ def mocap() -> Path:
     return Path(folder)
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def opengl() -> None:
     """Skip where OpenGL does not draw."""
     try:

@@ -58,7 +58,7 @@ def seat(monkeypatch: pytest.MonkeyPatch) -> Callable[[list[int]], Audience]:
 
     def sit_down(keys: list[int]) -> Audience:
         audience = Audience(keys)
-        monkeypatch.setattr(viewer, "_what_is_missing", lambda: None)
+        monkeypatch.setattr(viewer, "_missing_display", lambda: None)
         monkeypatch.setattr("mujoco.viewer.launch_passive", audience.open)
         return audience
 
@@ -183,7 +183,7 @@ def test_without_mjpython_the_error_names_it(
     def refuse(*_: object, **__: object) -> NoReturn:
         raise RuntimeError("as on macOS")
 
-    monkeypatch.setattr(viewer, "_what_is_missing", lambda: None)
+    monkeypatch.setattr(viewer, "_missing_display", lambda: None)
     monkeypatch.setattr("mujoco.viewer.launch_passive", refuse)
     assert main(["view", "ymca"]) == 1
     (line,) = capsys.readouterr().err.splitlines()

@@ -1,1 +1,1 @@
-"""Environments: two arms that imitate, simulated or kinematic, behind one interface."""
+"""Environments in which two arms imitate a motion: dm_env, Gymnasium, vectors, wrappers."""

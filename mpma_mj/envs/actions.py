@@ -1,4 +1,4 @@
-"""What agents may command."""
+"""Validation of actions."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mpma_mj.errors import BadOptionError
 
-__all__ = ["check_action"]
+__all__: list[str] = ["check_action"]
 
 Array = NDArray[np.float64]
 
@@ -16,11 +16,12 @@ def check_action(action: ArrayLike, shape: tuple[int, ...] = (8,)) -> Array:
     """Return an action as float64.
 
     Args:
-        action: Joint velocities over the joints' top speeds.
-        shape: Shape that it has to have.
+        action: Joint velocities over the joints' top speeds, shape (..., 8).
+        shape: Expected shape.
 
     Raises:
-        BadOptionError: It is no array of finite numbers of that shape; names the entry.
+        BadOptionError: The action has another shape or type, or an entry is no finite number;
+            names the entry.
     """
     try:
         given = np.asarray(action)
@@ -31,7 +32,7 @@ def check_action(action: ArrayLike, shape: tuple[int, ...] = (8,)) -> Array:
     if given.shape != shape:
         raise BadOptionError(f"action has shape {given.shape}; expected {shape}")
     values = np.asarray(given, np.float64)
-    # One sum tells of any entry that is no number, and costs a third of looking at each.
+    # The sum of squares is finite only if all entries are, and costs a third of `isfinite`.
     if not np.vdot(values, values) < np.inf:
         unfit = np.argwhere(~np.isfinite(values))
         if len(unfit):

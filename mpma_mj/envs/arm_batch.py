@@ -1,4 +1,4 @@
-"""Many pairs of arms at once: simulated by MuJoCo's thread pool, or moved ideally."""
+"""Batch of arms: simulated by MuJoCo's thread pool, or kinematic."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 
 from mpma_mj.envs.physics import KinematicArms, PhysicsArms, ideal_move
 
-__all__ = ["Batch", "KinematicBatch", "PhysicsBatch", "chunk_size", "make_batch"]
+__all__: list[str] = ["Batch", "KinematicBatch", "PhysicsBatch", "chunk_size", "make_batch"]
 
 Array = NDArray[np.float64]
 
 _STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
 _CONTROL = mujoco.mjtState.mjSTATE_CTRL
 _FORCES = mujoco.mjtState.mjSTATE_XFRC_APPLIED
-# Where numbers run away MuJoCo starts a simulation over at time 0; from any other it shows.
+# MuJoCo resets a simulation that diverges to time 0, which is detected from any other time.
 _BEGIN = 1.0
 
 
@@ -30,10 +30,10 @@ class Batch(abc.ABC):
     """N pairs of arms that move together, each as it would alone."""
 
     def __init__(self, arms: PhysicsArms, count: int, nstep: int) -> None:
-        """Put all arms where a reset puts them.
+        """Set all arms to the state after a reset.
 
         Args:
-            arms: A pair of arms like all of them.
+            arms: One pair of arms, as model of all of them.
             count: Number N of pairs.
             nstep: Physics steps of a control step.
         """
@@ -50,14 +50,14 @@ class Batch(abc.ABC):
         self._velocities = np.arange(1 + model.nq, 1 + model.nq + model.nv)[arms.dof_indices]
 
     def __len__(self) -> int:
-        """Return the number of pairs."""
+        """Return the number of pairs of arms."""
         return len(self._state)
 
     def set_joint_state(self, row: int, joint_angles: Array, joint_velocities: Array) -> None:
         """Set the state of one pair.
 
         Args:
-            row: Its number.
+            row: Index of the pair.
             joint_angles: Joint angles, shape (8,), rad.
             joint_velocities: Joint velocities, shape (8,), rad/s.
         """
@@ -74,7 +74,7 @@ class Batch(abc.ABC):
             forces: Forces on left and right hands, shape (N, 2, 3), N.
 
         Returns:
-            Whose simulation has diverged, shape (N,); those arms hang at rest.
+            Whether each simulation diverged, shape (N,); those arms hang at rest.
         """
 
     def joint_angles(self) -> Array:
@@ -96,8 +96,8 @@ class Batch(abc.ABC):
             np.dot(directions, site_xpos, out=one)
         return posture.reshape(-1, 12)
 
-    def close(self) -> None:  # noqa: B027, there need not be anything
-        """Give back what the batch holds."""
+    def close(self) -> None:  # noqa: B027, subclasses without resources need none
+        """Release the resources of the batch."""
 
 
 class PhysicsBatch(Batch):
@@ -109,11 +109,11 @@ class PhysicsBatch(Batch):
         """Start the threads.
 
         Args:
-            arms: A pair of arms like all of them.
+            arms: One pair of arms, as model of all of them.
             count: Number N of pairs.
             nstep: Physics steps of a control step.
             perturbed: Whether there may be forces on the hands.
-            threads: Most threads that simulate.
+            threads: Greatest number of simulating threads.
         """
         super().__init__(arms, count, nstep)
         model = arms.model.ptr
@@ -151,7 +151,7 @@ class PhysicsBatch(Batch):
             chunk_size=self._chunk,
         )
         self._state[:] = self._trajectory[:, -1]
-        # MuJoCo looks for numbers that run away when a step begins, so not yet after the last.
+        # MuJoCo checks for divergence when a step begins, so not yet after the last one.
         bounded = np.abs(self._state[:, self._moving]) <= mujoco.mjMAXVAL
         diverged = (self._state[:, 0] <= began) | ~bounded.all(axis=1)
         self._state[diverged] = self._rest
@@ -163,14 +163,14 @@ class PhysicsBatch(Batch):
             self._pool.close()
 
     def _start_threads(self) -> None:
-        _mind_forks()
-        alone = self._threads == 1  # the caller's own thread does
-        self._pool = rollout.Rollout(nthread=0 if alone else self._threads)
+        _register_fork_handler()
+        single = self._threads == 1  # the caller's thread is enough
+        self._pool = rollout.Rollout(nthread=0 if single else self._threads)
         _with_threads.add(self)
 
-    def leave_parents_threads(self) -> None:
-        """Forget a pool whose threads the parent process has; to end it would wait for ever."""
-        ctypes.pythonapi.Py_IncRef(ctypes.py_object(self._pool))  # never ended
+    def abandon_pool(self) -> None:
+        """Abandon a pool whose threads belong to the parent process; ending it would hang."""
+        ctypes.pythonapi.Py_IncRef(ctypes.py_object(self._pool))  # never deleted
         self._pool = None
 
 
@@ -178,7 +178,7 @@ class KinematicBatch(Batch):
     """Ideal arms: joints move at exactly the commanded velocities, within their ranges."""
 
     def step(self, control: Array, forces: Array | None = None) -> NDArray[np.bool_]:
-        """Move all arms for one control step; they do not feel forces."""
+        """Move all arms for one control step; forces have no effect."""
         elapsed = self._nstep * self._arms.timestep()
         before = self.joint_angles()
         after = ideal_move(before, control, elapsed, self._arms.joint_range)
@@ -191,22 +191,26 @@ _with_threads: weakref.WeakSet[PhysicsBatch] = weakref.WeakSet()
 
 
 @functools.cache
-def _mind_forks() -> None:
-    """See to it, once, that a forked process starts threads of its own."""
+def _register_fork_handler() -> None:
+    """Let forked processes start their own threads; registered once."""
 
-    def leave() -> None:
+    def abandon_pools() -> None:
         for batch in _with_threads:
-            batch.leave_parents_threads()
+            batch.abandon_pool()
 
     if hasattr(os, "register_at_fork"):
-        os.register_at_fork(after_in_child=leave)
+        os.register_at_fork(after_in_child=abandon_pools)
 
 
 def chunk_size(count: int, threads: int) -> int:
-    """Return how many pairs of arms a thread takes at once.
+    """Return the number of pairs of arms that a thread simulates at once.
 
-    A twentieth of a thread's share, as `rollout` has it, costs a tenth more; the whole share makes
-    all wait for a thread that is held up.
+    The default of `rollout`, a twentieth of a thread's share, takes a tenth longer; with the whole
+    share all threads wait for one that is interrupted.
+
+    Args:
+        count: Number of pairs.
+        threads: Number of threads.
     """
     return -(-count // (2 * threads))
 

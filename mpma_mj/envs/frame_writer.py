@@ -1,4 +1,4 @@
-"""Videos, written frame by frame."""
+"""Writer of videos, frame by frame."""
 
 from __future__ import annotations
 
@@ -18,26 +18,26 @@ from numpy.typing import NDArray
 from mpma_mj.errors import VideoError
 from mpma_mj.utils.atomic_files import atomic_write
 
-__all__ = ["WriteFrame", "frame_writer"]
+__all__: list[str] = ["WriteFrame", "frame_writer"]
 
 Picture = NDArray[np.uint8]
 WriteFrame = Callable[[Picture], None]
 
 _QUALITY = "15"  # constant rate factor, from 0, the best, to 51 (choice)
-_SPEAKER = re.compile(r"^\[[^]]*\] ")  # the part of ffmpeg that complains: "[out#0/mp4 @ 0x55e9] "
+_SPEAKER = re.compile(r"^\[[^]]*\] ")  # the part of ffmpeg that reports: "[out#0/mp4 @ 0x55e9] "
 
 
 @contextlib.contextmanager
 def frame_writer(path: Path, size: tuple[int, int], rate: float) -> Iterator[WriteFrame]:
-    """Open an H.264 video, which replaces one of its name once the encoder has ended well.
+    """Open an H.264 video, which replaces a file of its name once the encoder has succeeded.
 
     Args:
-        path: The `.mp4` file; folders on the way are made.
+        path: The `.mp4` file; missing folders are created.
         size: Height and width of frames, pixels; even.
         rate: Frames per second, Hz.
 
     Yields:
-        What to call with each frame, shape (height, width, 3).
+        Function that writes a frame, shape (height, width, 3).
 
     Raises:
         VideoError: The encoder is missing, or fails.
@@ -54,7 +54,7 @@ def frame_writer(path: Path, size: tuple[int, int], rate: float) -> Iterator[Wri
 
 
 class _Encoder:
-    """A process of ffmpeg whose end is checked; imageio's writers take every end for a good one."""
+    """A process of ffmpeg whose exit code is checked, which imageio's writers do not."""
 
     def __init__(self, path: Path, temporary: Path, size: tuple[int, int], rate: float) -> None:
         self._path = path  # for messages
@@ -69,7 +69,7 @@ class _Encoder:
                 stdin=subprocess.PIPE,
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.PIPE,
-                start_new_session=True,  # Ctrl-C leaves it: an episode that is left is a video
+                start_new_session=True,  # Ctrl-C does not stop it: the video is finished
             )
         except RuntimeError:
             raise self._error(
@@ -82,39 +82,37 @@ class _Encoder:
             ) from None
         assert self._process.stdin is not None
         assert self._process.stderr is not None
-        self._frames, self._complaints = self._process.stdin, self._process.stderr
+        self._frames, self._stderr = self._process.stdin, self._process.stderr
         self._lines: list[bytes] = []
-        # Read at once: while nobody does, it may wait for that and take no frames.
-        self._reader = threading.Thread(
-            target=self._lines.extend, args=[self._complaints], daemon=True
-        )
+        # Read in parallel, since ffmpeg blocks while its output is full.
+        self._reader = threading.Thread(target=self._lines.extend, args=[self._stderr], daemon=True)
         self._reader.start()
 
     def write(self, frame: Picture) -> None:
         """Encode a frame."""
         try:
             self._frames.write(np.ascontiguousarray(frame).data)
-        except OSError:  # nobody takes it: it has ended
+        except OSError:  # the process has ended
             raise self._failure(self._end()) from None
 
     def finish(self) -> None:
-        """Encode what is still to come, and look whether that went well."""
+        """Encode the remaining frames and check the exit code."""
         code = self._end()
         if code != 0:
             raise self._failure(code)
 
     def kill(self) -> None:
-        """End the process, whatever it is at."""
+        """End the process at once."""
         self._process.kill()
         self._end()
 
     def _end(self) -> int:
         """Wait for the end and return the exit code."""
-        with contextlib.suppress(OSError):  # it has ended already, and the exit code says how
+        with contextlib.suppress(OSError):  # the process has ended, as its exit code shows
             self._frames.close()
         code = self._process.wait()
         self._reader.join()
-        self._complaints.close()
+        self._stderr.close()
         return code
 
     def _failure(self, code: int) -> VideoError:

@@ -1,4 +1,4 @@
-"""Which OpenGL MuJoCo draws with on a machine that has no display."""
+"""Choice of the OpenGL backend of MuJoCo on machines without a display."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from typing import Any
 
 from mpma_mj.errors import RenderingError
 
-__all__ = [
-    "HOW_TO_MEND",
+__all__: list[str] = [
+    "INSTALL_OPENGL",
     "choose_backend",
     "defer_opengl",
     "environment_of",
@@ -23,17 +23,18 @@ __all__ = [
 _VARIABLE = "MUJOCO_GL"
 _LIBRARIES = {"egl": "libEGL.so.1", "osmesa": "libOSMesa.so.8"}
 _NONE = "disable"
-# What MuJoCo and dm_control both take, in lower case, besides the libraries above.
+# Values that both MuJoCo and dm_control accept, in lower case, besides the libraries above.
 _KNOWN = {"glfw", "on", "enable", "enabled", "true", "1", ""} | {
     *(_NONE, "disabled", "off", "false", "0")
 }
 
-HOW_TO_MEND = (
-    "install libegl1 and libgl1-mesa-dri, or libosmesa6 (Debian's and Ubuntu's names), or do"
-    " without pictures: --no-video"
+INSTALL_OPENGL = (
+    "install libegl1 and libgl1-mesa-dri, or libosmesa6 (names of Debian and Ubuntu), or do without"
+    " pictures"
 )
+"""Remedy where OpenGL does not draw."""
 
-# A context that can be made may still fail to draw, so the trial draws.
+# A context that can be created may still fail to draw, so the trial draws.
 _TRIAL = """
 import mujoco
 model = mujoco.MjModel.from_xml_string("<mujoco><worldbody><geom size='1'/></worldbody></mujoco>")
@@ -51,7 +52,7 @@ _CONTEXTS = {
     "mujoco.osmesa": "GLContext",
 }
 
-# As the user left it: MuJoCo sets variables of its own when it is imported.
+# Before MuJoCo is imported, which sets variables itself.
 _users_environment = dict(os.environ)
 _users_choice = _users_environment.get(_VARIABLE)
 if _users_choice is not None:
@@ -59,12 +60,12 @@ if _users_choice is not None:
 
 
 def choose_backend() -> None:
-    """Set MUJOCO_GL to what this machine seems to have, unless the user has set it.
+    """Set MUJOCO_GL to a backend that this machine seems to have, unless the user has set it.
 
     MuJoCo and dm_control read it once, when they are imported, and fail there if it names a
     library that is missing. On Linux without a display: EGL, else OSMesa, else none, by
-    whether the library loads. Elsewhere MuJoCo's own choice is right. A choice of the user's
-    that cannot work is replaced by none; `require_backend` says so when something is drawn.
+    whether the library loads. Elsewhere MuJoCo's own choice is right. A user's choice that cannot
+    work is replaced by none; `require_backend` reports it before something is drawn.
     """
     if _users_choice is None:
         if _headless():
@@ -77,9 +78,8 @@ def choose_backend() -> None:
 def defer_opengl() -> None:
     """Let MuJoCo and dm_control load OpenGL with the first context, not on import.
 
-    Mesa's software drivers bring LLVM into the process, and so does PyTorch's compiler; a process
-    in which Mesa came first crashes when PyTorch is used. Modules that are imported already stay
-    as they are.
+    Mesa's software drivers load LLVM, and so does PyTorch's compiler; a process that loads Mesa
+    first crashes when it uses PyTorch. Modules that are already imported stay as they are.
     """
     for name, context in _CONTEXTS.items():
         if name not in sys.modules:
@@ -89,7 +89,7 @@ def defer_opengl() -> None:
 
 
 def _make_context(deferred: types.ModuleType, context: str, *size: Any, **options: Any) -> Any:
-    """Import the module behind a stand-in and return a new context of it."""
+    """Import the module behind a stand-in and return a new context."""
     name = deferred.__name__
     if sys.modules.get(name) is deferred:
         del sys.modules[name]
@@ -97,16 +97,16 @@ def _make_context(deferred: types.ModuleType, context: str, *size: Any, **option
 
 
 def require_backend() -> str:
-    """Find a backend that really draws, and set MUJOCO_GL to it.
+    """Find a backend that draws, and set MUJOCO_GL to it.
 
-    Each candidate draws a picture in a process of its own, since a failed one cannot be
-    replaced within a process. To be called before MuJoCo is imported.
+    Each candidate draws a picture in a separate process, since a failed one cannot be replaced
+    within a process. To be called before MuJoCo is imported.
 
     Returns:
         The backend, such as "egl".
 
     Raises:
-        RenderingError: None draws; says what to install.
+        RenderingError: None draws; names the packages to install.
     """
     if _users_choice is not None:
         candidates = [_users_choice]
@@ -121,14 +121,17 @@ def require_backend() -> str:
     tried = ", ".join(candidates) or "MuJoCo's own choice"
     if _users_choice is not None:
         raise RenderingError(
-            f"no video: MUJOCO_GL={_users_choice} does not draw here; unset it, or {HOW_TO_MEND}"
+            f"no video: MUJOCO_GL={_users_choice} does not draw here",
+            remedy=f"unset it, or {INSTALL_OPENGL}",
         )
-    raise RenderingError(f"no video: OpenGL does not draw here (tried {tried}); {HOW_TO_MEND}")
+    raise RenderingError(
+        f"no video: OpenGL does not draw here (tried {tried})", remedy=INSTALL_OPENGL
+    )
 
 
 def environment_of(backend: str) -> dict[str, str]:
-    """Return the variables of a process of its own that is to draw with a backend."""
-    # MuJoCo sets PyOpenGL's variable for its own backend, and a process started by one inherits it.
+    """Return the environment variables of a process that draws with a backend."""
+    # MuJoCo sets PyOpenGL's variable for its own backend, and child processes inherit it.
     inherited = {k: v for k, v in _users_environment.items() if k != "PYOPENGL_PLATFORM"}
     return inherited | {_VARIABLE: backend}
 
@@ -139,14 +142,14 @@ def _headless() -> bool:
 
 
 def _can_be_imported(choice: str) -> bool:
-    """Tell whether MuJoCo and dm_control can be imported with a choice of the user's."""
+    """Return whether MuJoCo and dm_control can be imported with a user's choice."""
     if not sys.platform.startswith("linux"):
         return True
     return _loads(choice) if choice in _LIBRARIES else choice in _KNOWN
 
 
 def _loads(backend: str) -> bool:
-    """Return whether a backend's library loads, in a process of its own for it may bring LLVM."""
+    """Return whether a backend's library loads; tried in a process, since it may load LLVM."""
     command = [
         sys.executable,
         "-I",

@@ -57,7 +57,7 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
         max_joint_speed: Joint speeds that action 1 commands, shape (8,), rad/s.
         control_timestep: Time between two actions, s.
 
-    A pickled environment, or a copy, continues as the original does, with a renderer of its own.
+    A pickled environment, or a copy, continues as the original does, with another renderer.
     It is made again from its motion and options, so a recording has to stay where it was.
     """
 

@@ -1,4 +1,4 @@
-"""The arms' MuJoCo model: the package's, or a user's own, with what the options change in it."""
+"""MuJoCo model of the arms: the package's or a user's, changed by the options."""
 
 from __future__ import annotations
 
@@ -16,40 +16,40 @@ from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import BadOptionError
 from mpma_mj.kinematics import JOINT_NAMES
 
-__all__ = ["MODEL_PATH", "make_model"]
+__all__: list[str] = ["MODEL_PATH", "make_model"]
 
 MODEL_PATH = Path(__file__).parent.parent / "assets" / "two_arm.xml"
 
-_FIXED = 1e9  # inertia of a joint that does not turn, kg m² (choice)
+_FIXED = 1e9  # inertia of a locked joint, kg m² (choice)
 _IRON = 7870.0  # density, kg/m³
-_MEMORY = 2**24  # bytes; where contacts need more than there is, MuJoCo ends the process
+_MEMORY = 2**24  # bytes; MuJoCo ends the process where contacts need more
 
 
 def make_model(options: EnvironmentOptions) -> mujoco.MjModel:
-    """Return the model with what the options change in it.
+    """Return the model with the changes of the options.
 
     Args:
         options: Options of the environment.
 
     Raises:
-        BadOptionError: The user's model cannot be read, or lacks what arms need.
+        BadOptionError: The user's model cannot be read, or is incomplete.
     """
     path = MODEL_PATH if options.model is None else Path(options.model)
     if not path.is_file():
         found = "this is a folder" if path.is_dir() else "there is none"
         raise BadOptionError(option="model", value=str(path), expected=f"an MJCF file, and {found}")
     with _errors_in_one_line(path):
-        spec = mujoco.MjSpec.from_file(os.fsencode(path))  # a name may be no UTF-8
+        spec = mujoco.MjSpec.from_file(os.fsencode(path))  # the name may not be UTF-8
         check_complete(path, spec, hands=options.payload > 0 or options.perturbed)
         if options.model is not None:
             spec.memory = max(spec.compile().narena, _MEMORY)
         if options.gravity_compensation:
-            _carry_arms(spec)
+            _compensate_gravity(spec)
         if options.locked_joint is not None:
-            # Immovable in all that follows, contacts too, and whatever the integrator is.
+            # Fixed for every integrator, in contacts too.
             spec.joint(options.locked_joint).armature = _FIXED
         if options.payload > 0:
-            _put_balls(spec, options.payload)
+            _add_payload(spec, options.payload)
         model = spec.compile()
     if not 0.0 < model.opt.timestep < math.inf:
         raise BadOptionError(f"{path}: timestep is {model.opt.timestep:g} s; expected above 0")
@@ -57,8 +57,8 @@ def make_model(options: EnvironmentOptions) -> mujoco.MjModel:
     for name in JOINT_NAMES:
         model.actuator(name).forcerange[:] *= options.actuator_strength
     flag = mujoco.mjtDisableBit
-    # A solver that begins where it ended makes a step depend on how one came to a state. And a
-    # simulation that has diverged is known by having been started over.
+    # Without warm start a step depends on the state alone, not on the steps before it. With
+    # automatic reset a simulation that diverged is detected by its time.
     model.opt.disableflags |= int(flag.mjDSBL_WARMSTART)
     model.opt.disableflags &= ~int(flag.mjDSBL_AUTORESET)
     if options.collisions:
@@ -78,8 +78,8 @@ def _errors_in_one_line(path: Path) -> Iterator[None]:
         raise BadOptionError(f"{path}: {' '.join(str(error).split())}") from None
 
 
-def _carry_arms(spec: mujoco.MjSpec) -> None:
-    """Compensate gravity for all that the arms' joints move."""
+def _compensate_gravity(spec: mujoco.MjSpec) -> None:
+    """Compensate gravity for all bodies that the arms' joints move."""
     below = [spec.joint(name).parent for name in JOINT_NAMES]
     while below:
         body = below.pop()
@@ -87,8 +87,8 @@ def _carry_arms(spec: mujoco.MjSpec) -> None:
         below += body.bodies
 
 
-def _put_balls(spec: mujoco.MjSpec, mass: float) -> None:
-    """Put an iron ball into the middle of each hand; gravity compensation does not know of it."""
+def _add_payload(spec: mujoco.MjSpec, mass: float) -> None:
+    """Add an iron ball to the middle of each hand, without gravity compensation; mass in kg."""
     bare = spec.compile()
     radius = (3.0 * mass / (4.0 * math.pi * _IRON)) ** (1.0 / 3.0)
     for name in HANDS:
@@ -98,7 +98,7 @@ def _put_balls(spec: mujoco.MjSpec, mass: float) -> None:
         ball.explicitinertial = True
         geom = ball.add_geom(name=f"{name}_payload", type=mujoco.mjtGeom.mjGEOM_SPHERE)
         geom.size, geom.rgba = [radius, 0.0, 0.0], [0.2, 0.2, 0.22, 1.0]
-        geom.mass = mass  # for models that take inertia from geoms
-        if hand.geomnum[0]:  # touches what the hand touches
+        geom.mass = mass  # for models that compute inertia from geoms
+        if hand.geomnum[0]:  # collides with the same geoms as the hand
             of_hand = bare.geom(int(hand.geomadr[0]))
             geom.contype, geom.conaffinity = of_hand.contype[0], of_hand.conaffinity[0]

@@ -1,4 +1,4 @@
-"""What arms of a user's own have to be, with all that they lack told."""
+"""Validation of user-supplied MJCF models: joints, actuators, sites, bodies and geometry."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from mpma_mj.kinematics import JOINT_NAMES, SEGMENT_NAMES, SIDES
 if TYPE_CHECKING:
     from mpma_mj.envs.physics import PhysicsArms
 
-__all__ = ["HANDS", "check_actuators", "check_complete", "check_geometry"]
+__all__: list[str] = ["HANDS", "check_actuators", "check_complete", "check_geometry"]
 
 HANDS = tuple(f"{side}_hand" for side in SIDES)
-"""Bodies that carry the payload and are perturbed."""
+"""Bodies that carry the payload and that perturbations act on."""
 
 _SITES = tuple(f"{side}_{point}" for side in SIDES for point in ("shoulder", "elbow", "wrist"))
 _TOLERANCE = 1e-3  # on unit vectors
@@ -30,15 +30,15 @@ _OF_VELOCITY = (
 
 
 def check_complete(path: Path, spec: mujoco.MjSpec, *, hands: bool) -> None:
-    """Check that a model has all that arms need.
+    """Check that a model has all elements that arms need.
 
     Args:
-        path: Where it comes from.
+        path: File of the model.
         spec: The model.
-        hands: Whether something acts on hands.
+        hands: Whether the bodies of the hands are needed.
 
     Raises:
-        BadOptionError: It lacks something; lists all that is missing.
+        BadOptionError: Elements are missing; lists all of them.
     """
     needed = {"joint": JOINT_NAMES, "actuator": JOINT_NAMES, "site": _SITES}
     if hands:
@@ -57,15 +57,15 @@ def check_complete(path: Path, spec: mujoco.MjSpec, *, hands: bool) -> None:
 
 
 def check_actuators(path: Path, model: mujoco.MjModel, *, forces: bool) -> None:
-    """Check that each joint is moved by an actuator of velocity that bears its name.
+    """Check that each joint is moved by a velocity actuator of its name.
 
     Args:
-        path: Where the model comes from.
+        path: File of the model.
         model: The model.
-        forces: Whether the forces are to be scaled.
+        forces: Whether the actuators need force limits.
 
     Raises:
-        BadOptionError: One is of another kind; names it.
+        BadOptionError: An actuator is of another kind; names it.
     """
     for name in JOINT_NAMES:
         actuator = model.actuator(name)
@@ -89,19 +89,20 @@ def check_actuators(path: Path, model: mujoco.MjModel, *, forces: bool) -> None:
             )
         if forces and not actuator.forcelimited[0]:
             raise BadOptionError(
-                f"{path}: actuator {name} has no forcerange; strength has nothing to scale"
+                f"{path}: actuator {name} has no forcerange",
+                remedy="add one, or leave {actuator_strength} out",
             )
 
 
 def check_geometry(path: Path, arms: PhysicsArms) -> None:
-    """Check that joint angles give the postures that `arm` says they give.
+    """Check that joint angles lead to the postures that `kinematics` computes.
 
     Args:
-        path: Where the arms' model comes from.
+        path: File of the model.
         arms: The arms.
 
     Raises:
-        BadOptionError: They do not; names the first joint that turns otherwise.
+        BadOptionError: A posture differs; names the first joint that turns otherwise.
     """
     for segment, length in zip(SEGMENT_NAMES, arms.segment_lengths, strict=True):
         if length < _TOLERANCE:

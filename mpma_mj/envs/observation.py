@@ -1,4 +1,4 @@
-"""What agents see, of one pair of arms or of many at once."""
+"""Observations of one pair of arms or of many."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ from mpma_mj.envs.demonstration import Demonstration, Episode
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.step_rules import Steps
 
-__all__ = ["Observer"]
+__all__: list[str] = ["Observer"]
 
 Array = NDArray[np.float64]
 
 
 class Observer:
-    """Joins what is demonstrated and what is sensed of the arms.
+    """Composes observations from the demonstration and the state of the arms.
 
     Attributes:
         shapes: Shape of each array of an observation, by name.
     """
 
     def __init__(self, demonstration: Demonstration, options: EnvironmentOptions) -> None:
-        """Prepare for the options' observations.
+        """Take context, phase and the choice of observations.
 
         Args:
-            demonstration: What is shown.
+            demonstration: The demonstration.
             options: Options of the environment.
         """
         self._context, self._phase = demonstration.context, demonstration.phase
@@ -50,15 +50,15 @@ class Observer:
         joint_velocities: Array,
         rows: tuple[NDArray[np.intp], ...] = (),
     ) -> dict[str, Array]:
-        """Return an observation, of arrays that nothing else holds.
+        """Return an observation, whose arrays are not shared with anything.
 
         Args:
-            episode: The episode; those of N pairs of arms if its arrays begin with an axis N.
-            step: Moment of the episode; shape (N,) for many.
-            posture: Posture of the arms, shape (..., 12); given away, as the next two.
-            joint_angles: Joint angles, shape (..., 8), rad.
-            joint_velocities: Joint velocities, shape (..., 8), rad/s.
-            rows: For many, their numbers, shape (N,).
+            episode: The episode; a batch of N episodes for N pairs of arms.
+            step: Step of the demonstration; shape (N,) for N pairs of arms.
+            posture: Posture of the arms, shape (..., 12); becomes part of the observation.
+            joint_angles: Joint angles, shape (..., 8), rad; as the posture.
+            joint_velocities: Joint velocities, shape (..., 8), rad/s; as the posture.
+            rows: For N pairs of arms, their indices in the batch of episodes, shape (N,).
         """
         now, after = (*rows, step), (*rows, step + 1)
         if episode.sensor_noise is not None:
@@ -83,7 +83,7 @@ class Observer:
 
 
 def _unit(posture: Array) -> Array:
-    """Return a posture, shape (..., 12), with its four vectors made unit vectors."""
+    """Return a posture, shape (..., 12), with its four vectors normalised."""
     vectors = posture.reshape(*posture.shape[:-1], 4, 3)
     length = np.sqrt(np.vecdot(vectors, vectors))
     return (vectors / length[..., None]).reshape(posture.shape)

@@ -1,4 +1,4 @@
-"""Options of an environment: how its arms are made, what makes it hard, and what is observed."""
+"""Options of an environment: its arms, its difficulty, its observations."""
 
 from __future__ import annotations
 
@@ -28,6 +28,8 @@ _OF_MASS = ("gravity_compensation", "payload", "actuator_strength", "perturbatio
 @dataclass(frozen=True, kw_only=True)
 class EnvironmentOptions:
     """Options of an environment, apart from its motion and its seed.
+
+    `load(motion, seed=seed, **vars(options))` returns the environment with these options.
 
     Attributes:
         arms: "physics" for simulated arms, "kinematic" for arms that move ideally.
@@ -163,7 +165,7 @@ def seeds_of_batch(seed: object, count: int) -> list[int | None]:
         first = check_seed(seed)
         return [first + run for run in range(count)]
     if len(seed) != count:
-        raise BadOptionError(option="seed", value=seed, expected=f"{count} seeds")
+        raise BadOptionError(f"seed has {len(seed)} entries; expected {count}")
     return [None if own is None else check_seed(own) for own in seed]
 
 

@@ -1,4 +1,4 @@
-"""The geometry of the two arms: simulated by MuJoCo, or moved ideally."""
+"""Geometry of the two arms: simulated by MuJoCo, or kinematic."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from mpma_mj.envs.model_validation import HANDS
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.kinematics import JOINT_NAMES, SIDES
 
-__all__ = ["KinematicArms", "PhysicsArms", "ideal_move"]
+__all__: list[str] = ["KinematicArms", "PhysicsArms", "ideal_move"]
 
 Array = NDArray[np.float64]
 Index = slice | NDArray[np.intp]
 
-# What MuJoCo warns of when it starts a simulation over because its numbers ran away.
-_RAN_AWAY = {
+# Warnings of MuJoCo when it resets a simulation that diverged.
+_WARNINGS = {
     mujoco.mjtWarning.mjWARN_BADQPOS: "angle",
     mujoco.mjtWarning.mjWARN_BADQVEL: "velocity",
     mujoco.mjtWarning.mjWARN_BADQACC: "acceleration",
@@ -33,7 +33,7 @@ class PhysicsArms(dm_mujoco.Physics):
     """Arms with mass, gravity, and velocity actuators of limited force.
 
     Attributes:
-        divergence: Why the simulation has failed since the last reset; empty if it has not.
+        divergence: Why the simulation diverged since the last reset; empty if it did not.
     """
 
     divergence = ""
@@ -43,31 +43,31 @@ class PhysicsArms(dm_mujoco.Physics):
         """Return arms.
 
         Args:
-            options: Options of the environment; those that are the default if not given.
+            options: Options of the environment; the defaults if not given.
 
         Raises:
-            BadOptionError: A model of the user's own cannot be read, or lacks something.
+            BadOptionError: A user's model cannot be read, or is incomplete.
         """
         return cls.from_model(MjModel(make_model(options or EnvironmentOptions())))
 
     @functools.cached_property
     def qpos_indices(self) -> Index:
-        """Where the eight joints are in `qpos`, in the order of `JOINT_NAMES`."""
+        """Indices of the eight joints in `qpos`, in the order of `JOINT_NAMES`."""
         return _as_slice([int(self.model.joint(name).qposadr[0]) for name in JOINT_NAMES])
 
     @functools.cached_property
     def dof_indices(self) -> Index:
-        """Where the eight joints are in `qvel`."""
+        """Indices of the eight joints in `qvel`."""
         return _as_slice([int(self.model.joint(name).dofadr[0]) for name in JOINT_NAMES])
 
     @functools.cached_property
     def actuator_indices(self) -> Index:
-        """Where the eight joints' actuators are in `ctrl`."""
+        """Indices of the eight joints' actuators in `ctrl`."""
         return _as_slice([int(self.model.actuator(name).id) for name in JOINT_NAMES])
 
     @functools.cached_property
     def hand_ids(self) -> list[int]:
-        """Numbers of the left and the right hand's bodies."""
+        """Indices of the bodies of the left and the right hand."""
         return [int(self.model.body(name).id) for name in HANDS]
 
     @functools.cached_property
@@ -85,13 +85,13 @@ class PhysicsArms(dm_mujoco.Physics):
 
     @property
     def max_elbow(self) -> float:
-        """Farthest that an elbow bends, rad."""
+        """Greatest elbow flexion, rad."""
         return float(self.joint_range[1][3::4].min())
 
     @functools.cached_property
     def segment_lengths(self) -> Array:
         """Lengths of the four segments, shape (4,), m, in the order of `SEGMENT_NAMES`."""
-        # Not as the arms are now: rounding would depend on when one asks first.
+        # At rest, since in the present posture rounding would depend on the first call.
         rest = mujoco.MjData(self.model.ptr)
         mujoco.mj_kinematics(self.model.ptr, rest)
         return np.linalg.norm(self._segments @ rest.site_xpos, axis=1)
@@ -125,7 +125,7 @@ class PhysicsArms(dm_mujoco.Physics):
         return self.data.ptr.qvel[self.dof_indices].copy()
 
     def site_positions(self, posture: Array) -> Array:
-        """Return where shoulders, elbows and wrists are in a posture.
+        """Return the positions of shoulders, elbows and wrists in a posture.
 
         Args:
             posture: Posture, shape (..., 12).
@@ -141,7 +141,12 @@ class PhysicsArms(dm_mujoco.Physics):
         return np.concatenate([start, start + np.cumsum(segments, axis=-2)], axis=-2)
 
     def set_joint_state(self, joint_angles: Array, joint_velocities: Array) -> None:
-        """Set joint angles, (8,), rad, and velocities, (8,), rad/s, and what follows of them."""
+        """Set the joint state and update all positions.
+
+        Args:
+            joint_angles: Joint angles, shape (8,), rad.
+            joint_velocities: Joint velocities, shape (8,), rad/s.
+        """
         self.data.ptr.qpos[self.qpos_indices] = joint_angles
         self.data.ptr.qvel[self.dof_indices] = joint_velocities
         mujoco.mj_kinematics(self.model.ptr, self.data.ptr)
@@ -155,44 +160,49 @@ class PhysicsArms(dm_mujoco.Physics):
         self.data.ptr.xfrc_applied[self.hand_ids, :3] = forces
 
     def step(self, nstep: int = 1) -> None:
-        """Simulate `nstep` steps; `divergence` tells afterwards if they were not possible.
+        """Simulate a number of physics steps; `divergence` says afterwards if they failed.
 
-        What a step leads to follows from angles, velocities, control and forces alone.
+        The result depends on angles, velocities, control and forces alone.
+
+        Args:
+            nstep: Number of physics steps.
         """
         model, data = self.model.ptr, self.data.ptr
         began = data.time
-        # dm_control's own step looks after every quantity and costs as much as the simulation.
-        # What is seen of the arms after it are joints and sites, and these are brought up to date.
+        # dm_control's own step updates every quantity and costs as much as the simulation.
+        # Observations need joints and sites only, and these are updated.
         mujoco.mj_step(model, data, nstep)
-        # MuJoCo looks for numbers that run away when a step begins, so not yet after the last.
+        # MuJoCo checks for divergence when a step begins, so not yet after the last one.
         mujoco.mj_checkPos(model, data)
         mujoco.mj_checkVel(model, data)
         mujoco.mj_kinematics(model, data)
-        # Where they do it warns and starts over at time 0, which shows by the time, but not in
-        # the first step.
-        if data.time <= began or (began == 0.0 and self._ran_away()):
-            self._give_up()
+        # MuJoCo then warns and resets the time to 0, which the time shows, except in the first
+        # step.
+        if data.time <= began or (began == 0.0 and self._diverged_quantities()):
+            self._stop()
 
     def after_reset(self) -> None:
-        """Bring all positions up to date with the initial joint angles."""
+        """Update all positions to the initial joint angles."""
         self.divergence = ""
         super().after_reset()
 
-    def _ran_away(self) -> list[str]:
-        """Return what ran away since the last reset, in words."""
+    def _diverged_quantities(self) -> list[str]:
+        """Return the quantities that diverged since the last reset, in words."""
         warnings, model = self.data.ptr.warning, self.model
-        ran_away = []
-        for kind, quantity in _RAN_AWAY.items():
+        diverged = []
+        for kind, quantity in _WARNINGS.items():
             if warnings[kind].number:
                 addresses = model.jnt_qposadr if quantity == "angle" else model.jnt_dofadr
                 joint = int(np.searchsorted(addresses, warnings[kind].lastinfo, "right")) - 1
                 name = model.id2name(joint, "joint") or f"joint {joint}"
-                ran_away.append(f"the {quantity} of {name}")
-        return ran_away
+                diverged.append(f"the {quantity} of {name}")
+        return diverged
 
-    def _give_up(self) -> None:
-        """Leave the arms hanging at rest, where numbers are finite."""
-        self.divergence = f"the simulation diverged: {' and '.join(self._ran_away())} ran away"
+    def _stop(self) -> None:
+        """Let the arms hang at rest, where all numbers are finite."""
+        self.divergence = (
+            f"the simulation diverged: {' and '.join(self._diverged_quantities())} ran away"
+        )
         mujoco.mj_resetData(self.model.ptr, self.data.ptr)
         mujoco.mj_kinematics(self.model.ptr, self.data.ptr)
 
@@ -201,7 +211,7 @@ class KinematicArms(PhysicsArms):
     """Ideal arms: joints move at exactly the commanded velocities, within their ranges."""
 
     def forward(self) -> None:
-        """Compute where everything is; there are no forces."""
+        """Compute all positions; there are no forces."""
         mujoco.mj_kinematics(self.model.ptr, self.data.ptr)
         mujoco.mj_camlight(self.model.ptr, self.data.ptr)
 
@@ -220,7 +230,7 @@ class KinematicArms(PhysicsArms):
 def ideal_move(
     joint_angles: Array, velocity: Array, elapsed: float, joint_range: tuple[Array, Array]
 ) -> Array:
-    """Return where ideal joints are after some time.
+    """Return the joint angles of ideal arms after some time.
 
         q ← clip(q + Δt·v, lowest, highest)
 
@@ -234,7 +244,7 @@ def ideal_move(
 
 
 def _as_slice(indices: list[int]) -> Index:
-    """Return indices as a slice where they follow each other, which is a view and fast."""
+    """Return indices as a slice where they are consecutive, since a view is fast."""
     first = indices[0]
     if indices == list(range(first, first + len(indices))):
         return slice(first, first + len(indices))

@@ -1,14 +1,14 @@
-"""Registration with Gymnasium, under the names by which it makes environments."""
+"""Registration of the environments with Gymnasium."""
 
 from __future__ import annotations
 
 import gymnasium
 
-__all__ = ["register"]
+__all__: list[str] = ["register"]
 
 
 def register() -> None:
-    """Register the environments: alone, and many at once for `gymnasium.make_vec`."""
+    """Register the environments for `gymnasium.make` and `gymnasium.make_vec`."""
     for name, kind in (("TwoArmImitation-v0", ""), ("TwoArmImitationFlat-v0", "Flat")):
         gymnasium.register(
             id=name,

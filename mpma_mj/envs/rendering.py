@@ -1,4 +1,4 @@
-"""Pictures of the arms beside the demonstration's ghost."""
+"""Pictures of the arms and of the demonstration's ghost."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.envs.gl import HOW_TO_MEND
+from mpma_mj.envs.gl import INSTALL_OPENGL
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.errors import BadOptionError, RenderingError
 
-__all__ = ["ArmRenderer", "add_ghost"]
+__all__: list[str] = ["ArmRenderer", "add_ghost"]
 
 Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
@@ -27,13 +27,13 @@ _drawing: weakref.WeakSet[ArmRenderer] = weakref.WeakSet()
 
 
 def _close_all() -> None:
-    """Close what its owner forgot to; once OpenGL has gone, that prints tracebacks."""
+    """Close the renderers that are still open; after OpenGL's end that prints tracebacks."""
     for renderer in list(_drawing):
         renderer.close()
 
 
 class ArmRenderer:
-    """Draws one environment's arms; makes its OpenGL context at the first picture."""
+    """Draws one environment's arms; its OpenGL context is created at the first picture."""
 
     def __init__(
         self, physics: PhysicsArms, *, width: int = 640, height: int = 480, camera: str = "front"
@@ -53,7 +53,9 @@ class ArmRenderer:
         cameras = [model.id2name(i, "camera") for i in range(model.ncam)]
         if camera not in cameras:
             raise BadOptionError(
-                f"camera is '{camera}'; the model has {', '.join(cameras) or 'none'}"
+                option="camera",
+                value=camera,
+                expected=f"one of the model's cameras: {', '.join(cameras) or 'none'}",
             )
         self._physics = physics
         self._size = (height, width)
@@ -61,10 +63,10 @@ class ArmRenderer:
         self._renderer: mujoco.Renderer | None = None
 
     def picture(self, ghost: Array | None = None) -> Picture:
-        """Draw the arms as they are now.
+        """Draw the arms in their present state.
 
         Args:
-            ghost: Demonstrated posture, shape (12,), drawn translucent at the arms' own size.
+            ghost: Demonstrated posture, shape (12,), drawn translucent at the size of the arms.
 
         Returns:
             Picture, shape (height, width, 3).
@@ -73,7 +75,7 @@ class ArmRenderer:
             RenderingError: OpenGL does not draw.
         """
         renderer = self._renderer = self._renderer or self._make()
-        # Ideal arms move no cameras or lights, of which a model may have some on its arms.
+        # Kinematic arms do not update cameras and lights, which a model may attach to its arms.
         mujoco.mj_camlight(self._physics.model.ptr, self._physics.data.ptr)
         renderer.update_scene(self._physics.data.ptr, self._camera)
         if ghost is not None:
@@ -81,7 +83,7 @@ class ArmRenderer:
         return renderer.render()
 
     def close(self) -> None:
-        """Give the OpenGL context back."""
+        """Release the OpenGL context."""
         if self._renderer is not None:
             self._renderer.close()
             self._renderer = None
@@ -90,9 +92,9 @@ class ArmRenderer:
         try:
             renderer = mujoco.Renderer(self._physics.model.ptr, *self._size)
         except (ImportError, AttributeError, RuntimeError, mujoco.FatalError) as error:
-            raise RenderingError(f"OpenGL does not draw here; {HOW_TO_MEND}") from error
+            raise RenderingError("OpenGL does not draw here", remedy=INSTALL_OPENGL) from error
         _drawing.add(self)
-        # Last come is first called: before what the backend has registered just now.
+        # Called in reverse order: before the handlers that the backend has registered just now.
         atexit.unregister(_close_all)
         atexit.register(_close_all)
         return renderer

@@ -34,7 +34,7 @@ def segment_rewards(posture: Array, reference: Array) -> Array:
     Returns:
         Terms in the order of `SEGMENT_NAMES`, shape (..., 4), in [0, 1].
     """
-    offset = (posture - reference).reshape(*posture.shape[:-1], 4, 3)
+    offset = (posture - reference).reshape((*posture.shape[:-1], 4, 3))
     # `vecdot` treats each vector alone, so that one of many postures has the terms of a single one.
     return np.exp(_DECAY * np.vecdot(offset, offset))
 

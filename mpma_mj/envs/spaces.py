@@ -1,4 +1,4 @@
-"""Gymnasium's spaces for observations, as a dictionary or as one array."""
+"""Gymnasium's spaces of actions and observations."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-__all__ = ["action_space", "flatten", "observation_space"]
+__all__: list[str] = ["action_space", "flatten", "observation_space"]
 
 Array = NDArray[np.float64]
 
@@ -20,13 +20,13 @@ _BOUNDS: dict[str, tuple[float, float]] = dict.fromkeys(
     ("posture", "reference", "target", "lookahead", "phase"), _UNIT
 )
 _BOUNDS["context"] = (0.0, 1.0)
-# Shoulders turn without end, and arms that have mass overshoot, elbows their range too: the one
-# bound of angles and velocities that holds is where MuJoCo takes a simulation for diverged.
+# Shoulders have no limits and simulated arms overshoot theirs, so the only bound of angles and
+# velocities is the one from which MuJoCo regards a simulation as diverged.
 _NO_BOUND = (-mujoco.mjMAXVAL, mujoco.mjMAXVAL)
 
 
 def action_space() -> spaces.Box[np.float32]:
-    """Return the space of actions: float32, as learners expect of it."""
+    """Return the space of actions, float32 as learners expect."""
     return spaces.Box(-1.0, 1.0, (8,))
 
 
@@ -35,11 +35,11 @@ def observation_space(shapes: Mapping[str, tuple[int, ...]], *, flat: bool) -> s
 
     Args:
         shapes: Shape of each array of an observation, by name.
-        flat: Whether observations are one array, the others' entries in their order.
+        flat: Whether observations are one array, the concatenation of the others.
     """
     parts = {name: _box(_BOUNDS.get(name, _NO_BOUND), shape) for name, shape in shapes.items()}
     if not flat:
-        return spaces.Dict(list(parts.items()))  # a dictionary would be sorted by name
+        return spaces.Dict(list(parts.items()))  # a dictionary would be sorted
     low = np.concatenate([part.low.ravel() for part in parts.values()])
     high = np.concatenate([part.high.ravel() for part in parts.values()])
     return spaces.Box(low, high, dtype=np.float64)

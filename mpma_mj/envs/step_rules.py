@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,33 +65,17 @@ class Outcome(NamedTuple):
         return _REASONS[0 + self.ended + self.terminated + self.diverged]
 
 
-@dataclass(frozen=True, eq=False)
 class StepRules:
-    """Rules of the control steps of an environment.
+    """Rules of the control steps of an environment."""
 
-    Attributes:
-        steps: Step at which the demonstration is over.
-        weights: Weights of the reward's terms, shape (4,).
-        segment_lengths: Lengths of the four segments, shape (4,), m.
-        termination_distance: Distance beyond which an episode ends, m; never if None.
-        top_speeds: Joint velocities that action 1 commands, shape (8,), rad/s; 0 if locked.
-    """
-
-    steps: int
-    weights: Array
-    segment_lengths: Array
-    termination_distance: float | None
-    top_speeds: Array
-
-    @classmethod
-    def of(
-        cls,
+    def __init__(
+        self,
         options: EnvironmentOptions,
         steps: int,
         max_joint_speed: Array,
         segment_lengths: Array,
-    ) -> Self:
-        """Return the rules of an environment.
+    ) -> None:
+        """Take the parameters of the rules.
 
         Args:
             options: Options of the environment.
@@ -100,17 +83,15 @@ class StepRules:
             max_joint_speed: Top speeds of the joints, shape (8,), rad/s.
             segment_lengths: Lengths of the four segments, shape (4,), m.
         """
-        return cls(
-            steps=steps,
-            weights=reward_weights(options.reward_weights),
-            segment_lengths=segment_lengths,
-            termination_distance=options.termination_distance,
-            top_speeds=top_speeds(max_joint_speed, options.locked_joint),
-        )
+        self._steps = steps
+        self._segment_lengths = segment_lengths
+        self._termination_distance = options.termination_distance
+        self._weights = reward_weights(options.reward_weights)
+        self._top_speeds = top_speeds(max_joint_speed, options.locked_joint)
 
     def joint_velocities(self, action: Array) -> Array:
         """Return the joint velocities that an action commands, shape (..., 8), rad/s."""
-        return clip(action) * self.top_speeds
+        return clip(action) * self._top_speeds
 
     def outcome(
         self,
@@ -136,12 +117,12 @@ class StepRules:
         terms = segment_rewards(posture, reference)
         if diverged is not _NO:  # one pair of arms is spared the time
             terms[diverged] = 0.0
-        reward = mean_reward(terms, self.weights)
+        reward = mean_reward(terms, self._weights)
         terminated = diverged
-        if self.termination_distance is not None:
-            distance = site_distance(posture, reference, self.segment_lengths)
-            terminated = diverged | (distance > self.termination_distance)
-        ended = terminated | (step >= self.steps)
+        if self._termination_distance is not None:
+            distance = site_distance(posture, reference, self._segment_lengths)
+            terminated = diverged | (distance > self._termination_distance)
+        ended = terminated | (step >= self._steps)
         if begins is not _NO:
             reward, terminated, ended = reward * ~begins, terminated & ~begins, ended & ~begins
         return Outcome(terms, reward, diverged, terminated, ended)

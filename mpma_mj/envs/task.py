@@ -67,9 +67,7 @@ class TwoArmImitation(control.Task):
         self.termination_reason = ""
         self._demonstration = Demonstration(motion, options, self.max_joint_speed)
         self._observer = Observer(self._demonstration, options)
-        self._rules = StepRules.of(
-            options, self.steps, self.max_joint_speed, physics.segment_lengths
-        )
+        self._rules = StepRules(options, self.steps, self.max_joint_speed, physics.segment_lengths)
         self._pending: Array = np.zeros((options.latency, 8))
         self._begin()
         self._evaluate(physics)
@@ -121,7 +119,7 @@ class TwoArmImitation(control.Task):
     def after_step(self, physics: PhysicsArms) -> None:
         """Go on in the demonstration."""
         self._step += 1
-        self._evaluate(physics, np.bool_(physics.divergence != ""))
+        self._evaluate(physics, np.True_ if physics.divergence else np.False_)
 
     def get_observation(self, physics: PhysicsArms) -> dict[str, Array]:
         """Return the observation, every array a copy."""

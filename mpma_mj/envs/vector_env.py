@@ -105,9 +105,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         self._observer = Observer(self._demonstration, chosen)
         self.steps, self.period = self._demonstration.steps, self._demonstration.period
         self.context = self._demonstration.context
-        self._rules = StepRules.of(
-            chosen, self.steps, self.max_joint_speed, self.arms.segment_lengths
-        )
+        self._rules = StepRules(chosen, self.steps, self.max_joint_speed, self.arms.segment_lengths)
         self._batch = make_batch(
             self.arms,
             num_envs,

@@ -1,4 +1,4 @@
-"""A window that shows the arms, at the speed of life, beside the demonstration's ghost."""
+"""Window that shows the arms and the demonstration's ghost in real time."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.envs.rendering import add_ghost
 from mpma_mj.errors import RenderingError
 
-__all__ = ["ArmViewer"]
+__all__: list[str] = ["ArmViewer"]
 
 _INSTEAD = 'use render_mode="rgb_array"'
-# Where the model's camera "front" is, but free to be moved by mouse: m, m, degrees, degrees.
+# View of the model's camera "front", but movable by mouse: m, m, degrees, degrees.
 _LOOKED_AT, _DISTANCE, _AZIMUTH, _ELEVATION = (0.0, 0.0, 1.15), 2.47, 180.0, -7.0
 
 
@@ -31,7 +31,7 @@ _viewers: weakref.WeakSet[ArmViewer] = weakref.WeakSet()
 
 
 class ArmViewer:
-    """MuJoCo's own window on one environment's arms; does not step the simulation."""
+    """MuJoCo's window on one environment's arms; does not step the simulation."""
 
     def __init__(
         self,
@@ -41,19 +41,19 @@ class ArmViewer:
         instead: str = _INSTEAD,
         on_key: Callable[[int], None] | None = None,
     ) -> None:
-        """Open the window, and look at the arms from the front.
+        """Open the window with a view from the front.
 
         Args:
             physics: The arms.
             period: Least time from one `show` to the next, s.
-            instead: What the user is told to do where there can be no window.
-            on_key: Called with GLFW's code of every key that is pressed, in the window's thread.
+            instead: Remedy in the error where no window can be opened.
+            on_key: Called with the GLFW code of every key pressed, in the window's thread.
 
         Raises:
             RenderingError: There is no display, or it does not draw, or a window is open already.
         """
         if any(viewer.is_open for viewer in _viewers):
-            raise RenderingError(f"no second window: MuJoCo draws one at a time; {instead}")
+            raise RenderingError("no second window: MuJoCo draws one at a time", remedy=instead)
         self._physics = physics
         self._period = period
         self._shown = 0.0
@@ -76,12 +76,12 @@ class ArmViewer:
         above: Mapping[str, str] | None = None,
         below: Mapping[str, str] | None = None,
     ) -> None:
-        """Show the arms as they are now; nothing once the user has closed the window.
+        """Show the arms in their present state; nothing once the user has closed the window.
 
         Args:
             ghost: Demonstrated posture, shape (12,).
-            above: Names and values to be written into the upper left corner.
-            below: Names and values to be written into the lower left corner.
+            above: Names and values in the upper left corner.
+            below: Names and values in the lower left corner.
         """
         if not self.is_open:
             return
@@ -102,7 +102,7 @@ class ArmViewer:
         self._shown = time.monotonic()
 
     def close(self) -> None:
-        """Close the window, and wait until it is gone."""
+        """Close the window and wait for its thread."""
         atexit.unregister(self.close)
         if self.is_open:
             self._window.close()
@@ -112,16 +112,15 @@ class ArmViewer:
 
 def _table(corner: mujoco.mjtGridPos, rows: Mapping[str, str]) -> tuple[Any, ...]:
     columns = ("\n".join(rows), "\n".join(rows.values()))
-    # The window's font has other signs in the place of what is not ASCII.
+    # The window's font has ASCII characters only.
     return None, corner, *(text.encode("ascii", "replace").decode() for text in columns)
 
 
 def _open(physics: PhysicsArms, instead: str, on_key: Callable[[int], None] | None) -> Any:
-    # SweepSpec here: where the window's own thread fails, `launch_passive` waits for ever, or
-    # MuJoCo ends the process.
-    missing = _what_is_missing()
+    # Checked here, since `launch_passive` hangs or ends the process where its thread fails.
+    missing = _missing_display()
     if missing is not None:
-        raise RenderingError(f"no window: {missing}; {instead}")
+        raise RenderingError(f"no window: {missing}", remedy=instead)
     try:
         window = mujoco.viewer.launch_passive(
             physics.model.ptr,
@@ -132,8 +131,8 @@ def _open(physics: PhysicsArms, instead: str, on_key: Callable[[int], None] | No
         )
     except RuntimeError as error:  # macOS, where windows belong to the main thread
         raise RenderingError(
-            "no window without mjpython; run that in the place of python (mjpython -m mpma_mj is"
-            f" mpma), or {instead}"
+            "no window without mjpython",
+            remedy=f"run it instead of python (mjpython -m mpma_mj instead of mpma), or {instead}",
         ) from error
     with window.lock():
         window.cam.lookat[:] = _LOOKED_AT
@@ -142,7 +141,7 @@ def _open(physics: PhysicsArms, instead: str, on_key: Callable[[int], None] | No
     return window
 
 
-def _what_is_missing() -> str | None:
+def _missing_display() -> str | None:
     """Return why no window can be opened, None where one can."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # how glfw says why not

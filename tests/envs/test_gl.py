@@ -112,7 +112,7 @@ def test_a_machine_without_a_choice_loads_no_llvm() -> None:
 
 
 @pytest.mark.parametrize("backend", ["egl", "osmesa"])
-def test_pictures_of_dm_control_and_of_mujoco_are_drawn_when_asked_for(backend: str) -> None:
+def test_dm_control_and_mujoco_draw_pictures(backend: str) -> None:
     if not gl._draws(backend):
         pytest.skip(f"{backend} does not draw")
     code = (

@@ -1,44 +1,34 @@
-"""The Gymnasium face: its own checker, the same numbers as dm_env, pickles, registration."""
+"""Gymnasium's interface: its own checker, the same numbers as dm_env's, pickles."""
 
 import copy
 import pickle
-import subprocess
-import sys
 import warnings
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
-from pathlib import Path
 from typing import Any
 
 import gymnasium
 import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
-from gymnasium.utils.passive_env_checker import env_render_passive_checker
 from gymnasium.vector import AsyncVectorEnv
 from numpy.typing import NDArray
 
-from mpma_mj.envs import gl
-from mpma_mj.envs.gym_env import FlatImitationEnv, ImitationEnv
+from mpma_mj.envs.gym_env import ImitationEnv
 from mpma_mj.envs.load import load
-from mpma_mj.errors import BadOptionError, MpmaError, RenderingError
+from mpma_mj.errors import BadOptionError, MpmaError
 from mpma_mj.motions import ymca
-from tests.envs.test_gl import python
-from tests.envs.window import Window
 
 ARMS = ("physics", "kinematic")
+
+
 DICTIONARY, FLAT = NAMES = ("TwoArmImitation-v0", "TwoArmImitationFlat-v0")
+
+
 MOTION = ymca()
 
+
 Array = NDArray[np.float64]
-
-
-@pytest.fixture(scope="module")
-def opengl() -> None:
-    try:
-        gl.require_backend()
-    except RenderingError as error:
-        pytest.skip(str(error))
 
 
 def make(name: str = DICTIONARY, **options: Any) -> gymnasium.Env[Any, Any]:
@@ -69,7 +59,7 @@ def assert_same(one: Any, other: Any) -> None:
 
 @pytest.mark.parametrize("arms", ARMS)
 @pytest.mark.parametrize("name", NAMES)
-def test_gymnasiums_checker_has_nothing_to_say(name: str, arms: str) -> None:
+def test_gymnasiums_checker_finds_nothing(name: str, arms: str) -> None:
     with warnings_are_errors(), closing(make(name, arms=arms)) as env:
         # Rendering apart: the mode for people needs a display.
         check_env(env.unwrapped, skip_render_check=True)
@@ -126,14 +116,14 @@ def test_a_simulation_that_diverges_terminates_and_says_why() -> None:
         assert not env.step(np.zeros(8))[2]
 
 
-def test_entries_beyond_the_bounds_are_counted() -> None:
+def test_clipped_entries_are_counted() -> None:
     env = make()
     assert env.reset()[1]["clipped"] == 0
     assert env.step(np.array([1.0, 1.1, -3.0, 0.0, -1.0, 0.5, 7.0, 1.0]))[4]["clipped"] == 3
     assert env.step(np.zeros(8))[4]["clipped"] == 0
 
 
-def test_the_end_of_the_demonstration_is_told() -> None:
+def test_the_end_of_the_demonstration_is_named() -> None:
     env = make()
     env.reset()
     while not (step := env.step(np.zeros(8)))[3]:
@@ -141,7 +131,7 @@ def test_the_end_of_the_demonstration_is_told() -> None:
     assert step[4]["termination_reason"] == "the demonstration is over"
 
 
-def test_arms_that_are_too_far_off_terminate() -> None:
+def test_arms_beyond_the_termination_distance_end_the_episode() -> None:
     env = make(termination_distance=0.2)
     env.reset()
     while not (step := env.step(np.ones(8)))[2]:
@@ -330,123 +320,3 @@ def test_asynchronous_environments_are_like_single_ones(name: str) -> None:
             np.testing.assert_array_equal(rewards, [step[1] for step in steps])
         term = infos["reward_terms"]["left_forearm"]
         assert term[1] == steps[1][4]["reward_terms"]["left_forearm"]
-
-
-@pytest.mark.usefixtures("opengl")
-def test_pictures_pickled_and_closed() -> None:
-    env = make(render_mode="rgb_array")
-    env.reset(seed=0)
-    env.step(np.ones(8))
-    picture = env.render()
-    assert picture.shape == (480, 640, 3)
-    assert picture.dtype == np.uint8
-    other = pickle.loads(pickle.dumps(env))
-    env.close()
-    assert env.unwrapped._renderer is None
-    env.close()
-    np.testing.assert_array_equal(other.render(), picture)
-    assert_same(env.step(np.ones(8)), other.step(np.ones(8)))
-    assert (env.render() != picture).any()
-    env.close(), other.close()
-
-
-@pytest.mark.usefixtures("opengl")
-def test_videos_can_be_recorded(tmp_path: Path) -> None:
-    pytest.importorskip("moviepy")
-    env = make(render_mode="rgb_array")
-    with closing(gymnasium.wrappers.RecordVideo(env, str(tmp_path / "videos"))) as recorded:
-        recorded.reset()
-        for action in actions(5):
-            recorded.step(action)
-    (video,) = (tmp_path / "videos").glob("*.mp4")
-    assert video.stat().st_size > 1000
-
-
-@pytest.mark.usefixtures("opengl")
-def test_nothing_is_printed_where_closing_was_forgotten() -> None:
-    code = (
-        "import gymnasium\n"
-        "env = gymnasium.make('mpma_mj:TwoArmImitation-v0', render_mode='rgb_array')\n"
-        "env.reset(); env.render()"
-    )
-    result = python(code)
-    assert (result.returncode, result.stderr) == (0, "")
-
-
-def test_rendering_without_a_mode_warns() -> None:
-    env = ImitationEnv(motion=MOTION)
-    env.reset()
-    with pytest.warns(UserWarning, match="without a render_mode"):
-        assert env.render() is None
-
-
-def test_without_a_display_there_is_no_window() -> None:
-    code = (
-        "import gymnasium\n"
-        "from mpma_mj.errors import RenderingError\n"
-        "env = gymnasium.make('mpma_mj:TwoArmImitation-v0', render_mode='human')\n"
-        "try: env.reset()\n"
-        "except RenderingError as error: print(error)"
-    )
-    for display in ({}, {"DISPLAY": ":98765"}):
-        result = python(code, **display)
-        expected = 'no window: there is no display here; use render_mode="rgb_array"\n'
-        assert result.stdout == expected, result.stderr
-
-
-def test_a_window_follows_the_steps_and_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    from mpma_mj.envs import viewer
-
-    monkeypatch.setattr(viewer, "_what_is_missing", lambda: None)
-    monkeypatch.setattr("mujoco.viewer.launch_passive", Window)
-    env, plain = make(render_mode="human"), make()
-    assert_same(env.reset(seed=0), plain.reset(seed=0))
-    for action in actions(3):
-        assert_same(env.step(action), plain.step(action))
-    assert env_render_passive_checker(env.unwrapped) is None
-    window = env.unwrapped._viewer._window
-    assert window.synced == 5
-    assert window.user_scn.ngeom == 8  # of one ghost
-    assert window.texts == []
-    copied = pickle.dumps(env)
-    env.close()
-    assert not window.open
-    other = pickle.loads(copied)
-    other.step(np.zeros(8))
-    other.close()
-
-
-def test_a_second_window_is_refused_while_one_is_open(monkeypatch: pytest.MonkeyPatch) -> None:
-    from mpma_mj.envs import viewer
-
-    monkeypatch.setattr(viewer, "_what_is_missing", lambda: None)
-    monkeypatch.setattr("mujoco.viewer.launch_passive", Window)
-    first, second = make(render_mode="human"), make(render_mode="human")
-    first.reset()
-    with pytest.raises(RenderingError, match="no second window: MuJoCo draws one at a time"):
-        second.reset()
-    first.close()
-    second.reset()
-    second.close()
-
-
-def test_registered_in_whichever_order_packages_are_imported() -> None:
-    made = "gymnasium.make('mpma_mj:TwoArmImitation-v0', disable_env_checker=True)"
-    for first in ("import gymnasium", "import mpma_mj; import gymnasium"):
-        result = subprocess.run(
-            [sys.executable, "-W", "error::UserWarning", "-c", f"{first}; print({made})"],
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        assert "ImitationEnv<TwoArmImitation-v0>" in result.stdout, result.stderr
-
-
-def test_registering_does_not_import_mujoco() -> None:
-    code = "import mpma_mj, gymnasium, sys; print({'mujoco'} & set(sys.modules))"
-    assert python(code).stdout.strip() == "set()"
-
-
-def test_both_names_lead_to_their_classes() -> None:
-    assert type(make(DICTIONARY).unwrapped) is ImitationEnv
-    assert type(make(FLAT).unwrapped) is FlatImitationEnv

@@ -13,7 +13,7 @@ from mpma_mj.kinematics import JOINT_NAMES
 
 
 @pytest.mark.parametrize("joint", JOINT_NAMES)
-def test_a_locked_joint_holds_whatever_pulls_and_the_others_do_not(joint: str) -> None:
+def test_a_locked_joint_holds_under_load_and_the_others_do_not(joint: str) -> None:
     arms = PhysicsArms.make(EnvironmentOptions(locked_joint=joint))
     number = JOINT_NAMES.index(joint)
     arms.set_joint_state(np.tile([0.5, 0.2, 0.1, 1.0], 2), np.zeros(8))
@@ -54,7 +54,7 @@ def test_a_locked_joint_stays_where_the_episode_begins(arms: Any, random_start: 
 
 
 @pytest.mark.parametrize("arms", ["physics", "kinematic"])
-def test_it_is_the_same_behind_every_face(arms: Any) -> None:
+def test_a_locked_joint_is_the_same_through_every_interface(arms: Any) -> None:
     options = {"arms": arms, "locked_joint": "left_shoulder_abduction"}
     env, envs = mpma_mj.load("ymca", **options), mpma_mj.make_vec(2, "ymca", **options)
     gym = gymnasium.make("mpma_mj:TwoArmImitation-v0", motion="ymca", **options)

@@ -1,14 +1,19 @@
-"""The MJCF model: what it promises, whoever edits it."""
+"""The MJCF model, and the options that change it."""
 
+import dm_env
 import mujoco
 import numpy as np
 import pytest
 
+from mpma_mj.envs.load import load
 from mpma_mj.envs.model import MODEL_PATH
 from mpma_mj.envs.physics import PhysicsArms
-from mpma_mj.kinematics import JOINT_NAMES, SIDES
+from mpma_mj.kinematics import JOINT_NAMES, SIDES, posture_from_angles
+from mpma_mj.motions import Motion, ymca
 
 BODY_MASS = 73.0
+
+
 # de Leva (1996), table 4, men: length m, mass share, centre of mass, radii of gyration (x, y, z)
 DE_LEVA = {
     "upper_arm": (0.2817, 0.0271, 0.5772, (0.285, 0.269, 0.158)),
@@ -76,3 +81,82 @@ def test_cameras_look_at_the_torso(model: mujoco.MjModel, camera: str) -> None:
     towards = np.array([0, 0, 1.15]) - data.camera(camera).xpos
     forward = -data.camera(camera).xmat.reshape(3, 3)[:, 2]
     assert forward @ towards / np.linalg.norm(towards) > 0.95
+
+
+def at_rest(env: dm_env.Environment, steps: int) -> list[dm_env.TimeStep]:
+    return [env.reset()] + [env.step(np.zeros(8)) for _ in range(steps)]
+
+
+def test_compensated_arms_stand_still_and_others_sink() -> None:
+    motion = ymca()
+    raised = Motion(
+        posture_from_angles(np.tile([1.5, 0, 0, 0.5] * 2, (20, 1))),
+        np.ones((20, 1)),
+        ("up",),
+        motion.rate,
+        "raised",
+        "arms held sideways",
+    )
+    sunk = {}
+    for compensated in (True, False):
+        angles = [
+            t.observation["joint_angles"]
+            for t in at_rest(load(raised, gravity_compensation=compensated), 15)
+        ]
+        sunk[compensated] = np.abs(angles[-1] - angles[0]).max()
+    assert sunk[True] < 1e-3
+    assert sunk[False] > 0.05
+
+
+def test_gravity_compensation_ignores_the_payload() -> None:
+    env = load("ymca", gravity_compensation=True, payload=2.0)
+    env.reset()
+    force = env.physics.data.qfrc_gravcomp + env.physics.data.qfrc_passive
+    bare = load("ymca", gravity_compensation=True)
+    bare.reset()
+    np.testing.assert_allclose(
+        force, bare.physics.data.qfrc_gravcomp + bare.physics.data.qfrc_passive, atol=1e-9
+    )
+    assert env.physics.model.body_gravcomp[env.physics.model.body("left_hand_payload").id] == 0
+
+
+@pytest.mark.parametrize("kilograms", [0.5, 3.0])
+def test_payload_is_the_mass_in_each_hand(kilograms: float) -> None:
+    bare, loaded = load("ymca"), load("ymca", payload=kilograms)
+    mass = loaded.physics.model.body_mass.sum() - bare.physics.model.body_mass.sum()
+    assert mass == pytest.approx(2 * kilograms)
+    for env in (bare, loaded):
+        with env.physics.reset_context():
+            env.physics.data.qpos[:] = np.array([np.pi / 2, 0, 0, 0] * 2)
+    lever = 0.2817 + 0.2689 + 0.0681  # shoulder to the middle of the hand, m
+    torque = loaded.physics.data.qfrc_bias[0] - bare.physics.data.qfrc_bias[0]
+    assert torque == pytest.approx(9.81 * kilograms * lever, rel=1e-3)
+
+
+def test_actuator_strength_scales_the_force_limits() -> None:
+    ranges = [
+        load("ymca", actuator_strength=s).physics.model.actuator_forcerange for s in (1.0, 0.25)
+    ]
+    np.testing.assert_allclose(ranges[1], 0.25 * ranges[0])
+
+
+def test_arms_that_collide_do_not_pass_through_the_body() -> None:
+    angles = {}
+    for collide in (True, False):
+        env = load("ymca", collisions=collide)
+        env.reset()
+        with env.physics.reset_context():
+            env.physics.data.qpos[:] = np.array([0.0, 0.9, 0.0, 1.2] * 2)
+        for _ in range(20):  # forearms turn inwards, towards the chest
+            env.physics.set_control(np.array([0.0, 0.0, -3.0, 0.0] * 2))
+            env.physics.step(10)
+        angles[collide] = env.physics.joint_angles()
+        assert env.physics.divergence == ""
+    assert angles[False][2] < angles[True][2] - 0.3
+
+
+def test_arms_that_hang_touch_nothing() -> None:
+    env = load("ymca", collisions=True)
+    with env.physics.reset_context():
+        pass
+    assert env.physics.data.ncon == 0

@@ -123,7 +123,7 @@ def test_site_positions_of_a_posture_are_those_of_the_arms(angles: np.ndarray) -
 
 @pytest.mark.parametrize("steps", [0, 3])
 @pytest.mark.parametrize("quantity", ["qvel", "qpos"])
-def test_numbers_that_run_away_are_noticed_in_any_step(steps: int, quantity: str) -> None:
+def test_divergence_is_detected_in_any_step(steps: int, quantity: str) -> None:
     physics = PhysicsArms.make()
     physics.reset()
     for _ in range(steps):

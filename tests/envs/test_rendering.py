@@ -1,26 +1,27 @@
+"""Pictures of the arms."""
+
+import pickle
 import subprocess
 import sys
 from contextlib import closing
+from pathlib import Path
+from typing import Any
 
+import gymnasium
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from mpma_mj.envs import gl
+from mpma_mj.envs.gym_env import ImitationEnv
 from mpma_mj.envs.physics import KinematicArms, PhysicsArms
 from mpma_mj.envs.rendering import ArmRenderer
-from mpma_mj.errors import RenderingError
 from mpma_mj.motions import ymca
-from tests.envs.test_gl import environment
+from tests.envs.test_gl import environment, python
 
 POSTURES = ymca().posture
 
-
-@pytest.fixture(scope="module", autouse=True)
-def _needs_opengl() -> None:
-    try:
-        gl.require_backend()
-    except RenderingError as error:
-        pytest.skip(str(error))
+pytestmark = pytest.mark.usefixtures("opengl")
 
 
 def test_pictures_show_the_arms_move() -> None:
@@ -90,3 +91,76 @@ def test_without_opengl_drawing_says_what_to_install() -> None:
         check=False,
     )
     assert "libosmesa6" in result.stdout, result.stderr
+
+
+DICTIONARY, FLAT = NAMES = ("TwoArmImitation-v0", "TwoArmImitationFlat-v0")
+
+
+MOTION = ymca()
+
+
+Array = NDArray[np.float64]
+
+
+def make(name: str = DICTIONARY, **options: Any) -> gymnasium.Env[Any, Any]:
+    return gymnasium.make(f"mpma_mj:{name}", **{"repeats": 1, **options})
+
+
+def actions(count: int, seed: int = 0) -> Array:
+    """Return actions, some beyond the bounds, that drive elbows into their limits too."""
+    return np.random.default_rng(seed).uniform(-1.5, 1.5, (count, 8)).cumsum(axis=0).clip(-1.5, 1.5)
+
+
+def assert_same(one: Any, other: Any) -> None:
+    """Compare what `reset` or `step` returned, bit for bit."""
+    for a, b in zip(one, other, strict=True):
+        if isinstance(a, dict):
+            assert a.keys() == b.keys()
+            assert_same(a.values(), b.values())
+        else:
+            np.testing.assert_array_equal(a, b)
+
+
+def test_pictures_pickled_and_closed() -> None:
+    env = make(render_mode="rgb_array")
+    env.reset(seed=0)
+    env.step(np.ones(8))
+    picture = env.render()
+    assert picture.shape == (480, 640, 3)
+    assert picture.dtype == np.uint8
+    other = pickle.loads(pickle.dumps(env))
+    env.close()
+    assert env.unwrapped._renderer is None
+    env.close()
+    np.testing.assert_array_equal(other.render(), picture)
+    assert_same(env.step(np.ones(8)), other.step(np.ones(8)))
+    assert (env.render() != picture).any()
+    env.close(), other.close()
+
+
+def test_videos_can_be_recorded(tmp_path: Path) -> None:
+    pytest.importorskip("moviepy")
+    env = make(render_mode="rgb_array")
+    with closing(gymnasium.wrappers.RecordVideo(env, str(tmp_path / "videos"))) as recorded:
+        recorded.reset()
+        for action in actions(5):
+            recorded.step(action)
+    (video,) = (tmp_path / "videos").glob("*.mp4")
+    assert video.stat().st_size > 1000
+
+
+def test_nothing_is_printed_without_closing() -> None:
+    code = (
+        "import gymnasium\n"
+        "env = gymnasium.make('mpma_mj:TwoArmImitation-v0', render_mode='rgb_array')\n"
+        "env.reset(); env.render()"
+    )
+    result = python(code)
+    assert (result.returncode, result.stderr) == (0, "")
+
+
+def test_rendering_without_a_mode_warns() -> None:
+    env = ImitationEnv(motion=MOTION)
+    env.reset()
+    with pytest.warns(UserWarning, match="without a render_mode"):
+        assert env.render() is None

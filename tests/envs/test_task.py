@@ -1,4 +1,4 @@
-"""Properties that dm_control's own suite is held to, and those of imitation."""
+"""Properties that dm_control's own suite is tested for, and those of imitation."""
 
 import itertools
 import unittest
@@ -10,7 +10,7 @@ from dm_control.rl import control
 from dm_env import test_utils
 
 from mpma_mj.envs.load import load
-from mpma_mj.errors import BadOptionError, MotionReachError
+from mpma_mj.errors import BadOptionError
 from mpma_mj.feedback import feedback_action
 from mpma_mj.motions import ymca
 
@@ -74,7 +74,9 @@ def test_observations_share_no_memory(env: control.Environment) -> None:
         np.testing.assert_array_equal(one[name], value)
 
 
-def test_a_spoilt_observation_does_not_spoil_the_demonstration(env: control.Environment) -> None:
+def test_an_overwritten_observation_does_not_change_the_demonstration(
+    env: control.Environment,
+) -> None:
     spoilt = env.reset().observation
     target = spoilt["target"].copy()
     spoilt["target"][:] = 9.0
@@ -125,16 +127,6 @@ def test_the_target_is_the_next_reference(env: control.Environment) -> None:
         np.testing.assert_array_equal(now.observation["target"], after.observation["reference"])
 
 
-def test_noise_is_as_large_as_said_and_keeps_unit_length() -> None:
-    motion = ymca()
-    env = load(motion, reference_noise=0.01, repeats=20)
-    references = np.array([t.observation["reference"] for t in play(env)])
-    error = references - np.tile(motion.posture, (20, 1))
-    # Two of three directions keep their noise when vectors are made unit again.
-    assert error.std() == pytest.approx(0.01 * np.sqrt(2 / 3), rel=0.03)
-    np.testing.assert_allclose(np.linalg.norm(references.reshape(-1, 3), axis=1), 1.0)
-
-
 def test_arms_start_in_the_demonstrated_posture(env: control.Environment) -> None:
     np.testing.assert_allclose(env.reset().observation["posture"], ymca().posture[0], atol=1e-9)
 
@@ -175,7 +167,7 @@ def test_divergence_ends_the_episode_with_discount_zero() -> None:
         ([[0, 1], [2]], "action is no array"),
     ],
 )
-def test_actions_that_are_none_are_refused_and_change_nothing(
+def test_invalid_actions_are_refused_and_change_nothing(
     env: control.Environment, action: object, message: str
 ) -> None:
     other = load("ymca", arms="kinematic" if "Kinematic" in str(env.physics) else "physics", seed=3)
@@ -219,16 +211,6 @@ def test_context_and_reference_are_of_the_same_moment() -> None:
         np.testing.assert_allclose(timestep.observation["reference"], motion.posture[t], atol=1e-12)
 
 
-def test_rewards_are_a_tenth_half_a_unit_from_the_reference_that_is_seen() -> None:
-    env = load("ymca", reference_noise=0.05)
-    env.reset()
-    for _ in range(5):
-        timestep = env.step(np.zeros(8))
-    seen = timestep.observation
-    distance = np.linalg.norm((seen["posture"] - seen["reference"]).reshape(4, 3), axis=1)
-    assert timestep.reward == pytest.approx(np.mean(0.1 ** ((distance / 0.5) ** 2)))
-
-
 def test_arms_start_at_rest(env: control.Environment) -> None:
     play(env)
     np.testing.assert_array_equal(env.reset().observation["joint_velocities"], 0.0)
@@ -255,17 +237,7 @@ def test_feedback_alone_tracks_on_both_kinds_of_arms(env: control.Environment) -
 
 
 @pytest.mark.parametrize("repeats", [1, 3])
-def test_the_period_is_that_of_the_movement(repeats: int) -> None:
+def test_the_period_is_that_of_the_motion(repeats: int) -> None:
     task = load("ymca", repeats=repeats).task
     assert task.period == len(ymca())
     assert task.steps == repeats * len(ymca()) - 1
-
-
-def test_a_rate_that_does_not_fit_the_physics_is_refused() -> None:
-    with pytest.raises(BadOptionError, match="rate is 30 Hz"):
-        load(ymca(rate=30.0))
-
-
-def test_a_movement_that_is_too_fast_is_refused() -> None:
-    with pytest.raises(MotionReachError, match=r"--tempo [1-3]\.?\d* or less"):
-        load(ymca(tempo=4.0))

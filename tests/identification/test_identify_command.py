@@ -46,7 +46,7 @@ def test_a_log_gives_a_table_and_a_model_that_dances_like_the_robot(
     ("words", "message"),
     [
         (["gone.csv"], "gone.csv: expected a CSV file of a robot's log, and there is none"),
-        (["robot.csv", "--model", "gone.xml"], "model is 'gone.xml'; expected an MJCF file"),
+        (["robot.csv", "--model", "gone.xml"], "--model is 'gone.xml'; expected an MJCF file"),
     ],
 )
 def test_bad_input_is_one_line_and_exit_2(

@@ -1,4 +1,4 @@
-"""Base of wrappers around environments with dm_env's interface, and what is inside Gymnasium's."""
+"""Base class of wrappers with dm_env's interface, and access to environments in Gymnasium's."""
 
 from __future__ import annotations
 
@@ -41,8 +41,10 @@ class Wrapper(dm_env.Environment):
         """
         if not isinstance(env, dm_env.Environment):
             raise BadOptionError(
-                f"env is {env}; expected what mpma_mj.load returned; for Gymnasium there are"
-                " GymEvaluate, GymFeedbackAssist, VectorFeedbackAssist"
+                option="env",
+                value=env,
+                expected="an environment of mpma_mj.load",
+                remedy="for Gymnasium use GymEvaluate, GymFeedbackAssist or VectorFeedbackAssist",
             )
         self._env = env
 
@@ -109,5 +111,6 @@ def unwrap(env: Any, kind: type[Env]) -> Env:
     """
     inner = getattr(env, "unwrapped", env)
     if not isinstance(inner, kind):
-        raise BadOptionError(f"env is {inner}; expected what {_MAKERS[kind]} returned")
+        expected = f"an environment of {_MAKERS[kind]}"
+        raise BadOptionError(option="env", value=inner, expected=expected)
     return inner

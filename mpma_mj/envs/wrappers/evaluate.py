@@ -70,18 +70,7 @@ class _Recorder:
         self.begin()
 
 
-class _Evaluating:
-    """The metrics of wrappers that evaluate."""
-
-    _recorder: _Recorder
-
-    @property
-    def episode_metrics(self) -> list[dict[str, float]]:
-        """Metrics by name of each episode that ended."""
-        return self._recorder.episode_metrics
-
-
-class Evaluate(_Evaluating, Wrapper):
+class Evaluate(Wrapper):
     """Computes metrics of every episode that ends, and changes nothing.
 
     It has to be the outermost wrapper, around a `FeedbackAssist` if there is one.
@@ -104,6 +93,7 @@ class Evaluate(_Evaluating, Wrapper):
         """
         super().__init__(env)
         self._recorder = _Recorder()
+        self.episode_metrics = self._recorder.episode_metrics
 
     def _on_begin(self, timestep: dm_env.TimeStep) -> None:
         self._recorder.begin()
@@ -118,7 +108,7 @@ class Evaluate(_Evaluating, Wrapper):
             self._recorder.end(env.physics, terminated=timestep.discount == 0.0)
 
 
-class GymEvaluate(_Evaluating, gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
+class GymEvaluate(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
     """`Evaluate` for an environment of `gymnasium.make`, flat or not.
 
     It has to be the outermost wrapper, around a `GymFeedbackAssist` if there is one.
@@ -138,6 +128,7 @@ class GymEvaluate(_Evaluating, gymnasium.Wrapper[Any, Any, Any, Any], RecordCons
         """
         self._inner = unwrap(env, ImitationEnv)
         self._recorder = _Recorder()
+        self.episode_metrics = self._recorder.episode_metrics
         RecordConstructorArgs.__init__(self)
         gymnasium.Wrapper.__init__(self, env)
 

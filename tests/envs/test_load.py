@@ -1,0 +1,120 @@
+"""Factory of environments: signatures, documentation, motions and rates."""
+
+import inspect
+import re
+from collections.abc import Callable
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import dm_env
+import numpy as np
+import pytest
+
+import mpma_mj
+from mpma_mj import metrics
+from mpma_mj.envs.gym_env import ImitationEnv
+from mpma_mj.envs.load import load
+from mpma_mj.envs.options import EnvironmentOptions
+from mpma_mj.errors import BadOptionError, MotionReachError
+from mpma_mj.feedback import feedback_action
+from mpma_mj.motions import read_motion, ymca
+
+DOCS = Path(__file__).parents[2] / "docs" / "environment.md"
+
+
+NAMES = [option.name for option in fields(EnvironmentOptions)]
+
+
+def followed(env: dm_env.Environment) -> float:
+    """Return p_e of an episode under the feedback controller, percent."""
+    timestep, postures, references = env.reset(), [], []
+    while not timestep.last():
+        seen = timestep.observation
+        speed, timestep_s = env.task.max_joint_speed, env.control_timestep()
+        action = feedback_action(seen["joint_angles"], seen["reference"], speed, timestep_s)
+        timestep = env.step(action)
+        postures.append(env.physics.posture())
+        references.append(timestep.observation["reference"])
+    return metrics.posture_error_percent(np.array(postures), np.array(references))
+
+
+@pytest.mark.parametrize("motion", [5, None, ["ymca"]])
+def test_a_value_that_is_no_motion_is_refused(motion: Any) -> None:
+    with pytest.raises(BadOptionError, match=r"motion is .*; expected a name, a path, or what"):
+        load(motion)
+
+
+def test_options_have_names_that_exist() -> None:
+    with pytest.raises(TypeError, match="refrence_noise"):
+        load("ymca", refrence_noise=0.1)  # type: ignore[call-arg]
+    with pytest.raises(TypeError, match="positional"):
+        load("ymca", "physics")  # type: ignore[misc]
+
+
+def test_options_can_be_passed_on_by_name() -> None:
+    options = vars(EnvironmentOptions(arms="kinematic", lookahead=3))
+    assert load("ymca", **options).reset().observation["lookahead"].shape == (3, 12)
+    assert ImitationEnv("ymca", **options).reset()[0]["lookahead"].shape == (3, 12)
+    assert mpma_mj.make_vec(2, "ymca", **options).reset()[0]["lookahead"].shape == (2, 3, 12)
+
+
+@pytest.mark.parametrize("function", [mpma_mj.load, mpma_mj.make_vec])
+def test_signatures_show_every_option_with_its_default(function: Callable[..., object]) -> None:
+    parameters = inspect.signature(function).parameters
+    default = EnvironmentOptions()
+    for name in NAMES:
+        expected = None if name == "reward_weights" else getattr(default, name)
+        assert parameters[name].default == expected, name
+    assert list(parameters)[-len(NAMES) :] == NAMES
+
+
+def test_every_option_stands_in_the_documentation_with_its_default() -> None:
+    rows = re.findall(r"^\| `(\w+)` \|.*?\| `(.*?)` \|", DOCS.read_text(), re.MULTILINE)
+    defaults = inspect.signature(load).parameters
+    shown = {name: eval(default) for name, default in rows}
+    assert list(shown) == ["motion", "seed", *NAMES]
+    for name, default in shown.items():
+        assert default == ({} if name == "reward_weights" else defaults[name].default), name
+
+
+def test_control_timestep_sets_the_rate_of_the_motion() -> None:
+    env = load("ymca", control_timestep=0.025, repeats=1)
+    assert env.control_timestep() == pytest.approx(0.025)
+    assert env.task.steps == len(read_motion("ymca", rate=40.0)) - 1
+    load(ymca(rate=40.0), control_timestep=0.025)
+
+
+def test_a_motion_of_another_rate_is_refused() -> None:
+    with pytest.raises(
+        BadOptionError, match=r"expected 0.05 s, .*; or read the motion with rate=40"
+    ):
+        load(ymca(), control_timestep=0.025)
+    with pytest.raises(
+        BadOptionError,
+        match=r"of 5 ms, as at 28\.5714 or 33\.3333 Hz; take control_timestep=0\.035 or",
+    ):
+        load("ymca", control_timestep=0.033)
+    with pytest.raises(BadOptionError, match=r"physics steps of 5 ms, as at 100 or 200 Hz"):
+        load("ymca", control_timestep=0.006)
+
+
+def test_tracking_is_worse_in_harder_environments() -> None:
+    easy = followed(load("ymca", repeats=1))
+    for harder in (
+        {"payload": 5.0},
+        {"actuator_strength": 0.1},
+        {"latency": 2},
+        {"perturbation": (5.0, 100.0)},
+    ):
+        assert followed(load("ymca", repeats=1, **harder)) > 1.1 * easy, harder
+
+
+def test_a_rate_that_does_not_fit_the_physics_is_refused() -> None:
+    with pytest.raises(BadOptionError, match="rate is 30 Hz"):
+        load(ymca(rate=30.0))
+
+
+def test_a_motion_that_is_too_fast_is_refused() -> None:
+    with pytest.raises(MotionReachError, match=r"--tempo [1-3]\.?\d* or less"):
+        load(ymca(tempo=4.0))

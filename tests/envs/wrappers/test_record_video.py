@@ -1,0 +1,155 @@
+"""Videos of episodes."""
+
+import copy
+from collections.abc import Callable
+from pathlib import Path
+
+import dm_env
+import imageio.v2 as imageio
+import numpy as np
+import pytest
+
+from mpma_mj import load
+from mpma_mj.agents import AgentSpec, RandomAgent, RandomConfig
+from mpma_mj.envs.wrappers import RecordVideo
+from mpma_mj.errors import (
+    BadOptionError,
+    RunFolderError,
+    StateError,
+    VideoError,
+)
+from tests.conftest import Encoder
+
+Act = Callable[[dict[str, np.ndarray]], np.ndarray]
+
+SPEC = AgentSpec(4, np.full(8, 12.0), 0.05)
+
+
+def ymca(arms: str = "physics", repeats: int = 1) -> dm_env.Environment:
+    return load("ymca", arms=arms, repeats=repeats)
+
+
+def at_random(seed: int = 0) -> Act:
+    return RandomAgent(RandomConfig(), SPEC, seed=seed).act
+
+
+def danced(env: dm_env.Environment, act: Act) -> list[dm_env.TimeStep]:
+    timesteps = [env.reset()]
+    while not timesteps[-1].last():
+        timesteps.append(env.step(act(timesteps[-1].observation)))
+    return timesteps
+
+
+def assert_same(some: list[dm_env.TimeStep], others: list[dm_env.TimeStep]) -> None:
+    assert len(some) == len(others)
+    for one, other in zip(some, others, strict=True):
+        assert one[:3] == other[:3]
+        assert one.observation.keys() == other.observation.keys()
+        for name, values in one.observation.items():
+            np.testing.assert_array_equal(other.observation[name], values)
+
+
+def test_a_recording_wrapper_cannot_be_copied(tmp_path: Path) -> None:
+    with pytest.raises(
+        StateError, match="cannot be pickled or copied; copy the environment inside"
+    ):
+        copy.deepcopy(RecordVideo(ymca(), tmp_path / "a.mp4"))
+
+
+@pytest.mark.usefixtures("opengl")
+def test_every_episode_has_a_video(tmp_path: Path) -> None:
+    env = RecordVideo(ymca(), tmp_path / "new" / "{episode}.mp4")
+    plain = ymca()
+    for number in range(2):
+        assert_same(danced(env, at_random(number)), danced(plain, at_random(number)))
+        assert sorted(p.name for p in (tmp_path / "new").iterdir()) == [
+            f"{i}.mp4" for i in range(number + 1)
+        ]
+    env.close()
+    reader = imageio.get_reader(tmp_path / "new" / "1.mp4")
+    assert reader.get_meta_data()["fps"] == pytest.approx(1.0 / env.control_timestep())
+    frames = [np.asarray(frame, float) for frame in reader]
+    assert len(frames) == env.task.steps + 1
+    assert frames[0].shape == (480, 640, 3)
+    assert np.abs(frames[0] - frames[40]).max() > 50
+
+
+@pytest.mark.usefixtures("opengl")
+def test_a_video_has_its_name_once_it_is_complete(tmp_path: Path) -> None:
+    path = tmp_path / "dance.mp4"
+    with RecordVideo(ymca(), path, camera="side") as env:
+        env.reset()
+        assert list(tmp_path.iterdir()) == []
+        for _ in range(4):
+            env.step(np.zeros(8))
+        assert not path.exists()
+    assert list(tmp_path.iterdir()) == [path]
+    assert sum(1 for _ in imageio.get_reader(path)) == 4
+
+
+@pytest.mark.usefixtures("opengl")
+def test_an_episode_that_is_broken_off_has_a_video_unless_it_has_no_step(tmp_path: Path) -> None:
+    env = RecordVideo(ymca(), tmp_path / "{episode}.mp4")
+    for steps in (2, 0, 3):
+        env.reset()
+        for _ in range(steps):
+            env.step(np.zeros(8))
+    env.reset()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["0.mp4", "2.mp4"]
+    assert [sum(1 for _ in imageio.get_reader(tmp_path / f"{i}.mp4")) for i in (0, 2)] == [2, 3]
+    env.close()
+
+
+@pytest.mark.usefixtures("opengl")
+def test_a_video_that_fails_leaves_nothing_and_the_episode_goes_on(
+    tmp_path: Path, encoder: Encoder
+) -> None:
+    encoder("exit 3")
+    env = RecordVideo(ymca(), tmp_path / "dance.mp4")
+    env.reset()
+    with pytest.raises(VideoError, match=r"dance\.mp4: no new video, ffmpeg failed: exit code 3"):
+        env.step(np.zeros(8))
+    assert list(tmp_path.iterdir()) == []
+    env.step(np.zeros(8))
+    env.close()
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.usefixtures("opengl")
+@pytest.mark.parametrize("leave", ["reset", "close"])
+def test_a_video_whose_end_cannot_be_written_leaves_the_one_before(
+    leave: str, tmp_path: Path, encoder: Encoder
+) -> None:
+    path = tmp_path / "dance.mp4"
+    with RecordVideo(ymca(), path) as env:
+        env.reset()
+        env.step(np.zeros(8))
+    old = path.read_bytes()
+    encoder('cat > /dev/null; echo half > "$video"; exit 228')
+    env = RecordVideo(ymca(), path)
+    env.reset()
+    env.step(np.zeros(8))
+    with pytest.raises(VideoError, match="exit code 228"):
+        getattr(env, leave)()
+    assert path.read_bytes() == old
+    assert list(tmp_path.iterdir()) == [path]
+    env.close()
+
+
+@pytest.mark.usefixtures("opengl")
+def test_an_impossible_folder_is_reported_at_the_first_step(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    env = RecordVideo(ymca(), tmp_path / "file" / "dance.mp4")
+    env.reset()
+    with pytest.raises(RunFolderError, match="cannot be written"):
+        env.step(np.zeros(8))
+
+
+def test_invalid_paths_and_cameras_are_refused(tmp_path: Path) -> None:
+    for name in ("{ep}.mp4", "{}.mp4", "{episode:03d}.mp4"):
+        with pytest.raises(BadOptionError, match=r"expected no braces but those of \{episode\}"):
+            RecordVideo(ymca(), tmp_path / name)
+    with pytest.raises(BadOptionError, match=r"ends in \.mp4"):
+        RecordVideo(ymca(), tmp_path / "dance.gif")
+    with pytest.raises(BadOptionError, match="front, side, three_quarter"):
+        RecordVideo(ymca(), tmp_path / "dance.mp4", camera="above")
