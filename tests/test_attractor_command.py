@@ -81,7 +81,7 @@ def test_a_checkpoint_that_lacks_something_is_one_line_and_exit_2(
     del arrays["forward.weights"]
     atomic_files.write_arrays(path, "checkpoint", arrays, meta)
     refused(
-        ["attractor", str(run)], "the checkpoint lacks forward.weights; train anew", title=TITLE
+        ["attractor", str(run)], "the checkpoint lacks forward.weights; train again", title=TITLE
     )
 
 
@@ -91,7 +91,7 @@ def test_a_checkpoint_of_other_sizes_is_one_line_and_exit_2(run: Path, refused: 
     arrays["forward.weights"] = np.zeros((2, 3))
     atomic_files.write_arrays(path, "checkpoint", arrays, meta)
     refused(
-        ["attractor", str(run)], "the checkpoint does not fit its settings; train anew", title=TITLE
+        ["attractor", str(run)], "the checkpoint does not fit its config; train again", title=TITLE
     )
 
 

@@ -102,7 +102,7 @@ def shorter(trace: Arrays) -> Arrays:
     [
         (without_modules, "trace.npz: lacks responsibility, prior, module_actions"),
         (silent, "its modules put out nothing in the kept epoch; go on with mpma imitate --resume"),
-        (shorter, "moments, but ymca danced 3 times has"),
+        (shorter, "moments, but ymca repeated 3 times has"),
     ],
 )
 def test_a_trace_that_does_not_fit_is_one_line_and_exit_2(

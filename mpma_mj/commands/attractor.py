@@ -48,7 +48,7 @@ class Attractor:
                 freedom = judge(free)
                 found[str(folder.path)] = freedom
                 content = {"format": atomic_files.FORMAT, "motion": motion.name} | freedom.as_json()
-                atomic_files.write_json(folder.freed, content)
+                atomic_files.write_json(folder.free_running, content)
                 picture = folder.figures / "attractor.png"
                 write_figure(picture, free, motion)
             print(as_markdown(found))

@@ -41,7 +41,7 @@ class Capture:
                 "format": atomic_files.FORMAT,
                 "motion": danced.motion.name,
             } | captured.as_json()
-            atomic_files.write_json(folder.captured, content)
+            atomic_files.write_json(folder.capture, content)
             picture = folder.figures / "capture.png"
             write_figure(picture, captured, danced.motion)
             print(tables(captured) + "\n")

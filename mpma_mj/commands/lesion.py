@@ -64,7 +64,7 @@ class Lesion:
                     "format": atomic_files.FORMAT,
                     "motion": trained.motion.name,
                 } | without.as_json()
-                atomic_files.write_json(folder.lesioned, content)
+                atomic_files.write_json(folder.lesion, content)
                 picture = folder.figures / "lesion.png"
                 write_figure(picture, without, trained.motion.name)
             if len(found) == 1:

@@ -1,4 +1,4 @@
-"""Agents that have learned, apart from where they did."""
+"""Trained agents, independent of the environments of their training."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class TrainedAgents:
-    """Agents side by side as they were in their best epochs.
+    """Agents of a batch of runs, in the states of their best epochs.
 
     Attributes:
-        configs: Settings of the R runs, which differ in their seeds only.
-        motion: What they have learned to imitate.
-        state: What each has learned, arrays by name, shape (R, ...).
-        epochs: Number of the best epoch of each, from 1, shape (R,).
-        source: Folder from which they were read; None where they were trained here.
+        configs: Config of each of the R runs; they differ in their seeds only.
+        motion: Motion of the training.
+        state: State of the agents, arrays by name, shape (R, ...).
+        epochs: Number of the best epoch of each run, from 1, shape (R,).
+        source: Folder from which they were read; None if they were trained in this process.
     """
 
     configs: tuple[RunConfig, ...]
@@ -48,10 +48,10 @@ class TrainedAgents:
 
     @classmethod
     def of_run(cls, folder: RunFolder) -> TrainedAgents:
-        """Return the agent of a run's kept epoch, as one side by side with none.
+        """Return the agent of a run's best epoch, as a batch of one.
 
         Raises:
-            MpmaError: There is no run, it is damaged, or its movement is not the one it danced.
+            MpmaError: There is no run, it is damaged, or its motion is not the one of its trace.
         """
         config = folder.read_config()
         state, epoch = folder.read_best(config)
@@ -68,7 +68,7 @@ class TrainedAgents:
         """Return the agents for R environments.
 
         Raises:
-            CheckpointError: What was learned does not fit the settings.
+            CheckpointError: The state does not fit the config.
         """
         agent = agent_of(self.configs[0], envs, self.seeds)
         load_state(agent, self.state, self.source)
@@ -76,22 +76,24 @@ class TrainedAgents:
 
 
 def load_state(agent: Agent, state: Mapping[str, Array], source: Path | None) -> None:
-    """Give an agent what another has learned.
+    """Load a state into an agent.
 
     Args:
         agent: The agent.
-        state: What the other's `state_dict` returned.
-        source: Folder from which it was read, for errors; None where it was not read.
+        state: State of an agent of the same kind, as `state_dict` returns it.
+        source: Folder from which it was read, for errors; None if it was not read.
 
     Raises:
-        CheckpointError: It is not of such an agent.
+        CheckpointError: The state lacks an array, or has one of another shape.
     """
     try:
         agent.load_state_dict(state)
     except KeyError as error:
-        lack = f"lacks {error.args[0]}"
+        problem = f"lacks {error.args[0]}"
     except ValueError:
-        lack = "does not fit its settings"
+        problem = "does not fit its config"
     else:
         return
-    raise CheckpointError(f"{source or 'trained agent'}: the checkpoint {lack}; train anew")
+    raise CheckpointError(
+        f"{source or 'trained agent'}: the checkpoint {problem}", remedy="train again"
+    )

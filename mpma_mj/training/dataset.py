@@ -1,4 +1,4 @@
-"""What a run imitates: one movement, or a repertoire of several."""
+"""Data set of a run: one motion, or a repertoire of several."""
 
 from __future__ import annotations
 
@@ -17,18 +17,22 @@ from mpma_mj.training.config import RunConfig
 
 __all__ = ["expand_folders", "read_motions"]
 
-# By which files in a folder are taken for recordings; what they are is told by their content.
+# Endings of files in a folder that count as recordings; their format is recognised by content.
 _ENDINGS = {".amc", ".bvh", ".c3d", ".csv", ".npz", ".trc", ".tsv"}
-_OF_ONE_FILE = {
+# Options of reading that refer to one file.
+_SINGLE_FILE_OPTIONS = {
     *("start", "end", "skeleton", "loop", "context", "segments", "labels", "audio"),
 }
 
 
 def expand_folders(sources: Sequence[str]) -> tuple[str, ...]:
-    """Replace each folder by the recordings in it, in the order of their names.
+    """Replace each folder by the recordings in it, sorted by name.
+
+    Args:
+        sources: Names of built-in motions, and paths of recordings and folders.
 
     Raises:
-        MotionFileError: A folder holds none.
+        MotionFileError: A folder contains no recording.
     """
     expanded: list[str] = []
     for source in sources:
@@ -36,18 +40,18 @@ def expand_folders(sources: Sequence[str]) -> tuple[str, ...]:
             expanded.append(source)
             continue
         files = sorted(p for p in Path(source).iterdir() if p.suffix.lower() in _ENDINGS)
-        found = [str(path) for path in files if not _is_labels(path)]
-        if not found:
+        recordings = [str(path) for path in files if not _is_label_file(path)]
+        if not recordings:
             raise MotionFileError(
                 f"{source}: holds no recording; expected files that end in"
                 f" {', '.join(sorted(_ENDINGS))}"
             )
-        expanded += found
+        expanded += recordings
     return tuple(expanded)
 
 
-def _is_labels(path: Path) -> bool:
-    """Tell whether a file is labels that belong to a recording, rather than a recording."""
+def _is_label_file(path: Path) -> bool:
+    """Return whether a file contains the labels of a recording, rather than a recording."""
     if path.suffix.lower() != ".csv":
         return False
     try:
@@ -57,26 +61,27 @@ def _is_labels(path: Path) -> bool:
 
 
 def read_motions(config: RunConfig) -> Motion:
-    """Read what a run imitates; several movements become a repertoire with a label for each.
+    """Read the motion of a run; several motions become a repertoire with a label for each.
 
     Args:
-        config: Names the movements and how to read them.
+        config: Config with the sources of the motions and the options of reading.
 
     Raises:
-        MpmaError: A movement cannot be read, or danced; or an option is for one file alone.
+        MpmaError: A recording cannot be read, the arms cannot follow a motion, or an option of a
+            single recording is given with several motions.
     """
-    alone = len(config.motions) == 1
-    useless = given(config.reading) & _OF_ONE_FILE
-    if useless and not alone:
+    single = len(config.motions) == 1
+    single_file_options = given(config.reading) & _SINGLE_FILE_OPTIONS
+    if single_file_options and not single:
         raise BadOptionError(
-            f"{option_name(min(useless))} is for one recording, and there are"
+            f"{option_name(min(single_file_options))} is for one recording, and there are"
             f" {len(config.motions)}; leave it out"
         )
     motions = []
     for source in config.motions:
-        # A recording's options mean nothing to a movement that is built in beside it.
-        takes_all = alone or source not in BUILT_IN
-        options = config.reading if takes_all else ReadingOptions(tempo=config.reading.tempo)
+        # In a repertoire the options of recordings do not apply to built-in motions.
+        all_options = single or source not in BUILT_IN
+        options = config.reading if all_options else ReadingOptions(tempo=config.reading.tempo)
         reading = read_with_findings(source, options)
         reading.findings.tell(source)
         motions.append(reading.motion)

@@ -1,4 +1,4 @@
-"""Environments and agents of runs, made from configs."""
+"""Construction of the environments and agents of runs from configs."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ __all__ = [
 
 Environments: TypeAlias = control.Environment | VectorImitationEnv
 
-_THREADS = 1  # of physics: batches share processors by processes
+_THREADS = 1  # of physics: batches of runs use several processors through processes
 
 
 def make_agent(
@@ -45,19 +45,20 @@ def make_agent(
 
     Args:
         env: Environment that `mpma_mj.load` returned, or those that `mpma_mj.make_vec` returned.
-        config: The agent's config; of that of another kind, the fields that both have. The
-            defaults if not given.
+        config: Config of the agent, its defaults if not given; from a config of another kind, the
+            fields that both have are taken.
         kind: A name of `mpma_mj.agents.AGENTS`, or the path of a class, such as
             my_agents.py:MyAgent; the kind of the config if not given.
-        seed: Seed of weights and noise; for many environments the first run's, which the others'
-            follow, or one for each.
+        seed: Seed of weights and noise. For many environments: the seed of the first run, which
+            the seeds of the others follow, or one for each.
 
     Returns:
         The agent; for many environments a batch of as many runs.
 
     Raises:
-        BadOptionError: There is no such kind, the config is of another kind, a seed is no integer
-            from 0 up, there are not as many seeds as environments, or the environment is another.
+        BadOptionError: There is no such kind, the config is not of an agent, a seed is negative or
+            not an integer, there are not as many seeds as environments, or the environment is not
+            one of this package, or flat.
     """
     if not isinstance(config, AgentConfig | None):
         raise BadOptionError(option="config", value=config, expected="a config of an agent")
@@ -70,7 +71,7 @@ def agent_of(config: RunConfig, env: Environments, seed: Seeds) -> Agent:
     """Return the agent of a run, or of a batch of runs.
 
     Args:
-        config: Config, of which the seed does not count.
+        config: Config; its seed is ignored.
         env: Environment, or environments.
         seed: Seed of weights and noise, or one for each environment.
 
@@ -115,7 +116,7 @@ def environments_of(
     """Return the environments of a batch of runs.
 
     Args:
-        config: Config of the runs, of which the seed does not count.
+        config: Config of the runs; its seed is ignored.
         seeds: Seed of each.
         motion: The motion.
         changes: Options of the environment that differ from those of the config.
@@ -130,10 +131,10 @@ def environments_of(
 
 
 def one_thread() -> threadpool_limits:
-    """Keep BLAS to one thread.
+    """Limit BLAS to one thread.
 
-    The matrices are small: with two threads training takes twice as long. And results do not
-    depend on the number of cores.
+    The matrices are small, and with two threads training takes twice as long. With one thread,
+    results do not depend on the number of cores either.
     """
     return threadpool_limits(1, user_api="blas")
 
@@ -171,7 +172,7 @@ def _spec(env: Environments) -> AgentSpec:
 
 
 def _seeds(env: Environments, seed: Seeds) -> Seeds:
-    """Return a seed, or one for each of many environments."""
+    """Return a valid seed, or one for each of many environments."""
     if not isinstance(env, VectorImitationEnv):
         return check_seed(seed)
-    return [check_seed(own) for own in seeds_of_batch(seed, env.num_envs)]
+    return [check_seed(single) for single in seeds_of_batch(seed, env.num_envs)]

@@ -26,8 +26,8 @@ class Rollout:
     """An episode of one run, or of R runs.
 
     Attributes:
-        trace: Its signals; those of a run that failed mean nothing.
-        failures: Why episodes ended before the demonstration did, by run.
+        trace: Signals of the episode; not meaningful for runs that failed.
+        failures: Why episodes ended before the demonstration, by run.
     """
 
     trace: Trace
@@ -39,12 +39,13 @@ class Rollout:
 
 
 def rollout(envs: Environments, agent: Agent, epoch: int) -> Rollout:
-    """Run an episode and record every signal of it.
+    """Run an episode and record all its signals.
 
-    The agent acts and observes; only one that learns at every step learns here.
+    The agent acts and observes. Only an agent that learns at every step learns meanwhile.
 
     Args:
-        envs: Environments of one run, or of R runs; their next episode gets the epoch's number.
+        envs: Environments of one run, or of R runs; their next episode gets the number of the
+            epoch.
         agent: Agent of as many runs.
         epoch: Number of the epoch, from 0.
     """
@@ -64,13 +65,14 @@ def rollout(envs: Environments, agent: Agent, epoch: int) -> Rollout:
             failures.setdefault(run, f"{reason} at step {step}")
         if len(failures) == runs:
             break
-    own = agent.signals()
+    internal = agent.signals()
     recorded = moments.episode() | steps.episode()
-    return Rollout(Trace(**recorded, feedback=own.feedback, modules=own.modules), failures)
+    trace = Trace(**recorded, feedback=internal.feedback, modules=internal.modules)
+    return Rollout(trace, failures)
 
 
 def record_epoch(env: control.Environment | VectorImitationEnv, agent: Agent, epoch: int) -> Trace:
-    """Run an episode and return its trace; see `rollout`.
+    """Run an episode and return its trace, as `rollout` does.
 
     Args:
         env: Environment that `mpma_mj.load` returned, or those that `mpma_mj.make_vec` returned.
@@ -78,7 +80,7 @@ def record_epoch(env: control.Environment | VectorImitationEnv, agent: Agent, ep
         epoch: Number of the epoch, from 0.
 
     Raises:
-        DivergedError: An episode ended before the demonstration did.
+        DivergedError: An episode ended before the demonstration.
     """
     recorded = rollout(wrap(env), agent, epoch)
     for reason in recorded.failures.values():
@@ -91,5 +93,10 @@ TRY_INSTEAD = "try a slower {tempo} or another {seed}"
 
 
 def _observed(observation: Observation, posture: Array) -> dict[str, Array]:
-    """Return the signals of a moment; the posture is the true one."""
+    """Return the signals of a moment, with the true posture in place of the observed one.
+
+    Args:
+        observation: Observation of the agent.
+        posture: True posture, shape (..., 12).
+    """
     return {name: observation[name] for name in OBSERVED} | {"posture": posture}

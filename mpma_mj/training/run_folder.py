@@ -1,4 +1,4 @@
-"""The folder of a run: what is in it, how it is made, how it is read again."""
+"""Folder of a run: config, checkpoints, trace, metrics and results."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ __all__ = ["RunFolder"]
 
 Array = NDArray[np.float64]
 
-# What `--overwrite` removes; anything else in the folder is the user's own. What makes it a run
-# comes last, so that a removal that was cut short can be done again.
+# Contents that overwriting removes; other files belong to the user. config.json, which identifies
+# a run, comes last, so that an interrupted removal can be repeated.
 _CONTENTS = (
     "metrics.csv",
     "summary.json",
@@ -42,6 +42,9 @@ _CONTENTS = (
 )
 
 
+_ANOTHER_FOLDER = "choose another folder with {out}"
+
+
 @dataclass(frozen=True)
 class RunFolder:
     """Paths and contents of a run.
@@ -49,7 +52,7 @@ class RunFolder:
     Attributes:
         path: The folder.
         trusted: Paths of classes from outside the package, such as my_agents.py:MyAgent, that the
-            user has named, and that a run may therefore import.
+            user has named; only these may be imported for the run.
     """
 
     path: Path
@@ -57,37 +60,37 @@ class RunFolder:
 
     @property
     def video(self) -> Path:
-        """Where the video is."""
+        """Video of the best epoch."""
         return self.path / "dance.mp4"
 
     @property
-    def captured(self) -> Path:
-        """Where it is written which module captures what."""
+    def capture(self) -> Path:
+        """Results of the analysis of what each module captures."""
         return self.path / "capture.json"
 
     @property
-    def freed(self) -> Path:
-        """Where it is written how the dance goes on without the demonstration."""
+    def free_running(self) -> Path:
+        """Results of free-running, without the demonstration."""
         return self.path / "attractor.json"
 
     @property
-    def lesioned(self) -> Path:
-        """Where it is written how it dances without each module."""
+    def lesion(self) -> Path:
+        """Results of the lesions of modules."""
         return self.path / "lesion.json"
 
     @property
     def stress(self) -> Path:
-        """Folder of folders of what is written of how it bears disturbances."""
+        """Folder with one folder for each test under disturbances."""
         return self.path / "stress"
 
     @property
     def figures(self) -> Path:
-        """Where the figures are."""
+        """Folder of the figures."""
         return self.path / "figures"
 
     @property
     def can_go_on(self) -> bool:
-        """Whether an epoch is saved with which training can go on."""
+        """Whether a checkpoint exists from which training can be resumed."""
         return (self.path / "checkpoint" / "latest.npz").exists()
 
     @contextlib.contextmanager
@@ -95,23 +98,24 @@ class RunFolder:
         """Lock the run, so that no other command changes it.
 
         Raises:
-            RunFolderError: There is no run, another command changes it, or nobody can.
-            CheckpointError: The settings are damaged or of another version.
+            RunFolderError: There is no run, another command changes it, or it is not writable.
+            CheckpointError: The config is damaged or of another version.
         """
         self.read_config()
         with locked(self.path):
             yield
 
     def create(self, config: RunConfig, motion: Motion, *, overwrite: bool) -> None:
-        """Make the folder for a new run.
+        """Create the folder of a new run.
 
         Args:
-            config: Settings, written into it.
-            motion: The movement, kept so that the run can go on without the recording.
-            overwrite: Whether an earlier run in its place may be removed.
+            config: Config of the run.
+            motion: The motion, saved so that the run can be resumed without the recording.
+            overwrite: Whether to replace an earlier run in the folder.
 
         Raises:
-            RunFolderError: The folder exists, is no run, or cannot be written.
+            RunFolderError: The folder holds a run that must not be replaced, holds other files, or
+                cannot be written.
         """
         if self.path.exists():
             self._remove(overwrite)
@@ -125,7 +129,7 @@ class RunFolder:
 
     @contextlib.contextmanager
     def created(self, config: RunConfig, motion: Motion, *, overwrite: bool) -> Iterator[None]:
-        """Lock the folder, and make it as `create` does.
+        """Lock the folder, and create it as `create` does.
 
         Raises:
             RunFolderError: As of `create`, or another command writes into the folder.
@@ -136,19 +140,19 @@ class RunFolder:
 
     def _remove(self, overwrite: bool) -> None:
         if not self.path.is_dir():
-            raise RunFolderError(f"{self.path}: is a file; choose another folder with --out")
+            raise RunFolderError(f"{self.path}: is a file", remedy=_ANOTHER_FOLDER)
         if is_empty(self.path):
             return
         try:
             self.read_config()
         except (RunFolderError, CheckpointError):
             raise RunFolderError(
-                f"{self.path}: is not empty and not a run of this version; choose another folder"
-                " with --out"
+                f"{self.path}: is not empty and not a run of this version", remedy=_ANOTHER_FOLDER
             ) from None
         if not overwrite:
             raise RunFolderError(
-                f"{self.path}: a run is there; --overwrite replaces it, --resume continues it"
+                f"{self.path}: a run is there",
+                remedy="{overwrite} replaces it, {resume} continues it",
             )
         try:
             for name in _CONTENTS:
@@ -158,11 +162,11 @@ class RunFolder:
             raise RunFolderError(f"{self.path}: cannot be replaced ({error.strerror})") from None
 
     def read_config(self) -> RunConfig:
-        """Read the settings.
+        """Read the config.
 
         Raises:
             RunFolderError: There is no run.
-            CheckpointError: The settings are damaged or of another version.
+            CheckpointError: The config is damaged or of another version.
         """
         path = self.path / "config.json"
         try:
@@ -171,69 +175,89 @@ class RunFolder:
                 writer = content.get("versions", {}).get("mpma-mj", "of another version")
                 raise CheckpointError(
                     f"{path}: format {content['format']}, written by mpma-mj {writer}; this is"
-                    f" {__version__}, which reads format {atomic_files.FORMAT}: train again"
+                    f" {__version__}, which reads format {atomic_files.FORMAT}",
+                    remedy="train again",
                 )
             return RunConfig.from_json(content["config"], self.trusted)
         except OSError:
             raise RunFolderError(f"{self.path}: no run there (no readable config.json)") from None
         except (ValueError, KeyError, TypeError):
-            raise CheckpointError(f"{path}: damaged, or not of a run; train anew") from None
+            raise CheckpointError(
+                f"{path}: damaged, or not of a run", remedy="train again"
+            ) from None
 
     def read_motion(self) -> Motion:
-        """Read the movement that the run imitates."""
+        """Read the motion of the run.
+
+        Raises:
+            CheckpointError: The file is missing or damaged.
+        """
         path = self.path / "checkpoint" / "motion.npz"
         try:
             motion = motion_file.read(path)
         except FileNotFoundError:
-            raise CheckpointError(f"{path}: missing; train anew with --overwrite") from None
+            raise CheckpointError(f"{path}: missing", remedy=atomic_files.TRAIN_AGAIN) from None
         except MotionFileError:
             motion = None
         if motion is None:
-            raise CheckpointError(f"{path}: damaged; train anew with --overwrite")
+            raise CheckpointError(f"{path}: damaged", remedy=atomic_files.TRAIN_AGAIN)
         return motion
 
     def forget_epoch(self) -> None:
-        """Remove what was made of an epoch that is not kept any more."""
-        names = ("capture", "attractor", "lesion")
-        pictures = (self.figures / f"{name}.png" for name in names)
-        for made in (self.video, self.captured, self.freed, self.lesioned, *pictures):
-            made.unlink(missing_ok=True)
+        """Remove results of an epoch that is no longer the best one."""
+        results = (self.capture, self.free_running, self.lesion)
+        pictures = (self.figures / f"{path.stem}.png" for path in results)
+        for path in (self.video, *results, *pictures):
+            path.unlink(missing_ok=True)
         if self.stress.exists():
             shutil.rmtree(self.stress)
 
     def write_checkpoint(
         self, name: str, config: RunConfig, state: Mapping[str, Array], meta: dict[str, Any]
     ) -> None:
-        """Write an agent's state as `checkpoint/NAME.npz`."""
+        """Write the state of an agent as `checkpoint/NAME.npz`.
+
+        Args:
+            name: Name of the checkpoint, "best" or "latest".
+            config: Config of the run, compared when the checkpoint is read.
+            state: State of the agent, arrays by name.
+            meta: Further entries of the file's header, as in JSON.
+        """
         path = self.path / "checkpoint" / f"{name}.npz"
         atomic_files.write_arrays(path, "checkpoint", state, {"config": config.to_json()} | meta)
 
     def read_checkpoint(
         self, name: str, config: RunConfig
     ) -> tuple[dict[str, Array], dict[str, Any]]:
-        """Read what `write_checkpoint` wrote.
+        """Read a checkpoint that `write_checkpoint` wrote.
+
+        Returns:
+            State of the agent, arrays by name; and the header of the file.
 
         Raises:
-            CheckpointError: It is damaged, or belongs to a run with other settings.
+            CheckpointError: The file is missing or damaged, or belongs to a run with another
+                config.
         """
         path = self.path / "checkpoint" / f"{name}.npz"
         state, meta = atomic_files.read_arrays(path, "checkpoint")
         if meta.get("config") != json.loads(json.dumps(config.to_json())):
-            raise CheckpointError(f"{path}: belongs to a run with other settings; train anew")
+            raise CheckpointError(
+                f"{path}: belongs to a run with another config", remedy="train again"
+            )
         return state, meta
 
     def read_best(self, config: RunConfig) -> tuple[dict[str, Array], int]:
-        """Read what the agent had learned before the kept epoch, and that epoch's number, from 1.
+        """Read the state of the agent in the best epoch, and the number of that epoch, from 1.
 
         Raises:
-            CheckpointError: As of `read_checkpoint`.
+            CheckpointError: As of `read_checkpoint`, or the number is missing.
         """
         state, meta = self.read_checkpoint("best", config)
         try:
             return state, int(meta["row"]["epoch"])
         except (KeyError, TypeError, ValueError):
             raise CheckpointError(
-                f"{self.path}: the checkpoint lacks the number of its epoch; train anew"
+                f"{self.path}: the checkpoint lacks the number of its epoch", remedy="train again"
             ) from None
 
     def write_trace(self, trace: Trace, epoch: int) -> None:
@@ -245,21 +269,21 @@ class RunFolder:
         """Read the trace of the best epoch.
 
         Raises:
-            CheckpointError: It is missing, damaged, or lacks a signal; names it.
+            CheckpointError: The file is missing or damaged, or lacks a signal.
         """
         path = self.path / "trace.npz"
         arrays, _ = atomic_files.read_arrays(path, "trace")
-        lacking = [name for name in SIGNALS if name not in arrays]
-        if lacking:
+        missing = [name for name in SIGNALS if name not in arrays]
+        if missing:
             raise CheckpointError(
-                f"{path}: lacks {', '.join(lacking)}", remedy="train again with {overwrite}"
+                f"{path}: lacks {', '.join(missing)}", remedy=atomic_files.TRAIN_AGAIN
             )
         return Trace.from_arrays(arrays)
 
     def write_metrics(self, rows: list[dict[str, float]]) -> None:
-        """Write a row for every epoch."""
+        """Write the metrics of all epochs, a row for each."""
         atomic_files.write_text(self.path / "metrics.csv", atomic_files.csv_text(rows))
 
     def write_summary(self, summary: dict[str, Any]) -> None:
-        """Write what the run came to."""
+        """Write the summary of the run."""
         atomic_files.write_json(self.path / "summary.json", summary)

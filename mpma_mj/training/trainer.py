@@ -1,4 +1,4 @@
-"""Training of R ≥ 1 runs that differ in their seeds only, epoch after epoch."""
+"""Training of a batch of R ≥ 1 runs that differ in their seeds only."""
 
 from __future__ import annotations
 
@@ -31,17 +31,17 @@ Array = NDArray[np.float64]
 
 
 class Trainer:
-    """A batch of runs in training; runs that have ended leave it.
+    """Training of a batch of runs; runs that have ended leave the batch.
 
-    Every run goes as it would alone. A single run has arrays without an axis of runs, until it is
-    one of the last of a batch.
+    Each run gives the results that it gives when trained alone. For a single config, arrays have
+    no axis of runs; a batch keeps that axis even when one run is left.
 
     Attributes:
-        agent: Agent of the runs that go on.
+        agent: Agent of the runs in training.
         histories: History of each run.
         failed: Why runs failed, by run.
         epoch: Number of epochs so far.
-        going: Numbers of the runs that go on, shape (R,).
+        going: Indices of the runs in training, shape (R,).
     """
 
     def __init__(
@@ -52,13 +52,13 @@ class Trainer:
         *,
         keep_states: bool = True,
     ) -> None:
-        """Make the environments and draw the agents.
+        """Create the environments and untrained agents.
 
         Args:
             configs: Config of each run; they differ in their seeds only.
             motion: The motion.
             env_options: Options of the environment that differ from those of the config.
-            keep_states: Whether the agents' states of their best epochs are kept.
+            keep_states: Whether to keep the states of the agents in their best epochs.
 
         Raises:
             MpmaError: An option is out of bounds, or the arms cannot follow the motion.
@@ -75,32 +75,32 @@ class Trainer:
         self.histories = [TrainingHistory(self._envs.info) for _ in configs]
 
     def run_epoch(self, *, stop: bool = True) -> NDArray[np.bool_]:
-        """Run an epoch, learn from it, and let runs leave that have ended.
+        """Run an epoch, learn from it, and remove runs that have ended from the batch.
 
         Args:
             stop: Whether a run ends when it has converged.
 
         Returns:
-            For which runs the epoch is the new best, shape (number of all runs,).
+            Whether the epoch is the new best one of each run, shape (number of all runs,).
         """
         states = self.agent.state_dict() if self._keep_states else {}
         recorded = rollout(self._envs, self.agent, self.epoch)
         self.epoch += 1
         logged = self._learn() if len(recorded.failures) < len(self.going) else []
         improved = np.zeros(len(self._configs), bool)
-        done = np.zeros(len(self.going), bool)
+        ended = np.zeros(len(self.going), bool)
         for row, run in enumerate(self.going.tolist()):
             if row in recorded.failures:
                 self.failed[run] = f"epoch {self.epoch}: {recorded.failures[row]}"
-                done[row] = True
+                ended[row] = True
                 continue
             trace = recorded.trace if self._single else recorded.trace.of_run(row)
             state = states if self._single else {name: a[row] for name, a in states.items()}
             history = self.histories[run]
             improved[run] = history.add(trace, logged[row] if logged else {}, state)
-            done[row] = not logged or (stop and history.converged)
-        if done.any():
-            self._leave(done)
+            ended[row] = not logged or (stop and history.converged)
+        if ended.any():
+            self._remove(ended)
         return improved
 
     def restore(
@@ -109,29 +109,29 @@ class Trainer:
         """Continue from the checkpoint of a single run.
 
         Args:
-            state: State of the agent.
+            state: State of the agent, arrays by name.
             rows: Metrics of all epochs so far.
             best: The best epoch so far.
 
         Raises:
-            KeyError: The state lacks something; names it.
+            KeyError: The state lacks the array that it names.
         """
         self.agent.load_state_dict(state)
         self.epoch = len(rows)
         self.histories[0].restore(rows, best)
 
     def summaries(self) -> list[dict[str, Any]]:
-        """Return a summary of each run; of one that failed, why."""
+        """Return a summary of each run; for a run that failed, the reason."""
         return [
             {"failed": self.failed[run]} if run in self.failed else history.summary()
             for run, history in enumerate(self.histories)
         ]
 
     def trained(self) -> TrainedAgents:
-        """Return all agents as they were in their best epochs.
+        """Return all agents in the states of their best epochs.
 
         Raises:
-            DivergedError: A run failed; names its seed.
+            DivergedError: A run failed; the message names its seed.
         """
         for run, reason in self.failed.items():
             seed = self._configs[run].seed
@@ -145,11 +145,11 @@ class Trainer:
         )
 
     def close(self) -> None:
-        """Release what the environments hold."""
+        """Close the environments."""
         self._close()
 
     def _learn(self) -> list[EpochMetrics]:
-        """Let the agents learn; return what each logs, nothing where agents do not learn."""
+        """Let the agents learn; return the metrics of each run, none if agents do not learn."""
         logged = {name: np.ravel(values) for name, values in self.agent.learn().items()}
         if not logged:
             return []
@@ -158,16 +158,21 @@ class Trainer:
             for row in range(len(self.going))
         ]
 
-    def _leave(self, done: NDArray[np.bool_]) -> None:
-        stay = np.flatnonzero(~done)
-        self.going = self.going[stay]
+    def _remove(self, ended: NDArray[np.bool_]) -> None:
+        """Remove runs that have ended from the batch.
+
+        Args:
+            ended: Whether each run in training has ended, shape (R,).
+        """
+        remaining = np.flatnonzero(~ended)
+        self.going = self.going[remaining]
         self._close()
-        if len(stay):
-            self.agent.select_runs(stay)
+        if len(remaining):
+            self.agent.select_runs(remaining)
             self._make_environments()
 
     def _make_environments(self) -> Any:
-        """Make the environments of the runs that go on, and return them."""
+        """Create the environments of the runs in training, and return them."""
         config, seeds = self._configs[0], [self._configs[run].seed for run in self.going]
         env = (
             environment_of(config, self._motion, self._env_options)
@@ -180,7 +185,7 @@ class Trainer:
 
 
 def check(config: RunConfig, motion: Motion) -> None:
-    """Refuse a config with which no run can begin, at the price of the smallest networks.
+    """Check that a run can begin, by creating it with the smallest networks.
 
     Raises:
         MpmaError: An option is out of bounds, or does not fit the motion.
@@ -200,8 +205,8 @@ def train_batch(
         stop: Whether a run ends earlier when it has converged.
 
     Returns:
-        A summary of each run, as `TrainingHistory.summary` returns it; of a run whose simulation
-        diverged `failed`, why.
+        Summary of each run, as `TrainingHistory.summary` returns it; for a run whose simulation
+        diverged, the reason as `failed`.
     """
     trainer = Trainer(configs, motion, keep_states=False)
     with one_thread(), contextlib.closing(trainer):
@@ -222,7 +227,7 @@ def train_agents(
         env_options: Options of the environment that differ from those of the config.
 
     Raises:
-        DivergedError: A simulation did not stay finite; names the seed.
+        DivergedError: A simulation diverged; the message names the seed.
     """
     trainer = Trainer(configs, motion, env_options)
     with one_thread(), contextlib.closing(trainer):

@@ -1,4 +1,4 @@
-"""Files that are either whole or not there: written beside their place, then renamed."""
+"""Atomic writing of files: under a temporary name in the same folder, then renamed."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ from mpma_mj.errors import CheckpointError, RunFolderError
 
 __all__ = [
     "FORMAT",
+    "TRAIN_AGAIN",
     "atomic_write",
     "csv_text",
     "not_writable",
@@ -31,10 +32,13 @@ __all__ = [
 ]
 
 FORMAT = 4
-"""Version of the files' format; what another version wrote is refused."""
+"""Version of the format of files; files of other versions are refused."""
+
+TRAIN_AGAIN = "train again with {overwrite}"
+"""Remedy for a damaged run."""
 
 _META = "meta"
-# What damaged archives make numpy, zipfile and json raise.
+# Exceptions that numpy, zipfile and json raise for damaged archives.
 _UNREADABLE = (
     *(OSError, EOFError, KeyError, TypeError, ValueError),
     *(NotImplementedError, RuntimeError, zipfile.BadZipFile),
@@ -42,7 +46,7 @@ _UNREADABLE = (
 
 
 def csv_text(rows: Sequence[Mapping[str, object]]) -> str:
-    """Return a table with a header of all names; what is not a number, or not there, is empty."""
+    """Return rows as CSV with a header of all names; cells that are NaN or missing are empty."""
     columns = list(dict.fromkeys(name for row in rows for name in row))
     text = io.StringIO()
     writer = csv.DictWriter(text, columns, lineterminator="\n")
@@ -60,7 +64,7 @@ def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
     """Write a file under a temporary name and rename it.
 
     Args:
-        path: Where it is to be; folders on the way are made.
+        path: Path of the file; missing folders are created.
         write: Called with the temporary path, which has the same suffix.
 
     Raises:
@@ -72,10 +76,10 @@ def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
 
 @contextlib.contextmanager
 def atomic_write(path: Path) -> Iterator[Path]:
-    """Give a temporary path, which becomes the file where all went well, and else vanishes.
+    """Yield a temporary path, which is renamed on success and removed on failure.
 
     Args:
-        path: Where it is to be; folders on the way are made.
+        path: Path of the file; missing folders are created.
 
     Yields:
         The temporary path, which has the same suffix.
@@ -96,7 +100,7 @@ def atomic_write(path: Path) -> Iterator[Path]:
 
 
 def not_writable(path: Path, error: OSError) -> RunFolderError:
-    """Return what to raise if a file or folder cannot be written."""
+    """Return the error for a file or folder that cannot be written."""
     reason = error.strerror or error
     return RunFolderError(
         f"{path}: cannot be written ({reason}); mend that, or choose another folder"
@@ -104,7 +108,7 @@ def not_writable(path: Path, error: OSError) -> RunFolderError:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file; bytes in it, of a file's name, that are no UTF-8 become escapes."""
+    """Write a UTF-8 text file; characters that UTF-8 cannot encode become escapes."""
 
     def write(temporary: Path) -> None:
         temporary.write_text(text, encoding="utf-8", errors="backslashreplace")
@@ -113,20 +117,20 @@ def write_text(path: Path, text: str) -> None:
 
 
 def write_json(path: Path, content: Mapping[str, Any]) -> None:
-    """Write a JSON file; what is not a number becomes null."""
+    """Write a JSON file; NaN and infinite numbers become null."""
     write_text(path, json.dumps(_finite(content), indent=2) + "\n")
 
 
 def write_arrays(
     path: Path, kind: str, arrays: Mapping[str, NDArray[Any]], meta: Mapping[str, Any]
 ) -> None:
-    """Write arrays by name with what describes them.
+    """Write arrays by name, with a header.
 
     Args:
         path: The `.npz` file.
-        kind: What the file is, such as "checkpoint"; checked when it is read.
+        kind: Kind of the file, such as "checkpoint"; checked when the file is read.
         arrays: Arrays of numbers by name.
-        meta: What JSON can hold.
+        meta: Entries of the header, as in JSON.
     """
     header = json.dumps({"format": FORMAT, "kind": kind} | dict(meta))
     content: dict[str, Any] = {_META: np.array(header), **arrays}
@@ -134,17 +138,17 @@ def write_arrays(
 
 
 def read_arrays(path: Path, kind: str) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-    """Read what `write_arrays` wrote.
+    """Read a file that `write_arrays` wrote.
 
     Args:
         path: The `.npz` file.
-        kind: What the file has to be.
+        kind: Expected kind of the file.
 
     Returns:
-        Arrays by name, and the description.
+        Arrays by name, and the header.
 
     Raises:
-        CheckpointError: There is no such file, or it is damaged, or something else.
+        CheckpointError: The file is missing or damaged, or of another kind or format.
     """
     try:
         with np.load(path, allow_pickle=False) as file:
@@ -152,16 +156,16 @@ def read_arrays(path: Path, kind: str) -> tuple[dict[str, NDArray[Any]], dict[st
         meta = json.loads(str(arrays.pop(_META)))
     except FileNotFoundError:
         raise CheckpointError(
-            f"{path}: missing; the run stopped before its first epoch was over, or lost the file:"
-            " train anew with --overwrite"
+            f"{path}: missing, removed or never written because the run stopped in its first epoch",
+            remedy=TRAIN_AGAIN,
         ) from None
     except _UNREADABLE:
         raise CheckpointError(
-            f"{path}: damaged, or not a {kind} of this program; train anew with --overwrite"
+            f"{path}: damaged, or not a {kind} of this program", remedy=TRAIN_AGAIN
         ) from None
     if not isinstance(meta, dict) or meta.get("kind") != kind or meta.get("format") != FORMAT:
         raise CheckpointError(
-            f"{path}: not a {kind} of format {FORMAT}; train anew with this version"
+            f"{path}: not a {kind} of format {FORMAT}", remedy="train again with this version"
         )
     return arrays, meta
 

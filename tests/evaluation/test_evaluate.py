@@ -89,7 +89,7 @@ def test_a_checkpoint_of_other_settings_is_refused_by_its_folder(
     for shape in ((1, 2, 3), ()):  # of which numpy would stretch the latter
         state["forward.weights"] = np.zeros(shape)
         folder.write_checkpoint("best", config, state, {"row": {"epoch": 1}})
-        with pytest.raises(CheckpointError, match=r"run: the checkpoint does not fit its settings"):
+        with pytest.raises(CheckpointError, match=r"run: the checkpoint does not fit its config"):
             evaluate(TrainedAgents.of_run(folder), HOME)
 
 
@@ -127,7 +127,7 @@ def test_a_run_folder_of_another_motion_is_refused(
     motion_file.write(
         folder.path / "checkpoint" / "motion.npz", dataclasses.replace(motion, **changed)
     )
-    said = "has 228 moments" if other == "shorter" else "is not the movement of trace.npz"
+    said = "has 228 moments" if other == "shorter" else "is not the motion of trace.npz"
     with pytest.raises(CheckpointError, match=said):
         TrainedAgents.of_run(folder)
     assert main(["stress", str(folder.path), "--runs", "0"]) == 2

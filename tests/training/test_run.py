@@ -273,7 +273,7 @@ def test_a_trace_that_lacks_a_signal_is_refused(tmp_path: Path) -> None:
 def test_a_folder_in_use_is_not_touched_unless_told(tmp_path: Path) -> None:
     folder = run(tmp_path / "a")
     before = (folder.path / "metrics.csv").read_bytes()
-    with pytest.raises(RunFolderError, match="--overwrite replaces it, --resume continues it"):
+    with pytest.raises(RunFolderError, match="overwrite replaces it, resume continues it"):
         run(tmp_path / "a", RunConfig.of(seed=9, nodes=20))
     assert (folder.path / "metrics.csv").read_bytes() == before
     run(tmp_path / "a", RunConfig.of(seed=9, nodes=20), overwrite=True)
@@ -325,7 +325,7 @@ def test_a_checkpoint_of_another_run_is_refused(tmp_path: Path) -> None:
     other = run(tmp_path / "b", RunConfig.of(nodes=30, modules=2), epochs=1)
     foreign = (other.path / "checkpoint" / "latest.npz").read_bytes()
     (folder.path / "checkpoint" / "latest.npz").write_bytes(foreign)
-    with pytest.raises(CheckpointError, match="other settings"):
+    with pytest.raises(CheckpointError, match="another config"):
         resume(folder, 1)
 
 
@@ -352,7 +352,7 @@ def test_a_run_of_another_version_is_refused(tmp_path: Path) -> None:
     path.write_text(path.read_text().replace(f'"format": {FORMAT}', '"format": 99'))
     with pytest.raises(
         CheckpointError,
-        match=r"format 99, written by mpma-mj .*, which reads format 4: train again",
+        match=r"format 99, written by mpma-mj .*, which reads format 4; train again",
     ):
         resume(folder, 1)
 
@@ -371,7 +371,7 @@ def test_no_epochs_are_refused_before_anything_is_written(tmp_path: Path) -> Non
 def test_what_shows_an_epoch_that_is_not_kept_any_more_is_removed(tmp_path: Path) -> None:
     folder = run(tmp_path / "a", epochs=1)
     pictures = (folder.figures / "capture.png", folder.figures / "attractor.png")
-    made = (folder.video, folder.captured, folder.freed, *pictures)
+    made = (folder.video, folder.capture, folder.free_running, *pictures)
     folder.figures.mkdir()
     for file in made:
         file.write_text("of epoch 1")

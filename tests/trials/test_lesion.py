@@ -322,7 +322,7 @@ def with_settings(run: Path, **changed: Any) -> Path:
 
 def test_overwriting_a_run_removes_what_was_told_about_it(run: Path) -> None:
     folder = RunFolder(run)
-    atomic_files.write_json(folder.lesioned, {})
+    atomic_files.write_json(folder.lesion, {})
     atomic_files.write_text(folder.figures / "lesion.png", "")
     folder.create(folder.read_config(), folder.read_motion(), overwrite=True)
     assert not (run / "lesion.json").exists()
@@ -345,7 +345,7 @@ def test_a_checkpoint_that_lacks_something_is_one_line_and_exit_2(
     arrays, meta = atomic_files.read_arrays(path, "checkpoint")
     del arrays["inverse.weights"]
     atomic_files.write_arrays(path, "checkpoint", arrays, meta)
-    refused(["lesion", str(run)], "the checkpoint lacks inverse.weights; train anew")
+    refused(["lesion", str(run)], "the checkpoint lacks inverse.weights; train again")
 
 
 def test_a_run_of_another_version_is_one_line_and_exit_2(run: Path, refused: Refused) -> None:
