@@ -1,4 +1,4 @@
-"""Evaluation of trained agents under a condition: as they are, and while they learn on."""
+"""Evaluation and fine-tuning of trained agents under a condition."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ __all__ = ["EVALUATION_EPISODE", "EvalCondition", "evaluate", "fine_tune", "trac
 Array = NDArray[np.float64]
 
 EVALUATION_EPISODE = 1000
-"""Number of an evaluation's episode; no epoch of training has its noise (choice)."""
+"""Number of the episode of an evaluation; no epoch of training has its noise (choice)."""
 
 
 @dataclass(frozen=True, eq=False)
 class EvalCondition:
-    """What agents imitate in an evaluation, and in which environment.
+    """Motion and environment of an evaluation.
 
     Attributes:
         name: Name of the condition.
         motion: The motion; its context has as many labels as in training.
-        options: Options of the environment that differ from those of the training, by name.
+        options: Options of the environment that differ from those of training, by name.
     """
 
     name: str
@@ -45,7 +45,7 @@ class EvalCondition:
 
 
 def evaluate(trained: TrainedAgents, condition: EvalCondition) -> list[Trace | None]:
-    """Run an episode with trained agents, which learn nothing.
+    """Run an episode with trained agents, without learning.
 
     Args:
         trained: R agents.
@@ -73,7 +73,7 @@ def fine_tune(
         epochs: Number E of epochs.
 
     Returns:
-        The agents after the last epoch, and p_e of each epoch before what is learned from it,
+        The agents after the last epoch, and p_e of each epoch before the agents learn from it,
         shape (E, R), percent; NaN from the epoch on in which the simulation diverged.
 
     Raises:

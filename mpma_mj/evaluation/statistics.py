@@ -1,4 +1,4 @@
-"""Means over seeds and how sure they are."""
+"""Means over seeds with bootstrap confidence intervals."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ class Interval:
     """A mean and its 95 % confidence interval.
 
     Attributes:
-        mean: Mean; NaN of no value.
-        low: Lower end; NaN of fewer than two values.
-        high: Upper end; NaN of fewer than two values.
+        mean: Mean; NaN if there is no value.
+        low: Lower end; NaN for fewer than two values.
+        high: Upper end; NaN for fewer than two values.
     """
 
     mean: float
@@ -32,14 +32,14 @@ class Interval:
 
     @property
     def excludes_zero(self) -> bool:
-        """Whether all of the interval is on one side of 0."""
+        """Whether the interval lies on one side of 0."""
         return self.low > 0 or self.high < 0
 
     def text(self, digits: int, sign: str = "") -> str:
-        """Return "mean [low, high]" with so many digits after the point; a point as its mean alone.
+        """Return "mean [low, high]", or the mean alone if the interval is a point or unknown.
 
         Args:
-            digits: Their number.
+            digits: Number of digits after the decimal point.
             sign: "+" to show the sign of positive numbers too.
         """
         if not math.isfinite(self.mean):
@@ -48,18 +48,18 @@ class Interval:
         return f"{mean} [{low}, {high}]" if self.high > self.low else mean
 
     def columns(self, name: str) -> dict[str, float]:
-        """Return the numbers by the names that they have in a file."""
+        """Return the numbers by their columns in a table, such as `NAME_mean`."""
         return {f"{name}_{part}": value for part, value in vars(self).items()}
 
 
 def interval(found: Sequence[float]) -> Interval:
-    """Return the mean of values and its bootstrap interval.
+    """Return the mean of values and its bootstrap confidence interval.
 
-    Percentiles of the means of 9999 resamples, always the same ones (choice). With few values
-    such an interval is rather too narrow.
+    The ends are percentiles of the means of 9999 resamples, with a fixed seed (choice). For few
+    values such an interval tends to be too narrow.
 
     Args:
-        found: Values, one a seed.
+        found: Values, one for each seed.
     """
     if not found:
         return Interval(math.nan, math.nan, math.nan)

@@ -1,1 +1,1 @@
-"""Small helpers without knowledge of motions, arms or agents."""
+"""General helpers, independent of motions, arms and agents."""

@@ -1,4 +1,4 @@
-"""Clipping of small arrays, which is done at every step."""
+"""Fast clipping of small arrays."""
 
 from __future__ import annotations
 
@@ -11,5 +11,5 @@ Array = NDArray[np.float64]
 
 
 def clip(values: Array, low: float = -1.0, high: float = 1.0) -> Array:
-    """Return values, any shape, with what is beyond the ends clipped."""
+    """Return values, any shape, clipped to [low, high]."""
     return np.minimum(np.maximum(values, low), high)  # twice as fast as np.clip

@@ -1,4 +1,4 @@
-"""Locks of folders: one command at a time writes into a folder."""
+"""Locks of folders, so that one command at a time writes into a folder."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ _LOCK = ".mpma.lock"
 def locked(folder: Path, *, new: bool = False) -> Iterator[None]:
     """Lock a folder, so that no other command writes into it.
 
-    The operating system releases the lock when the process ends, however it ends. The file of the
-    lock is removed in the end, and so are folders that were made for it and have stayed empty.
+    The operating system releases the lock when the process ends, also after a crash. At the end
+    the lock's file is removed, with folders that were created for it and are still empty.
 
     Args:
-        folder: The folder; made if it is missing.
-        new: Whether it has to be missing.
+        folder: The folder; created if it is missing.
+        new: Whether the folder must not exist yet.
 
     Raises:
-        FileExistsError: The folder has to be missing, and is not.
+        FileExistsError: `new` is set and the folder exists.
         RunFolderError: Another command writes into the folder, or it cannot be written.
     """
     missing = [path for path in (folder, *folder.parents) if not path.exists()]
@@ -40,19 +40,19 @@ def locked(folder: Path, *, new: bool = False) -> Iterator[None]:
         try:
             yield
         finally:
-            # Before the release: who has opened the file by now finds it gone, and is refused. Some
-            # systems do not remove open files; there filelock does it.
+            # Before the release: a process that has opened the file by now is refused, because the
+            # file is gone. Some systems do not remove open files; there filelock does.
             with contextlib.suppress(OSError):
                 (folder / _LOCK).unlink()
             lock.release()
     finally:
         for path in missing:
-            with contextlib.suppress(OSError):  # not empty: something was written
+            with contextlib.suppress(OSError):  # not empty
                 path.rmdir()
 
 
 def is_empty(folder: Path) -> bool:
-    """Return whether a folder holds nothing, but for a lock."""
+    """Return whether a folder is empty, except for a lock."""
     return all(path.name == _LOCK for path in folder.iterdir())
 
 
@@ -68,9 +68,9 @@ def _make(folder: Path, new: bool) -> None:
 
 
 def _acquire(folder: Path) -> FileLock:
-    from filelock import FileLock, Timeout  # here: commands that only read do without its 0.03 s
+    from filelock import FileLock, Timeout  # takes 0.03 s, which commands that only read save
 
-    # Where the system has no locks there is none: a mark instead would outlast a killed process.
+    # No soft locks on systems without locks: their file would outlast a killed process.
     lock = FileLock(folder / _LOCK, fallback_to_soft=False)
     try:
         lock.acquire(timeout=0)

@@ -1,4 +1,4 @@
-"""What is shown while a run is under way; on standard error, so that results stand alone."""
+"""Progress of commands, on standard error; standard output is for results."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ def show_epochs(epochs: int) -> Iterator[Callable[[dict[str, float]], None]]:
     """Show a line for each epoch and, on a terminal, a bar below them.
 
     Args:
-        epochs: Most epochs that may come.
+        epochs: Largest number of epochs.
 
     Yields:
-        What to call with the measures of each epoch.
+        Function that takes the metrics of each epoch.
     """
     console = _console()
     columns = (
@@ -55,16 +55,16 @@ def show_epochs(epochs: int) -> Iterator[Callable[[dict[str, float]], None]]:
 def show_runs(
     runs: int, over: int, doing: str = "training", what: str = "runs"
 ) -> Iterator[Callable[[int, str], None]]:
-    """Show on a terminal a bar with the time left, and elsewhere a line now and then.
+    """Show a bar with the remaining time on a terminal, and lines elsewhere.
 
     Args:
-        runs: Number of runs that are asked for.
-        over: How many were over before.
-        doing: What is done with them.
-        what: What they are called.
+        runs: Number of requested runs.
+        over: Number of runs that were finished before.
+        doing: Title of the bar.
+        what: Name of the units that are counted.
 
     Yields:
-        What to call when some runs are over: their number, and which they are.
+        Function that takes the number of newly finished runs, and their description.
     """
     console = _console()
     columns = (
@@ -92,12 +92,12 @@ def show_runs(
 
 
 def show_frames(steps: range) -> Iterable[int]:
-    """Count the frames of a video on a bar."""
+    """Show the progress of drawing the frames of a video."""
     return show_range(steps, f"drawing {len(steps)} frames")
 
 
 def show_range(steps: range, title: str) -> Iterable[int]:
-    """Show a title and, on a terminal, how far a range has been gone through."""
+    """Show a title and, on a terminal, the progress through a range."""
     console = _console()
     disable = not console.is_terminal
     if disable:
@@ -107,28 +107,28 @@ def show_range(steps: range, title: str) -> Iterable[int]:
 
 @contextmanager
 def show_count(title: str) -> Iterator[Callable[[], None]]:
-    """Show a title and, on a terminal, how often something was done whose end is not known.
+    """Show a title and, on a terminal, a count whose end is not known.
 
     Yields:
-        What to call each time.
+        Function that counts one more.
     """
     console = _console()
     disable = not console.is_terminal
     columns = (TextColumn(title), TextColumn("{task.completed} times"), TimeElapsedColumn())
     with Progress(*columns, console=console, transient=True, disable=disable) as bar:
         task = bar.add_task(title, total=None)
-        told = False
+        title_printed = False
 
         def tick() -> None:
-            nonlocal told
-            if disable and not told:
+            nonlocal title_printed
+            if disable and not title_printed:
                 console.print(title)
-            told = True
+            title_printed = True
             bar.advance(task)
 
         yield tick
 
 
 def _console() -> Console:
-    """Return standard error, on which text is shown as it is: "[b]" may stand in a name."""
+    """Return standard error without markup, because names may contain "[b]"."""
     return Console(stderr=True, highlight=False, markup=False, emoji=False)

@@ -8,6 +8,11 @@ __all__ = ["markdown_table"]
 
 
 def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Return a table in Markdown, given the cells of its head and of its rows."""
+    """Return a table in Markdown.
+
+    Args:
+        head: Cells of the header.
+        rows: Cells of each row.
+    """
     lines = [f"| {' | '.join(line)} |" for line in (head, *rows)]
     return "\n".join([lines[0], "|---" * len(head) + "|", *lines[1:]])

@@ -1,4 +1,4 @@
-"""Validation of options: bounds declared with the fields of dataclasses, checked in one place."""
+"""Validation of options: bounds declared with the fields of dataclasses."""
 
 from __future__ import annotations
 
@@ -67,16 +67,16 @@ class Bounds:
 
 
 def check_fields(options: object) -> None:
-    """Check the fields of a dataclass against their annotations, and keep plain Python values.
+    """Check the fields of a dataclass against their annotations, and convert them to plain Python.
 
-    Numbers have to be annotated with `Bounds`. Numbers, truth values and literals are checked, also
-    where None is another choice; other types are left to the class itself.
+    Numbers have to be annotated with `Bounds`. Numbers, Booleans and literals are checked, also
+    where None is allowed too; other types are left to the class itself.
 
     Args:
-        options: Instance of a dataclass, which may be frozen; to be called by `__post_init__`.
+        options: Instance of a dataclass, which may be frozen; call it in `__post_init__`.
 
     Raises:
-        BadOptionError: A value is of another type, or out of bounds; names the field.
+        BadOptionError: A value is of another type, or out of bounds; the error names the field.
     """
     for name, (kind, bounds, optional) in _checked_fields(type(options)).items():  # type: ignore[arg-type] # classes are hashable
         value = getattr(options, name)
@@ -87,7 +87,7 @@ def check_fields(options: object) -> None:
 
 @functools.cache
 def _checked_fields(owner: type) -> dict[str, tuple[Any, Bounds | None, bool]]:
-    """Return type, bounds and whether None is allowed, of each field that can be checked."""
+    """Return the type, the bounds and whether None is allowed, for each field to check."""
     hints = get_type_hints(owner, include_extras=True)
     checked = {}
     for field in dataclasses.fields(owner):
@@ -113,7 +113,7 @@ def _unwrap(hint: Any) -> tuple[Any, Bounds | None]:
 
 
 def _checked(name: str, value: Any, kind: Any, bounds: Bounds | None) -> Any:
-    """Return a value as a plain one of its type."""
+    """Return a valid value as plain Python of its type."""
     if kind is bool:
         if not is_boolean(value):
             raise BadOptionError(option=name, value=value, expected="True or False")

@@ -16,17 +16,17 @@ from mpma_mj.utils.atomic_files import write_atomically
 __all__ = ["figure_file"]
 
 _DPI = 110
-# An empty box stands for a character that the font lacks; the words differ between versions.
+# A character that the font lacks is drawn as a box; the warning's text depends on the version.
 _MISSING_GLYPH = r"Glyph \d+|Matplotlib currently does not support"
 
 
 @contextlib.contextmanager
 def figure_file(path: Path, width: float, height: float) -> Iterator[Figure]:
-    """Give an empty figure, which becomes the file where all went well.
+    """Yield an empty figure, and save it on success.
 
-    Text is drawn as it is, never parsed as mathematics: names of files and labels may hold "$".
-    So a logarithmic axis needs a formatter, as matplotlib's writes its numbers as mathematics. All
-    else is as the user's matplotlibrc has it, and its settings are afterwards what they were.
+    Text is drawn literally and never parsed as mathematics, because names of files and labels may
+    contain "$". A logarithmic axis therefore needs its own formatter, as matplotlib's writes
+    mathematics. All other parameters are those of the user's matplotlibrc; all are restored.
 
     Args:
         path: The PNG file.
@@ -34,12 +34,12 @@ def figure_file(path: Path, width: float, height: float) -> Iterator[Figure]:
         height: Height, inches.
 
     Yields:
-        The figure, made without pyplot.
+        The figure, created without pyplot.
 
     Raises:
         RunFolderError: The folder cannot be written.
     """
-    # Texts read these when they are made, and those of ticks are not made before it is saved.
+    # Texts read these when they are created; those of ticks are created when the figure is saved.
     literal = matplotlib.rc_context(
         {"text.parse_math": False, "text.usetex": False, "axes.formatter.use_mathtext": False}
     )

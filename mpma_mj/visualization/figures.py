@@ -1,4 +1,4 @@
-"""The paper's figures 3a, 3b and 4 of a run."""
+"""Figures 3a, 3b and 4 of the paper, for a run."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ Array = NDArray[np.float64]
 
 
 def write_figures(folder: Path, trace: Trace, motion: Motion) -> None:
-    """Write the figures of the kept epoch.
+    """Write the figures of the best epoch.
 
     `responsibility.png` is the paper's figure 3a (λ and the responsibility predictors' output
     over time), `module_output.png` 3b (each module's share of the motor output) and
     `trajectory.png` 4 (desired against actual trajectories).
 
     Args:
-        folder: Where they go.
-        trace: Signals of the epoch.
-        motion: The movement that was imitated.
+        folder: Folder of the figures.
+        trace: Trace of the epoch, of an agent with modules.
+        motion: The motion that was imitated.
     """
     drawings: dict[str, Callable[[Path, Trace, Motion], None]] = {
         "responsibility": _responsibility,
@@ -76,7 +76,7 @@ def _module_output(path: Path, trace: Trace, motion: Motion) -> None:
 
 
 def _trajectory(path: Path, trace: Trace, motion: Motion) -> None:
-    """Draw figure 4: direction of all segments, desired against actual."""
+    """Draw figure 4: desired and actual directions of all segments."""
     posture, reference = trace.posture, trace.reference
     time = np.arange(len(posture)) / motion.rate
     title = "Desired and actual trajectory, as directions of the segments"
@@ -95,7 +95,7 @@ def _trajectory(path: Path, trace: Trace, motion: Motion) -> None:
 def _rows(
     path: Path, count: int, height: float, trace: Trace, motion: Motion, title: str
 ) -> Iterator[list[Axes]]:
-    """Give axes over time, one below the other; then draw what all figures share."""
+    """Yield axes over time in rows; then add labels, title and legend, and save the figure."""
     with figure_file(path, 9.0, 1.2 + height * count) as figure:
         axes = list(figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0])
         yield axes

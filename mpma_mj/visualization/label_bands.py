@@ -1,4 +1,4 @@
-"""Labels behind figures over time: bands, and names above them."""
+"""Labels in figures over time: bands behind the curves, and names above them."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ __all__ = ["draw_labels"]
 
 Array = NDArray[np.float64]
 
-# Of more runs of labels than this the names would run into each other.
+# With more stretches of labels than this the names would overlap.
 _MOST_NAMED_RUNS = 40
 
 
 def draw_labels(axes: Sequence[Axes], context: Array, labels: Sequence[str], rate: float) -> None:
-    """Draw every other run of a label as a band, and the labels' names above the first axes.
+    """Draw every other stretch of a label as a band, and the labels above the first axes.
 
     Args:
-        axes: Axes over time in s, one above the other.
+        axes: Axes over time in s, from top to bottom.
         context: Context, shape (T, C).
-        labels: Names of the context's entries.
+        labels: Label of each entry of the context, C of them.
         rate: Steps per second, Hz.
     """
     runs = label_runs(context)

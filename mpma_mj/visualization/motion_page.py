@@ -1,4 +1,4 @@
-"""A page of pictures of a recording, and the video of arms that follow it ideally."""
+"""Page of figures of a recording, and video of arms that follow it ideally."""
 
 from __future__ import annotations
 
@@ -30,19 +30,19 @@ _MOST_NAMED_RUNS = 40
 _ABOVE: dict[str, Any] = {
     **{"loc": "lower right", "bbox_to_anchor": (1.0, 0.97), "fontsize": "x-small"},
     **{"frameon": False, "borderaxespad": 0.0},
-}  # where a legend hides nothing
+}  # a legend above the axes, where it hides no curve
 _SIDE_COLOURS = ("#0072b2", "#d55e00")  # left, right
 _SHOULDERS = np.array([[0.0, 0.18, 0.0], [0.0, -0.18, 0.0]])  # m, of the stick figure
 _LENGTHS = (0.3, 0.27)  # m: upper arm, forearm
 
 
 def write_page(path: Path, reading: Reading, max_joint_speed: Array) -> None:
-    """Write a page: storyboard, joint angles, speeds beside their limits, context, gaps.
+    """Write a page: storyboard, joint angles, joint speeds and their limits, context, gaps.
 
     Args:
         path: The `.png` file.
-        reading: What was read.
-        max_joint_speed: Fastest that each joint can turn, shape (8,), rad/s.
+        reading: The motion with the times and gaps of its recording.
+        max_joint_speed: Largest speed of each joint, shape (8,), rad/s.
     """
     motion, times = reading.motion, reading.times
     with figure_file(path, 11.0, 10.5) as figure:
@@ -83,8 +83,8 @@ def write_ideal_video(
 
     Args:
         path: The `.mp4` file.
-        reading: What was read.
-        progress: Wraps the range of frames, to show how far it is.
+        reading: The motion with the times and gaps of its recording.
+        progress: Wraps the range of frames to show progress.
 
     Raises:
         RenderingError: OpenGL does not draw.
@@ -120,7 +120,7 @@ def _draw_story(axis: Axes, posture: Array, times: Array) -> None:
             elbow = _SHOULDERS[side] + _LENGTHS[0] * segments[frame, side, 0]
             wrist = elbow + _LENGTHS[1] * segments[frame, side, 1]
             points = np.stack([_SHOULDERS[side], elbow, wrist])
-            # Seen from the front, the dancer's left is on the right.
+            # In the view from the front the left arm is on the right.
             axis.plot(place * _SPACING + points[:, 1], points[:, 2], color=colour, linewidth=2.5)
             axis.plot(place * _SPACING + wrist[1], wrist[2], "o", color=colour, markersize=4)
         axis.plot(place * _SPACING + _SHOULDERS[:, 1], _SHOULDERS[:, 2], color=DEMONSTRATED, lw=2.5)
@@ -138,9 +138,9 @@ def _draw_context(axis: Axes, context: Array, labels: tuple[str, ...], times: Ar
     """Draw a band for each label; where labels overlap, they stand above each other."""
     colours = module_colours(len(labels))
     for number, colour in enumerate(colours):
-        heard = context[:, number] > 0
+        active = context[:, number] > 0
         axis.fill_between(
-            times, number, number + heard, step="post", color=colour, alpha=0.6, linewidth=0
+            times, number, number + active, step="post", color=colour, alpha=0.6, linewidth=0
         )
     runs = label_runs(context)
     if len(runs) <= _MOST_NAMED_RUNS:

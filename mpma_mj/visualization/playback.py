@@ -1,4 +1,4 @@
-"""A dance in a window: of a trained run, or of arms that follow a recording ideally."""
+"""Playback in a window, of a trained run or of arms that follow a recording ideally."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Dance:
-    """What is shown at each of T steps.
+    """Robot, demonstration and label at each of T steps.
 
     Attributes:
         joint_angles: Joint angles of the robot, shape (T, 8), rad.
         reference: Demonstrated postures, shape (T, 12).
-        times: Times that are told, shape (T,), s.
-        labels: What is danced, T names; "" for nothing.
+        times: Displayed times, shape (T,), s.
+        labels: Active label of each step, T names; "" where there is none.
         rate: Steps per second, Hz.
     """
 
@@ -44,11 +44,11 @@ class Dance:
 
     @classmethod
     def of_run(cls, trace: Trace, motion: Motion) -> Dance:
-        """Return the epoch that a run has kept.
+        """Return the best epoch of a run.
 
         Args:
-            trace: Signals of the epoch.
-            motion: The movement that was imitated.
+            trace: Trace of the epoch.
+            motion: The motion that was imitated.
         """
         return cls(
             joint_angles=trace.joint_angles,
@@ -60,10 +60,10 @@ class Dance:
 
     @classmethod
     def of_reading(cls, reading: Reading) -> Dance:
-        """Return the robot in exactly the demonstrated postures, at the recording's times.
+        """Return the robot in exactly the demonstrated postures, with the times of the recording.
 
         Args:
-            reading: What was read.
+            reading: The motion with the times of its recording.
         """
         motion = reading.motion
         return cls(
@@ -76,15 +76,15 @@ class Dance:
 
 
 def play(dance: Dance, *, instead: str, on_open: Callable[[], None]) -> None:
-    """Show a dance over and over, until the user closes the window.
+    """Play in a loop until the user closes the window.
 
     Args:
-        dance: What is shown, at its own rate.
-        instead: What the user is told to do where there can be no window.
-        on_open: Called once, when the window is there.
+        dance: Robot and demonstration, played at their rate.
+        instead: Remedy for the error message where no window can be opened.
+        on_open: Called once, when the window is open.
 
     Raises:
-        RenderingError: There is no display, or it does not draw.
+        RenderingError: There is no display, or OpenGL does not draw.
     """
     physics = PhysicsArms.make()
     player = Player(len(dance.joint_angles))
@@ -95,15 +95,16 @@ def play(dance: Dance, *, instead: str, on_open: Callable[[], None]) -> None:
         while viewer.is_open:
             physics.data.qpos[:] = dance.joint_angles[player.step]
             mujoco.mj_kinematics(physics.model.ptr, physics.data.ptr)
-            told = _told(dance, player)
-            viewer.show(dance.reference[player.step], above=told, below=KEYS)
-            # Before going on: an arrow counts from what was seen when it was pressed.
+            overlay = _overlay(dance, player)
+            viewer.show(dance.reference[player.step], above=overlay, below=KEYS)
+            # Before the next step: an arrow key counts from the step that is displayed.
             while not pressed.empty():
                 player.press(pressed.get())
             player.advance()
 
 
-def _told(dance: Dance, player: Player) -> dict[str, str]:
+def _overlay(dance: Dance, player: Player) -> dict[str, str]:
+    """Return the text of the window: time, step and label."""
     return {
         "time": f"{dance.times[player.step]:.2f} s",
         "step": f"{player.step} / {player.steps - 1}" + ", paused" * player.paused,
@@ -112,4 +113,5 @@ def _told(dance: Dance, player: Player) -> dict[str, str]:
 
 
 def _names(context: Array, motion: Motion) -> tuple[str, ...]:
+    """Return the active label of each step; "" where there is none."""
     return tuple("" if i < 0 else motion.labels[i] for i in active_label(context))

@@ -1,4 +1,4 @@
-"""What a player of a dance shows next, and what keys do to it."""
+"""Position of a player in the steps that it plays, and its keys."""
 
 from __future__ import annotations
 
@@ -7,20 +7,20 @@ from dataclasses import dataclass
 __all__ = ["KEYS", "LEFT", "RIGHT", "SPACE", "Player"]
 
 SPACE, RIGHT, LEFT = 32, 262, 263
-"""GLFW's codes of the keys."""
+"""Codes of the keys in GLFW."""
 
 KEYS = {"space": "pause, go on", "right": "a step on", "left": "a step back"}
-"""What the keys do, for the user."""
+"""Action of each key, displayed to the user."""
 
 
 @dataclass
 class Player:
-    """Goes round and round the steps of a dance.
+    """Position in a loop over steps.
 
     Attributes:
-        steps: How many there are.
-        step: The one that is shown, from 0.
-        paused: Whether it stands still.
+        steps: Number of steps.
+        step: Current step, from 0.
+        paused: Whether playback is paused.
     """
 
     steps: int
@@ -28,15 +28,15 @@ class Player:
     paused: bool = False
 
     def advance(self) -> None:
-        """Go on by the time of one step."""
+        """Move to the next step, unless paused."""
         if not self.paused:
             self._move(1)
 
     def press(self, key: int) -> None:
-        """Do what a key asks for; an arrow pauses too, and other keys do nothing.
+        """Handle a key: the space bar pauses or continues, an arrow pauses and moves by a step.
 
         Args:
-            key: GLFW's code of the key.
+            key: Code of the key in GLFW; other keys have no effect.
         """
         if key == SPACE:
             self.paused = not self.paused

@@ -1,4 +1,4 @@
-"""The strip under a video's picture: who was responsible when, and which letter was danced."""
+"""Strip below the frames of a video: responsibilities and labels over time."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ __all__ = ["LABEL_SIZE", "Strip", "label_runs"]
 Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
 
-_BAND = 22  # height of the row of letters, pixels
-_LEGEND = 18  # height of the row that names the modules, pixels
-_SPELLED_OUT = 7  # with more modules the legend has their numbers alone
+_BAND = 22  # height of the row of labels, pixels
+_LEGEND = 18  # height of the legend of modules, pixels
+_MOST_NAMED_MODULES = 7  # with more modules the legend has numbers only
 LABEL_SIZE = 72
-"""Size of the letter that is shown in the picture, pixels."""
+"""Size of the label in the corner of a frame, pixels."""
 
 
 class Strip:
-    """Responsibilities as stacked bands in module colours over time, letters above them.
+    """Responsibilities as stacked bands in the colours of modules over time, below their labels.
 
-    Everything but the mark of the present moment is drawn once.
+    All but the mark of the current step is drawn once.
     """
 
     def __init__(
@@ -44,7 +44,7 @@ class Strip:
         Args:
             responsibility: Responsibilities λ, shape (T, M).
             context: Context, shape (T, C).
-            labels: Names of the context's entries.
+            labels: Label of each entry of the context, C of them.
             bands: Names of the bands; "module 1" and so on if not given.
             width: Width, pixels.
             height: Height, pixels.
@@ -52,15 +52,15 @@ class Strip:
         self._steps = len(responsibility)
         self._label = active_label(context)
         names = bands or [f"module {i + 1}" for i in range(responsibility.shape[1])]
-        self._strip = _drawn(responsibility, context, labels, names, width, height)
-        self._letters = [_letter(label, width // 2) for label in labels]
+        self._strip = _draw_strip(responsibility, context, labels, names, width, height)
+        self._label_masks = [_label_mask(label, width // 2) for label in labels]
 
     def under(self, picture: Picture, step: int) -> Picture:
-        """Return a picture with the strip below it and the present letter in its corner.
+        """Return a picture with the strip below it and the active label in its corner.
 
         Args:
-            picture: Picture, shape (H, W, 3); W as wide as the strip.
-            step: The present step, from 0.
+            picture: Picture, shape (H, W, 3); W is the width of the strip.
+            step: Current step, from 0.
 
         Returns:
             Picture, shape (H + height, W, 3).
@@ -70,7 +70,7 @@ class Strip:
         frame[len(picture) + _BAND : -_LEGEND, max(now - 1, 0) : now + 2] = hex_to_rgb(INK)
         if self._label[step] < 0:
             return frame
-        opacity = self._letters[self._label[step]]
+        opacity = self._label_masks[self._label[step]]
         corner = frame[16 : 16 + opacity.shape[0], 20 : 20 + opacity.shape[1]]
         blended = corner * (1.0 - opacity) + np.array(hex_to_rgb(INK)) * opacity
         corner[...] = blended.astype(np.uint8)
@@ -78,7 +78,11 @@ class Strip:
 
 
 def label_runs(context: Array) -> list[tuple[int, int, int]]:
-    """Return the stretches of one label as (label, first step, step after the last)."""
+    """Return the stretches of constant label as (label, first step, step after the last).
+
+    Args:
+        context: Context, shape (T, C).
+    """
     label = active_label(context)
     starts = np.flatnonzero(np.diff(label, prepend=-2))
     ends = np.append(starts[1:], len(label))
@@ -86,7 +90,7 @@ def label_runs(context: Array) -> list[tuple[int, int, int]]:
     return [(int(label), int(start), int(end)) for label, start, end in runs if label >= 0]
 
 
-def _drawn(
+def _draw_strip(
     responsibility: Array,
     context: Array,
     labels: tuple[str, ...],
@@ -94,6 +98,7 @@ def _drawn(
     width: int,
     height: int,
 ) -> Picture:
+    """Return the strip, shape (height, width, 3)."""
     steps, modules = responsibility.shape
     colours = module_colours(modules)
     image = Image.new("RGB", (width, height), PAPER)
@@ -107,7 +112,7 @@ def _drawn(
             draw.text(((left + right) / 2, _BAND / 2), labels[label], INK, small, anchor="mm")
     x = 8.0
     for number, colour in enumerate(colours, start=1):
-        name = names[number - 1] if modules <= _SPELLED_OUT else str(number)
+        name = names[number - 1] if modules <= _MOST_NAMED_MODULES else str(number)
         draw.rectangle((x, height - 14, x + 10, height - 4), fill=colour)
         draw.text((x + 15, height - _LEGEND / 2), name, INK, small, anchor="lm")
         x += 24 + draw.textlength(name, small)
@@ -115,7 +120,7 @@ def _drawn(
 
 
 def _bands(responsibility: Array, colours: list[str], width: int, height: int) -> Image.Image:
-    """Return stacked bands: at each column the module whose share covers each height."""
+    """Return stacked bands: in each column the height of a band is the module's responsibility."""
     step = np.arange(width) * len(responsibility) // width
     tops = np.cumsum(responsibility[step], axis=1)  # (width, M)
     level = (np.arange(height)[::-1] + 0.5) / height
@@ -124,10 +129,10 @@ def _bands(responsibility: Array, colours: list[str], width: int, height: int) -
     return Image.fromarray(palette[np.minimum(module, len(colours) - 1)])
 
 
-def _letter(label: str, width: int) -> Array:
-    """Return the opacity of a label drawn large, shape (h, w, 1), in [0, 1], w up to a width."""
-    usual = ImageFont.load_default(LABEL_SIZE).getlength(label)
-    font = ImageFont.load_default(LABEL_SIZE * min(1.0, width / max(usual, 1.0)))
+def _label_mask(label: str, width: int) -> Array:
+    """Return the opacity of a large label, shape (h, w, 1), in [0, 1]; w is at most a width."""
+    full_width = ImageFont.load_default(LABEL_SIZE).getlength(label)
+    font = ImageFont.load_default(LABEL_SIZE * min(1.0, width / max(full_width, 1.0)))
     left, top, right, bottom = font.getbbox(label)
     image = Image.new("L", (round(right - left), round(bottom - top)))
     ImageDraw.Draw(image).text((-left, -top), label, 255, font)

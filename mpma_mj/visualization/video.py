@@ -1,4 +1,4 @@
-"""The video of a trained run."""
+"""Video of a trained run."""
 
 from __future__ import annotations
 
@@ -34,17 +34,17 @@ def write_video(
     bands: tuple[str, ...] = (),
     progress: Progress = iter,
 ) -> None:
-    """Draw the kept epoch: arms, ghost, letters, responsibilities.
+    """Write the video of an epoch: arms, ghost of the demonstration, labels, responsibilities.
 
-    Frames go to the encoder one by one; the video plays as fast as the dance.
+    Frames are encoded one by one, and the video plays in real time.
 
     Args:
         path: The `.mp4` file.
-        trace: Signals of the epoch.
-        motion: The movement that was imitated.
+        trace: Trace of the epoch, of an agent with modules.
+        motion: The motion that was imitated.
         camera: Camera of the model.
-        bands: Names of the bands below; the modules' numbers if not given.
-        progress: Wraps the range of frames, to show how far it is.
+        bands: Names of the bands of responsibilities; numbers of the modules if not given.
+        progress: Wraps the range of frames to show progress.
 
     Raises:
         RenderingError: OpenGL does not draw.
@@ -81,15 +81,15 @@ def dance_frames(
     size: tuple[int, int] = (640, 480),
     progress: Progress = iter,
 ) -> Generator[Picture, None, None]:
-    """Draw an epoch frame by frame, one a control step.
+    """Draw an epoch frame by frame, a frame for each control step.
 
     Args:
-        trace: Signals of the epoch.
-        motion: The movement that was imitated.
+        trace: Trace of the epoch, of an agent with modules.
+        motion: The motion that was imitated.
         camera: Camera of the model.
-        bands: Names of the bands below; the modules' numbers if not given.
-        size: Width and height of the arms' picture, pixels.
-        progress: Wraps the range of frames.
+        bands: Names of the bands of responsibilities; numbers of the modules if not given.
+        size: Width and height of the picture of the arms, pixels.
+        progress: Wraps the range of frames to show progress.
 
     Yields:
         Pictures, shape (height + 96, width, 3).
