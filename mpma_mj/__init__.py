@@ -1,7 +1,7 @@
-"""Two simulated arms learn to dance from recordings.
+"""Imitation of motion-capture recordings by two simulated arms.
 
-A MuJoCo environment in which two arms imitate recorded dances, and the Multiple Paired Models
-Architecture of Tidemann & Öztürk (2008), which learns them.
+A MuJoCo environment in which two arms imitate recorded motions, and agents that learn to control
+them, such as the Multiple Paired Models Architecture (MPMA) of Tidemann & Öztürk (2008).
 
     env = mpma_mj.load("ymca", arms="physics", seed=0)      # a dm_env.Environment
     motion = mpma_mj.read_motion("dance.tsv")
@@ -36,11 +36,11 @@ __all__ = [
     "read_motion",
 ]
 
-choose_backend()  # before anything imports MuJoCo, which reads the choice when imported
+choose_backend()  # before MuJoCo is imported, which reads the choice on import
 defer_opengl()
-register()  # with Gymnasium, which finds its environments by importing this package
+register()  # with Gymnasium, which imports this package to find its environments
 
-_HOMES = {
+_MODULES = {
     "MPMAConfig": "mpma_mj.agents",
     "Motion": "mpma_mj.motions",
     "Run": "mpma_mj.training.run",
@@ -54,14 +54,14 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
-    """Import what is asked for, so that `import mpma_mj` itself costs next to nothing."""
-    if name not in _HOMES:
+    """Import a public name on first access, so that `import mpma_mj` stays fast."""
+    if name not in _MODULES:
         raise AttributeError(f"module 'mpma_mj' has no attribute '{name}'")
     import importlib
 
-    return getattr(importlib.import_module(_HOMES[name]), name)
+    return getattr(importlib.import_module(_MODULES[name]), name)
 
 
 def __dir__() -> list[str]:
-    """Return the public names, those that are not imported yet too."""
+    """Return all public names, including those not imported yet."""
     return __all__

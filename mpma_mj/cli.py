@@ -1,4 +1,4 @@
-"""The command `mpma`."""
+"""Entry point of the command line `mpma`."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from mpma_mj.motions.options import option_name
 
 __all__ = ["main"]
 
-_INTERRUPTED = 130  # what shells expect of a command that was stopped by Ctrl-C
-_NO_READER = 141  # and of one whose output nobody reads any more, as in `mpma ... | head -1`
+_INTERRUPTED = 130  # exit code that shells expect after Ctrl-C
+_NO_READER = 141  # exit code after a closed pipe, as in `mpma ... | head -1`
 
 
 class Command(Protocol):
-    """What was typed after `mpma`, its options being fields."""
+    """Command of the command line; its fields are the options."""
 
     def run(self) -> object:
-        """Do it and return what is printed last; None for nothing."""
+        """Run the command and return the last line to print, or None."""
 
 
 _WITH_AGENT: dict[str, Any] = {
@@ -59,27 +59,27 @@ _COMMANDS: dict[str, Callable[..., Command]] = {
 
 
 @contextlib.contextmanager
-def _whatever_the_encoding() -> Iterator[None]:
-    """Let the terminal show a mark for a character that it lacks; then leave it as it was."""
+def _replace_unencodable() -> Iterator[None]:
+    """Replace characters that the terminal cannot encode, until the context ends."""
     with contextlib.ExitStack() as stack:
-        # On stderr escapes, as Python has it: file names stay told apart in errors.
+        # Escapes on stderr, as by default in Python: file names in errors stay distinct.
         for stream, errors in ((sys.stdout, "replace"), (sys.stderr, "backslashreplace")):
-            if isinstance(stream, io.TextIOWrapper):  # a notebook's is none, and lacks nothing
+            if isinstance(stream, io.TextIOWrapper):  # not in notebooks, which encode everything
                 stack.callback(stream.reconfigure, errors=stream.errors)
                 stream.reconfigure(errors=errors)
         yield
 
 
-@_whatever_the_encoding()
+@_replace_unencodable()
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line.
 
     Args:
-        arguments: Words after the command's name; those of the process if not given.
+        arguments: Words after `mpma`; those of the process if not given.
 
     Returns:
-        Exit code: 0, 2 for something that the user has to mend, 1 for a run that failed; 130 if
-        it was interrupted, 141 if nobody reads its output any more.
+        Exit code: 0 on success, 2 for input that has to be mended, 1 for a run that failed, 130
+        after Ctrl-C, 141 if the output's pipe was closed.
     """
     try:
         _run(list(sys.argv[1:] if arguments is None else arguments))
@@ -93,7 +93,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         )
         return 1
     except BrokenPipeError:
-        # What is still to be written would be complained about when the interpreter ends.
+        # Otherwise the interpreter reports an error for unwritten output when it ends.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return _NO_READER
     except OSError as error:
@@ -107,13 +107,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _as_flag(option: str, value: str | None) -> str:
-    """Return an option as it is typed."""
+    """Return an option as a flag of the command line."""
     flag = f"--{option_name(option)}"
     return flag if value is None else f"{flag} {value}"
 
 
 def _run(words: Sequence[str]) -> None:
-    """Do what is asked for and print what is printed last."""
+    """Parse the words, run the command and print its last line."""
     if words == ["--version"]:
         print(f"mpma {__version__}")
         _flush()
@@ -132,19 +132,19 @@ def _run(words: Sequence[str]) -> None:
 
 
 def _parse(words: Sequence[str]) -> Command:
-    """Return the command that was typed; help and errors of the parser end the process.
+    """Return the command that the words describe; help and parser errors end the process.
 
     Raises:
         MpmaError: The value of an option is refused.
     """
-    complaints = io.StringIO()
+    parser_errors = io.StringIO()
     try:
-        # The parser reports any ValueError of an option as its own, in a box without the reason.
-        with contextlib.redirect_stderr(complaints):
+        # The parser reports any ValueError of an option in a box without the reason.
+        with contextlib.redirect_stderr(parser_errors):
             return tyro.extras.subcommand_cli_from_dict(
                 _commands(words),
                 prog="mpma",
-                description="Two simulated arms learn to dance from recordings.",
+                description="Two simulated arms learn to imitate motion-capture recordings.",
                 args=words,
             )
     except SystemExit as end:
@@ -153,33 +153,33 @@ def _parse(words: Sequence[str]) -> Command:
             cause = cause.__context__
         if cause is not None:
             raise cause from None
-        print(complaints.getvalue(), end="", file=sys.stderr)
+        print(parser_errors.getvalue(), end="", file=sys.stderr)
         raise
     finally:
-        _flush()  # the help, after which it ends here
+        _flush()  # help ends the process here
 
 
 def _commands(words: Sequence[str]) -> dict[str, Callable[..., Command]]:
-    """Return the commands; those that take an agent's options have them of the agent named."""
+    """Return all commands, with the options of the agent that the words name."""
     kind = config_type(words) if words and words[0] in _WITH_AGENT else MPMAConfig
     return _COMMANDS | {name: command[kind] for name, command in _WITH_AGENT.items()}
 
 
 def _flush() -> None:
-    """Write what was printed, so that errors come now and not when the interpreter ends."""
+    """Flush standard output, so that errors are raised now and not when the interpreter ends."""
     print(end="", flush=True)
 
 
 @contextlib.contextmanager
 def _warnings_as_lines() -> Iterator[None]:
-    """Show what may be wrong with a recording as one line each, without where in the code."""
+    """Print each warning about a recording as one line, without its place in the code."""
 
     def show(message: Warning | str, *_: object, **__: object) -> None:
         print(f"mpma: warning: {message}", file=sys.stderr)
 
     with warnings.catch_warnings():
         warnings.simplefilter("always", RecordingWarning)
-        # That a display does not answer; where that matters, an error says so.
+        # A display that does not respond; where it is needed, an error is raised.
         warnings.filterwarnings("ignore", module="glfw")
         warnings.showwarning = show
         yield

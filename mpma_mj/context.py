@@ -1,4 +1,4 @@
-"""Context signals: what a dancer hears while dancing."""
+"""Context signals: one entry for each label of a motion."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ class Span:
     """A stretch of time with a label.
 
     Attributes:
-        start: Where it begins, s from the recording's first frame.
-        end: Where it ends, s; the end itself no longer belongs to it.
-        label: Its name. Spans of one name are the same context, wherever they lie.
+        start: Start, s from the first frame of the recording.
+        end: End, s from the first frame of the recording; excluded.
+        label: Label; all spans with the same label have the same context.
     """
 
     start: float
@@ -29,10 +29,10 @@ class Span:
 
 
 def one_hot(index: NDArray[np.int_], size: int) -> Array:
-    """Return the context that is 1 at one label and 0 elsewhere.
+    """Return the context that is 1 for one label and 0 for all others.
 
     Args:
-        index: Which label is danced, shape (T,).
+        index: Index of the active label, shape (T,).
         size: Number of labels, C.
 
     Returns:
@@ -42,11 +42,11 @@ def one_hot(index: NDArray[np.int_], size: int) -> Array:
 
 
 def equal_segments(frames: int, segments: int) -> tuple[Array, tuple[str, ...]]:
-    """Label a movement that has no labels of its own by parts of equal length.
+    """Label a motion without labels by segments of equal length.
 
     Args:
         frames: Number of postures, T.
-        segments: Number of parts, C.
+        segments: Number of segments, C.
 
     Returns:
         Context, shape (T, C), and the labels "1" to "C".
@@ -56,29 +56,29 @@ def equal_segments(frames: int, segments: int) -> tuple[Array, tuple[str, ...]]:
 
 
 def context_of_spans(spans: Iterable[Span], times: Array) -> tuple[Array, tuple[str, ...]]:
-    """Make the context of labelled stretches of time.
+    """Return the context of labelled spans.
 
-    Where spans overlap all their labels are 1, where there is none all are 0. A label that
-    no posture falls into is left out.
+    Where spans overlap all their labels are 1; outside all spans the context is 0. Labels without
+    a posture are left out.
 
     Args:
-        spans: The stretches.
-        times: When each posture is taken, shape (T,), s from the recording's first frame.
+        spans: The spans.
+        times: Time of each posture, shape (T,), s from the first frame of the recording.
 
     Returns:
-        Context, shape (T, C), and its labels in the order in which they are first heard; C is 0
-        where no span covers a posture.
+        Context, shape (T, C), and its labels in the order in which they first occur; C is 0 if no
+        span contains a posture.
     """
-    heard: dict[str, NDArray[np.bool_]] = {}
+    active: dict[str, NDArray[np.bool_]] = {}
     for span in sorted(spans, key=lambda span: (span.start, span.end)):
         inside = (span.start <= times) & (times < span.end)
         if inside.any():
-            heard[span.label] = heard.get(span.label, np.zeros(len(times), bool)) | inside
-    return np.array([*heard.values()], np.float64).reshape(-1, len(times)).T, tuple(heard)
+            active[span.label] = active.get(span.label, np.zeros(len(times), bool)) | inside
+    return np.array([*active.values()], np.float64).reshape(-1, len(times)).T, tuple(active)
 
 
 def active_label(context: Array) -> NDArray[np.int_]:
-    """Return which label is danced.
+    """Return the index of the active label at each step.
 
     Args:
         context: Context, shape (T, C).

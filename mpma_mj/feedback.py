@@ -1,4 +1,4 @@
-"""The feedback controller: what joint velocities would undo the present error."""
+"""Feedback controller: joint velocities proportional to the posture error."""
 
 from __future__ import annotations
 
@@ -14,30 +14,30 @@ Array = NDArray[np.float64]
 
 
 def joint_error(joint_angles: Array, reference: Array) -> Array:
-    """Compute the way from the joint angles that are to those of the demonstrated posture.
+    """Compute the difference from the joint angles to those of the demonstrated posture.
 
         e = wrap(q' - q)        abduction weighted by cos²(flexion), rotation by sin(elbow)
 
-    Where an angle is nearly undefined, noise on the posture becomes a large error of the angle
-    that would hardly move the arm. The weights keep the arms from chasing it (choice).
+    Where an angle is nearly undefined, noise on the posture becomes a large error of an angle that
+    hardly moves the arm. The weights suppress such errors (choice).
 
     Args:
         joint_angles: Joint angles q, shape (..., 8), rad.
         reference: Demonstrated posture, shape (..., 12).
 
     Returns:
-        Error, shape (..., 8), rad, in [-π, π), on the branch that is the shorter way.
+        Error, shape (..., 8), rad, in [-π, π), on the nearer branch.
     """
-    wanted = kinematics.angles_from_posture(reference, near=joint_angles)
-    weight = kinematics.segment_leverage(wanted)
+    desired_angles = kinematics.angles_from_posture(reference, near=joint_angles)
+    weight = kinematics.segment_leverage(desired_angles)
     weight[..., ::4] **= 2
-    return weight * (wanted - joint_angles)
+    return weight * (desired_angles - joint_angles)
 
 
 def feedback_action(
     joint_angles: Array, reference: Array, max_joint_speed: Array, control_timestep: float
 ) -> Array:
-    """Compute the action that would undo the error within one control step.
+    """Compute the action that corrects the error within one control step.
 
         u_fb = clip(e / (Δt · v_max), -1, 1)
 

@@ -1,12 +1,12 @@
-"""Kinematics of two arms of four degrees of freedom: postures to joint angles and back.
+"""Forward and inverse kinematics of two arms with four degrees of freedom each.
 
-A posture is what a demonstration shows: for each arm the unit vectors shoulder→elbow `u` and
-elbow→wrist `f`, in the torso frame (x forward, y left, z up). An arm hangs along -z at zero
-angles. With abduction a, flexion b, rotation c, elbow flexion e, the left arm is
+A posture consists of the unit vectors shoulder→elbow `u` and elbow→wrist `f` of each arm, in the
+torso frame (x forward, y left, z up). At zero angles an arm hangs along -z. With abduction a,
+flexion b, rotation c and elbow flexion e, the left arm is
 
     R = Rx(a) Ry(-b) Rz(c)        u = R (0, 0, -1)        f = R Ry(-e) (0, 0, -1)
 
-and the right arm its mirror image (y → -y), so that equal angles give mirrored postures.
+and the right arm is its mirror image (y → -y), so that equal angles give mirrored postures.
 Abduction raises the arm sideways, flexion raises it forward, positive rotation is outward,
 elbow flexion brings the forearm forward. Written out,
 
@@ -14,10 +14,9 @@ elbow flexion brings the forearm forward. Written out,
     g = (Rx(a) Ry(-b))ᵀ f = (sin e cos c, sin e sin c, -cos e)
 
 which is inverted in closed form. Every posture has two solutions, (a, b, c, e) and
-(a+π, π-b, c+π, e), each modulo 2π: the *branches*. Two places are singular: an upper arm
-straight forward or back (cos b = 0, a undefined) and a straight elbow (sin e = 0, c
-undefined). This order of axes is chosen because hanging and overhead arms, where dances
-live, are then regular.
+(a+π, π-b, c+π, e), each modulo 2π: the *branches*. Two kinds of posture are singular: an upper
+arm straight forward or back (cos b = 0, a undefined) and a straight elbow (sin e = 0, c
+undefined). With this order of axes hanging and overhead arms, which are frequent, are regular.
 """
 
 from __future__ import annotations
@@ -46,8 +45,8 @@ JOINT_NAMES = tuple(
 )
 SEGMENT_NAMES = tuple(f"{side}_{part}" for side in SIDES for part in ("upper_arm", "forearm"))
 
-# Below this sine or cosine an angle counts as undefined and is held: far under the noise of
-# any recording, far above that of rounding.
+# Below this sine or cosine an angle counts as undefined and is held: far below the noise of any
+# recording, far above rounding errors.
 _UNDEFINED = 1e-9
 
 # The other branch of angles (a, b, c, e) is (a, -b, c, e) + (π, π, π, 0).
@@ -62,7 +61,7 @@ def wrap(angle: Array) -> Array:
 
 
 def posture_from_angles(joint_angles: Array) -> Array:
-    """Compute the posture that joint angles give.
+    """Compute the posture from joint angles.
 
     Args:
         joint_angles: Joint angles, shape (..., 8), rad, in the order of `JOINT_NAMES`.
@@ -85,10 +84,10 @@ def angles_from_posture(posture: Array, near: Array | None = None) -> Array:
     """Solve the inverse kinematics in closed form.
 
     Args:
-        posture: Posture, shape (..., 12); each of its four vectors of any length but 0.
-        near: Joint angles, shape (..., 8), rad, that the solution has to be close to. Picks
-            the branch and the multiple of 2π, and is held where an angle is undefined.
-            Without it: the branch of |flexion| ≤ π/2, and 0 for undefined angles.
+        posture: Posture, shape (..., 12); its four vectors may have any length but 0.
+        near: Joint angles, shape (..., 8), rad, which select the nearest branch and multiple of
+            2π, and replace undefined angles. Without them the solution is on the branch of
+            |flexion| ≤ π/2, and undefined angles are 0.
 
     Returns:
         Joint angles, shape (..., 8), rad.
@@ -104,21 +103,21 @@ def angles_from_posture(posture: Array, near: Array | None = None) -> Array:
     angles, regular, sin_e = _one_branch(arms, near[..., 0])
     steps = wrap(np.stack([angles, angles * _FLIP + _HALF_TURN]) - near)  # (branch, ..., 2, 4)
     steps[..., 2] *= sin_e > _UNDEFINED
-    # The shorter way counts, rotation as far as the elbow is bent.
+    # The nearer branch, with rotation weighted by the bend of the elbow.
     length = np.vecdot(steps, steps) - (1.0 - sin_e**2) * steps[..., 2] ** 2
     other = regular & (length[1] < length[0])
     return (near + np.where(other[..., None], steps[1], steps[0])).reshape(*shape, 8)
 
 
 def continuous_angles(posture: Array, start: Array | None = None) -> Array:
-    """Solve the inverse kinematics of a movement without jumps between branches.
+    """Solve the inverse kinematics of a motion without jumps between branches.
 
     Args:
-        posture: Postures in the order of time, shape (T, 12).
-        start: Joint angles, shape (8,), rad, that the first solution has to be close to.
+        posture: Postures over time, shape (T, 12).
+        start: Joint angles, shape (8,), rad, which select the branch of the first solution.
 
     Returns:
-        Joint angles, shape (T, 8), rad: each row on the branch nearest to the row before.
+        Joint angles, shape (T, 8), rad; each row is on the branch nearest to the previous row.
     """
     angles = np.empty((len(posture), 8))
     near = start
@@ -128,10 +127,10 @@ def continuous_angles(posture: Array, start: Array | None = None) -> Array:
 
 
 def segment_leverage(joint_angles: Array) -> Array:
-    """Return how far each joint turns the segment that it is there to turn.
+    """Return the ratio of a segment's speed to the speed of the joint that moves it.
 
-    Near a singular pose a joint may have to turn fast to move its segment hardly at all:
-    abduction turns the upper arm by cos(flexion), rotation turns the forearm by sin(elbow).
+    Near a singular posture a fast joint hardly moves its segment: the ratio is cos(flexion) for
+    abduction and the upper arm, sin(elbow) for rotation and the forearm, and 1 for the others.
 
     Args:
         joint_angles: Joint angles, shape (..., 8), rad.
@@ -163,8 +162,8 @@ def _one_branch(arms: Array, held: Array) -> tuple[Array, NDArray[np.bool_], Arr
         held: Abduction where it is undefined, shape (..., 2), rad.
 
     Returns:
-        Angles, shape (..., 2, 4); where abduction is defined; and sin e, 0 where rotation is not;
-        each of the latter shape (..., 2).
+        Angles, shape (..., 2, 4), rad; whether abduction is defined, shape (..., 2); and sin e,
+        shape (..., 2), which is 0 where rotation is undefined.
     """
     upper_arm, forearm = arms[..., 0, :], arms[..., 1, :]
     u_x, u_y, u_z = upper_arm[..., 0], upper_arm[..., 1], upper_arm[..., 2]

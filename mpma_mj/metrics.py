@@ -1,4 +1,4 @@
-"""The measures of an epoch, as pure functions of what was recorded."""
+"""Metrics of an epoch, as pure functions of its signals."""
 
 from __future__ import annotations
 
@@ -27,22 +27,22 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
-# From the paper: a module is active during a letter if λ > 0.1 for at least 25 % of it.
+# From the paper: a module is active during a letter if λ > 0.1 for at least 25 % of its steps.
 _ACTIVE_LEVEL, _ACTIVE_SHARE = 0.1, 0.25
 
-_LONGEST_LAG = 0.5  # s, that is looked for (choice)
+_LONGEST_LAG = 0.5  # largest lag of the search, s (choice)
 
-_CONSTANT = 1e-12  # a variance under it is rounding
+_CONSTANT = 1e-12  # variances below this are rounding errors
 
 
 def posture_error_percent(posture: Array, other: Array) -> float:
-    """Return the mean distance of two courses of postures, in percent of the range.
+    """Return the mean absolute difference of two sequences of postures, in percent of the range.
 
         100 · mean_{t,d} |x_t - x'_t| / 2
 
-    With the demonstration as the other it is p_e, with the forward models' predictions the
-    prediction error. The range of a coordinate, [-1, 1], is 2 wide; the paper does not say how
-    it defines p_e (choice).
+    Between performance and demonstration this is p_e, between performance and the predictions of
+    the forward models the prediction error. The range of a coordinate is [-1, 1], of width 2. The
+    paper does not define p_e (choice).
 
     Args:
         posture: Postures x, shape (T, 12).
@@ -52,12 +52,20 @@ def posture_error_percent(posture: Array, other: Array) -> float:
 
 
 def error_over_time(posture: Array, other: Array) -> Array:
-    """Return the same of each moment, shape (T,), percent, of courses of shape (T, 12)."""
+    """Return the posture error of each moment.
+
+    Args:
+        posture: Postures x, shape (T, 12).
+        other: Postures x', shape (T, 12).
+
+    Returns:
+        Error, shape (T,), percent of the range.
+    """
     return 50.0 * np.abs(posture - other).mean(axis=1)
 
 
 def rp_error_percent(prior: Array, responsibility: Array) -> float:
-    """Return how far the responsibility predictors are from the responsibilities.
+    """Return the mean error of the responsibility predictors, in percent.
 
         100 · mean_{t,i} |p^i / Σp - λ^i|
 
@@ -70,7 +78,15 @@ def rp_error_percent(prior: Array, responsibility: Array) -> float:
 
 
 def feedback_ratio(feedback: Array, action: Array) -> float:
-    """Return the feedback controller's share, Σ|K u_fb| / Σ|u|; both of shape (T, 8)."""
+    """Return the share of the feedback controller in the action, Σ|K u_fb| / Σ|u|.
+
+    Args:
+        feedback: Feedback commands times their gain, K u_fb, shape (T, 8).
+        action: Actions u, shape (T, 8).
+
+    Returns:
+        The ratio; 0 if all actions are 0.
+    """
     total = float(np.sum(np.abs(action)))
     return float(np.sum(np.abs(feedback))) / total if total > 0 else 0.0
 
@@ -80,7 +96,7 @@ def active_modules(responsibility: Array, context: Array) -> list[int]:
 
     Args:
         responsibility: Responsibilities λ, shape (T, M).
-        context: Context, shape (T, C); the largest entry says which label is danced.
+        context: Context, shape (T, C); the largest entry is the active label.
 
     Returns:
         For each of the C labels the number of modules with λ > 0.1 for at least 25 % of its
@@ -95,7 +111,7 @@ def active_modules(responsibility: Array, context: Array) -> list[int]:
 
 
 def dominant_module(responsibility: Array, context: Array) -> list[int]:
-    """Return for each label the index of the module that most often has the largest λ.
+    """Return the dominant module of each label, which most often has the largest λ.
 
     Args:
         responsibility: Responsibilities λ, shape (T, M).
@@ -115,7 +131,7 @@ def dominant_module(responsibility: Array, context: Array) -> list[int]:
 
 
 def module_number(index: int) -> int | None:
-    """Return the number of a module as it is printed, drawn and written: from 1; None for -1."""
+    """Return the number of a module in tables, figures and files, from 1; None for -1."""
     return index + 1 if index >= 0 else None
 
 
@@ -136,8 +152,8 @@ def nmi(responsibility: Array, context: Array) -> float:
         context: Context, shape (T, C).
 
     Returns:
-        1 where the module determines the label, 0 where it is independent of it, or there is one
-        label.
+        1 where the module determines the label; 0 where they are independent, or there is only
+        one label.
     """
     label, dominant = active_label(context), responsibility.argmax(axis=1)
     labelled = label >= 0
@@ -152,7 +168,7 @@ def nmi(responsibility: Array, context: Array) -> float:
 
 
 def sharing_entropy(responsibility: Array) -> float:
-    """Return how evenly modules share a step, on average.
+    """Return the mean normalised entropy of the responsibilities of a step.
 
         mean_t H(λ_t) / log M,   H(λ) = -Σ_i λ^i log λ^i
 
@@ -160,26 +176,26 @@ def sharing_entropy(responsibility: Array) -> float:
         responsibility: Responsibilities λ, shape (T, M), each row sums to 1.
 
     Returns:
-        0 where one module at a time has all of it, 1 where all have the same; 0 for one module.
+        0 where each step has one responsible module, 1 where all share equally; 0 for one module.
     """
     return float(np.mean(_entropy(responsibility)))
 
 
 def usage_entropy(responsibility: Array) -> float:
-    """Return how evenly modules are used in the whole, H(mean_t λ_t) / log M.
+    """Return the normalised entropy of the mean responsibilities, H(mean_t λ_t) / log M.
 
     Args:
         responsibility: Responsibilities λ, shape (T, M), each row sums to 1.
 
     Returns:
-        0 where one module does all, 1 where all do as much; never less than the sharing entropy.
-        0 for one module.
+        0 where one module is always responsible, 1 where all are used equally; never less than
+        the sharing entropy. 0 for one module.
     """
     return float(_entropy(responsibility.mean(axis=0)))
 
 
 def _entropy(shares: Array) -> Array:
-    """Return the entropy of shares along the last axis, over the most that it can be."""
+    """Return the entropy of shares along the last axis, divided by its maximum."""
     count = shares.shape[-1]
     if count == 1:
         return np.zeros(shares.shape[:-1])
@@ -187,15 +203,15 @@ def _entropy(shares: Array) -> Array:
 
 
 def repeatability(signal: Array, period: int) -> float:
-    """Return how alike a signal is from repetition to repetition.
+    """Return the mean correlation between successive repetitions of a signal.
 
     Args:
         signal: Signal, shape (T, ...).
         period: Steps of one repetition.
 
     Returns:
-        Mean correlation between successive repetitions over all channels that vary; the last
-        may be cut short. NaN where there is only one, or nothing varies.
+        Mean correlation over all channels that vary; the last repetition may be incomplete. NaN
+        if there is only one repetition, or no channel varies.
     """
     channels = signal.reshape(len(signal), -1)
     correlations = []
@@ -213,8 +229,8 @@ def mpkpe(sites: Array, demonstrated_sites: Array) -> float:
     """Return the mean per-keypoint position error of elbows and wrists.
 
     Args:
-        sites: Where the arms are, shape (T, 2, 3, 3), m: arm; shoulder, elbow, wrist; xyz.
-        demonstrated_sites: Where the demonstrated posture puts them on the same arms.
+        sites: Positions, shape (T, 2, 3, 3), m: arm; shoulder, elbow, wrist; xyz.
+        demonstrated_sites: Positions of the same arms in the demonstrated postures, same shape, m.
 
     Returns:
         Mean distance, m.
@@ -224,20 +240,20 @@ def mpkpe(sites: Array, demonstrated_sites: Array) -> float:
 
 
 def phase_lag(posture: Array, reference: Array, timestep: float) -> float:
-    """Return how far a course of postures runs behind another, by cross-correlation.
+    """Return the lag of one sequence of postures behind another, by cross-correlation.
 
         argmax_τ Σ_t x̃(t + τ) · x̃'(t) / (|x̃| |x̃'|)        x̃ without its mean over time
 
-    Of both only what overlaps counts. Between steps a parabola through the three highest
-    correlations gives the place of the maximum.
+    Only the overlap of both sequences counts. The maximum is interpolated between steps by a
+    parabola through the largest correlation and its two neighbours.
 
     Args:
         posture: Postures x, shape (T, 12).
         reference: Postures x', shape (T, 12).
-        timestep: Time of a step, s.
+        timestep: Duration of a step, s.
 
     Returns:
-        Lag, s, up to half a second; below 0 where x runs ahead. NaN where nothing moves.
+        Lag, s, up to half a second; negative if x is ahead. NaN if a sequence is constant.
     """
     most = min(max(1, round(_LONGEST_LAG / timestep)), len(posture) - 2)
     correlation = np.array([_correlation(posture, reference, k) for k in range(-most, most + 1)])
@@ -253,7 +269,7 @@ def phase_lag(posture: Array, reference: Array, timestep: float) -> float:
 
 
 def _correlation(signal: Array, reference: Array, lag: int) -> float:
-    """Return the correlation of a signal, so many steps later, with a reference; all channels."""
+    """Return the correlation of a signal with a reference at a lag in steps, over all channels."""
     count = len(signal) - abs(lag)
     x, y = signal[max(lag, 0) :][:count], reference[max(-lag, 0) :][:count]
     x, y = x - x.mean(axis=0), y - y.mean(axis=0)

@@ -1,4 +1,4 @@
-"""Names that options may take; apart from all else so that they cost nothing to import."""
+"""Values of named options, in a module that is fast to import."""
 
 from __future__ import annotations
 

@@ -29,16 +29,15 @@ class Trace:
     """Signals of an episode of T steps; "…" is () for one run, (R,) for a batch of runs.
 
     Attributes:
-        posture: True postures of the arms, shape (T + 1, …, 12), also where they are observed
-            with noise.
+        posture: True postures of the arms, without observation noise, shape (T + 1, …, 12).
         reference: Demonstrated postures, shape (T + 1, …, 12).
         context: Context, shape (T + 1, …, C).
         joint_angles: Observed joint angles, shape (T + 1, …, 8), rad.
         joint_velocities: Observed joint velocities, shape (T + 1, …, 8), rad/s.
         action: Actions, shape (T, …, 8), in [-1, 1].
         reward: Rewards, shape (T, …).
-        feedback: The feedback controller's part of the action, with its gain, shape (T, …, 8);
-            None for an agent without one.
+        feedback: Feedback command times its gain, shape (T, …, 8); None for an agent without
+            feedback controller.
         modules: Signals of the modules; None for an agent without modules.
     """
 
@@ -79,7 +78,7 @@ class Trace:
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, Any]) -> Trace:
-        """Return the trace whose signals `to_arrays` returned.
+        """Return the trace with signals as returned by `to_arrays`.
 
         Raises:
             KeyError: A signal is missing.
