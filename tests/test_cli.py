@@ -271,7 +271,7 @@ def test_an_interrupted_run_says_how_to_go_on_if_there_is_something_to_go_on_wit
     assert main(words) == 130
     *_, hint, last = ["", *capsys.readouterr().err.splitlines()]
     assert last == "mpma: interrupted"
-    assert (hint == f"mpma: to go on: mpma imitate --resume {out}") == (epochs_done > 0)
+    assert (hint == f"mpma: to resume: mpma imitate --resume {out}") == (epochs_done > 0)
     if epochs_done:
         monkeypatch.setattr(Trainer, "run_epoch", whole)
         assert main(["imitate", "--resume", str(out), "--no-video", "--epochs", "1"]) == 0

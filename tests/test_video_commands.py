@@ -78,7 +78,7 @@ def test_imitate_keeps_its_run_if_the_video_fails(
     printed = capsys.readouterr()
     line = f"mpma: {out}/{SAID}, perhaps by freeing disk space, and try again"
     assert printed.err.splitlines()[-2:] == [TITLE, line]
-    assert "kept epoch 1" in printed.out
+    assert "best epoch 1" in printed.out
     assert (out / "summary.json").exists()
     assert not [name for name in names(out) if name.endswith(".mp4")]
 

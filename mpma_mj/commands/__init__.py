@@ -1,4 +1,4 @@
-"""What the command line offers: a file a command, each with its options and `run`."""
+"""Commands of the command line: a file for each, with its options and `run`."""
 
 from mpma_mj.commands.ablate import Ablate
 from mpma_mj.commands.attractor import Attractor

@@ -1,4 +1,4 @@
-"""`mpma ablate`."""
+"""Command `mpma ablate`."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ __all__ = ["Ablate"]
 
 @dataclass(frozen=True)
 class Ablate:
-    """Train MPMA on the YMCA with one thing changed at a time, to see what it is good for.
+    """Ablation study: train MPMA on the YMCA with one component changed at a time.
 
-    Started again with the same --out it goes on where it was.
+    Repeat the command with the same --out to resume.
     """
 
     rule: str = "weighted"
-    """Learning rule: weighted is ours, gated the paper's; or the path of a class."""
+    """Learning rule: weighted (ours), gated (the paper's), or the path of a class."""
     runs: int = 20
-    """Runs of each change, with seeds from 0."""
+    """Runs of each variant, with seeds from 0."""
     nodes: int = 100
     """Neurons of each reservoir."""
     who: tyro.conf.OmitArgPrefixes[Workers] = dataclasses.field(default_factory=Workers)
-    """Who trains."""
+    """Workers that train."""
     out: Path | None = None
     """Folder of the tables; runs/ablate-TIME if not given."""
 
     def run(self) -> Path:
-        """Do it and return the folder."""
+        """Run the ablation study and return its folder."""
         from mpma_mj.sweep import ablation
         from mpma_mj.sweep.folder import SweepFolder
         from mpma_mj.utils.atomic_files import write_text

@@ -1,4 +1,4 @@
-"""`mpma attractor`."""
+"""Command `mpma attractor`."""
 
 from __future__ import annotations
 
@@ -16,16 +16,17 @@ __all__ = ["Attractor"]
 
 @dataclass(frozen=True)
 class Attractor:
-    """Let trained runs dance on without the demonstration, by the music alone: how long, how well?
+    """Free-running: continue trained runs without the demonstration, with the context alone.
 
-    Each run's folder gets attractor.json and figures/attractor.png.
+    Reports for how long and how precisely they continue, and writes attractor.json and
+    figures/attractor.png to the folder of each run.
     """
 
     run_folders: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="RUN...")]
     """Folders of runs."""
 
     def run(self) -> Path:
-        """Do it and return the last figure's path."""
+        """Run all agents without demonstration and return the path of the last figure."""
         from mpma_mj.analysis.attractor import dance_freely
         from mpma_mj.analysis.attractor_figure import write_figure
         from mpma_mj.analysis.danced import read_danced
@@ -39,17 +40,17 @@ class Attractor:
         folders = [RunFolder(path) for path in self.run_folders]
         with locked_runs(folders):
             for folder in folders:
-                # It refuses modules that do nothing yet, and so expect no posture.
+                # Raises for modules without output, which predict no posture.
                 read_danced(folder)
-            found = {}
+            results = {}
             for number in show_range(range(len(folders)), "dancing without demonstration"):
                 folder = folders[number]
                 free, motion = dance_freely(folder)
                 freedom = judge(free)
-                found[str(folder.path)] = freedom
+                results[str(folder.path)] = freedom
                 content = {"format": atomic_files.FORMAT, "motion": motion.name} | freedom.as_json()
                 atomic_files.write_json(folder.free_running, content)
                 picture = folder.figures / "attractor.png"
                 write_figure(picture, free, motion)
-            print(as_markdown(found))
+            print(as_markdown(results))
             return picture

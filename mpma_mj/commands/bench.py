@@ -1,4 +1,4 @@
-"""`mpma bench`."""
+"""Command `mpma bench`."""
 
 from __future__ import annotations
 
@@ -25,24 +25,24 @@ Part = Literal["env", "agent", "video", "programs", "peers", "scaling"]
 
 @dataclass(frozen=True)
 class Bench:
-    """Time what this does beside what it cannot do without, and beside other people's libraries.
+    """Measure speed, relative to the necessary computations and to other libraries.
 
-    Ratios are of the same round: what slows the machine down slows down both.
+    Each ratio is measured within one round, so that the load of the machine affects both alike.
     """
 
     what: Annotated[tuple[Part, ...], tyro.conf.Positional] = ()
-    """What is timed: environments, one and many; acting, learning and training; frames of videos;
-    whole programs; peers (`pip install -e '.[bench]'`). All these, which take seconds each, if
-    nothing is named. And scaling, which takes minutes: training at many sizes."""
+    """Parts to measure: environments, single and batched; acting, learning and training; frames
+    of videos; whole programs; peers (`pip install -e '.[bench]'`). All of these, which take seconds
+    each, if none is given. And scaling, which takes minutes: training at many sizes."""
     json: bool = False
     """Print JSON instead of tables."""
     out: Path | None = None
-    """Folder of what scaling writes, tables and a picture; runs/scaling-TIME if not given."""
+    """Folder of the tables and the figure of scaling; runs/scaling-TIME if not given."""
 
     def run(self) -> str:
-        """Do it and return the report."""
+        """Run the benchmarks and return the report."""
         if self.out is not None and _SCALING not in self.what:
-            raise BadOptionError("--out is where scaling is written; add scaling, or drop --out")
+            raise BadOptionError("--out is the folder of scaling; add scaling, or drop --out")
         from mpma_mj.bench import scaling
         from mpma_mj.bench.parts import PARTS
         from mpma_mj.bench.report import as_json, as_markdown, joined
@@ -60,7 +60,7 @@ class Bench:
                 reports.append(sizes.report())
                 content, text = {_SCALING: sizes.rows()}, [sizes.markdown()]
                 _write(folder, sizes)
-                print(f"mpma: tables and picture are in {folder}", file=sys.stderr)
+                print(f"mpma: tables and figure are in {folder}", file=sys.stderr)
         report = joined(reports)
         if self.json:
             return json.dumps({"versions": versions()} | as_json(report) | content, indent=2)
@@ -68,6 +68,7 @@ class Bench:
 
 
 def _write(folder: Path, sizes: Scaling) -> None:
+    """Write the results of scaling as JSON, CSV, Markdown and a figure."""
     from mpma_mj.bench.report import as_json, as_markdown
     from mpma_mj.bench.scaling_figure import write_figure
     from mpma_mj.training.config import versions

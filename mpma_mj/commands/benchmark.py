@@ -1,4 +1,4 @@
-"""`mpma benchmark`."""
+"""Command `mpma benchmark`."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from mpma_mj.training.config import ReadingArguments, RunConfig
 
 __all__ = ["Benchmark"]
 
-_ALWAYS = "ymca"
+_BUILT_IN = "ymca"
 
 
 @dataclass(frozen=True)
 class Benchmark:
-    """Train every agent on the YMCA and on recordings, with both kinds of arms: one table.
+    """Train all agents on the YMCA and on recordings, with both kinds of arms; print one table.
 
-    Started again with the same --out it goes on where it was.
+    Repeat the command with the same --out to resume.
     """
 
     motions: Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="MOTION")] = ()
-    """Recordings, or folders of them; each is learned alone."""
+    """Recordings, or folders of them; each is learned separately."""
     agents: tuple[str, ...] = (
         *("mpma", "mosaic", "hammer", "single", "feedback_only", "open_loop", "random"),
     )
@@ -37,20 +37,20 @@ class Benchmark:
     nodes: int = 200
     """Neurons of each reservoir."""
     epochs: int = 30
-    """Most epochs of a run."""
+    """Largest number of epochs of a run."""
     stop: bool = True
-    """End a run when it has converged; if not, it takes all epochs and the best counts."""
+    """End a run when it has converged; otherwise train all epochs, of which the best counts."""
     reading: tyro.conf.OmitArgPrefixes[ReadingArguments] = dataclasses.field(
         default_factory=ReadingArguments
     )
-    """How recordings are read."""
+    """Options of reading recordings."""
     who: tyro.conf.OmitArgPrefixes[Workers] = dataclasses.field(default_factory=Workers)
-    """Who trains."""
+    """Workers that train."""
     out: Path | None = None
     """Folder of the table; runs/benchmark-TIME if not given."""
 
     def run(self) -> Path:
-        """Do it and return the folder."""
+        """Run the benchmark and return its folder."""
         from mpma_mj.sweep import benchmark
         from mpma_mj.sweep.folder import SweepFolder
         from mpma_mj.utils.atomic_files import write_text
@@ -72,16 +72,16 @@ class Benchmark:
             return folder.path
 
     def _bases(self) -> list[RunConfig]:
-        """Return the settings for each movement; what is built in is not read."""
+        """Return the config of each motion; options of reading apply to recordings only."""
         from mpma_mj.training.dataset import expand_folders
 
         motions = expand_folders(self.motions)
         for motion in motions:
             if motions.count(motion) > 1:
                 raise BadOptionError(
-                    f"{motion} is given twice; each is learned alone, give it once"
+                    f"{motion} is given twice; each is learned separately, give it once"
                 )
-        recordings = [m for m in motions if m != _ALWAYS]
+        recordings = [m for m in motions if m != _BUILT_IN]
         built_in = RunConfig.of(nodes=self.nodes, tempo=self.reading.tempo)
         of_recordings = dataclasses.replace(built_in, reading=self.reading.reading)
         return [built_in, *(of_recordings.replace(motions=(m,)) for m in recordings)]

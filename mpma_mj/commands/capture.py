@@ -1,4 +1,4 @@
-"""`mpma capture`."""
+"""Command `mpma capture`."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ __all__ = ["Capture"]
 
 @dataclass(frozen=True)
 class Capture:
-    """Find out which module of a trained run captures what, as tables, JSON and a figure."""
+    """Analyse what each module of a trained run captures: tables, JSON and a figure."""
 
     run_folder: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
     """Folder of the run."""
 
     def run(self) -> Path:
-        """Do it and return the figure's path."""
+        """Analyse the run and return the path of the figure."""
         from mpma_mj.analysis.captured import analyse
         from mpma_mj.analysis.danced import read_danced
         from mpma_mj.analysis.figure import write_figure

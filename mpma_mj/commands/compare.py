@@ -1,4 +1,4 @@
-"""`mpma compare`."""
+"""Command `mpma compare`."""
 
 from __future__ import annotations
 
@@ -28,28 +28,28 @@ AgentT = TypeVar("AgentT", bound=AgentConfig)
 
 @dataclass(frozen=True, kw_only=True)
 class Compare(Generic[AgentT]):
-    """Train on ideal arms, on simulated ones, and on those without weight; dance on each."""
+    """Train on ideal arms, simulated arms and weightless simulated arms; evaluate on each."""
 
     motions: Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="MOTION")] = ()
-    """"ymca", or a recording; several, or a folder, are a repertoire that is learned together."""
+    """"ymca", or a recording; several, or a folder, form a repertoire that is learned together."""
     runs: int = 5
     """Runs on each kind of arms, with seeds from 0."""
     options: tyro.conf.OmitArgPrefixes[RunOptions[AgentT]]
-    """What determines the result."""
+    """Options that determine the result."""
     epochs: int = 30
-    """Most epochs of a run; it ends when it has converged."""
+    """Largest number of epochs of a run; it ends when it has converged."""
     adaptation: int = 3
-    """Epochs that agents learn on where they are tried."""
+    """Epochs of fine-tuning on the arms of the evaluation."""
     workers: int | None = None
-    """Processes that work at a time; as many as there are processors if not given."""
+    """Number of parallel processes; as many as there are processors if not given."""
     video: bool = True
-    """Make a video of all arms side by side; needs OpenGL."""
+    """Write a video of all arms next to each other; needs OpenGL."""
     out: Path | None = None
-    """Folder of tables, figures and video, in place of those that are there; runs/compare-TIME if
+    """Folder of tables, figures and video, where they replace earlier ones; runs/compare-TIME if
     not given."""
 
     def run(self) -> Path:
-        """Do it and return the folder."""
+        """Run the comparison and return its folder."""
         missing_gl = missing_opengl() if self.video else None
         from mpma_mj.sweep.backend import open_backend
         from mpma_mj.sweep.spec import seeds
@@ -79,10 +79,10 @@ class Compare(Generic[AgentT]):
                 "config": config.to_json(),
                 "versions": versions(),
             }
-            # Not config.json, which makes a folder a run: one that was there would be lost.
+            # Not config.json, which identifies a run: it would replace that of a run in the folder.
             write_json(folder / "compare.json", content | numbers)
             video = folder / "dances.mp4"
-            video.unlink(missing_ok=True)  # of other dances
+            video.unlink(missing_ok=True)  # of an earlier comparison
             markdown = as_markdown(cells, self.adaptation)
             write_text(folder / "compare.md", markdown)
             write_text(folder / "compare.csv", as_csv(cells))
@@ -104,10 +104,11 @@ class Compare(Generic[AgentT]):
 
 
 def _write_video(path: Path, cells: Sequence[Cell], motion: Motion) -> None:
+    """Write the video of the first seed on all arms."""
     from mpma_mj.trials.compare_figure import first_dances
     from mpma_mj.trials.compare_video import write_side_by_side
     from mpma_mj.utils.progress import show_frames
 
     dances = first_dances(cells)
-    if dances:  # else all have diverged, as the table says
+    if dances:  # otherwise all have diverged, as the table shows
         write_side_by_side(path, dances, motion, show_frames)

@@ -1,4 +1,4 @@
-"""What commands that make videos have in common."""
+"""Videos of runs, for the commands that write them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["missing_opengl", "write_dance_video"]
 
 
 def missing_opengl() -> str | None:
-    """Look for OpenGL before long work; return what to say after it if there is none."""
+    """Look for OpenGL before a long computation; return the message to print after it, if any."""
     try:
         require_backend()
     except RenderingError as error:
@@ -23,7 +23,7 @@ def missing_opengl() -> str | None:
 
 
 def write_dance_video(folder: RunFolder, camera: str) -> None:
-    """Make the video of a run and put it into its folder.
+    """Write the video of a run to its folder.
 
     Args:
         folder: Folder of the run.

@@ -1,4 +1,4 @@
-"""The folders that a command writes."""
+"""Folders that commands write."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ __all__ = ["locked_runs", "output_folder"]
 
 @contextlib.contextmanager
 def output_folder(out: Path | None, stem: str, parent: Path = Path("runs")) -> Iterator[Path]:
-    """Lock the folder that a command writes, for as long as it does.
+    """Lock the output folder of a command while the command runs.
 
     Args:
-        out: The folder; a new one, named by a stem and the time, if not given.
-        stem: What the name of a new folder begins with.
-        parent: Where a new folder is made.
+        out: The folder; a new one, named by the stem and the time, if not given.
+        stem: Beginning of the name of a new folder.
+        parent: Parent of a new folder.
 
     Yields:
         The folder.
@@ -35,7 +35,7 @@ def output_folder(out: Path | None, stem: str, parent: Path = Path("runs")) -> I
     """
     with contextlib.ExitStack() as stack:
         for folder in _new_folders(stem, parent) if out is None else [out]:
-            with contextlib.suppress(FileExistsError):  # made by another command a moment ago
+            with contextlib.suppress(FileExistsError):  # just created by another command
                 stack.enter_context(locked(folder, new=out is None))
                 break
         yield folder
@@ -43,7 +43,7 @@ def output_folder(out: Path | None, stem: str, parent: Path = Path("runs")) -> I
 
 @contextlib.contextmanager
 def locked_runs(folders: Sequence[RunFolder]) -> Iterator[None]:
-    """Lock runs, each once however often it is given.
+    """Lock runs, each once even if it is given several times.
 
     Raises:
         MpmaError: As of `RunFolder.locked`.
@@ -55,6 +55,7 @@ def locked_runs(folders: Sequence[RunFolder]) -> Iterator[None]:
 
 
 def _new_folders(stem: str, parent: Path) -> Iterator[Path]:
+    """Yield candidates for the path of a new folder."""
     name = f"{printable(stem)}-{time.strftime('%Y%m%d-%H%M%S')}"
     yield parent / name
     yield from (parent / f"{name}-{i}" for i in itertools.count(2))

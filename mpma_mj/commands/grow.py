@@ -1,4 +1,4 @@
-"""`mpma grow`."""
+"""Command `mpma grow`."""
 
 from __future__ import annotations
 
@@ -22,30 +22,30 @@ AgentT = TypeVar("AgentT", bound=AgentConfig)
 
 @dataclass(frozen=True, kw_only=True)
 class Grow(Generic[AgentT]):
-    """Let agents grow from one module, and compare where they settle with fixed numbers.
+    """Grow agents from one module, and compare them with agents of fixed numbers of modules.
 
-    Started again with the same --out it goes on where it was.
+    Repeat the command with the same --out to resume.
     """
 
     motions: Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="MOTION")] = (
         "ymca",
     )
-    """What is imitated, as of `mpma imitate`."""
+    """Motions, as for `mpma imitate`."""
     most: int = 8
-    """Most modules."""
+    """Largest number of modules."""
     runs: int = 10
-    """Runs that grow, and runs of each fixed number, with seeds from --seed up."""
+    """Growing runs, and runs of each fixed number of modules, with seeds from --seed up."""
     options: tyro.conf.OmitArgPrefixes[RunOptions[AgentT]]
-    """What determines the result."""
+    """Options that determine the result."""
     epochs: int = 100
-    """Most epochs of a run; it ends when it has converged."""
+    """Largest number of epochs of a run; it ends when it has converged."""
     who: tyro.conf.OmitArgPrefixes[Workers] = dataclasses.field(default_factory=Workers)
-    """Who trains."""
+    """Workers that train."""
     out: Path | None = None
     """Folder of the runs; runs/grow-TIME if not given."""
 
     def run(self) -> Path:
-        """Do it and return the folder."""
+        """Train all runs and return the folder."""
         from mpma_mj.sweep.folder import SweepFolder
         from mpma_mj.sweep.growth import as_markdown, spec_of
         from mpma_mj.training.dataset import expand_folders

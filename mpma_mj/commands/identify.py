@@ -1,4 +1,4 @@
-"""`mpma identify`."""
+"""Command `mpma identify`."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ __all__ = ["Identify"]
 
 @dataclass(frozen=True)
 class Identify:
-    """Find the parameters with which simulated arms do what a robot's log shows.
+    """Identify the parameters with which simulated arms reproduce a robot's log.
 
-    The folder gets identified.xml, the model with what was found, identified.json and
+    Writes identified.xml (the model with the identified parameters), identified.json and
     identified.png.
     """
 
     log: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="LOG")]
-    """CSV file of commands and what arms did: time, and command_, angle_ and velocity_ of each
+    """CSV file of commands and measurements: time, and command_, angle_ and velocity_ of each
     joint."""
     model: Path | None = None
-    """MJCF file of arms of your own, in which the parameters are guessed."""
+    """MJCF file of your arms, with initial guesses of the parameters."""
     gravity_compensation: bool = False
-    """Whether the robot carries its arms' weight by itself."""
+    """Whether the robot compensates for gravity."""
     out: Path | None = None
     """Folder of the result; runs/identify-TIME if not given."""
 
     def run(self) -> Path:
-        """Do it and return the folder."""
+        """Identify the parameters and return the folder."""
         from mpma_mj.identification import identify, read_log, write_model
         from mpma_mj.identification.figure import write_figure
         from mpma_mj.identification.table import as_markdown
@@ -42,14 +42,14 @@ class Identify:
         log = read_log(self.log)
         with output_folder(self.out, "identify") as folder:
             with show_count("simulating the log with other parameters") as tick:
-                found = identify(
+                identified = identify(
                     log,
                     model=self.model,
                     gravity_compensation=self.gravity_compensation,
                     tick=tick,
                 )
-            write_json(folder / "identified.json", {"log": str(self.log)} | found.as_json())
-            write_model(folder / "identified.xml", found.factors, self.model)
-            write_figure(folder / "identified.png", found)
-            print(as_markdown(found))
+            write_json(folder / "identified.json", {"log": str(self.log)} | identified.as_json())
+            write_model(folder / "identified.xml", identified.factors, self.model)
+            write_figure(folder / "identified.png", identified)
+            print(as_markdown(identified))
             return folder

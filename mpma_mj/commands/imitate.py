@@ -1,4 +1,4 @@
-"""`mpma imitate`."""
+"""Command `mpma imitate`."""
 
 from __future__ import annotations
 
@@ -30,26 +30,27 @@ AgentT = TypeVar("AgentT", bound=AgentConfig)
 
 @dataclass(frozen=True, kw_only=True)
 class Imitate(Generic[AgentT]):
-    """Train the arms on a movement, save the run, make figures and a video."""
+    """Train an agent to imitate a motion; save the run, figures and a video."""
 
     motions: Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="MOTION")] = ()
-    """"ymca", or a recording: C3D, BVH, AMC, TRC, TSV, CSV, npz; several, or a folder, are a
+    """"ymca", or a recording: C3D, BVH, AMC, TRC, TSV, CSV, npz; several, or a folder, form a
     repertoire that is learned together."""
     options: tyro.conf.OmitArgPrefixes[RunOptions[AgentT]]
-    """What determines the result."""
+    """Options that determine the result."""
     epochs: int = 30
-    """Most epochs to train, with --resume most further ones; it ends when it has converged."""
+    """Largest number of epochs, with --resume of further epochs; training ends when the run has
+    converged."""
     out: Path | None = None
     """Folder of the run; runs/MOTION-TIME if not given."""
     video: bool = True
-    """Make a video of the trained arms; needs OpenGL."""
+    """Write a video of the trained arms; needs OpenGL."""
     overwrite: bool = False
-    """Replace the run that is in the folder."""
+    """Replace the run in the folder."""
     resume: Path | None = None
-    """Folder of a run to go on with; its own settings hold."""
+    """Folder of a run to resume, with its config."""
 
     def run(self) -> Path:
-        """Do it and return the folder."""
+        """Train, write the results and return the folder."""
         missing_gl = missing_opengl() if self.video else None
         from mpma_mj.training import run
         from mpma_mj.training.run_folder import RunFolder
@@ -79,10 +80,13 @@ class Imitate(Generic[AgentT]):
             return folder.path
 
     def check_resumed(self, words: Sequence[str]) -> None:
-        """Refuse options that contradict the run that goes on.
+        """Check that no option contradicts the config of the run that is resumed.
 
         Args:
-            words: What was typed; options that were left out contradict nothing.
+            words: Words of the command line; only options that they contain are compared.
+
+        Raises:
+            BadOptionError: An option differs from the config of the run, or does not apply.
         """
         if self.resume is None:
             return
@@ -91,7 +95,7 @@ class Imitate(Generic[AgentT]):
 
         if self.overwrite or self.out is not None:
             raise BadOptionError(
-                "--resume goes on in the run's own folder; drop --overwrite, --out"
+                "--resume continues in the folder of the run; drop --overwrite, --out"
             )
         saved = RunFolder(self.resume, self.options.outside).read_config().options()
         given = self.options.run_config(expand_folders(self.motions)).options()
@@ -99,8 +103,8 @@ class Imitate(Generic[AgentT]):
         for name in sorted(typed & given.keys()):
             if given[name] != saved.get(name):
                 raise BadOptionError(
-                    f"{option_name(name)} is {_shown(given[name])}, but the run to resume has"
-                    f" {_shown(saved.get(name))}; leave it out, or start another run"
+                    f"{option_name(name)} is {_text(given[name])}, but the run to resume has"
+                    f" {_text(saved.get(name))}; leave it out, or start another run"
                 )
 
     def _config(self) -> RunConfig:
@@ -114,29 +118,32 @@ class Imitate(Generic[AgentT]):
 
 @contextlib.contextmanager
 def _hint_at_resuming(folder: RunFolder) -> Iterator[None]:
-    """Say where an interrupted run can be gone on with, if an epoch of it is saved."""
+    """Print how to resume an interrupted run, if one of its epochs is saved."""
     try:
         yield
     except KeyboardInterrupt:
         if folder.can_go_on:
-            print(f"mpma: to go on: mpma imitate --resume {folder.path}", file=sys.stderr)
+            print(f"mpma: to resume: mpma imitate --resume {folder.path}", file=sys.stderr)
         raise
 
 
-def _shown(value: object) -> str:
+def _text(value: object) -> str:
+    """Return a value of an option as text."""
     return " ".join(value) if isinstance(value, tuple) else str(value)
 
 
 def _stem(motions: Sequence[str]) -> str:
+    """Return the beginning of the name of the run's folder."""
     return Path(motions[0]).stem if len(motions) == 1 else "repertoire"
 
 
 def _print_summary(summary: dict[str, Any]) -> None:
+    """Print the summary of a run in one line."""
     modules = ", ".join(f"{k} → {v or '–'}" for k, v in summary["dominant_module"].items())
     state = "converged" if summary["converged"] else "not converged"
     epochs = f"{summary['epochs']} epoch{'s' if summary['epochs'] > 1 else ''}"
     print(
-        f"{state} after {epochs}; kept epoch {summary['best_epoch']:.0f}:"
+        f"{state} after {epochs}; best epoch {summary['best_epoch']:.0f}:"
         f" p_e {summary['p_e_percent']:.2f} %, feedback ratio {summary['feedback_ratio']:.3f},"
         f" label → dominant module: {modules}"
     )

@@ -1,4 +1,4 @@
-"""`mpma lesion`."""
+"""Command `mpma lesion`."""
 
 from __future__ import annotations
 
@@ -20,18 +20,19 @@ __all__ = ["Lesion"]
 
 @dataclass(frozen=True)
 class Lesion:
-    """Switch off each module and each two of trained runs: what breaks, and who takes over?
+    """Lesions: remove each module, and each pair of modules, of trained runs.
 
-    Each run's folder gets lesion.json and figures/lesion.png.
+    Reports the errors that result and the modules that take over, and writes lesion.json and
+    figures/lesion.png to the folder of each run.
     """
 
     run_folders: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="RUN...")]
     """Folders of runs."""
     retrain: int = 3
-    """Epochs in which the modules that are left learn on; 0 for none."""
+    """Epochs of fine-tuning with the remaining modules; 0 for none."""
 
     def run(self) -> Path:
-        """Do it and return the last figure's path."""
+        """Evaluate all lesions and return the path of the last figure."""
         from mpma_mj.analysis.danced import read_danced
         from mpma_mj.training.checkpoints import TrainedAgents
         from mpma_mj.training.run_folder import RunFolder
@@ -50,34 +51,34 @@ class Lesion:
             _check_comparable(folders)
             runs = []
             for folder in folders:
-                read_danced(folder)  # refuses modules that do nothing yet: nothing would break
+                read_danced(folder)  # raises for modules without output
                 trained = TrainedAgents.of_run(folder)
                 runs.append((folder, trained, what_can_be_lost(trained)))
-            found = []
+            results = []
             for folder, trained, losses in runs:
                 title = f"{folder.path.name}: switching modules off"
                 steps = show_range(range(len(losses)), title)
                 lesions = [dance_without(trained, losses[step], self.retrain) for step in steps]
-                without = Lesions(trained.motion.labels, tuple(lesions), self.retrain)
-                found.append(without)
+                result = Lesions(trained.motion.labels, tuple(lesions), self.retrain)
+                results.append(result)
                 content = {
                     "format": atomic_files.FORMAT,
                     "motion": trained.motion.name,
-                } | without.as_json()
+                } | result.as_json()
                 atomic_files.write_json(folder.lesion, content)
                 picture = folder.figures / "lesion.png"
-                write_figure(picture, without, trained.motion.name)
-            if len(found) == 1:
-                print(matrix(found[0]) + "\n")
-            print(summary(found))
+                write_figure(picture, result, trained.motion.name)
+            if len(results) == 1:
+                print(matrix(results[0]) + "\n")
+            print(summary(results))
             return picture
 
 
 def _check_comparable(folders: Sequence[RunFolder]) -> None:
-    """Refuse runs that cannot be summed up.
+    """Check that runs differ in their seeds only, so that they can be summarised.
 
     Raises:
-        BadOptionError: A run is there twice, or differs in more than its seed.
+        BadOptionError: A run is given twice, or differs in more than its seed.
     """
     from mpma_mj.sweep.spec import without_seed
 
@@ -89,5 +90,5 @@ def _check_comparable(folders: Sequence[RunFolder]) -> None:
         if without_seed(config) != without_seed(configs[0]):
             raise BadOptionError(
                 f"{folder.path}: differs from {first.path} in more than its seed, so that they"
-                " cannot be summed up; give each a command of its own"
+                " cannot be summarised together; run the command for each"
             )

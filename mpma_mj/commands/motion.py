@@ -1,4 +1,4 @@
-"""`mpma motion`."""
+"""Command `mpma motion`."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ __all__ = ["InspectMotion"]
 
 @dataclass(frozen=True)
 class InspectMotion:
-    """Show what a recording holds and asks of the arms, as text and as a page of pictures."""
+    """Inspect a recording and the demands that it makes on the arms, as text and figures."""
 
     motion: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="MOTION")]
     """"ymca", or a recording: C3D, BVH, AMC, TRC, TSV, CSV, npz."""
     reading: tyro.conf.OmitArgPrefixes[ReadingArguments] = dataclasses.field(
         default_factory=ReadingArguments
     )
-    """How to read it."""
+    """Options of reading the recording."""
     picture: Path | None = None
-    """Where the page of pictures goes; NAME-motion.png if not given."""
+    """File of the page of figures; NAME-motion.png if not given."""
     video: bool = False
-    """Make a video of arms that follow it ideally, beside the page, .mp4."""
+    """Write a video of arms that follow the motion ideally, next to the page, as .mp4."""
     out: Path | None = None
-    """Write the movement as an npz file, which every command reads again."""
+    """Write the motion as an npz file, which all commands can read."""
     overwrite: bool = False
-    """Replace the npz file if it is there."""
+    """Replace the npz file if it exists."""
 
     def run(self) -> Path:
-        """Do it and return the picture's path."""
+        """Inspect the recording and return the path of the page."""
         if self.video:
             require_backend()
         for option, path, ending in (("out", self.out, ".npz"), ("picture", self.picture, ".png")):

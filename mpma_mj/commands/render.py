@@ -1,4 +1,4 @@
-"""`mpma render`."""
+"""Command `mpma render`."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ __all__ = ["Render"]
 
 @dataclass(frozen=True)
 class Render:
-    """Make the video of a trained run, anew or from another side."""
+    """Write the video of a trained run again, or from another camera."""
 
     run_folder: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
     """Folder of the run."""
     camera: Literal["front", "side", "three_quarter"] = "front"
-    """Where to look from."""
+    """Camera of the video."""
 
     def run(self) -> Path:
-        """Do it and return the video's path."""
+        """Write the video and return its path."""
         require_backend()
         from mpma_mj.training.run_folder import RunFolder
 

@@ -1,4 +1,4 @@
-"""Options of a run on the command line: those of reading, environment and the chosen agent."""
+"""Options of a run on the command line: those of reading, of the environment and of the agent."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ _AGENT = "--agent"
 
 @dataclass(frozen=True, kw_only=True)
 class RunOptions(Generic[AgentT]):
-    """What determines the result.
+    """Options that determine the result.
 
     Attributes:
         agent: mpma, growing, mosaic, hammer or single; or the path of a class, such as
             my_agents.py:MyAgent.
-        seed: Seed of everything random.
+        seed: Seed of all random numbers.
         config: Options of the agent.
         env: Options of the environment.
-        reading: How recordings are read.
+        reading: Options of reading recordings.
     """
 
     agent: Annotated[str, tyro.conf.arg(metavar="NAME")] = "mpma"
@@ -49,7 +49,7 @@ class RunOptions(Generic[AgentT]):
         """Return the config of a run.
 
         Args:
-            motions: What is imitated.
+            motions: Names of built-in motions, and paths of recordings.
         """
         return RunConfig(
             motions=motions,
@@ -62,7 +62,7 @@ class RunOptions(Generic[AgentT]):
 
     @property
     def outside(self) -> tuple[str, ...]:
-        """Paths of the classes from outside the package that were named."""
+        """Paths of the named classes from outside the package."""
         named = (self.agent, getattr(self.config, "rule", ""))
         return tuple(path for path in named if isinstance(path, str) and ":" in path)
 
@@ -83,24 +83,24 @@ def config_type(words: Sequence[str]) -> type[AgentConfig]:
         from mpma_mj.agents.registry import agent_class
 
         kind = agent_class(name).config_type
-    own = {f.name for f in fields(kind)}
+    names = {f.name for f in fields(kind)}
     for option in typed_options(words):
         owners = [one for one, other in CONFIG_TYPES.items() if option in _names(other)]
-        if owners and option not in own:
+        if owners and option not in names:
             remedy = f"leave it out, or take another {{agent}}: {', '.join(owners)}"
             raise BadOptionError(f"{name} has no option --{option_name(option)}", remedy=remedy)
     return kind
 
 
 def typed_options(words: Sequence[str]) -> set[str]:
-    """Return the names of the options that a command line gives, as fields of dataclasses."""
+    """Return the options that a command line contains, by their names in Python."""
     flags = {word.split("=")[0].removeprefix("--") for word in words if word.startswith("--")}
     names = {flag.replace("-", "_").removeprefix("no_") for flag in flags}
     return {{"from": "start", "to": "end"}.get(name, name) for name in names}
 
 
 def _value(words: Sequence[str], flag: str) -> str | None:
-    """Return the last value of a flag, None where it is not given."""
+    """Return the last value of a flag; None if it is not given."""
     value = None
     for number, word in enumerate(words):
         if word == flag and number + 1 < len(words):
@@ -111,4 +111,5 @@ def _value(words: Sequence[str], flag: str) -> str | None:
 
 
 def _names(kind: Any) -> set[str]:
+    """Return the names of the fields of a dataclass."""
     return {f.name for f in fields(kind)}

@@ -1,4 +1,4 @@
-"""`mpma scale`."""
+"""Command `mpma scale`."""
 
 from __future__ import annotations
 
@@ -19,52 +19,52 @@ __all__ = ["Scale"]
 
 @dataclass(frozen=True)
 class Scale:
-    """Train on more and more movements, and on more and more of one: where does it saturate?
+    """Scaling study: train on increasing numbers of motions, and on motions of increasing length.
 
-    Started again with the same --out it goes on where it was.
+    Reports at which size the agents saturate. Repeat the command with the same --out to resume.
     """
 
     motions: Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="MOTION")] = ()
-    """Recordings, or folders of them; the first 1, 2, 4, … are learned together, and of the longest
-    the first seconds. Invented dances if none are given."""
+    """Recordings, or folders of them; the first 1, 2, 4, … are learned together, and the first
+    seconds of the longest one. Synthetic motions if none are given."""
     lengths: tuple[float, ...] = ()
-    """Seconds of the longest movement; 5, 10, 20 and 40, as far as it goes, if none are given."""
+    """Lengths of the longest motion, s; 5, 10, 20 and 40, up to its length, if none are given."""
     modules: tuple[int, ...] = (2, 4, 8, 16)
     """Numbers of modules."""
     nodes: tuple[int, ...] = (50, 100, 200, 400)
-    """Neurons of each reservoir; modules vary at the middle one, and nodes at the middle one of
-    the modules."""
+    """Neurons of each reservoir; modules vary at the middle value, and nodes at the middle number
+    of modules."""
     runs: int = 3
-    """Runs of each, with seeds from 0."""
+    """Runs of each size, with seeds from 0."""
     rule: str = "weighted"
-    """Learning rule: weighted is ours, gated the paper's; or the path of a class."""
+    """Learning rule: weighted (ours), gated (the paper's), or the path of a class."""
     arms: Arms = "physics"
     """Simulated arms, or arms that move ideally."""
     proprioception: bool = True
-    """Whether models sense the joint angles too; the paper's do not."""
+    """Whether models receive the joint angles too; the paper's do not."""
     who: tyro.conf.OmitArgPrefixes[Workers] = dataclasses.field(default_factory=Workers)
-    """Who trains."""
+    """Workers that train."""
     out: Path | None = None
-    """Folder; runs/scale-TIME if not given."""
+    """Folder of the tables; runs/scale-TIME if not given."""
 
     def run(self) -> Path:
-        """Do it and return the folder."""
+        """Run the scaling study and return its folder."""
         from mpma_mj.sweep import scale, scale_table
         from mpma_mj.sweep.folder import SweepFolder
         from mpma_mj.training.dataset import expand_folders
         from mpma_mj.utils.atomic_files import csv_text, write_text
 
         base = RunConfig.of(rule=self.rule, arms=self.arms, proprioception=self.proprioception)
-        learned = scale.materials(expand_folders(self.motions), self.lengths)
-        question = scale.Scale(learned, self.modules, self.nodes, base)
-        spec = question.spec_of(self.runs)
+        materials = scale.materials(expand_folders(self.motions), self.lengths)
+        study = scale.Scale(materials, self.modules, self.nodes, base)
+        spec = study.spec_of(self.runs)
         with output_folder(self.out, "scale") as path:
             folder = SweepFolder(path, spec)
             self.who.train(folder)
             from mpma_mj.sweep.scale_figure import write_figure
 
             runs = folder.finished()
-            results = scale_table.Results(question, runs)
+            results = scale_table.Results(study, runs)
             markdown = scale_table.as_markdown(results, runs, len(folder.spec.configs))
             folder.write_rows(runs)
             write_text(folder.path / "scale.md", markdown)

@@ -1,4 +1,4 @@
-"""`mpma stress`."""
+"""Command `mpma stress`."""
 
 from __future__ import annotations
 
@@ -18,43 +18,43 @@ if TYPE_CHECKING:
 
 __all__ = ["Stress"]
 
-_USUAL: tuple[str, ...] = ("mpma", "mosaic", "hammer", "single", "feedback_only")
+_DEFAULT_AGENTS: tuple[str, ...] = ("mpma", "mosaic", "hammer", "single", "feedback_only")
 _ADAPT_EPOCHS = 10
 _ADAPTED = ("adapt.csv", "adapt.png")
 
 
 @dataclass(frozen=True)
 class Stress:
-    """Disturb a trained run, and other agents beside it: how exactly do they still dance?"""
+    """Stress test: evaluate a trained run and other agents under disturbances."""
 
     run_folder: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
-    """Folder of a run; its settings are those of all agents."""
+    """Folder of a run; its config applies to all agents."""
     agents: tuple[str, ...] = ()
     """Agents for comparison, or paths of classes such as my_agents.py:MyAgent; mpma, mosaic,
     hammer, single and feedback_only if not given."""
     runs: int = 10
-    """Runs of each of them, with seeds from the run's up; 0 for the run alone."""
+    """Runs of each of these agents, with seeds from that of the run up; 0 for the run alone."""
     epochs: int = 30
-    """Most epochs of their training; it ends when a run has converged."""
+    """Largest number of epochs of their training, which ends when a run has converged."""
     disturbances: tuple[str, ...] = ()
     """Some of payload, strength, gravity, latency, noise, pushes, tempo, mirrored, locked, unseen;
     all if not given."""
     levels: tuple[str, ...] = ()
-    """Levels of the only disturbance, in place of the usual ones."""
+    """Levels of a single disturbance, in place of the default ones."""
     unseen: tuple[str, ...] = ()
-    """Dances that were never seen, in place of invented ones: recordings."""
+    """Recordings that were not trained, in place of synthetic motions."""
     adapt: bool = False
-    """Let agents learn on in each world: how many epochs until p_e is under 1 %?"""
+    """Fine-tune the agents in each condition, and report the epochs until p_e is under 1 %."""
     adapt_epochs: int | None = None
-    """Most epochs of learning on with --adapt; 10 if not given."""
+    """Largest number of epochs of fine-tuning with --adapt; 10 if not given."""
     workers: int | None = None
-    """Processes that work at a time; as many as there are processors if not given."""
+    """Number of parallel processes; as many as there are processors if not given."""
     out: Path | None = None
-    """Folder of tables and pictures, in place of those there; RUN/stress/stress-TIME if not
+    """Folder of tables and figures, where they replace earlier ones; RUN/stress/stress-TIME if not
     given."""
 
     def run(self) -> Path:
-        """Do it and return the folder."""
+        """Run the stress test and return its folder."""
         from mpma_mj.sweep.backend import open_backend
 
         self._check_numbers()
@@ -64,7 +64,7 @@ class Stress:
             contextlib.ExitStack() as stack,
             open_backend("processes", self.workers, None) as backend,
         ):
-            # Workers get ready while this is imported.
+            # Workers start while these modules are imported.
             from mpma_mj.agents.registry import agent_class
             from mpma_mj.sweep.backend import get_done
             from mpma_mj.training.checkpoints import TrainedAgents
@@ -93,7 +93,7 @@ class Stress:
                 for work, done in get_done(works, backend):
                     if done is None:
                         raise WorkerError(
-                            f"a worker that tried {work.agent} died time and again (memory?); take"
+                            f"a worker that tried {work.agent} died repeatedly (memory?); take"
                             " fewer --workers, or fewer --runs"
                         )
                     found += done
@@ -111,17 +111,17 @@ class Stress:
                 raise BadOptionError(f"{option} is {value}; expected at least {least}")
 
     def _chosen_agents(self) -> tuple[str, ...]:
-        """Return the agents that are trained beside the run.
+        """Return the agents that are trained for comparison.
 
         Raises:
-            BadOptionError: There are none to train, or one that is to learn on cannot.
+            BadOptionError: Agents are named but not trained, or one cannot be fine-tuned.
         """
         if self.runs == 0:
             if self.agents:
                 raise BadOptionError("runs is 0, so no agents are trained; drop --agents or --runs")
             return ()
         if not self.agents:
-            return _USUAL
+            return _DEFAULT_AGENTS
         from mpma_mj.agents.registry import agent_class
 
         for agent in self.agents:
@@ -133,7 +133,7 @@ class Stress:
 
 
 def _write(results: Results, folder: Path) -> Path:
-    """Write tables and pictures in place of earlier ones, and print the tables."""
+    """Write tables and figures in place of earlier ones, and print the tables."""
     from mpma_mj.trials.stress_figure import write_figure
     from mpma_mj.trials.stress_table import as_csv, as_markdown, courses_as_csv
     from mpma_mj.utils.atomic_files import write_text
@@ -147,7 +147,7 @@ def _write(results: Results, folder: Path) -> Path:
             (folder / name).unlink(missing_ok=True)
     else:
         write_text(folder / "adapt.csv", courses_as_csv(results))
-        said = f"p_e after {results.adapts} epochs of learning on, %"
-        write_figure(folder / "adapt.png", results, results.learners, results.p_e_after, said)
+        label = f"p_e after {results.adapts} epochs of fine-tuning, %"
+        write_figure(folder / "adapt.png", results, results.learners, results.p_e_after, label)
     print(table)
     return folder

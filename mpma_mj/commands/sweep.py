@@ -1,4 +1,4 @@
-"""`mpma sweep`."""
+"""Command `mpma sweep`."""
 
 from __future__ import annotations
 
@@ -21,30 +21,30 @@ AgentT = TypeVar("AgentT", bound=AgentConfig)
 
 @dataclass(frozen=True, kw_only=True)
 class Sweep(Generic[AgentT]):
-    """Train many runs, all points of a grid of settings, and print a table of them.
+    """Train runs at all points of a grid of options, and print a table of the results.
 
-    Started again with the same --out it goes on where it was.
+    Repeat the command with the same --out to resume.
     """
 
     motions: Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="MOTION")] = (
         "ymca",
     )
-    """What is imitated, as of `mpma imitate`."""
+    """Motions, as for `mpma imitate`."""
     grid: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME=VALUE,VALUE,…")] = ()
-    """Settings that vary, such as nodes=50,200 rule=gated,weighted."""
+    """Options that vary, such as nodes=50,200 rule=gated,weighted."""
     runs: int = 20
     """Runs of each point, with seeds from --seed up."""
     options: tyro.conf.OmitArgPrefixes[RunOptions[AgentT]]
-    """What determines the result."""
+    """Options that determine the result."""
     epochs: int = 30
-    """Most epochs of a run; it ends when it has converged."""
+    """Largest number of epochs of a run; it ends when it has converged."""
     who: tyro.conf.OmitArgPrefixes[Workers] = dataclasses.field(default_factory=Workers)
-    """Who trains."""
+    """Workers that train."""
     out: Path | None = None
     """Folder of the sweep; runs/sweep-TIME if not given."""
 
     def run(self) -> Path:
-        """Do it and return the folder."""
+        """Train all runs and return the folder."""
         from mpma_mj.sweep.folder import SweepFolder
         from mpma_mj.sweep.grid import points
         from mpma_mj.sweep.spec import SweepSpec, seeds

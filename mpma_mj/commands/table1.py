@@ -1,4 +1,4 @@
-"""`mpma table1`."""
+"""Command `mpma table1`."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ __all__ = ["Table1"]
 
 @dataclass(frozen=True)
 class Table1:
-    """Train the YMCA with networks of several sizes: the paper's Table 1, its numbers beside ours.
+    """Reproduce Table 1 of the paper: train the YMCA with networks of several sizes.
 
-    Started again with the same --out it goes on where it was.
+    Repeat the command with the same --out to resume.
     """
 
     nodes: tuple[int, ...] = (50, 100, 200, 400)
@@ -29,16 +29,16 @@ class Table1:
     runs: int = 20
     """Runs of each size, with seeds from 0."""
     rule: str = "weighted"
-    """Learning rule: weighted is ours, gated the paper's; or the path of a class."""
+    """Learning rule: weighted (ours), gated (the paper's), or the path of a class."""
     arms: Arms = "physics"
     """Simulated arms, or arms that move ideally."""
     who: tyro.conf.OmitArgPrefixes[Workers] = dataclasses.field(default_factory=Workers)
-    """Who trains."""
+    """Workers that train."""
     out: Path | None = None
     """Folder of the table; runs/table1-TIME if not given."""
 
     def run(self) -> Path:
-        """Do it and return the folder."""
+        """Train all runs and return the folder."""
         from mpma_mj.sweep import table1
         from mpma_mj.sweep.folder import SweepFolder
         from mpma_mj.utils.atomic_files import write_text
@@ -56,8 +56,8 @@ class Table1:
             if self.arms == "physics" and not all(run.diverged for run in runs):
                 rounds = show_range(range(floor.ROUNDS), "timing bare physics")
                 threads = self.who.workers or processors()
-                said = floor.beside_bare_physics(folder.seconds(), runs, threads, rounds)
-                markdown += f"\n{said}\n"
+                comparison = floor.beside_bare_physics(folder.seconds(), runs, threads, rounds)
+                markdown += f"\n{comparison}\n"
             folder.write_rows(runs)
             write_text(folder.path / "table1.md", markdown)
             write_text(folder.path / "table1.csv", table1.as_csv(spec, runs))

@@ -1,4 +1,4 @@
-"""`mpma view`."""
+"""Command `mpma view`."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ __all__ = ["View"]
 
 @dataclass(frozen=True)
 class View:
-    """Watch a trained run, or arms that follow a recording ideally, in a window."""
+    """Play a trained run, or arms that follow a recording ideally, in a window."""
 
     dance: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|MOTION")]
     """Folder of a run; or "ymca", or a recording: C3D, BVH, AMC, TRC, TSV, CSV, npz."""
     reading: tyro.conf.OmitArgPrefixes[ReadingArguments] = dataclasses.field(
         default_factory=ReadingArguments
     )
-    """How to read a recording."""
+    """Options of reading a recording."""
 
     def run(self) -> None:
-        """Do it, until the window is closed."""
+        """Play until the window is closed."""
         from mpma_mj.motions.read import BUILT_IN
 
         is_run = self.dance not in BUILT_IN and Path(self.dance).is_dir()
@@ -50,11 +50,11 @@ class View:
 
         folder = RunFolder(Path(self.dance))
         folder.read_config()
-        useless = given(self.reading.reading)
-        if useless:
+        reading_options = given(self.reading.reading)
+        if reading_options:
             raise BadOptionError(
-                f"{option_name(min(useless))} is for a recording, and {self.dance} is a run; leave"
-                " it out"
+                f"{option_name(min(reading_options))} is for a recording, and {self.dance} is a"
+                " run; leave it out"
             )
         return Dance.of_run(folder.read_trace(), folder.read_motion())
 
@@ -70,4 +70,4 @@ class View:
 def _print_keys() -> None:
     from mpma_mj.visualization.player import KEYS
 
-    print("; ".join(f"{key}: {does}" for key, does in KEYS.items()), flush=True)
+    print("; ".join(f"{key}: {action}" for key, action in KEYS.items()), flush=True)

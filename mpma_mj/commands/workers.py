@@ -1,4 +1,4 @@
-"""What all commands have in common that train many runs."""
+"""Workers of commands that train many runs."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ __all__ = ["Workers", "require_all"]
 
 @dataclass(frozen=True, kw_only=True)
 class Workers:
-    """Who trains.
+    """Workers that train.
 
     Attributes:
         backend: Processes of this machine, or workers of a Ray cluster.
-        workers: How many at a time; as many as there are processors if not given.
-        address: HOST:PORT of the Ray cluster's head, or "auto" for the cluster of this machine;
-            one is started if not given.
+        workers: Number of parallel workers; as many as there are processors if not given.
+        address: HOST:PORT of the head of a Ray cluster, or "auto" for the cluster of this machine;
+            a new cluster is started if not given.
     """
 
     backend: BackendName = "processes"
@@ -34,16 +34,16 @@ class Workers:
     address: str | None = None
 
     def train(self, folder: SweepFolder, title: Callable[[RunConfig], str] | None = None) -> None:
-        """Train what is missing in the folder of a sweep, showing how far it is.
+        """Train the missing runs of a sweep, and show the progress.
 
         Args:
-            folder: The sweep.
-            title: What to call a run; the settings that vary if not given.
+            folder: Folder of the sweep.
+            title: Returns the title of a run; the options that vary if not given.
         """
         from mpma_mj.sweep.backend import open_backend
         from mpma_mj.utils.progress import show_runs
 
-        titled = title or folder.title
+        title_of = title or folder.title
         total, missing = len(folder.spec.configs), len(folder.missing())
         if not missing:
             return
@@ -51,19 +51,19 @@ class Workers:
             _hint_at_resuming(folder),
             open_backend(self.backend, self.workers, self.address) as backend,
         ):
-            # Workers get ready while this is imported.
+            # Workers start while this module is imported.
             from mpma_mj.sweep.engine import finish
 
             with show_runs(total, total - missing) as show:
 
                 def on_batch(batch: Sequence[RunResult]) -> None:
-                    show(len(batch), titled(batch[0].config))
+                    show(len(batch), title_of(batch[0].config))
 
                 finish(folder, backend, on_batch)
 
 
 def require_all(folder: SweepFolder) -> None:
-    """Fail if runs are missing, after all that can be had from the others is written.
+    """Raise an error if runs are missing; call it after the results of the others are written.
 
     Raises:
         WorkerError: Runs are missing.
@@ -71,18 +71,18 @@ def require_all(folder: SweepFolder) -> None:
     missing = len(folder.missing())
     if missing:
         raise WorkerError(
-            f"{missing} runs are missing, their workers died time and again (memory?); the same"
-            f" command with --out {folder.path} and fewer --workers goes on with them, or start"
-            " anew with smaller --nodes"
+            f"{missing} runs are missing, their workers died repeatedly (memory?); resume with the"
+            f" same command, --out {folder.path} and fewer --workers, or start again with smaller"
+            " --nodes"
         )
 
 
 @contextlib.contextmanager
 def _hint_at_resuming(folder: SweepFolder) -> Iterator[None]:
-    """Say where an interrupted sweep can be gone on with, if some of it is saved."""
+    """Print how to resume an interrupted sweep, if some of its runs are saved."""
     try:
         yield
     except KeyboardInterrupt:
         if folder.begun:
-            print(f"mpma: to go on: the same command with --out {folder.path}", file=sys.stderr)
+            print(f"mpma: to resume: the same command with --out {folder.path}", file=sys.stderr)
         raise

@@ -102,7 +102,7 @@ def test_a_sweep_that_is_killed_goes_on_where_it_was(
     if kill == signal.SIGINT:
         assert command.returncode == 130, told
         assert told.splitlines()[-2:] == [
-            f"mpma: to go on: the same command with --out {out}",
+            f"mpma: to resume: the same command with --out {out}",
             "mpma: interrupted",
         ]
     assert "Traceback" not in told

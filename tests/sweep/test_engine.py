@@ -121,9 +121,8 @@ def test_a_job_that_is_always_lost_is_given_up_and_the_others_are_kept(tmp_path:
     with pytest.raises(WorkerError) as error:
         require_all(folder)
     assert str(error.value) == (
-        "1 runs are missing, their workers died time and again (memory?); the same command with"
-        f" --out {tmp_path} and fewer --workers goes on with them, or start anew with smaller"
-        " --nodes"
+        "1 runs are missing, their workers died repeatedly (memory?); resume with the same"
+        f" command, --out {tmp_path} and fewer --workers, or start again with smaller --nodes"
     )
 
 
