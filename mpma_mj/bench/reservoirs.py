@@ -67,8 +67,8 @@ def _model(nodes: int, radius: float, inputs: int, outputs: int, rng: Generator)
     """Return the step of a network as a `Model`."""
     from reservoirpy.nodes import Input
 
-    heard, readout = Input(), _readout(nodes + inputs, outputs, rng)
-    model = (heard >> _reservoir(nodes, radius, rng) >> readout) & (heard >> readout)
+    source, readout = Input(), _readout(nodes + inputs, outputs, rng)
+    model = (source >> _reservoir(nodes, radius, rng) >> readout) & (source >> readout)
     return model.step
 
 

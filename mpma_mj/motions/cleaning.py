@@ -138,7 +138,7 @@ class Cleaner:
                 )
             self._cut(first, last)
             self._findings.note(
-                f"cut to {start:g}-{last / self._rate:.2f} s, {self.frames} frames, as asked"
+                f"cut to {start:g}-{last / self._rate:.2f} s, {self.frames} frames, as requested"
             )
 
     def _jumps(self, *, repair: bool) -> None:
@@ -186,7 +186,7 @@ class Cleaner:
         if longest and usable:
             self._cut(first, end)
             self._findings.note(
-                f"kept {kept}, the longest stretch without long gaps, as asked: {gap}"
+                f"kept {kept}, the longest stretch without long gaps, as requested: {gap}"
             )
             return
         most = max(end - first for first, end, _ in gaps) / self._rate

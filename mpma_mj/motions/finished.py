@@ -56,15 +56,16 @@ def read_finished(
     if options.end is not None and end > times[-1] + 1.0 / motion.rate:
         findings.warn(f"--to is {end:g} s, but {motion.name} ends at {times[-1]:.2f} s")
     if not kept.all():
-        findings.note(f"cut to {times[kept][0]:g}-{times[kept][-1]:.2f} s, as asked")
+        findings.note(f"cut to {times[kept][0]:g}-{times[kept][-1]:.2f} s, as requested")
     times, posture, context = times[kept], motion.posture[kept], motion.context[kept]
     if options.loop:
         posture = close_loop(posture, motion.rate)
     if given(options) & _OF_CONTEXT:
         context, labels = label(posture, times, (), options, motion.name, findings)
     else:
-        heard = np.flatnonzero(context.any(axis=0) | ~motion.context.any(axis=0))
-        context, labels = context[:, heard], tuple(motion.labels[i] for i in heard)
+        # Labels whose frames were all cut off are left out.
+        present = np.flatnonzero(context.any(axis=0) | ~motion.context.any(axis=0))
+        context, labels = context[:, present], tuple(motion.labels[i] for i in present)
     return Reading(
         motion=replace(motion, posture=posture, context=context, labels=labels),
         findings=findings,

@@ -38,8 +38,8 @@ def bars(path: Path) -> tuple[Span, ...]:
     """Find the bars of the music.
 
     Beats are found by dynamic programming (Ellis 2007, J. New Music Research 36(1)). Four of
-    them are a bar (choice), which begins with that one of the four on which most sets in. What
-    is heard before the first bar belongs to it, what is heard after the last to that one.
+    them are a bar (choice), which begins with the beat that has the strongest onsets. Music before
+    the first bar belongs to the first bar, music after the last one to the last.
 
     Args:
         path: Audio file.
@@ -68,7 +68,7 @@ def sections(path: Path) -> tuple[Span, ...]:
         path: Audio file.
 
     Returns:
-        "A", "B" and so on, at most eight labels in the order in which they are first heard,
+        "A", "B" and so on, at most eight labels in the order in which they first occur,
         without gaps from 0 s to the end of the file. A section that returns has its label again.
 
     Raises:
@@ -158,8 +158,8 @@ def _bar_starts(samples: Samples, path: Path) -> Array:
         1
     ]
     times = librosa.frames_to_time(frames, sr=_RATE, hop_length=_HOP) - _LEAD
-    heard = times >= 0  # the first may be found in the silence in front
-    frames, times = frames[heard], times[heard]
+    audible = times >= 0  # the first beat may be detected in the silence before the music
+    frames, times = frames[audible], times[audible]
     phases = min(_BEATS, len(times) - _BEATS + 1)  # that leave a whole bar
     if phases < 1:
         raise MotionFileError(

@@ -35,16 +35,16 @@ def joint_speeds(motion: Motion) -> Array:
 
 
 def check_reach(motion: Motion, max_joint_speed: Array, max_elbow: float) -> None:
-    """Refuse a movement that the arms cannot follow.
+    """Check that the arms can follow a motion.
 
     Args:
-        motion: The movement.
-        max_joint_speed: Fastest that each joint can turn, shape (8,), rad/s.
-        max_elbow: Farthest that an elbow bends, rad.
+        motion: The motion.
+        max_joint_speed: Largest speed of each joint, shape (8,), rad/s.
+        max_elbow: Largest angle of an elbow, rad.
 
     Raises:
-        MotionReachError: Names joint and frame, what is asked and what can be, and a tempo
-            that would do where speed is the matter.
+        MotionReachError: An elbow would have to bend too far, or a joint to turn too fast. The
+            error names joint, frame, required and possible value, and a tempo that is feasible.
     """
     elbows = kinematics.angles_from_posture(motion.posture)[:, 3::4]
     frame, side = np.unravel_index(np.argmax(elbows), elbows.shape)
@@ -68,15 +68,16 @@ def check_reach(motion: Motion, max_joint_speed: Array, max_elbow: float) -> Non
 
 
 def check_ranges(motion: Motion, lowest: Array, highest: Array) -> None:
-    """Refuse a movement that leads out of the joints' ranges.
+    """Check that a motion stays within the ranges of the joints.
 
     Args:
-        motion: The movement.
+        motion: The motion.
         lowest: Lowest joint angles, shape (8,), rad, -inf where there is none.
         highest: Highest joint angles, shape (8,), rad.
 
     Raises:
-        MotionReachError: Names joint and frame, what is asked and what can be.
+        MotionReachError: A joint angle is out of range. The error names joint, frame, required
+            angle and range.
     """
     beyond = np.maximum(lowest - motion.joint_angles, motion.joint_angles - highest)
     frame, joint = np.unravel_index(np.argmax(beyond), beyond.shape)

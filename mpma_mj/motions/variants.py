@@ -1,4 +1,4 @@
-"""Movements made of another."""
+"""Variants of motions: mirrored, or with the context of another motion."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ _SIDEWAYS = np.array([1.0, -1.0, 1.0])  # y → -y
 
 
 def mirrored(motion: Motion) -> Motion:
-    """Return a movement with left and right exchanged, to the same music."""
+    """Return a motion with left and right exchanged, and the same context."""
     arms = motion.posture.reshape(-1, 2, 2, 3)  # (T, arm, segment, xyz)
     posture = (arms[:, ::-1] * _SIDEWAYS).reshape(-1, 12)
     return dataclasses.replace(motion, posture=posture)
 
 
 def with_music_of(motion: Motion, other: Motion) -> Motion:
-    """Return a movement danced to another's music.
+    """Return a motion with the context of another one.
 
     Args:
-        motion: The movement, T postures.
-        other: The movement whose labels are heard, each for its share of the time.
+        motion: The motion, T postures.
+        other: The motion whose context is stretched or compressed to T postures.
     """
     frames = len(motion)
-    heard = np.arange(frames) * len(other) // frames
-    return dataclasses.replace(motion, context=other.context[heard], labels=other.labels)
+    index = np.arange(frames) * len(other) // frames
+    return dataclasses.replace(motion, context=other.context[index], labels=other.labels)

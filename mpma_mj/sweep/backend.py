@@ -1,4 +1,4 @@
-"""Who works: what is asked of processes here and of a cluster alike, and how all is done."""
+"""Backends that do work: the interface of local processes and of a cluster."""
 
 from __future__ import annotations
 

@@ -22,12 +22,12 @@ _PLENTY = 4  # points of a grid for each worker that keep all busy to the end (c
 def cut(configs: Sequence[RunConfig], workers: int) -> list[Batch]:
     """Return batches of runs that differ in their seed only, those that take longest first.
 
-    Where there are few points every worker gets its share of each, so that none waits. Crowds of
-    large networks are small, so that their memory is not.
+    With few points of the grid, every worker gets a share of each point, so that none is idle.
+    Batches of large networks are small, which limits their memory.
 
     Args:
-        configs: Settings of the runs.
-        workers: How many batches are trained at a time.
+        configs: Config of each run.
+        workers: Number of batches that are trained in parallel.
     """
     groups = by_point(configs).values()
     shares = workers if len(groups) < _PLENTY * workers else 1

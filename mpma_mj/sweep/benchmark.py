@@ -37,8 +37,8 @@ class Line:
 
     Attributes:
         point: Settings, without the seed.
-        wanted: How many runs were asked for.
-        runs: Those that are over.
+        wanted: Number of requested runs.
+        runs: The finished runs.
         measures: Means over seeds and their intervals, by name in a summary.
         seconds: How long a run was trained, mean, s; runs side by side, each its equal share.
     """

@@ -65,11 +65,11 @@ class SweepFolder:
 
     @property
     def begun(self) -> bool:
-        """Whether what is asked is written, so that the sweep can be gone on with."""
+        """Whether the specification is written, so that the sweep can be resumed."""
         return self._header.exists()
 
     def begin(self) -> None:
-        """Write what is spec, if it is not there yet."""
+        """Write the specification, if it is not written yet."""
         if not self.begun:
             atomic_files.write_json(self._header, self._content())
 
@@ -84,11 +84,11 @@ class SweepFolder:
         atomic_files.write_json(self._file(run.config), content)
 
     def missing(self) -> list[RunConfig]:
-        """Return the settings of the runs that are not over yet."""
+        """Return the configs of the runs that are not finished."""
         return [config for config in self.spec.configs if not self._file(config).exists()]
 
     def finished(self) -> list[RunResult]:
-        """Read the runs that are over, in the order in which they were asked for.
+        """Read the finished runs, in the order of the specification.
 
         Raises:
             RunFolderError: The file of a run is damaged.
@@ -219,12 +219,12 @@ def _difference(key: str, there: Any, spec: Any) -> str:
     """Say in a few words in what two sweeps differ; `there` may be anything."""
     if isinstance(there, dict) and there.keys() == spec.keys():
         name = next(name for name in spec if there[name] != spec[name])
-        return f"with {name} {there[name]} where {spec[name]} is asked for"
+        return f"with {name} {there[name]} where {spec[name]} is requested"
     if isinstance(there, list) and len(there) != len(spec):
-        return f"of {len(there)} runs where {len(spec)} are asked for"
+        return f"of {len(there)} runs where {len(spec)} are requested"
     if isinstance(spec, dict | list):
         return "of another grid"
-    return f"with {key} {there} where {spec} is asked for"
+    return f"with {key} {there} where {spec} is requested"
 
 
 def _name(config: RunConfig, varying: Iterable[str]) -> str:

@@ -1,4 +1,4 @@
-"""What is sent to a worker, and what it does with it."""
+"""Jobs of a sweep: batches of runs that a worker trains, and their results."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ __all__ = ["Job", "JobResult"]
 
 @dataclass(frozen=True, eq=False)
 class Job(Work):
-    """Runs that are trained side by side.
+    """A batch of runs.
 
     Attributes:
-        configs: Their settings, which differ in the seed only.
-        motion: What they imitate; it travels along, so that workers need no recording.
-        epochs: Most epochs of a run.
+        configs: Config of each run; they differ in their seeds only.
+        motion: The motion; it is sent along, so that workers need no recording.
+        epochs: Largest number of epochs of a run.
         stop: Whether a run ends when it has converged.
-        versions: Of what computes the results, where the work was asked for.
+        versions: Versions of the packages that determine the results, on the requesting machine.
     """
 
     configs: tuple[RunConfig, ...]
@@ -34,11 +34,12 @@ class Job(Work):
     versions: dict[str, str]
 
     def do(self) -> JobResult:
-        """Train and return what came of it.
+        """Train the batch and return the results.
 
         Raises:
-            WorkerError: The worker would compute other results than the one who spec.
-            MpmaError: The settings do not fit.
+            WorkerError: The worker has another version of a package, and would compute other
+                results.
+            MpmaError: The config does not fit the motion.
         """
         here = versions()
         for package, version in self.versions.items():
@@ -54,11 +55,11 @@ class Job(Work):
 
 @dataclass(frozen=True)
 class JobResult:
-    """What came of a job.
+    """Result of a job.
 
     Attributes:
-        summaries: A summary of each run.
-        seconds: How long it took, for each run its equal share, s.
+        summaries: Summary of each run.
+        seconds: Duration of the job divided by its number of runs, s.
     """
 
     summaries: list[dict[str, Any]]

@@ -82,11 +82,11 @@ def spread(runs: Sequence[RunResult], measure: str) -> Spread:
 
 
 def remarks(runs: Sequence[RunResult], requested: int) -> list[str]:
-    """Return a sentence for everything that did not go as usual.
+    """Return a sentence for each kind of irregularity: missing, diverged and repeated runs.
 
     Args:
-        runs: RunResult runs.
-        requested: How many were asked for.
+        runs: The finished runs.
+        requested: Number of requested runs.
     """
     diverged = sum(run.diverged for run in runs)
     again = sum(run.attempts > 1 for run in runs)

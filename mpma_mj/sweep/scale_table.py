@@ -91,9 +91,9 @@ def as_markdown(results: Results, runs: Sequence[RunResult], spec: int) -> str:
     """Return a table for each measure, means over seeds, and where it saturates.
 
     Args:
-        results: RunResult runs by material and size.
-        runs: The same in a row.
-        spec: How many were asked for.
+        results: Results by material and size.
+        runs: The finished runs.
+        spec: Number of requested runs.
     """
     scale = results.scale
     parts = ["Means over seeds; columns are what is learned, rows are what learns it."]

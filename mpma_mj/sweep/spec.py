@@ -1,4 +1,4 @@
-"""What a sweep is asked to train."""
+"""Specification of a sweep: the runs that it trains."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ __all__ = ["SweepSpec", "by_point", "seeds", "without_seed"]
 
 @dataclass(frozen=True)
 class SweepSpec:
-    """Runs, each known by its settings.
+    """Runs of a sweep, each identified by its config.
 
     Attributes:
-        configs: Settings of the runs, no two alike.
-        epochs: Most epochs of a run.
+        configs: Config of each run, no two equal.
+        epochs: Largest number of epochs of a run.
         stop: Whether a run ends when it has converged.
 
     Raises:
-        BadOptionError: There is no run or no epoch, or a run is asked for twice.
+        BadOptionError: There is no run or no epoch, or a run is requested twice.
     """
 
     configs: tuple[RunConfig, ...]
@@ -30,29 +30,29 @@ class SweepSpec:
     stop: bool = True
 
     def __post_init__(self) -> None:
-        """Check what every user relies on."""
+        """Check the numbers of runs and epochs, and that runs are distinct."""
         if not self.configs:
-            raise BadOptionError("no runs are asked for; expected at least 1")
+            raise BadOptionError("no runs are requested; expected at least 1")
         if self.epochs < 1:
             raise BadOptionError(f"epochs is {self.epochs}; expected at least 1")
         if len(set(self.configs)) < len(self.configs):
-            raise BadOptionError("the same run is asked for twice; leave one out")
+            raise BadOptionError("the same run is requested twice; leave one out")
 
     @property
     def varying(self) -> tuple[str, ...]:
-        """Names of the settings in which the runs differ; of all but the seed."""
+        """Names of the options in which the runs differ, without the seed."""
         options = [config.options() for config in self.configs]
         names = dict.fromkeys(name for own in options for name in own if name != "seed")
         return tuple(
             name
             for name in names
-            # An option that an agent does not have goes with the agent's name.
+            # An option that only some agents have varies together with the agent's name.
             if len({str(own[name]) for own in options if name in own}) > 1
         )
 
 
 def seeds(point: RunConfig, runs: int) -> list[RunConfig]:
-    """Return the runs of settings: their seed and those that follow it.
+    """Return runs of a point of the grid, with its seed and those that follow.
 
     Raises:
         BadOptionError: The number of runs is less than one.
@@ -63,7 +63,7 @@ def seeds(point: RunConfig, runs: int) -> list[RunConfig]:
 
 
 def without_seed(config: RunConfig) -> RunConfig:
-    """Return what runs have in common that differ in their seed only."""
+    """Return a config with seed 0, which is equal for runs that differ in their seed only."""
     return dataclasses.replace(config, seed=0)
 
 

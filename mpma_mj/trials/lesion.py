@@ -40,8 +40,8 @@ class Dance:
         p_e_percent: p_e, percent.
         label_p_e_percent: p_e of the steps that lead to postures of each label, shape (C,),
             percent; NaN of one that is not danced.
-        responsibility: Mean responsibility of each module while a label is heard, shape (C, M);
-            0 of modules that are lost, NaN of a label that is not danced.
+        responsibility: Mean responsibility of each module while a label is active, shape (C, M);
+            0 for removed modules, NaN for a label that does not occur.
         dominant: Module that most often has the largest responsibility, shape (C,); -1 of a
             label that is not danced.
     """
@@ -185,14 +185,14 @@ def dance_without(trained: TrainedAgents, lost: Lost, retrain: int) -> Lesion:
         pairs.drop_modules(lost)
         agent = _Lesioned(**vars(trained) | {"state": pairs.state_dict()}, whole=trained, lost=lost)
     condition = EvalCondition("home", trained.motion, {})
-    at_once = _seen(_danced(agent, condition, lost), left, len(enabled))
+    at_once = _measure(_danced(agent, condition, lost), left, len(enabled))
     prepared = isinstance(pairs, HAMMER) and not pairs.is_preparing
     if silent or prepared or retrain == 0:
         return Lesion(lost, at_once, None)
     agent, course = fine_tune(agent, condition, retrain)
     if np.isnan(course).any():
         raise _diverged(lost)
-    return Lesion(lost, at_once, _seen(_danced(agent, condition, lost), left, len(enabled)))
+    return Lesion(lost, at_once, _measure(_danced(agent, condition, lost), left, len(enabled)))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -242,20 +242,26 @@ def _diverged(lost: Lost) -> DivergedError:
     )
 
 
-def _seen(trace: Trace, left: NDArray[np.intp], modules: int) -> Dance:
-    """Return what is measured of an episode, given which modules are left of how many."""
+def _measure(trace: Trace, left: NDArray[np.intp], modules: int) -> Dance:
+    """Return the measures of an episode.
+
+    Args:
+        trace: Trace of the episode.
+        left: Indices of the modules that are not removed.
+        modules: Number M of all modules.
+    """
     posture, reference = trace.posture[1:], trace.reference[1:]
     context = trace.context
     responsibility = np.zeros((len(posture), modules))
     responsibility[:, left] = trace.with_modules().responsibility
-    came, heard = active_label(context[1:]), active_label(context[:-1])
+    reached, active = active_label(context[1:]), active_label(context[:-1])
     labels = range(context.shape[1])
     return Dance(
         p_e_percent=metrics.posture_error_percent(posture, reference),
         label_p_e_percent=np.array(
-            [_error(posture[came == c], reference[came == c]) for c in labels]
+            [_error(posture[reached == c], reference[reached == c]) for c in labels]
         ),
-        responsibility=np.array([_mean(responsibility[heard == c]) for c in labels]),
+        responsibility=np.array([_mean(responsibility[active == c]) for c in labels]),
         dominant=np.array(metrics.dominant_module(responsibility, context[:-1])),
     )
 

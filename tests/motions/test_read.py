@@ -284,7 +284,7 @@ def test_from_and_to_count_in_seconds_of_the_recording(
     assert np.abs(cut.motion.posture - truth).max() < 0.02
     np.testing.assert_allclose(cut.times, np.arange(first, first + count) / 60.0)
     asked = bool(start) or end is not None
-    assert any("as asked" in step for step in cut.findings.steps) == asked
+    assert any("as requested" in step for step in cut.findings.steps) == asked
     beyond = end is not None and end > 3.8
     assert cut.findings.warnings == beyond * ["--to is 99 s, but the recording ends at 3.80 s"]
 

@@ -131,7 +131,7 @@ def test_the_command_writes_tables_and_file(
     names = {path.name for path in tmp_path.iterdir() if path.is_file()}
     assert names == {"ablate.md", "ablate.csv", "results.csv", "sweep.json", "time.json"}
     assert main(words) == 2
-    assert "with rule gated where weighted is asked for" in capsys.readouterr().err
+    assert "with rule gated where weighted is requested" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -141,7 +141,7 @@ def test_the_command_writes_table_file_and_picture(
     assert steps[str(dance)] < 300  # three seconds of the recording; the YMCA is whole
     assert all(float(row["seconds_mean"]) > 0 for row in rows)
     assert main([*words, "--no-stop", "--out", str(out)]) == 2
-    assert "with stop True where False is asked for" in capsys.readouterr().err
+    assert "with stop True where False is requested" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -91,10 +91,10 @@ def test_rows_have_every_measure_and_the_settings_that_vary(tmp_path: Path) -> N
     ("other", "message"),
     [
         (spec_of("nodes=5,7"), "of another grid"),
-        (spec_of("nodes=5,6", runs=3), "of 4 runs where 6 are asked for"),
-        (spec_of("nodes=5,6", epochs=3), "with epochs 2 where 3 is asked for"),
+        (spec_of("nodes=5,6", runs=3), "of 4 runs where 6 are requested"),
+        (spec_of("nodes=5,6", epochs=3), "with epochs 2 where 3 is requested"),
         (spec_of("rule=gated,weighted"), "of another grid"),
-        (spec_of("nodes=5,6", "arms=kinematic"), "with arms physics where kinematic is asked for"),
+        (spec_of("nodes=5,6", "arms=kinematic"), "with arms physics where kinematic is requested"),
     ],
 )
 def test_a_folder_of_another_sweep_is_refused(
@@ -118,7 +118,7 @@ def test_a_folder_of_another_version_is_refused(
         SweepFolder(tmp_path, spec_of())
     monkeypatch.undo()
     monkeypatch.setattr(atomic_files, "FORMAT", 99)
-    with pytest.raises(RunFolderError, match="where 99 is asked for"):
+    with pytest.raises(RunFolderError, match="where 99 is requested"):
         SweepFolder(tmp_path, spec_of())
 
 

@@ -144,7 +144,7 @@ def test_the_command_writes_table_file_and_picture(
         *("table1.md", "table1.csv", "table1.png", "results.csv", "sweep.json", "time.json"),
     }
     assert main([*words, "--rule", "gated"]) == 2
-    assert "with rule weighted where gated is asked for" in capsys.readouterr().err
+    assert "with rule weighted where gated is requested" in capsys.readouterr().err
 
 
 def test_ideal_arms_have_no_physics_to_compare_with(

@@ -32,7 +32,7 @@ from mpma_mj.trials.lesion import (
     Lesion,
     Lesions,
     Lost,
-    _seen,
+    _measure,
     dance_without,
     what_can_be_lost,
 )
@@ -157,7 +157,7 @@ def test_errors_are_of_the_label_to_which_a_step_leads() -> None:
             responsibility, responsibility, np.zeros((4, 2, 8)), np.zeros((4, 2, 12))
         ),
     )
-    dance = _seen(trace, np.array([0, 2]), 3)
+    dance = _measure(trace, np.array([0, 2]), 3)
     assert dance.p_e_percent == pytest.approx(20.0)
     np.testing.assert_allclose(dance.label_p_e_percent, [10.0, 30.0, np.nan])
     # And responsibilities are of the label that is heard.
