@@ -132,11 +132,12 @@ def _stem(motions: Sequence[str]) -> str:
 
 
 def _print_summary(summary: dict[str, Any]) -> None:
-    modules = ", ".join(f"{k} → {v or '–'}" for k, v in summary["dominant_module"].items())
     state = "converged" if summary["converged"] else "not converged"
     epochs = f"{summary['epochs']} epoch{'s' if summary['epochs'] > 1 else ''}"
-    print(
-        f"{state} after {epochs}; kept epoch {summary['best_epoch']:.0f}:"
-        f" p_e {summary['p_e_percent']:.2f} %, feedback ratio {summary['feedback_ratio']:.3f},"
-        f" label → dominant module: {modules}"
-    )
+    results = [f"p_e {summary['p_e_percent']:.2f} %"]
+    if "feedback_ratio" in summary:
+        results.append(f"feedback ratio {summary['feedback_ratio']:.3f}")
+    if "dominant_module" in summary:
+        modules = (f"{k} → {v or '–'}" for k, v in summary["dominant_module"].items())
+        results.append(f"label → dominant module: {', '.join(modules)}")
+    print(f"{state} after {epochs}; best epoch {summary['best_epoch']:.0f}: {', '.join(results)}")

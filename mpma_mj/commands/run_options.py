@@ -15,7 +15,7 @@ from mpma_mj.errors import BadOptionError
 from mpma_mj.motions.options import option_name
 from mpma_mj.training.config import ReadingArguments, RunConfig
 
-__all__ = ["RunOptions", "config_type", "typed_options"]
+__all__ = ["OutsideClasses", "RunOptions", "config_type", "typed_options"]
 
 AgentT = TypeVar("AgentT", bound=AgentConfig)
 
@@ -65,6 +65,24 @@ class RunOptions(Generic[AgentT]):
         """Paths of the classes from outside the package that were named."""
         named = (self.agent, getattr(self.config, "rule", ""))
         return tuple(path for path in named if isinstance(path, str) and ":" in path)
+
+
+@dataclass(frozen=True, kw_only=True)
+class OutsideClasses:
+    """Code from outside the package with which runs were trained; it is imported only if named.
+
+    Attributes:
+        agent: Path of the class of the agent, such as my_agents.py:MyAgent.
+        rule: Path of the class of the learning rule, such as my_rules.py:MyRule.
+    """
+
+    agent: str | None = None
+    rule: str | None = None
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """Paths of the classes that were named."""
+        return tuple(path for path in (self.agent, self.rule) if path is not None)
 
 
 def config_type(words: Sequence[str]) -> type[AgentConfig]:

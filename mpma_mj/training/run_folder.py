@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj._version import __version__
+from mpma_mj.agents.signals import MODULE_SIGNALS
 from mpma_mj.errors import CheckpointError, MotionFileError, RunFolderError
 from mpma_mj.motions import Motion, motion_file
 from mpma_mj.trace import SIGNALS, Trace
@@ -249,7 +250,9 @@ class RunFolder:
         """
         path = self.path / "trace.npz"
         arrays, _ = atomic_files.read_arrays(path, "trace")
-        lacking = [name for name in SIGNALS if name not in arrays]
+        has_modules = any(name in arrays for name in MODULE_SIGNALS)
+        expected = (*SIGNALS, *MODULE_SIGNALS) if has_modules else SIGNALS
+        lacking = [name for name in expected if name not in arrays]
         if lacking:
             raise CheckpointError(
                 f"{path}: lacks {', '.join(lacking)}", remedy="train again with {overwrite}"
