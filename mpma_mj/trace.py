@@ -20,8 +20,8 @@ OBSERVED = ("posture", "reference", "context", "joint_angles", "joint_velocities
 
 _STEPS = ("action", "reward")
 
-SIGNALS = (*OBSERVED, *_STEPS, *MODULE_SIGNALS)
-"""Names of all signals of an agent with modules."""
+SIGNALS = (*OBSERVED, *_STEPS)
+"""Names of the signals that every trace has."""
 
 
 @dataclass(frozen=True, eq=False)

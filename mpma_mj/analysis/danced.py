@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.errors import RunFolderError
+from mpma_mj.errors import CheckpointError, RunFolderError
 from mpma_mj.motions import Motion
 from mpma_mj.trace import Trace
 from mpma_mj.training.demonstration_check import demonstrated
@@ -41,7 +41,9 @@ def read_danced(folder: RunFolder) -> Danced:
         CheckpointError: The run is damaged, or has no modules.
     """
     demonstration, trace = demonstrated(folder)
-    if not np.any(trace.with_modules().module_actions):
+    if trace.modules is None:
+        raise CheckpointError(f"{folder.path}: its agent has no modules; choose a run of MPMA")
+    if not np.any(trace.modules.module_actions):
         raise RunFolderError(
             f"{folder.path}: its modules put out nothing in the kept epoch; go on with"
             f" mpma imitate --resume {folder.path}"

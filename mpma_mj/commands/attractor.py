@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -9,6 +10,7 @@ from typing import Annotated
 import tyro
 
 from mpma_mj.commands.folders import locked_runs
+from mpma_mj.commands.run_options import OutsideClasses
 from mpma_mj.errors import BadOptionError
 
 __all__ = ["Attractor"]
@@ -25,6 +27,11 @@ class Attractor:
     run_folders: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="RUN...")]
     """Folders of runs."""
 
+    outside: tyro.conf.OmitArgPrefixes[OutsideClasses] = dataclasses.field(
+        default_factory=OutsideClasses
+    )
+    """Code from outside the package with which runs were trained."""
+
     def run(self) -> Path:
         """Run all agents without demonstration and return the path of the last figure."""
         from mpma_mj.analysis.attractor import dance_freely
@@ -37,7 +44,7 @@ class Attractor:
 
         if not self.run_folders:
             raise BadOptionError("no run given; try: mpma attractor runs/ymca")
-        folders = [RunFolder(path) for path in self.run_folders]
+        folders = [RunFolder(path, self.outside.paths) for path in self.run_folders]
         with locked_runs(folders):
             for folder in folders:
                 # Raises for modules without output, which predict no posture.

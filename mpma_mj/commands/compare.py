@@ -34,7 +34,7 @@ class Compare(Generic[AgentT]):
     """"ymca", or a recording; several, or a folder, form a repertoire that is learned together."""
     runs: int = 5
     """Runs on each kind of arms, with seeds from 0."""
-    options: tyro.conf.OmitArgPrefixes[RunOptions[AgentT]]
+    options: Annotated[tyro.conf.OmitArgPrefixes[RunOptions[AgentT]], tyro.conf.arg(name="")]
     """Options that determine the result."""
     epochs: int = 30
     """Largest number of epochs of a run; it ends when it has converged."""

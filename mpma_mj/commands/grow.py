@@ -35,7 +35,7 @@ class Grow(Generic[AgentT]):
     """Largest number of modules."""
     runs: int = 10
     """Growing runs, and runs of each fixed number of modules, with seeds from --seed up."""
-    options: tyro.conf.OmitArgPrefixes[RunOptions[AgentT]]
+    options: Annotated[tyro.conf.OmitArgPrefixes[RunOptions[AgentT]], tyro.conf.arg(name="")]
     """Options that determine the result."""
     epochs: int = 100
     """Largest number of epochs of a run; it ends when it has converged."""

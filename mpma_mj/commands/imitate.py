@@ -35,7 +35,7 @@ class Imitate(Generic[AgentT]):
     motions: Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="MOTION")] = ()
     """"ymca", or a recording: C3D, BVH, AMC, TRC, TSV, CSV, npz; several, or a folder, form a
     repertoire that is learned together."""
-    options: tyro.conf.OmitArgPrefixes[RunOptions[AgentT]]
+    options: Annotated[tyro.conf.OmitArgPrefixes[RunOptions[AgentT]], tyro.conf.arg(name="")]
     """Options that determine the result."""
     epochs: int = 30
     """Largest number of epochs, with --resume of further epochs; training ends when the run has
@@ -139,11 +139,12 @@ def _stem(motions: Sequence[str]) -> str:
 
 def _print_summary(summary: dict[str, Any]) -> None:
     """Print the summary of a run in one line."""
-    modules = ", ".join(f"{k} → {v or '–'}" for k, v in summary["dominant_module"].items())
     state = "converged" if summary["converged"] else "not converged"
     epochs = f"{summary['epochs']} epoch{'s' if summary['epochs'] > 1 else ''}"
-    print(
-        f"{state} after {epochs}; best epoch {summary['best_epoch']:.0f}:"
-        f" p_e {summary['p_e_percent']:.2f} %, feedback ratio {summary['feedback_ratio']:.3f},"
-        f" label → dominant module: {modules}"
-    )
+    results = [f"p_e {summary['p_e_percent']:.2f} %"]
+    if "feedback_ratio" in summary:
+        results.append(f"feedback ratio {summary['feedback_ratio']:.3f}")
+    if "dominant_module" in summary:
+        modules = (f"{k} → {v or '–'}" for k, v in summary["dominant_module"].items())
+        results.append(f"label → dominant module: {', '.join(modules)}")
+    print(f"{state} after {epochs}; best epoch {summary['best_epoch']:.0f}: {', '.join(results)}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from mpma_mj.commands.folders import locked_runs
+from mpma_mj.commands.run_options import OutsideClasses
 from mpma_mj.errors import BadOptionError
 
 if TYPE_CHECKING:
@@ -31,6 +33,11 @@ class Lesion:
     retrain: int = 3
     """Epochs of fine-tuning with the remaining modules; 0 for none."""
 
+    outside: tyro.conf.OmitArgPrefixes[OutsideClasses] = dataclasses.field(
+        default_factory=OutsideClasses
+    )
+    """Code from outside the package with which runs were trained."""
+
     def run(self) -> Path:
         """Evaluate all lesions and return the path of the last figure."""
         from mpma_mj.analysis.danced import read_danced
@@ -46,7 +53,7 @@ class Lesion:
             raise BadOptionError("no run given; try: mpma lesion runs/ymca")
         if self.retrain < 0:
             raise BadOptionError(f"retrain is {self.retrain}; expected 0 or more epochs")
-        folders = [RunFolder(path) for path in self.run_folders]
+        folders = [RunFolder(path, self.outside.paths) for path in self.run_folders]
         with locked_runs(folders):
             _check_comparable(folders)
             runs = []

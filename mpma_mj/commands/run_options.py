@@ -15,7 +15,7 @@ from mpma_mj.errors import BadOptionError
 from mpma_mj.motions.options import option_name
 from mpma_mj.training.config import ReadingArguments, RunConfig
 
-__all__ = ["RunOptions", "config_type", "typed_options"]
+__all__ = ["OutsideClasses", "RunOptions", "config_type", "typed_options"]
 
 AgentT = TypeVar("AgentT", bound=AgentConfig)
 
@@ -37,13 +37,13 @@ class RunOptions(Generic[AgentT]):
 
     agent: Annotated[str, tyro.conf.arg(metavar="NAME")] = "mpma"
     seed: int = 0
-    config: tyro.conf.OmitArgPrefixes[AgentT]
-    env: tyro.conf.OmitArgPrefixes[EnvironmentOptions] = dataclasses.field(
-        default_factory=EnvironmentOptions
-    )
-    reading: tyro.conf.OmitArgPrefixes[ReadingArguments] = dataclasses.field(
-        default_factory=ReadingArguments
-    )
+    config: Annotated[tyro.conf.OmitArgPrefixes[AgentT], tyro.conf.arg(name="agent")]
+    env: Annotated[
+        tyro.conf.OmitArgPrefixes[EnvironmentOptions], tyro.conf.arg(name="environment")
+    ] = dataclasses.field(default_factory=EnvironmentOptions)
+    reading: Annotated[
+        tyro.conf.OmitArgPrefixes[ReadingArguments], tyro.conf.arg(name="recording")
+    ] = dataclasses.field(default_factory=ReadingArguments)
 
     def run_config(self, motions: tuple[str, ...]) -> RunConfig:
         """Return the config of a run.
@@ -65,6 +65,24 @@ class RunOptions(Generic[AgentT]):
         """Paths of the named classes from outside the package."""
         named = (self.agent, getattr(self.config, "rule", ""))
         return tuple(path for path in named if isinstance(path, str) and ":" in path)
+
+
+@dataclass(frozen=True, kw_only=True)
+class OutsideClasses:
+    """Code from outside the package with which runs were trained; it is imported only if named.
+
+    Attributes:
+        agent: Path of the class of the agent, such as my_agents.py:MyAgent.
+        rule: Path of the class of the learning rule, such as my_rules.py:MyRule.
+    """
+
+    agent: str | None = None
+    rule: str | None = None
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """Paths of the classes that were named."""
+        return tuple(path for path in (self.agent, self.rule) if path is not None)
 
 
 def config_type(words: Sequence[str]) -> type[AgentConfig]:

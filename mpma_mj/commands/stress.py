@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from mpma_mj.commands.folders import output_folder
+from mpma_mj.commands.run_options import OutsideClasses
 from mpma_mj.errors import BadOptionError, WorkerError
 
 if TYPE_CHECKING:
@@ -53,6 +55,11 @@ class Stress:
     """Folder of tables and figures, where they replace earlier ones; RUN/stress/stress-TIME if not
     given."""
 
+    outside: tyro.conf.OmitArgPrefixes[OutsideClasses] = dataclasses.field(
+        default_factory=OutsideClasses
+    )
+    """Code from outside the package with which runs were trained."""
+
     def run(self) -> Path:
         """Run the stress test and return its folder."""
         from mpma_mj.sweep.backend import open_backend
@@ -75,7 +82,7 @@ class Stress:
             from mpma_mj.trials.stress_results import Results
             from mpma_mj.utils.progress import show_runs
 
-            folder = RunFolder(self.run_folder)
+            folder = RunFolder(self.run_folder, self.outside.paths)
             if self.out is None:
                 stack.enter_context(folder.locked())
             own = TrainedAgents.of_run(folder)

@@ -48,10 +48,10 @@ class OutsideConfig(AgentConfig):
     options: Mapping[str, Any] = field(hash=False)
 
     @property
-    def classes(self) -> tuple[str, ...]:
-        """Paths of the outside classes."""
-        named = (self.options["name"], self.options.get("rule"))
-        return tuple(path for path in named if isinstance(path, str) and ":" in path)
+    def outside(self) -> dict[str, str]:
+        """Paths of the outside classes by the options that name them."""
+        named = {"agent": self.options["name"], "rule": self.options.get("rule")}
+        return {o: path for o, path in named.items() if isinstance(path, str) and ":" in path}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,6 +95,12 @@ class RunConfig:
             if value not in (False, None):
                 expected = "the default: training imitates whole episodes"
                 raise BadOptionError(option=name, value=value, expected=expected)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Travel to workers by the name of the agent, whose class they import themselves."""
+        if ":" not in self.agent_name or isinstance(self.agent, OutsideConfig):
+            return super().__reduce__()  # type: ignore[return-value]
+        return _from_own_process, (self.to_json(),)
 
     @classmethod
     def of(cls, *motions: str, **options: Any) -> RunConfig:
@@ -215,6 +221,11 @@ class RunConfig:
         raise BadOptionError(f"there is no option '{name}'", remedy=hint)
 
 
+def _from_own_process(content: dict[str, Any]) -> RunConfig:
+    agent = content["agent"]
+    return RunConfig.from_json(content, (agent["name"], agent.get("rule", "")))
+
+
 def option_types(agent: str) -> dict[str, Any]:
     """Return the types of all options of a run by their flat names, but for `motions`.
 
@@ -236,7 +247,7 @@ def versions() -> dict[str, str]:
 
 def _config_type(agent: str) -> type[AgentConfig]:
     """Return the class of an agent's config; only that of an outside agent is imported."""
-    if agent in CONFIG_TYPES:
+    if isinstance(agent, str) and agent in CONFIG_TYPES:
         return CONFIG_TYPES[agent]
     from mpma_mj.agents.registry import agent_class
 
@@ -247,8 +258,8 @@ def _agent_from(options: dict[str, Any], trusted: Collection[str]) -> AgentConfi
     name = options["name"]
     if not isinstance(name, str):
         raise TypeError("name of the agent")
-    outside = OutsideConfig(options={key: value for key, value in options.items()})
-    if not set(outside.classes) <= set(trusted):
+    outside = OutsideConfig(options=dict(options))
+    if not set(outside.outside.values()) <= set(trusted):
         return outside
     del options["name"]
     return _exact(_config_type(name), options)

@@ -81,10 +81,11 @@ def agent_of(config: RunConfig, env: Environments, seed: Seeds) -> Agent:
             user has not named.
     """
     if isinstance(config.agent, OutsideConfig):
-        classes = " and ".join(config.agent.classes)
+        named = " and ".join(f"{{{o}={path}}}" for o, path in config.agent.outside.items())
         raise CheckpointError(
-            f"the run was trained with {classes}, code that is not in this package",
-            remedy=f"if you trust it, name it with {{agent={config.agent_name}}} and its {{rule}}",
+            f"the run was trained with {' and '.join(config.agent.outside.values())}, code that is"
+            " not in this package",
+            remedy=f"if you trust it, name it with {named}",
         )
     return _agent(agent_class(config.agent_name), config.agent, env, _seeds(env, seed))
 

@@ -239,17 +239,19 @@ def resume(folder: RunFolder, epochs: int, *, on_epoch: OnEpoch = lambda row: No
         return _train_in(folder, trainer, config, motion, trainer.epoch + epochs, on_epoch)
 
 
-def load_agent(folder: str | Path) -> Agent:
+def load_agent(folder: str | Path, *outside: str) -> Agent:
     """Return the trained agent of a run, as it was before its best epoch, ready to act.
 
     Args:
         folder: The run folder.
+        *outside: Paths of the agent's class or rule, where they are from outside the package;
+            a run folder alone imports no code.
 
     Raises:
         RunFolderError: There is no run.
-        CheckpointError: The run is damaged, or of another version.
+        CheckpointError: The run is damaged, of another version, or of a class that is not named.
     """
-    run_folder = RunFolder(Path(folder))
+    run_folder = RunFolder(Path(folder), outside)
     config = run_folder.read_config()
     state, _ = run_folder.read_best(config)
     return _agent(config, run_folder.read_motion(), state, run_folder.path)

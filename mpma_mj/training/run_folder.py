@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj._version import __version__
+from mpma_mj.agents.signals import MODULE_SIGNALS
 from mpma_mj.errors import CheckpointError, MotionFileError, RunFolderError
 from mpma_mj.motions import Motion, motion_file
 from mpma_mj.trace import SIGNALS, Trace
@@ -273,7 +274,9 @@ class RunFolder:
         """
         path = self.path / "trace.npz"
         arrays, _ = atomic_files.read_arrays(path, "trace")
-        missing = [name for name in SIGNALS if name not in arrays]
+        has_modules = any(name in arrays for name in MODULE_SIGNALS)
+        expected = (*SIGNALS, *MODULE_SIGNALS) if has_modules else SIGNALS
+        missing = [name for name in expected if name not in arrays]
         if missing:
             raise CheckpointError(
                 f"{path}: lacks {', '.join(missing)}", remedy=atomic_files.TRAIN_AGAIN

@@ -156,7 +156,7 @@ def read_arrays(path: Path, kind: str) -> tuple[dict[str, NDArray[Any]], dict[st
         meta = json.loads(str(arrays.pop(_META)))
     except FileNotFoundError:
         raise CheckpointError(
-            f"{path}: missing, removed or never written because the run stopped in its first epoch",
+            f"{path}: missing; it was removed, or the run stopped before its first epoch was over",
             remedy=TRAIN_AGAIN,
         ) from None
     except _UNREADABLE:

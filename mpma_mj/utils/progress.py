@@ -19,6 +19,16 @@ from rich.progress import (
 __all__ = ["show_count", "show_epochs", "show_frames", "show_range", "show_runs"]
 
 
+# Metrics of an epoch that are shown, where the agent has them.
+_SHOWN = {
+    "epoch": "epoch {:3.0f}",
+    "p_e_percent": "p_e {:5.2f} %",
+    "feedback_ratio": "feedback ratio {:4.2f}",
+    "gain_feedback": "K {:4.2f}",
+    "gain_inverse": "L {:4.2f}",
+}
+
+
 @contextmanager
 def show_epochs(epochs: int) -> Iterator[Callable[[dict[str, float]], None]]:
     """Show a line for each epoch and, on a terminal, a bar below them.
@@ -41,11 +51,8 @@ def show_epochs(epochs: int) -> Iterator[Callable[[dict[str, float]], None]]:
         task = bar.add_task("training", total=epochs)
 
         def show(row: dict[str, float]) -> None:
-            console.print(
-                f"epoch {row['epoch']:3.0f}   p_e {row['p_e_percent']:5.2f} %"
-                f"   feedback ratio {row['feedback_ratio']:4.2f}"
-                f"   K {row['gain_feedback']:4.2f}   L {row['gain_inverse']:4.2f}"
-            )
+            shown = (form.format(row[name]) for name, form in _SHOWN.items() if name in row)
+            console.print("   ".join(shown))
             bar.advance(task)
 
         yield show

@@ -27,18 +27,17 @@ def write_figures(folder: Path, trace: Trace, motion: Motion) -> None:
 
     `responsibility.png` is the paper's figure 3a (λ and the responsibility predictors' output
     over time), `module_output.png` 3b (each module's share of the motor output) and
-    `trajectory.png` 4 (desired against actual trajectories).
+    `trajectory.png` 4 (desired against actual trajectories). An agent without modules has the
+    last only.
 
     Args:
         folder: Folder of the figures.
         trace: Trace of the epoch, of an agent with modules.
         motion: The motion that was imitated.
     """
-    drawings: dict[str, Callable[[Path, Trace, Motion], None]] = {
-        "responsibility": _responsibility,
-        "module_output": _module_output,
-        "trajectory": _trajectory,
-    }
+    drawings: dict[str, Callable[[Path, Trace, Motion], None]] = {"trajectory": _trajectory}
+    if trace.modules is not None:
+        drawings |= {"responsibility": _responsibility, "module_output": _module_output}
     for name, draw in drawings.items():
         draw(folder / f"{name}.png", trace, motion)
 

@@ -11,7 +11,6 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from mpma_mj import kinematics
-from mpma_mj.agents.signals import ModuleSignals
 from mpma_mj.motions.reach import joint_speeds
 from mpma_mj.motions.reading import Reading
 from mpma_mj.trace import Trace
@@ -91,8 +90,7 @@ def write_ideal_video(
         VideoError: The encoder is missing, or fails.
     """
     motion = reading.motion
-    context = motion.context / np.maximum(motion.context.sum(axis=1, keepdims=True), 1.0)
-    steps, labels = context[:-1].shape
+    steps = len(motion) - 1
     trace = Trace(
         posture=motion.posture,
         reference=motion.posture,
@@ -101,14 +99,8 @@ def write_ideal_video(
         joint_velocities=np.zeros_like(motion.joint_angles),
         action=np.zeros((steps, 8)),
         reward=np.zeros(steps),
-        modules=ModuleSignals(
-            responsibility=context[:-1],
-            prior=context[:-1],
-            module_actions=np.zeros((steps, labels, 8)),
-            predictions=np.zeros((steps, labels, 12)),
-        ),
     )
-    write_video(path, trace, motion, bands=motion.labels, progress=progress)
+    write_video(path, trace, motion, progress=progress)
 
 
 def _draw_story(axis: Axes, posture: Array, times: Array) -> None:

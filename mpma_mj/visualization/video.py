@@ -31,7 +31,6 @@ def write_video(
     motion: Motion,
     *,
     camera: str = "front",
-    bands: tuple[str, ...] = (),
     progress: Progress = iter,
 ) -> None:
     """Write the video of an epoch: arms, ghost of the demonstration, labels, responsibilities.
@@ -40,17 +39,16 @@ def write_video(
 
     Args:
         path: The `.mp4` file.
-        trace: Trace of the epoch, of an agent with modules.
+        trace: Trace of the epoch.
         motion: The motion that was imitated.
         camera: Camera of the model.
-        bands: Names of the bands of responsibilities; numbers of the modules if not given.
         progress: Wraps the range of frames to show progress.
 
     Raises:
         RenderingError: OpenGL does not draw.
         VideoError: The encoder is missing, or fails.
     """
-    frames = dance_frames(trace, motion, camera=camera, bands=bands, progress=progress)
+    frames = dance_frames(trace, motion, camera=camera, progress=progress)
     write_frames(path, frames, motion.rate)
 
 
@@ -77,17 +75,15 @@ def dance_frames(
     motion: Motion,
     *,
     camera: str = "front",
-    bands: tuple[str, ...] = (),
     size: tuple[int, int] = (640, 480),
     progress: Progress = iter,
 ) -> Generator[Picture, None, None]:
     """Draw an epoch frame by frame, a frame for each control step.
 
     Args:
-        trace: Trace of the epoch, of an agent with modules.
+        trace: Trace of the epoch.
         motion: The motion that was imitated.
         camera: Camera of the model.
-        bands: Names of the bands of responsibilities; numbers of the modules if not given.
         size: Width and height of the picture of the arms, pixels.
         progress: Wraps the range of frames to show progress.
 
@@ -95,13 +91,7 @@ def dance_frames(
         Pictures, shape (height + 96, width, 3).
     """
     width, height = size
-    strip = Strip(
-        trace.with_modules().responsibility,
-        trace.context[:-1],
-        motion.labels,
-        bands=bands,
-        width=width,
-    )
+    strip = _strip(trace, motion, width)
     physics = PhysicsArms.make()
     renderer = ArmRenderer(physics, width=width, height=height, camera=camera)
     with contextlib.closing(renderer):
@@ -109,3 +99,12 @@ def dance_frames(
             physics.data.qpos[:] = trace.joint_angles[step]
             mujoco.mj_kinematics(physics.model.ptr, physics.data.ptr)
             yield strip.under(renderer.picture(ghost=trace.reference[step]), step)
+
+
+def _strip(trace: Trace, motion: Motion, width: int) -> Strip:
+    """Return the strip below the picture: responsibilities, or labels without modules."""
+    context = trace.context[:-1]
+    if trace.modules is not None:
+        return Strip(trace.modules.responsibility, context, motion.labels, width=width)
+    shares = context / np.maximum(context.sum(axis=1, keepdims=True), 1.0)
+    return Strip(shares, context, motion.labels, bands=motion.labels, width=width)

@@ -1,0 +1,83 @@
+"""Runs from Python: trained in one call, saved, and opened again."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mpma_mj
+from mpma_mj.agents import MPMAConfig
+from mpma_mj.envs.options import EnvironmentOptions
+from mpma_mj.errors import BadOptionError, RunFolderError
+from mpma_mj.motions import ymca
+from mpma_mj.training.rollout import record_epoch
+from mpma_mj.training.run_folder import RunFolder
+
+SMALL = MPMAConfig(nodes=10, modules=2)
+ONCE = EnvironmentOptions(repeats=1, arms="kinematic")
+
+
+@pytest.fixture(scope="module")
+def run() -> mpma_mj.Run:
+    return mpma_mj.imitate("ymca", seed=3, agent=SMALL, env=ONCE, epochs=4)
+
+
+def test_one_call_trains_and_reports(run: mpma_mj.Run) -> None:
+    assert run.summary["epochs"] == 4
+    assert run.config.seed == 3
+    assert run.trace.posture.shape == (len(run.trace) + 1, 12)
+
+
+def test_the_agent_repeats_the_best_epoch_to_the_bit(run: mpma_mj.Run) -> None:
+    env = mpma_mj.load("ymca", seed=3, repeats=1, arms="kinematic")
+    again = record_epoch(env, run.agent, int(run.summary["best_epoch"]) - 1)
+    np.testing.assert_array_equal(again.action, run.trace.action)
+
+
+def test_a_saved_run_is_what_the_command_writes(run: mpma_mj.Run, tmp_path: Path) -> None:
+    folder = run.save(tmp_path / "run")
+    assert {path.name for path in folder.iterdir()} == {
+        *("checkpoint", "config.json", "figures", "metrics.csv", "summary.json", "trace.npz"),
+    }
+    assert RunFolder(folder).read_config() == run.config
+    assert (
+        json.loads((folder / "summary.json").read_text())["best_epoch"]
+        == (run.summary["best_epoch"])
+    )
+    loaded = mpma_mj.load_agent(folder)
+    for name, array in run.agent.state_dict().items():
+        np.testing.assert_array_equal(loaded.state_dict()[name], array)
+
+
+def test_a_loaded_agent_is_ready_to_act(run: mpma_mj.Run, tmp_path: Path) -> None:
+    agent = mpma_mj.load_agent(run.save(tmp_path / "run"))
+    env = mpma_mj.load("ymca", repeats=1, arms="kinematic")
+    assert np.abs(agent.act(env.reset().observation)).max() <= 1.0
+
+
+def test_a_run_replaces_another_only_if_told(run: mpma_mj.Run, tmp_path: Path) -> None:
+    run.save(tmp_path / "run")
+    with pytest.raises(RunFolderError, match="a run is there"):
+        run.save(tmp_path / "run")
+    run.save(tmp_path / "run", overwrite=True)
+
+
+def test_the_environment_of_training_can_be_changed() -> None:
+    hard = EnvironmentOptions(repeats=1, payload=2.0, latency=1)
+    easy = EnvironmentOptions(repeats=1)
+    errors = [
+        mpma_mj.imitate("ymca", agent=SMALL, env=env, epochs=1).summary["p_e_percent"]
+        for env in (hard, easy)
+    ]
+    assert errors[0] > 2 * errors[1]
+
+
+def test_a_motion_and_the_name_of_an_agent_are_taken_too() -> None:
+    run = mpma_mj.imitate(ymca(), agent="mosaic", env=ONCE, epochs=1)
+    assert run.config.agent_name == "mosaic"
+
+
+def test_an_agent_that_does_not_learn_is_refused() -> None:
+    with pytest.raises(BadOptionError, match="agent is 'random'; expected an agent that learns"):
+        mpma_mj.imitate("ymca", agent="random")
