@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from typing import Literal
 
-__all__ = ["AgentName", "Arms", "BackendName", "ContextSignal", "EfferenceCopy", "RuleName"]
+__all__ = ["Arms", "BackendName", "ContextSignal", "EfferenceCopy", "RuleName"]
 
 Arms = Literal["physics", "kinematic"]
 RuleName = Literal["weighted", "gated"]
 BackendName = Literal["processes", "ray"]
-AgentName = Literal[
-    "mpma", "growing", "mosaic", "hammer", "single", "feedback_only", "open_loop", "random"
-]
 EfferenceCopy = Literal["total", "module"]
 ContextSignal = Literal["labels", "nothing", "constant", "shuffled", "halves"]

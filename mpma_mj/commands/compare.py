@@ -34,7 +34,7 @@ class Compare(Generic[AgentT]):
     """"ymca", or a recording; several, or a folder, are a repertoire that is learned together."""
     runs: int = 5
     """Runs on each kind of arms, with seeds from 0."""
-    options: tyro.conf.OmitArgPrefixes[RunOptions[AgentT]]
+    options: Annotated[tyro.conf.OmitArgPrefixes[RunOptions[AgentT]], tyro.conf.arg(name="")]
     """What determines the result."""
     epochs: int = 30
     """Most epochs of a run; it ends when it has converged."""

@@ -35,7 +35,7 @@ class Grow(Generic[AgentT]):
     """Most modules."""
     runs: int = 10
     """Runs that grow, and runs of each fixed number, with seeds from --seed up."""
-    options: tyro.conf.OmitArgPrefixes[RunOptions[AgentT]]
+    options: Annotated[tyro.conf.OmitArgPrefixes[RunOptions[AgentT]], tyro.conf.arg(name="")]
     """What determines the result."""
     epochs: int = 100
     """Most epochs of a run; it ends when it has converged."""

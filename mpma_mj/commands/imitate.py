@@ -35,7 +35,7 @@ class Imitate(Generic[AgentT]):
     motions: Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="MOTION")] = ()
     """"ymca", or a recording: C3D, BVH, AMC, TRC, TSV, CSV, npz; several, or a folder, are a
     repertoire that is learned together."""
-    options: tyro.conf.OmitArgPrefixes[RunOptions[AgentT]]
+    options: Annotated[tyro.conf.OmitArgPrefixes[RunOptions[AgentT]], tyro.conf.arg(name="")]
     """What determines the result."""
     epochs: int = 30
     """Most epochs to train, with --resume most further ones; it ends when it has converged."""

@@ -37,13 +37,13 @@ class RunOptions(Generic[AgentT]):
 
     agent: Annotated[str, tyro.conf.arg(metavar="NAME")] = "mpma"
     seed: int = 0
-    config: tyro.conf.OmitArgPrefixes[AgentT]
-    env: tyro.conf.OmitArgPrefixes[EnvironmentOptions] = dataclasses.field(
-        default_factory=EnvironmentOptions
-    )
-    reading: tyro.conf.OmitArgPrefixes[ReadingArguments] = dataclasses.field(
-        default_factory=ReadingArguments
-    )
+    config: Annotated[tyro.conf.OmitArgPrefixes[AgentT], tyro.conf.arg(name="agent")]
+    env: Annotated[
+        tyro.conf.OmitArgPrefixes[EnvironmentOptions], tyro.conf.arg(name="environment")
+    ] = dataclasses.field(default_factory=EnvironmentOptions)
+    reading: Annotated[
+        tyro.conf.OmitArgPrefixes[ReadingArguments], tyro.conf.arg(name="recording")
+    ] = dataclasses.field(default_factory=ReadingArguments)
 
     def run_config(self, motions: tuple[str, ...]) -> RunConfig:
         """Return the config of a run.

@@ -34,7 +34,7 @@ class Sweep(Generic[AgentT]):
     """Settings that vary, such as nodes=50,200 rule=gated,weighted."""
     runs: int = 20
     """Runs of each point, with seeds from --seed up."""
-    options: tyro.conf.OmitArgPrefixes[RunOptions[AgentT]]
+    options: Annotated[tyro.conf.OmitArgPrefixes[RunOptions[AgentT]], tyro.conf.arg(name="")]
     """What determines the result."""
     epochs: int = 30
     """Most epochs of a run; it ends when it has converged."""

@@ -247,7 +247,7 @@ def versions() -> dict[str, str]:
 
 def _config_type(agent: str) -> type[AgentConfig]:
     """Return the class of an agent's config; only that of an outside agent is imported."""
-    if agent in CONFIG_TYPES:
+    if isinstance(agent, str) and agent in CONFIG_TYPES:
         return CONFIG_TYPES[agent]
     from mpma_mj.agents.registry import agent_class
 

@@ -10,6 +10,7 @@ import pytest
 import tyro
 
 from mpma_mj.agents import AGENTS, AgentConfig, HAMMERConfig, MOSAICConfig, MPMAConfig, SingleConfig
+from mpma_mj.agents.config import CONFIG_TYPES
 from mpma_mj.errors import BadOptionError
 
 TYPES = {name: agent.config_type for name, agent in AGENTS.items()}
@@ -27,6 +28,7 @@ def test_configs_are_equal_and_hashable_by_their_values_and_go_through_json(
 
 
 def test_each_agent_has_a_config_class_of_its_own() -> None:
+    assert TYPES == CONFIG_TYPES
     assert len(set(TYPES.values())) == len(AGENTS)
 
 

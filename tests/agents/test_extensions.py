@@ -84,10 +84,10 @@ def test_an_agent_of_a_file_acts_and_learns() -> None:
     found = agent_class("my_agents.py:MyAgent")
     agent = found(found.config_type(), SPEC)
     env = load("ymca", arms="kinematic", repeats=1)
-    first = record_epoch(env, agent, 0)["action"]
+    first = record_epoch(env, agent, 0).action
     assert agent.learn() == {"offset": 0.01}
     env.task.episode = 0
-    np.testing.assert_allclose(record_epoch(env, agent, 0)["action"][0], first[0] + 0.01)
+    np.testing.assert_allclose(record_epoch(env, agent, 0).action[0], first[0] + 0.01)
 
 
 def test_the_config_of_an_outside_agent_is_checked_as_any_other() -> None:

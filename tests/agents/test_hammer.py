@@ -18,7 +18,7 @@ def hammer(pairs: int = 4) -> HAMMER:
     return HAMMER(HAMMERConfig(nodes=20), AgentSpec(pairs, SPEED, 0.05))
 
 
-def dance(agent: Any, epochs: int, learn: bool = True) -> dict[str, np.ndarray]:
+def dance(agent: Any, epochs: int, learn: bool = True) -> Any:
     env = load("ymca", arms="kinematic", repeats=1)
     for epoch in range(epochs):
         trace = record_epoch(env, agent, epoch)

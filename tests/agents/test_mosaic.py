@@ -14,7 +14,7 @@ def mosaic(modules: int = 3, **rates: float) -> MOSAIC:
     return MOSAIC(MOSAICConfig(modules=modules, nodes=20, **rates), AgentSpec(4, SPEED, 0.05))
 
 
-def dance(agent: Any, epochs: int, **options: Any) -> dict[str, np.ndarray]:
+def dance(agent: Any, epochs: int, **options: Any) -> Any:
     env = load("ymca", arms="kinematic", repeats=1, **options)
     for epoch in range(epochs):
         trace = record_epoch(env, agent, epoch)

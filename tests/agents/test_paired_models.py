@@ -18,6 +18,8 @@ MODULES = 4  # as many as YMCA has labels, the number that HAMMER has
 SMALL = MPMAConfig(nodes=10, modules=MODULES)
 KINDS = ["mpma", "mosaic", "hammer", "growing"]
 
+State = dict[str, np.ndarray]
+
 
 @pytest.fixture(scope="module")
 def env() -> Any:
@@ -25,7 +27,7 @@ def env() -> Any:
 
 
 @pytest.fixture(scope="module")
-def learned(env: Any) -> dict[str, Any]:
+def learned(env: Any) -> dict[str, State]:
     """Return the states of trained agents of each kind."""
     states = {}
     for kind in KINDS:
@@ -39,26 +41,26 @@ def learned(env: Any) -> dict[str, Any]:
     return states
 
 
-def trained(env: Any, learned: dict[str, Any], kind: str) -> Any:
+def trained(env: Any, learned: dict[str, State], kind: str) -> Any:
     agent = make_agent(env, SMALL, kind=kind)
     assert isinstance(agent, PairedModels)
     agent.load_state_dict(learned[kind])
     return agent
 
 
-def without(env: Any, learned: dict[str, Any], kind: str, *lost: int) -> Any:
+def without(env: Any, learned: dict[str, State], kind: str, *lost: int) -> Any:
     agent = trained(env, learned, kind)
     agent.drop_modules(lost)
     return agent
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_dropping_no_module_changes_no_bit(env: Any, learned: dict[str, Any], kind: str) -> None:
+def test_dropping_no_module_changes_no_bit(env: Any, learned: dict[str, State], kind: str) -> None:
     one, other = trained(env, learned, kind), without(env, learned, kind)
     for epoch in (5, 6):
         danced, same = record_epoch(env, one, epoch), record_epoch(env, other, epoch)
-        for name, signal in danced.items():
-            np.testing.assert_array_equal(same[name], signal, err_msg=name)
+        for name, signal in danced.to_arrays().items():
+            np.testing.assert_array_equal(same.to_arrays()[name], signal, err_msg=name)
         one.learn()
         other.learn()
     state = other.state_dict()
@@ -68,7 +70,7 @@ def test_dropping_no_module_changes_no_bit(env: Any, learned: dict[str, Any], ki
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_remaining_modules_take_their_first_step_as_before(
-    env: Any, learned: dict[str, Any], kind: str
+    env: Any, learned: dict[str, State], kind: str
 ) -> None:
     whole, part = trained(env, learned, kind), without(env, learned, kind, 1)
     env.task.episode = 7
@@ -88,7 +90,7 @@ def test_remaining_modules_take_their_first_step_as_before(
 
 
 @pytest.mark.parametrize("kind", ["mpma", "mosaic", "growing"])
-def test_remaining_modules_learn(env: Any, learned: dict[str, Any], kind: str) -> None:
+def test_remaining_modules_learn(env: Any, learned: dict[str, State], kind: str) -> None:
     agent = without(env, learned, kind, 0, 2)
     before = agent.state_dict()
     trace = record_epoch(env, agent, 5)
@@ -103,7 +105,7 @@ def test_remaining_modules_learn(env: Any, learned: dict[str, Any], kind: str) -
 
 
 def test_dropping_a_module_without_responsibility_has_no_effect(
-    env: Any, learned: dict[str, Any]
+    env: Any, learned: dict[str, State]
 ) -> None:
     whole = trained(env, learned, "growing")
     whole._growth[4] = 1.0  # over, as after dropping a module
@@ -120,7 +122,7 @@ def test_dropping_a_module_without_responsibility_has_no_effect(
 
 
 def test_dropping_a_module_with_responsibility_changes_the_movement(
-    env: Any, learned: dict[str, Any]
+    env: Any, learned: dict[str, State]
 ) -> None:
     whole, part = trained(env, learned, "mpma"), without(env, learned, "mpma", 0)
     danced, other = record_epoch(env, whole, 5), record_epoch(env, part, 5)
@@ -154,7 +156,7 @@ def test_dropping_modules_of_a_batch_equals_dropping_those_of_each_run(kind: str
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_copy_of_the_remaining_state_continues_alike(
-    env: Any, learned: dict[str, Any], kind: str
+    env: Any, learned: dict[str, State], kind: str
 ) -> None:
     agent, copy = without(env, learned, kind, 1), without(env, learned, kind, 1)
     record_epoch(env, agent, 5)
@@ -165,7 +167,7 @@ def test_a_copy_of_the_remaining_state_continues_alike(
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_not_all_modules_can_be_dropped(env: Any, learned: dict[str, Any], kind: str) -> None:
+def test_not_all_modules_can_be_dropped(env: Any, learned: dict[str, State], kind: str) -> None:
     agent = trained(env, learned, kind)
     with pytest.raises(BadOptionError, match=r"expected at least one .*module to be left"):
         agent.drop_modules(range(MODULES))
@@ -176,7 +178,7 @@ def test_not_all_modules_can_be_dropped(env: Any, learned: dict[str, Any], kind:
 @pytest.mark.parametrize("lost", [(7,), (-1,), (0, 4)])
 @pytest.mark.parametrize("kind", ["mpma", "growing"])
 def test_modules_that_do_not_exist_cannot_be_dropped(
-    env: Any, learned: dict[str, Any], kind: str, lost: tuple[int, ...]
+    env: Any, learned: dict[str, State], kind: str, lost: tuple[int, ...]
 ) -> None:
     with pytest.raises(BadOptionError, match="expected indices from 0 to 3"):
         without(env, learned, kind, *lost)
@@ -213,7 +215,7 @@ def test_after_dropping_a_pair_hammer_needs_the_whole_context(env: Any) -> None:
         agent.act(observation)
 
 
-def test_after_dropping_a_module_no_other_is_recruited(env: Any, learned: dict[str, Any]) -> None:
+def test_after_dropping_a_module_no_other_is_recruited(env: Any, learned: dict[str, State]) -> None:
     agent = trained(env, learned, "growing")
     assert isinstance(agent, GrowingMPMA)
     np.testing.assert_array_equal(agent.enabled, [True, True, True, False])

@@ -217,8 +217,8 @@ def test_the_warm_up_equals_an_episode_with_the_demonstration() -> None:
     env, agent = trained()
     free = record_epoch(env, FreeRunning(agent, WARMUP_STEPS), 2)
     held = record_epoch(env, agent, 2)
-    np.testing.assert_array_equal(free["action"][:WARMUP_STEPS], held["action"][:WARMUP_STEPS])
-    assert not np.array_equal(free["action"], held["action"])
+    np.testing.assert_array_equal(free.action[:WARMUP_STEPS], held.action[:WARMUP_STEPS])
+    assert not np.array_equal(free.action, held.action)
 
 
 def test_a_free_running_agent_learns_nothing_not_even_at_every_step() -> None:
@@ -234,7 +234,7 @@ def test_an_agent_with_an_altered_context_can_run_free() -> None:
     free = FreeRunning(
         AlteredContext(agent, "constant", env.task.context, env.task.period, 0), WARMUP_STEPS
     )
-    assert record_epoch(env, free, 2)["action"].shape == (env.task.steps, 8)
+    assert record_epoch(env, free, 2).action.shape == (env.task.steps, 8)
 
 
 def test_agents_without_forward_models_cannot_run_free() -> None:
