@@ -1,4 +1,4 @@
-"""That the examples of the documentation run as they stand."""
+"""The documentation: examples run as they stand, options and links exist."""
 
 import ast
 import importlib.util
@@ -6,13 +6,19 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+import mpma_mj
+from mpma_mj.cli import main
+from mpma_mj.motions.readers import table
+
 DOCS = Path(__file__).parent.parent / "docs"
+PAGES = sorted(DOCS.glob("*.md"))
 EXAMPLES = {
     f"{page.stem} {number}": code
-    for page in sorted(DOCS.glob("*.md"))
+    for page in PAGES
     for number, code in enumerate(re.findall(r"```python\n(.*?)```", page.read_text(), re.DOTALL))
 }
 
@@ -23,6 +29,23 @@ def imported(code: str) -> set[str]:
     plain = {alias.name for n in nodes if isinstance(n, ast.Import) for alias in n.names}
     named = {str(n.module) for n in nodes if isinstance(n, ast.ImportFrom)}
     return {name.split(".")[0] for name in plain | named}
+
+
+def example(part: str) -> str:
+    """Return the only example that contains some text."""
+    (code,) = (code for code in EXAMPLES.values() if part in code)
+    return code
+
+
+def shown_options() -> set[tuple[str, str]]:
+    """Return each command that a page shows, with each of its options."""
+    lines = "\n".join(page.read_text("utf-8") for page in PAGES)
+    commands = re.findall(r"^mpma ([a-z0-9]+)( .*)?$", lines, re.MULTILINE)
+    return {
+        (command, option)
+        for command, rest in commands
+        for option in re.findall(r"--[a-z-]+", rest.split("#")[0])
+    }
 
 
 @pytest.mark.parametrize("title", EXAMPLES)
@@ -42,7 +65,63 @@ def test_every_way_has_an_example() -> None:
     assert ["cma" in imported(code) for code in EXAMPLES.values()].count(True) == 1
 
 
-@pytest.mark.parametrize("page", sorted(DOCS.glob("*.md")), ids=lambda page: page.name)
+@pytest.mark.parametrize("command", sorted({command for command, _ in shown_options()}))
+def test_options_that_are_shown_exist(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="0"):
+        main([command, "--help"])
+    offered = set(re.findall(r"--[a-z-]+", capsys.readouterr().out))
+    assert {option for name, option in shown_options() if name == command} - offered == set()
+
+
+@pytest.mark.parametrize(
+    "words", [["--agent", "my_agents.py:Biased"], ["--rule", "r.py:WinnerRule"]]
+)
+def test_outside_classes_of_the_page_train_on_the_command_line(
+    words: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("my_agents.py").write_text(example("class Biased").split("\n\nenv = ")[0])
+    Path("r.py").write_text(example("class WinnerRule").split("\n\nconfig = ")[0])
+
+    arguments = ["imitate", "ymca", *words, "--epochs", "1", "--no-video", "--out", "run"]
+
+    assert main(arguments) == 0
+    assert main(["imitate", "--resume", "run", "--no-video"]) == 2  # names no class
+    assert main(["imitate", "--resume", "run", *words, "--epochs", "1", "--no-video"]) == 0
+
+
+def test_the_reader_of_the_page_reads_a_motion_where_the_page_puts_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    exec(example("def convert"), {})  # writes dance.json, and dance.npz of the same points
+    reader: dict[str, Any] = {}
+    exec(example("def is_frames"), reader)
+    read_table = table.read_table
+
+    def read_frames_or_table(text: Any, findings: Any) -> Any:
+        frames = reader["is_frames"](text.head(1))
+        return reader["read_frames"](text) if frames else read_table(text, findings)
+
+    monkeypatch.setattr(table, "read_table", read_frames_or_table)
+
+    from_json = mpma_mj.read_motion("dance.json", rate_in=20.0)
+    from_npz = mpma_mj.read_motion("dance.npz")
+
+    assert (from_json.posture == from_npz.posture).all()
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_links_lead_somewhere(page: Path) -> None:
     for path in re.findall(r"\]\((?!http)([^)#]+)", page.read_text(encoding="utf-8")):
         assert (DOCS / path).exists(), path
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_lead_to_headings_that_exist(page: Path) -> None:
+    links = re.findall(r"\]\((?!http)([^)#]*)#([^)]+)\)", page.read_text(encoding="utf-8"))
+    for path, anchor in links:
+        text = (DOCS / path if path else page).read_text(encoding="utf-8")
+        headings = re.findall(r"^#+ (.+)$", text, re.MULTILINE)
+        anchors = {re.sub(r"[^\w -]", "", h.lower()).replace(" ", "-") for h in headings}
+        assert anchor in anchors, f"{path}#{anchor}"

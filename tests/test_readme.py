@@ -1,4 +1,4 @@
-"""That the README's examples run as they stand."""
+"""The README: examples run as they stand, options and links exist."""
 
 import re
 import subprocess
@@ -22,7 +22,19 @@ def test_python_examples_run(code: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "command", ["imitate", "motion", "render", "view", "table1", "sweep", "scale", "grow", "stress"]
+    "command",
+    [
+        "benchmark",
+        "grow",
+        "imitate",
+        "motion",
+        "render",
+        "scale",
+        "stress",
+        "sweep",
+        "table1",
+        "view",
+    ],
 )
 def test_options_that_are_shown_exist(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     shown = {
