@@ -50,13 +50,15 @@ def placeholder(option: str, value: object) -> str:
     return f"{{{option}={doubled}}}"
 
 
-class _MendableError(Exception):
+class _Mendable:
     """A problem and its remedy, which names options in the reader's language.
 
     Attributes:
         remedy: How to mend it; `{name}` and `{name=value}` stand for options.
         context: What the problem is about, in front of it; empty where it says so itself.
     """
+
+    args: tuple[Any, ...]
 
     def __init__(self, message: str = "", *, remedy: str = "") -> None:
         """Take the problem and its remedy.
@@ -65,7 +67,7 @@ class _MendableError(Exception):
             message: What is wrong; may hold the remedy too, where that names no option.
             remedy: How to mend it; `{name}` and `{name=value}` stand for options.
         """
-        super().__init__(message)
+        super().__init__(message)  # type: ignore[call-arg]  # that of an exception
         self.remedy = remedy
         self.context = ""
 
@@ -100,7 +102,7 @@ class _MendableError(Exception):
         return str(self.args[0])
 
 
-class MpmaError(_MendableError):
+class MpmaError(_Mendable, Exception):
     """Base of all errors that this package raises on purpose."""
 
     exit_code = 2
@@ -195,5 +197,5 @@ class WorkerError(MpmaError):
     exit_code = 1
 
 
-class RecordingWarning(_MendableError, UserWarning):
+class RecordingWarning(_Mendable, UserWarning):
     """Something about a recording may be wrong; says what was used instead."""

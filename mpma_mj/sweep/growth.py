@@ -47,7 +47,7 @@ def spec_of(most: int, runs: int, base: RunConfig, epochs: int) -> SweepSpec:
             raise BadOptionError(
                 option=name,
                 value=value,
-                remedy="growth is tried beside 1 to {most} modules, leave it out",
+                remedy="leave it out: growth is tried beside 1 to as many modules as {most} says",
             )
     points = [base.replace(agent="growing", modules=most)]
     points += [base.replace(modules=modules) for modules in range(1, most + 1)]
