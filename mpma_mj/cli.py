@@ -16,7 +16,7 @@ from mpma_mj import __version__, commands
 from mpma_mj.agents.config import MPMAConfig
 from mpma_mj.commands.run_options import config_type
 from mpma_mj.errors import BadOptionError, MpmaError, RecordingWarning
-from mpma_mj.motions.options import option_name
+from mpma_mj.utils.option_names import as_flag
 
 __all__ = ["main"]
 
@@ -84,7 +84,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         _run(list(sys.argv[1:] if arguments is None else arguments))
     except MpmaError as error:
-        print(f"mpma: {error.describe(_as_flag)}", file=sys.stderr)
+        print(f"mpma: {error.describe(as_flag)}", file=sys.stderr)
         return error.exit_code
     except MemoryError:
         print(
@@ -104,12 +104,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print("mpma: interrupted", file=sys.stderr)
         return _INTERRUPTED
     return 0
-
-
-def _as_flag(option: str, value: str | None) -> str:
-    """Return an option as a flag of the command line."""
-    flag = f"--{option_name(option)}"
-    return flag if value is None else f"{flag} {value}"
 
 
 def _run(words: Sequence[str]) -> None:
@@ -175,7 +169,8 @@ def _warnings_as_lines() -> Iterator[None]:
     """Print each warning about a recording as one line, without its place in the code."""
 
     def show(message: Warning | str, *_: object, **__: object) -> None:
-        print(f"mpma: warning: {message}", file=sys.stderr)
+        text = message.describe(as_flag) if isinstance(message, RecordingWarning) else message
+        print(f"mpma: warning: {text}", file=sys.stderr)
 
     with warnings.catch_warnings():
         warnings.simplefilter("always", RecordingWarning)

@@ -1,4 +1,4 @@
-"""Errors that a user can mend.
+"""Errors and warnings that a user can mend.
 
 Each message is one line: what is wrong and where (file, row, joint, option), what was expected,
 and how to mend it. Options are named by data, not by text, so that the same error reads
@@ -8,9 +8,10 @@ line returns: 2 for input that has to be mended, 1 for a run that failed.
 
 from __future__ import annotations
 
+import copy
 import re
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Self
 
 __all__ = [
     "BadOptionError",
@@ -27,26 +28,37 @@ __all__ = [
     "UnknownMotionError",
     "VideoError",
     "WorkerError",
+    "WriteOption",
+    "as_keyword",
+    "placeholder",
 ]
 
 WriteOption = Callable[[str, str | None], str]
 """Writer of an option: takes its name in Python, and a value or None."""
 
-_OPTION = re.compile(r"\{(\w+)(?:=([^{}]*))?\}")
+_OPTION = re.compile(r"\{(\w+)(?:=((?:[^{}]|\{\{|\}\})*))?\}")
 
 
-def _as_keyword(option: str, value: str | None) -> str:
+def as_keyword(option: str, value: str | None) -> str:
+    """Return an option as it is written in Python."""
     return option if value is None else f"{option}={value}"
 
 
-class MpmaError(Exception):
-    """Base of all errors that this package raises on purpose.
+def placeholder(option: str, value: object) -> str:
+    """Return what stands for an option and its value in a remedy, whatever the value holds."""
+    doubled = str(value).replace("{", "{{").replace("}", "}}")
+    return f"{{{option}={doubled}}}"
+
+
+class _Mendable:
+    """A problem and its remedy, which names options in the reader's language.
 
     Attributes:
         remedy: How to mend it; `{name}` and `{name=value}` stand for options.
+        context: What the problem is about, in front of it; empty where it says so itself.
     """
 
-    exit_code = 2
+    args: tuple[Any, ...]
 
     def __init__(self, message: str = "", *, remedy: str = "") -> None:
         """Take the problem and its remedy.
@@ -55,12 +67,13 @@ class MpmaError(Exception):
             message: What is wrong; may hold the remedy too, where that names no option.
             remedy: How to mend it; `{name}` and `{name=value}` stand for options.
         """
-        super().__init__(message)
+        super().__init__(message)  # type: ignore[call-arg]  # that of an exception
         self.remedy = remedy
+        self.context = ""
 
     def __str__(self) -> str:
         """Return the message with options as keywords of Python."""
-        return self.describe(_as_keyword)
+        return self.describe(as_keyword)
 
     def describe(self, write: WriteOption) -> str:
         """Return the message with options in the reader's language.
@@ -68,12 +81,31 @@ class MpmaError(Exception):
         Args:
             write: Writes the name of an option, with a value or without.
         """
-        remedy = _OPTION.sub(lambda found: write(found[1], found[2]), self.remedy)
-        return "; ".join(part for part in (self._problem(write), remedy) if part)
+
+        def written(found: re.Match[str]) -> str:
+            value = found[2]
+            if value is not None:
+                value = value.replace("{{", "{").replace("}}", "}")
+            return write(found[1], value)
+
+        remedy = _OPTION.sub(written, self.remedy)
+        return self.context + "; ".join(part for part in (self._problem(write), remedy) if part)
+
+    def with_context(self, context: object) -> Self:
+        """Return the same message with what it is about in front, its options being kept."""
+        found = copy.copy(self)
+        found.context = f"{context}: {self.context}"
+        return found
 
     def _problem(self, write: WriteOption) -> str:
         """Return what is wrong."""
         return str(self.args[0])
+
+
+class MpmaError(_Mendable, Exception):
+    """Base of all errors that this package raises on purpose."""
+
+    exit_code = 2
 
 
 class BadOptionError(MpmaError, ValueError):
@@ -165,5 +197,5 @@ class WorkerError(MpmaError):
     exit_code = 1
 
 
-class RecordingWarning(UserWarning):
+class RecordingWarning(_Mendable, UserWarning):
     """Something about a recording may be wrong; says what was used instead."""

@@ -1,26 +1,33 @@
+import ast
 import copy
 import pickle
+import re
+import warnings
+from pathlib import Path
 
 import pytest
 
-from mpma_mj.errors import BadOptionError, MpmaError
+import mpma_mj
+from mpma_mj.cli import main
+from mpma_mj.errors import BadOptionError, MpmaError, RecordingWarning, placeholder
+from mpma_mj.motions.findings import Findings
+from mpma_mj.utils.option_names import as_flag
 
-
-def flag(option: str, value: str | None) -> str:
-    return f"--{option.replace('_', '-')}" + ("" if value is None else f" {value}")
+PACKAGE = Path(mpma_mj.__file__).parent
+LIBRARY = ("motions", "sweep", "trials", "analysis", "identification")
 
 
 def test_an_error_names_options_in_the_language_of_its_reader() -> None:
     error = MpmaError("a gap of 0.4 s", remedy="bridge it with {max_gap=0.4}, or drop {start}")
     assert str(error) == "a gap of 0.4 s; bridge it with max_gap=0.4, or drop start"
-    assert error.describe(flag) == "a gap of 0.4 s; bridge it with --max-gap 0.4, or drop --start"
+    assert error.describe(as_flag) == "a gap of 0.4 s; bridge it with --max-gap 0.4, or drop --from"
 
 
 def test_a_bad_option_is_data() -> None:
     error = BadOptionError(option="max_gap", value=-1, expected="0 or more", remedy="drop {repair}")
     assert (error.option, error.value, error.expected) == ("max_gap", -1, "0 or more")
     assert str(error) == "max_gap is -1; expected 0 or more; drop repair"
-    assert error.describe(flag) == "--max-gap is -1; expected 0 or more; drop --repair"
+    assert error.describe(as_flag) == "--max-gap is -1; expected 0 or more; drop --repair"
 
 
 def test_braces_of_a_value_are_no_option() -> None:
@@ -28,8 +35,62 @@ def test_braces_of_a_value_are_no_option() -> None:
     assert str(BadOptionError(option="map", value="{a=b}")) == "map is '{a=b}'"
 
 
+@pytest.mark.parametrize("value", ['"left_elbow=A+B"', "{", "}", "{a=b}", "{{}}", "a}} or {b", ""])
+def test_a_remedy_shows_any_value_as_it_is(value: str) -> None:
+    error = MpmaError(
+        "lost", remedy=f"take {placeholder('map', value)} or {placeholder('up', 'z')}"
+    )
+    assert str(error) == f"lost; take map={value} or up=z"
+    assert error.describe(as_flag) == f"lost; take --map {value} or --up z"
+
+
+def test_what_an_error_is_about_is_put_in_front_and_its_options_are_kept() -> None:
+    error = BadOptionError(option="nodes", value=0, expected="1 or more", remedy="drop {nodes}")
+    told = error.with_context("{payload} 3").with_context("mpma")
+    assert type(told) is BadOptionError
+    assert told.option == "nodes"
+    assert told.describe(as_flag) == (
+        "mpma: {payload} 3: --nodes is 0; expected 1 or more; drop --nodes"
+    )
+    assert str(error) == "nodes is 0; expected 1 or more; drop nodes"
+
+
+def test_a_warning_names_options_in_the_language_of_its_reader() -> None:
+    findings = Findings()
+    findings.warn("it has no rate", remedy="{rate_in} gives one")
+    assert findings.warnings == ["it has no rate; rate_in gives one"]
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        findings.tell("{dance}.csv")
+    (warning,) = (found.message for found in caught)
+    assert isinstance(warning, RecordingWarning)
+    assert str(warning) == "{dance}.csv: it has no rate; rate_in gives one"
+    assert warning.describe(as_flag) == "{dance}.csv: it has no rate; --rate-in gives one"
+
+
+def test_the_command_line_tells_warnings_with_its_options(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["motion", "ymca", "--to", "99"]) == 0
+    assert "mpma: warning: ymca: ymca ends at 3.75 s; --to 99 asks for more" in (
+        capsys.readouterr().err
+    )
+
+
 @pytest.mark.parametrize("copied", [copy.copy, lambda error: pickle.loads(pickle.dumps(error))])
 def test_an_error_survives_the_way_from_a_worker(copied: object) -> None:
     error = BadOptionError(option="nodes", value=0, expected="1 or more", remedy="drop {nodes}")
     assert callable(copied)
-    assert str(copied(error)) == str(error)
+    assert str(copied(error.with_context("here"))) == f"here: {error}"
+
+
+@pytest.mark.parametrize("folder", LIBRARY)
+def test_the_library_does_not_speak_the_command_line(folder: str) -> None:
+    flags = []
+    for path in (PACKAGE / folder).rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Constant) and isinstance(node.value, str):
+                text = re.sub("`[^`]*`", "", node.value)  # another program's command is quoted
+                flags += [f"{path.name}: {text}"] * bool(re.search(r"(?<!\w)--[a-z]", text))
+    assert not flags

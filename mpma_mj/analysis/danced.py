@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.errors import CheckpointError, RunFolderError
+from mpma_mj.errors import CheckpointError, RunFolderError, placeholder
 from mpma_mj.motions import Motion
 from mpma_mj.trace import Trace
 from mpma_mj.training.demonstration_check import demonstrated
@@ -45,7 +45,7 @@ def read_danced(folder: RunFolder) -> Danced:
         raise CheckpointError(f"{folder.path}: its agent has no modules; choose a run of MPMA")
     if not np.any(trace.modules.module_actions):
         raise RunFolderError(
-            f"{folder.path}: its modules put out nothing in the kept epoch; go on with"
-            f" mpma imitate --resume {folder.path}"
+            f"{folder.path}: its modules put out nothing in the kept epoch",
+            remedy=f"go on with mpma imitate {placeholder('resume', folder.path)}",
         )
     return Danced(trace, demonstration.motion, demonstration.period)

@@ -17,8 +17,8 @@ from mpma_mj.commands.dance_video import missing_opengl, write_dance_video
 from mpma_mj.commands.folders import output_folder
 from mpma_mj.commands.run_options import RunOptions, typed_options
 from mpma_mj.errors import BadOptionError
-from mpma_mj.motions.options import option_name
 from mpma_mj.training.config import RunConfig
+from mpma_mj.utils.option_names import option_name
 
 if TYPE_CHECKING:
     from mpma_mj.training.run_folder import RunFolder

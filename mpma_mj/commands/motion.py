@@ -48,6 +48,7 @@ class InspectMotion:
         from mpma_mj.motions import motion_file
         from mpma_mj.motions.read import read_with_findings
         from mpma_mj.motions.report import report_lines
+        from mpma_mj.utils.option_names import as_flag
         from mpma_mj.utils.progress import show_frames
         from mpma_mj.visualization.motion_page import write_ideal_video, write_page
 
@@ -58,7 +59,7 @@ class InspectMotion:
             motion_file.write(self.out, reading.motion)
         picture = self.picture or Path(f"{reading.motion.name}-motion.png")
         write_page(picture, reading, limits[0])
-        print("\n".join(report_lines(reading, *limits)))
+        print("\n".join(report_lines(reading, *limits, as_flag)))
         if self.video:
             write_ideal_video(picture.with_suffix(".mp4"), reading, show_frames)
             print(picture.with_suffix(".mp4"))

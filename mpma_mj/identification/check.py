@@ -81,8 +81,8 @@ def _physics_steps(log: RobotLog, timestep: float) -> int:
         raise RobotLogError(
             f"{log.source}: has a row every {1000 * log.period:.5g} ms; expected a whole number of"
             f" physics steps of {1000 * timestep:g} ms, such as {1000 * fewer * timestep:g} or"
-            f" {1000 * (fewer + 1) * timestep:g} ms: record it so, or give a --model with another"
-            " timestep"
+            f" {1000 * (fewer + 1) * timestep:g} ms",
+            remedy="record it so, or give a {model} with another timestep",
         )
     return steps
 
@@ -94,8 +94,8 @@ def _check_commands(log: RobotLog, model: mujoco.MjModel) -> None:
         row, joint = map(int, beyond[0])
         raise RobotLogError(
             f"{log.source}: row {row + FIRST_ROW}, column command_{JOINT_NAMES[joint]}:"
-            f" {log.command[row, joint]:g} rad/s, but the model takes {most[joint]:g} at most;"
-            " check the unit, or give a --model with a wider ctrlrange"
+            f" {log.command[row, joint]:g} rad/s, but the model takes {most[joint]:g} at most",
+            remedy="check the unit, or give a {model} with a wider ctrlrange",
         )
     if np.ptp(log.command, axis=0).max() < _STILL:
         raise RobotLogError(

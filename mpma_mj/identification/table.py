@@ -39,7 +39,7 @@ def as_markdown(found: Identified) -> str:
         )
     if found.missing:
         sentences.append(
-            f"{', '.join(found.missing)}: 0 in the model, and left so; a --model with a guess above"
+            f"{', '.join(found.missing)}: 0 in the model, and left so; a model with a guess above"
             " 0 has it fitted."
         )
     return "\n".join([markdown_table(_TITLES, rows), "", *sentences])

@@ -74,14 +74,15 @@ def _check_lengths(lines: dict[str, Array], where: str, first: int) -> None:
         if too_short.mean() > 0.5:
             raise MotionFileError(
                 f"{where}: the {name} has no length in {too_short.sum()} of {len(length)} frames;"
-                " these are not the points they are taken for, so name others with --map"
+                " these are not the points they are taken for",
+                remedy="name others with {map}",
             )
         if too_short.any():
             i = int(np.argmax(too_short))
             raise MotionFileError(
                 f"{where}: the {name} has length {length[i]:.3g} at frame {first + i + 1} (median"
-                f" {np.median(length):.3g}); two markers lie {how}, so mend that frame, or cut it"
-                " with --from and --to"
+                f" {np.median(length):.3g}); two markers lie {how}",
+                remedy="mend that frame, or cut it with {start} and {end}",
             )
 
 

@@ -35,14 +35,15 @@ def change_points(posture: Array, segments: int) -> NDArray[np.int_]:
         BadOptionError: `segments` is below 1, or more than the postures to tell them apart.
     """
     if segments < 1:
-        raise BadOptionError(f"segments is {segments}; expected at least 1")
+        raise BadOptionError(option="segments", value=segments, expected="at least 1")
     frames = len(posture)
     step = max(1, -(-frames // _MOST_POSTURES))
     starts = np.arange(0, frames, step)  # (N,)
     if segments > len(starts):
         raise BadOptionError(
-            f"segments is {segments}, but the movement has {frames} postures;"
-            f" expected at most {len(starts)}"
+            option="segments",
+            value=segments,
+            expected=f"at most {len(starts)}, as the movement has {frames} postures",
         )
     if segments == 1:
         return np.zeros(frames, np.int_)

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.errors import BadOptionError, MotionFileError
+from mpma_mj.errors import BadOptionError, MotionFileError, placeholder
 from mpma_mj.motions.body import ARM_POINTS, TORSO_POINTS
 from mpma_mj.motions.findings import Findings
 from mpma_mj.motions.gaps import fill_gaps, missing, runs
@@ -71,8 +71,8 @@ class Cleaner:
         for name in self._arm_markers:
             if missing(self.tracks[name]).all():
                 raise MotionFileError(
-                    f"{self._where}: marker {name} is missing in all {self.frames} frames;"
-                    f" {self._without(name) or 'the arms cannot be followed without it'}"
+                    f"{self._where}: marker {name} is missing in all {self.frames} frames",
+                    remedy=self._without(name) or "the arms cannot be followed without it",
                 )
         for point in ARM_POINTS:
             if np.any([missing(self.tracks[name]) for name in self.groups[point]], axis=0).all():
@@ -113,7 +113,8 @@ class Cleaner:
         for point in ARM_POINTS:
             others = [other for other in self.groups[point] if other != name]
             if name in self.groups[point] and others:
-                return f'do without it with --map "{point}={"+".join(others)}"'
+                mapping = placeholder("map", f'"{point}={"+".join(others)}"')
+                return f"do without it with {mapping}"
         return ""
 
     def _cut(self, first: int, end: int) -> None:
@@ -124,10 +125,14 @@ class Cleaner:
         duration = self.frames / self._rate
         if start >= duration:
             raise BadOptionError(
-                f"from is {start:g}, but {self._where} lasts {duration:.2f} s; expected less"
+                option="start",
+                value=start,
+                expected=f"less, as {self._where} lasts {duration:.2f} s",
             )
         if end is not None and end > duration + 1.0 / self._rate:
-            self._findings.warn(f"--to is {end:g} s, but the recording ends at {duration:.2f} s")
+            self._findings.warn(
+                f"the recording ends at {duration:.2f} s", remedy=f"{{end={end:g}}} asks for more"
+            )
         if start > 0 or end is not None:
             last = self.frames if end is None else min(self.frames, round(end * self._rate))
             first = round(start * self._rate)
@@ -154,7 +159,7 @@ class Cleaner:
         )
         if not repair:
             jumps = _count(count, "single-frame jump")
-            self._findings.warn(f"{jumps} ({listed}); --repair bridges them")
+            self._findings.warn(f"{jumps} ({listed})", remedy="{repair} bridges them")
             return
         for name, frames in found.items():
             self.tracks[name][frames] = np.nan
@@ -193,13 +198,14 @@ class Cleaner:
         inside = bool(whole.any()) and all(
             first > 0 and end < self.frames for first, end, _ in gaps
         )
-        ways = [f"bridge them with --max-gap {np.ceil(100 * most - 1e-6) / 100:g}"] * inside
-        ways += [f"keep the longest clean stretch ({kept}) with --longest"] * usable
+        bridged = np.ceil(100 * most - 1e-6) / 100
+        ways = [f"bridge them with {{max_gap={bridged:g}}}"] * inside
+        ways += [f"keep the longest clean stretch ({kept}) with {{longest}}"] * usable
         if most > _INVENTED:
             ways.reverse()
         raise MotionFileError(
-            f"{self._where}: {gap}, longer than {max_gap:g} s: "
-            + (", or ".join(ways) or "too little is left; record it anew")
+            f"{self._where}: {gap}, longer than {max_gap:g} s",
+            remedy=", or ".join(ways) or "too little is left; record it anew",
         )
 
     def _described(self, gaps: list[tuple[int, int, str]]) -> str:

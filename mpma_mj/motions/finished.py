@@ -12,7 +12,7 @@ from mpma_mj.motions.findings import Findings
 from mpma_mj.motions.labelling import label
 from mpma_mj.motions.loop import close_loop
 from mpma_mj.motions.motion import Motion
-from mpma_mj.motions.options import ReadingOptions, given, option_name
+from mpma_mj.motions.options import ReadingOptions, given
 from mpma_mj.motions.reading import Reading
 
 __all__ = ["FOR_RECORDINGS", "read_finished"]
@@ -42,8 +42,8 @@ def read_finished(
     useless = given(options) & FOR_RECORDINGS
     if useless:
         raise BadOptionError(
-            f"{option_name(min(useless))} is for recordings; {motion.name} is a finished movement:"
-            " leave it out"
+            f"{motion.name} is a finished movement",
+            remedy=f"leave out {{{min(useless)}}}, which is for recordings",
         )
     times = np.arange(len(motion)) / motion.rate * options.tempo
     start, end = options.start or 0.0, math.inf if options.end is None else options.end
@@ -54,7 +54,9 @@ def read_finished(
             f" {kept.sum()} postures; expected a longer time"
         )
     if options.end is not None and end > times[-1] + 1.0 / motion.rate:
-        findings.warn(f"--to is {end:g} s, but {motion.name} ends at {times[-1]:.2f} s")
+        findings.warn(
+            f"{motion.name} ends at {times[-1]:.2f} s", remedy=f"{{end={end:g}}} asks for more"
+        )
     if not kept.all():
         findings.note(f"cut to {times[kept][0]:g}-{times[kept][-1]:.2f} s, as requested")
     times, posture, context = times[kept], motion.posture[kept], motion.context[kept]

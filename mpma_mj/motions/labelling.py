@@ -66,8 +66,9 @@ def label(
         return context, labels
     if options.segments > len(posture):
         raise BadOptionError(
-            f"segments is {options.segments}, but {where} gives {len(posture)} postures; expected"
-            " fewer"
+            option="segments",
+            value=options.segments,
+            expected=f"fewer, as {where} gives {len(posture)} postures",
         )
     if options.context == "changes":
         from mpma_mj.motions.changes import change_points
@@ -94,7 +95,9 @@ def _spans(
         return find(Path(options.audio))
     if options.context == "events":
         if not events:
-            raise MotionFileError(f"{where}: has no events; label it with --labels or --segments")
+            raise MotionFileError(
+                f"{where}: has no events", remedy="label it with {labels} or {segments}"
+            )
         return events
     return None
 

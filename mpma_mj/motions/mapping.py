@@ -6,7 +6,7 @@ import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
-from mpma_mj.errors import BadOptionError
+from mpma_mj.errors import BadOptionError, placeholder
 from mpma_mj.motions.body import ARM_POINTS, TORSO_POINTS
 
 __all__ = ["Groups", "mapping_option", "parse_mapping"]
@@ -39,9 +39,9 @@ def parse_mapping(option: str) -> Groups:
 
 
 def mapping_option(groups: Groups) -> str:
-    """Return what to type so that the arms are these groups."""
+    """Return the option with which the arms are these groups, for a remedy."""
     entries = (f"{point}={'+'.join(groups[point])}" for point in ARM_POINTS)
-    return f'--map "{",".join(entries)}"'
+    return placeholder("map", f'"{",".join(entries)}"')
 
 
 def _read_toml(path: Path) -> Iterator[tuple[str, tuple[str, ...]]]:

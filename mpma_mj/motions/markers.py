@@ -63,14 +63,15 @@ def choose_markers(path: Path, names: Sequence[str], mapping: Groups) -> Groups:
     complete = [groups for groups in found if groups.keys() >= set(ARM_POINTS)]
     if len({tuple(groups[p] for p in ARM_POINTS) for groups in complete}) > 1:
         raise MotionFileError(
-            f"{path}: shows {len(complete)} dancers; choose one with"
-            f" {mapping_option(complete[0])}, or {mapping_option(complete[1])}"
+            f"{path}: shows {len(complete)} dancers",
+            remedy=f"choose one with {mapping_option(complete[0])}, or"
+            f" {mapping_option(complete[1])}",
         )
     if not complete:
         best = max(found, key=len)
         guessed = {p: _guess(p, names) for p in ARM_POINTS if p not in best}
         _check_once(path, names, {p: g for p, g in guessed.items() if len(set(g)) == 1})
-        raise MotionFileError(_not_recognised(path, names, best))
+        raise _not_recognised(path, names, best)
     groups = complete[0]
     if "pelvis" in groups:
         shoulders = (*groups["left_shoulder"], *groups["right_shoulder"])
@@ -159,8 +160,8 @@ def _first_group(choices: Words, short: Mapping[str, str], side: str) -> tuple[s
     return None
 
 
-def _not_recognised(path: Path, names: Sequence[str], found: Groups) -> str:
-    """Say which points are missing, what the file has, and a mapping to edit."""
+def _not_recognised(path: Path, names: Sequence[str], found: Groups) -> MotionFileError:
+    """Return an error with the missing points, the file's names, and a mapping to edit."""
     guess = {point: found.get(point) or _guess(point, names) for point in ARM_POINTS}
     mapping = mapping_option({point: group or ("?",) for point, group in guess.items()})
     missing = [point.replace("_", " ") for point in ARM_POINTS if point not in found]
@@ -168,20 +169,20 @@ def _not_recognised(path: Path, names: Sequence[str], found: Groups) -> str:
     if not any(guess.values()):
         one = {point: [n for n in names if rule.search(n)] for point, rule in _GUESS.items()}
         if all(one.values()):
-            return (
+            return MotionFileError(
                 f"{path}: shows one arm only, none that is named left or right"
                 f" ({'; '.join('+'.join(group[:2]) for group in one.values())}): there is no left"
                 " arm beside a right one, and both are needed"
             )
     for side in SIDES:
         if any(guess.values()) and not any(guess[p] for p in ARM_POINTS if p.startswith(side)):
-            return (
-                f"{path}: has no {side} arm, and both arms are needed; {has}; if that arm is among"
-                f" them, say it with {mapping}"
+            return MotionFileError(
+                f"{path}: has no {side} arm, and both arms are needed; {has}",
+                remedy=f"if that arm is among them, say it with {mapping}",
             )
-    return (
-        f"{path}: cannot tell which point is the {', the '.join(missing)}; {has}; say it with"
-        f" {mapping}"
+    return MotionFileError(
+        f"{path}: cannot tell which point is the {', the '.join(missing)}; {has}",
+        remedy=f"say it with {mapping}",
     )
 
 

@@ -11,7 +11,7 @@ from typing import Literal, get_args
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions.recording import RATES, Unit, Up
 
-__all__ = ["ContextName", "ReadingOptions", "given", "option_name"]
+__all__ = ["ContextName", "ReadingOptions", "given"]
 
 ContextName = Literal["auto", "equal", "changes", "events", "bars", "sections"]
 
@@ -70,61 +70,71 @@ class ReadingOptions:
         Raises:
             BadOptionError: An option is outside what it may be, or contradicts another.
         """
+        self._check_types()
+        if not (math.isfinite(self.max_gap) and self.max_gap >= 0):
+            raise _refused(self, "max_gap", "seconds, 0 or more")
+        low, high = RATES
+        if self.rate_in is not None and not low <= self.rate_in <= high:
+            raise _refused(self, "rate_in", f"{low:g} to {high:g} Hz")
+        for option in ("cutoff", "tempo"):
+            number = getattr(self, option)
+            if number is not None and not (math.isfinite(number) and number > 0):
+                raise _refused(self, option, "a number above 0")
+        if not _TEMPO[0] <= self.tempo <= _TEMPO[1]:
+            raise _refused(self, "tempo", f"{_TEMPO[0]:g} to {_TEMPO[1]:g}")
+        if self.segments < 1:
+            raise _refused(self, "segments", "at least 1")
+        start = 0.0 if self.start is None else self.start
+        if not 0 <= start < math.inf:
+            raise _refused(self, "start", "seconds, 0 or more")
+        if self.end is not None and not self.end > start:
+            raise _refused(self, "end", f"more than {start:g} s, where the movement begins")
+        self._check_context()
+
+    def _check_types(self) -> None:
+        """Check what an option is, whatever its value."""
         for name in _NUMBERS:
             number = getattr(self, name)
             if number is not None and (isinstance(number, bool) or not isinstance(number, Real)):
-                raise BadOptionError(f"{option_name(name)} is {number!r}; expected a number")
+                raise _refused(self, name, "a number")
         if not isinstance(self.segments, Integral):
-            raise BadOptionError(f"segments is {self.segments!r}; expected a whole number")
+            raise _refused(self, "segments", "a whole number")
         if self.map is not None and not isinstance(self.map, str | PurePath):
-            raise BadOptionError(
-                f'map is {self.map!r}; expected text such as "left_elbow=A+B", or a TOML file'
-            )
+            raise _refused(self, "map", 'text such as "left_elbow=A+B", or a TOML file')
         for option, allowed in {"unit": Unit, "up": Up, "context": ContextName}.items():
             value = getattr(self, option)
             if value is not None and value not in get_args(allowed):
-                raise BadOptionError(
-                    f"{option} is '{value}'; expected one of {', '.join(get_args(allowed))}"
-                )
-        if not (math.isfinite(self.max_gap) and self.max_gap >= 0):
-            raise BadOptionError(f"max-gap is {self.max_gap:g}; expected seconds, 0 or more")
-        low, high = RATES
-        if self.rate_in is not None and not low <= self.rate_in <= high:
-            raise BadOptionError(f"rate-in is {self.rate_in:g}; expected {low:g} to {high:g} Hz")
-        above_0 = {"cutoff": self.cutoff, "tempo": self.tempo}
-        for option, number in above_0.items():
-            if number is not None and not (math.isfinite(number) and number > 0):
-                raise BadOptionError(f"{option} is {number:g}; expected a number above 0")
-        if not _TEMPO[0] <= self.tempo <= _TEMPO[1]:
-            raise BadOptionError(
-                f"tempo is {self.tempo:g}; expected {_TEMPO[0]:g} to {_TEMPO[1]:g}"
-            )
-        if self.segments < 1:
-            raise BadOptionError(f"segments is {self.segments}; expected at least 1")
-        start, end = self.start or 0.0, math.inf if self.end is None else self.end
-        if not 0 <= start < end:
-            raise BadOptionError(f"from is {start:g} and to is {end:g}; expected 0 <= from < to")
+                raise _refused(self, option, f"one of {', '.join(get_args(allowed))}")
+
+    def _check_context(self) -> None:
+        """Check that one thing only labels the movement."""
         music = self.context in ("bars", "sections")
         if music and self.audio is None:
-            raise BadOptionError(f"context {self.context} needs the music; give it with --audio")
+            raise BadOptionError(
+                f"context {self.context} needs the music", remedy="give it with {audio}"
+            )
         if self.audio is not None and not (music or self.context == "auto"):
-            raise BadOptionError(f"audio gives bars or sections, not {self.context}; drop one")
+            raise BadOptionError(
+                f"audio gives bars or sections, not {self.context}",
+                remedy="drop {audio} or {context}",
+            )
         if self.segments != _PARTS and (
             music or self.labels or self.audio or self.context == "events"
         ):
             raise BadOptionError(
-                "segments are parts of a movement without labels; drop --segments, or what labels"
-                " it"
+                "segments are parts of a movement without labels",
+                remedy="drop {segments}, or what labels it",
             )
         if self.labels is not None and (self.audio is not None or self.context != "auto"):
-            raise BadOptionError("labels are the context; drop --audio and --context, or --labels")
+            raise BadOptionError(
+                "labels are the context", remedy="drop {audio} and {context}, or {labels}"
+            )
+
+
+def _refused(options: ReadingOptions, option: str, expected: str) -> BadOptionError:
+    return BadOptionError(option=option, value=getattr(options, option), expected=expected)
 
 
 def given(options: ReadingOptions) -> set[str]:
     """Return the names of the options that are not as they are without being given."""
     return {f.name for f in fields(ReadingOptions) if getattr(options, f.name) != f.default}
-
-
-def option_name(field: str) -> str:
-    """Return what the command line calls an option."""
-    return {"start": "from", "end": "to"}.get(field, field.replace("_", "-"))

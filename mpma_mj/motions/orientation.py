@@ -60,12 +60,15 @@ def find_unit(
     if declared is not None:
         findings.warn(
             f"the file says {_name(declared)}, which makes arms of {arm * declared:.3g} m;"
-            f" {_name(best) + ' is used' if fits else 'no usual unit fits'} (--unit overrides it)"
+            f" {_name(best) + ' is used' if fits else 'no usual unit fits'}",
+            remedy="{unit} overrides it",
         )
     elif fits:
         findings.note(f"unit {_name(best)}, by the length of the arms")
     else:
-        findings.warn(f"arms are {arm:.3g} long, which fits no usual unit (--unit gives one)")
+        findings.warn(
+            f"arms are {arm:.3g} long, which fits no usual unit", remedy="{unit} gives one"
+        )
     return best if fits else None
 
 
@@ -112,7 +115,8 @@ def find_up(
     if shown is None:
         raise MotionFileError(
             f"{where}: cannot tell which axis is up: the file does not say, and the arms do not"
-            " hang; give it with --up, such as --up z"
+            " hang",
+            remedy="give it with {up}, such as {up=z}",
         )
     instead = f"; the file or its format says {declared}" if declared is not None else ""
     findings.note(f"{shown} is up, {how}{instead}")

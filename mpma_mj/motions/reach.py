@@ -62,8 +62,9 @@ def check_reach(motion: Motion, max_joint_speed: Array, max_elbow: float) -> Non
         raise MotionReachError(
             f"{motion.name}: {kinematics.JOINT_NAMES[joint]} would have to turn at"
             f" {worst * max_joint_speed[joint]:.1f} rad/s at {_place(motion, int(frame))}, its"
-            f" actuator reaches {max_joint_speed[joint]:g}; slow the movement with"
-            f" --tempo {tempo:g} or less, or leave that moment out with --from or --to"
+            f" actuator reaches {max_joint_speed[joint]:g}",
+            remedy=f"slow the movement with {{tempo={tempo:g}}} or less, or leave that moment out"
+            " with {start} or {end}",
         )
 
 

@@ -91,7 +91,8 @@ def read_with_findings(
     """
     options.check()
     if not _RATES[0] <= rate <= _RATES[1]:
-        raise BadOptionError(f"rate is {rate:g}; expected {_RATES[0]:g} to {_RATES[1]:g} Hz")
+        expected = f"{_RATES[0]:g} to {_RATES[1]:g} Hz"
+        raise BadOptionError(option="rate", value=rate, expected=expected)
     findings = Findings()
     if str(source) in BUILT_IN:
         motion = BUILT_IN[str(source)](rate, options.tempo)
@@ -118,7 +119,8 @@ def _read(
     if "pelvis" not in groups and len(recording.names) > _BODY * len(names):
         findings.warn(
             "no pelvis is known among its points, so that the torso is taken as upright and a bend"
-            ' moves the arms; name it with --map "pelvis=…"'
+            " moves the arms",
+            remedy='name it with {map="pelvis=…"}',
         )
     own_rate = _source_rate(recording, options, findings)
     cleaner = Cleaner(recording.load(names), groups, own_rate, where, findings)
@@ -205,8 +207,8 @@ def _source_rate(recording: Recording, options: ReadingOptions, findings: Findin
         return options.rate_in
     if recording.rate is None:
         raise MotionFileError(
-            f"{recording.path}: does not say how many frames a second it has; give it with"
-            " --rate-in, such as --rate-in 50"
+            f"{recording.path}: does not say how many frames a second it has",
+            remedy="give it with {rate_in}, such as {rate_in=50}",
         )
     return recording.rate
 

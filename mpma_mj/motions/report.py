@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj import kinematics
-from mpma_mj.errors import MotionReachError
+from mpma_mj.errors import MotionReachError, WriteOption, as_keyword
 from mpma_mj.motions.reach import check_reach, joint_speeds
 from mpma_mj.motions.reading import Reading
 
@@ -20,13 +20,16 @@ _LITTLE = np.sin(np.radians(15.0))
 _MOST_RUNS = 12  # labels that are listed
 
 
-def report_lines(reading: Reading, max_joint_speed: Array, max_elbow: float) -> list[str]:
+def report_lines(
+    reading: Reading, max_joint_speed: Array, max_elbow: float, write: WriteOption = as_keyword
+) -> list[str]:
     """Describe a recording and what it asks of the arms.
 
     Args:
         reading: What was read.
         max_joint_speed: Fastest that each joint can turn, shape (8,), rad/s.
         max_elbow: Farthest that an elbow bends, rad.
+        write: Writes an option in the reader's language.
     """
     motion = reading.motion
     lines = [
@@ -68,7 +71,7 @@ def report_lines(reading: Reading, max_joint_speed: Array, max_elbow: float) -> 
         check_reach(motion, max_joint_speed, max_elbow)
         lines.append("the arms can follow it")
     except MotionReachError as error:
-        lines.append(f"the arms cannot follow it: {error}")
+        lines.append(f"the arms cannot follow it: {error.describe(write)}")
     return lines
 
 

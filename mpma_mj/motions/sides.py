@@ -42,7 +42,8 @@ def check_sides(
     if share > _MOSTLY:
         findings.warn(
             f"both elbows are beyond the body's midline in {100 * share:.0f} % of the frames: left"
-            f" and right look swapped, which {_swapped(groups, ('elbow', 'wrist'))} mends"
+            " and right look swapped",
+            remedy=f"{_swapped(groups, ('elbow', 'wrist'))} mends that",
         )
         return
     segments = posture.reshape(-1, 4, 3)
@@ -54,13 +55,14 @@ def check_sides(
     if backward > _MOSTLY_BACKWARD and clear.mean() > _OFTEN:
         findings.warn(
             f"forearms point backwards in {100 * backward:.0f} % of the frames in which they are"
-            " bent: left and right look swapped, which"
-            f" {_swapped(groups, ('shoulder', 'elbow', 'wrist'))} mends; or up and down are (--up),"
-            " or the file's axes are left-handed, as in Unity"
+            " bent: left and right look swapped, or up and down, or the file's axes are"
+            " left-handed, as in Unity",
+            remedy=f"{_swapped(groups, ('shoulder', 'elbow', 'wrist'))} mends the first, {{up}} the"
+            " second",
         )
 
 
 def _swapped(groups: Groups, parts: Sequence[str]) -> str:
-    """Return the mapping in which some points have changed sides."""
+    """Return the option with which some points change sides."""
     other = {f"{a}_{p}": groups[f"{b}_{p}"] for p in parts for a, b in (SIDES, SIDES[::-1])}
     return mapping_option(groups | other)

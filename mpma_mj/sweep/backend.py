@@ -77,13 +77,15 @@ def open_backend(
         BadOptionError: The number of workers is less than one, or only Ray has addresses.
     """
     if workers is not None and workers < 1:
-        raise BadOptionError(f"workers is {workers}; expected at least 1")
+        raise BadOptionError(option="workers", value=workers, expected="at least 1")
     if name == "ray":
         from mpma_mj.sweep.cluster import Cluster
 
         return Cluster(workers, address)
     if address is not None:
-        raise BadOptionError("--address is of a Ray cluster; add --backend ray, or drop it")
+        raise BadOptionError(
+            "an address is that of a Ray cluster", remedy="add {backend=ray}, or drop {address}"
+        )
     from mpma_mj.sweep.processes import Processes
 
     return Processes(workers)

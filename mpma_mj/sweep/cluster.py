@@ -45,7 +45,8 @@ class Cluster:
             import ray
         except ModuleNotFoundError:
             raise BadOptionError(
-                "--backend ray needs Ray: in a checkout, pip install -e '.[ray]'"
+                "Ray is not installed",
+                remedy="{backend=ray} needs it: in a checkout, pip install -e '.[ray]'",
             ) from None
         self._ray: Any = ray
         if address is None:
@@ -112,7 +113,8 @@ def _check_answers(address: str) -> None:
         BadOptionError: There is no such address, or no cluster of this version answers there.
     """
     if not re.fullmatch(r"auto|[^:/]+:\d{1,5}", address):
-        raise BadOptionError(f"address is '{address}'; expected HOST:PORT of a Ray cluster's head")
+        expected = "HOST:PORT of a Ray cluster's head"
+        raise BadOptionError(option="address", value=address, expected=expected)
     until = time.monotonic() + _PATIENCE
     host, _, port = address.partition(":")
     try:

@@ -19,6 +19,7 @@ from mpma_mj.utils.folder_lock import is_empty
 __all__ = ["RunResult", "SweepFolder", "flat"]
 
 _KIND = "sweep"
+_ELSEWHERE = "choose another folder with {out}"
 _NAME_LENGTH = 100  # letters of a file's name, of 255 that file systems allow
 
 
@@ -154,24 +155,22 @@ class SweepFolder:
         if not self.path.exists():
             return
         if not self.path.is_dir():
-            raise RunFolderError(f"{self.path}: is a file; choose another folder with --out")
+            raise RunFolderError(f"{self.path}: is a file", remedy=_ELSEWHERE)
         if is_empty(self.path):
             return
         try:
             there = _read_json(self._header)
         except FileNotFoundError:
             raise RunFolderError(
-                f"{self.path}: is not empty and holds no sweep; choose another folder with --out"
+                f"{self.path}: is not empty and holds no sweep", remedy=_ELSEWHERE
             ) from None
         except (OSError, ValueError):
-            raise _damaged(self._header, "choose another folder with --out") from None
+            raise _damaged(self._header, _ELSEWHERE) from None
         spec = self._content()
         differing = [key for key in spec if there.get(key) != spec[key]]
         if differing:
             which = _difference(differing[0], there.get(differing[0]), spec[differing[0]])
-            raise RunFolderError(
-                f"{self.path}: holds another sweep, {which}; choose another folder with --out"
-            )
+            raise RunFolderError(f"{self.path}: holds another sweep, {which}", remedy=_ELSEWHERE)
 
     def _read(self, config: RunConfig) -> RunResult:
         path = self._file(config)
@@ -211,8 +210,8 @@ def _told(value: object) -> str:
     return f"{first} and {len(others)} more" if others else str(first)
 
 
-def _damaged(path: Path, mend: str = "remove it and start again") -> RunFolderError:
-    return RunFolderError(f"{path}: damaged, or not of a sweep; {mend}")
+def _damaged(path: Path, remedy: str = "remove it and start again") -> RunFolderError:
+    return RunFolderError(f"{path}: damaged, or not of a sweep", remedy=remedy)
 
 
 def _difference(key: str, there: Any, spec: Any) -> str:

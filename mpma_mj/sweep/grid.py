@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from typing import Any, Literal, Union, get_args, get_origin
 
 from mpma_mj.errors import BadOptionError
-from mpma_mj.motions.options import option_name
 from mpma_mj.training.config import RunConfig, option_types
+from mpma_mj.utils.option_names import option_name
 
 __all__ = ["points"]
 
@@ -36,7 +36,8 @@ def points(words: Sequence[str], base: RunConfig) -> list[RunConfig]:
     for word in words:
         name, values = _axis(word, hints)
         if name in axes:
-            raise BadOptionError(f"grid has {option_name(name)} twice; give all its values at once")
+            typed = word.partition("=")[0]
+            raise BadOptionError(f"grid has {typed} twice; give all its values at once")
         axes[name] = values
     chosen = (
         base.replace(**dict(zip(axes, values, strict=True)))
@@ -50,7 +51,8 @@ def _axis(word: str, hints: dict[str, Any]) -> tuple[str, list[Any]]:
     typed, equals, texts = word.partition("=")
     if not equals:
         raise BadOptionError(
-            f"grid has '{word}'; expected name=value,value,… (motions stand before --grid)"
+            f"grid has '{word}'",
+            remedy="expected name=value,value,…; motions stand before {grid}",
         )
     fields = {option_name(name): name for name in hints} | {name: name for name in hints}
     if typed not in fields:
@@ -59,7 +61,9 @@ def _axis(word: str, hints: dict[str, Any]) -> tuple[str, list[Any]]:
         raise BadOptionError(f"grid has unknown '{typed}'; {hint}")
     name = fields[typed]
     if name == "seed":
-        raise BadOptionError("grid has seed; give the first with --seed, their number with --runs")
+        raise BadOptionError(
+            "grid has seed", remedy="give the first with {seed}, their number with {runs}"
+        )
     values = [_value(typed, text, hints[name]) for text in texts.split(",")]
     if len(set(values)) < len(values):
         raise BadOptionError(f"grid has a value of {typed} twice: '{texts}'; leave one out")

@@ -39,13 +39,15 @@ def spec_of(most: int, runs: int, base: RunConfig, epochs: int) -> SweepSpec:
         BadOptionError: A number is less than one, or the settings say what growth has to find.
     """
     if most < 1:
-        raise BadOptionError(f"most is {most}; expected at least 1")
+        raise BadOptionError(option="most", value=most, expected="at least 1")
     plain = RunConfig()
     for name in ("agent", "modules"):
         value = base.option(name)
         if value != plain.option(name):
             raise BadOptionError(
-                f"{name} is {value}; growth is tried beside 1 to --most modules, leave it out"
+                option=name,
+                value=value,
+                remedy="leave it out: growth is tried beside 1 to as many modules as {most} says",
             )
     points = [base.replace(agent="growing", modules=most)]
     points += [base.replace(modules=modules) for modules in range(1, most + 1)]

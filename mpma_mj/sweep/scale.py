@@ -170,8 +170,8 @@ def _doublings(first: float, last: float) -> list[float]:
 def _check_lengths(lengths: Sequence[float], name: str, duration: float) -> None:
     if not lengths:
         raise BadOptionError(
-            f"{name}, the longest movement, lasts {duration:.2f} s, less than {_SHORTEST:g} s;"
-            " give lengths with --lengths"
+            f"{name}, the longest movement, lasts {duration:.2f} s, less than {_SHORTEST:g} s",
+            remedy="give lengths with {lengths}",
         )
     if len(set(lengths)) < len(lengths):
         raise BadOptionError("lengths has a value twice; leave one out")

@@ -34,7 +34,7 @@ class SweepSpec:
         if not self.configs:
             raise BadOptionError("no runs are requested; expected at least 1")
         if self.epochs < 1:
-            raise BadOptionError(f"epochs is {self.epochs}; expected at least 1")
+            raise BadOptionError(option="epochs", value=self.epochs, expected="at least 1")
         if len(set(self.configs)) < len(self.configs):
             raise BadOptionError("the same run is requested twice; leave one out")
 
@@ -58,7 +58,7 @@ def seeds(point: RunConfig, runs: int) -> list[RunConfig]:
         BadOptionError: The number of runs is less than one.
     """
     if runs < 1:
-        raise BadOptionError(f"runs is {runs}; expected at least 1")
+        raise BadOptionError(option="runs", value=runs, expected="at least 1")
     return [dataclasses.replace(point, seed=point.seed + number) for number in range(runs)]
 
 

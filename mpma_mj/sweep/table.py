@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from mpma_mj.motions.options import option_name
 from mpma_mj.sweep.folder import RunResult
 from mpma_mj.sweep.measures import converged, of_point, remarks, spread
 from mpma_mj.sweep.spec import SweepSpec, by_point
+from mpma_mj.utils.option_names import option_name
 from mpma_mj.utils.tables import markdown_table
 
 __all__ = ["as_markdown"]

@@ -9,11 +9,12 @@ from mpma_mj.envs.load import arm_limits
 from mpma_mj.errors import BadOptionError, MotionFileError
 from mpma_mj.motions import Motion
 from mpma_mj.motions.label_file import read_labels
-from mpma_mj.motions.options import ReadingOptions, given, option_name
+from mpma_mj.motions.options import ReadingOptions, given
 from mpma_mj.motions.reach import check_reach
 from mpma_mj.motions.read import BUILT_IN, read_with_findings
 from mpma_mj.motions.repertoire import join
 from mpma_mj.training.config import RunConfig
+from mpma_mj.utils.option_names import option_name
 
 __all__ = ["expand_folders", "read_motions"]
 

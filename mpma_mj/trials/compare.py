@@ -141,7 +141,7 @@ def jobs(
     """
     for name, value in {"epochs": epochs, "adaptation": adaptation}.items():
         if value < 1:
-            raise BadOptionError(f"{name} is {value}; expected at least 1")
+            raise BadOptionError(option=name, value=value, expected="at least 1")
     check_trainable(configs[0].agent_name)
     check(configs[0], motion)
     return [
@@ -174,7 +174,8 @@ def compare(
     for job, done in get_done(spec, backend):
         if done is None:
             raise WorkerError(
-                "a worker died time and again (memory?); take fewer --runs, or smaller --nodes"
+                "a worker died time and again (memory?)",
+                remedy="take fewer {runs}, or smaller {nodes}",
             )
         cells[job.learned] = done
         on_learned(job.learned)

@@ -150,8 +150,8 @@ def what_can_be_lost(trained: TrainedAgents) -> list[Lost]:
     modules = np.flatnonzero(enabled).tolist()
     if len(modules) == 1:
         raise BadOptionError(
-            f"{trained.source or 'trained agent'}: has one module, and none that could take over;"
-            " expected a run of --modules 2 or more"
+            f"{trained.source or 'trained agent'}: has one module, and none that could take over",
+            remedy="expected a run of {modules=2} or more",
         )
     sizes = range(1 + min(_TOGETHER, len(modules) - 1))
     some = [lost for size in sizes for lost in itertools.combinations(modules, size)]
@@ -237,8 +237,8 @@ def _danced(agent: TrainedAgents, condition: EvalCondition, lost: Lost) -> Trace
 def _diverged(lost: Lost) -> DivergedError:
     missing = " and ".join(f"module {i + 1}" for i in lost) or "any loss"
     return DivergedError(
-        f"without {missing}: the simulation diverged; train anew with a slower --tempo or another"
-        " --seed"
+        f"without {missing}: the simulation diverged",
+        remedy="train anew with a slower {tempo} or another {seed}",
     )
 
 

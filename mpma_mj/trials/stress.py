@@ -107,7 +107,7 @@ class StressJob(Work):
         try:
             return train_agents(self.configs, self.motion, self.epochs, {})
         except DivergedError as error:
-            raise DivergedError(f"{self.agent}, {error}") from None
+            raise error.with_context(self.agent) from None
 
     def _try(
         self, trained: TrainedAgents, condition: EvalCondition

@@ -10,7 +10,7 @@ from typing import Any
 
 from mpma_mj.envs.load import prepare
 from mpma_mj.envs.options import EnvironmentOptions
-from mpma_mj.errors import BadOptionError, MotionFileError, MotionReachError
+from mpma_mj.errors import BadOptionError, MotionFileError, MotionReachError, MpmaError
 from mpma_mj.evaluation.evaluate import EvalCondition
 from mpma_mj.motions import Motion
 from mpma_mj.motions.read import BUILT_IN
@@ -58,11 +58,13 @@ def trials(
     """
     chosen = [_disturbance(name) for name in dict.fromkeys(names)]
     if levels and len(chosen) != 1:
-        raise BadOptionError("levels are those of one disturbance; name it with --disturbances")
+        raise BadOptionError(
+            "levels are those of one disturbance", remedy="name it with {disturbances}"
+        )
     if unseen and (levels or "unseen" not in names):
         raise BadOptionError(
-            "dances are given that are not to be tried; drop --unseen, or let them be with"
-            " --disturbances unseen and without --levels"
+            "dances are given that are not to be tried",
+            remedy="drop {unseen}, or let them be with {disturbances=unseen} and without {levels}",
         )
     config = own.configs[0]
     undisturbed = EvalCondition("undisturbed", own.motion, _ARMS)
@@ -94,8 +96,8 @@ def _never_seen(config: RunConfig) -> Sequence[str]:
     """Return invented dances that the run has not learned."""
     if "invented" in config.motions:
         raise BadOptionError(
-            "the run has learned all invented dances; name others with --unseen, or choose"
-            " --disturbances without unseen"
+            "the run has learned all invented dances",
+            remedy="name others with {unseen}, or choose {disturbances} without unseen",
         )
     dances = (name for name in BUILT_IN if name.startswith("invented-"))
     return list(itertools.islice((d for d in dances if d not in config.motions), _DANCES))
@@ -108,9 +110,14 @@ def _changed(
     try:
         return disturbance.change(motion, level)
     except MotionFileError as error:
-        raise MotionFileError(
-            f"{error}: mpma motion {level} --out FILE.npz, with that, writes such a dance"
-        ) from None
+        _advise_writing(error)
+        raise
+
+
+def _advise_writing(error: MpmaError) -> None:
+    """Add what to do with a remedy that is not an option of this study."""
+    writes = "mpma motion, with that and {out=FILE.npz}, writes such a dance"
+    error.remedy = f"{error.remedy}: {writes}" if error.remedy else writes
 
 
 def _world(
@@ -119,7 +126,9 @@ def _world(
     """Return the condition of a level; None where the arms cannot follow what they have learned."""
     config = own.configs[0]
     if disturbance.name == "unseen" and _is_learned(str(level), config):
-        raise BadOptionError(f"the run has learned {level}; name another dance with --unseen")
+        raise BadOptionError(
+            f"the run has learned {level}", remedy="name another dance with {unseen}"
+        )
     motion, changed = _changed(disturbance, level, own.motion)
     options = {n: value for n, value in changed.items() if value != _DEFAULTS[n]}
     if motion is own.motion and not options:
@@ -128,11 +137,10 @@ def _world(
     try:
         prepare(motion, env_options(config, condition.options))
     except BadOptionError as error:
-        raise BadOptionError(f"{disturbance.name} {level}: {error}") from None
+        raise error.with_context(f"{disturbance.name} {level}") from None
     except MotionReachError as error:
         if disturbance.name != "unseen":
             return None
-        raise MotionReachError(
-            f"{error}: mpma motion {level} --out FILE.npz, with that, writes such a dance"
-        ) from None
+        _advise_writing(error)
+        raise
     return condition

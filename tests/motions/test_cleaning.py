@@ -116,10 +116,10 @@ def test_gaps_are_bridged_or_refused_with_ways_that_work(gaps: Gaps) -> None:
     assert float(told[4]) == pytest.approx((end - first + 1) / RATE, abs=0.006)
     assert int(told[5] or 0) == len(long) - 1
     assert "\n" not in message
-    wider = re.search(r"bridge them with --max-gap ([\d.]+)", message)
+    wider = re.search(r"bridge them with max_gap=([\d.]+)", message)
     if wider:
         check_whole(cleaned(tracks, max_gap=float(wider[1])), tracks)
-    kept = re.search(r"stretch \(frames (\d+) to (\d+), (\S+) s\) with --longest", message)
+    kept = re.search(r"stretch \(frames (\d+) to (\d+), (\S+) s\) with longest", message)
     if kept:
         cleaner = cleaned(tracks, longest=True)
         check_whole(cleaner, tracks)
@@ -142,7 +142,7 @@ def test_the_longest_clean_stretch_is_kept(gaps: Gaps) -> None:
     seen = [np.flatnonzero(whole[first:end]) for first, end in runs(clean)]
     best = max((inside[-1] - inside[0] + 1 for inside in seen if len(inside)), default=0)
     if best < LONG:  # too little for a movement
-        with pytest.raises(MotionFileError, match=r"^[^\n]*(record it anew|--max-gap [\d.]+)$"):
+        with pytest.raises(MotionFileError, match=r"^[^\n]*(record it anew|max_gap=[\d.]+)$"):
             cleaned(tracks, longest=True)
     else:
         assert len(cleaned(tracks, longest=True).tracks[NAMES[0]]) == best
@@ -169,8 +169,8 @@ def test_nine_seconds_without_a_marker_are_refused_with_their_frames() -> None:
         cleaned(tracks)
     assert str(caught.value) == (
         "dance.x: marker left_wrist is missing in frames 601 to 1140 (9.00 s), longer than 0.25 s:"
-        " keep the longest clean stretch (frames 1141 to 1800, 11.00 s) with --longest, or bridge"
-        " them with --max-gap 9"
+        " keep the longest clean stretch (frames 1141 to 1800, 11.00 s) with longest, or bridge"
+        " them with max_gap=9"
     )
 
 
@@ -179,7 +179,7 @@ def test_what_is_bridged_goes_by_the_limit_exactly(length: int) -> None:
     tracks = dance()
     tracks["left_wrist"][100 : 100 + length] = np.nan
     if length > LONG:
-        with pytest.raises(MotionFileError, match=r"--max-gap 0\.27, or"):
+        with pytest.raises(MotionFileError, match=r"max_gap=0\.27, or"):
             cleaned(tracks)
     else:
         check_whole(cleaned(tracks), tracks)
@@ -336,7 +336,7 @@ def test_a_marker_that_is_never_seen_can_be_done_without_where_it_has_another(
     path = write_tsv(markers)
     with pytest.raises(MotionFileError, match="Ulna_R is missing in all") as caught:
         read_with_findings(path, ReadingOptions())
-    mapping = str(caught.value).partition('--map "')[2].rstrip('"')
+    mapping = str(caught.value).partition('map="')[2].rstrip('"')
     assert read_with_findings(path, ReadingOptions(map=mapping)).groups["right_wrist"] == (
         "Radius_R",
     )

@@ -77,7 +77,7 @@ def test_hardly_any_frames_have_no_jumps(frames: int) -> None:
 def test_jumps_are_told_with_marker_and_frame(write_tsv: WriteTsv) -> None:
     reading = read_with_findings(write_tsv(jumping()[1]), ReadingOptions())
     assert reading.findings.warnings == [
-        "3 single-frame jumps (Elbow_L in frame 101; Radius_R in frame 51, 201); --repair bridges"
+        "3 single-frame jumps (Elbow_L in frame 101; Radius_R in frame 51, 201); repair bridges"
         " them"
     ]
 
@@ -85,7 +85,7 @@ def test_jumps_are_told_with_marker_and_frame(write_tsv: WriteTsv) -> None:
 def test_frames_of_jumps_count_from_the_files_first(write_tsv: WriteTsv) -> None:
     reading = read_with_findings(write_tsv(jumping()[1]), ReadingOptions(start=1.0, end=3.0))
     assert reading.findings.warnings == [
-        "1 single-frame jump (Elbow_L in frame 101); --repair bridges them"
+        "1 single-frame jump (Elbow_L in frame 101); repair bridges them"
     ]
 
 

@@ -271,7 +271,7 @@ def test_of_two_dancers_one_has_to_be_chosen_and_the_message_tells_how() -> None
     with pytest.raises(MotionFileError, match="shows 2 dancers; choose one with") as caught:
         choose_markers(FILE, two_dancers(), {})
     assert "\n" not in str(caught.value)
-    options = re.findall(r'--map "([^"]*)"', str(caught.value))
+    options = re.findall(r'map="([^"]*)"', str(caught.value))
     chosen = [choose_markers(FILE, two_dancers(), parse_mapping(option)) for option in options]
     assert [groups["left_elbow"] for groups in chosen] == [("Anna:LELB",), ("Ben:LELB",)]
 
@@ -312,7 +312,7 @@ def test_an_arm_whose_names_say_nothing_can_be_given() -> None:
     names = ["RSHO", "RELB", "RWRI", "M1", "M2", "M3"]
     with pytest.raises(MotionFileError, match="has no left arm") as caught:
         choose_markers(FILE, names, {})
-    (option,) = re.findall(r'--map "([^"]*)"', str(caught.value))
+    (option,) = re.findall(r'map="([^"]*)"', str(caught.value))
     for name in names[3:]:
         option = option.replace("?", name, 1)
     groups = choose_markers(FILE, names, parse_mapping(option))
@@ -349,7 +349,7 @@ def test_the_message_offers_a_mapping_that_works_when_filled_in(kind: str, lost:
     assert "\n" not in message
     assert f"cannot tell which point is the {lost.replace('_', ' ')}" in message
     assert all(name in message for name in names)
-    (option,) = re.findall(r'say it with --map "([^"]*)"', message)
+    (option,) = re.findall(r'say it with map="([^"]*)"', message)
     filled = re.sub(rf"{lost}=[^,]*", f"{lost}={'+'.join(renamed)}", option)
     groups = choose_markers(FILE, names, parse_mapping(filled))
     assert arms(groups) == known | {lost: tuple(renamed)}
@@ -361,7 +361,7 @@ def test_names_without_any_sense_are_listed_with_a_mapping_to_fill_in() -> None:
         choose_markers(FILE, names, {})
     message = str(caught.value)
     assert "it has M1, M2, M3, M4, M5, M6" in message
-    (option,) = re.findall(r'--map "([^"]*)"', message)
+    (option,) = re.findall(r'map="([^"]*)"', message)
     assert option.count("?") == 6
     for name in names:
         option = option.replace("?", name, 1)

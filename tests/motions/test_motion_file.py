@@ -177,14 +177,16 @@ def test_options_that_only_a_recording_has_a_use_for_are_refused(tmp_path: Path)
         ({"unit": "mm"}, "unit"),
         ({"up": "z"}, "up"),
         ({"rate_in": 60.0}, "rate-in"),
-        ({"max_gap": 1.0}, "max-gap"),
+        ({"max_gap": 1.0}, "max_gap"),
         ({"longest": True}, "longest"),
         ({"repair": True}, "repair"),
         ({"cutoff": 5.0}, "cutoff"),
         ({"skeleton": "a.asf"}, "skeleton"),
     ):
         for source in ("ymca", path):
-            with pytest.raises(BadOptionError, match=f"^{name} is for recordings; ymca is a fin"):
+            with pytest.raises(
+                BadOptionError, match=f"^ymca is a finished .*; leave out {name}, which"
+            ):
                 read_motion(source, **options)
 
 

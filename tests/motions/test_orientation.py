@@ -108,7 +108,7 @@ def test_a_trunk_counts_for_more_than_a_declared_axis(tmp_path: Path) -> None:
 def test_where_nothing_tells_what_is_up_it_is_asked_for(tmp_path: Path) -> None:
     t_pose = np.tile([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0]], 2).ravel()
     points = standing(np.tile(t_pose.reshape(2, 2, 3).ravel(), (60, 1)), torso=False)
-    with pytest.raises(MotionFileError, match=r"which axis is up: [^\n]* such as --up z$"):
+    with pytest.raises(MotionFileError, match=r"which axis is up: [^\n]* such as up=z$"):
         read(tmp_path / "a.npz", points, {})
     assert len(read(tmp_path / "a.npz", points, {}, up="z").motion) == 20
 
@@ -157,7 +157,7 @@ def test_a_declared_unit_that_fits_no_body_is_warned_about() -> None:
     findings = Findings()
     assert find_unit(550.0, UNITS["m"], None, findings) == UNITS["mm"]
     assert findings.warnings == [
-        "the file says m, which makes arms of 550 m; mm is used (--unit overrides it)"
+        "the file says m, which makes arms of 550 m; mm is used; unit overrides it"
     ]
 
 
@@ -217,7 +217,7 @@ def test_the_rate_is_declared_given_or_asked_for(write_tsv: WriteTsv) -> None:
     assert reading.motion.duration == pytest.approx(1.9)
     assert "120 Hz, as given (the file says 60 Hz)" in reading.findings.steps
     path = write_tsv(edit=lambda text: text.replace("FREQUENCY\t60\n", ""))
-    with pytest.raises(MotionFileError, match=r"how many frames a second .* --rate-in 50$"):
+    with pytest.raises(MotionFileError, match=r"how many frames a second .* rate_in=50$"):
         read_with_findings(path, ReadingOptions())
     reading = read_with_findings(path, ReadingOptions(rate_in=60.0))
     assert "60 Hz, as given (the file says no rate)" in reading.findings.steps

@@ -156,7 +156,7 @@ def edit_row(row: int, change: Callable[[list[str]], list[str]]) -> Callable[[st
         (lambda t: "time,x,y\n0,1,2\n", "no known recording, and no table either"),
         (lambda t: t.replace("\t60", "\t0"), "FREQUENCY is '0'"),
         (lambda t: t.replace("\t60", "\tfast"), "FREQUENCY is 'fast'"),
-        (lambda t: t.replace("FREQUENCY\t60\n", ""), "how many frames a second .* --rate-in 50$"),
+        (lambda t: t.replace("FREQUENCY\t60\n", ""), "how many frames a second .* rate_in=50$"),
         (lambda t: "\n".join(t.splitlines()[:5]) + "\n", "at least two"),
         (lambda t: "\n".join(t.splitlines()[:4]), "no frames"),
         (lambda t: t.replace("Ulna_L", "Radius_L"), "Radius_L stands twice"),
@@ -185,7 +185,7 @@ def test_a_long_gap_is_refused_and_max_gap_allows_it(write_tsv: WriteTsv) -> Non
     holed["Shoulder_R"][100:120] = np.nan
     path = write_tsv(holed)
     with pytest.raises(
-        MotionFileError, match=r"Shoulder_R is missing in frames 101 to 120 \(0\.33 s\).*--max-gap"
+        MotionFileError, match=r"Shoulder_R is missing in frames 101 to 120 \(0\.33 s\).*max_gap="
     ):
         read_motion(path)
     assert len(read_motion(path, max_gap=0.4)) > 0
@@ -240,7 +240,7 @@ def test_a_segment_without_length_is_refused(write_tsv: WriteTsv) -> None:
         ({"rate": 0.0}, "rate is 0"),
         ({"rate": float("nan")}, "rate is nan"),
         ({"tempo": -1.0}, "tempo is -1"),
-        ({"max_gap": -0.1}, "max-gap is -0.1"),
+        ({"max_gap": -0.1}, "max_gap is -0.1"),
         ({"segments": 0}, "segments is 0"),
         ({"segments": 1000}, "segments is 1000"),
     ],
@@ -286,21 +286,21 @@ def test_from_and_to_count_in_seconds_of_the_recording(
     asked = bool(start) or end is not None
     assert any("as requested" in step for step in cut.findings.steps) == asked
     beyond = end is not None and end > 3.8
-    assert cut.findings.warnings == beyond * ["--to is 99 s, but the recording ends at 3.80 s"]
+    assert cut.findings.warnings == beyond * ["the recording ends at 3.80 s; end=99 asks for more"]
 
 
 @pytest.mark.parametrize(
     ("start", "end", "message"),
     [
-        (5.0, None, r"from is 5, but .*dance\.tsv lasts 3\.80 s; expected less"),
-        (3.8, None, r"from is 3\.8, but .*dance\.tsv lasts 3\.80 s; expected less"),
+        (5.0, None, r"start is 5\.0; expected less, as .*dance\.tsv lasts 3\.80 s"),
+        (3.8, None, r"start is 3\.8; expected less, as .*dance\.tsv lasts 3\.80 s"),
         (3.795, None, r"from 3\.795 to 3\.80 s .* has 0 frame\(s\) at 60 Hz; expected a longer"),
         (1.0, 1.01, r"from 1 to 1\.02 s .* has 1 frame\(s\) at 60 Hz; expected a longer time"),
-        (2.0, 1.0, "from is 2 and to is 1; expected 0 <= from < to"),
-        (1.0, 1.0, "from is 1 and to is 1; expected 0 <= from < to"),
-        (-1.0, None, "from is -1 and to is inf; expected 0 <= from < to"),
-        (float("nan"), None, "from is nan and to is inf; expected 0 <= from < to"),
-        (0.0, float("nan"), "from is 0 and to is nan; expected 0 <= from < to"),
+        (2.0, 1.0, r"end is 1\.0; expected more than 2 s, where the movement begins"),
+        (1.0, 1.0, r"end is 1\.0; expected more than 1 s, where the movement begins"),
+        (-1.0, None, r"start is -1\.0; expected seconds, 0 or more"),
+        (float("nan"), None, "start is nan; expected seconds, 0 or more"),
+        (0.0, float("nan"), "end is nan; expected more than 0 s, where the movement begins"),
     ],
 )
 def test_times_outside_are_refused(

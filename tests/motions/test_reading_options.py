@@ -13,9 +13,9 @@ from mpma_mj.motions import Motion, read_motion, ymca
     ("options", "message"),
     [
         ({"tempo": "fast"}, "tempo is 'fast'; expected a number"),
-        ({"rate_in": "fast"}, "rate-in is 'fast'; expected a number"),
-        ({"max_gap": True}, "max-gap is True; expected a number"),
-        ({"start": "1 s"}, "from is '1 s'; expected a number"),
+        ({"rate_in": "fast"}, "rate_in is 'fast'; expected a number"),
+        ({"max_gap": True}, "max_gap is True; expected a number"),
+        ({"start": "1 s"}, "start is '1 s'; expected a number"),
         ({"segments": 2.5}, "segments is 2.5; expected a whole number"),
         ({"map": {"left_elbow": "E"}}, "map is .*; expected text such as"),
     ],

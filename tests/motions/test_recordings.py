@@ -46,7 +46,7 @@ def test_people_have_arms_that_bend_forward_and_bodies_of_human_size(
 
 @pytest.mark.parametrize("name", PEOPLE)
 def test_good_recordings_are_not_warned_about(mocap: Path, name: str) -> None:
-    expected = ["AMC files carry no rate; 120 Hz is used (--rate-in overrides it)"]
+    expected = ["AMC files carry no rate; 120 Hz is used; rate_in overrides it"]
     told = [w for w in read(mocap / name).findings.warnings if "start-up" not in w]
     assert told == expected * (name in WITHOUT_RATE)
 
@@ -89,8 +89,8 @@ def test_the_gap_in_the_qualisys_walk_is_refused_by_name(mocap: Path) -> None:
     path = mocap / "qualisys_tsv" / "walk.tsv"
     with pytest.raises(
         MotionFileError,
-        match=r"Shoulder_R is missing in frames 305 to 320 \(0\.27 s\).* --max-gap 0\.27, or keep"
-        r" the longest clean stretch \(frames 1 to 304, 5\.07 s\) with --longest$",
+        match=r"Shoulder_R is missing in frames 305 to 320 \(0\.27 s\).* max_gap=0\.27, or keep"
+        r" the longest clean stretch \(frames 1 to 304, 5\.07 s\) with longest$",
     ):
         read_motion(path)
     motion = read_motion(path, max_gap=0.27)

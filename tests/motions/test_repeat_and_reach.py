@@ -64,7 +64,7 @@ def test_what_is_too_fast_is_refused_with_joint_frame_and_speed() -> None:
     jump = motion.posture.copy()
     jump[6:] = raising(5.0 + 40.0 / 5, frames=15).posture[6:]
     with pytest.raises(
-        MotionReachError, match=r"left_shoulder_abduction .* at frame 6 of 15 .*--tempo 0\.\d+"
+        MotionReachError, match=r"left_shoulder_abduction .* at frame 6 of 15 .*tempo=0\.\d+"
     ):
         check_reach(dataclasses.replace(motion, posture=jump), SPEED, 2.8)
 
@@ -73,7 +73,7 @@ def test_what_is_too_fast_is_refused_with_joint_frame_and_speed() -> None:
 def test_the_tempo_that_is_proposed_would_do(tempo: float) -> None:
     with pytest.raises(MotionReachError, match="left_shoulder_abduction") as caught:
         check_reach(dataclasses.replace(raising(20.0), tempo=tempo), SPEED, 2.8)
-    proposed = float(str(caught.value).partition("--tempo ")[2].split()[0])
+    proposed = float(str(caught.value).partition("tempo=")[2].split()[0])
     check_reach(raising(20.0 * proposed / tempo), SPEED, 2.8)
 
 

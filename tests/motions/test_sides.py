@@ -88,7 +88,7 @@ def test_sides_of_a_file_are_checked(write_tsv: WriteTsv) -> None:
     wrong = swapped(points, "shoulder", "elbow", "wrist")
     reading = read_with_findings(write_tsv(markers_of(wrong)), ReadingOptions())
     assert len(reading.findings.warnings) == 1
-    mapping = re.findall(r'--map "(.*?)" mends', reading.findings.warnings[0])
+    mapping = re.findall(r'map="(.*?)" mends', reading.findings.warnings[0])
     mended = read_with_findings(write_tsv(markers_of(wrong)), ReadingOptions(map=mapping[0]))
     assert not mended.findings.warnings
     right = read_with_findings(write_tsv(markers_of(points)), ReadingOptions())

@@ -104,7 +104,7 @@ def test_a_folder_of_another_sweep_is_refused(
     with pytest.raises(RunFolderError) as raised:
         SweepFolder(tmp_path, other)
     assert message in str(raised.value)
-    assert "choose another folder with --out" in str(raised.value)
+    assert "choose another folder with out" in str(raised.value)
     assert "\n" not in str(raised.value)
 
 

@@ -72,7 +72,7 @@ def test_every_option_but_the_seed_can_vary(name: str) -> None:
         (["nodes=5", "nodes=6"], "nodes twice; give all its values at once"),
         (["from=1", "start=2"], "from twice"),
         (["nodes=5,6,05"], "a value of nodes twice: '5,6,05'"),
-        (["seed=1,2"], "the first with --seed, their number with --runs"),
+        (["seed=1,2"], "the first with seed, their number with runs"),
     ],
 )
 def test_what_is_no_grid_is_refused_in_one_line(words: list[str], message: str) -> None:

@@ -68,8 +68,8 @@ def test_runs_that_diverged_are_passed_over() -> None:
     [
         (0, 1, {}, "most is 0; expected at least 1"),
         (2, 0, {}, "runs is 0; expected at least 1"),
-        (2, 1, {"modules": 6}, "modules is 6; growth is tried beside 1 to --most modules"),
-        (2, 1, {"agent": "mosaic"}, "agent is mosaic; growth is tried beside 1 to --most modules"),
+        (2, 1, {"modules": 6}, "modules is 6; leave it out: growth is tried beside 1 to"),
+        (2, 1, {"agent": "mosaic"}, "agent is 'mosaic'; leave it out: growth is tried beside 1 to"),
     ],
 )
 def test_what_cannot_be_asked_for_is_one_line(

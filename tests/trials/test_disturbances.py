@@ -127,5 +127,7 @@ def test_levels_are_those_of_one_disturbance(tiny: TrainedAgents) -> None:
 
 def test_a_dance_that_is_too_fast_says_how_to_mend_it(tiny: TrainedAgents, write_tsv) -> None:
     path = write_tsv(rate="400")
-    with pytest.raises(MotionReachError, match=r"slow the movement .*: mpma motion .* --out FILE"):
+    with pytest.raises(
+        MotionReachError, match=r"slow the movement .*: mpma motion, with .* out=FILE"
+    ):
         trials(["unseen"], [], [str(path)], tiny)

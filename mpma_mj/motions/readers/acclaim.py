@@ -25,6 +25,7 @@ _USUAL_RATE = 120.0  # Hz: of CMU's and HDM05's recordings; the format has no pl
 _FARTHEST = 1e9  # what is farther away, in any unit, is no bone
 _CHANNELS = {"tx", "ty", "tz", "rx", "ry", "rz", "l"}
 _BLOCK = 2048  # frames that are turned into places at once
+_MENDED = "export it anew, or give the right {skeleton}"
 
 
 @dataclass(frozen=True)
@@ -63,15 +64,20 @@ def read_acclaim(file: TextFile, skeleton: Path | None, findings: Findings) -> R
     except OSError as error:
         raise MotionFileError(f"{path}: cannot be read ({error.strerror})") from None
     if asf is None or not is_asf(asf.head(60)):
-        raise MotionFileError(f"{path}: is no ASF skeleton; give another one with --skeleton")
+        raise MotionFileError(
+            f"{path}: is no ASF skeleton", remedy="give another one with {skeleton}"
+        )
     try:
         bones = _read_skeleton(asf)
     except (ValueError, IndexError, KeyError) as error:
         raise MotionFileError(
-            f"{path}: is damaged or cut short ({error}); give another one with --skeleton"
+            f"{path}: is damaged or cut short ({error})",
+            remedy="give another one with {skeleton}",
         ) from None
     findings.note(f"skeleton {path.name}")
-    findings.warn(f"AMC files carry no rate; {_USUAL_RATE:g} Hz is used (--rate-in overrides it)")
+    findings.warn(
+        f"AMC files carry no rate; {_USUAL_RATE:g} Hz is used", remedy="{rate_in} overrides it"
+    )
     return Recording(
         file.path,
         "ASF/AMC",
@@ -95,8 +101,8 @@ def _skeleton_beside(path: Path, findings: Findings) -> Path:
         return there[0]
     names = f" ({', '.join(p.name for p in there)} are there)" if there else ""
     raise MotionFileError(
-        f"{path}: needs its skeleton, an .asf file, which is not beside it{names}; give it with"
-        " --skeleton"
+        f"{path}: needs its skeleton, an .asf file, which is not beside it{names}",
+        remedy="give it with {skeleton}",
     )
 
 
@@ -251,7 +257,8 @@ def _row(path: Path, index: int, words: list[str], channels: Sequence[str]) -> l
     if len(words) != 1 + len(channels) or not all(map(is_number, words[1:])):
         raise MotionFileError(
             f"{path}: line {index}: expected {words[0]} and {len(channels)} numbers, found"
-            f" '{printable(' '.join(words)[:60])}'; export it anew, or give the right --skeleton"
+            f" '{printable(' '.join(words)[:60])}'",
+            remedy=_MENDED,
         )
     return [float(word) for word in words[1:]]
 
@@ -262,7 +269,7 @@ def _frame_values(
     missing = [name for name in bones if name not in values]
     if missing:
         raise MotionFileError(
-            f"{path}: frame {number} lacks {missing[0]}; export it anew, or give the right"
-            " --skeleton"
+            f"{path}: frame {number} lacks {missing[0]}",
+            remedy=_MENDED,
         )
     return [value for name in bones for value in values[name]]

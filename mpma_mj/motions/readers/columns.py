@@ -171,7 +171,8 @@ def rate_of_times(
     if declared is not None:
         findings.warn(
             f"the header says {declared:g} Hz, the frames' times {rate:.4g} Hz; {rate:.4g} Hz is"
-            " used (--rate-in overrides it)"
+            " used",
+            remedy="{rate_in} overrides it",
         )
     # So are rates, unless that would gain or lose a good part of a frame.
     drift = abs(rate - round(rate)) * float(steps.sum())
@@ -187,7 +188,8 @@ def _coarse_rate(times: Array, declared: float | None, findings: Findings) -> fl
         rate = (len(times) - 1) / span
         findings.warn(
             f"the times are too coarse to tell frames apart; {rate:.4g} Hz is used, by their"
-            " first and last (--rate-in overrides it)"
+            " first and last",
+            remedy="{rate_in} overrides it",
         )
         return rate
     findings.warn("the column of times does not rise throughout; it is not used")

@@ -14,14 +14,14 @@ from mpma_mj.motions.recording import RATES, Recording
 __all__ = ["open_recording"]
 
 _HEAD = 40  # lines in which a text file says what it is
-# Formats that are met and cannot be read, by their first bytes, and what to do.
+# Formats that are met and cannot be read, by their first bytes, and the remedy.
 _FOREIGN = {
-    b"Kaydara FBX": "an FBX scene; export it as BVH",
-    b"glTF": "a glTF scene; export it as BVH",
-    b"\x89HDF": "an HDF5 or MATLAB file; export the points as C3D or CSV",
-    b"MATLAB": "a MATLAB file; export the points as C3D or CSV",
-    b"RIFF": "sound or video; give a recording, and sound with --audio",
-    b"\x80": "a Python pickle, which can run code and is never opened; save an npz instead",
+    b"Kaydara FBX": ("an FBX scene", "export it as BVH"),
+    b"glTF": ("a glTF scene", "export it as BVH"),
+    b"\x89HDF": ("an HDF5 or MATLAB file", "export the points as C3D or CSV"),
+    b"MATLAB": ("a MATLAB file", "export the points as C3D or CSV"),
+    b"RIFF": ("sound or video", "give a recording, and sound with {audio}"),
+    b"\x80": ("a Python pickle, which can run code and is never opened", "save an npz instead"),
 }
 
 
@@ -44,7 +44,9 @@ def open_recording(path: Path, findings: Findings, *, skeleton: Path | None = No
     except OSError as error:
         raise MotionFileError(f"{path}: cannot be read ({error.strerror or error})") from None
     if skeleton is not None and recording.format != "ASF/AMC":
-        raise BadOptionError(f"{path}: is {recording.format}; --skeleton is for AMC, leave it out")
+        raise BadOptionError(
+            f"{path}: is {recording.format}", remedy="leave out {skeleton}, which is for AMC"
+        )
     if recording.rate is not None and not RATES[0] <= recording.rate <= RATES[1]:
         findings.warn(f"{recording.rate:g} Hz, as the file says, cannot be; it is not used")
         recording = replace(recording, rate=None)
@@ -56,9 +58,9 @@ def open_recording(path: Path, findings: Findings, *, skeleton: Path | None = No
 def _open(path: Path, head: bytes, findings: Findings, skeleton: Path | None) -> Recording:
     if not head.strip():
         raise MotionFileError(f"{path}: is empty; export the recording anew")
-    for start, what in _FOREIGN.items():
+    for start, (what, remedy) in _FOREIGN.items():
         if head.startswith(start):
-            raise MotionFileError(f"{path}: is {what}")
+            raise MotionFileError(f"{path}: is {what}", remedy=remedy)
     if npz.is_archive(head):
         return npz.read_points(path, npz.read_archive(path))
     if c3d.is_c3d(head):

@@ -240,7 +240,7 @@ def test_bones_are_where_their_angles_put_them(tmp_path: Path, seed: int) -> Non
     assert (recording.format, recording.up, recording.rate) == ("ASF/AMC", "y", 120.0)
     for name, track in known.items():
         np.testing.assert_allclose(tracks[name], track, atol=1e-9)
-    assert findings.warnings == ["AMC files carry no rate; 120 Hz is used (--rate-in overrides it)"]
+    assert findings.warnings == ["AMC files carry no rate; 120 Hz is used; rate_in overrides it"]
 
 
 def test_angles_may_be_in_radians(tmp_path: Path) -> None:
@@ -278,7 +278,7 @@ def test_the_skeleton_is_looked_for_beside_the_motion(tmp_path: Path) -> None:
     assert "skeleton d.asf" in read(path)[2].steps
     (tmp_path / "elsewhere").mkdir()
     moved = asf.rename(tmp_path / "elsewhere" / "d.asf")
-    with pytest.raises(MotionFileError, match=r"needs its skeleton.*give it with --skeleton"):
+    with pytest.raises(MotionFileError, match=r"needs its skeleton.*give it with skeleton"):
         read(path)
     assert "skeleton d.asf" in read(path, moved)[2].steps
 
@@ -316,7 +316,7 @@ def test_a_skeleton_for_a_file_that_has_its_own_is_refused(tmp_path: Path) -> No
     angles, places = random_angles(0)
     path = tmp_path / "dance.bvh"
     path.write_text(writers.bvh_text(angles, places))
-    with pytest.raises(BadOptionError, match="--skeleton is for AMC"):
+    with pytest.raises(BadOptionError, match="leave out skeleton, which is for AMC"):
         open_recording(path, Findings(), skeleton=path)
 
 
