@@ -24,7 +24,7 @@ SIGNALS = (*OBSERVED, *_STEPS)
 """Names of the signals that every trace has."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Trace:
     """Signals of an episode of T steps; "…" is () for one run, (R,) for a batch of runs.
 
@@ -50,6 +50,11 @@ class Trace:
     reward: Array
     feedback: Array | None = None
     modules: ModuleSignals | None = None
+
+    def __repr__(self) -> str:
+        """Return the size of the trace, in place of all its numbers."""
+        modules = self.modules.responsibility.shape[-1] if self.modules is not None else 0
+        return f"Trace({len(self)} steps, {modules} modules)"
 
     def __len__(self) -> int:
         """Return the number of steps, T."""

@@ -74,3 +74,4 @@ class Single(MPMA):
     def __init__(self, config: SingleConfig, spec: AgentSpec, *, seed: Seeds = 0) -> None:
         """Draw the reservoirs; see `MPMA`."""
         super().__init__(MPMAConfig(**vars(config), modules=1), spec, seed=seed)
+        self.config = config

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from pathlib import Path
 from typing import Annotated, Any, Generic, TypeVar
 
 import tyro
@@ -94,7 +95,7 @@ def config_type(words: Sequence[str]) -> type[AgentConfig]:
     Raises:
         BadOptionError: There is no such agent, or another option belongs to another agent.
     """
-    name = _value(words, _AGENT) or "mpma"
+    name = _value(words, _AGENT) or _saved_agent(words) or "mpma"
     if name in CONFIG_TYPES:
         kind = CONFIG_TYPES[name]
     else:
@@ -108,6 +109,17 @@ def config_type(words: Sequence[str]) -> type[AgentConfig]:
             remedy = f"leave it out, or take another {{agent}}: {', '.join(owners)}"
             raise BadOptionError(f"{name} has no option --{option_name(option)}", remedy=remedy)
     return kind
+
+
+def _saved_agent(words: Sequence[str]) -> str | None:
+    """Return the built-in agent of the run that a command line resumes, None without one."""
+    folder = _value(words, "--resume")
+    if folder is None:
+        return None
+    from mpma_mj.training.run_folder import RunFolder
+
+    name = RunFolder(Path(folder)).read_config().agent_name
+    return name if name in CONFIG_TYPES else None
 
 
 def typed_options(words: Sequence[str]) -> set[str]:

@@ -104,7 +104,7 @@ class Stress:
                             " fewer --workers, or fewer --runs"
                         )
                     found += done
-                    show(work.size, work.agent.replace("_", " "))
+                    show(work.size, work.agent)
             results = Results(found, [*agents, THIS_RUN], adapts)
             return _write(results, out)
 

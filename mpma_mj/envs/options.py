@@ -17,12 +17,24 @@ from mpma_mj.kinematics import JOINT_NAMES, SEGMENT_NAMES
 from mpma_mj.options import Arms
 from mpma_mj.utils.validation import Bounds, check_fields, is_integer, is_number
 
-__all__: list[str] = ["EnvironmentOptions", "check_seed", "options_from", "seeds_of_batch"]
+__all__: list[str] = [
+    "MASS_OPTIONS",
+    "EnvironmentOptions",
+    "check_seed",
+    "options_from",
+    "seeds_of_batch",
+]
 
 _WEIGHT = Bounds(0.0, 1e6)
 _RATE, _FORCE = Bounds(0.0, 100.0), Bounds(0.0, 10_000.0)  # 1/s, N
-# Options that act by forces, which ideal arms do not have.
-_OF_MASS = ("gravity_compensation", "payload", "actuator_strength", "perturbation", "collisions")
+MASS_OPTIONS = (
+    "gravity_compensation",
+    "payload",
+    "actuator_strength",
+    "perturbation",
+    "collisions",
+)
+"""Options that act by forces, which ideal arms do not have."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,7 +122,7 @@ class EnvironmentOptions:
         """Check that no option acts by forces."""
         for option in dataclasses.fields(self):
             value = getattr(self, option.name)
-            if option.name in _OF_MASS and value != option.default:
+            if option.name in MASS_OPTIONS and value != option.default:
                 raise BadOptionError(
                     option=option.name,
                     value=value,

@@ -16,6 +16,9 @@ from mpma_mj.utils import atomic_files
 
 __all__ = ["at_rate", "read", "write"]
 
+FORMAT = 3
+"""Version of the format of motion files, apart from that of run folders."""
+
 
 def write(path: Path, motion: Motion) -> None:
     """Write a movement.
@@ -25,7 +28,7 @@ def write(path: Path, motion: Motion) -> None:
     """
     named = {field.name: getattr(motion, field.name) for field in dataclasses.fields(motion)}
     arrays: dict[str, Any] = {name: np.asarray(value) for name, value in named.items()}
-    arrays["format"] = np.array(atomic_files.FORMAT)
+    arrays["format"] = np.array(FORMAT)
     atomic_files.write_atomically(path, lambda temporary: np.savez(temporary, **arrays))
 
 
@@ -44,7 +47,7 @@ def read(path: Path) -> Motion | None:
     arrays = read_archive(path)
     if "posture" not in arrays:
         return None
-    if str(arrays.get("format", atomic_files.FORMAT)) != str(atomic_files.FORMAT):
+    if str(arrays.get("format", FORMAT)) != str(FORMAT):
         raise MotionFileError(f"{path}: of another version of this program; make it anew")
     try:
         posture = np.asarray(arrays["posture"], np.float64)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
 from typing import Any
 
@@ -148,4 +147,4 @@ def _by_name(spec: SweepSpec, runs: Sequence[RunResult]) -> dict[str, list[RunRe
 
 def _points(spec: SweepSpec) -> dict[str, RunConfig]:
     whole = without_seed(spec.configs[0])
-    return {name: dataclasses.replace(whole, **change) for name, change in CHANGES.items()}
+    return {name: whole.replace(**change) for name, change in CHANGES.items()}

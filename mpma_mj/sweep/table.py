@@ -50,4 +50,6 @@ def _paragraphs(sentences: Sequence[str]) -> list[str]:
 
 
 def _shown(value: object) -> str:
-    return " ".join(value) if isinstance(value, tuple) else str(value)
+    if value is None:
+        return "–"
+    return " ".join(map(str, value)) if isinstance(value, tuple) else str(value)

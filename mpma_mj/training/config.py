@@ -21,6 +21,7 @@ from mpma_mj.motions.options import ReadingOptions
 __all__ = ["OutsideConfig", "ReadingArguments", "RunConfig", "option_types", "versions"]
 
 _PARTS = ("reading", "env", "agent")
+_KINDS = {"reading": ReadingOptions, "env": EnvironmentOptions, "agent": AgentConfig}
 _SIZES = ("modules", "nodes")  # every agent may stand in a grid of sizes, also one that has none
 
 
@@ -81,6 +82,10 @@ class RunConfig:
             BadOptionError: The agent has no name, or an option is none of training.
         """
         object.__setattr__(self, "seed", check_seed(self.seed))
+        for name, kind in _KINDS.items():
+            value = getattr(self, name)
+            if not isinstance(value, kind):
+                raise BadOptionError(option=name, value=value, expected=f"a {kind.__name__}")
         if not self.agent_name:
             names = [name for name, kind in CONFIG_TYPES.items() if type(self.agent) is kind]
             if not names:
@@ -213,7 +218,7 @@ class RunConfig:
             return None
         if owners:
             raise BadOptionError(
-                f"{self.agent_name} has no option {name}, which {' and '.join(owners)} have",
+                f"{self.agent_name} has no option {name}, which {', '.join(owners)} have",
                 remedy=f"leave {{{name}}} out, or take another {{agent}}",
             )
         close = difflib.get_close_matches(name, self.options(), n=1)

@@ -78,12 +78,14 @@ def read_motions(config: RunConfig) -> Motion:
             f"{option_name(min(single_file_options))} is for one recording, and there are"
             f" {len(config.motions)}; leave it out"
         )
+    timestep = config.env.control_timestep
+    rate = {} if timestep is None else {"rate": 1.0 / timestep}
     motions = []
     for source in config.motions:
         # In a repertoire the options of recordings do not apply to built-in motions.
         all_options = single or source not in BUILT_IN
         options = config.reading if all_options else ReadingOptions(tempo=config.reading.tempo)
-        reading = read_with_findings(source, options)
+        reading = read_with_findings(source, options, **rate)
         reading.findings.tell(source)
         motions.append(reading.motion)
     if len(motions) == 1:

@@ -140,10 +140,14 @@ def imitate(
         MpmaError: An option is out of bounds, or the motion cannot be read or followed.
         DivergedError: The simulation did not stay finite.
     """
-    motion = motions[0] if len(motions) == 1 and isinstance(motions[0], Motion) else None
-    names = [one.source if isinstance(one, Motion) else str(one) for one in motions]
+    made = [one for one in motions if isinstance(one, Motion)]
+    if made and len(motions) > 1:
+        raise BadOptionError(
+            "several motions are given, not all by their names or paths; expected names and paths,"
+            " or a single Motion"
+        )
     config = RunConfig(
-        motions=tuple(names) or ("ymca",),
+        motions=tuple(str(one) for one in motions) if not made else (made[0].name,),
         reading=reading or ReadingOptions(),
         env=env or EnvironmentOptions(),
         seed=seed,
@@ -152,7 +156,7 @@ def imitate(
         config = dataclasses.replace(config, agent=agent, agent_name="")
     else:
         config = config.replace(agent=agent)
-    return train(config, epochs, motion=motion, on_epoch=on_epoch)
+    return train(config, epochs, motion=made[0] if made else None, on_epoch=on_epoch)
 
 
 def train(

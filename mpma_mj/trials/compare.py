@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.agents.registry import check_trainable
+from mpma_mj.envs.options import MASS_OPTIONS, EnvironmentOptions
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.errors import BadOptionError, WorkerError
 from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, fine_tune, tracking_errors
@@ -29,8 +30,10 @@ __all__ = ["ARMS", "NOTHING", "Cell", "CompareJob", "Dance", "compare", "jobs"]
 
 Array = NDArray[np.float64]
 
+_NO_MASS = {name: getattr(EnvironmentOptions(), name) for name in MASS_OPTIONS}
+
 ARMS: dict[str, dict[str, Any]] = {
-    "kinematic": {"arms": "kinematic"},
+    "kinematic": {"arms": "kinematic"} | _NO_MASS,
     "physics": {"arms": "physics"},
     "compensated": {"arms": "physics", "gravity_compensation": True},
 }
@@ -119,7 +122,7 @@ class CompareJob(Work):
             feedback = [config.replace(agent="feedback_only") for config in self.configs]
             return train_agents(feedback, self.motion, 1, {})
         condition = ARMS[self.learned]
-        runs = [config.replace(arms=condition["arms"]) for config in self.configs]
+        runs = [config.replace(**condition) for config in self.configs]
         return train_agents(runs, self.motion, self.epochs, condition)
 
 

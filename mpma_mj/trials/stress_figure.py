@@ -31,6 +31,7 @@ _ORDER = (
     *("mpma", "single", "mosaic", "hammer", "growing", "feedback_only", "open_loop", "random"),
 )
 _COLOURS = dict(zip(_ORDER, module_colours(len(_ORDER)), strict=True)) | {THIS_RUN: INK}
+_OUTSIDE = "#7f7f7f"
 _MARKERS = dict(zip((*_ORDER, THIS_RUN), "osD^vPX*x", strict=True))
 
 
@@ -114,7 +115,7 @@ def _draw_line(axis: Axes, agent: str, x: Array, tallies: Sequence[Tally]) -> No
     """Draw means over levels, shape (N,), with a band for their intervals."""
     low, mean, high = _ends(tallies)
     axis.plot(x, mean, **_look(agent))
-    axis.fill_between(x, low, high, color=_COLOURS[agent], alpha=0.2, linewidth=0)
+    axis.fill_between(x, low, high, color=_colour(agent), alpha=0.2, linewidth=0)
     _draw_lost(axis, agent, x, tallies)
 
 
@@ -135,21 +136,26 @@ def _ends(tallies: Sequence[Tally]) -> Array:
 def _look(agent: str) -> dict[str, Any]:
     thin = agent == THIS_RUN
     return {
-        "color": _COLOURS[agent],
-        "marker": _MARKERS[agent],
+        "color": _colour(agent),
+        "marker": _MARKERS.get(agent, "h"),
         "markersize": 4,
         "linewidth": 0.9 if thin else 1.5,
         "zorder": 3 if thin else 2,
-        "label": agent.replace("_", " "),
+        "label": agent if ":" in agent else agent.replace("_", " "),
     }
 
 
 def _draw_lost(axis: Axes, agent: str, x: Array, tallies: Sequence[Tally]) -> None:
     """Draw a cross at the upper edge where some of an agent's runs diverged."""
     lost = x[[tally.diverged > 0 for tally in tallies]]
-    edge, colour = axis.get_xaxis_transform(), _COLOURS[agent]
+    edge, colour = axis.get_xaxis_transform(), _colour(agent)
     for cross in axis.plot(lost, np.ones(len(lost)), "x", color=colour, transform=edge):
         cross.set(clip_on=False, in_layout=False)
+
+
+def _colour(agent: str) -> str:
+    """Return the colour of an agent; all from outside the package have the same."""
+    return _COLOURS.get(agent, _OUTSIDE)
 
 
 def _order(axis: Axes, disturbance: Disturbance, beyond: Sequence[Level]) -> None:
