@@ -99,7 +99,7 @@ def test_an_agent_without_forward_models_is_one_line_and_exit_2(
     run: Path, refused: Refused
 ) -> None:
     config = json.loads((run / "config.json").read_text())
-    config["config"]["agent"] = "feedback_only"
+    config["config"]["agent"] = {"name": "feedback_only"}
     atomic_files.write_json(run / "config.json", config)
     path = run / "checkpoint" / "best.npz"
     arrays, meta = atomic_files.read_arrays(path, "checkpoint")
