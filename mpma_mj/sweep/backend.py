@@ -84,7 +84,7 @@ def open_backend(
         return Cluster(workers, address)
     if address is not None:
         raise BadOptionError(
-            "an address is that of a Ray cluster", remedy="add {backend=ray}, or drop {address}"
+            "an address is of a Ray cluster", remedy="add {backend=ray}, or drop it"
         )
     from mpma_mj.sweep.processes import Processes
 

@@ -109,9 +109,16 @@ def _changed(
     """Return the movement and the options of a level."""
     try:
         return disturbance.change(motion, level)
+    except BadOptionError as error:
+        raise _no_level(disturbance, level, error) from None
     except MotionFileError as error:
         _advise_writing(error)
         raise
+
+
+def _no_level(disturbance: Disturbance, level: Level, error: BadOptionError) -> BadOptionError:
+    # As text, since options of environments and motions are none of this study.
+    return BadOptionError(f"{disturbance.name} {level}: {error}")
 
 
 def _advise_writing(error: MpmaError) -> None:
@@ -137,7 +144,7 @@ def _world(
     try:
         prepare(motion, env_options(config, condition.options))
     except BadOptionError as error:
-        raise error.with_context(f"{disturbance.name} {level}") from None
+        raise _no_level(disturbance, level, error) from None
     except MotionReachError as error:
         if disturbance.name != "unseen":
             return None

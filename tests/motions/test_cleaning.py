@@ -106,7 +106,7 @@ def test_gaps_are_bridged_or_refused_with_ways_that_work(gaps: Gaps) -> None:
     message = str(caught.value)
     told = re.match(
         r"dance\.x: marker (\w+) is missing in frames (\d+) to (\d+) \((\S+) s\)(?: and there"
-        r" (?:is|are) (\d+) more such gaps?)?, longer than 0\.25 s: ",
+        r" (?:is|are) (\d+) more such gaps?)?, longer than 0\.25 s; ",
         message,
     )
     assert told is not None
@@ -168,7 +168,7 @@ def test_nine_seconds_without_a_marker_are_refused_with_their_frames() -> None:
     with pytest.raises(MotionFileError) as caught:
         cleaned(tracks)
     assert str(caught.value) == (
-        "dance.x: marker left_wrist is missing in frames 601 to 1140 (9.00 s), longer than 0.25 s:"
+        "dance.x: marker left_wrist is missing in frames 601 to 1140 (9.00 s), longer than 0.25 s;"
         " keep the longest clean stretch (frames 1141 to 1800, 11.00 s) with longest, or bridge"
         " them with max_gap=9"
     )

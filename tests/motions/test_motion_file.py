@@ -176,7 +176,7 @@ def test_options_that_only_a_recording_has_a_use_for_are_refused(tmp_path: Path)
         ({"map": "left_wrist=LWRI"}, "map"),
         ({"unit": "mm"}, "unit"),
         ({"up": "z"}, "up"),
-        ({"rate_in": 60.0}, "rate-in"),
+        ({"rate_in": 60.0}, "rate_in"),
         ({"max_gap": 1.0}, "max_gap"),
         ({"longest": True}, "longest"),
         ({"repair": True}, "repair"),

@@ -231,7 +231,7 @@ def test_settings_that_read_the_movement_otherwise_give_other_movements(tmp_path
     [
         (("processes", 0, None), "workers is 0"),
         (("ray", -1, None), "workers is -1"),
-        (("processes", None, "head:6379"), "add backend=ray, or drop address"),
+        (("processes", None, "head:6379"), "add backend=ray, or drop it"),
     ],
 )
 def test_workers_that_cannot_be_are_refused(

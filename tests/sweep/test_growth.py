@@ -100,7 +100,7 @@ def test_bad_input_is_one_line_and_exit_2(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["grow", "--most", "0", "--out", str(tmp_path / "g")]) == 2
-    assert capsys.readouterr().err == "mpma: most is 0; expected at least 1\n"
+    assert capsys.readouterr().err == "mpma: --most is 0; expected at least 1\n"
     assert main(["grow", str(tmp_path / "none.bvh"), "--out", str(tmp_path / "g")]) == 2
     assert len(capsys.readouterr().err.splitlines()) == 1
     assert not (tmp_path / "g").exists()
