@@ -104,9 +104,8 @@ def test_an_agent_without_forward_models_is_one_line_and_exit_2(
     path = run / "checkpoint" / "best.npz"
     arrays, meta = atomic_files.read_arrays(path, "checkpoint")
     atomic_files.write_arrays(path, "checkpoint", arrays, meta | {"config": config["config"]})
-    refused(
-        ["attractor", str(run)], "agent is FeedbackOnly, which has no forward models", title=TITLE
-    )
+    message = "--agent is 'FeedbackOnly'; expected an agent with forward models"
+    refused(["attractor", str(run)], message, title=TITLE)
 
 
 def test_a_run_whose_modules_do_nothing_yet_is_named_before_any_other_dances(

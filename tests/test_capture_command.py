@@ -100,7 +100,7 @@ def shorter(trace: Arrays) -> Arrays:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (without_modules, "trace.npz: lacks responsibility, prior, module_actions"),
+        (without_modules, "its agent has no modules; choose a run of MPMA"),
         (silent, "its modules put out nothing in the kept epoch; go on with mpma imitate --resume"),
         (shorter, "moments, but ymca repeated 3 times has"),
     ],

@@ -14,7 +14,10 @@ from mpma_mj.motions.findings import Findings
 from mpma_mj.utils.option_names import as_flag
 
 PACKAGE = Path(mpma_mj.__file__).parent
-LIBRARY = ("motions", "sweep", "trials", "analysis", "identification")
+LIBRARY = (
+    *("agents", "analysis", "envs", "esn", "evaluation", "identification", "motions", "sweep"),
+    *("training", "trials", "utils", "visualization"),
+)
 
 
 def test_an_error_names_options_in_the_language_of_its_reader() -> None:

@@ -116,5 +116,5 @@ def test_a_rate_that_does_not_fit_the_physics_is_refused() -> None:
 
 
 def test_a_motion_that_is_too_fast_is_refused() -> None:
-    with pytest.raises(MotionReachError, match=r"--tempo [1-3]\.?\d* or less"):
+    with pytest.raises(MotionReachError, match=r"tempo=[1-3]\.?\d* or less"):
         load(ymca(tempo=4.0))
