@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.agents.signals import MODULE_SIGNALS, ModuleSignals
+from mpma_mj.errors import StateError
 
 __all__ = ["OBSERVED", "SIGNALS", "Trace"]
 
@@ -64,10 +65,10 @@ class Trace:
         """Return the signals of the modules.
 
         Raises:
-            ValueError: The agent has no modules.
+            StateError: The agent has no modules.
         """
         if self.modules is None:
-            raise ValueError("the trace is of an agent without modules")
+            raise StateError("the trace is of an agent without modules")
         return self.modules
 
     def of_run(self, run: int) -> Trace:

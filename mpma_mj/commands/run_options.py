@@ -57,9 +57,14 @@ class RunOptions(Generic[AgentT]):
             reading=self.reading.reading,
             env=self.env,
             agent=self.config,
-            agent_name=self.agent,
+            # That of a resumed run, where its own config was parsed without being named.
+            agent_name="" if self._is_resumed else self.agent,
             seed=self.seed,
         )
+
+    @property
+    def _is_resumed(self) -> bool:
+        return type(self.config) is not CONFIG_TYPES.get(self.agent, type(self.config))
 
     @property
     def outside(self) -> tuple[str, ...]:

@@ -6,7 +6,7 @@ import dataclasses
 import difflib
 import importlib.metadata
 import platform
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from dataclasses import dataclass, field, fields
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
@@ -17,8 +17,16 @@ from mpma_mj.agents.config import CONFIG_TYPES, AgentConfig, MPMAConfig
 from mpma_mj.envs.options import EnvironmentOptions, check_seed
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions.options import ReadingOptions
+from mpma_mj.training.config_json import (
+    OutsideConfig,
+    agent_from_json,
+    agent_to_json,
+    config_class,
+    exact,
+    plain,
+)
 
-__all__ = ["OutsideConfig", "ReadingArguments", "RunConfig", "option_types", "versions"]
+__all__ = ["ReadingArguments", "RunConfig", "option_types", "versions"]
 
 _PARTS = ("reading", "env", "agent")
 _KINDS = {"reading": ReadingOptions, "env": EnvironmentOptions, "agent": AgentConfig}
@@ -36,23 +44,6 @@ class ReadingArguments(ReadingOptions):
     def reading(self) -> ReadingOptions:
         """The same options as the library has them."""
         return ReadingOptions(**{f.name: getattr(self, f.name) for f in fields(ReadingOptions)})
-
-
-@dataclass(frozen=True, kw_only=True)
-class OutsideConfig(AgentConfig):
-    """Config in a run folder that names a class from outside the package, which nothing imports.
-
-    Attributes:
-        options: The agent's options by name, as in the file.
-    """
-
-    options: Mapping[str, Any] = field(hash=False)
-
-    @property
-    def outside(self) -> dict[str, str]:
-        """Paths of the outside classes by the options that name them."""
-        named = {"agent": self.options["name"], "rule": self.options.get("rule")}
-        return {o: path for o, path in named.items() if isinstance(path, str) and ":" in path}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,19 +73,27 @@ class RunConfig:
             BadOptionError: The agent has no name, or an option is none of training.
         """
         object.__setattr__(self, "seed", check_seed(self.seed))
+        names = self.motions
+        if not (isinstance(names, tuple) and names and all(isinstance(n, str) for n in names)):
+            expected = 'names or paths as a tuple, such as ("ymca",)'
+            raise BadOptionError(option="motions", value=names, expected=expected)
         for name, kind in _KINDS.items():
             value = getattr(self, name)
             if not isinstance(value, kind):
                 raise BadOptionError(option=name, value=value, expected=f"a {kind.__name__}")
         if not self.agent_name:
-            names = [name for name, kind in CONFIG_TYPES.items() if type(self.agent) is kind]
-            if not names:
+            found = [name for name, kind in CONFIG_TYPES.items() if type(self.agent) is kind]
+            if not found:
                 expected = "a config of a built-in agent"
                 remedy = "give the path of its class as {agent_name=my_agents.py:MyAgent}"
                 raise BadOptionError(
                     option="agent", value=self.agent, expected=expected, remedy=remedy
                 )
-            object.__setattr__(self, "agent_name", names[0])
+            object.__setattr__(self, "agent_name", found[0])
+        own = CONFIG_TYPES.get(self.agent_name, type(self.agent))
+        if type(self.agent) is not own and not isinstance(self.agent, OutsideConfig):
+            expected = f"a {own.__name__}, the config of {self.agent_name}"
+            raise BadOptionError(option="agent", value=self.agent, expected=expected)
         for name in ("random_start", "termination_distance"):
             value = getattr(self.env, name)
             if value not in (False, None):
@@ -161,17 +160,12 @@ class RunConfig:
 
     def to_json(self) -> dict[str, Any]:
         """Return what JSON can hold of the config."""
-        rule = getattr(self.agent, "rule", None)
-        named = {} if rule is None or isinstance(rule, str) else {"rule": _path_of(type(rule))}
-        agent = {f.name: getattr(self.agent, f.name) for f in fields(self.agent)} | named
-        if isinstance(self.agent, OutsideConfig):
-            agent = dict(self.agent.options)
-        env = dataclasses.asdict(self.env)
+        reading, env = (dataclasses.asdict(part) for part in (self.reading, self.env))
         return {
             "motions": list(self.motions),
-            "reading": dataclasses.asdict(self.reading),
-            "env": {name: _plain(value) for name, value in env.items()},
-            "agent": {"name": self.agent_name} | agent,
+            "reading": {name: plain(value) for name, value in reading.items()},
+            "env": {name: plain(value) for name, value in env.items()},
+            "agent": agent_to_json(self.agent, self.agent_name),
             "seed": self.seed,
         }
 
@@ -188,24 +182,26 @@ class RunConfig:
         """
         if content.keys() != {"motions", "reading", "env", "agent", "seed"}:
             raise TypeError("other parts than these")
-        env = dict(content["env"])
-        env["perturbation"] = tuple(env["perturbation"])
-        motions = content["motions"]
-        if not (isinstance(motions, list) and all(isinstance(name, str) for name in motions)):
+        if not isinstance(content["motions"], list):
             raise TypeError("motions")
         return cls(
-            motions=tuple(motions),
-            reading=_exact(ReadingOptions, content["reading"]),
-            env=_exact(EnvironmentOptions, env),
-            agent=_agent_from(dict(content["agent"]), trusted),
+            motions=tuple(content["motions"]),
+            reading=exact(ReadingOptions, content["reading"]),
+            env=exact(EnvironmentOptions, content["env"]),
+            agent=agent_from_json(content["agent"], trusted),
             agent_name=content["agent"]["name"],
             seed=content["seed"],
         )
 
     def _with_agent(self, name: str) -> RunConfig:
-        kind = _config_type(name)
-        shared = {f.name for f in fields(kind)} & {f.name for f in fields(self.agent)}
-        agent = kind(**{option: getattr(self.agent, option) for option in shared})
+        kind = config_class(name)
+        # Options with their default stay with the agent's own, which may be another.
+        given = {
+            f.name: value
+            for f in fields(self.agent)
+            if (value := getattr(self.agent, f.name)) != f.default
+        }
+        agent = kind(**{option: given[option] for option in given.keys() & _names(kind)})
         return dataclasses.replace(self, agent=agent, agent_name=name)
 
     def _part(self, name: str) -> str | None:
@@ -228,7 +224,9 @@ class RunConfig:
 
 def _from_own_process(content: dict[str, Any]) -> RunConfig:
     agent = content["agent"]
-    return RunConfig.from_json(content, (agent["name"], agent.get("rule", "")))
+    rule = agent.get("rule", "")
+    path = rule["class"] if isinstance(rule, dict) else rule
+    return RunConfig.from_json(content, (agent["name"], path))
 
 
 def option_types(agent: str) -> dict[str, Any]:
@@ -238,7 +236,7 @@ def option_types(agent: str) -> dict[str, Any]:
         agent: Name of the agent, or the path of its class.
     """
     hints: dict[str, Any] = {"agent": str, "seed": int}
-    for owner in (ReadingOptions, EnvironmentOptions, _config_type(agent)):
+    for owner in (ReadingOptions, EnvironmentOptions, config_class(agent)):
         hints |= get_type_hints(owner)
     return {name: _bare(hint) for name, hint in hints.items() if get_origin(hint) is not dict}
 
@@ -250,43 +248,8 @@ def versions() -> dict[str, str]:
     return {"mpma-mj": __version__, "python": platform.python_version()} | installed
 
 
-def _config_type(agent: str) -> type[AgentConfig]:
-    """Return the class of an agent's config; only that of an outside agent is imported."""
-    if isinstance(agent, str) and agent in CONFIG_TYPES:
-        return CONFIG_TYPES[agent]
-    from mpma_mj.agents.registry import agent_class
-
-    return agent_class(agent).config_type
-
-
-def _agent_from(options: dict[str, Any], trusted: Collection[str]) -> AgentConfig:
-    name = options["name"]
-    if not isinstance(name, str):
-        raise TypeError("name of the agent")
-    outside = OutsideConfig(options=dict(options))
-    if not set(outside.outside.values()) <= set(trusted):
-        return outside
-    del options["name"]
-    return _exact(_config_type(name), options)
-
-
-def _exact(kind: Any, options: Any) -> Any:
-    """Return a dataclass from exactly its fields."""
-    if not isinstance(options, dict) or options.keys() != _names(kind):
-        raise TypeError(f"{kind.__name__} with other fields")
-    return kind(**options)
-
-
 def _names(kind: Any) -> set[str]:
     return {f.name for f in fields(kind)}
-
-
-def _path_of(kind: type) -> str:
-    return f"{kind.__module__}:{kind.__qualname__}"
-
-
-def _plain(value: Any) -> Any:
-    return value if isinstance(value, bool | int | float | dict | tuple | None) else str(value)
 
 
 def _bare(hint: Any) -> Any:

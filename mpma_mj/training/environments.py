@@ -116,6 +116,7 @@ class EnvironmentBatch:
         """Wrap environments that `mpma_mj.make_vec` returned."""
         self._envs = envs
         self._terminated: NDArray[np.bool_] = np.zeros(envs.num_envs, bool)
+        self._step = 0
         self._reasons = np.full(envs.num_envs, "", object)
         self.shape: tuple[int, ...] = (envs.num_envs,)
         self.info = EpisodeInfo(
@@ -130,6 +131,7 @@ class EnvironmentBatch:
     def reset(self, episode: int) -> dm_env.TimeStep:
         """Begin an episode of every run, given its number from 0."""
         self._envs.episode[:] = episode
+        self._step = 0
         observation, _ = self._envs.reset()
         return dm_env.restart(observation)
 
@@ -138,7 +140,10 @@ class EnvironmentBatch:
         observation, reward, terminated, _, info = self._envs.step(action)
         self._terminated = np.asarray(terminated)
         self._reasons = info["termination_reason"]
-        return dm_env.transition(reward, observation)
+        self._step += 1
+        last = self._step == self.info.steps
+        kind = dm_env.StepType.LAST if last else dm_env.StepType.MID
+        return dm_env.TimeStep(kind, reward, 1.0 - self._terminated, observation)
 
     def posture(self) -> Array:
         """Return the true postures of the arms, shape (R, 12)."""

@@ -11,6 +11,7 @@ from threadpoolctl import threadpool_limits
 
 from mpma_mj.agents import Agent, AgentConfig, AgentSpec, NetworkConfig, agent_class
 from mpma_mj.agents.base import Seeds
+from mpma_mj.agents.config import CONFIG_TYPES
 from mpma_mj.agents.wrappers import AlteredContext, altered_context_size
 from mpma_mj.envs.load import make_environment
 from mpma_mj.envs.options import EnvironmentOptions, check_seed, seeds_of_batch
@@ -18,7 +19,8 @@ from mpma_mj.envs.task import TwoArmImitation
 from mpma_mj.envs.vector_env import FlatVectorImitationEnv, VectorImitationEnv
 from mpma_mj.errors import BadOptionError, CheckpointError
 from mpma_mj.motions import Motion
-from mpma_mj.training.config import OutsideConfig, RunConfig
+from mpma_mj.training.config import RunConfig
+from mpma_mj.training.config_json import OutsideConfig
 
 __all__ = [
     "agent_of",
@@ -62,7 +64,11 @@ def make_agent(
     """
     if not isinstance(config, AgentConfig | None):
         raise BadOptionError(option="config", value=config, expected="a config of an agent")
-    given = RunConfig() if config is None else RunConfig(agent=config, agent_name=kind or "")
+    if config is None:
+        given = RunConfig()
+    else:
+        named = "" if type(config) in CONFIG_TYPES.values() else kind or ""
+        given = RunConfig(agent=config, agent_name=named)
     run = given.replace(agent=kind) if kind else given
     return _agent(agent_class(run.agent_name), run.agent, env, _seeds(env, seed))
 

@@ -148,12 +148,13 @@ def has_converged(row: EpochMetrics) -> bool:
     """
     if row.get("growing", 0.0) or not _control_has_passed(row):
         return False
-    return row["rp_error_percent"] < CRITERION and row["p_e_percent"] < CRITERION
+    # An agent without modules has no responsibility predictors.
+    return max(row.get("rp_error_percent", 0.0), row["p_e_percent"]) < CRITERION
 
 
 def _control_has_passed(row: EpochMetrics) -> bool:
     """Return whether inverse models control; agents that do not learn have none."""
-    return row.get("gain_inverse", 0.0) >= 1.0 and row["gain_feedback"] < FINAL_FEEDBACK
+    return row.get("gain_inverse", 0.0) >= 1.0 and row.get("gain_feedback", np.inf) < FINAL_FEEDBACK
 
 
 def _rank(row: EpochMetrics) -> tuple[bool, bool, float]:

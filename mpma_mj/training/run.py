@@ -22,7 +22,8 @@ from mpma_mj.motions import Motion
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.trace import Trace
 from mpma_mj.training.checkpoints import load_state
-from mpma_mj.training.config import OutsideConfig, RunConfig
+from mpma_mj.training.config import RunConfig
+from mpma_mj.training.config_json import OutsideConfig
 from mpma_mj.training.dataset import read_motions
 from mpma_mj.training.epoch_metrics import EpochMetrics
 from mpma_mj.training.factory import agent_of, environment_of, one_thread
@@ -119,6 +120,7 @@ def imitate(
     *motions: str | Path | Motion,
     seed: int = 0,
     agent: AgentConfig | str = "mpma",
+    agent_name: str = "",
     env: EnvironmentOptions | None = None,
     reading: ReadingOptions | None = None,
     epochs: int = 30,
@@ -131,6 +133,7 @@ def imitate(
         seed: Seed of everything random.
         agent: The agent's config, or its name, or the path of its class, such as
             my_agents.py:MyAgent.
+        agent_name: Path of the agent's class, where its config is given and is not built in.
         env: Options of the environment; the defaults if not given.
         reading: How recordings are read; the defaults if not given.
         epochs: Largest number of epochs; training ends earlier when it has converged.
@@ -141,10 +144,16 @@ def imitate(
         DivergedError: The simulation did not stay finite.
     """
     made = [one for one in motions if isinstance(one, Motion)]
+    if not motions:
+        raise BadOptionError("no motion is given; expected ymca, paths of recordings, or a Motion")
     if made and len(motions) > 1:
         raise BadOptionError(
             "several motions are given, not all by their names or paths; expected names and paths,"
             " or a single Motion"
+        )
+    if made and reading is not None:
+        raise BadOptionError(
+            "reading is given with a Motion, which has been read; expected it with paths"
         )
     config = RunConfig(
         motions=tuple(str(one) for one in motions) if not made else (made[0].name,),
@@ -153,9 +162,9 @@ def imitate(
         seed=seed,
     )
     if isinstance(agent, AgentConfig):
-        config = dataclasses.replace(config, agent=agent, agent_name="")
+        config = dataclasses.replace(config, agent=agent, agent_name=agent_name)
     else:
-        config = config.replace(agent=agent)
+        config = config.replace(agent=agent_name or agent)
     return train(config, epochs, motion=made[0] if made else None, on_epoch=on_epoch)
 
 
@@ -235,27 +244,30 @@ def resume(folder: RunFolder, epochs: int, *, on_epoch: OnEpoch = lambda row: No
     with one_thread(), contextlib.closing(Trainer([config], motion)) as trainer:
         try:
             best = BestEpoch(best_meta["row"], best_state, trace)
-            trainer.restore(state, meta["rows"], best)
+            rows = meta["rows"]
         except KeyError as error:
             raise CheckpointError(
-                f"{folder.path}: the checkpoint lacks {error.args[0]}; train again"
+                f"{folder.path}: the checkpoint lacks {error.args[0]}", remedy="train again"
             ) from None
+        load_state(trainer.agent, state, folder.path)
+        trainer.restore(rows, best)
         return _train_in(folder, trainer, config, motion, trainer.epoch + epochs, on_epoch)
 
 
-def load_agent(folder: str | Path, *outside: str) -> Agent:
+def load_agent(folder: str | Path, *, agent: str | None = None, rule: str | None = None) -> Agent:
     """Return the trained agent of a run, as it was before its best epoch, ready to act.
 
     Args:
         folder: The run folder.
-        *outside: Paths of the agent's class or rule, where they are from outside the package;
-            a run folder alone imports no code.
+        agent: Path of the agent's class, if it is from outside the package, such as
+            my_agents.py:MyAgent; a run folder alone imports no code.
+        rule: Path of its learning rule, likewise.
 
     Raises:
         RunFolderError: There is no run.
         CheckpointError: The run is damaged, of another version, or of a class that is not named.
     """
-    run_folder = RunFolder(Path(folder), outside)
+    run_folder = RunFolder(Path(folder), tuple(path for path in (agent, rule) if path))
     config = run_folder.read_config()
     state, _ = run_folder.read_best(config)
     return _agent(config, run_folder.read_motion(), state, run_folder.path)
@@ -296,7 +308,7 @@ def _train(
 ) -> Run:
     """Train to the end, writing after every epoch."""
     (history,) = trainer.histories
-    while trainer.epoch < epochs and not history.converged:
+    while trainer.epoch < epochs and len(trainer.going) and not history.converged:
         (best,) = trainer.run_epoch()
         for reason in trainer.failed.values():
             raise DivergedError(reason, remedy=TRY_INSTEAD)

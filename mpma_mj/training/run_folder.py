@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from mpma_mj._version import __version__
 from mpma_mj.agents.signals import MODULE_SIGNALS
-from mpma_mj.errors import CheckpointError, MotionFileError, RunFolderError
+from mpma_mj.errors import BadOptionError, CheckpointError, MotionFileError, RunFolderError
 from mpma_mj.motions import Motion, motion_file
 from mpma_mj.trace import SIGNALS, Trace
 from mpma_mj.training.config import RunConfig, versions
@@ -118,13 +118,14 @@ class RunFolder:
             RunFolderError: The folder holds a run that must not be replaced, holds other files, or
                 cannot be written.
         """
-        if self.path.exists():
-            self._remove(overwrite)
         content = {
             "format": atomic_files.FORMAT,
             "config": config.to_json(),
             "versions": versions(),
         }
+        json.dumps(content)  # options of outside agents may not be writable: keep the earlier run
+        if self.path.exists():
+            self._remove(overwrite)
         atomic_files.write_json(self.path / "config.json", content)
         motion_file.write(self.path / "checkpoint" / "motion.npz", motion)
 
@@ -182,7 +183,9 @@ class RunFolder:
             return RunConfig.from_json(content["config"], self.trusted)
         except OSError:
             raise RunFolderError(f"{self.path}: no run there (no readable config.json)") from None
-        except (ValueError, KeyError, TypeError):
+        except (AttributeError, ValueError, KeyError, TypeError) as error:
+            if isinstance(error, BadOptionError) and error.option in ("agent", "rule"):
+                raise  # a class that the user has named
             raise CheckpointError(
                 f"{path}: damaged, or not of a run", remedy="train again"
             ) from None

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mpma_mj.agents.config import CONFIG_TYPES
+from mpma_mj.agents.registry import agent_class
 from mpma_mj.errors import DivergedError
 from mpma_mj.motions import Motion
 from mpma_mj.training.checkpoints import TrainedAgents
@@ -71,7 +73,11 @@ class Trainer:
         seeds = [config.seed for config in configs]
         self._single = len(configs) == 1
         env = self._make_environments()
-        self.agent = agent_of(configs[0], env, seeds[0] if self._single else seeds)
+        with contextlib.ExitStack() as failed:
+            failed.callback(self._close)
+            self.agent = agent_of(configs[0], env, seeds[0] if self._single else seeds)
+            failed.pop_all()
+        self._learns = agent_class(configs[0].agent_name).trainable
         self.histories = [TrainingHistory(self._envs.info) for _ in configs]
 
     def run_epoch(self, *, stop: bool = True) -> NDArray[np.bool_]:
@@ -97,26 +103,19 @@ class Trainer:
             trace = recorded.trace if self._single else recorded.trace.of_run(row)
             state = states if self._single else {name: a[row] for name, a in states.items()}
             history = self.histories[run]
-            improved[run] = history.add(trace, logged[row] if logged else {}, state)
-            ended[row] = not logged or (stop and history.converged)
+            improved[run] = history.add(trace, logged[row], state)
+            ended[row] = not self._learns or (stop and history.converged)
         if ended.any():
             self._remove(ended)
         return improved
 
-    def restore(
-        self, state: Mapping[str, Array], rows: list[EpochMetrics], best: BestEpoch
-    ) -> None:
-        """Continue from the checkpoint of a single run.
+    def restore(self, rows: list[EpochMetrics], best: BestEpoch) -> None:
+        """Continue a single run, whose agent has been loaded.
 
         Args:
-            state: State of the agent, arrays by name.
             rows: Metrics of all epochs so far.
             best: The best epoch so far.
-
-        Raises:
-            KeyError: The state lacks the array that it names.
         """
-        self.agent.load_state_dict(state)
         self.epoch = len(rows)
         self.histories[0].restore(rows, best)
 
@@ -149,10 +148,8 @@ class Trainer:
         self._close()
 
     def _learn(self) -> list[EpochMetrics]:
-        """Let the agents learn; return the metrics of each run, none if agents do not learn."""
+        """Let the agents learn; return the metrics of each run."""
         logged = {name: np.ravel(values) for name, values in self.agent.learn().items()}
-        if not logged:
-            return []
         return [
             {name: float(values[row]) for name, values in logged.items()}
             for row in range(len(self.going))
@@ -190,7 +187,8 @@ def check(config: RunConfig, motion: Motion) -> None:
     Raises:
         MpmaError: An option is out of bounds, or does not fit the motion.
     """
-    Trainer([config.replace(nodes=1)], motion).close()
+    smallest = config.replace(nodes=1) if config.agent_name in CONFIG_TYPES else config
+    Trainer([smallest], motion).close()
 
 
 def train_batch(

@@ -12,7 +12,8 @@ from mpma_mj.envs.load import load
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import BadOptionError, CheckpointError
 from mpma_mj.motions.options import ReadingOptions
-from mpma_mj.training.config import OutsideConfig, RunConfig, option_types
+from mpma_mj.training.config import RunConfig, option_types
+from mpma_mj.training.config_json import OutsideConfig
 from mpma_mj.training.factory import agent_of
 
 AGENT = '''

@@ -8,10 +8,13 @@ import pytest
 
 import mpma_mj
 from mpma_mj.agents import MPMAConfig
+from mpma_mj.agents.learning_rules import GatedRule
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import BadOptionError, RunFolderError
-from mpma_mj.motions import ymca
+from mpma_mj.motions import Motion, ymca
+from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.training.rollout import record_epoch
+from mpma_mj.training.run import resume
 from mpma_mj.training.run_folder import RunFolder
 
 SMALL = MPMAConfig(nodes=10, modules=2)
@@ -81,3 +84,54 @@ def test_a_motion_and_the_name_of_an_agent_are_taken_too() -> None:
 def test_an_agent_that_does_not_learn_is_refused() -> None:
     with pytest.raises(BadOptionError, match="agent is 'random'; expected an agent that learns"):
         mpma_mj.imitate("ymca", agent="random")
+
+
+def test_a_rule_with_options_is_saved_and_opened_again(tmp_path: Path) -> None:
+    rule = GatedRule(inverse_rate=0.7)
+    config = MPMAConfig(nodes=5, modules=2, rule=rule)
+    run = mpma_mj.imitate("ymca", agent=config, env=ONCE, epochs=1)
+    folder = run.save(tmp_path / "run")
+    assert RunFolder(folder).read_config().agent == config
+    resumed = resume(RunFolder(folder), 1)
+    assert resumed.summary["epochs"] == 2
+
+
+def test_a_run_folder_calls_nothing_but_rules(tmp_path: Path) -> None:
+    config = MPMAConfig(nodes=5, modules=2, rule=GatedRule())
+    folder = mpma_mj.imitate("ymca", agent=config, env=ONCE, epochs=1).save(tmp_path / "run")
+    path, victim = folder / "config.json", tmp_path / "victim"
+    content = json.loads(path.read_text())
+    call = {"class": "mpma_mj.utils.atomic_files:write_text", "options": {"path": str(victim)}}
+    content["config"]["agent"]["rule"] = call
+    path.write_text(json.dumps(content))
+    with pytest.raises(BadOptionError, match="expected a class"):
+        mpma_mj.load_agent(folder)
+    assert not victim.exists()
+
+
+def test_a_run_that_cannot_be_written_leaves_the_earlier_one(tmp_path: Path) -> None:
+    class Nested(GatedRule):
+        """Rule of no module."""
+
+    earlier = mpma_mj.imitate("ymca", agent=SMALL, env=ONCE, epochs=1)
+    folder = earlier.save(tmp_path / "run")
+    config = MPMAConfig(nodes=5, modules=2, rule=Nested())
+    run = mpma_mj.imitate("ymca", agent=config, env=ONCE, epochs=1)
+    with pytest.raises(BadOptionError, match="expected a rule whose class is a dataclass of a mod"):
+        run.save(folder, overwrite=True)
+    assert RunFolder(folder).read_config() == earlier.config
+
+
+@pytest.mark.parametrize(
+    ("motions", "reading", "message"),
+    [
+        ((), None, "no motion is given"),
+        ((ymca(), "ymca"), None, "several motions are given"),
+        ((ymca(),), ReadingOptions(end=2.0), "reading is given with a Motion"),
+    ],
+)
+def test_wrong_motions_are_refused(
+    motions: tuple[str | Motion, ...], reading: ReadingOptions | None, message: str
+) -> None:
+    with pytest.raises(BadOptionError, match=message):
+        mpma_mj.imitate(*motions, reading=reading)

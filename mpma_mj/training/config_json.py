@@ -1,0 +1,141 @@
+"""Configs of agents as JSON, opened without importing code from outside the package."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+from mpma_mj.agents.config import CONFIG_TYPES, RULE_MEMBERS, AgentConfig
+from mpma_mj.agents.extensions import load_class
+from mpma_mj.errors import BadOptionError
+
+__all__ = ["OutsideConfig", "agent_from_json", "agent_to_json", "config_class", "exact", "plain"]
+
+_PACKAGE = "mpma_mj."
+
+
+@dataclass(frozen=True, kw_only=True)
+class OutsideConfig(AgentConfig):
+    """Config in a run folder that names a class from outside the package, which is not imported.
+
+    Attributes:
+        options: The agent's options by name, as in the file.
+    """
+
+    options: Mapping[str, Any] = field(hash=False)
+
+    @property
+    def outside(self) -> dict[str, str]:
+        """Paths of the outside classes by the options that name them."""
+        rule = self.options.get("rule")
+        path = rule.get("class") if isinstance(rule, Mapping) else rule
+        named = {"agent": self.options["name"], "rule": path}
+        return {
+            option: path
+            for option, path in named.items()
+            if isinstance(path, str) and ":" in path and not path.startswith(_PACKAGE)
+        }
+
+
+def config_class(agent: str) -> type[AgentConfig]:
+    """Return the class of an agent's config; only that of an outside agent is imported.
+
+    Args:
+        agent: Name of the agent, or the path of its class.
+
+    Raises:
+        BadOptionError: There is no such agent, or its config cannot be one of a run.
+    """
+    if isinstance(agent, str) and agent in CONFIG_TYPES:
+        return CONFIG_TYPES[agent]
+    from mpma_mj.agents.registry import agent_class
+
+    kind = agent_class(agent).config_type
+    for option in fields(kind):
+        missing = dataclasses.MISSING
+        if option.default is missing and option.default_factory is missing:
+            expected = f"an agent whose options have defaults, and {option.name} has none"
+            raise BadOptionError(option="agent", value=agent, expected=expected)
+    return kind
+
+
+def agent_to_json(agent: AgentConfig, name: str) -> dict[str, Any]:
+    """Return what JSON can hold of an agent's config.
+
+    Args:
+        agent: The config.
+        name: Name of the agent, or the path of its class.
+
+    Raises:
+        BadOptionError: The learning rule is an object whose options cannot be written.
+    """
+    if isinstance(agent, OutsideConfig):
+        return dict(agent.options)
+    options = {f.name: plain(getattr(agent, f.name)) for f in fields(agent) if f.name != "rule"}
+    rule = getattr(agent, "rule", None)
+    return {"name": name} | options | ({} if rule is None else {"rule": _rule_to_json(rule)})
+
+
+def agent_from_json(options: Any, trusted: Collection[str]) -> AgentConfig:
+    """Return the config that `agent_to_json` returned.
+
+    Args:
+        options: What JSON held.
+        trusted: Paths of outside classes that the user has named, which may be imported.
+
+    Returns:
+        The config; an `OutsideConfig` where it names other outside classes.
+
+    Raises:
+        BadOptionError: A trusted class cannot be imported, or an option is out of bounds.
+        KeyError, TypeError: An option is missing or unknown.
+    """
+    name = options["name"]
+    if not isinstance(name, str):
+        raise TypeError("name of the agent")
+    outside = OutsideConfig(options=dict(options))
+    if not set(outside.outside.values()) <= set(trusted):
+        return outside
+    own = {option: value for option, value in options.items() if option != "name"}
+    if isinstance(own.get("rule"), dict):
+        own["rule"] = _rule_from_json(own["rule"])
+    return exact(config_class(name), own)
+
+
+def exact(kind: Any, options: Any) -> Any:
+    """Return a dataclass from exactly its fields; lists become tuples where the default is one.
+
+    Raises:
+        TypeError: Other fields are given.
+    """
+    if not isinstance(options, dict) or options.keys() != {f.name for f in fields(kind)}:
+        raise TypeError(f"{kind.__name__} with other fields")
+    tuples = {f.name for f in fields(kind) if isinstance(f.default, tuple)}
+    return kind(**{name: tuple(v) if name in tuples else v for name, v in options.items()})
+
+
+def plain(value: Any) -> Any:
+    """Return a value as JSON can hold it; paths become text."""
+    return value if isinstance(value, bool | int | float | dict | tuple | None) else str(value)
+
+
+def _rule_to_json(rule: Any) -> Any:
+    if isinstance(rule, str):
+        return rule
+    kind = type(rule)
+    written = dataclasses.is_dataclass(rule) or not vars(rule)
+    if not written or not kind.__qualname__.isidentifier():
+        expected = "a rule whose class is a dataclass of a module, so that it can be written"
+        raise BadOptionError(option="rule", value=rule, expected=expected)
+    options = {f.name: plain(getattr(rule, f.name)) for f in fields(rule)} if vars(rule) else {}
+    return {"class": f"{kind.__module__}:{kind.__qualname__}", "options": options}
+
+
+def _rule_from_json(content: dict[str, Any]) -> Any:
+    from mpma_mj.agents.learning_rules import LearningRule
+
+    # Only a class with the methods of a rule is called, whatever the file names.
+    kind = load_class(content["class"], "rule", RULE_MEMBERS, base=LearningRule)
+    return kind(**content["options"])
