@@ -200,8 +200,8 @@ def test_a_run_that_exists_is_not_replaced(
         (["ymca", "--nodes", "77"], "nodes is 77, but the run to resume has 30"),
         (["ymca", "--nodes=200"], "nodes is 200, but the run to resume has 30"),
         (["dance.tsv"], "motions is dance.tsv, but the run to resume has ymca"),
-        (["--overwrite"], "drop --overwrite"),
-        (["--out", "elsewhere"], "drop --overwrite, --out"),
+        (["--overwrite"], "leave --overwrite out"),
+        (["--out", "elsewhere"], "leave --out out"),
     ],
 )
 def test_a_resumed_run_keeps_its_settings(

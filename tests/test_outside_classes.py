@@ -157,3 +157,9 @@ def test_a_config_of_an_earlier_format_names_its_writer(tmp_path: Path, refused:
     message = "config.json: format 3, written by mpma-mj 0.0.9; this is"
     refused(["render", str(tmp_path)], message)
     refused(["imitate", "--resume", str(tmp_path)], message)
+
+
+def test_an_agent_that_logs_nothing_learns_in_every_epoch(here: Path) -> None:
+    (here / "silent.py").write_text(AGENT.replace('{"bias": self.bias.mean(axis=-1)}', "{}"))
+    assert imitate("ymca", "--agent", "silent.py:Ahead", "--epochs", "3", "--out", "run") == 0
+    assert len((here / "run" / "metrics.csv").read_text().splitlines()) == 1 + 3

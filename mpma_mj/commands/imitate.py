@@ -93,12 +93,13 @@ class Imitate(Generic[AgentT]):
         from mpma_mj.training.dataset import expand_folders
         from mpma_mj.training.run_folder import RunFolder
 
-        if self.overwrite or self.out is not None:
-            raise BadOptionError(
-                "--resume continues in the folder of the run; drop --overwrite, --out"
-            )
+        given_too = {"--overwrite": self.overwrite, "--out": self.out is not None}
+        if any(given_too.values()):
+            named = ", ".join(name for name, given in given_too.items() if given)
+            raise BadOptionError(f"--resume continues in the folder of the run; leave {named} out")
         saved = RunFolder(self.resume, self.options.outside).read_config().options()
-        given = self.options.run_config(expand_folders(self.motions)).options()
+        motions = self.motions or ("ymca",)  # compared only if given
+        given = self.options.run_config(expand_folders(motions)).options()
         typed = typed_options(words) | ({"motions"} if self.motions else set())
         for name in sorted(typed & given.keys()):
             if given[name] != saved.get(name):

@@ -17,7 +17,7 @@ __all__ = ["Motion"]
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Motion:
     """A demonstrated movement.
 
@@ -44,6 +44,10 @@ class Motion:
     name: str
     source: str
     tempo: float = 1.0
+
+    def __repr__(self) -> str:
+        """Return name and length in one line, without the arrays."""
+        return f"<Motion {self.name}: {len(self.posture)} postures at {self.rate:g} Hz>"
 
     def __post_init__(self) -> None:
         """Check what every user of a motion relies on."""

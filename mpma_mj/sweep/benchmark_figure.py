@@ -78,7 +78,9 @@ def _draw(axis: Axes, lines: Sequence[Line]) -> None:
         }
         axis.errorbar(mean, places, xerr=[low, high], **look, label=f"{kind} arms")
     axis.set_xscale("log")
-    axis.set_yticks(range(len(agents)), [agent.replace("_", " ") for agent in agents])
+    axis.set_yticks(
+        range(len(agents)), [agent if ":" in agent else agent.replace("_", " ") for agent in agents]
+    )
     axis.set_ylim(len(agents) - 0.5, -0.5)
     axis.xaxis.set_major_formatter(FuncFormatter(lambda p_e, _: f"{p_e:g}"))
     axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))

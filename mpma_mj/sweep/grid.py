@@ -64,6 +64,10 @@ def _axis(word: str, hints: dict[str, Any]) -> tuple[str, list[Any]]:
         raise BadOptionError(
             "grid has seed", remedy="give the first with {seed}, their number with {runs}"
         )
+    if not all(_has_text(choice) for choice in _choices(hints[name])):
+        raise BadOptionError(
+            f"grid has {typed}, whose values are not single", remedy=f"give it with {{{name}}}"
+        )
     values = [_value(typed, text, hints[name]) for text in texts.split(",")]
     if len(set(values)) < len(values):
         raise BadOptionError(f"grid has a value of {typed} twice: '{texts}'; leave one out")
@@ -104,6 +108,11 @@ def _choices(hint: Any) -> tuple[Any, ...]:
     if get_origin(hint) not in (Union, types.UnionType):
         return (hint,)
     return tuple(sorted(get_args(hint), key=lambda choice: choice is not types.NoneType))
+
+
+def _has_text(choice: Any) -> bool:
+    """Return whether values of a type can be texts between commas."""
+    return get_origin(choice) is Literal or choice in (bool, int, float, str, types.NoneType)
 
 
 def _expected(hint: Any) -> str:

@@ -35,7 +35,7 @@ def write_figure(path: Path, runs: Sequence[RunResult], title: str) -> None:
             _draw(axis, runs, measure)
             axis.set(xlabel="number of modules", ylabel=name)
             axis.spines[["top", "right"]].set_visible(False)
-            axis.set_ylim(bottom=0.0)
+            axis.set_ylim(0.0, 1.05 * axis.dataLim.y1)
         handles, names = axis.get_legend_handles_labels()
         figure.legend(handles, names, loc="outside lower center", ncols=3, fontsize="small")
         figure.suptitle(f"Growth beside fixed numbers of modules ({title})", fontsize="medium")

@@ -80,7 +80,9 @@ class RunConfig:
         for name, kind in _KINDS.items():
             value = getattr(self, name)
             if not isinstance(value, kind):
-                raise BadOptionError(option=name, value=value, expected=f"a {kind.__name__}")
+                raise BadOptionError(
+                    option=name, value=value, expected=f"an object of {kind.__name__}"
+                )
         if not self.agent_name:
             found = [name for name, kind in CONFIG_TYPES.items() if type(self.agent) is kind]
             if not found:

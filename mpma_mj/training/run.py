@@ -31,6 +31,7 @@ from mpma_mj.training.history import BestEpoch, TrainingHistory, segment_metrics
 from mpma_mj.training.rollout import TRY_INSTEAD
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.training.trainer import Trainer
+from mpma_mj.utils.validation import is_integer
 from mpma_mj.visualization.figures import write_figures
 
 __all__ = ["Run", "imitate", "load_agent", "resume", "start", "train"]
@@ -39,7 +40,7 @@ Array = NDArray[np.float64]
 OnEpoch = Callable[[EpochMetrics], None]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Run:
     """A run that has been trained.
 
@@ -54,6 +55,12 @@ class Run:
     motion: Motion
     history: TrainingHistory
     state: Mapping[str, Array]
+
+    def __repr__(self) -> str:
+        """Return motion, agent and result in one line."""
+        epochs, p_e = len(self.history.rows), self.history.best.row["p_e_percent"]
+        name = self.config.agent_name
+        return f"<Run of {name} on {self.motion.name}: {epochs} epochs, best p_e {p_e:.2f} %>"
 
     @property
     def summary(self) -> dict[str, Any]:
@@ -318,7 +325,7 @@ def _train(
 
 
 def _check(config: RunConfig, epochs: int) -> None:
-    if epochs < 1:
-        raise BadOptionError(option="epochs", value=epochs, expected="at least 1")
+    if not is_integer(epochs) or epochs < 1:
+        raise BadOptionError(option="epochs", value=epochs, expected="a whole number of at least 1")
     if not isinstance(config.agent, OutsideConfig):
         check_trainable(config.agent_name)

@@ -92,7 +92,8 @@ class Trainer:
         states = self.agent.state_dict() if self._keep_states else {}
         recorded = rollout(self._envs, self.agent, self.epoch)
         self.epoch += 1
-        logged = self._learn() if len(recorded.failures) < len(self.going) else []
+        has_learned = any(row not in recorded.failures for row in range(len(self.going)))
+        logged = self._learn() if has_learned else []
         improved = np.zeros(len(self._configs), bool)
         ended = np.zeros(len(self.going), bool)
         for row, run in enumerate(self.going.tolist()):

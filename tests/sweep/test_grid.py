@@ -106,3 +106,9 @@ def test_what_varies_is_told_and_runs_are_grouped_by_all_but_the_seed() -> None:
     assert [point.option("rule") for point in groups] == ["gated", "weighted"]
     assert [len(runs) for runs in groups.values()] == [3, 3]
     assert [run for runs in groups.values() for run in runs] == list(sweep.configs)
+
+
+@pytest.mark.parametrize("axis", ["perturbation=0.5,30", "reward_weights=posture:2"])
+def test_options_of_several_values_are_no_axes(axis: str) -> None:
+    with pytest.raises(BadOptionError, match="whose values are not single; give it with"):
+        points([axis], RunConfig())

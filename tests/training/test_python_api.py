@@ -135,3 +135,14 @@ def test_wrong_motions_are_refused(
 ) -> None:
     with pytest.raises(BadOptionError, match=message):
         mpma_mj.imitate(*motions, reading=reading)
+
+
+def test_runs_and_motions_are_shown_in_one_line(run: mpma_mj.Run) -> None:
+    assert repr(run).startswith("<Run of mpma on ymca: 4 epochs, best p_e ")
+    assert repr(ymca()) == "<Motion ymca: 76 postures at 20 Hz>"
+
+
+@pytest.mark.parametrize("epochs", [0, 2.5, "3"])
+def test_epochs_are_a_whole_number(epochs: int) -> None:
+    with pytest.raises(BadOptionError, match=f"epochs is {epochs!r}; expected a whole number"):
+        mpma_mj.imitate("ymca", epochs=epochs)
