@@ -6,6 +6,7 @@ import dataclasses
 import functools
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import tyro
 
@@ -29,7 +30,9 @@ class Ablate:
     """Runs of each variant, with seeds from 0."""
     nodes: int = 100
     """Neurons of each reservoir."""
-    who: tyro.conf.OmitArgPrefixes[Workers] = dataclasses.field(default_factory=Workers)
+    who: Annotated[tyro.conf.OmitArgPrefixes[Workers], tyro.conf.arg(name="worker")] = (
+        dataclasses.field(default_factory=Workers)
+    )
     """Workers that train."""
     out: Path | None = None
     """Folder of the tables; runs/ablate-TIME if not given."""

@@ -27,9 +27,9 @@ class Attractor:
     run_folders: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="RUN...")]
     """Folders of runs."""
 
-    outside: tyro.conf.OmitArgPrefixes[OutsideClasses] = dataclasses.field(
-        default_factory=OutsideClasses
-    )
+    outside: Annotated[
+        tyro.conf.OmitArgPrefixes[OutsideClasses], tyro.conf.arg(name="outside-class")
+    ] = dataclasses.field(default_factory=OutsideClasses)
     """Code from outside the package with which runs were trained."""
 
     def run(self) -> Path:

@@ -44,7 +44,9 @@ class Benchmark:
         default_factory=ReadingArguments
     )
     """Options of reading recordings."""
-    who: tyro.conf.OmitArgPrefixes[Workers] = dataclasses.field(default_factory=Workers)
+    who: Annotated[tyro.conf.OmitArgPrefixes[Workers], tyro.conf.arg(name="worker")] = (
+        dataclasses.field(default_factory=Workers)
+    )
     """Workers that train."""
     out: Path | None = None
     """Folder of the table; runs/benchmark-TIME if not given."""

@@ -39,7 +39,9 @@ class Grow(Generic[AgentT]):
     """Options that determine the result."""
     epochs: int = 100
     """Largest number of epochs of a run; it ends when it has converged."""
-    who: tyro.conf.OmitArgPrefixes[Workers] = dataclasses.field(default_factory=Workers)
+    who: Annotated[tyro.conf.OmitArgPrefixes[Workers], tyro.conf.arg(name="worker")] = (
+        dataclasses.field(default_factory=Workers)
+    )
     """Workers that train."""
     out: Path | None = None
     """Folder of the runs; runs/grow-TIME if not given."""

@@ -33,9 +33,9 @@ class Lesion:
     retrain: int = 3
     """Epochs of fine-tuning with the remaining modules; 0 for none."""
 
-    outside: tyro.conf.OmitArgPrefixes[OutsideClasses] = dataclasses.field(
-        default_factory=OutsideClasses
-    )
+    outside: Annotated[
+        tyro.conf.OmitArgPrefixes[OutsideClasses], tyro.conf.arg(name="outside-class")
+    ] = dataclasses.field(default_factory=OutsideClasses)
     """Code from outside the package with which runs were trained."""
 
     def run(self) -> Path:

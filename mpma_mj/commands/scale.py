@@ -42,7 +42,9 @@ class Scale:
     """Simulated arms, or arms that move ideally."""
     proprioception: bool = True
     """Whether models receive the joint angles too; the paper's do not."""
-    who: tyro.conf.OmitArgPrefixes[Workers] = dataclasses.field(default_factory=Workers)
+    who: Annotated[tyro.conf.OmitArgPrefixes[Workers], tyro.conf.arg(name="worker")] = (
+        dataclasses.field(default_factory=Workers)
+    )
     """Workers that train."""
     out: Path | None = None
     """Folder of the tables; runs/scale-TIME if not given."""

@@ -55,9 +55,9 @@ class Stress:
     """Folder of tables and figures, where they replace earlier ones; RUN/stress/stress-TIME if not
     given."""
 
-    outside: tyro.conf.OmitArgPrefixes[OutsideClasses] = dataclasses.field(
-        default_factory=OutsideClasses
-    )
+    outside: Annotated[
+        tyro.conf.OmitArgPrefixes[OutsideClasses], tyro.conf.arg(name="outside-class")
+    ] = dataclasses.field(default_factory=OutsideClasses)
     """Code from outside the package with which runs were trained."""
 
     def run(self) -> Path:

@@ -38,7 +38,9 @@ class Sweep(Generic[AgentT]):
     """Options that determine the result."""
     epochs: int = 30
     """Largest number of epochs of a run; it ends when it has converged."""
-    who: tyro.conf.OmitArgPrefixes[Workers] = dataclasses.field(default_factory=Workers)
+    who: Annotated[tyro.conf.OmitArgPrefixes[Workers], tyro.conf.arg(name="worker")] = (
+        dataclasses.field(default_factory=Workers)
+    )
     """Workers that train."""
     out: Path | None = None
     """Folder of the sweep; runs/sweep-TIME if not given."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import tyro
 
@@ -32,7 +33,9 @@ class Table1:
     """Learning rule: weighted (ours), gated (the paper's), or the path of a class."""
     arms: Arms = "physics"
     """Simulated arms, or arms that move ideally."""
-    who: tyro.conf.OmitArgPrefixes[Workers] = dataclasses.field(default_factory=Workers)
+    who: Annotated[tyro.conf.OmitArgPrefixes[Workers], tyro.conf.arg(name="worker")] = (
+        dataclasses.field(default_factory=Workers)
+    )
     """Workers that train."""
     out: Path | None = None
     """Folder of the table; runs/table1-TIME if not given."""
