@@ -69,9 +69,9 @@ class Agent(ABC):
     """
 
     config_type: ClassVar[type[AgentConfig]] = AgentConfig
-    trainable: ClassVar[bool] = False
-    fine_tunable: ClassVar[bool] = False
-    has_modules: ClassVar[bool] = False
+    trainable: bool = False
+    fine_tunable: bool = False
+    has_modules: bool = False
 
     def __init__(self, config: AgentConfig, spec: AgentSpec, *, seed: Seeds = 0) -> None:
         """Keep config, spec and seed.
