@@ -56,7 +56,7 @@ class Dance:
             options: Options of the environment; the defaults if not given.
         """
         return cls(
-            joint_angles=trace.joint_angles,
+            joint_angles=trace.true_joint_angles(),
             reference=trace.reference,
             times=np.arange(len(trace.joint_angles)) / motion.rate,
             labels=_names(trace.context, motion),

@@ -97,11 +97,12 @@ def dance_frames(
     """
     width, height = size
     strip = _strip(trace, motion, width)
+    joint_angles = trace.true_joint_angles()
     physics = PhysicsArms.make(options)
     renderer = ArmRenderer(physics, width=width, height=height, camera=camera)
     with contextlib.closing(renderer):
         for step in progress(range(len(trace))):
-            physics.set_joint_state(trace.joint_angles[step], np.zeros(8))
+            physics.set_joint_state(joint_angles[step], np.zeros(8))
             yield strip.under(renderer.picture(ghost=trace.reference[step]), step)
 
 
