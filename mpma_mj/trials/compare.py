@@ -124,9 +124,8 @@ class CompareJob(Work):
         if self.learned == NOTHING:
             feedback = [config.replace(agent="feedback_only") for config in self.configs]
             return train_agents(feedback, self.motion, 1, {})
-        condition = ARMS[self.learned]
-        runs = [config.replace(**condition) for config in self.configs]
-        return train_agents(runs, self.motion, self.epochs, condition)
+        # The configs stay, so that the arms of training are no part of where agents dance.
+        return train_agents(self.configs, self.motion, self.epochs, ARMS[self.learned])
 
 
 def jobs(
