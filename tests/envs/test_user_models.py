@@ -294,7 +294,7 @@ def quick(own: Path) -> Path:
 
 def test_a_run_is_checked_and_drawn_with_its_own_arms(quick: Path, tmp_path: Path) -> None:
     out = tmp_path / "run"
-    words = f"imitate ymca --model {quick} --tempo 2 --repeats 2 --nodes 5 --modules 2"
+    words = f"imitate ymca --model {quick} --tempo 2 --to 2.5 --repeats 2 --nodes 5 --modules 2"
     assert main([*words.split(), "--epochs", "1", "--no-video", "--out", str(out)]) == 0
     folder = RunFolder(out)
     trace, options = demonstrated(folder)[1], folder.read_config().env
