@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.agents.signals import MODULE_SIGNALS, ModuleSignals
 from mpma_mj.errors import StateError
+from mpma_mj.kinematics import angles_from_posture, posture_from_angles
 
 __all__ = ["OBSERVED", "SIGNALS", "Trace"]
 
@@ -18,6 +19,8 @@ Array = NDArray[np.float64]
 
 OBSERVED = ("posture", "reference", "context", "joint_angles", "joint_velocities")
 """Names of the signals of the T + 1 moments, also in files."""
+
+_ROUNDING = 1e-6  # far above rounding errors, far below what a picture shows
 
 _STEPS = ("action", "reward")
 
@@ -60,6 +63,17 @@ class Trace:
     def __len__(self) -> int:
         """Return the number of steps, T."""
         return len(self.action)
+
+    def true_joint_angles(self) -> Array:
+        """Return joint angles of the true postures, shape (T + 1, …, 8), rad.
+
+        Where the observed ones have no noise, these are they.
+        """
+        observed = posture_from_angles(self.joint_angles)
+        noisy = np.abs(observed - self.posture).max(axis=-1, keepdims=True) > _ROUNDING
+        return np.where(
+            noisy, angles_from_posture(self.posture, near=self.joint_angles), self.joint_angles
+        )
 
     def with_modules(self) -> ModuleSignals:
         """Return the signals of the modules.

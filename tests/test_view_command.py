@@ -1,5 +1,6 @@
 """`mpma view`: with a stand-in for the window, without a display, and in a real window."""
 
+import dataclasses
 import os
 import shutil
 import subprocess
@@ -13,9 +14,12 @@ import pytest
 
 from mpma_mj.cli import main
 from mpma_mj.envs import viewer
+from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.physics import PhysicsArms
+from mpma_mj.kinematics import posture_from_angles
 from mpma_mj.motions import Motion, motion_file, ymca
 from mpma_mj.training.run_folder import RunFolder
+from mpma_mj.visualization.playback import Dance, play
 from mpma_mj.visualization.player import KEYS, LEFT, RIGHT, SPACE
 from tests.envs.test_gl import environment
 from tests.envs.window import Window
@@ -82,6 +86,23 @@ def test_a_run_is_shown_as_it_was_danced(
     assert audience.labels[0] == "Y"
     (line,) = capsys.readouterr().out.splitlines()
     assert all(key in line and does in line for key, does in KEYS.items())
+
+
+def test_a_run_is_shown_without_the_noise_of_observation(small_run: Path) -> None:
+    folder = RunFolder(small_run)
+    trace = folder.read_trace()
+    noise = np.random.default_rng(0).normal(0.0, 0.05, trace.joint_angles.shape)
+    noisy = dataclasses.replace(trace, joint_angles=trace.joint_angles + noise)
+    shown = posture_from_angles(Dance.of_run(noisy, folder.read_motion()).joint_angles)
+    np.testing.assert_allclose(shown, trace.posture, atol=1e-9)
+
+
+def test_the_arms_of_a_run_are_shown(seat: Seat, small_run: Path) -> None:
+    folder, audience = RunFolder(small_run), seat([NONE])
+    options = EnvironmentOptions(payload=2.0)
+    dance = Dance.of_run(folder.read_trace(), folder.read_motion(), options)
+    play(dance, instead="", on_open=lambda: None)
+    assert audience.window.model.body("left_hand_payload").mass > 0
 
 
 def test_a_recording_is_followed_ideally_over_and_over(seat: Seat) -> None:

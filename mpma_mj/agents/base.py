@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.agents.config import AgentConfig
 from mpma_mj.agents.signals import AgentSignals
+from mpma_mj.errors import StateError
 from mpma_mj.feedback import feedback_action
 
 if TYPE_CHECKING:
@@ -69,9 +70,9 @@ class Agent(ABC):
     """
 
     config_type: ClassVar[type[AgentConfig]] = AgentConfig
-    trainable: ClassVar[bool] = False
-    fine_tunable: ClassVar[bool] = False
-    has_modules: ClassVar[bool] = False
+    trainable: bool = False
+    fine_tunable: bool = False
+    has_modules: bool = False
 
     def __init__(self, config: AgentConfig, spec: AgentSpec, *, seed: Seeds = 0) -> None:
         """Keep config, spec and seed.
@@ -101,12 +102,20 @@ class Agent(ABC):
         """Return the signals of the episode so far."""
         return AgentSignals()
 
-    def select_runs(self, runs: NDArray[np.intp]) -> None:  # noqa: B027, a hook
+    def select_runs(self, runs: NDArray[np.intp]) -> None:
         """Continue with some runs of a batch only, from the next reset.
 
         Args:
             runs: Their indices, shape (R',).
+
+        Raises:
+            StateError: The agent has a state for each run, and does not define this method.
         """
+        if self.state_dict():
+            raise StateError(
+                f"{type(self).__name__} keeps a state for each run of a batch, of which"
+                f" {len(runs)} continue; define select_runs, which indexes it by run"
+            )
 
     def state_dict(self) -> dict[str, Array]:
         """Return copies of all arrays that learning changes, by name, each of shape (..., *)."""

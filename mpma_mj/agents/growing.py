@@ -116,8 +116,15 @@ class GrowingMPMA(MPMA):
     _gate: _RecruitingGate
 
     def __init__(self, config: GrowingConfig, spec: AgentSpec, *, seed: Seeds = 0) -> None:
-        """Draw the reservoirs; arguments as of `Agent`."""
+        """Draw the reservoirs; arguments as of `Agent`.
+
+        Raises:
+            BadOptionError: The rule cannot be imported, or learns at every step.
+        """
         super().__init__(config, spec, seed=seed, gate_type=_RecruitingGate)
+        if self._rule.online:
+            expected = "a rule that learns after an epoch, since modules are recruited then"
+            raise BadOptionError(option="rule", value=config.rule, expected=expected)
         self._growth = np.tile(Recruitment().as_row(), (*self._batch_shape, 1))  # (..., 5)
         self._helped = copy.deepcopy(self._readouts)  # before the last recruitment
         self._helped_sigma = self._gate.sigma.copy()

@@ -151,7 +151,7 @@ class HAMMER(PairedModels):
     """
 
     config_type: ClassVar[type[AgentConfig]] = HAMMERConfig
-    fine_tunable: ClassVar[bool] = False
+    fine_tunable: bool = False
     _gate: ConfidenceGate
 
     def __init__(self, config: HAMMERConfig, spec: AgentSpec, *, seed: Seeds = 0) -> None:

@@ -69,7 +69,7 @@ class Single(MPMA):
     """One pair of inverse and forward model: MPMA of one module."""
 
     config_type: ClassVar[type[AgentConfig]] = SingleConfig
-    has_modules: ClassVar[bool] = False
+    has_modules: bool = False
 
     def __init__(self, config: SingleConfig, spec: AgentSpec, *, seed: Seeds = 0) -> None:
         """Draw the reservoirs; see `MPMA`."""

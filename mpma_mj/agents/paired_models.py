@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,9 +49,9 @@ class PairedModels(Agent):
     learn (`LearningRule`), and K and L follow the prediction error (`Gains`).
     """
 
-    trainable: ClassVar[bool] = True
-    fine_tunable: ClassVar[bool] = True
-    has_modules: ClassVar[bool] = True
+    trainable: bool = True
+    fine_tunable: bool = True
+    has_modules: bool = True
 
     def __init__(
         self,

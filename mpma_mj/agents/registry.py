@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 from mpma_mj.agents.base import Agent
 from mpma_mj.agents.baselines import FeedbackOnly, OpenLoop, RandomAgent
 from mpma_mj.agents.config import AgentConfig
@@ -41,7 +43,7 @@ def agent_class(name: str) -> type[Agent]:
             package.module:MyAgent.
 
     Raises:
-        BadOptionError: There is no such agent, or it cannot be imported.
+        BadOptionError: There is no such agent, or it cannot be imported, configured or saved.
     """
     if not isinstance(name, str) or (name not in AGENTS and ":" not in name):
         expected = (
@@ -51,10 +53,7 @@ def agent_class(name: str) -> type[Agent]:
     if name in AGENTS:
         return AGENTS[name]
     loaded: type[Agent] = load_class(name, "agent", _REQUIRED, base=Agent)
-    config_type: object = loaded.config_type
-    if not (isinstance(config_type, type) and issubclass(config_type, AgentConfig)):
-        expected = f"an agent whose config_type is a subclass of {AgentConfig.__qualname__}"
-        raise BadOptionError(option="agent", value=name, expected=expected)
+    _check_outside(name, loaded)
     return loaded
 
 
@@ -71,3 +70,28 @@ def check_trainable(name: str) -> None:
         learners = ", ".join(one for one, kind in AGENTS.items() if kind.trainable)
         expected = f"an agent that learns, such as {learners}"
         raise BadOptionError(option="agent", value=name, expected=expected)
+
+
+def _check_outside(name: str, loaded: type[Agent]) -> None:
+    """Refuse a class from outside that could not be configured or saved.
+
+    Raises:
+        BadOptionError: It could not.
+    """
+
+    def refusal(expected: str) -> BadOptionError:
+        return BadOptionError(option="agent", value=name, expected=f"an agent {expected}")
+
+    config_type: object = loaded.config_type
+    if not (isinstance(config_type, type) and issubclass(config_type, AgentConfig)):
+        raise refusal(f"whose config_type is a subclass of {AgentConfig.__qualname__}")
+    # A subclass without the decorator would silently have the fields of its base only.
+    if "__dataclass_fields__" not in vars(config_type):
+        raise refusal(f"whose config_type, {config_type.__qualname__}, is a frozen dataclass")
+    missing = dataclasses.MISSING
+    for field in dataclasses.fields(config_type):
+        if field.default is missing and field.default_factory is missing:
+            raise refusal(f"whose config_type has a default for {field.name}")
+    saved = (loaded.state_dict, loaded.load_state_dict)
+    if loaded.trainable and (Agent.state_dict in saved or Agent.load_state_dict in saved):
+        raise refusal("with state_dict and load_state_dict of its own, since it is trainable")

@@ -43,6 +43,8 @@ class AgentWrapper(Agent):
         """Wrap an agent."""
         super().__init__(agent.config, agent.spec, seed=agent.seed)
         self.agent = agent
+        self.trainable, self.fine_tunable = agent.trainable, agent.fine_tunable
+        self.has_modules = agent.has_modules
 
     def reset(self, episode: int) -> None:
         """Begin an episode."""
@@ -93,6 +95,11 @@ def paired_models_of(agent: Agent) -> PairedModels:
 
 class Frozen(AgentWrapper):
     """An agent that learns nothing, whether at steps or after an episode."""
+
+    def __init__(self, agent: Agent) -> None:
+        """Wrap an agent."""
+        super().__init__(agent)
+        self.trainable = self.fine_tunable = False
 
     def observe(self, timestep: dm_env.TimeStep) -> None:
         """Do not pass on the outcome, from which the agent could learn."""

@@ -41,6 +41,7 @@ def write_dance_video(folder: RunFolder, camera: str) -> None:
         folder.video,
         folder.read_trace(),
         folder.read_motion(),
+        options=folder.read_config().env,
         camera=camera,
         progress=show_frames,
     )

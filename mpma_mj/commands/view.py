@@ -50,14 +50,14 @@ class View:
         from mpma_mj.visualization.playback import Dance
 
         folder = RunFolder(Path(self.dance))
-        folder.read_config()
+        options = folder.read_config().env
         reading_options = given(self.reading.reading)
         if reading_options:
             raise BadOptionError(
                 f"{option_name(min(reading_options))} is for a recording, and {self.dance} is a"
                 " run; leave it out"
             )
-        return Dance.of_run(folder.read_trace(), folder.read_motion())
+        return Dance.of_run(folder.read_trace(), folder.read_motion(), options)
 
     def _of_recording(self) -> Dance:
         from mpma_mj.motions.read import read_with_findings

@@ -117,16 +117,20 @@ def prepare(
     return motion, physics, _physics_steps(motion.rate, physics.timestep())
 
 
-def arm_limits(arms: Arms) -> tuple[NDArray[np.float64], float]:
-    """Return the limits of the package's arms.
+def arm_limits(arms: Arms | EnvironmentOptions) -> tuple[NDArray[np.float64], float]:
+    """Return the limits of an environment's arms.
 
     Args:
-        arms: "physics" or "kinematic".
+        arms: Options of the environment; "physics" or "kinematic" are the package's arms.
 
     Returns:
         Top speed of each joint, shape (8,), rad/s, and greatest elbow flexion, rad.
+
+    Raises:
+        BadOptionError: A user's model cannot be read, or is incomplete.
     """
-    physics = _KINDS[arms].make()
+    options = arms if isinstance(arms, EnvironmentOptions) else EnvironmentOptions(arms=arms)
+    physics = _KINDS[options.arms].make(options)
     return physics.max_joint_speed, physics.max_elbow
 
 

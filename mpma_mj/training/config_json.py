@@ -9,7 +9,9 @@ from typing import Any
 
 from mpma_mj.agents.config import CONFIG_TYPES, RULE_MEMBERS, AgentConfig
 from mpma_mj.agents.extensions import load_class
+from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import BadOptionError
+from mpma_mj.motions.options import ReadingOptions
 
 __all__ = ["OutsideConfig", "agent_from_json", "agent_to_json", "config_class", "exact", "plain"]
 
@@ -53,11 +55,11 @@ def config_class(agent: str) -> type[AgentConfig]:
     from mpma_mj.agents.registry import agent_class
 
     kind = agent_class(agent).config_type
-    for option in fields(kind):
-        missing = dataclasses.MISSING
-        if option.default is missing and option.default_factory is missing:
-            expected = f"an agent whose options have defaults, and {option.name} has none"
-            raise BadOptionError(option="agent", value=agent, expected=expected)
+    taken = {f.name for part in (ReadingOptions, EnvironmentOptions) for f in fields(part)}
+    clashing = sorted({f.name for f in fields(kind)} & (taken | {"motions", "agent", "seed"}))
+    if clashing:
+        expected = f"an agent without {clashing[0]} among its options, which every run has"
+        raise BadOptionError(option="agent", value=agent, expected=expected)
     return kind
 
 

@@ -90,7 +90,7 @@ def read_motions(config: RunConfig) -> Motion:
         motions.append(reading.motion)
     if len(motions) == 1:
         return motions[0]
-    limits = arm_limits(config.env.arms)
+    limits = arm_limits(config.env)
     for motion in motions:
         check_reach(motion, *limits)
     return join(motions, limits[0])

@@ -23,6 +23,7 @@ from mpma_mj.trace import Trace
 from mpma_mj.training.checkpoints import TrainedAgents
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.epoch_metrics import epoch_metrics
+from mpma_mj.training.factory import env_options
 from mpma_mj.training.trainer import check, train_agents
 from mpma_mj.trials.effort import Effort, effort
 
@@ -34,7 +35,7 @@ _NO_MASS = {name: getattr(EnvironmentOptions(), name) for name in MASS_OPTIONS}
 
 ARMS: dict[str, dict[str, Any]] = {
     "kinematic": {"arms": "kinematic"} | _NO_MASS,
-    "physics": {"arms": "physics"},
+    "physics": {"arms": "physics", "gravity_compensation": False},
     "compensated": {"arms": "physics", "gravity_compensation": True},
 }
 """Options of the environments that are compared: ideal arms, arms with mass and weight, and arms
@@ -50,11 +51,13 @@ class Dance:
 
     Attributes:
         trace: Its signals, as `record_epoch` returns them.
+        options: Options of its environment.
         effort: What it cost; None on ideal arms.
         measures: What it amounts to, by name.
     """
 
     trace: Trace
+    options: EnvironmentOptions
     effort: Effort | None
     measures: dict[str, float]
 
@@ -121,9 +124,8 @@ class CompareJob(Work):
         if self.learned == NOTHING:
             feedback = [config.replace(agent="feedback_only") for config in self.configs]
             return train_agents(feedback, self.motion, 1, {})
-        condition = ARMS[self.learned]
-        runs = [config.replace(**condition) for config in self.configs]
-        return train_agents(runs, self.motion, self.epochs, condition)
+        # The configs stay, so that the arms of training are no part of where agents dance.
+        return train_agents(self.configs, self.motion, self.epochs, ARMS[self.learned])
 
 
 def jobs(
@@ -186,9 +188,10 @@ def compare(
 
 
 def _cell(trained: TrainedAgents, learned: str, condition: EvalCondition, adaptation: int) -> Cell:
-    site_positions = PhysicsArms.make().site_positions
+    options = env_options(trained.configs[0], condition.options)
+    site_positions = PhysicsArms.make(options).site_positions
     dances = tuple(
-        None if trace is None else _dance(trace, condition, site_positions)
+        None if trace is None else _dance(trace, options, condition.motion.rate, site_positions)
         for trace in evaluate(trained, condition)
     )
     seeds = tuple(trained.seeds)
@@ -201,10 +204,12 @@ def _cell(trained: TrainedAgents, learned: str, condition: EvalCondition, adapta
 
 
 def _dance(
-    trace: Trace, condition: EvalCondition, site_positions: Callable[[Array], Array]
+    trace: Trace,
+    options: EnvironmentOptions,
+    rate: float,
+    site_positions: Callable[[Array], Array],
 ) -> Dance:
-    rate = condition.motion.rate
-    cost = effort(trace, condition.options, rate)
+    cost = effort(trace, options, rate)
     measures = epoch_metrics(site_positions, trace)
     measures["mpkpe_mm"] = 1e3 * measures.pop("mpkpe_m")
     measures["lag_ms"] = 1e3 * phase_lag(trace.posture[1:], trace.reference[1:], 1.0 / rate)
@@ -215,7 +220,7 @@ def _dance(
             "peak_torque_nm": cost.peak_torque,
             "work_j": cost.work,
         }
-    return Dance(trace, cost, measures)
+    return Dance(trace, options, cost, measures)
 
 
 def _joint_errors(trace: Trace) -> dict[str, float]:

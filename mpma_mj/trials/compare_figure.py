@@ -85,8 +85,8 @@ def write_dances(path: Path, cells: Sequence[Cell], motion: Motion) -> None:
         colours = dict(zip(SHOWN.values(), module_colours(len(SHOWN)), strict=True))
         steps = len(motion)
         time = np.arange(steps) / motion.rate
-        arms = PhysicsArms.make()
         for name, dance in first_dances(cells).items():
+            arms = PhysicsArms.make(dance.options)
             heights = arms.site_positions(dance.trace.posture[:steps])[:, :, _WRIST, _UP]
             wanted = arms.site_positions(dance.trace.reference[:steps])[:, :, _WRIST, _UP]
             for axis, side, height, demonstrated in zip(

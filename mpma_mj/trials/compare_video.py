@@ -41,9 +41,12 @@ def write_side_by_side(
     titles = np.concatenate([_title(name) for name in dances], axis=1)
     steps = range(min(len(dance.trace.action) for dance in dances.values()))
     with contextlib.ExitStack() as stack:
+        size = _WIDTH, _HEIGHT
         films = [
             stack.enter_context(
-                contextlib.closing(dance_frames(dance.trace, motion, size=(_WIDTH, _HEIGHT)))
+                contextlib.closing(
+                    dance_frames(dance.trace, motion, options=dance.options, size=size)
+                )
             )
             for dance in dances.values()
         ]

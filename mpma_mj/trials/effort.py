@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -59,18 +57,17 @@ class Effort:
         return float(np.sum(np.abs(self.power))) * self.timestep
 
 
-def effort(trace: Trace, condition: Mapping[str, Any], rate: float) -> Effort | None:
+def effort(trace: Trace, options: EnvironmentOptions, rate: float) -> Effort | None:
     """Return what an episode costs, by dancing it again with the actions that were taken.
 
     Args:
         trace: Signals of the episode, as `record_epoch` returns them.
-        condition: Options of its environment by name; none that delays or pushes.
+        options: Options of its environment; none that delays or pushes.
         rate: Control steps per second, Hz.
 
     Returns:
         The effort; None of ideal arms, which have no mass.
     """
-    options = EnvironmentOptions(**condition)
     if options.arms == "kinematic":
         return None
     arms = PhysicsArms.make(options)

@@ -7,11 +7,11 @@ import queue
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.context import active_label
+from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.envs.viewer import ArmViewer
 from mpma_mj.motions import Motion
@@ -34,6 +34,7 @@ class Dance:
         times: Displayed times, shape (T,), s.
         labels: Active label of each step, T names; "" where there is none.
         rate: Steps per second, Hz.
+        options: Options of the environment, whose arms are shown; the defaults if None.
     """
 
     joint_angles: Array
@@ -41,21 +42,26 @@ class Dance:
     times: Array
     labels: tuple[str, ...]
     rate: float
+    options: EnvironmentOptions | None = None
 
     @classmethod
-    def of_run(cls, trace: Trace, motion: Motion) -> Dance:
+    def of_run(
+        cls, trace: Trace, motion: Motion, options: EnvironmentOptions | None = None
+    ) -> Dance:
         """Return the best epoch of a run.
 
         Args:
             trace: Trace of the epoch.
             motion: The motion that was imitated.
+            options: Options of the environment; the defaults if not given.
         """
         return cls(
-            joint_angles=trace.joint_angles,
+            joint_angles=trace.true_joint_angles(),
             reference=trace.reference,
             times=np.arange(len(trace.joint_angles)) / motion.rate,
             labels=_names(trace.context, motion),
             rate=motion.rate,
+            options=options,
         )
 
     @classmethod
@@ -84,17 +90,17 @@ def play(dance: Dance, *, instead: str, on_open: Callable[[], None]) -> None:
         on_open: Called once, when the window is open.
 
     Raises:
+        BadOptionError: The environment's model cannot be read.
         RenderingError: There is no display, or OpenGL does not draw.
     """
-    physics = PhysicsArms.make()
+    physics = PhysicsArms.make(dance.options)
     player = Player(len(dance.joint_angles))
     pressed: queue.SimpleQueue[int] = queue.SimpleQueue()  # keys come from the window's thread
     viewer = ArmViewer(physics, 1.0 / dance.rate, instead=instead, on_key=pressed.put)
     with contextlib.closing(viewer):
         on_open()
         while viewer.is_open:
-            physics.data.qpos[:] = dance.joint_angles[player.step]
-            mujoco.mj_kinematics(physics.model.ptr, physics.data.ptr)
+            physics.set_joint_state(dance.joint_angles[player.step], np.zeros(8))
             overlay = _overlay(dance, player)
             viewer.show(dance.reference[player.step], above=overlay, below=KEYS)
             # Before the next step: an arrow key counts from the step that is displayed.

@@ -7,11 +7,11 @@ import itertools
 from collections.abc import Callable, Generator, Iterable
 from pathlib import Path
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.envs.frame_writer import frame_writer
+from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.envs.rendering import ArmRenderer
 from mpma_mj.motions import Motion
@@ -30,6 +30,7 @@ def write_video(
     trace: Trace,
     motion: Motion,
     *,
+    options: EnvironmentOptions | None = None,
     camera: str = "front",
     progress: Progress = iter,
 ) -> None:
@@ -41,14 +42,16 @@ def write_video(
         path: The `.mp4` file.
         trace: Trace of the epoch.
         motion: The motion that was imitated.
+        options: Options of the environment, whose arms are drawn; the defaults if not given.
         camera: Camera of the model.
         progress: Wraps the range of frames to show progress.
 
     Raises:
+        BadOptionError: The environment's model cannot be read, or has no such camera.
         RenderingError: OpenGL does not draw.
         VideoError: The encoder is missing, or fails.
     """
-    frames = dance_frames(trace, motion, camera=camera, progress=progress)
+    frames = dance_frames(trace, motion, options=options, camera=camera, progress=progress)
     write_frames(path, frames, motion.rate)
 
 
@@ -74,6 +77,7 @@ def dance_frames(
     trace: Trace,
     motion: Motion,
     *,
+    options: EnvironmentOptions | None = None,
     camera: str = "front",
     size: tuple[int, int] = (640, 480),
     progress: Progress = iter,
@@ -83,6 +87,7 @@ def dance_frames(
     Args:
         trace: Trace of the epoch.
         motion: The motion that was imitated.
+        options: Options of the environment, whose arms are drawn; the defaults if not given.
         camera: Camera of the model.
         size: Width and height of the picture of the arms, pixels.
         progress: Wraps the range of frames to show progress.
@@ -92,12 +97,12 @@ def dance_frames(
     """
     width, height = size
     strip = _strip(trace, motion, width)
-    physics = PhysicsArms.make()
+    joint_angles = trace.true_joint_angles()
+    physics = PhysicsArms.make(options)
     renderer = ArmRenderer(physics, width=width, height=height, camera=camera)
     with contextlib.closing(renderer):
         for step in progress(range(len(trace))):
-            physics.data.qpos[:] = trace.joint_angles[step]
-            mujoco.mj_kinematics(physics.model.ptr, physics.data.ptr)
+            physics.set_joint_state(joint_angles[step], np.zeros(8))
             yield strip.under(renderer.picture(ghost=trace.reference[step]), step)
 
 

@@ -10,9 +10,17 @@ import numpy as np
 import pytest
 
 from mpma_mj import load
-from mpma_mj.agents import MPMA, AgentSpec, LearningRule, MPMAConfig, agent_class, learning_rule
+from mpma_mj.agents import (
+    AGENTS,
+    MPMA,
+    AgentSpec,
+    LearningRule,
+    MPMAConfig,
+    agent_class,
+    learning_rule,
+)
 from mpma_mj.agents.learning_rules import WeightedRule
-from mpma_mj.errors import BadOptionError
+from mpma_mj.errors import BadOptionError, StateError
 from mpma_mj.training.rollout import record_epoch
 
 AGENT = """
@@ -39,6 +47,31 @@ class MyAgent(Agent):
     def learn(self):
         self.offset += 0.01
         return {"offset": np.asarray(self.offset)}
+
+    def state_dict(self):
+        return {"offset": np.asarray(self.offset)}
+
+    def load_state_dict(self, state):
+        self.offset = state["offset"]
+
+class Forgetful(MyAgent):
+    state_dict = Agent.state_dict
+
+class Unread(MyAgent):
+    load_state_dict = Agent.load_state_dict
+
+class Bare(MyConfig):
+    size: int = 3
+
+class Undecorated(MyAgent):
+    config_type = Bare
+
+@dataclass(frozen=True, kw_only=True)
+class NeedyConfig(AgentConfig):
+    size: int
+
+class Sized(MyAgent):
+    config_type = NeedyConfig
 
 class Sleeper(Agent):
     pass
@@ -88,6 +121,14 @@ def test_an_agent_of_a_file_acts_and_learns() -> None:
     assert agent.learn() == {"offset": 0.01}
     env.task.episode = 0
     np.testing.assert_allclose(record_epoch(env, agent, 0).action[0], first[0] + 0.01)
+
+
+def test_runs_end_alone_only_if_the_agent_selects_the_others() -> None:
+    found = agent_class("my_agents.py:MyAgent")
+    with pytest.raises(StateError, match=r"MyAgent keeps a state .* define select_runs"):
+        found(found.config_type(), SPEC, seed=[0, 1]).select_runs(np.array([1]))
+    stateless = AGENTS["open_loop"]
+    stateless(stateless.config_type(), SPEC, seed=[0, 1]).select_runs(np.array([1]))
 
 
 def test_the_config_of_an_outside_agent_is_checked_as_any_other() -> None:
@@ -168,6 +209,10 @@ def test_a_config_that_names_a_path_imports_nothing() -> None:
         ("my_agents.py:Sleeper", "with act, which Sleeper lacks; inherit from"),
         ("my_agents.py:Stranger", "with observe, learn, signals, .*, which Stranger lacks"),
         ("builtins:str", "with act, reset, .*, which str lacks"),
+        ("my_agents.py:Forgetful", "an agent with state_dict and load_state_dict of its own"),
+        ("my_agents.py:Unread", "an agent with state_dict and load_state_dict of its own"),
+        ("my_agents.py:Undecorated", "whose config_type, Bare, is a frozen dataclass"),
+        ("my_agents.py:Sized", "whose config_type has a default for size"),
         ("my_agents.py:", "a path such as"),
         (":MyAgent", "a path such as"),
         ("mpma_mj.agents.base:Agent", "with act, which Agent lacks"),

@@ -12,8 +12,9 @@ from hypothesis import strategies as some
 import mpma_mj
 from mpma_mj.agents import MPMA, AgentSpec, GrowingConfig, GrowingMPMA, MPMAConfig
 from mpma_mj.agents.growing import EPOCHS, LEAST_GAIN, Recruitment, with_added_module
-from mpma_mj.agents.learning_rules import Epoch
+from mpma_mj.agents.learning_rules import Epoch, WeightedRule
 from mpma_mj.envs.load import load
+from mpma_mj.errors import BadOptionError
 from mpma_mj.training.factory import make_agent
 from mpma_mj.training.rollout import record_epoch
 
@@ -249,3 +250,11 @@ def test_growth_in_a_batch_is_growth_alone() -> None:
     for name, value in alone.state_dict().items():
         np.testing.assert_array_equal(together.state_dict()[name][0], value, err_msg=name)
     assert alone.state_dict()["growth"][0] == 2
+
+
+def test_a_rule_that_learns_at_every_step_does_not_grow() -> None:
+    class Online(WeightedRule):
+        online = True
+
+    with pytest.raises(BadOptionError, match=r"rule is .*Online.*; expected a rule that learns af"):
+        agent(1, rule=Online())

@@ -13,8 +13,10 @@ import pytest
 from mpma_mj import MPMAConfig, make_agent
 from mpma_mj.agents import Agent, AgentConfig, AgentSpec
 from mpma_mj.agents.wrappers import (
+    AgentWrapper,
     AlteredContext,
     FreeRunning,
+    Frozen,
     altered_context,
     altered_context_size,
 )
@@ -243,3 +245,11 @@ def test_agents_without_forward_models_cannot_run_free() -> None:
         BadOptionError, match=r"agent is 'FeedbackOnly'; expected .* forward models"
     ):
         FreeRunning(agent, WARMUP_STEPS)
+
+
+def test_a_wrapper_is_trainable_as_the_agent_inside_and_a_frozen_one_is_not() -> None:
+    agent = make_agent(load("ymca"), MPMAConfig(nodes=5))
+    wrapped, frozen = AgentWrapper(agent), Frozen(agent)
+    flags = [(own.trainable, own.fine_tunable, own.has_modules) for own in (wrapped, frozen)]
+    assert flags == [(True, True, True), (False, False, True)]
+    assert not AgentWrapper(Recorder()).trainable

@@ -6,11 +6,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mpma_mj.cli import main
 from mpma_mj.envs.gym_env import ImitationEnv
 from mpma_mj.envs.load import load
 from mpma_mj.envs.model import MODEL_PATH
 from mpma_mj.envs.vector_env import make_vec
-from mpma_mj.errors import RenderingError
+from mpma_mj.errors import MotionReachError, RenderingError
+from mpma_mj.training.config import RunConfig
+from mpma_mj.training.dataset import read_motions
+from mpma_mj.training.demonstration_check import demonstrated
+from mpma_mj.training.run_folder import RunFolder
+from mpma_mj.visualization.video import dance_frames
 
 OURS = MODEL_PATH.read_text(encoding="utf-8")
 
@@ -271,3 +277,36 @@ def test_divergence_of_one_environment_leaves_the_others_alone(
     assert ended[0] > 1
     assert [path.name for path in tmp_path.iterdir()] == ["my_arms.xml"]
     many.close()
+
+
+@pytest.fixture
+def quick(own: Path) -> Path:
+    """Return arms that are twice as fast as the package's, and a camera of their own."""
+    edited(own, ('<camera name="front"', '<camera name="far" pos="9 0 1"/><camera name="front"'))
+    double = re.sub(
+        r'ctrlrange="-(\d+) \d+"',
+        lambda found: "ctrlrange='-{0} {0}'".format(2 * int(found[1])),
+        own.read_text(encoding="utf-8"),
+    )
+    own.write_text(double, encoding="utf-8")
+    return own
+
+
+def test_a_run_is_checked_and_drawn_with_its_own_arms(quick: Path, tmp_path: Path) -> None:
+    out = tmp_path / "run"
+    words = f"imitate ymca --model {quick} --tempo 2 --to 2.5 --repeats 2 --nodes 5 --modules 2"
+    assert main([*words.split(), "--epochs", "1", "--no-video", "--out", str(out)]) == 0
+    folder = RunFolder(out)
+    trace, options = demonstrated(folder)[1], folder.read_config().env
+    frames = dance_frames(trace, folder.read_motion(), options=options, camera="far")
+    try:
+        assert next(frames).std() > 10
+    except RenderingError as error:
+        pytest.skip(str(error))
+
+
+def test_a_repertoire_may_be_as_fast_as_its_own_arms(quick: Path) -> None:
+    config = RunConfig.of("ymca", "ymca", model=str(quick), tempo=2.0)
+    read_motions(config)
+    with pytest.raises(MotionReachError):
+        read_motions(config.replace(model=None))

@@ -20,7 +20,7 @@ class Window:
         show_right_ui: bool,
     ) -> None:
         mujoco.mj_forward(model, data)  # as the true one does
-        self.data = data
+        self.model, self.data = model, data
         self.press = key_callback
         self.cam = mujoco.MjvCamera()
         self.user_scn = mujoco.MjvScene(model, 100)

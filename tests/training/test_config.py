@@ -176,3 +176,10 @@ def test_options_have_types_without_bounds() -> None:
 def test_configs_are_known_by_their_values() -> None:
     config = RunConfig.of(reward_weights={"left_forearm": 2.0})
     assert len({config, dataclasses.replace(config), config.replace(seed=1)}) == 2
+
+
+def test_an_outside_config_keeps_off_the_options_of_every_run(tmp_path: Path) -> None:
+    file = tmp_path / "taken.py"
+    file.write_text(AGENT.replace("gain", "payload"))
+    with pytest.raises(BadOptionError, match="without payload among its options, which every run"):
+        RunConfig.of(agent=f"{file}:Scaled")

@@ -13,12 +13,13 @@ import numpy as np
 import pytest
 
 from mpma_mj.cli import main
+from mpma_mj.envs.model import MODEL_PATH
 from mpma_mj.motions import ymca
 from mpma_mj.sweep.backend import open_backend
 from mpma_mj.trace import Trace
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.run_folder import RunFolder
-from mpma_mj.trials.compare import ARMS, NOTHING, Cell, compare, jobs
+from mpma_mj.trials.compare import ARMS, NOTHING, Cell, CompareJob, compare, jobs
 from mpma_mj.trials.compare_figure import first_dances, write_dances, write_transfer
 from mpma_mj.trials.compare_table import as_csv, as_markdown
 from mpma_mj.trials.compare_video import write_side_by_side
@@ -38,6 +39,19 @@ def test_every_agent_dances_on_every_kind_of_arms(cells: list[Cell]) -> None:
     assert all(len(cell.dances) == 2 for cell in cells)
     dances = [dance for cell in cells for dance in cell.dances if dance]
     assert {len(dance.trace.action) for dance in dances} == {len(ymca()) - 1}
+
+
+def test_a_users_arms_are_compared_as_they_are(tmp_path: Path) -> None:
+    own = tmp_path / "strong.xml"
+    text = MODEL_PATH.read_text(encoding="utf-8")
+    own.write_text(text.replace('kv="20"', 'kv="40"'), encoding="utf-8")
+    config = RunConfig.of(agent="single", nodes=5, repeats=1)
+
+    def torque(config: RunConfig) -> float:
+        job = CompareJob(NOTHING, (config,), ymca(), epochs=1, adaptation=1)
+        return job.do()[1].values("mean_torque_nm")[0]
+
+    assert torque(config.replace(model=str(own))) > 1.1 * torque(config)
 
 
 def test_workers_bring_the_same_in_the_same_order(cells: list[Cell]) -> None:

@@ -26,7 +26,7 @@ def danced(**condition: object) -> Trace:
 @pytest.mark.parametrize("strength", [1.0, 0.1])
 def test_torques_are_what_changes_the_arms_momentum(strength: float) -> None:
     trace = danced(actuator_strength=strength)
-    cost = effort(trace, {"actuator_strength": strength}, ymca().rate)
+    cost = effort(trace, EnvironmentOptions(actuator_strength=strength), ymca().rate)
     assert cost is not None
     arms = PhysicsArms.make(EnvironmentOptions(actuator_strength=strength))
     model, data = arms.model.ptr, arms.data.ptr
@@ -45,7 +45,7 @@ def test_torques_are_what_changes_the_arms_momentum(strength: float) -> None:
 
 def test_work_less_losses_is_the_energy_that_the_arms_have_gained() -> None:
     trace = danced()
-    cost = effort(trace, {}, ymca().rate)
+    cost = effort(trace, EnvironmentOptions(), ymca().rate)
     assert cost is not None
     arms = PhysicsArms.make()
     model, data = arms.model.ptr, arms.data.ptr
@@ -72,14 +72,14 @@ def test_carried_arms_at_rest_cost_nothing_and_ideal_ones_have_no_effort() -> No
         action=np.zeros((20, 8)),
         reward=np.zeros(20),
     )
-    carried = effort(still, {"gravity_compensation": True}, 20.0)
+    carried = effort(still, EnvironmentOptions(gravity_compensation=True), 20.0)
     assert carried is not None
     assert carried.peak_torque < 1e-9
     assert carried.work < 1e-12
-    heavy = effort(still, {}, 20.0)
+    heavy = effort(still, EnvironmentOptions(), 20.0)
     assert heavy is not None
     assert heavy.mean_torque > 1.0
-    assert effort(still, {"arms": "kinematic"}, 20.0) is None
+    assert effort(still, EnvironmentOptions(arms="kinematic"), 20.0) is None
 
 
 def test_a_torque_is_at_its_limit_where_the_command_is_beyond_it() -> None:
@@ -95,6 +95,6 @@ def test_a_torque_is_at_its_limit_where_the_command_is_beyond_it() -> None:
 
 def test_a_locked_joint_is_not_driven() -> None:
     condition = {"locked_joint": "left_elbow"}
-    cost = effort(danced(**condition), condition, ymca().rate)
+    cost = effort(danced(**condition), EnvironmentOptions(**condition), ymca().rate)
     assert cost is not None
     assert np.abs(cost.torque[:, 3]).max() < 0.01 * np.abs(cost.torque).max()

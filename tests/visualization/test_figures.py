@@ -7,6 +7,7 @@ import imageio.v3 as iio
 import numpy as np
 import pytest
 
+from mpma_mj.kinematics import posture_from_angles
 from mpma_mj.motions import ymca
 from mpma_mj.trace import Trace
 from mpma_mj.training.run_folder import RunFolder
@@ -76,7 +77,11 @@ def test_frames_show_arms_ghost_and_side(small_run: Path) -> None:
     assert np.abs(first() - first("side")).mean() > 3
     elsewhere = trace.reference * np.tile([1, 1, -1], 4)
     assert (first() != first(reference=elsewhere)).any(axis=2).mean() > 0.003
-    assert (first() != first(joint_angles=trace.joint_angles * 0.2)).any(axis=2).mean() > 0.01
+    danced = posture_from_angles(trace.joint_angles * 0.2)
+    assert (first() != first(posture=danced)).any(axis=2).mean() > 0.01
+    noise = np.random.default_rng(0).normal(0.0, 0.1, trace.joint_angles.shape)
+    noisy = first(joint_angles=trace.joint_angles + noise)
+    assert np.abs(first() - noisy).max() <= 1  # of 255
 
 
 @pytest.mark.usefixtures("opengl")
