@@ -163,3 +163,12 @@ def test_an_agent_that_logs_nothing_learns_in_every_epoch(here: Path) -> None:
     (here / "silent.py").write_text(AGENT.replace('{"bias": self.bias.mean(axis=-1)}', "{}"))
     assert imitate("ymca", "--agent", "silent.py:Ahead", "--epochs", "3", "--out", "run") == 0
     assert len((here / "run" / "metrics.csv").read_text().splitlines()) == 1 + 3
+
+
+@pytest.mark.parametrize("named", [("--agent", "mosaic"), ("--rule", "my_rules.py:Mine")])
+def test_a_class_is_named_only_for_runs_that_were_trained_with_it(
+    named: tuple[str, str], here: Path, refused: Refused, small_run: Path
+) -> None:
+    message = f"{named[0]} is '{named[1]}'; expected the path of a class from outside with which a"
+    for command in ("lesion", "attractor", "stress"):
+        refused([command, str(small_run), *named], message)

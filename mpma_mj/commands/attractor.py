@@ -38,13 +38,13 @@ class Attractor:
         from mpma_mj.analysis.attractor_figure import write_figure
         from mpma_mj.analysis.danced import read_danced
         from mpma_mj.analysis.freedom import as_markdown, judge
-        from mpma_mj.training.run_folder import RunFolder
+        from mpma_mj.training.run_folder import open_runs
         from mpma_mj.utils import atomic_files
         from mpma_mj.utils.progress import show_range
 
         if not self.run_folders:
             raise BadOptionError("no run given; try: mpma attractor runs/ymca")
-        folders = [RunFolder(path, self.outside.paths) for path in self.run_folders]
+        folders = open_runs(self.run_folders, **vars(self.outside))
         with locked_runs(folders):
             for folder in folders:
                 # Raises for modules without output, which predict no posture.

@@ -42,7 +42,7 @@ class Lesion:
         """Evaluate all lesions and return the path of the last figure."""
         from mpma_mj.analysis.danced import read_danced
         from mpma_mj.training.checkpoints import TrainedAgents
-        from mpma_mj.training.run_folder import RunFolder
+        from mpma_mj.training.run_folder import open_runs
         from mpma_mj.trials.lesion import Lesions, dance_without, what_can_be_lost
         from mpma_mj.trials.lesion_figure import write_figure
         from mpma_mj.trials.lesion_table import matrix, summary
@@ -53,7 +53,7 @@ class Lesion:
             raise BadOptionError("no run given; try: mpma lesion runs/ymca")
         if self.retrain < 0:
             raise BadOptionError(f"retrain is {self.retrain}; expected 0 or more epochs")
-        folders = [RunFolder(path, self.outside.paths) for path in self.run_folders]
+        folders = open_runs(self.run_folders, **vars(self.outside))
         with locked_runs(folders):
             _check_comparable(folders)
             runs = []

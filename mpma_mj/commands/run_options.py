@@ -85,11 +85,6 @@ class OutsideClasses:
     agent: str | None = None
     rule: str | None = None
 
-    @property
-    def paths(self) -> tuple[str, ...]:
-        """Paths of the classes that were named."""
-        return tuple(path for path in (self.agent, self.rule) if path is not None)
-
 
 def config_type(words: Sequence[str]) -> type[AgentConfig]:
     """Return the class of the config of the agent that a command line names.

@@ -75,14 +75,14 @@ class Stress:
             from mpma_mj.agents.registry import agent_class
             from mpma_mj.sweep.backend import get_done
             from mpma_mj.training.checkpoints import TrainedAgents
-            from mpma_mj.training.run_folder import RunFolder
+            from mpma_mj.training.run_folder import open_runs
             from mpma_mj.trials.disturbances import DISTURBANCES
             from mpma_mj.trials.stress import THIS_RUN, jobs
             from mpma_mj.trials.stress_conditions import trials
             from mpma_mj.trials.stress_results import Results
             from mpma_mj.utils.progress import show_runs
 
-            folder = RunFolder(self.run_folder, self.outside.paths)
+            (folder,) = open_runs([self.run_folder], **vars(self.outside))
             if self.out is None:
                 stack.enter_context(folder.locked())
             own = TrainedAgents.of_run(folder)

@@ -17,7 +17,7 @@ from mpma_mj.envs.load import make_environment
 from mpma_mj.envs.options import EnvironmentOptions, check_seed, seeds_of_batch
 from mpma_mj.envs.task import TwoArmImitation
 from mpma_mj.envs.vector_env import FlatVectorImitationEnv, VectorImitationEnv
-from mpma_mj.errors import BadOptionError, CheckpointError
+from mpma_mj.errors import BadOptionError, CheckpointError, placeholder
 from mpma_mj.motions import Motion
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.config_json import OutsideConfig
@@ -87,7 +87,7 @@ def agent_of(config: RunConfig, env: Environments, seed: Seeds) -> Agent:
             user has not named.
     """
     if isinstance(config.agent, OutsideConfig):
-        named = " and ".join(f"{{{o}={path}}}" for o, path in config.agent.outside.items())
+        named = " and ".join(placeholder(*named) for named in config.agent.outside.items())
         raise CheckpointError(
             f"the run was trained with {' and '.join(config.agent.outside.values())}, code that is"
             " not in this package",

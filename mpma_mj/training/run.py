@@ -29,7 +29,7 @@ from mpma_mj.training.epoch_metrics import EpochMetrics
 from mpma_mj.training.factory import agent_of, environment_of, one_thread
 from mpma_mj.training.history import BestEpoch, TrainingHistory, segment_metrics
 from mpma_mj.training.rollout import TRY_INSTEAD
-from mpma_mj.training.run_folder import RunFolder
+from mpma_mj.training.run_folder import RunFolder, open_runs
 from mpma_mj.training.trainer import Trainer
 from mpma_mj.utils.validation import is_integer
 from mpma_mj.visualization.figures import write_figures
@@ -273,8 +273,9 @@ def load_agent(folder: str | Path, *, agent: str | None = None, rule: str | None
     Raises:
         RunFolderError: There is no run.
         CheckpointError: The run is damaged, of another version, or of a class that is not named.
+        BadOptionError: A class is named with which the run was not trained.
     """
-    run_folder = RunFolder(Path(folder), tuple(path for path in (agent, rule) if path))
+    (run_folder,) = open_runs([Path(folder)], agent=agent, rule=rule)
     config = run_folder.read_config()
     state, _ = run_folder.read_best(config)
     return _agent(config, run_folder.read_motion(), state, run_folder.path)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,10 +19,11 @@ from mpma_mj.errors import BadOptionError, CheckpointError, MotionFileError, Run
 from mpma_mj.motions import Motion, motion_file
 from mpma_mj.trace import SIGNALS, Trace
 from mpma_mj.training.config import RunConfig, versions
+from mpma_mj.training.config_json import OutsideConfig
 from mpma_mj.utils import atomic_files
 from mpma_mj.utils.folder_lock import is_empty, locked
 
-__all__ = ["RunFolder"]
+__all__ = ["RunFolder", "open_runs"]
 
 Array = NDArray[np.float64]
 
@@ -293,3 +294,31 @@ class RunFolder:
     def write_summary(self, summary: dict[str, Any]) -> None:
         """Write the summary of the run."""
         atomic_files.write_json(self.path / "summary.json", summary)
+
+
+def open_runs(
+    paths: Iterable[Path], *, agent: str | None = None, rule: str | None = None
+) -> list[RunFolder]:
+    """Return the folders of trained runs.
+
+    Args:
+        paths: The folders.
+        agent: Path of the class of an agent from outside the package, which may be imported.
+        rule: Path of the class of a learning rule, likewise.
+
+    Raises:
+        RunFolderError: There is no run.
+        CheckpointError: A config is damaged or of another version.
+        BadOptionError: A class is named with which none of the runs was trained.
+    """
+    trusted = {"agent": agent, "rule": rule}
+    folders = [RunFolder(path, tuple(filter(None, trusted.values()))) for path in paths]
+    configs = [RunFolder(folder.path).read_config().agent for folder in folders]
+    outside = [config.outside for config in configs if isinstance(config, OutsideConfig)]
+    for option, path in trusted.items():
+        if path is not None and all(classes.get(option) != path for classes in outside):
+            expected = "the path of a class from outside with which a run was trained"
+            raise BadOptionError(
+                option=option, value=path, expected=expected, remedy=f"leave {{{option}}} out"
+            )
+    return folders
