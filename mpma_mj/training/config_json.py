@@ -5,7 +5,10 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, fields
-from typing import Any
+from pathlib import Path
+from typing import Any, get_args, get_origin, get_type_hints
+
+import numpy as np
 
 from mpma_mj.agents.config import CONFIG_TYPES, RULE_MEMBERS, AgentConfig
 from mpma_mj.agents.extensions import load_class
@@ -15,7 +18,7 @@ from mpma_mj.motions.options import ReadingOptions
 
 __all__ = ["OutsideConfig", "agent_from_json", "agent_to_json", "config_class", "exact", "plain"]
 
-_PACKAGE = "mpma_mj."
+_OWN_RULES = "mpma_mj.agents.learning_rules"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,11 +36,12 @@ class OutsideConfig(AgentConfig):
         """Paths of the outside classes by the options that name them."""
         rule = self.options.get("rule")
         path = rule.get("class") if isinstance(rule, Mapping) else rule
+        # Not by the start of the path: a folder may have the name of this package.
+        if isinstance(rule, Mapping) and str(path).rpartition(":")[0] == _OWN_RULES:
+            path = None
         named = {"agent": self.options["name"], "rule": path}
         return {
-            option: path
-            for option, path in named.items()
-            if isinstance(path, str) and ":" in path and not path.startswith(_PACKAGE)
+            option: path for option, path in named.items() if isinstance(path, str) and ":" in path
         }
 
 
@@ -107,27 +111,43 @@ def agent_from_json(options: Any, trusted: Collection[str]) -> AgentConfig:
 
 
 def exact(kind: Any, options: Any) -> Any:
-    """Return a dataclass from exactly its fields; lists become tuples where the default is one.
+    """Return a dataclass from exactly its fields; lists become tuples where its types say so.
 
     Raises:
         TypeError: Other fields are given.
     """
     if not isinstance(options, dict) or options.keys() != {f.name for f in fields(kind)}:
         raise TypeError(f"{kind.__name__} with other fields")
-    tuples = {f.name for f in fields(kind) if isinstance(f.default, tuple)}
-    return kind(**{name: tuple(v) if name in tuples else v for name, v in options.items()})
+    tuples = {name for name, hint in get_type_hints(kind).items() if _is_tuple(hint)}
+    return kind(
+        **{
+            name: tuple(value) if name in tuples and isinstance(value, list) else value
+            for name, value in options.items()
+        }
+    )
 
 
 def plain(value: Any) -> Any:
-    """Return a value as JSON can hold it; paths become text."""
-    return value if isinstance(value, bool | int | float | dict | tuple | None) else str(value)
+    """Return a value as JSON can hold it: paths as text, numbers of NumPy as plain ones."""
+    if isinstance(value, Path):
+        return str(value)
+    if isinstance(value, Mapping):
+        return dict(value)
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _is_tuple(hint: Any) -> bool:
+    return get_origin(hint) is tuple or hint is tuple or any(map(_is_tuple, get_args(hint)))
 
 
 def _rule_to_json(rule: Any) -> Any:
     if isinstance(rule, str):
         return rule
     kind = type(rule)
-    written = dataclasses.is_dataclass(rule) or not vars(rule)
+    names = {f.name for f in fields(rule)} if dataclasses.is_dataclass(rule) else set()
+    # A subclass with an __init__ of its own is a dataclass by inheritance only.
+    inherited = "__init__" in vars(kind) and "__dataclass_fields__" not in vars(kind)
+    written = vars(rule).keys() <= names and not (names and inherited)
     if not written or not kind.__qualname__.isidentifier():
         expected = "a rule whose class is a dataclass of a module, so that it can be written"
         raise BadOptionError(option="rule", value=rule, expected=expected)

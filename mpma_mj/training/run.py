@@ -171,7 +171,10 @@ def imitate(
     if isinstance(agent, AgentConfig):
         config = dataclasses.replace(config, agent=agent, agent_name=agent_name)
     else:
-        config = config.replace(agent=agent_name or agent)
+        if agent_name:
+            expected = "a config as agent, beside the path of its class"
+            raise BadOptionError(option="agent_name", value=agent_name, expected=expected)
+        config = config.replace(agent=agent)
     return train(config, epochs, motion=made[0] if made else None, on_epoch=on_epoch)
 
 

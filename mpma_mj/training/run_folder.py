@@ -124,7 +124,11 @@ class RunFolder:
             "config": config.to_json(),
             "versions": versions(),
         }
-        json.dumps(content)  # options of outside agents may not be writable: keep the earlier run
+        try:
+            json.dumps(content)  # before an earlier run is removed
+        except (TypeError, ValueError) as error:
+            expected = f"options that JSON can hold ({error})"
+            raise BadOptionError(option="agent", value=config.agent, expected=expected) from None
         if self.path.exists():
             self._remove(overwrite)
         atomic_files.write_json(self.path / "config.json", content)

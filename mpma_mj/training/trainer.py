@@ -150,7 +150,7 @@ class Trainer:
 
     def _learn(self) -> list[EpochMetrics]:
         """Let the agents learn; return the metrics of each run."""
-        logged = {name: np.ravel(values) for name, values in self.agent.learn().items()}
+        logged = {name: np.ravel(values) for name, values in (self.agent.learn() or {}).items()}
         return [
             {name: float(values[row]) for name, values in logged.items()}
             for row in range(len(self.going))

@@ -183,3 +183,35 @@ def test_an_outside_config_keeps_off_the_options_of_every_run(tmp_path: Path) ->
     file.write_text(AGENT.replace("gain", "payload"))
     with pytest.raises(BadOptionError, match="without payload among its options, which every run"):
         RunConfig.of(agent=f"{file}:Scaled")
+
+
+@pytest.mark.parametrize(
+    ("option", "path"),
+    [
+        ("rule", "mpma_mj.z/evil.py:E"),
+        ("rule", {"class": "mpma_mj.z/evil.py:E", "options": {}}),
+        ("rule", {"class": "mpma_mj.agents.learning_rules:/evil.py:E", "options": {}}),
+        ("name", "mpma_mj.z/evil.py:E"),
+        ("name", "mpma_mj.__main__:E"),
+    ],
+)
+def test_no_path_in_a_file_passes_for_a_class_of_the_package(option: str, path: object) -> None:
+    content = RunConfig().to_json()
+    content["agent"][option] = path
+    assert isinstance(RunConfig.from_json(content).agent, OutsideConfig)
+
+
+def test_options_of_outside_agents_keep_their_types(tmp_path: Path) -> None:
+    file = tmp_path / "typed.py"
+    added = "    gain: Annotated[float, Bounds(0.0, 2.0)] = 1.0\n"
+    more = (
+        added
+        + "    limits: tuple[float, ...] | None = None\n    gains: list[float] | None = None\n"
+    )
+    file.write_text(AGENT.replace(added, more))
+    path = f"{file}:Scaled"
+    config = RunConfig.of(agent=path).replace(limits=(1.0, 2.0), gains=[0.5])
+    again = RunConfig.from_json(json.loads(json.dumps(config.to_json())), (path,))
+    assert again == config
+    assert again.option("limits") == (1.0, 2.0)
+    assert again.option("gains") == [0.5]

@@ -1,6 +1,7 @@
 """Runs from Python: trained in one call, saved, and opened again."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ import mpma_mj
 from mpma_mj.agents import MPMAConfig
 from mpma_mj.agents.learning_rules import GatedRule
 from mpma_mj.envs.options import EnvironmentOptions
-from mpma_mj.errors import BadOptionError, RunFolderError
+from mpma_mj.errors import BadOptionError, CheckpointError, RunFolderError
 from mpma_mj.motions import Motion, ymca
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.training.rollout import record_epoch
@@ -18,6 +19,17 @@ from mpma_mj.training.run import resume
 from mpma_mj.training.run_folder import RunFolder
 
 SMALL = MPMAConfig(nodes=10, modules=2)
+
+
+class Extra(GatedRule):
+    """Rule that takes what no field holds."""
+
+    def __init__(self, extra: int) -> None:
+        """Take a number."""
+        super().__init__()
+        object.__setattr__(self, "extra", extra)
+
+
 ONCE = EnvironmentOptions(repeats=1, arms="kinematic")
 
 
@@ -104,7 +116,7 @@ def test_a_run_folder_calls_nothing_but_rules(tmp_path: Path) -> None:
     call = {"class": "mpma_mj.utils.atomic_files:write_text", "options": {"path": str(victim)}}
     content["config"]["agent"]["rule"] = call
     path.write_text(json.dumps(content))
-    with pytest.raises(BadOptionError, match="expected a class"):
+    with pytest.raises(CheckpointError, match="another config"):
         mpma_mj.load_agent(folder)
     assert not victim.exists()
 
@@ -146,3 +158,17 @@ def test_runs_and_motions_are_shown_in_one_line(run: mpma_mj.Run) -> None:
 def test_epochs_are_a_whole_number(epochs: int) -> None:
     with pytest.raises(BadOptionError, match=f"epochs is {epochs!r}; expected a whole number"):
         mpma_mj.imitate("ymca", epochs=epochs)
+
+
+def test_a_rule_with_a_constructor_of_its_own_is_not_written(tmp_path: Path) -> None:
+    rule = Extra(3)
+    run = mpma_mj.imitate("ymca", agent=replace(SMALL, rule=rule), env=ONCE, epochs=1)
+    with pytest.raises(BadOptionError, match="expected a rule whose class is a dataclass of a mod"):
+        run.save(tmp_path / "run")
+
+
+def test_the_name_of_an_agent_stands_beside_its_config() -> None:
+    with pytest.raises(
+        BadOptionError, match=r"agent_name is 'a\.py:A'; expected a config as agent"
+    ):
+        mpma_mj.imitate("ymca", agent="mosaic", agent_name="a.py:A")
