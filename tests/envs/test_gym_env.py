@@ -18,11 +18,9 @@ from mpma_mj.envs.gym_env import ImitationEnv
 from mpma_mj.envs.load import load
 from mpma_mj.errors import BadOptionError, MpmaError
 from mpma_mj.motions import ymca
+from tests.envs.gym_episodes import FLAT, NAMES, actions, assert_same, make
 
 ARMS = ("physics", "kinematic")
-
-
-DICTIONARY, FLAT = NAMES = ("TwoArmImitation-v0", "TwoArmImitationFlat-v0")
 
 
 MOTION = ymca()
@@ -31,30 +29,11 @@ MOTION = ymca()
 Array = NDArray[np.float64]
 
 
-def make(name: str = DICTIONARY, **options: Any) -> gymnasium.Env[Any, Any]:
-    return gymnasium.make(f"mpma_mj:{name}", **{"repeats": 1, **options})
-
-
-def actions(count: int, seed: int = 0) -> Array:
-    """Return actions, some beyond the bounds, that drive elbows into their limits too."""
-    return np.random.default_rng(seed).uniform(-1.5, 1.5, (count, 8)).cumsum(axis=0).clip(-1.5, 1.5)
-
-
 @contextmanager
 def warnings_are_errors() -> Iterator[None]:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         yield
-
-
-def assert_same(one: Any, other: Any) -> None:
-    """Compare what `reset` or `step` returned, bit for bit."""
-    for a, b in zip(one, other, strict=True):
-        if isinstance(a, dict):
-            assert a.keys() == b.keys()
-            assert_same(a.values(), b.values())
-        else:
-            np.testing.assert_array_equal(a, b)
 
 
 @pytest.mark.parametrize("arms", ARMS)

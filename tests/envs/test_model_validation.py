@@ -6,25 +6,13 @@ import pytest
 
 from mpma_mj.envs.gym_env import ImitationEnv
 from mpma_mj.envs.load import load
-from mpma_mj.envs.model import MODEL_PATH
 from mpma_mj.errors import BadOptionError, MotionReachError
-
-OURS = MODEL_PATH.read_text(encoding="utf-8")
+from tests.envs.user_models import edited
 
 
 @pytest.fixture
 def own(tmp_path: Path) -> Path:
     return tmp_path / "my_arms.xml"
-
-
-def edited(path: Path, *changes: tuple[str, str]) -> Path:
-    """Write the package's arms with some text replaced, each once at least."""
-    text = OURS
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new)
-    path.write_text(text, encoding="utf-8")
-    return path
 
 
 def refused(path: Path, **options: object) -> str:

@@ -5,7 +5,6 @@ import subprocess
 import sys
 from contextlib import closing
 from pathlib import Path
-from typing import Any
 
 import gymnasium
 import numpy as np
@@ -17,6 +16,7 @@ from mpma_mj.envs.gym_env import ImitationEnv
 from mpma_mj.envs.physics import KinematicArms, PhysicsArms
 from mpma_mj.envs.rendering import ArmRenderer
 from mpma_mj.motions import ymca
+from tests.envs.gym_episodes import actions, assert_same, make
 from tests.envs.test_gl import environment, python
 
 POSTURES = ymca().posture
@@ -93,32 +93,10 @@ def test_without_opengl_drawing_says_what_to_install() -> None:
     assert "libosmesa6" in result.stdout, result.stderr
 
 
-DICTIONARY, FLAT = NAMES = ("TwoArmImitation-v0", "TwoArmImitationFlat-v0")
-
-
 MOTION = ymca()
 
 
 Array = NDArray[np.float64]
-
-
-def make(name: str = DICTIONARY, **options: Any) -> gymnasium.Env[Any, Any]:
-    return gymnasium.make(f"mpma_mj:{name}", **{"repeats": 1, **options})
-
-
-def actions(count: int, seed: int = 0) -> Array:
-    """Return actions, some beyond the bounds, that drive elbows into their limits too."""
-    return np.random.default_rng(seed).uniform(-1.5, 1.5, (count, 8)).cumsum(axis=0).clip(-1.5, 1.5)
-
-
-def assert_same(one: Any, other: Any) -> None:
-    """Compare what `reset` or `step` returned, bit for bit."""
-    for a, b in zip(one, other, strict=True):
-        if isinstance(a, dict):
-            assert a.keys() == b.keys()
-            assert_same(a.values(), b.values())
-        else:
-            np.testing.assert_array_equal(a, b)
 
 
 def test_pictures_pickled_and_closed() -> None:

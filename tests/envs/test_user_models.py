@@ -9,7 +9,6 @@ import pytest
 from mpma_mj.cli import main
 from mpma_mj.envs.gym_env import ImitationEnv
 from mpma_mj.envs.load import load
-from mpma_mj.envs.model import MODEL_PATH
 from mpma_mj.envs.vector_env import make_vec
 from mpma_mj.errors import MotionReachError, RenderingError
 from mpma_mj.training.config import RunConfig
@@ -17,23 +16,12 @@ from mpma_mj.training.dataset import read_motions
 from mpma_mj.training.demonstration_check import demonstrated
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.visualization.video import dance_frames
-
-OURS = MODEL_PATH.read_text(encoding="utf-8")
+from tests.envs.user_models import edited
 
 
 @pytest.fixture
 def own(tmp_path: Path) -> Path:
     return tmp_path / "my_arms.xml"
-
-
-def edited(path: Path, *changes: tuple[str, str]) -> Path:
-    """Write the package's arms with some text replaced, each once at least."""
-    text = OURS
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new)
-    path.write_text(text, encoding="utf-8")
-    return path
 
 
 def test_a_copy_of_the_packages_arms_moves_alike(own: Path) -> None:

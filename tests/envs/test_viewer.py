@@ -1,41 +1,18 @@
 """The window."""
 
 import pickle
-from typing import Any
 
-import gymnasium
 import numpy as np
 import pytest
 from gymnasium.utils.passive_env_checker import env_render_passive_checker
 from numpy.typing import NDArray
 
 from mpma_mj.errors import RenderingError
+from tests.envs.gym_episodes import actions, assert_same, make
 from tests.envs.test_gl import python
 from tests.envs.window import Window
 
-DICTIONARY, FLAT = NAMES = ("TwoArmImitation-v0", "TwoArmImitationFlat-v0")
-
-
 Array = NDArray[np.float64]
-
-
-def make(name: str = DICTIONARY, **options: Any) -> gymnasium.Env[Any, Any]:
-    return gymnasium.make(f"mpma_mj:{name}", **{"repeats": 1, **options})
-
-
-def actions(count: int, seed: int = 0) -> Array:
-    """Return actions, some beyond the bounds, that drive elbows into their limits too."""
-    return np.random.default_rng(seed).uniform(-1.5, 1.5, (count, 8)).cumsum(axis=0).clip(-1.5, 1.5)
-
-
-def assert_same(one: Any, other: Any) -> None:
-    """Compare what `reset` or `step` returned, bit for bit."""
-    for a, b in zip(one, other, strict=True):
-        if isinstance(a, dict):
-            assert a.keys() == b.keys()
-            assert_same(a.values(), b.values())
-        else:
-            np.testing.assert_array_equal(a, b)
 
 
 def test_without_a_display_there_is_no_window() -> None:

@@ -1,7 +1,6 @@
 """Metrics of episodes, through every interface."""
 
 import pickle
-from collections.abc import Callable
 from typing import Any
 
 import dm_env
@@ -10,7 +9,7 @@ import numpy as np
 import pytest
 
 from mpma_mj import load, metrics
-from mpma_mj.agents import AgentSpec, RandomAgent, RandomConfig
+from mpma_mj.agents import RandomAgent, RandomConfig
 from mpma_mj.envs.wrappers import (
     Evaluate,
     FeedbackAssist,
@@ -19,38 +18,7 @@ from mpma_mj.envs.wrappers import (
     Wrapper,
 )
 from mpma_mj.training.rollout import record_epoch
-
-Act = Callable[[dict[str, np.ndarray]], np.ndarray]
-
-SPEC = AgentSpec(4, np.full(8, 12.0), 0.05)
-
-
-def ymca(arms: str = "physics", repeats: int = 1) -> dm_env.Environment:
-    return load("ymca", arms=arms, repeats=repeats)
-
-
-def at_random(seed: int = 0) -> Act:
-    return RandomAgent(RandomConfig(), SPEC, seed=seed).act
-
-
-def nothing(observation: dict[str, np.ndarray]) -> np.ndarray:
-    return np.zeros(8)
-
-
-def danced(env: dm_env.Environment, act: Act) -> list[dm_env.TimeStep]:
-    timesteps = [env.reset()]
-    while not timesteps[-1].last():
-        timesteps.append(env.step(act(timesteps[-1].observation)))
-    return timesteps
-
-
-def assert_same(some: list[dm_env.TimeStep], others: list[dm_env.TimeStep]) -> None:
-    assert len(some) == len(others)
-    for one, other in zip(some, others, strict=True):
-        assert one[:3] == other[:3]
-        assert one.observation.keys() == other.observation.keys()
-        for name, values in one.observation.items():
-            np.testing.assert_array_equal(other.observation[name], values)
+from tests.envs.episodes import SPEC, Act, assert_same, at_random, danced, nothing, ymca
 
 
 def test_overwritten_observations_change_nothing() -> None:

@@ -1,16 +1,12 @@
 """Videos of episodes."""
 
 import copy
-from collections.abc import Callable
 from pathlib import Path
 
-import dm_env
 import imageio.v2 as imageio
 import numpy as np
 import pytest
 
-from mpma_mj import load
-from mpma_mj.agents import AgentSpec, RandomAgent, RandomConfig
 from mpma_mj.envs.wrappers import RecordVideo
 from mpma_mj.errors import (
     BadOptionError,
@@ -19,34 +15,7 @@ from mpma_mj.errors import (
     VideoError,
 )
 from tests.conftest import Encoder
-
-Act = Callable[[dict[str, np.ndarray]], np.ndarray]
-
-SPEC = AgentSpec(4, np.full(8, 12.0), 0.05)
-
-
-def ymca(arms: str = "physics", repeats: int = 1) -> dm_env.Environment:
-    return load("ymca", arms=arms, repeats=repeats)
-
-
-def at_random(seed: int = 0) -> Act:
-    return RandomAgent(RandomConfig(), SPEC, seed=seed).act
-
-
-def danced(env: dm_env.Environment, act: Act) -> list[dm_env.TimeStep]:
-    timesteps = [env.reset()]
-    while not timesteps[-1].last():
-        timesteps.append(env.step(act(timesteps[-1].observation)))
-    return timesteps
-
-
-def assert_same(some: list[dm_env.TimeStep], others: list[dm_env.TimeStep]) -> None:
-    assert len(some) == len(others)
-    for one, other in zip(some, others, strict=True):
-        assert one[:3] == other[:3]
-        assert one.observation.keys() == other.observation.keys()
-        for name, values in one.observation.items():
-            np.testing.assert_array_equal(other.observation[name], values)
+from tests.envs.episodes import assert_same, at_random, danced, ymca
 
 
 def test_a_recording_wrapper_cannot_be_copied(tmp_path: Path) -> None:
