@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import Literal
 
-__all__ = ["Arms", "BackendName", "ContextSignal", "EfferenceCopy", "RuleName"]
+__all__ = ["Arms", "BackendName", "ContextSignal", "EfferenceCopy", "Models", "RuleName"]
 
 Arms = Literal["physics", "kinematic"]
 RuleName = Literal["weighted", "gated"]
 BackendName = Literal["processes", "ray"]
+Models = Literal["joint", "posture"]
 EfferenceCopy = Literal["total", "module"]
 ContextSignal = Literal["labels", "nothing", "constant", "shuffled", "halves"]

@@ -14,6 +14,7 @@ from mpma_mj.agents.config import AgentConfig
 from mpma_mj.agents.signals import AgentSignals
 from mpma_mj.errors import StateError
 from mpma_mj.feedback import feedback_action
+from mpma_mj.kinematics import wrap
 
 if TYPE_CHECKING:
     import dm_env
@@ -47,6 +48,15 @@ class AgentSpec:
             reference: Demonstrated posture, shape (..., 12).
         """
         return feedback_action(joint_angles, reference, self.max_joint_speed, self.control_timestep)
+
+    def move(self, before: Array, after: Array) -> Array:
+        """Return the arms' move in units of the largest, wrap(q_{t+1} - q_t) / (Δt v).
+
+        Args:
+            before: Joint angles q_t, shape (..., 8), rad.
+            after: Joint angles q_{t+1}, shape (..., 8), rad.
+        """
+        return wrap(after - before) / (self.control_timestep * self.max_joint_speed)
 
 
 class Agent(ABC):

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, TypeAlias, get_args
 
 from mpma_mj.errors import BadOptionError
-from mpma_mj.options import ContextSignal, EfferenceCopy, RuleName
+from mpma_mj.options import ContextSignal, EfferenceCopy, Models, RuleName
 from mpma_mj.utils.validation import Bounds, check_fields
 
 if TYPE_CHECKING:
@@ -158,6 +158,8 @@ class MPMAConfig(SingleConfig):
     modules: _Modules = 4
     responsibility_predictors: bool = True
     forward_gating: bool = True
+    models: Models = "posture"
+    max_plants: Annotated[int, Bounds(1, 100)] = 5
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -18,7 +18,7 @@ from mpma_mj.utils.clipping import clip
 from mpma_mj.utils.seeding import stream
 
 if TYPE_CHECKING:
-    from mpma_mj.agents.learning_rules import Epoch, LearningRule
+    from mpma_mj.agents.learning_rules import Epoch, LearningRule, Readouts
 
 __all__ = [
     "Gate",
@@ -129,8 +129,22 @@ class Gate(ABC):
     def reset(self, episode: int) -> None:  # noqa: B027, a hook
         """Begin an episode."""
 
-    def adapt(self, run: RunIndex, epoch: Epoch, rule: LearningRule) -> None:  # noqa: B027, a hook
-        """Adapt one run's gate after an epoch."""
+    def observe_action(self, observation: Observation, action: Array) -> None:  # noqa: B027, a hook
+        """Receive the action of a step."""
+
+    @property
+    def count(self) -> int:
+        """Largest number of recruited plants in the batch."""
+        return 1
+
+    def assign(self, run: RunIndex, epoch: Epoch) -> Array:
+        """Return the weight of each step of one run's epoch for each module, shape (T, M)."""
+        return epoch.responsibility
+
+    def adapt(  # noqa: B027, a hook
+        self, run: RunIndex, epoch: Epoch, rule: LearningRule, readouts: Readouts
+    ) -> None:
+        """Adapt one run's gate after its readouts have learned from an epoch."""
 
     @abstractmethod
     def select_runs(self, runs: NDArray[np.intp]) -> None:
@@ -204,7 +218,7 @@ class ResponsibilityGate(Gate):
         """Begin an episode with reservoirs at rest and that episode's noise."""
         self.predictor.reset(episode)
 
-    def adapt(self, run: RunIndex, epoch: Epoch, rule: LearningRule) -> None:
+    def adapt(self, run: RunIndex, epoch: Epoch, rule: LearningRule, readouts: Readouts) -> None:
         """Set one run's σ for the next epoch."""
         self.sigma[run] = rule.next_sigma(epoch, float(self.sigma[run]))
 

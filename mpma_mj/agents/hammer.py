@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from mpma_mj.agents.base import AgentSpec, Observation, Seeds
 from mpma_mj.agents.config import AgentConfig, HAMMERConfig
 from mpma_mj.agents.gating import Gate, prediction_errors
-from mpma_mj.agents.learning_rules import Epoch, LearningRule, Readouts, desired_command
+from mpma_mj.agents.learning_rules import Epoch, LearningRule, Readouts
+from mpma_mj.agents.model_space import PostureSpace
 from mpma_mj.agents.networks import NetworkFactory
 from mpma_mj.agents.paired_models import PairedModels
 from mpma_mj.context import active_label
@@ -134,9 +135,8 @@ class PreparationRule(LearningRule):
             return
         own = active_label(epoch.context)[:, None] == self._gate.labels
         weight = own.astype(float)  # (T, M)
-        desired = desired_command(epoch.action, epoch.next_feedback)
-        readouts.forward.fit(epoch.forward_features, epoch.next_posture[:, None, :], weight)
-        readouts.inverse.fit(epoch.inverse_features, desired[:, None, :], weight)
+        readouts.forward.fit(epoch.forward_features, epoch.outcome[:, None, :], weight)
+        readouts.inverse.fit(epoch.inverse_features, epoch.desired[:, None, :], weight)
 
 
 class HAMMER(PairedModels):
@@ -159,7 +159,9 @@ class HAMMER(PairedModels):
         forgetting = PreparationRule.forgetting
         networks = NetworkFactory(config, seed, spec.context_size, forgetting, config.ridge)
         gate = ConfidenceGate(networks)
-        super().__init__(config, spec, networks=networks, gate=gate, rule=PreparationRule(gate))
+        space = PostureSpace(spec, proprioception=config.proprioception)
+        rule = PreparationRule(gate)
+        super().__init__(config, spec, networks=networks, gate=gate, rule=rule, space=space)
 
     @property
     def is_preparing(self) -> bool:

@@ -101,12 +101,19 @@ class Epoch:
         prior: Priors p, shape (T, M).
         responsibility: Responsibilities λ, shape (T, M).
         module_actions: Actions u^i of the inverse models, shape (T, M, 8).
-        predictions: Predicted next postures x̂^i, shape (T, M, 12).
+        predictions: Outputs of the forward models, shape (T, M, K): in posture space predicted
+            next postures x̂^i, K = 12; in joint space predicted moves, K = 8.
+        outcome: What they should have been, shape (T, K): the posture that was reached, or the
+            arms' move.
         action: Action u that was taken, shape (T, 8).
-        next_posture: Posture x_{t+1} that it led to, shape (T, 12).
         feedback: Feedback action u_fb before its gain, shape (T, 8).
         next_feedback: The same one step later, shape (T, 8).
         feedback_gain: Gain K.
+        assignment: Weight of each step for each module, as the gate assigns them, shape (T, M);
+            the responsibilities, where it does not.
+        desired: Targets of the inverse models' readouts, shape (T, 8): in posture space the desired
+            command of feedback-error learning, in joint space residuals known in hindsight.
+        usable: Whether inverse models can learn from each step, shape (T,).
     """
 
     inverse_features: Features | FeatureReplay
@@ -117,11 +124,14 @@ class Epoch:
     responsibility: Array
     module_actions: Array
     predictions: Array
+    outcome: Array
     action: Array
-    next_posture: Array
     feedback: Array
     next_feedback: Array
     feedback_gain: float
+    assignment: Array
+    desired: Array
+    usable: NDArray[np.bool_]
 
     def first_modules(self, count: int) -> Epoch:
         """Return the epoch as if there were the first modules only; the others had λ = 0."""
@@ -134,6 +144,7 @@ class Epoch:
             responsibility=self.responsibility[:, :count],
             module_actions=self.module_actions[:, :count],
             predictions=self.predictions[:, :count],
+            assignment=self.assignment[:, :count],
         )
 
     def mixed(self, signal: Array) -> Array:
@@ -157,8 +168,8 @@ class Step:
         predictor_features: Of the responsibility predictors, shape (..., M, F''); F'' = 0 where
             the gate has none.
         responsibility: Responsibilities λ, shape (..., M).
-        predictions: Predicted next postures x̂^i, shape (..., M, 12).
-        next_posture: Posture x_{t+1} that was reached, shape (..., 12).
+        predictions: Outputs of the forward models, shape (..., M, K).
+        outcome: What they should have been, shape (..., K).
         next_feedback: Feedback action u_fb for it before its gain, shape (..., 8).
         feedback_gain: Gain K, shape (...).
     """
@@ -168,7 +179,7 @@ class Step:
     predictor_features: Features
     responsibility: Array
     predictions: Array
-    next_posture: Array
+    outcome: Array
     next_feedback: Array
     feedback_gain: Array
 
@@ -180,11 +191,14 @@ class LearningRule(ABC):
         forgetting: Forgetting φ of readouts that are fitted, in [0, 1].
         first_sigma: Width σ of the likelihood in the first epoch, in units of posture.
         online: Whether `partial_fit` is called at every step, and `fit` never.
+        immediate: Whether control passes to the inverse models after the first epoch, instead of
+            as their predictions improve.
     """
 
     forgetting: float = 0.0
     first_sigma: float = 0.5
     online: bool = False
+    immediate: bool = False
 
     @abstractmethod
     def fit(self, readouts: Readouts, epoch: Epoch) -> None:
@@ -225,7 +239,7 @@ class GatedRule(LearningRule):
     def fit(self, readouts: Readouts, epoch: Epoch) -> None:
         """Refit all readouts."""
         gate = epoch.responsibility[:, :, None]
-        forward_error = epoch.next_posture[:, None, :] - epoch.predictions
+        forward_error = epoch.outcome[:, None, :] - epoch.predictions
         correction = epoch.feedback_gain * epoch.next_feedback[:, None, :]
         inverse_error = self.inverse_rate * correction
         readouts.forward.fit(epoch.forward_features, epoch.predictions + gate * forward_error)
@@ -263,18 +277,43 @@ class WeightedRule(LearningRule):
     def fit(self, readouts: Readouts, epoch: Epoch) -> None:
         """Refit all readouts."""
         weight = epoch.responsibility
-        desired = desired_command(epoch.action, epoch.next_feedback)
         share = predictor_target(weight, self.sharpening)
-        readouts.forward.fit(epoch.forward_features, epoch.next_posture[:, None, :], weight)
-        readouts.inverse.fit(epoch.inverse_features, desired[:, None, :], weight)
+        readouts.forward.fit(epoch.forward_features, epoch.outcome[:, None, :], weight)
+        readouts.inverse.fit(epoch.inverse_features, epoch.desired[:, None, :], weight)
         if readouts.predictor is not None:
             readouts.predictor.fit(epoch.predictor_features, share[:, :, None])
 
     def next_sigma(self, epoch: Epoch, sigma: float) -> float:
         """Return the rms prediction error, weighted by responsibility."""
-        errors = prediction_errors(epoch.predictions, epoch.next_posture)
+        errors = prediction_errors(epoch.predictions, epoch.outcome)
         rms = np.sqrt(np.mean(np.sum(epoch.responsibility * errors, axis=1)))
         return max(self.least_sigma, float(rms))
+
+
+@dataclass(frozen=True)
+class TwoLevelRule(LearningRule):
+    """Ours in joint space: least squares of each module on the steps that its gate assigns to it.
+
+        forward models           the arms' move                       weight g^w p^{w,k}(y)
+        inverse models           u_t - u_fb(q_t, x_{t+1})             weight g^w p^{w,k}(y)
+
+    The inverse models' examples are exact: the posture that was reached stands in place of the
+    target (hindsight relabelling; Andrychowicz et al. 2017). What is learned of a plant stays
+    until it is on again. After the first epoch the inverse models control.
+
+    Attributes:
+        forgetting: φ.
+    """
+
+    forgetting: float = 1.0
+    immediate: bool = True
+
+    def fit(self, readouts: Readouts, epoch: Epoch) -> None:
+        """Refit inverse and forward models."""
+        weight = epoch.assignment
+        readouts.forward.fit(epoch.forward_features, epoch.outcome[:, None, :], weight)
+        usable = weight * epoch.usable[:, None]
+        readouts.inverse.fit(epoch.inverse_features, epoch.desired[:, None, :], usable)
 
 
 def desired_command(action: Array, next_feedback: Array) -> Array:

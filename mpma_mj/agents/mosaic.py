@@ -9,6 +9,7 @@ from mpma_mj.agents.base import AgentSpec, Seeds
 from mpma_mj.agents.config import AgentConfig, MOSAICConfig
 from mpma_mj.agents.gating import ResponsibilityGate
 from mpma_mj.agents.learning_rules import Epoch, LearningRule, Readouts, Step
+from mpma_mj.agents.model_space import PostureSpace
 from mpma_mj.agents.networks import NetworkFactory
 from mpma_mj.agents.paired_models import PairedModels
 
@@ -46,7 +47,7 @@ class LMSRule(LearningRule):
     def partial_fit(self, readouts: Readouts, step: Step) -> None:
         """Change the readouts of all runs along their errors in a step."""
         gate = step.responsibility[..., None]  # (..., M, 1)
-        forward_error = step.next_posture[..., None, :] - step.predictions
+        forward_error = step.outcome[..., None, :] - step.predictions
         correction = (step.feedback_gain[..., None] * step.next_feedback)[..., None, :]
         readouts.forward.partial_fit(step.forward_features, gate * forward_error, self.forward_rate)
         readouts.inverse.partial_fit(step.inverse_features, gate * correction, self.inverse_rate)
@@ -76,4 +77,5 @@ class MOSAIC(PairedModels):
         networks = NetworkFactory(config, seed, config.modules)
         gate = ResponsibilityGate(networks, spec.context_size, sigma=config.sigma)
         rule = LMSRule(config.forward_rate, config.inverse_rate, config.predictor_rate)
-        super().__init__(config, spec, networks=networks, gate=gate, rule=rule)
+        space = PostureSpace(spec, proprioception=config.proprioception)
+        super().__init__(config, spec, networks=networks, gate=gate, rule=rule, space=space)

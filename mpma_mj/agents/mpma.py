@@ -10,7 +10,10 @@ from numpy.typing import NDArray
 from mpma_mj.agents.base import AgentSpec, Seeds
 from mpma_mj.agents.config import AgentConfig, MPMAConfig, SingleConfig
 from mpma_mj.agents.gating import ResponsibilityGate
-from mpma_mj.agents.learning_rules import learning_rule
+from mpma_mj.agents.learning_rules import TwoLevelRule, learning_rule
+from mpma_mj.agents.model_space import JointSpace, PostureSpace
+from mpma_mj.agents.plant_gate import PlantGate
+from mpma_mj.esn import Ridge
 from mpma_mj.agents.networks import NetworkFactory
 from mpma_mj.agents.paired_models import PairedModels
 
@@ -47,6 +50,25 @@ class MPMA(PairedModels):
         Raises:
             BadOptionError: The rule cannot be imported.
         """
+        if config.models == "joint":
+            rule = TwoLevelRule()
+            networks = NetworkFactory(
+                config, seed, config.modules, rule.forgetting, 1e-4, config.max_plants
+            )
+            gate = PlantGate(
+                networks,
+                spec,
+                temperature=0.1,
+                sharpening=3.0,
+                uses_prior=config.responsibility_predictors,
+                uses_likelihood=config.forward_gating,
+            )
+            space = JointSpace(spec)
+            super().__init__(
+                config, spec, networks=networks, gate=gate, rule=rule, space=space,
+                inverse_ridge=Ridge(1e-6, 0.03),
+            )
+            return
         rule = learning_rule(config.rule)
         networks = NetworkFactory(config, seed, config.modules, rule.forgetting, config.ridge)
         gate = gate_type(
@@ -57,10 +79,13 @@ class MPMA(PairedModels):
             uses_likelihood=config.forward_gating,
         )
         copy = config.efference_copy
-        super().__init__(config, spec, networks=networks, gate=gate, rule=rule, efference_copy=copy)
+        super().__init__(config, spec, networks=networks, gate=gate, rule=rule, efference_copy=copy, space=PostureSpace(spec, proprioception=config.proprioception))
 
     def learn(self) -> dict[str, Array]:
         """Let every run learn from its episode; log also the σ of the episode, `sigma`."""
+        if isinstance(self._gate, PlantGate):
+            plants = self._gate.plants.recruited.copy()
+            return super().learn() | {"plants": plants}
         sigma = self._gate.sigma.copy()
         return super().learn() | {"sigma": sigma}
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import math
 from collections.abc import Mapping, Sequence
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 from mpma_mj.agents.base import Seeds
 from mpma_mj.agents.config import NetworkConfig
 from mpma_mj.agents.episode_buffer import EpisodeBuffer
-from mpma_mj.esn import PRECISION, FeatureReplay, Features, ReadoutBank, ReservoirBank
+from mpma_mj.esn import PRECISION, FeatureReplay, Features, ReadoutBank, ReservoirBank, Ridge
 from mpma_mj.utils.seeding import stream
 
 __all__ = ["Network", "NetworkFactory", "RunIndex"]
@@ -35,6 +36,7 @@ class NetworkFactory:
         modules: Number of modules, M.
         forgetting: Forgetting φ of the readouts, where they are fitted.
         ridge: Ridge ρ of the readouts, where they are fitted.
+        most_plants: Largest number of plants, each with as many modules.
     """
 
     config: NetworkConfig
@@ -42,16 +44,24 @@ class NetworkFactory:
     modules: int
     forgetting: float = 0.0
     ridge: float = 1.0
+    most_plants: int = 1
 
-    def make(self, name: str, inputs: int, outputs: int) -> Network:
+    def shared(self) -> NetworkFactory:
+        """Return the factory of networks that all plants share."""
+        return dataclasses.replace(self, most_plants=1)
+
+    def make(
+        self, name: str, inputs: int, outputs: int, ridge: Ridge | None = None
+    ) -> Network:
         """Draw a network for each module.
 
         Args:
             name: Name of their random streams.
             inputs: Size of the input.
             outputs: Size of the output.
+            ridge: Ridge of the readouts, where it is another.
         """
-        return Network(self, name, inputs, outputs)
+        return Network(self, name, inputs, outputs, ridge or Ridge(self.ridge))
 
 
 class Network:
@@ -67,8 +77,11 @@ class Network:
         features: Features z of the last step, shape (..., M, F).
     """
 
-    def __init__(self, common: NetworkFactory, name: str, inputs: int, outputs: int) -> None:
-        """Draw the reservoirs; see `NetworkFactory.make`."""
+    def __init__(
+        self, common: NetworkFactory, name: str, inputs: int, outputs: int, ridge: Ridge
+    ) -> None:
+        """Draw the reservoirs of the first plant; see `NetworkFactory.make`."""
+        self._plants = 1
         self._name, self._episode = name, 0
         self._seeds: list[int] = np.ravel(common.seed).tolist()
         config, batch_shape = common.config, np.shape(common.seed)
@@ -81,10 +94,9 @@ class Network:
             noise=config.reservoir_noise,
             streams=[stream(seed, "reservoir", name) for seed in self._seeds],
         )
-        shape = (*batch_shape, common.modules, outputs, self._reservoirs.features)
-        self.readouts = ReadoutBank(
-            np.zeros(shape), forgetting=common.forgetting, ridge=common.ridge
-        )
+        modules = common.most_plants * common.modules
+        shape = (*batch_shape, modules, outputs, self._reservoirs.features)
+        self.readouts = ReadoutBank(np.zeros(shape), forgetting=common.forgetting, ridge=ridge)
         self.features: Features
         self._steps = EpisodeBuffer()
         self.reset(0)
@@ -92,8 +104,18 @@ class Network:
     def reset(self, episode: int) -> None:
         """Begin an episode with reservoirs at rest and that episode's noise."""
         self._episode = episode
-        self._reservoirs.reset([self._noise(seed, episode) for seed in self._seeds])
+        by_run = [self._noise(seed, episode) for seed in self._seeds]
+        self._reservoirs.reset(*zip(*by_run, strict=True))
         self._steps.clear()
+
+    def set_plants(self, count: int) -> None:
+        """Draw the reservoirs of further plants until there are so many, from the next reset."""
+        for plant in range(self._plants, count):
+            streams = [stream(seed, "reservoir", self._name, plant) for seed in self._seeds]
+            self._reservoirs.extend(streams)
+        if count > self._plants:
+            self._plants = count
+            self._steps = EpisodeBuffer()
 
     def step(self, inputs: Array) -> Array:
         """Update the reservoirs and return the readouts' output.
@@ -118,9 +140,13 @@ class Network:
         steps = self._steps.episode()
         if "features" in steps:
             return steps["features"][own]
+        return self.replay(run, steps["inputs"][own])
+
+    def replay(self, run: RunIndex, inputs: Array) -> FeatureReplay:
+        """Return one run's features for other inputs, shape (T, D), with the episode's noise."""
         seed = self._seeds[run[0] if run else 0]
         noise = functools.partial(self._noise, seed, self._episode)
-        return FeatureReplay(self._reservoirs.of_run(run), noise, steps["inputs"][own])
+        return FeatureReplay(self._reservoirs.of_run(run), noise, inputs)
 
     def select_runs(self, runs: NDArray[np.intp]) -> None:
         """Continue with some runs only, (R',) of R, from the next reset."""
@@ -143,5 +169,7 @@ class Network:
         """Continue from the arrays that `state_dict` returned; others are left out."""
         self.readouts.load_state_dict(state, f"{self._name}.")
 
-    def _noise(self, seed: int, episode: int) -> np.random.Generator:
-        return stream(seed, "reservoir_noise", self._name, episode)
+    def _noise(self, seed: int, episode: int) -> list[np.random.Generator]:
+        """Return the source of one run's noise for each plant."""
+        path = ("reservoir_noise", self._name, episode)
+        return [stream(seed, *path, *([plant] if plant else [])) for plant in range(self._plants)]

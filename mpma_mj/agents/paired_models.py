@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,13 +11,15 @@ from numpy.typing import NDArray
 
 from mpma_mj import metrics
 from mpma_mj.agents.base import Agent, AgentSpec, Observation
-from mpma_mj.agents.config import JOINTS, POSTURE, AgentConfig
+from mpma_mj.agents.config import JOINTS, AgentConfig
 from mpma_mj.agents.episode_buffer import EpisodeBuffer
 from mpma_mj.agents.gain_schedule import Gains, performance
 from mpma_mj.agents.gating import Gate
-from mpma_mj.agents.learning_rules import Epoch, LearningRule, Readouts, Step
+from mpma_mj.agents.learning_rules import Epoch, LearningRule, Readouts, Step, desired_command
+from mpma_mj.agents.model_space import JointSpace, ModelSpace, module_action
 from mpma_mj.agents.networks import NetworkFactory, RunIndex
 from mpma_mj.agents.signals import MODULE_SIGNALS, AgentSignals, ModuleSignals
+from mpma_mj.esn import Ridge
 from mpma_mj.errors import BadOptionError, StateError
 from mpma_mj.options import EfferenceCopy
 from mpma_mj.utils.clipping import clip
@@ -61,7 +64,9 @@ class PairedModels(Agent):
         networks: NetworkFactory,
         gate: Gate,
         rule: LearningRule,
+        space: ModelSpace,
         efference_copy: EfferenceCopy = "total",
+        inverse_ridge: Ridge | None = None,
     ) -> None:
         """Draw the reservoirs.
 
@@ -71,16 +76,16 @@ class PairedModels(Agent):
             networks: What all networks have in common.
             gate: Decides which modules control.
             rule: Decides what is learned.
+            space: What models sense, command and predict.
             efference_copy: Command that forward models receive, "total" or "module".
         """
         super().__init__(config, spec, seed=networks.seed)
         self._gate, self._rule, self._efference_copy = gate, rule, efference_copy
         self._batch_shape = np.shape(networks.seed)
         self._modules = networks.modules
-        self._proprioception = networks.config.proprioception
-        state_size = networks.config.state_size
-        self._inverse = networks.make("inverse", state_size + POSTURE, JOINTS)
-        self._forward = networks.make("forward", JOINTS + state_size, POSTURE)
+        self._space = space
+        self._inverse = networks.make("inverse", space.inverse_inputs, JOINTS, inverse_ridge)
+        self._forward = networks.make("forward", JOINTS + space.state_size, space.outputs)
         self._parts = (self._inverse, self._forward, gate)
         self._readouts = Readouts(
             inverse=self._inverse.readouts,
@@ -113,17 +118,18 @@ class PairedModels(Agent):
         """Return the action, shape (..., 8), in [-1, 1]."""
         predictions = self._steps.last("predictions") if len(self._steps) else None
         prior, responsibility = self._gate(observation, predictions)
-        state = self._proprioceptive_state(observation)
-        module_actions = clip(
-            self._inverse.step(np.concatenate([state, observation["target"]], axis=-1))
-        )
-        feedback = self.spec.feedback(observation["joint_angles"], observation["reference"])
+        space, angles = self._space, observation["joint_angles"]
+        state = space.state(observation)
+        inputs, base = space.inverse_input(state, angles, observation["target"])
+        module_actions = module_action(self._inverse.step(inputs), base)
+        feedback = self.spec.feedback(angles, observation["reference"])
         mixed = (responsibility[..., None, :] @ module_actions)[..., 0, :]
         gains = self.gains
         feedback_gain = np.asarray(gains.feedback)
         action = np.asarray(gains.inverse)[..., None] * mixed + feedback_gain[..., None] * feedback
         action = clip(action)
         command = action if self._efference_copy == "total" else module_actions
+        self._gate.observe_action(observation, action)
         self._steps.append(
             {
                 "context": observation["context"],
@@ -133,6 +139,8 @@ class PairedModels(Agent):
                 "predictions": self._forward.step(_joined(command, state)),
                 "action": action,
                 "posture": observation["posture"],
+                "joint_angles": angles,
+                "state": state,
                 "feedback": feedback,
                 "feedback_gain": feedback_gain,
             }
@@ -159,6 +167,8 @@ class PairedModels(Agent):
         gains = Gains(self._progress.copy())
         for run in np.ndindex(self._batch_shape):
             self._learn_run(run)
+        self._inverse.set_plants(self._gate.count)
+        self._forward.set_plants(self._gate.count)
         return {
             "gain_feedback": np.asarray(gains.feedback),
             "gain_inverse": np.asarray(gains.inverse),
@@ -173,7 +183,9 @@ class PairedModels(Agent):
         if not len(self._steps):
             raise StateError("predicted_posture() comes before the first step; call act() first")
         responsibility = self._steps.last("responsibility")
-        mixed: Array = responsibility[..., None, :] @ self._steps.last("predictions")
+        outputs, angles = self._steps.last("predictions"), self._steps.last("joint_angles")
+        predicted = self._space.predicted_posture(outputs, angles)
+        mixed: Array = responsibility[..., None, :] @ predicted
         return mixed[..., 0, :]
 
     def signals(self) -> AgentSignals:
@@ -181,9 +193,13 @@ class PairedModels(Agent):
         if not len(self._steps):
             return AgentSignals()
         steps = self._steps.episode()
+        modules = {name: steps[name].copy() for name in MODULE_SIGNALS}
+        modules["predictions"] = self._space.predicted_posture(
+            modules["predictions"], steps["joint_angles"]
+        )
         return AgentSignals(
             feedback=steps["feedback_gain"][..., None] * steps["feedback"],
-            modules=ModuleSignals(**{name: steps[name].copy() for name in MODULE_SIGNALS}),
+            modules=ModuleSignals(**modules),
         )
 
     def state_dict(self) -> dict[str, Array]:
@@ -207,6 +223,8 @@ class PairedModels(Agent):
         self._untrained_error[...] = state["untrained_error"]
         for part in self._parts:
             part.load_state_dict(state)
+        self._inverse.set_plants(self._gate.count)
+        self._forward.set_plants(self._gate.count)
 
     def select_runs(self, runs: NDArray[np.intp]) -> None:
         """Continue with some runs only, (R',) of R, from the next reset."""
@@ -241,27 +259,32 @@ class PairedModels(Agent):
             part.drop_modules(modules)
         self._steps = EpisodeBuffer()
 
-    def _proprioceptive_state(self, observation: Observation) -> Array:
-        """Return the posture and, if configured, sine and cosine of the joint angles."""
-        if not self._proprioception:
-            return observation["posture"]
-        angles = observation["joint_angles"]
-        return np.concatenate([observation["posture"], np.sin(angles), np.cos(angles)], axis=-1)
-
     def _learn_run(self, run: RunIndex) -> None:
         epoch = self._epoch(run)
-        error = metrics.posture_error_percent(epoch.mixed(epoch.predictions), epoch.next_posture)
+        own: tuple[Any, ...] = (slice(None), *run)
+        angles = self._steps.episode()["joint_angles"][own]
+        predicted = self._space.predicted_posture(epoch.predictions, angles)
+        reached = self._reached(run)
+        error = metrics.posture_error_percent(epoch.mixed(predicted), reached)
         if np.isnan(self._untrained_error[run]):
             self._untrained_error[run] = error
         self._learn_epoch(run, epoch)
         performed = performance(error, float(self._untrained_error[run]))
-        self._progress[run] = Gains(self._progress[run]).after(performed).progress
+        gains = Gains(1.0) if self._rule.immediate else Gains(self._progress[run]).after(performed)
+        self._progress[run] = gains.progress
 
     def _learn_epoch(self, run: RunIndex, epoch: Epoch) -> None:
         """Let the readouts and the gate of one run learn."""
+        epoch = replace(epoch, assignment=self._gate.assign(run, epoch))
+        readouts = self._readouts.of_run(run)
         if not self._rule.online:
-            self._rule.fit(self._readouts.of_run(run), epoch)
-        self._gate.adapt(run, epoch, self._rule)
+            self._rule.fit(readouts, epoch)
+        self._gate.adapt(run, epoch, self._rule, readouts)
+
+    def _reached(self, run: RunIndex) -> Array:
+        """Return the postures that one run reached, shape (T, 12)."""
+        steps = self._steps.episode()["posture"][(slice(None), *run)]
+        return np.concatenate([steps[1:], self._last["posture"][run][None]])
 
     def _epoch(self, run: RunIndex) -> Epoch:
         """Return the steps of one run."""
@@ -269,15 +292,29 @@ class PairedModels(Agent):
         steps = {name: rows[own] for name, rows in self._steps.episode().items()}
         last = {name: value[run] for name, value in self._last.items()}
         feedback = self.spec.feedback(last["joint_angles"], last["reference"])
-        predictor = self._gate.predictor
+        next_feedback = np.concatenate([steps["feedback"][1:], feedback[None]])
+        after = np.concatenate([steps["joint_angles"][1:], last["joint_angles"][None]])
+        reached, predictor = self._reached(run), self._gate.predictor
+        if isinstance(self._space, JointSpace):
+            inputs, desired, usable = self._space.hindsight(
+                steps["state"], steps["joint_angles"], steps["action"], reached
+            )
+            inverse_features = self._inverse.replay(run, inputs)
+        else:
+            desired = desired_command(steps["action"], next_feedback)
+            usable = np.ones(len(desired), bool)
+            inverse_features = self._inverse.episode(run)
         return Epoch(
             **{name: steps[name] for name in _OF_EPOCH},
-            inverse_features=self._inverse.episode(run),
+            inverse_features=inverse_features,
             forward_features=self._forward.episode(run),
             predictor_features=predictor.episode(run) if predictor else _none(steps["prior"]),
-            next_posture=np.concatenate([steps["posture"][1:], last["posture"][None]]),
-            next_feedback=np.concatenate([steps["feedback"][1:], feedback[None]]),
+            outcome=self._space.outcome(steps["joint_angles"], after, reached),
+            next_feedback=next_feedback,
             feedback_gain=float(steps["feedback_gain"][0]),
+            assignment=steps["responsibility"],
+            desired=desired,
+            usable=usable,
         )
 
     def _step(self) -> Step:
@@ -290,7 +327,9 @@ class PairedModels(Agent):
             predictor_features=predictor.features if predictor else _none(responsibility),
             responsibility=responsibility,
             predictions=steps.last("predictions"),
-            next_posture=last["posture"],
+            outcome=self._space.outcome(
+                steps.last("joint_angles"), last["joint_angles"], last["posture"]
+            ),
             next_feedback=self.spec.feedback(last["joint_angles"], last["reference"]),
             feedback_gain=steps.last("feedback_gain"),
         )

@@ -2,7 +2,7 @@
 
 from mpma_mj.esn.feature_replay import FeatureReplay
 from mpma_mj.esn.precision import PRECISION, Features
-from mpma_mj.esn.readout import ReadoutBank
+from mpma_mj.esn.readout import ReadoutBank, Ridge
 from mpma_mj.esn.reservoir import ReservoirBank
 
-__all__ = ["PRECISION", "FeatureReplay", "Features", "ReadoutBank", "ReservoirBank"]
+__all__ = ["PRECISION", "FeatureReplay", "Features", "ReadoutBank", "ReservoirBank", "Ridge"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -28,7 +28,7 @@ class FeatureReplay:
     def __init__(
         self,
         bank: ReservoirBank,
-        noise: Callable[[], np.random.Generator],
+        noise: Callable[[], Sequence[np.random.Generator]],
         inputs: Features,
         count: int | None = None,
     ) -> None:
@@ -36,7 +36,7 @@ class FeatureReplay:
 
         Args:
             bank: Reservoirs of one run, with states that nothing else uses.
-            noise: Returns the source of the episode's noise, at its beginning.
+            noise: Returns the sources of the episode's noise, at its beginning, one for each group.
             inputs: Inputs v, shape (T, D) or (T, M, D).
             count: Number of the first reservoirs to return; all if not given.
         """
@@ -50,7 +50,7 @@ class FeatureReplay:
 
     def blocks(self) -> Iterator[tuple[slice, Features]]:
         """Yield steps and their features, (B, M, F), which the next block overwrites."""
-        self._bank.reset([self._noise()])
+        self._bank.reset(*([source] for source in self._noise()))
         steps, count, _ = self.shape
         block = np.empty((min(_BLOCK, steps), *self._bank.shape), PRECISION)
         for start in range(0, steps, _BLOCK):

@@ -13,12 +13,24 @@ from mpma_mj.errors import BadOptionError
 from mpma_mj.esn.feature_replay import FeatureReplay, blocks
 from mpma_mj.esn.precision import PRECISION, Features, Single
 
-__all__ = ["ReadoutBank"]
+__all__ = ["ReadoutBank", "Ridge"]
 
 Array = NDArray[np.float64]
 
 _LEAST_SINGLE = 1e-4  # ridge; with a smaller one, rounding of single-precision sums is visible
 _EPSILON = 1e-6  # avoids a division by 0
+
+
+class Ridge(NamedTuple):
+    """Ridge that is added to G: (absolute · n) I + relative · diag G.
+
+    Attributes:
+        absolute: ρ, a step.
+        relative: Share of each feature's own second moment, so that its unit does not matter.
+    """
+
+    absolute: float = 1.0
+    relative: float = 0.0
 
 
 class _Sums(NamedTuple):
@@ -33,11 +45,12 @@ class ReadoutBank:
 
     Weighted least squares with forgetting φ and ridge ρ. After every epoch of T steps:
 
-        G_i ← φ G_i + Σ_t w_t z zᵀ      B_i ← φ B_i + Σ_t w_t z yᵀ      n ← φ n + T
-        W_out,i = ((G_i + ρ n I)⁻¹ B_i)ᵀ
+        G_i ← φ G_i + Σ_t w_t z zᵀ      B_i ← φ B_i + Σ_t w_t z yᵀ      n_i ← φ n_i + Σ_t w_t
+        W_out,i = ((G_i + ρ n_i I + ρ' diag G_i)⁻¹ B_i)ᵀ
 
-    With φ = 0 it is plain ridge regression on the last epoch. `partial_fit` learns from a step
-    instead. G and B, by far the largest arrays, exist only where readouts are fitted.
+    With φ = 0 it is plain ridge regression on the last epoch. Readouts with Σ_t w_t < 1 stay as
+    they are. `partial_fit` learns from a step instead. G and B, by far the largest arrays, exist
+    only where readouts are fitted.
 
     Arrays may begin with an axis of runs; `of_run` returns one run's readouts.
 
@@ -45,23 +58,30 @@ class ReadoutBank:
         weights: W_out, shape (..., M, K, F).
     """
 
-    def __init__(self, weights: Array, *, forgetting: float = 0.0, ridge: float = 1.0) -> None:
+    def __init__(
+        self, weights: Array, *, forgetting: float = 0.0, ridge: Ridge = Ridge()
+    ) -> None:
         """Begin with given weights and no memory.
 
         Args:
             weights: Initial W_out, shape (..., M, K, F): modules, outputs, features.
             forgetting: φ, in [0, 1].
-            ridge: ρ, above 0.
+            ridge: Ridge.
         """
         self.weights: Single = weights.astype(PRECISION)
         self._forgetting = forgetting
         self._ridge = ridge
         self._sums: _Sums | None = None
-        self._steps = np.zeros(weights.shape[:-3])
+        self._steps = np.zeros(weights.shape[:-2])
 
     def __call__(self, features: Features) -> Array:
-        """Return the outputs, shape (..., M, K), for features (..., M, F)."""
-        return (self.weights @ features[..., None])[..., 0].astype(np.float64)
+        """Return the outputs, shape (..., M', K), for features (..., M', F) of the first M'."""
+        weights = self.weights[..., : features.shape[-2], :, :]
+        return (weights @ features[..., None])[..., 0].astype(np.float64)
+
+    def outputs(self, features: Features | FeatureReplay) -> Array:
+        """Return one run's outputs in an episode, shape (T, M', K), for features (T, M', F)."""
+        return np.concatenate([self(block) for _, block in blocks(features)])
 
     def of_run(self, index: tuple[int, ...]) -> ReadoutBank:
         """Return one run's readouts, (M, K, F), which share memory with these."""
@@ -70,7 +90,7 @@ class ReadoutBank:
 
     def first_modules(self, count: int) -> ReadoutBank:
         """Return the first modules' readouts, (..., M', K, F), which share memory with these."""
-        return self._part((..., slice(count), slice(None), slice(None)), (...,))
+        return self._part((..., slice(count), slice(None), slice(None)), (..., slice(count)))
 
     def _part(self, view: tuple[Any, ...], steps: tuple[Any, ...]) -> ReadoutBank:
         part = ReadoutBank.__new__(ReadoutBank)
@@ -89,6 +109,7 @@ class ReadoutBank:
     def drop_modules(self, modules: Sequence[int]) -> None:
         """Continue without some modules' readouts and their memory, (K,) of M."""
         self.weights = np.delete(self.weights, modules, axis=-3)
+        self._steps = np.delete(self._steps, modules, axis=-1)
         if self._sums is not None:
             self._sums = _Sums(*(np.delete(sums, modules, axis=-3) for sums in self._sums))
 
@@ -107,29 +128,34 @@ class ReadoutBank:
         """
         steps, count, _ = features.shape
         gram, moment = self._accumulated()
-        self._steps[...] = self._forgetting * self._steps + steps
-        ridge = self._ridge * float(self._steps)
         outputs = np.broadcast_to(targets.astype(PRECISION), (steps, count, targets.shape[2]))
-        roots = None if step_weights is None else np.sqrt(step_weights, dtype=PRECISION)
-        gram *= self._forgetting
-        moment *= self._forgetting
+        roots, total = None, np.full(count, float(steps))
+        if step_weights is not None:
+            total = step_weights[:, :count].sum(axis=0)
+            roots = np.sqrt(step_weights, dtype=PRECISION)
+        fitted = np.flatnonzero(total >= 1.0)
+        self._steps[fitted] = self._forgetting * self._steps[fitted] + total[fitted]
+        if self._forgetting < 1.0:
+            gram[fitted] *= self._forgetting
+            moment[fitted] *= self._forgetting
         for rows, block in blocks(features):
-            for i in range(count):
+            for i in fitted:
                 z, y = block[:, i], outputs[rows, i]
                 if roots is not None:
                     z, y = roots[rows, i, None] * z, roots[rows, i, None] * y
                 z = z.astype(gram.dtype, copy=False)
                 gram[i] += z.T @ z
                 moment[i] += z.T @ y
-        for i in range(count):
+        for i in fitted:
             regular = gram[i].copy()
-            regular.flat[:: len(regular) + 1] += ridge
+            diagonal = regular.ravel()[:: len(regular) + 1]  # a view
+            diagonal += self._ridge.relative * diagonal + self._ridge.absolute * float(self._steps[i])
             try:
                 factor = linalg.cho_factor(regular, overwrite_a=True, check_finite=False)
             except linalg.LinAlgError:
                 raise BadOptionError(
                     option="ridge",
-                    value=self._ridge,
+                    value=self._ridge.absolute,
                     expected="a ridge that is large enough to fit readouts with, such as 1e-4",
                 ) from None
             self.weights[i] = linalg.cho_solve(factor, moment[i], check_finite=False).T
@@ -153,7 +179,7 @@ class ReadoutBank:
     def state_dict(self) -> dict[str, Array]:
         """Return copies of all arrays that learning changes, by name."""
         state: dict[str, NDArray[Any]] = {"weights": self.weights, "steps": self._steps}
-        if self._steps.any():
+        if self._forgetting > 0.0:  # else the next epoch does not need them
             state |= self._accumulated()._asdict()
         return {name: value.copy() for name, value in state.items()}
 
@@ -170,19 +196,16 @@ class ReadoutBank:
         """
         _assign(self.weights, state[f"{prefix}weights"])
         _assign(self._steps, state[f"{prefix}steps"])
-        if self._steps.any():
+        if self._forgetting > 0.0:
             for name, sums in self._accumulated()._asdict().items():
                 _assign(sums, state[f"{prefix}{name}"])
-        elif self._sums is not None:
-            for sums in self._sums:
-                sums[...] = 0.0
 
     def _accumulated(self) -> _Sums:
         """Return the sums, 0 before the first epoch."""
         if self._sums is None:
             *modules, outputs, features = self.weights.shape
             shapes = (*modules, features, features), (*modules, features, outputs)
-            kind = PRECISION if self._ridge >= _LEAST_SINGLE else np.float64
+            kind = PRECISION if max(self._ridge) >= _LEAST_SINGLE else np.float64
             self._sums = _Sums(*(np.zeros(shape, kind) for shape in shapes))
         return self._sums
 

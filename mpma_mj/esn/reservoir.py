@@ -6,6 +6,7 @@ import copy
 from collections.abc import Iterator, Sequence
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from mpma_mj.esn.initializers import block_diagonal, random_recurrence
@@ -59,28 +60,48 @@ class ReservoirBank:
             streams: Source of the weights of each run.
         """
         self.features = nodes + inputs
-        self._noise = noise
-        self._drawn = count  # reservoirs for which noise is drawn
+        self._noise, self._radius = noise, radius
+        self._drawn = count  # reservoirs of a group, for which noise is drawn
         self._remaining: NDArray[np.intp] | slice = slice(None)  # those that are left of them
+        self._input_weights: Single = np.empty((*batch_shape, 0, nodes, inputs), PRECISION)
+        self._recurrence = sp.csr_array((0, 0), dtype=PRECISION)
+        self.extend(streams)
+        self.reset(streams)
+
+    def extend(self, streams: Streams) -> None:
+        """Add another group of M reservoirs to each run, from the next reset.
+
+        Args:
+            streams: Source of the weights of each run.
+        """
+        *batch_shape, present, nodes, inputs = self._input_weights.shape
+        count = self._drawn
         drawn, blocks = [], []
         for stream in streams:
             drawn.append(stream.uniform(-1.0, 1.0, (count, nodes, inputs)))
-            blocks += [random_recurrence(nodes, radius, stream) for _ in range(count)]
-        self._input_weights: Single = np.reshape(
-            drawn, (*batch_shape, count, nodes, inputs)
-        ).astype(PRECISION)
-        self._recurrence = block_diagonal(blocks).astype(PRECISION)
-        self.reset(streams)
+            blocks += [random_recurrence(nodes, self._radius, stream) for _ in range(count)]
+        added = np.reshape(drawn, (*batch_shape, count, nodes, inputs)).astype(PRECISION)
+        recurrence = block_diagonal(blocks).astype(PRECISION)
+        self._input_weights = np.concatenate([self._input_weights, added], axis=-3)
+        if not present:
+            self._recurrence = recurrence
+            return
+        # Neurons are ordered by run, then by reservoir: those of the group go behind each run's.
+        before = np.arange(self._recurrence.shape[0]).reshape(-1, present * nodes)
+        behind = before.size + np.arange(recurrence.shape[0]).reshape(-1, count * nodes)
+        order = np.concatenate([before, behind], axis=1).ravel()
+        joined = sp.block_diag([self._recurrence, recurrence], format="csr")
+        self._recurrence = sp.csr_array(joined)[order][:, order]
 
     @property
     def shape(self) -> tuple[int, ...]:
         """Shape of the features, (..., M, N + D)."""
         return (*self._input_weights.shape[:-2], self.features)
 
-    def reset(self, streams: Streams) -> None:
-        """Set all states to 0; noise is drawn from these streams, one for each run."""
+    def reset(self, *groups: Streams) -> None:
+        """Set all states to 0; noise is drawn from these streams, one for each group and run."""
         self._state: Single = np.zeros(self._input_weights.shape[:-1], PRECISION)
-        self._streams = streams
+        self._groups = groups
         self._ahead: Iterator[Single] = iter(())  # noise of the next steps
 
     def select_runs(self, runs: NDArray[np.intp]) -> None:
@@ -140,8 +161,11 @@ class ReservoirBank:
         if noise is None:
             shape = self._state.shape
             each = (_DRAWN_AHEAD, self._drawn, shape[-1])
-            drawn = np.stack([stream.random(each) for stream in self._streams], axis=1)
-            drawn = drawn[:, :, self._remaining]
+            by_group = [
+                np.stack([stream.random(each) for stream in streams], axis=1)
+                for streams in self._groups
+            ]
+            drawn = np.concatenate(by_group, axis=2)[:, :, self._remaining]
             drawn -= 0.5
             drawn *= self._noise
             self._ahead = iter(drawn.astype(PRECISION).reshape(_DRAWN_AHEAD, *shape))

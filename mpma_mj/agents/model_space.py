@@ -1,0 +1,199 @@
+"""Spaces in which a pair of models works: what the models sense, command and predict."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.agents.base import AgentSpec, Observation
+from mpma_mj.agents.config import JOINTS, POSTURE
+from mpma_mj.kinematics import posture_from_angles
+from mpma_mj.utils.clipping import clip
+
+__all__ = ["JointSpace", "ModelSpace", "PostureSpace"]
+
+Array = NDArray[np.float64]
+
+_IMPOSSIBLE = 1.5  # entries of a residual from which an example counts as an outlier (choice)
+
+
+class ModelSpace(ABC):
+    """What inverse and forward models receive and return; "..." is (), (R,) or (T,).
+
+    Attributes:
+        state_size: Length of the proprioceptive state s.
+        inverse_inputs: Length of the inverse models' input.
+        outputs: Length of the forward models' output.
+    """
+
+    state_size: int
+    inverse_inputs: int
+    outputs: int
+
+    def __init__(self, spec: AgentSpec) -> None:
+        """Keep the description of the arms."""
+        self.spec = spec
+
+    @abstractmethod
+    def state(self, observation: Observation) -> Array:
+        """Return the proprioceptive state s, shape (..., S)."""
+
+    @abstractmethod
+    def inverse_input(
+        self, state: Array, joint_angles: Array, target: Array
+    ) -> tuple[Array, Array | None]:
+        """Return the inverse models' input, shape (..., D), and what their output is added to.
+
+        Args:
+            state: Proprioceptive state, shape (..., S).
+            joint_angles: Joint angles q, shape (..., 8), rad.
+            target: Posture to be reached next, shape (..., 12).
+
+        Returns:
+            The input, and a command of shape (..., 8); None where the output is the command.
+        """
+
+    @abstractmethod
+    def predicted_posture(self, outputs: Array, joint_angles: Array) -> Array:
+        """Return the postures that forward models predict.
+
+        Args:
+            outputs: Outputs of the forward models, shape (..., M, K).
+            joint_angles: Joint angles q from which they predict, shape (..., 8), rad.
+
+        Returns:
+            Postures, shape (..., M, 12).
+        """
+
+    @abstractmethod
+    def outcome(self, before: Array, after: Array, posture: Array) -> Array:
+        """Return what forward models should have predicted.
+
+        Args:
+            before: Joint angles q_t, shape (..., 8), rad.
+            after: Joint angles q_{t+1}, shape (..., 8), rad.
+            posture: Posture x_{t+1}, shape (..., 12).
+
+        Returns:
+            Target, shape (..., K).
+        """
+
+
+class PostureSpace(ModelSpace):
+    """Models of the paper: from postures to commands, from commands to postures.
+
+        inverse  [x ; sin q ; cos q ; x'_{t+1}] → u
+        forward  [u ; x ; sin q ; cos q] → x̂_{t+1}
+
+    The joint angles are ours; see `NetworkConfig.proprioception`.
+    """
+
+    outputs = POSTURE
+
+    def __init__(self, spec: AgentSpec, *, proprioception: bool) -> None:
+        """Choose what models receive.
+
+        Args:
+            spec: Description of the arms.
+            proprioception: Whether models receive the joint angles, too.
+        """
+        super().__init__(spec)
+        self._proprioception = proprioception
+        self.state_size = POSTURE + (2 * JOINTS if proprioception else 0)
+        self.inverse_inputs = self.state_size + POSTURE
+
+    def state(self, observation: Observation) -> Array:
+        """Return the posture and, if configured, sine and cosine of the joint angles."""
+        if not self._proprioception:
+            return observation["posture"]
+        angles = observation["joint_angles"]
+        return np.concatenate([observation["posture"], np.sin(angles), np.cos(angles)], axis=-1)
+
+    def inverse_input(
+        self, state: Array, joint_angles: Array, target: Array
+    ) -> tuple[Array, Array | None]:
+        """Return state and target; the output is the command."""
+        return np.concatenate([state, target], axis=-1), None
+
+    def predicted_posture(self, outputs: Array, joint_angles: Array) -> Array:
+        """Return the outputs."""
+        return outputs
+
+    def outcome(self, before: Array, after: Array, posture: Array) -> Array:
+        """Return the posture that was reached."""
+        return posture
+
+
+class JointSpace(ModelSpace):
+    """Models in joint space: from moves to residual commands, from commands to moves (ours).
+
+        m_t = u_fb(q_t, x'_{t+1})                            resolved-rate command
+        s_t = [x_t ; sin q_t ; cos q_t ; q̇_t / v]            proprioceptive state
+        inverse  [s_t ; x'_{t+1} ; m_t] → residual on m_t
+        forward  [u_t ; s_t] → move,  q̂_{t+1} = q_t + Δt v move
+
+    A plant is nearly linear in these, so that linear readouts tell plants apart; and a large ridge
+    leads back to m, not to 0.
+    """
+
+    state_size = POSTURE + 3 * JOINTS
+    inverse_inputs = state_size + POSTURE + JOINTS
+    outputs = JOINTS
+
+    def state(self, observation: Observation) -> Array:
+        """Return posture, sine and cosine of the joint angles, and their relative velocities."""
+        angles = observation["joint_angles"]
+        relative = observation["joint_velocities"] / self.spec.max_joint_speed
+        parts = [observation["posture"], np.sin(angles), np.cos(angles), relative]
+        return np.concatenate(parts, axis=-1)
+
+    def inverse_input(
+        self, state: Array, joint_angles: Array, target: Array
+    ) -> tuple[Array, Array | None]:
+        """Return state, target and resolved-rate command; the output is added to the last."""
+        command = self.spec.feedback(joint_angles, target)
+        return np.concatenate([state, target, command], axis=-1), command
+
+    def predicted_posture(self, outputs: Array, joint_angles: Array) -> Array:
+        """Return the postures of the joint angles after the predicted moves."""
+        angles = joint_angles[..., None, :] + self.spec.control_timestep * (
+            self.spec.max_joint_speed * outputs
+        )
+        return posture_from_angles(angles)
+
+    def outcome(self, before: Array, after: Array, posture: Array) -> Array:
+        """Return the move, [q_{t+1} - q_t] / (Δt v)."""
+        return self.spec.move(before, after)
+
+    def hindsight(
+        self, state: Array, joint_angles: Array, action: Array, reached: Array
+    ) -> tuple[Array, Array, NDArray[np.bool_]]:
+        """Return exact examples of the inverse: what was reached is taken for the target.
+
+        Args:
+            state: Proprioceptive states, shape (T, S).
+            joint_angles: Joint angles q, shape (T, 8), rad.
+            action: Actions u, shape (T, 8).
+            reached: Postures x_{t+1} that were reached, shape (T, 12).
+
+        Returns:
+            Inputs of the inverse models, shape (T, D); their targets u - u_fb(q_t, x_{t+1}), shape
+            (T, 8); and which examples can be learned from, shape (T,).
+        """
+        inputs, command = self.inverse_input(state, joint_angles, reached)
+        assert command is not None
+        residual = action - command
+        return inputs, residual, (np.abs(residual) < _IMPOSSIBLE).all(axis=1)
+
+
+def module_action(outputs: Array, command: Array | None) -> Array:
+    """Return the actions u^i of inverse models, shape (..., M, 8).
+
+    Args:
+        outputs: Outputs of the inverse models, shape (..., M, 8).
+        command: Command that they are added to, shape (..., 8); None if there is none.
+    """
+    action = clip(outputs)
+    return action if command is None else clip(command[..., None, :] + action)

@@ -1,0 +1,212 @@
+"""Plant models: linear predictors of the arms' next move, whose errors tell plants apart."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.agents.config import JOINTS
+from mpma_mj.agents.switching import smoothed
+
+__all__ = [
+    "NOVELTY",
+    "PLANT_INPUTS",
+    "PlantModels",
+    "gaussian_log_likelihood",
+    "novelty",
+    "plant_inputs",
+]
+
+Array = NDArray[np.float64]
+
+PLANT_INPUTS = 4 * JOINTS + 1
+"""Length of a plant model's input o."""
+
+NOVELTY = 3.0
+"""Novelty above which no plant model accounts for a step (choice)."""
+
+# All choices of the prototype; docs/design_choices.md says how results depend on them.
+_RIDGE = 1e-4  # of A, a step and divided by the largest number of plants
+_LEAST_VARIANCE = 2e-4  # of moves
+_CALIBRATION = 2  # epochs that calibrate the first plant: one led by feedback, one in own control
+_IGNORANCE = 10.0  # κ: how much a model's ignorance of a place widens what it expects there
+_MOST_NOVEL = 100.0
+_WINDOW = 9  # steps over which novelty is averaged, 0.45 s
+_LEAST_STEPS, _LEAST_SHARE = 20, 0.1  # of an epoch that a new plant needs
+_ROUNDS = 3  # of posterior and refit
+
+
+def plant_inputs(
+    action: Array, joint_angles: Array, joint_velocities: Array, max_joint_speed: Array
+) -> Array:
+    """Return a plant model's input, o = [u; sin q; cos q; q̇ / v; 1], shape (..., 33).
+
+    Args:
+        action: Actions u, shape (..., 8).
+        joint_angles: Joint angles q, shape (..., 8), rad.
+        joint_velocities: Joint velocities q̇, shape (..., 8), rad/s.
+        max_joint_speed: Top speeds v, shape (8,), rad/s.
+    """
+    inputs = np.empty((*action.shape[:-1], PLANT_INPUTS))
+    inputs[..., :8] = action
+    np.sin(joint_angles, out=inputs[..., 8:16])
+    np.cos(joint_angles, out=inputs[..., 16:24])
+    np.divide(joint_velocities, max_joint_speed, out=inputs[..., 24:32])
+    inputs[..., 32] = 1.0
+    return inputs
+
+
+def gaussian_log_likelihood(errors: Array, variance: Array) -> Array:
+    """Compute the log likelihood of errors, -½ Σ_d (e_d² / s²_d + log s²_d).
+
+    Args:
+        errors: Errors e of moves, shape (..., 8).
+        variance: Variances s², shape (..., 8).
+
+    Returns:
+        Log likelihood up to a constant, shape (...).
+    """
+    return -0.5 * (errors**2 / variance + np.log(variance)).sum(axis=-1)
+
+
+def novelty(errors: Array, variance: Array, gram: Array, inputs: Array) -> Array:
+    """Compute how far moves are from what every plant model expects (normalised innovation).
+
+        d_t = min_w mean_d e²_{w,d} / [ s²_{w,d} (1 + κ oᵀ (G_w + 1e-3 I)⁻¹ o) ]
+
+    averaged over a window. It is about 1 where a plant model is right.
+
+    Args:
+        errors: Errors e of the plant models' moves, shape (T, W, 8).
+        variance: Their variances s², shape (W, 8).
+        gram: Sums G of their inputs' products, shape (W, 33, 33).
+        inputs: Inputs o, shape (T, 33).
+
+    Returns:
+        Novelty, shape (T,).
+    """
+    inverse = np.linalg.inv(gram + 1e-3 * np.eye(PLANT_INPUTS))
+    ignorance = np.einsum("ti,wij,tj->tw", inputs, inverse, inputs, optimize=True)
+    expected = variance * (1.0 + _IGNORANCE * ignorance)[:, :, None]
+    least = np.minimum((errors**2 / expected).mean(axis=2).min(axis=1), _MOST_NOVEL)
+    return np.convolve(least, np.full(_WINDOW, 1.0 / _WINDOW), "same")
+
+
+@dataclass(eq=False)
+class PlantModels:
+    """Plant models of one run, or of a batch of R runs; "..." is () or (R,).
+
+        move^w = A_w o
+
+    with the move [q_{t+1} - q_t] / (Δt v) of the arms. Least squares over all steps of a plant:
+
+        G_w ← G_w + Σ_t g^w_t o oᵀ      B_w ← B_w + Σ_t g^w_t o moveᵀ      A_w = ((G_w + ρ I)⁻¹ B_w)ᵀ
+
+    where g is the posterior of the plants. A plant is recruited after an epoch in which no plant
+    model accounts for enough steps, and its model begins with these. Variances s² of the first
+    plant are those of its second epoch, the first in its own control; of others those of the
+    epoch in which they were recruited. They then stay.
+
+    Attributes:
+        weights: A, shape (..., W, 8, 33).
+        variance: s², shape (..., W, 8).
+        gram: G, shape (..., W, 33, 33).
+        moment: B, shape (..., W, 33, 8).
+        recruited: Number of plants recruited so far, shape (...), 1 at the start.
+        epochs: Epochs so far, shape (...).
+    """
+
+    weights: Array
+    variance: Array
+    gram: Array
+    moment: Array
+    recruited: NDArray[np.intp]
+    epochs: NDArray[np.intp]
+
+    @classmethod
+    def blank(cls, batch_shape: tuple[int, ...], most: int) -> PlantModels:
+        """Return plant models that have seen nothing, of at most a number of plants, W."""
+        shape = (*batch_shape, most)
+        return cls(
+            weights=np.zeros((*shape, JOINTS, PLANT_INPUTS)),
+            variance=np.full((*shape, JOINTS), 0.05),
+            gram=np.zeros((*shape, PLANT_INPUTS, PLANT_INPUTS)),
+            moment=np.zeros((*shape, PLANT_INPUTS, JOINTS)),
+            recruited=np.ones(batch_shape, np.intp),
+            epochs=np.zeros(batch_shape, np.intp),
+        )
+
+    @property
+    def most(self) -> int:
+        """Largest number of plants, W."""
+        return self.weights.shape[-3]
+
+    def of_run(self, run: tuple[int, ...]) -> PlantModels:
+        """Return the plant models of one run, which share memory with these."""
+        return PlantModels(**{name: array[(*run, ...)] for name, array in vars(self).items()})
+
+    def select_runs(self, runs: NDArray[np.intp]) -> None:
+        """Continue with some runs only, (R',) of R."""
+        for name, array in vars(self).items():
+            setattr(self, name, array[runs])
+
+    def learn(self, inputs: Array, moves: Array) -> tuple[Array, bool]:
+        """Learn from an epoch of one run, and recruit a plant if one is new.
+
+        Args:
+            inputs: Inputs o, shape (T, 33).
+            moves: Moves that followed, shape (T, 8).
+
+        Returns:
+            Posterior g of the plants, shape (T, W), and whether a plant was recruited.
+        """
+        posterior = np.zeros((len(inputs), self.most))
+        calibrating = int(self.epochs) < _CALIBRATION
+        self.epochs[...] += 1
+        count = int(self.recruited)
+        if calibrating:
+            posterior[:, 0] = 1.0
+            self._refit(posterior, inputs, moves, calibrating=True)
+            self._accumulate(posterior, inputs, moves)
+            return posterior, False
+        errors = self._errors(inputs, moves, count)
+        posterior[:, :count] = smoothed(gaussian_log_likelihood(errors, self.variance[:count]))
+        new = novelty(errors, self.variance[:count], self.gram[:count], inputs) > NOVELTY
+        enough = max(_LEAST_STEPS, _LEAST_SHARE * len(inputs))
+        recruits = new.sum() >= enough and count < self.most
+        if recruits:
+            self.recruited[...] = count = count + 1
+            posterior[new] = 0.0
+            posterior[new, count - 1] = 1.0
+        for _ in range(_ROUNDS):
+            self._refit(posterior, inputs, moves, calibrating=False)
+            errors = self._errors(inputs, moves, count)
+            likelihood = gaussian_log_likelihood(errors, self.variance[:count])
+            posterior[:, :count] = smoothed(likelihood)
+        self._accumulate(posterior, inputs, moves)
+        return posterior, bool(recruits)
+
+    def _errors(self, inputs: Array, moves: Array, count: int) -> Array:
+        """Return the errors of the first plants' models, shape (T, W', 8)."""
+        predicted = np.einsum("ti,wki->twk", inputs, self.weights[:count], optimize=True)
+        return predicted - moves[:, None]
+
+    def _refit(self, posterior: Array, inputs: Array, moves: Array, *, calibrating: bool) -> None:
+        """Refit the models of plants that were on for long enough, on top of their own sums."""
+        ridge = _RIDGE * len(inputs) / self.most * np.eye(PLANT_INPUTS)
+        for w in np.flatnonzero(posterior.sum(axis=0) > _LEAST_STEPS):
+            weight = posterior[:, w, None]
+            gram = self.gram[w] + inputs.T @ (weight * inputs) + ridge
+            moment = self.moment[w] + inputs.T @ (weight * moves)
+            self.weights[w] = np.linalg.solve(gram, moment).T
+            if calibrating or not self.gram[w].any():
+                errors = inputs @ self.weights[w].T - moves
+                variance = (weight * errors**2).sum(axis=0) / weight.sum()
+                self.variance[w] = np.maximum(variance, _LEAST_VARIANCE)
+
+    def _accumulate(self, posterior: Array, inputs: Array, moves: Array) -> None:
+        weighted = posterior.T[:, :, None] * inputs  # (W, T, 33)
+        self.gram += weighted.transpose(0, 2, 1) @ inputs
+        self.moment += weighted.transpose(0, 2, 1) @ moves

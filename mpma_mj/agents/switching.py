@@ -1,0 +1,80 @@
+"""Hidden Markov model of a state that switches: which of W plants is on."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["SWITCHING_PROBABILITY", "filtered", "predicted", "smoothed"]
+
+Array = NDArray[np.float64]
+
+SWITCHING_PROBABILITY = 0.03
+"""Probability h of a switch a step (choice)."""
+
+_LEAST_LOG = -50.0  # log likelihoods below the largest by more than this are equal
+_LEAST = 1e-30  # no state is excluded for ever
+
+
+def predicted(belief: Array, enabled: NDArray[np.bool_]) -> Array:
+    """Compute the belief before a step's evidence, (1-h) b + h / W.
+
+    Args:
+        belief: Belief b of the step before, shape (..., W), 0 where a state is not enabled.
+        enabled: Which states there are, shape (..., W); W counts them.
+
+    Returns:
+        Belief, shape (..., W), that sums to 1.
+    """
+    h = SWITCHING_PROBABILITY
+    return (1.0 - h) * belief + h * enabled / enabled.sum(axis=-1, keepdims=True)
+
+
+def filtered(prior: Array, log_likelihood: Array) -> Array:
+    """Compute the belief after a step's evidence, b ∝ ℓ p.
+
+    Args:
+        prior: Belief p before, shape (..., W), 0 where a state is not enabled.
+        log_likelihood: log ℓ of the evidence, shape (..., W).
+
+    Returns:
+        Belief, shape (..., W), that sums to 1.
+    """
+    joint = prior * _likelihood(log_likelihood, prior > 0.0)
+    return joint / joint.sum(axis=-1, keepdims=True)
+
+
+def smoothed(log_likelihood: Array) -> Array:
+    """Compute the belief at each step, given the evidence of all steps (forward-backward).
+
+    Args:
+        log_likelihood: log ℓ of the evidence, shape (T, W).
+
+    Returns:
+        Posterior, shape (T, W), that sums to 1 over states.
+    """
+    steps, states = log_likelihood.shape
+    if states == 1:
+        return np.ones((steps, 1))
+    likelihood = _likelihood(log_likelihood, np.ones(states, bool))
+    h = SWITCHING_PROBABILITY
+    posterior = np.empty_like(likelihood)
+    belief = np.full(states, 1.0 / states)
+    for t in range(steps):
+        belief = ((1.0 - h) * belief + h / states) * likelihood[t]
+        belief /= belief.sum()
+        posterior[t] = belief
+    later = np.ones(states)
+    for t in range(steps - 1, -1, -1):
+        posterior[t] *= later
+        later = later * likelihood[t]
+        later = (1.0 - h) * later + h / states * later.sum()
+        later /= later.sum()
+    return posterior / posterior.sum(axis=1, keepdims=True)
+
+
+def _likelihood(log_likelihood: Array, enabled: NDArray[np.bool_]) -> Array:
+    """Return likelihoods relative to the largest, 0 where a state is not enabled."""
+    logs = np.where(enabled, log_likelihood, -np.inf)
+    relative = np.exp(np.maximum(logs - logs.max(axis=-1, keepdims=True), _LEAST_LOG))
+    return (relative + _LEAST) * enabled
