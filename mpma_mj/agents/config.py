@@ -5,7 +5,7 @@ Only names and numbers, so that the command line can show them without loading a
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Annotated, TypeAlias, get_args
 
 from mpma_mj.errors import BadOptionError
@@ -27,7 +27,6 @@ __all__ = [
     "RULE_MEMBERS",
     "AgentConfig",
     "FeedbackOnlyConfig",
-    "GrowingConfig",
     "HAMMERConfig",
     "MOSAICConfig",
     "MPMAConfig",
@@ -35,6 +34,7 @@ __all__ = [
     "OpenLoopConfig",
     "RandomConfig",
     "SingleConfig",
+    "check_models",
 ]
 
 JOINTS = 8
@@ -47,10 +47,19 @@ RULES = f"{', '.join(get_args(RuleName))}, or the path of a class, such as my_ru
 """What names a learning rule."""
 
 RULE_MEMBERS = (
-    *("fit", "partial_fit", "next_sigma"),
-    *("forgetting", "first_sigma", "online"),
+    *("fit", "partial_fit"),
+    *("models", "forgetting", "sigma", "online", "immediate"),
 )
 """Methods and attributes of a learning rule; see `LearningRule`."""
+
+_BUILT_IN_MODELS = {"weighted": "joint", "gated": "posture"}
+_OWN_OPTIONS = {
+    "joint": (
+        *("history", "inverse_ridge"),
+        *("max_plants", "temperature", "novelty", "switching_probability"),
+    ),
+    "posture": ("proprioception", "efference_copy"),
+}
 
 _Modules = Annotated[int, Bounds(1, 1000)]
 _Ridge = Annotated[float, Bounds(0.0, 1e6, above=True)]
@@ -91,8 +100,8 @@ class NetworkConfig(AgentConfig):
 
     Attributes:
         nodes: Neurons of each reservoir, N.
-        proprioception: Whether inverse and forward models receive the joint angles too; the
-            paper's do not. A posture has two solutions in joint angles, and the effect of a joint
+        proprioception: Whether posture models receive the joint angles too; the paper's do
+            not. A posture has two solutions in joint angles, and the effect of a joint
             velocity depends on which is held: an arm that was raised through straight forward
             has turned over.
         spectral_radius: Spectral radius of the reservoirs; 0.1 in the paper.
@@ -108,31 +117,37 @@ class NetworkConfig(AgentConfig):
     reservoir_noise: Annotated[float, Bounds(0.0, 1.0, below=True)] = 0.2
     context_signal: ContextSignal = "labels"
 
-    @property
-    def state_size(self) -> int:
-        """Length of the proprioceptive state that models receive."""
-        return POSTURE + (2 * JOINTS if self.proprioception else 0)
-
 
 @dataclass(frozen=True, kw_only=True)
 class SingleConfig(NetworkConfig):
     """Config of one pair of inverse and forward model.
 
     Attributes:
-        rule: Learning rule: "weighted" is ours, "gated" the paper's; or the path of a class,
-            such as my_rules.py:MyRule.
-        efference_copy: Command that forward models receive: the total, or each module's own as in
-            the paper's text.
-        ridge: Ridge ρ of the readouts, per step; with 0.1 or more a motion continues without its
-            demonstration (choice).
+        models: Space of the models: "joint" models are ours, "posture" models the paper's.
+        rule: Learning rule: "weighted" for joint models is ours, "gated" for posture models the
+            paper's; or the path of a class, such as my_rules.py:MyRule.
+        history: Whether joint models receive the last move and the last action, too.
+        inverse_ridge: Ridge of joint inverse models, as a share of each feature's own second moment
+            (choice).
+        ridge: Ridge ρ of all other readouts, per step; with 0.1 or more a motion of posture models
+            continues without its demonstration (choice).
+        efference_copy: Command that posture forward models receive: the total, or each module's own
+            as in the paper's text.
     """
 
+    models: Models = "joint"
     rule: Rule = "weighted"
-    efference_copy: EfferenceCopy = "total"
+    history: bool = False
+    inverse_ridge: _Ridge = 0.03
     ridge: _Ridge = 1e-4
+    efference_copy: EfferenceCopy = "total"
 
     def __post_init__(self) -> None:
-        """Check the fields; a rule that is named by a path is imported by the agent only."""
+        """Check the fields; a rule that is named by a path is imported by the agent only.
+
+        Raises:
+            BadOptionError: A value is out of bounds, or does not fit the models.
+        """
         super().__post_init__()
         rule: object = self.rule
         if isinstance(rule, str):
@@ -142,6 +157,39 @@ class SingleConfig(NetworkConfig):
         if not fits or isinstance(rule, type):
             expected = f"{RULES}, or an instance of LearningRule"
             raise BadOptionError(option="rule", value=rule, expected=expected)
+        needed = _BUILT_IN_MODELS.get(rule) if isinstance(rule, str) else self.rule.models
+        if needed:
+            check_models(rule, needed, self.models)
+        other = "posture" if self.models == "joint" else "joint"
+        for field in fields(self):
+            if field.name in _OWN_OPTIONS[other] and getattr(self, field.name) != field.default:
+                raise BadOptionError(
+                    option=field.name,
+                    value=getattr(self, field.name),
+                    expected=f"the default: {self.models} models do not have it",
+                    remedy=f"leave {{{field.name}}} out, or take {{models={other}}}",
+                )
+
+
+def check_models(rule: object, needed: str, models: str) -> None:
+    """Refuse a learning rule that is made for other models.
+
+    Args:
+        rule: Name of the rule, or the rule.
+        needed: Space of the models that it is made for.
+        models: Space of the agent's models.
+
+    Raises:
+        BadOptionError: They differ.
+    """
+    if needed != models:
+        name = rule if isinstance(rule, str) else type(rule).__name__
+        raise BadOptionError(
+            option="rule",
+            value=name,
+            expected=f"a rule for {models} models",
+            remedy=f"{name} learns {needed} models: add {{models={needed}}}",
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -149,22 +197,26 @@ class MPMAConfig(SingleConfig):
     """Config of the Multiple Paired Models Architecture.
 
     Attributes:
-        modules: Number of modules, M.
+        nodes: Neurons of each reservoir, N.
+        modules: Number of modules, M; of joint models, for each plant.
+        max_plants: Largest number of plants that joint models tell apart.
+        temperature: Exponent τ of the modules' likelihood inside a plant: at 0 the context alone
+            divides the motion, at 1 prediction noise would (choice).
+        novelty: Novelty above which a plant is new; about 1 where a plant model is right (choice).
+        switching_probability: Probability of a switch of plants, a step (choice).
         responsibility_predictors: Whether priors are the responsibility predictors' output; if
             not, they are uniform.
-        forward_gating: Whether responsibility depends on the forward models' prediction errors.
+        forward_gating: Whether responsibility depends on prediction errors.
     """
 
+    nodes: Annotated[int, Bounds(1, 20000)] = 50
     modules: _Modules = 4
+    max_plants: Annotated[int, Bounds(1, 100)] = 5
+    temperature: Annotated[float, Bounds(0.0, 1.0)] = 0.1
+    novelty: Annotated[float, Bounds(1.0, 1e3, above=True)] = 3.0
+    switching_probability: Annotated[float, Bounds(0.0, 0.5, above=True)] = 0.03
     responsibility_predictors: bool = True
     forward_gating: bool = True
-    models: Models = "posture"
-    max_plants: Annotated[int, Bounds(1, 100)] = 5
-
-
-@dataclass(frozen=True, kw_only=True)
-class GrowingConfig(MPMAConfig):
-    """Config of MPMA with recruitment of modules; `modules` is their largest number."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -199,7 +251,6 @@ class HAMMERConfig(NetworkConfig):
 
 CONFIG_TYPES: dict[str, type[AgentConfig]] = {
     "mpma": MPMAConfig,
-    "growing": GrowingConfig,
     "mosaic": MOSAICConfig,
     "hammer": HAMMERConfig,
     "single": SingleConfig,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
@@ -56,7 +56,6 @@ class ConfidenceGate(Gate):
 
     Attributes:
         prepared: Epochs of preparation so far.
-        labels: Label of each pair, shape (M,).
     """
 
     def __init__(self, networks: NetworkFactory) -> None:
@@ -66,7 +65,7 @@ class ConfidenceGate(Gate):
             networks: What the agent's networks have in common; a module for each label.
         """
         self.prepared = 0
-        self.labels: NDArray[np.intp] = np.arange(networks.modules)
+        self.enabled = np.ones(networks.modules, bool)
         self._context_size = networks.modules
         self._batch_shape = np.shape(networks.seed)
         self._confidence = np.zeros((*self._batch_shape, networks.modules))
@@ -88,22 +87,17 @@ class ConfidenceGate(Gate):
         if predictions is not None:
             errors = prediction_errors(predictions, observation["reference"])
             self._confidence = next_confidence(self._confidence, errors)
-        present = context[..., self.labels]
-        winner = np.argmax(present if self.is_preparing else self._confidence, axis=-1)
-        one_hot = np.eye(len(self.labels))[winner]
+        best = np.where(self.enabled, context if self.is_preparing else self._confidence, -1.0)
+        one_hot = np.eye(self._context_size)[np.argmax(best, axis=-1)] * self.enabled
         return one_hot, one_hot
 
     def reset(self, episode: int) -> None:
         """Begin an episode without confidence in any pair."""
-        self._confidence = np.zeros((*self._batch_shape, len(self.labels)))
+        self._confidence = np.zeros((*self._batch_shape, self._context_size))
 
     def select_runs(self, runs: NDArray[np.intp]) -> None:
         """Continue with some runs only, (R',) of R, from the next reset."""
         self._batch_shape = runs.shape
-
-    def drop_modules(self, modules: Sequence[int]) -> None:
-        """Continue without some pairs, from the next reset; the others keep their labels."""
-        self.labels = np.delete(self.labels, modules)
 
     def state_dict(self) -> dict[str, Array]:
         """Return the number of epochs of preparation, for each run."""
@@ -133,8 +127,8 @@ class PreparationRule(LearningRule):
         """Refit one run's readouts, if the preparation is not over."""
         if not self._gate.is_preparing:
             return
-        own = active_label(epoch.context)[:, None] == self._gate.labels
-        weight = own.astype(float)  # (T, M)
+        own = active_label(epoch.context)[:, None] == np.arange(epoch.context.shape[1])
+        weight = (own & self._gate.enabled).astype(float)  # (T, M)
         readouts.forward.fit(epoch.forward_features, epoch.outcome[:, None, :], weight)
         readouts.inverse.fit(epoch.inverse_features, epoch.desired[:, None, :], weight)
 

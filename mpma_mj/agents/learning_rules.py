@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.agents.config import RULE_MEMBERS, RULES
 from mpma_mj.agents.extensions import load_class
-from mpma_mj.agents.gating import prediction_errors, predictor_target
 from mpma_mj.errors import BadOptionError
 from mpma_mj.esn import FeatureReplay, Features, ReadoutBank
+from mpma_mj.options import Models
 
 __all__ = [
     "Epoch",
@@ -46,46 +44,7 @@ class Readouts:
 
     def of_run(self, run: tuple[int, ...]) -> Readouts:
         """Return the readouts of one run of a batch; learning changes these."""
-        return Readouts(**{name: bank.of_run(run) for name, bank in self._banks().items()})
-
-    def first_modules(self, count: int) -> Readouts:
-        """Return the readouts of the first modules; learning changes these."""
-        return Readouts(**{name: bank.first_modules(count) for name, bank in self._banks().items()})
-
-    def select_runs(self, runs: NDArray[np.intp]) -> None:
-        """Continue with some runs only, (R',) of R."""
-        for bank in self._banks().values():
-            bank.select_runs(runs)
-
-    def drop_modules(self, modules: Any) -> None:
-        """Continue without some modules, (K,) of M."""
-        for bank in self._banks().values():
-            bank.drop_modules(modules)
-
-    def copy_from(self, other: Readouts) -> None:
-        """Become a copy of readouts of the same shapes."""
-        self.load_state_dict(other.state_dict())
-
-    def state_dict(self) -> dict[str, Array]:
-        """Return copies of all arrays that learning changes, by name."""
-        return {
-            f"{part}.{name}": value
-            for part, bank in self._banks().items()
-            for name, value in bank.state_dict().items()
-        }
-
-    def load_state_dict(self, state: Mapping[str, Array]) -> None:
-        """Continue from the arrays that `state_dict` returned; others are left out.
-
-        Raises:
-            KeyError: An array is missing.
-            ValueError: An array has another shape.
-        """
-        for part, bank in self._banks().items():
-            bank.load_state_dict(state, f"{part}.")
-
-    def _banks(self) -> dict[str, ReadoutBank]:
-        return {name: bank for name, bank in vars(self).items() if bank is not None}
+        return Readouts(**{name: bank and bank.of_run(run) for name, bank in vars(self).items()})
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,29 +92,9 @@ class Epoch:
     desired: Array
     usable: NDArray[np.bool_]
 
-    def first_modules(self, count: int) -> Epoch:
-        """Return the epoch as if there were the first modules only; the others had λ = 0."""
-        return replace(
-            self,
-            inverse_features=_first(self.inverse_features, count),
-            forward_features=_first(self.forward_features, count),
-            predictor_features=_first(self.predictor_features, count),
-            prior=self.prior[:, :count],
-            responsibility=self.responsibility[:, :count],
-            module_actions=self.module_actions[:, :count],
-            predictions=self.predictions[:, :count],
-            assignment=self.assignment[:, :count],
-        )
-
     def mixed(self, signal: Array) -> Array:
         """Return the modules' common output, Σ_i λ^i (...)^i, of (T, M, D) shape (T, D)."""
         return np.einsum("tm,tmd->td", self.responsibility, signal)
-
-
-def _first(features: Features | FeatureReplay, count: int) -> Features | FeatureReplay:
-    if isinstance(features, FeatureReplay):
-        return features.first_modules(count)
-    return features[:, :count]
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,15 +127,17 @@ class LearningRule(ABC):
     """Learning of the readouts, after an epoch (`fit`) or at every step (`partial_fit`).
 
     Attributes:
+        models: Space of the models that the rule is made for, "joint" or "posture".
         forgetting: Forgetting φ of readouts that are fitted, in [0, 1].
-        first_sigma: Width σ of the likelihood in the first epoch, in units of posture.
+        sigma: Width σ of the likelihood of posture models, in units of posture.
         online: Whether `partial_fit` is called at every step, and `fit` never.
         immediate: Whether control passes to the inverse models after the first epoch, instead of
             as their predictions improve.
     """
 
+    models: Models = "posture"
     forgetting: float = 0.0
-    first_sigma: float = 0.5
+    sigma: float = 0.25
     online: bool = False
     immediate: bool = False
 
@@ -206,10 +147,6 @@ class LearningRule(ABC):
 
     def partial_fit(self, readouts: Readouts, step: Step) -> None:  # noqa: B027, a hook
         """Change the readouts of all runs by a step."""
-
-    def next_sigma(self, epoch: Epoch, sigma: float) -> float:
-        """Return the width σ of the likelihood for the next epoch; by default the same."""
-        return sigma
 
 
 @dataclass(frozen=True)
@@ -227,13 +164,13 @@ class GatedRule(LearningRule):
 
     Attributes:
         forgetting: φ; 0, so that only the last epoch counts.
-        first_sigma: σ, which is constant; below 0.1 one module wins all, above 0.3 all stay
+        sigma: σ, which is constant; below 0.1 one module wins all, above 0.3 all stay
             active.
         inverse_rate: Learning rate η of the inverse models.
     """
 
     forgetting: float = 0.0
-    first_sigma: float = 0.25
+    sigma: float = 0.25
     inverse_rate: float = 0.2
 
     def fit(self, readouts: Readouts, epoch: Epoch) -> None:
@@ -250,61 +187,18 @@ class GatedRule(LearningRule):
 
 @dataclass(frozen=True)
 class WeightedRule(LearningRule):
-    """Ours: least squares weighted by responsibility, with memory of earlier epochs (choice).
-
-    It is the fixed point of gated gradient steps, reached at once:
-
-        forward models           x_{t+1}                              weight λ^i
-        inverse models           clip(u_t + u_fb,t+1, -1, 1)          weight λ^i
-        responsibility pred.     y ∝ (λ^i)^γ c_i, all used alike      weight 1
-
-    with the desired command of feedback-error learning for the inverse models. After each epoch
-    σ is the responsible modules' rms prediction error, at least `least_sigma`.
-
-    Attributes:
-        forgetting: φ.
-        first_sigma: σ of the first epoch, in which predictions are not informative yet.
-        least_sigma: Least σ. With 0.02, the size of the demonstration's noise, modules that share a
-            label alternate by chance, which no predictor can learn.
-        sharpening: γ.
-    """
-
-    forgetting: float = 0.7
-    first_sigma: float = 0.5
-    least_sigma: float = 0.04
-    sharpening: float = 3.0
-
-    def fit(self, readouts: Readouts, epoch: Epoch) -> None:
-        """Refit all readouts."""
-        weight = epoch.responsibility
-        share = predictor_target(weight, self.sharpening)
-        readouts.forward.fit(epoch.forward_features, epoch.outcome[:, None, :], weight)
-        readouts.inverse.fit(epoch.inverse_features, epoch.desired[:, None, :], weight)
-        if readouts.predictor is not None:
-            readouts.predictor.fit(epoch.predictor_features, share[:, :, None])
-
-    def next_sigma(self, epoch: Epoch, sigma: float) -> float:
-        """Return the rms prediction error, weighted by responsibility."""
-        errors = prediction_errors(epoch.predictions, epoch.outcome)
-        rms = np.sqrt(np.mean(np.sum(epoch.responsibility * errors, axis=1)))
-        return max(self.least_sigma, float(rms))
-
-
-@dataclass(frozen=True)
-class TwoLevelRule(LearningRule):
     """Ours in joint space: least squares of each module on the steps that its gate assigns to it.
 
-        forward models           the arms' move                       weight g^w p^{w,k}(y)
-        inverse models           u_t - u_fb(q_t, x_{t+1})             weight g^w p^{w,k}(y)
+        forward models           the arms' move                       weight g^w p^{w,k}(y) (ℓ^{w,k})^τ
+        inverse models           u_t - u_fb(q_t, x_{t+1})             the same
 
     The inverse models' examples are exact: the posture that was reached stands in place of the
-    target (hindsight relabelling; Andrychowicz et al. 2017). What is learned of a plant stays
-    until it is on again. After the first epoch the inverse models control.
-
-    Attributes:
-        forgetting: φ.
+    target (hindsight relabelling; Andrychowicz et al. 2017). What was learned of a plant stays
+    until that plant is on again, and after the first epoch the inverse models control (choices).
+    Responsibility predictors and plant models learn in their gate, `PlantGate`.
     """
 
+    models: Models = "joint"
     forgetting: float = 1.0
     immediate: bool = True
 

@@ -12,9 +12,10 @@ from mpma_mj.agents.config import JOINTS, POSTURE
 from mpma_mj.kinematics import posture_from_angles
 from mpma_mj.utils.clipping import clip
 
-__all__ = ["JointSpace", "ModelSpace", "PostureSpace"]
+__all__ = ["Before", "JointSpace", "ModelSpace", "PostureSpace", "module_action"]
 
 Array = NDArray[np.float64]
+Before = tuple[Array, Array]  # joint angles and action of the step before
 
 _IMPOSSIBLE = 1.5  # entries of a residual from which an example counts as an outlier (choice)
 
@@ -37,8 +38,14 @@ class ModelSpace(ABC):
         self.spec = spec
 
     @abstractmethod
-    def state(self, observation: Observation) -> Array:
-        """Return the proprioceptive state s, shape (..., S)."""
+    def state(self, observation: Observation, before: Before | None) -> Array:
+        """Return the proprioceptive state s, shape (..., S).
+
+        Args:
+            observation: Observation of the step.
+            before: Joint angles, rad, and action of the step before, each of shape (..., 8); None
+                in the first step of an episode.
+        """
 
     @abstractmethod
     def inverse_input(
@@ -104,7 +111,7 @@ class PostureSpace(ModelSpace):
         self.state_size = POSTURE + (2 * JOINTS if proprioception else 0)
         self.inverse_inputs = self.state_size + POSTURE
 
-    def state(self, observation: Observation) -> Array:
+    def state(self, observation: Observation, before: Before | None) -> Array:
         """Return the posture and, if configured, sine and cosine of the joint angles."""
         if not self._proprioception:
             return observation["posture"]
@@ -138,15 +145,29 @@ class JointSpace(ModelSpace):
     leads back to m, not to 0.
     """
 
-    state_size = POSTURE + 3 * JOINTS
-    inverse_inputs = state_size + POSTURE + JOINTS
     outputs = JOINTS
 
-    def state(self, observation: Observation) -> Array:
+    def __init__(self, spec: AgentSpec, *, history: bool = False) -> None:
+        """Choose what models receive.
+
+        Args:
+            spec: Description of the arms.
+            history: Whether the state contains the last move and the last action, too.
+        """
+        super().__init__(spec)
+        self._history = history
+        self.state_size = POSTURE + (5 if history else 3) * JOINTS
+        self.inverse_inputs = self.state_size + POSTURE + JOINTS
+
+    def state(self, observation: Observation, before: Before | None) -> Array:
         """Return posture, sine and cosine of the joint angles, and their relative velocities."""
         angles = observation["joint_angles"]
         relative = observation["joint_velocities"] / self.spec.max_joint_speed
         parts = [observation["posture"], np.sin(angles), np.cos(angles), relative]
+        if self._history and before is None:
+            parts += [np.zeros_like(angles)] * 2
+        elif self._history and before is not None:
+            parts += [self.spec.move(before[0], angles), before[1]]
         return np.concatenate(parts, axis=-1)
 
     def inverse_input(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,6 +24,7 @@ Array = NDArray[np.float64]
 RunIndex = tuple[int, ...]  # index of a run; () where there is one
 
 _MOST_KEPT = 2**26  # bytes of features of each network; those of more steps are replayed (choice)
+_LEAST_RIDGE = 1e-6  # a step, beside a relative ridge (choice)
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,9 @@ class NetworkFactory:
         modules: Number of modules, M.
         forgetting: Forgetting φ of the readouts, where they are fitted.
         ridge: Ridge ρ of the readouts, where they are fitted.
-        most_plants: Largest number of plants, each with as many modules.
+        inverse_ridge: Ridge of the inverse models, where it is relative to each feature; 0 where it
+            is not.
+        max_plants: Largest number of plants, each with as many modules.
     """
 
     config: NetworkConfig
@@ -44,24 +47,24 @@ class NetworkFactory:
     modules: int
     forgetting: float = 0.0
     ridge: float = 1.0
-    most_plants: int = 1
+    inverse_ridge: float = 0.0
+    max_plants: int = 1
 
-    def shared(self) -> NetworkFactory:
-        """Return the factory of networks that all plants share."""
-        return dataclasses.replace(self, most_plants=1)
-
-    def make(
-        self, name: str, inputs: int, outputs: int, ridge: Ridge | None = None
-    ) -> Network:
+    def make(self, name: str, inputs: int, outputs: int) -> Network:
         """Draw a network for each module.
 
         Args:
             name: Name of their random streams.
             inputs: Size of the input.
             outputs: Size of the output.
-            ridge: Ridge of the readouts, where it is another.
         """
-        return Network(self, name, inputs, outputs, ridge or Ridge(self.ridge))
+        relative = name == "inverse" and self.inverse_ridge > 0.0
+        ridge = Ridge(_LEAST_RIDGE, self.inverse_ridge) if relative else Ridge(self.ridge)
+        return Network(self, name, inputs, outputs, ridge)
+
+    def make_shared(self, name: str, inputs: int, outputs: int) -> Network:
+        """Draw a network for each module that modules of all plants share; see `make`."""
+        return dataclasses.replace(self, max_plants=1).make(name, inputs, outputs)
 
 
 class Network:
@@ -94,7 +97,7 @@ class Network:
             noise=config.reservoir_noise,
             streams=[stream(seed, "reservoir", name) for seed in self._seeds],
         )
-        modules = common.most_plants * common.modules
+        modules = common.max_plants * common.modules
         shape = (*batch_shape, modules, outputs, self._reservoirs.features)
         self.readouts = ReadoutBank(np.zeros(shape), forgetting=common.forgetting, ridge=ridge)
         self.features: Features
@@ -153,12 +156,6 @@ class Network:
         self._seeds = [self._seeds[i] for i in runs]
         self._reservoirs.select_runs(runs)
         self.readouts.select_runs(runs)
-        self._steps = EpisodeBuffer()
-
-    def drop_modules(self, modules: Sequence[int]) -> None:
-        """Continue without some modules, (K,) of M, from the next reset."""
-        self._reservoirs.drop_modules(modules)
-        self.readouts.drop_modules(modules)
         self._steps = EpisodeBuffer()
 
     def state_dict(self) -> dict[str, Array]:

@@ -16,10 +16,9 @@ from mpma_mj.agents.episode_buffer import EpisodeBuffer
 from mpma_mj.agents.gain_schedule import Gains, performance
 from mpma_mj.agents.gating import Gate
 from mpma_mj.agents.learning_rules import Epoch, LearningRule, Readouts, Step, desired_command
-from mpma_mj.agents.model_space import JointSpace, ModelSpace, module_action
+from mpma_mj.agents.model_space import Before, JointSpace, ModelSpace, module_action
 from mpma_mj.agents.networks import NetworkFactory, RunIndex
 from mpma_mj.agents.signals import MODULE_SIGNALS, AgentSignals, ModuleSignals
-from mpma_mj.esn import Ridge
 from mpma_mj.errors import BadOptionError, StateError
 from mpma_mj.options import EfferenceCopy
 from mpma_mj.utils.clipping import clip
@@ -66,7 +65,6 @@ class PairedModels(Agent):
         rule: LearningRule,
         space: ModelSpace,
         efference_copy: EfferenceCopy = "total",
-        inverse_ridge: Ridge | None = None,
     ) -> None:
         """Draw the reservoirs.
 
@@ -84,7 +82,7 @@ class PairedModels(Agent):
         self._batch_shape = np.shape(networks.seed)
         self._modules = networks.modules
         self._space = space
-        self._inverse = networks.make("inverse", space.inverse_inputs, JOINTS, inverse_ridge)
+        self._inverse = networks.make("inverse", space.inverse_inputs, JOINTS)
         self._forward = networks.make("forward", JOINTS + space.state_size, space.outputs)
         self._parts = (self._inverse, self._forward, gate)
         self._readouts = Readouts(
@@ -95,6 +93,7 @@ class PairedModels(Agent):
         self._progress = np.zeros(self._batch_shape)
         self._untrained_error = np.full(self._batch_shape, np.nan)
         self._steps = EpisodeBuffer()
+        self._before = None
         self._last: Observation = {}
 
     @property
@@ -103,15 +102,18 @@ class PairedModels(Agent):
         return Gains(self._progress[()])
 
     @property
-    def enabled(self) -> NDArray[np.bool_]:
-        """Which modules are enabled, shape (..., M)."""
-        return np.ones((*self._batch_shape, self._modules), bool)
+    def enabled_modules(self) -> NDArray[np.bool_]:
+        """Which modules may control, shape (M,)."""
+        return self._gate.enabled[: self._gate.plants * self._modules].copy()
 
     def reset(self, episode: int) -> None:
         """Begin an episode with reservoirs at rest and that episode's noise."""
-        for part in self._parts:
-            part.reset(episode)
+        self._gate.reset(episode)
+        for network in (self._inverse, self._forward):
+            network.set_plants(self._gate.plants)
+            network.reset(episode)
         self._steps.clear()
+        self._before: Before | None = None
         self._last = {}
 
     def act(self, observation: Observation) -> Array:
@@ -119,7 +121,7 @@ class PairedModels(Agent):
         predictions = self._steps.last("predictions") if len(self._steps) else None
         prior, responsibility = self._gate(observation, predictions)
         space, angles = self._space, observation["joint_angles"]
-        state = space.state(observation)
+        state = space.state(observation, self._before)
         inputs, base = space.inverse_input(state, angles, observation["target"])
         module_actions = module_action(self._inverse.step(inputs), base)
         feedback = self.spec.feedback(angles, observation["reference"])
@@ -130,6 +132,7 @@ class PairedModels(Agent):
         action = clip(action)
         command = action if self._efference_copy == "total" else module_actions
         self._gate.observe_action(observation, action)
+        self._before = angles, action
         self._steps.append(
             {
                 "context": observation["context"],
@@ -167,8 +170,6 @@ class PairedModels(Agent):
         gains = Gains(self._progress.copy())
         for run in np.ndindex(self._batch_shape):
             self._learn_run(run)
-        self._inverse.set_plants(self._gate.count)
-        self._forward.set_plants(self._gate.count)
         return {
             "gain_feedback": np.asarray(gains.feedback),
             "gain_inverse": np.asarray(gains.inverse),
@@ -223,8 +224,6 @@ class PairedModels(Agent):
         self._untrained_error[...] = state["untrained_error"]
         for part in self._parts:
             part.load_state_dict(state)
-        self._inverse.set_plants(self._gate.count)
-        self._forward.set_plants(self._gate.count)
 
     def select_runs(self, runs: NDArray[np.intp]) -> None:
         """Continue with some runs only, (R',) of R, from the next reset."""
@@ -235,29 +234,24 @@ class PairedModels(Agent):
             part.select_runs(runs)
         self._steps = EpisodeBuffer()
 
-    def drop_modules(self, modules: Sequence[int]) -> None:
-        """Continue without some modules, from the next reset.
+    def set_enabled_modules(self, enabled: Sequence[bool] | NDArray[np.bool_]) -> None:
+        """Switch modules off or on, from the next reset; what they learned stays.
 
-        The others stay as they are, with the noise that they would have had, and are numbered
-        from 0 again.
+        A module that is off has prior 0 and learns nothing. If all are, the feedback controller
+        is left alone.
 
         Args:
-            modules: Their indices, shape (K,).
+            enabled: Whether each module may control, shape (M,).
 
         Raises:
-            BadOptionError: There are no such modules, or no others.
+            BadOptionError: There are not as many modules.
         """
-        if not set(modules) <= set(range(self._modules)):
-            expected = f"indices from 0 to {self._modules - 1}"
-            raise BadOptionError(option="modules", value=[*modules], expected=expected)
-        left = self._modules - len(set(modules))
-        if not left:
-            expected = "at least one module to be left"
-            raise BadOptionError(option="modules", value=[*modules], expected=expected)
-        self._modules = left
-        for part in self._parts:
-            part.drop_modules(modules)
-        self._steps = EpisodeBuffer()
+        mask = np.asarray(enabled, bool)
+        present = self._gate.plants * self._modules
+        if mask.shape != (present,):
+            expected = f"{present} truth values, one for each module"
+            raise BadOptionError(option="enabled", value=[*enabled], expected=expected)
+        self._gate.enabled[:present] = mask
 
     def _learn_run(self, run: RunIndex) -> None:
         epoch = self._epoch(run)
@@ -268,18 +262,14 @@ class PairedModels(Agent):
         error = metrics.posture_error_percent(epoch.mixed(predicted), reached)
         if np.isnan(self._untrained_error[run]):
             self._untrained_error[run] = error
-        self._learn_epoch(run, epoch)
-        performed = performance(error, float(self._untrained_error[run]))
-        gains = Gains(1.0) if self._rule.immediate else Gains(self._progress[run]).after(performed)
-        self._progress[run] = gains.progress
-
-    def _learn_epoch(self, run: RunIndex, epoch: Epoch) -> None:
-        """Let the readouts and the gate of one run learn."""
         epoch = replace(epoch, assignment=self._gate.assign(run, epoch))
         readouts = self._readouts.of_run(run)
         if not self._rule.online:
             self._rule.fit(readouts, epoch)
-        self._gate.adapt(run, epoch, self._rule, readouts)
+        self._gate.adapt(run, epoch, readouts)
+        performed = performance(error, float(self._untrained_error[run]))
+        gains = Gains(1.0) if self._rule.immediate else Gains(self._progress[run]).after(performed)
+        self._progress[run] = gains.progress
 
     def _reached(self, run: RunIndex) -> Array:
         """Return the postures that one run reached, shape (T, 12)."""

@@ -9,26 +9,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.agents.base import AgentSpec, Observation
-from mpma_mj.agents.config import JOINTS
+from mpma_mj.agents.config import JOINTS, MPMAConfig
+from mpma_mj.agents.episode_buffer import EpisodeBuffer
 from mpma_mj.agents.gating import Gate
-from mpma_mj.agents.networks import Network, NetworkFactory, RunIndex
+from mpma_mj.agents.networks import NetworkFactory, RunIndex
 from mpma_mj.agents.plant_models import PlantModels, gaussian_log_likelihood, plant_inputs
 from mpma_mj.agents.switching import filtered, predicted
 from mpma_mj.utils.clipping import clip
 from mpma_mj.utils.seeding import stream
 
 if TYPE_CHECKING:
-    from mpma_mj.agents.learning_rules import Epoch, LearningRule, Readouts
+    from mpma_mj.agents.learning_rules import Epoch, Readouts
 
 __all__ = ["PlantGate", "balanced_preferences"]
 
 Array = NDArray[np.float64]
 
+_SHARPENING = 3.0  # γ (choice)
 _LEAST_PRIOR = 0.01  # p_min: no module is excluded for ever (choice)
-_LEAST_VARIANCE = 1e-5  # of moves, under a module's own forward model (choice)
+# Of moves, under a module's own forward model (choices).
+_FIRST_VARIANCE, _LEAST_VARIANCE = 0.25, 1e-5
 _LEAST_LOG = -30.0  # modules far behind the best are equal
 _LEAST_SHARE = 1e-6  # so that a module that was never used can return (choice)
 _BALANCING_ROUNDS, _SHARING_ROUNDS = 10, 3  # (choices)
+_SEEN = 0.5  # steps of a label from which a module's share of it is known (choice)
+_TINY = np.finfo(np.float64).tiny
 _INHERITED_VISITS = 0.1  # weight of the parent's visits in a plant that is recruited (choice)
 
 
@@ -68,166 +73,164 @@ class PlantGate(Gate):
     p^{w,k} = P^w(:, k)ᵀ D^k z. A plant inherits the preferences of the plant that was taken for it.
 
     Attributes:
-        plants: Plant models.
+        models: Plant models.
     """
 
-    def __init__(
-        self,
-        networks: NetworkFactory,
-        spec: AgentSpec,
-        *,
-        temperature: float,
-        sharpening: float,
-        uses_prior: bool = True,
-        uses_likelihood: bool = True,
-    ) -> None:
+    def __init__(self, networks: NetworkFactory, config: MPMAConfig, spec: AgentSpec) -> None:
         """Draw the responsibility predictors.
 
         Args:
             networks: What the agent's networks have in common.
+            config: Config of the agent.
             spec: Description of arms and observations.
-            temperature: Exponent τ.
-            sharpening: Exponent γ of the preferences' target.
-            uses_prior: Whether p is the predictors' output; otherwise 1 / M.
-            uses_likelihood: Whether ℓ depend on predictions; otherwise 1.
         """
-        self._spec, self._tau, self._sharpening = spec, temperature, sharpening
-        self._uses_prior, self._uses_likelihood = uses_prior, uses_likelihood
-        modules, labels, most = networks.modules, spec.context_size, networks.most_plants
+        self._config, self._spec = config, spec
+        modules, labels, most = networks.modules, spec.context_size, networks.max_plants
         shape = np.shape(networks.seed)
         self._modules = modules
-        self._predictor = networks.shared().make("predictor", labels, labels)
+        self.enabled = np.ones(most * modules, bool)
+        self._predictor = networks.make_shared("predictor", labels, labels)
         decoder = self._predictor.readouts.weights  # (..., M, C, N + C)
         decoder[..., np.arange(labels), networks.config.nodes + np.arange(labels)] = 1.0
-        self.plants = PlantModels.blank(shape, most)
+        self.models = PlantModels(
+            shape,
+            most=most,
+            novelty=config.novelty,
+            switching_probability=config.switching_probability,
+        )
         self._preferences = np.zeros((*shape, most, labels, modules))
         for run in np.ndindex(shape):
             seed = int(np.asarray(networks.seed)[run])
             drawn = stream(seed, "preference").random((modules, labels)).T
             self._preferences[(*run, 0)] = drawn
         self._visits = np.zeros((*shape, most, labels))
-        self._variance = np.full((*shape, most * modules, JOINTS), 0.25)
+        self._variance = np.full((*shape, most * modules, JOINTS), _FIRST_VARIANCE)
+        self._inputs = EpisodeBuffer()
         self.reset(0)
-
-    @property
-    def count(self) -> int:
-        """Largest number of recruited plants in the batch."""
-        return int(self.plants.recruited.max())
 
     def reset(self, episode: int) -> None:
         """Begin an episode with every plant alike, and reservoirs at rest."""
         self._predictor.reset(episode)
-        self._enabled = np.arange(self.count) < self.plants.recruited[..., None]  # (..., W')
-        self._belief = self._enabled / self._enabled.sum(axis=-1, keepdims=True)
-        self._last: tuple[Array, Array] | None = None  # inputs o and joint angles q
-        self._inputs: list[Array] = []
+        self.plants = count = int(self.models.recruited.max())
+        self._allowed = self.enabled[: count * self._modules].reshape(count, -1)  # (W', M)
+        recruited = np.arange(count) < self.models.recruited[..., None]
+        self._possible = recruited & self._allowed.any(axis=-1)  # (..., W')
+        number = np.maximum(self._possible.sum(axis=-1, keepdims=True), 1)
+        self._belief = self._possible / number
+        self._angles: Array | None = None  # of the step before
+        self._inputs.clear()
 
     def __call__(self, observation: Observation, predictions: Array | None) -> tuple[Array, Array]:
         """Return priors and responsibilities of a step, each of shape (..., W' · M)."""
-        decoded = self._predictor.step(observation["context"])  # (..., M, C)
-        inside = self._priors(decoded)  # (..., W', M)
-        before = predicted(self._belief, self._enabled)
+        inside = self._priors(self._predictor.step(observation["context"]))  # (..., W', M)
+        h = self._config.switching_probability
+        self._belief = before = predicted(self._belief, self._possible, h)
         prior = before[..., None] * inside
-        self._belief = before
-        learned = self._uses_likelihood and int(np.min(self.plants.epochs)) > 0
-        if learned and predictions is not None and self._last is not None:
-            move = self._spec.move(self._last[1], observation["joint_angles"])
-            if self.count > 1:
-                moves = (self.plants.weights[..., : self.count, :, :] @ self._last[0][..., None, :, None])[..., 0]
-                errors = moves - move[..., None, :]
-                logs = gaussian_log_likelihood(errors, self.plants.variance[..., : self.count, :])
-                self._belief = filtered(before, logs)
-            if self._tau and self._modules > 1:
-                inside = inside * self._sharing(predictions - move[..., None, :], self._variance)
-                inside = inside / inside.sum(axis=-1, keepdims=True)
-        shape = (*prior.shape[:-2], -1)
+        if predictions is not None and self._angles is not None and self._compares:
+            move = self._spec.move(self._angles, observation["joint_angles"])[..., None, :]
+            if self.plants > 1:
+                errors = self.models.moves(self._inputs.last("inputs"), self.plants) - move
+                variance = self.models.variance[..., : self.plants, :]
+                self._belief = filtered(before, gaussian_log_likelihood(errors, variance))
+            if self._modules > 1:
+                inside = _normalised(inside * self._sharing(predictions - move, self._variance))
         responsibility = self._belief[..., None] * inside
+        shape = (*prior.shape[:-2], -1)
         return prior.reshape(shape), responsibility.reshape(shape)
 
     def observe_action(self, observation: Observation, action: Array) -> None:
         """Receive the action of a step."""
-        angles, velocities = observation["joint_angles"], observation["joint_velocities"]
-        inputs = plant_inputs(action, angles, velocities, self._spec.max_joint_speed)
-        self._last = inputs, angles
-        self._inputs.append(inputs)
+        self._angles, velocities = observation["joint_angles"], observation["joint_velocities"]
+        inputs = plant_inputs(action, self._angles, velocities, self._spec.max_joint_speed)
+        self._inputs.append({"inputs": inputs})
 
     def assign(self, run: RunIndex, epoch: Epoch) -> Array:
         """Learn which plant was on and which module led; return who learns from each step.
 
-        Returns:
-            Weights, shape (T, W · M).
-        """
-        plants, most, modules = self.plants.of_run(run), self.plants.most, self._modules
-        inputs = np.array([step[run] for step in self._inputs])
-        learned = int(plants.epochs) > 0
-        posterior, recruited = plants.learn(inputs, epoch.outcome)
-        self._predictor.readouts.of_run(run).fit(
-            self._predictor.episode(run), epoch.context[:, None, :]
-        )
-        preferences, visits = self._preferences[run], self._visits[run]
-        if recruited:
-            new = int(plants.recruited) - 1
-            parent = int(posterior[:, :new].sum(axis=0).argmax())
-            preferences[new] = preferences[parent]
-            visits[new] = _INHERITED_VISITS * visits[parent]
-        sharing = np.ones((len(inputs), most, modules))
-        if learned and self._tau and self._uses_likelihood and modules > 1:
-            errors = epoch.predictions - epoch.outcome[:, None]
-            count = errors.shape[1] // modules
-            sharing[:, :count] = self._sharing(errors, self._variance[run])
-        weights = np.zeros_like(sharing)
-        for w in np.flatnonzero(posterior.sum(axis=0) >= 1.0):
-            own = posterior[:, w, None]
-            labelled = epoch.context * own  # (T, C)
-            seen = labelled.sum(axis=0)
-            visits[w] += seen
-            for _ in range(_SHARING_ROUNDS if modules > 1 and visits[w].any() else 0):
-                led = self._led(epoch.context, preferences[w], sharing[:, w])
-                share = np.where(
-                    seen[:, None] > 0.5,
-                    labelled.T @ led / np.maximum(seen, 1e-9)[:, None],
-                    np.maximum(preferences[w], 1e-9),
-                )
-                share /= share.sum(axis=1, keepdims=True)
-                preferences[w] = balanced_preferences(share, visits[w], self._sharpening)
-            weights[:, w] = own * self._led(epoch.context, preferences[w], sharing[:, w])
-        return weights.reshape(len(inputs), -1)
+        Args:
+            run: Index of the run.
+            epoch: Its epoch.
 
-    def adapt(self, run: RunIndex, epoch: Epoch, rule: LearningRule, readouts: Readouts) -> None:
+        Returns:
+            Weights, shape (T, W · M), that sum to 1 over the modules.
+        """
+        models, modules = self.models.of_run(run), self._modules
+        sharing = np.ones((len(epoch.context), models.most, modules))
+        if modules > 1 and self._compares:
+            errors = epoch.predictions - epoch.outcome[:, None]
+            sharing[:, : self.plants] = self._sharing(errors, self._variance[run])
+        inputs = self._inputs.episode()["inputs"][(slice(None), *run)]
+        posterior, is_new = models.learn(inputs, epoch.outcome)
+        if is_new:
+            self._inherit(run, posterior, int(models.recruited) - 1)
+        decoders, features = self._predictor.readouts.of_run(run), self._predictor.episode(run)
+        decoders.fit(features, epoch.context[:, None, :])
+        weights = np.zeros_like(sharing)
+        for plant in np.flatnonzero(posterior.sum(axis=0) >= 1.0):
+            own = posterior[:, plant, None]
+            self._prefer((*run, plant), own * epoch.context, epoch.context, sharing[:, plant])
+            preferences = self._preferences[(*run, plant)]
+            weights[:, plant] = own * _led(epoch.context, preferences, sharing[:, plant])
+        return weights.reshape(len(weights), -1)
+
+    def _inherit(self, run: RunIndex, posterior: Array, new: int) -> None:
+        """Let a new plant begin with the preferences of the plant that was taken for it."""
+        parent = int(posterior[:, :new].sum(axis=0).argmax())
+        self._preferences[(*run, new)] = self._preferences[(*run, parent)]
+        self._visits[(*run, new)] = _INHERITED_VISITS * self._visits[(*run, parent)]
+
+    def _prefer(self, plant: RunIndex, labelled: Array, context: Array, sharing: Array) -> None:
+        """Let the modules of a plant prefer the labels of which they had most.
+
+        Args:
+            plant: Index of run and plant.
+            labelled: Context, weighted with the plant's posterior, shape (T, C).
+            context: Context, shape (T, C).
+            sharing: ℓ^τ of the modules, shape (T, M).
+        """
+        seen = labelled.sum(axis=0)
+        visits = self._visits[plant]
+        visits += seen
+        if self._modules == 1 or not visits.any():
+            return
+        for _ in range(_SHARING_ROUNDS):
+            preferences = self._preferences[plant]
+            led = labelled.T @ _led(context, preferences, sharing)  # (C, M)
+            share = np.where(seen[:, None] > _SEEN, led, np.maximum(preferences, _LEAST_SHARE))
+            balanced = balanced_preferences(_normalised(share), visits, _SHARPENING)
+            self._preferences[plant] = balanced
+
+    def adapt(self, run: RunIndex, epoch: Epoch, readouts: Readouts) -> None:
         """Measure the widths of the modules' forward models."""
-        refitted = readouts.forward.outputs(epoch.forward_features)
-        count = refitted.shape[1]
+        errors = readouts.forward.outputs(epoch.forward_features) - epoch.outcome[:, None]
+        count = errors.shape[1]
         weight = epoch.assignment[:, :count]
-        total = weight.sum(axis=0)
-        squares = np.einsum("tm,tmd->md", weight, (refitted - epoch.outcome[:, None]) ** 2)
-        led = total >= 1.0
-        self._variance[run][:count][led] = np.maximum(
-            squares[led] / total[led, None], _LEAST_VARIANCE
-        )
+        total = weight.sum(axis=0)[:, None]
+        squares = np.einsum("tm,tmd->md", weight, errors**2) / np.maximum(total, 1.0)
+        own = self._variance[run][:count]
+        own[:] = np.where(total >= 1.0, np.maximum(squares, _LEAST_VARIANCE), own)
 
     def select_runs(self, runs: NDArray[np.intp]) -> None:
         """Continue with some runs only, (R',) of R, from the next reset."""
         self._predictor.select_runs(runs)
-        self.plants.select_runs(runs)
+        self.models.select_runs(runs)
         self._preferences, self._visits = self._preferences[runs], self._visits[runs]
         self._variance = self._variance[runs]
-
-    def drop_modules(self, modules: object) -> None:
-        raise NotImplementedError
 
     def state_dict(self) -> dict[str, Array]:
         """Return copies of all arrays that learning changes, by name."""
         state = self._predictor.state_dict()
-        state |= {f"plants.{name}": array.copy() for name, array in vars(self.plants).items()}
+        state |= {f"plants.{name}": array.copy() for name, array in self.models.arrays().items()}
         return state | {name: array.copy() for name, array in self._own().items()}
 
     def load_state_dict(self, state: Mapping[str, Array]) -> None:
         """Continue from the arrays that `state_dict` returned; others are left out."""
         self._predictor.load_state_dict(state)
-        for name, array in vars(self.plants).items():
+        for name, array in self.models.arrays().items():
             array[...] = state[f"plants.{name}"]
         for name, array in self._own().items():
             array[...] = state[name]
+        self.plants = int(self.models.recruited.max())
 
     def _own(self) -> dict[str, Array]:
         return {
@@ -236,22 +239,31 @@ class PlantGate(Gate):
             "variance": self._variance,
         }
 
+    @property
+    def _compares(self) -> bool:
+        """Whether predictions count; before the first epoch they say nothing."""
+        return self._config.forward_gating and int(self.models.epochs.min()) > 0
+
     def _priors(self, decoded: Array) -> Array:
         """Return priors inside each plant, shape (..., W', M), of decoded contexts (..., M, C)."""
-        preferences = self._preferences[..., : self.count, :, :]  # (..., W', C, M)
-        prior = (decoded[..., None, :, :] * preferences.swapaxes(-1, -2)).sum(axis=-1)
-        if not self._uses_prior:
-            return np.full_like(prior, 1.0 / self._modules)
-        prior = clip(prior, _LEAST_PRIOR, 1.0)
-        return prior / prior.sum(axis=-1, keepdims=True)
-
-    def _led(self, context: Array, preferences: Array, sharing: Array) -> Array:
-        """Return the shares of a plant's modules in each step, shape (T, M)."""
-        share = clip(context @ preferences, _LEAST_PRIOR, 1.0) * sharing
-        return share / share.sum(axis=1, keepdims=True)
+        preferences = self._preferences[..., : self.plants, :, :].swapaxes(-1, -2)
+        prior = np.vecdot(decoded[..., None, :, :], preferences)  # (..., W', M)
+        if not self._config.responsibility_predictors:
+            prior = np.ones_like(prior)
+        return _normalised(clip(prior, _LEAST_PRIOR, 1.0) * self._allowed)
 
     def _sharing(self, errors: Array, variance: Array) -> Array:
         """Return ℓ^τ of the modules' errors, (..., W' · M, 8), shape (..., W', M)."""
         logs = gaussian_log_likelihood(errors, variance[..., : errors.shape[-2], :])
-        logs = self._tau * logs.reshape(*logs.shape[:-1], -1, self._modules)
+        logs = self._config.temperature * logs.reshape(*logs.shape[:-1], -1, self._modules)
         return np.exp(np.maximum(logs - logs.max(axis=-1, keepdims=True), _LEAST_LOG))
+
+
+def _led(context: Array, preferences: Array, sharing: Array) -> Array:
+    """Return the share of each module of a plant in the steps of an epoch, shape (T, M)."""
+    return _normalised(clip(context @ preferences, _LEAST_PRIOR, 1.0) * sharing)
+
+
+def _normalised(shares: Array) -> Array:
+    """Return shares, (..., M), that sum to 1; 0 where all are 0."""
+    return shares / np.maximum(shares.sum(axis=-1, keepdims=True), _TINY)

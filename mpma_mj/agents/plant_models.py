@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import copy
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,6 @@ from mpma_mj.agents.config import JOINTS
 from mpma_mj.agents.switching import smoothed
 
 __all__ = [
-    "NOVELTY",
     "PLANT_INPUTS",
     "PlantModels",
     "gaussian_log_likelihood",
@@ -24,18 +24,17 @@ Array = NDArray[np.float64]
 PLANT_INPUTS = 4 * JOINTS + 1
 """Length of a plant model's input o."""
 
-NOVELTY = 3.0
-"""Novelty above which no plant model accounts for a step (choice)."""
-
 # All choices of the prototype; docs/design_choices.md says how results depend on them.
 _RIDGE = 1e-4  # of A, a step and divided by the largest number of plants
-_LEAST_VARIANCE = 2e-4  # of moves
+_FIRST_VARIANCE, _LEAST_VARIANCE = 0.05, 2e-4  # of moves
 _CALIBRATION = 2  # epochs that calibrate the first plant: one led by feedback, one in own control
 _IGNORANCE = 10.0  # κ: how much a model's ignorance of a place widens what it expects there
 _MOST_NOVEL = 100.0
 _WINDOW = 9  # steps over which novelty is averaged, 0.45 s
 _LEAST_STEPS, _LEAST_SHARE = 20, 0.1  # of an epoch that a new plant needs
 _ROUNDS = 3  # of posterior and refit
+
+_LEARNED = ("weights", "variance", "gram", "moment", "recruited", "epochs")
 
 
 def plant_inputs(
@@ -94,7 +93,6 @@ def novelty(errors: Array, variance: Array, gram: Array, inputs: Array) -> Array
     return np.convolve(least, np.full(_WINDOW, 1.0 / _WINDOW), "same")
 
 
-@dataclass(eq=False)
 class PlantModels:
     """Plant models of one run, or of a batch of R runs; "..." is () or (R,).
 
@@ -110,6 +108,7 @@ class PlantModels:
     epoch in which they were recruited. They then stay.
 
     Attributes:
+        most: Largest number of plants, W.
         weights: A, shape (..., W, 8, 33).
         variance: s², shape (..., W, 8).
         gram: G, shape (..., W, 33, 33).
@@ -118,39 +117,58 @@ class PlantModels:
         epochs: Epochs so far, shape (...).
     """
 
-    weights: Array
-    variance: Array
-    gram: Array
-    moment: Array
-    recruited: NDArray[np.intp]
-    epochs: NDArray[np.intp]
+    def __init__(
+        self,
+        batch_shape: tuple[int, ...],
+        *,
+        most: int,
+        novelty: float,
+        switching_probability: float,
+    ) -> None:
+        """Begin with the first plant, of which nothing was learned.
 
-    @classmethod
-    def blank(cls, batch_shape: tuple[int, ...], most: int) -> PlantModels:
-        """Return plant models that have seen nothing, of at most a number of plants, W."""
+        Args:
+            batch_shape: Shape of the runs.
+            most: Largest number of plants.
+            novelty: Novelty above which no plant model accounts for a step.
+            switching_probability: Probability of a switch of plants, a step.
+        """
+        self.most, self._novelty, self._h = most, novelty, switching_probability
         shape = (*batch_shape, most)
-        return cls(
-            weights=np.zeros((*shape, JOINTS, PLANT_INPUTS)),
-            variance=np.full((*shape, JOINTS), 0.05),
-            gram=np.zeros((*shape, PLANT_INPUTS, PLANT_INPUTS)),
-            moment=np.zeros((*shape, PLANT_INPUTS, JOINTS)),
-            recruited=np.ones(batch_shape, np.intp),
-            epochs=np.zeros(batch_shape, np.intp),
-        )
+        self.weights = np.zeros((*shape, JOINTS, PLANT_INPUTS))
+        self.variance = np.full((*shape, JOINTS), _FIRST_VARIANCE)
+        self.gram = np.zeros((*shape, PLANT_INPUTS, PLANT_INPUTS))
+        self.moment = np.zeros((*shape, PLANT_INPUTS, JOINTS))
+        self.recruited: NDArray[np.intp] = np.ones(batch_shape, np.intp)
+        self.epochs: NDArray[np.intp] = np.zeros(batch_shape, np.intp)
 
-    @property
-    def most(self) -> int:
-        """Largest number of plants, W."""
-        return self.weights.shape[-3]
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """Return all arrays that learning changes, by name."""
+        return {name: getattr(self, name) for name in _LEARNED}
 
     def of_run(self, run: tuple[int, ...]) -> PlantModels:
         """Return the plant models of one run, which share memory with these."""
-        return PlantModels(**{name: array[(*run, ...)] for name, array in vars(self).items()})
+        part = copy.copy(self)
+        for name, array in self.arrays().items():
+            setattr(part, name, array[(*run, ...)])
+        return part
 
     def select_runs(self, runs: NDArray[np.intp]) -> None:
         """Continue with some runs only, (R',) of R."""
-        for name, array in vars(self).items():
+        for name, array in self.arrays().items():
             setattr(self, name, array[runs])
+
+    def moves(self, inputs: Array, count: int) -> Array:
+        """Return the moves that the first plants' models predict.
+
+        Args:
+            inputs: Inputs o, shape (..., 33).
+            count: Number of plants, W'.
+
+        Returns:
+            Moves, shape (..., W', 8).
+        """
+        return (self.weights[..., :count, :, :] @ inputs[..., None, :, None])[..., 0]
 
     def learn(self, inputs: Array, moves: Array) -> tuple[Array, bool]:
         """Learn from an epoch of one run, and recruit a plant if one is new.
@@ -172,8 +190,8 @@ class PlantModels:
             self._accumulate(posterior, inputs, moves)
             return posterior, False
         errors = self._errors(inputs, moves, count)
-        posterior[:, :count] = smoothed(gaussian_log_likelihood(errors, self.variance[:count]))
-        new = novelty(errors, self.variance[:count], self.gram[:count], inputs) > NOVELTY
+        posterior[:, :count] = self._posterior(errors)
+        new = novelty(errors, self.variance[:count], self.gram[:count], inputs) > self._novelty
         enough = max(_LEAST_STEPS, _LEAST_SHARE * len(inputs))
         recruits = new.sum() >= enough and count < self.most
         if recruits:
@@ -183,10 +201,14 @@ class PlantModels:
         for _ in range(_ROUNDS):
             self._refit(posterior, inputs, moves, calibrating=False)
             errors = self._errors(inputs, moves, count)
-            likelihood = gaussian_log_likelihood(errors, self.variance[:count])
-            posterior[:, :count] = smoothed(likelihood)
+            posterior[:, :count] = self._posterior(errors)
         self._accumulate(posterior, inputs, moves)
         return posterior, bool(recruits)
+
+    def _posterior(self, errors: Array) -> Array:
+        """Return the posterior of plants whose models have errors of shape (T, W', 8)."""
+        logs = gaussian_log_likelihood(errors, self.variance[: errors.shape[1]])
+        return smoothed(logs, self._h)
 
     def _errors(self, inputs: Array, moves: Array, count: int) -> Array:
         """Return the errors of the first plants' models, shape (T, W', 8)."""

@@ -8,7 +8,6 @@ from mpma_mj.agents.base import Agent
 from mpma_mj.agents.baselines import FeedbackOnly, OpenLoop, RandomAgent
 from mpma_mj.agents.config import AgentConfig
 from mpma_mj.agents.extensions import load_class
-from mpma_mj.agents.growing import GrowingMPMA
 from mpma_mj.agents.hammer import HAMMER
 from mpma_mj.agents.mosaic import MOSAIC
 from mpma_mj.agents.mpma import MPMA, Single
@@ -18,7 +17,6 @@ __all__ = ["AGENTS", "agent_class", "check_trainable"]
 
 AGENTS: dict[str, type[Agent]] = {
     "mpma": MPMA,
-    "growing": GrowingMPMA,
     "mosaic": MOSAIC,
     "hammer": HAMMER,
     "single": Single,

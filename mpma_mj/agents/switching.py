@@ -5,29 +5,28 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["SWITCHING_PROBABILITY", "filtered", "predicted", "smoothed"]
+__all__ = ["filtered", "predicted", "smoothed"]
 
 Array = NDArray[np.float64]
 
-SWITCHING_PROBABILITY = 0.03
-"""Probability h of a switch a step (choice)."""
-
 _LEAST_LOG = -50.0  # log likelihoods below the largest by more than this are equal
+_LARGEST = np.finfo(np.float64).max
 _LEAST = 1e-30  # no state is excluded for ever
 
 
-def predicted(belief: Array, enabled: NDArray[np.bool_]) -> Array:
+def predicted(belief: Array, enabled: NDArray[np.bool_], h: float) -> Array:
     """Compute the belief before a step's evidence, (1-h) b + h / W.
 
     Args:
         belief: Belief b of the step before, shape (..., W), 0 where a state is not enabled.
         enabled: Which states there are, shape (..., W); W counts them.
+        h: Switching probability, a step.
 
     Returns:
-        Belief, shape (..., W), that sums to 1.
+        Belief, shape (..., W), that sums to 1; 0 where no state is enabled.
     """
-    h = SWITCHING_PROBABILITY
-    return (1.0 - h) * belief + h * enabled / enabled.sum(axis=-1, keepdims=True)
+    count = np.maximum(enabled.sum(axis=-1, keepdims=True), 1)
+    return (1.0 - h) * belief + h * enabled / count
 
 
 def filtered(prior: Array, log_likelihood: Array) -> Array:
@@ -41,14 +40,15 @@ def filtered(prior: Array, log_likelihood: Array) -> Array:
         Belief, shape (..., W), that sums to 1.
     """
     joint = prior * _likelihood(log_likelihood, prior > 0.0)
-    return joint / joint.sum(axis=-1, keepdims=True)
+    return joint / np.maximum(joint.sum(axis=-1, keepdims=True), _LEAST)
 
 
-def smoothed(log_likelihood: Array) -> Array:
+def smoothed(log_likelihood: Array, h: float) -> Array:
     """Compute the belief at each step, given the evidence of all steps (forward-backward).
 
     Args:
         log_likelihood: log ℓ of the evidence, shape (T, W).
+        h: Switching probability, a step.
 
     Returns:
         Posterior, shape (T, W), that sums to 1 over states.
@@ -75,6 +75,6 @@ def smoothed(log_likelihood: Array) -> Array:
 
 def _likelihood(log_likelihood: Array, enabled: NDArray[np.bool_]) -> Array:
     """Return likelihoods relative to the largest, 0 where a state is not enabled."""
-    logs = np.where(enabled, log_likelihood, -np.inf)
+    logs = np.where(enabled, log_likelihood, -_LARGEST)
     relative = np.exp(np.maximum(logs - logs.max(axis=-1, keepdims=True), _LEAST_LOG))
     return (relative + _LEAST) * enabled

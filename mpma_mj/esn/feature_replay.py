@@ -30,7 +30,6 @@ class FeatureReplay:
         bank: ReservoirBank,
         noise: Callable[[], Sequence[np.random.Generator]],
         inputs: Features,
-        count: int | None = None,
     ) -> None:
         """Keep the inputs and the source of the noise.
 
@@ -38,26 +37,20 @@ class FeatureReplay:
             bank: Reservoirs of one run, with states that nothing else uses.
             noise: Returns the sources of the episode's noise, at its beginning, one for each group.
             inputs: Inputs v, shape (T, D) or (T, M, D).
-            count: Number of the first reservoirs to return; all if not given.
         """
         self._bank, self._noise, self._inputs = bank, noise, inputs
-        modules, features = bank.shape
-        self.shape = (len(inputs), modules if count is None else count, features)
-
-    def first_modules(self, count: int) -> FeatureReplay:
-        """Return the features of the first reservoirs, shape (T, M', F)."""
-        return FeatureReplay(self._bank, self._noise, self._inputs, count)
+        self.shape = (len(inputs), *bank.shape)
 
     def blocks(self) -> Iterator[tuple[slice, Features]]:
         """Yield steps and their features, (B, M, F), which the next block overwrites."""
         self._bank.reset(*([source] for source in self._noise()))
-        steps, count, _ = self.shape
+        steps = len(self._inputs)
         block = np.empty((min(_BLOCK, steps), *self._bank.shape), PRECISION)
         for start in range(0, steps, _BLOCK):
             rows = slice(start, min(start + _BLOCK, steps))
             for row, driving in enumerate(self._inputs[rows]):
                 self._bank.step(driving, block[row])
-            yield rows, block[: rows.stop - rows.start, :count]
+            yield rows, block[: rows.stop - rows.start]
 
 
 def blocks(features: Features | FeatureReplay) -> Iterator[tuple[slice, Features]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -58,9 +58,7 @@ class ReadoutBank:
         weights: W_out, shape (..., M, K, F).
     """
 
-    def __init__(
-        self, weights: Array, *, forgetting: float = 0.0, ridge: Ridge = Ridge()
-    ) -> None:
+    def __init__(self, weights: Array, *, forgetting: float = 0.0, ridge: Ridge = Ridge()) -> None:
         """Begin with given weights and no memory.
 
         Args:
@@ -88,10 +86,6 @@ class ReadoutBank:
         run: tuple[Any, ...] = (*index, ...)  # not a copy, also of a single number
         return self._part(run, run)
 
-    def first_modules(self, count: int) -> ReadoutBank:
-        """Return the first modules' readouts, (..., M', K, F), which share memory with these."""
-        return self._part((..., slice(count), slice(None), slice(None)), (..., slice(count)))
-
     def _part(self, view: tuple[Any, ...], steps: tuple[Any, ...]) -> ReadoutBank:
         part = ReadoutBank.__new__(ReadoutBank)
         part._forgetting, part._ridge = self._forgetting, self._ridge
@@ -105,13 +99,6 @@ class ReadoutBank:
         self.weights, self._steps = self.weights[runs], self._steps[runs]
         if self._sums is not None:
             self._sums = _Sums(*(sums[runs] for sums in self._sums))
-
-    def drop_modules(self, modules: Sequence[int]) -> None:
-        """Continue without some modules' readouts and their memory, (K,) of M."""
-        self.weights = np.delete(self.weights, modules, axis=-3)
-        self._steps = np.delete(self._steps, modules, axis=-1)
-        if self._sums is not None:
-            self._sums = _Sums(*(np.delete(sums, modules, axis=-3) for sums in self._sums))
 
     def fit(
         self, features: Features | FeatureReplay, targets: Array, step_weights: Array | None = None
@@ -149,7 +136,9 @@ class ReadoutBank:
         for i in fitted:
             regular = gram[i].copy()
             diagonal = regular.ravel()[:: len(regular) + 1]  # a view
-            diagonal += self._ridge.relative * diagonal + self._ridge.absolute * float(self._steps[i])
+            diagonal += self._ridge.relative * diagonal + self._ridge.absolute * float(
+                self._steps[i]
+            )
             try:
                 factor = linalg.cho_factor(regular, overwrite_a=True, check_finite=False)
             except linalg.LinAlgError:

@@ -61,8 +61,7 @@ class ReservoirBank:
         """
         self.features = nodes + inputs
         self._noise, self._radius = noise, radius
-        self._drawn = count  # reservoirs of a group, for which noise is drawn
-        self._remaining: NDArray[np.intp] | slice = slice(None)  # those that are left of them
+        self._group = count
         self._input_weights: Single = np.empty((*batch_shape, 0, nodes, inputs), PRECISION)
         self._recurrence = sp.csr_array((0, 0), dtype=PRECISION)
         self.extend(streams)
@@ -75,7 +74,7 @@ class ReservoirBank:
             streams: Source of the weights of each run.
         """
         *batch_shape, present, nodes, inputs = self._input_weights.shape
-        count = self._drawn
+        count = self._group
         drawn, blocks = [], []
         for stream in streams:
             drawn.append(stream.uniform(-1.0, 1.0, (count, nodes, inputs)))
@@ -120,18 +119,6 @@ class ReservoirBank:
         part._recurrence = self._recurrence[own][:, own]
         return part
 
-    def drop_modules(self, reservoirs: Sequence[int]) -> None:
-        """Continue without some reservoirs, (K,) of M, from the next reset.
-
-        The others keep their noise.
-        """
-        *_, count, nodes, _ = self._input_weights.shape
-        neurons = np.arange(self._recurrence.shape[0]).reshape(-1, count, nodes)
-        own = np.delete(neurons, reservoirs, axis=1).ravel()
-        self._input_weights = np.delete(self._input_weights, reservoirs, axis=-3)
-        self._recurrence = self._recurrence[own][:, own]
-        self._remaining = np.delete(np.arange(self._drawn)[self._remaining], reservoirs)
-
     def step(self, inputs: Array, features: Single | None = None) -> Single:
         """Update the states with an input.
 
@@ -160,12 +147,12 @@ class ReservoirBank:
         noise: Single | None = next(self._ahead, None)
         if noise is None:
             shape = self._state.shape
-            each = (_DRAWN_AHEAD, self._drawn, shape[-1])
+            each = (_DRAWN_AHEAD, self._group, shape[-1])
             by_group = [
                 np.stack([stream.random(each) for stream in streams], axis=1)
                 for streams in self._groups
             ]
-            drawn = np.concatenate(by_group, axis=2)[:, :, self._remaining]
+            drawn = np.concatenate(by_group, axis=2)
             drawn -= 0.5
             drawn *= self._noise
             self._ahead = iter(drawn.astype(PRECISION).reshape(_DRAWN_AHEAD, *shape))
