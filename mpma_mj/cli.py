@@ -14,6 +14,7 @@ import tyro
 
 from mpma_mj import __version__, commands
 from mpma_mj.agents.config import MPMAConfig
+from mpma_mj.commands.plant_words import PLANT_WORDS
 from mpma_mj.commands.run_options import config_type
 from mpma_mj.errors import BadOptionError, MpmaError, RecordingWarning
 from mpma_mj.utils.option_names import as_flag
@@ -140,6 +141,7 @@ def _parse(words: Sequence[str]) -> Command:
                 prog="mpma",
                 description="Two simulated arms learn to imitate motion-capture recordings.",
                 args=words,
+                registry=PLANT_WORDS,
             )
     except SystemExit as end:
         cause: BaseException | None = end

@@ -43,6 +43,8 @@ class Trace:
         feedback: Feedback command times its gain, shape (T, …, 8); None for an agent without
             feedback controller.
         modules: Signals of the modules; None for an agent without modules.
+        plant: Index of the plant that each action met, shape (T, …); None in an environment
+            without plants.
     """
 
     posture: Array
@@ -54,6 +56,7 @@ class Trace:
     reward: Array
     feedback: Array | None = None
     modules: ModuleSignals | None = None
+    plant: NDArray[np.intp] | None = None
 
     def __repr__(self) -> str:
         """Return the size of the trace, in place of all its numbers."""
@@ -89,12 +92,13 @@ class Trace:
         """Return the trace of one run of a batch."""
         return self._map(lambda signal: np.ascontiguousarray(signal[:, run]))
 
-    def to_arrays(self) -> dict[str, Array]:
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Return all signals by name, as they are written to files."""
         arrays = {name: getattr(self, name) for name in (*OBSERVED, *_STEPS)}
         if self.modules is not None:
             arrays |= vars(self.modules)
-        return arrays if self.feedback is None else arrays | {"feedback": self.feedback}
+        optional = {"feedback": self.feedback, "plant": self.plant}
+        return arrays | {name: one for name, one in optional.items() if one is not None}
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, Any]) -> Trace:
@@ -107,9 +111,14 @@ class Trace:
         if any(name in arrays for name in MODULE_SIGNALS):
             modules = ModuleSignals(**{name: arrays[name] for name in MODULE_SIGNALS})
         signals = {name: arrays[name] for name in (*OBSERVED, *_STEPS)}
-        return cls(**signals, feedback=arrays.get("feedback"), modules=modules)
+        return cls(
+            **signals,
+            feedback=arrays.get("feedback"),
+            modules=modules,
+            plant=arrays.get("plant"),
+        )
 
-    def _map(self, change: Callable[[Array], Array]) -> Trace:
+    def _map(self, change: Callable[[NDArray[Any]], NDArray[Any]]) -> Trace:
         signals = {name: change(getattr(self, name)) for name in (*OBSERVED, *_STEPS)}
         return Trace(
             **signals,
@@ -119,4 +128,5 @@ class Trace:
             else ModuleSignals(
                 **{name: change(getattr(self.modules, name)) for name in MODULE_SIGNALS}
             ),
+            plant=None if self.plant is None else change(self.plant),
         )

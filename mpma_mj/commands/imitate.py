@@ -130,7 +130,7 @@ def _hint_at_resuming(folder: RunFolder) -> Iterator[None]:
 
 def _text(value: object) -> str:
     """Return a value of an option as text."""
-    return " ".join(value) if isinstance(value, tuple) else str(value)
+    return " ".join(map(str, value)) if isinstance(value, tuple) else str(value)
 
 
 def _stem(motions: Sequence[str]) -> str:

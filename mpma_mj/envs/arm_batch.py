@@ -66,6 +66,14 @@ class Batch(abc.ABC):
         self._state[row, self._velocities] = joint_velocities
 
     @abc.abstractmethod
+    def set_plants(self, plants: NDArray[np.intp]) -> None:
+        """Continue as other plants from the same joint states.
+
+        Args:
+            plants: Index of the plant of each pair, shape (N,).
+        """
+
+    @abc.abstractmethod
     def step(self, control: Array, forces: Array | None = None) -> NDArray[np.bool_]:
         """Move all arms for one control step.
 
@@ -122,13 +130,18 @@ class PhysicsBatch(Batch):
         self._threads = threads
         self._pool: rollout.Rollout | None = None
         self._start_threads()
-        self._models = [model] * count
+        self._models: list[mujoco.MjModel] = [model] * count
         self._data = [mujoco.MjData(model) for _ in range(threads)]
         self._trajectory = np.zeros((count, nstep, len(self._rest)))
         self._applies = _CONTROL | _FORCES if perturbed else _CONTROL
         self._applied = np.zeros((count, nstep, mujoco.mj_stateSize(model, self._applies)))
         self._control = self._applied[..., : model.nu]
         self._force = self._applied[..., model.nu :].reshape(count, nstep, -1, 6)
+
+    def set_plants(self, plants: NDArray[np.intp]) -> None:
+        """Choose the model of each pair; see `Batch.set_plants`."""
+        models = self._arms.plant_models.models
+        self._models = [models[plant] for plant in plants.tolist()]
 
     def step(self, control: Array, forces: Array | None = None) -> NDArray[np.bool_]:
         """Simulate all arms for one control step; see `Batch.step`."""
@@ -175,13 +188,22 @@ class PhysicsBatch(Batch):
 
 
 class KinematicBatch(Batch):
-    """Ideal arms: joints move at exactly the commanded velocities, within their ranges."""
+    """Ideal arms: joints move at gain times the commanded velocities, within their ranges."""
+
+    def __init__(self, arms: PhysicsArms, count: int, nstep: int) -> None:
+        """Set all arms to the state after a reset; see `Batch`."""
+        super().__init__(arms, count, nstep)
+        self.set_plants(np.zeros(count, np.intp))
+
+    def set_plants(self, plants: NDArray[np.intp]) -> None:
+        """Choose the gain of each pair; see `Batch.set_plants`."""
+        self._gain = np.array(self._arms.plant_gains)[plants, None]  # (N, 1)
 
     def step(self, control: Array, forces: Array | None = None) -> NDArray[np.bool_]:
         """Move all arms for one control step; forces have no effect."""
         elapsed = self._nstep * self._arms.timestep()
         before = self.joint_angles()
-        after = ideal_move(before, control, elapsed, self._arms.joint_range)
+        after = ideal_move(before, self._gain * control, elapsed, self._arms.joint_range)
         self._state[:, self._angles] = after
         self._state[:, self._velocities] = (after - before) / elapsed
         return np.zeros(len(self), bool)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from mpma_mj import kinematics
 from mpma_mj.envs.options import EnvironmentOptions
+from mpma_mj.envs.plant_schedule import PlantSchedule
 from mpma_mj.envs.step_rules import top_speeds
 from mpma_mj.motions import Motion
 from mpma_mj.motions.repeat import repeat
@@ -36,12 +37,14 @@ class Episode:
         sensor_noise: Noise on the observed state of the arms, shape (T, 28): posture, joint
             angles in rad, joint velocities in rad/s; None without noise.
         perturbations: Forces on left and right hand, shape (T, 2, 3), N; None without forces.
+        plant: Index of the plant that is on, shape (T,); None without plants.
     """
 
     start: int
     reference: Array
     sensor_noise: Array | None
     perturbations: Array | None
+    plant: NDArray[np.intp] | None
 
     def repeated(self, count: int) -> Episode:
         """Return a batch of copies, its arrays with an axis in front.
@@ -62,9 +65,9 @@ class Episode:
         for (_, batch), (_, array) in zip(self._arrays(), episode._arrays(), strict=True):
             batch[row] = array
 
-    def _arrays(self) -> Iterator[tuple[str, Array]]:
+    def _arrays(self) -> Iterator[tuple[str, NDArray[Any]]]:
         """Yield names and arrays, of those that there are."""
-        for name in ("reference", "sensor_noise", "perturbations"):
+        for name in ("reference", "sensor_noise", "perturbations", "plant"):
             array = getattr(self, name)
             if array is not None:
                 yield name, array
@@ -92,6 +95,7 @@ class Demonstration:
         self._options = options
         self._max_joint_speed = max_joint_speed
         self._top_speeds = top_speeds(max_joint_speed, options.locked_joint)
+        self._plants = PlantSchedule(options, motion.rate)
         repeats = options.repeats
         self._clean, self.context = repeat(motion, repeats, max_joint_speed)
         between = len(self._clean) - repeats * len(motion)  # postures of all return moves
@@ -120,6 +124,7 @@ class Demonstration:
             reference=self._with_noise(stream(seed, "demonstration", number)),
             sensor_noise=self._sensor_noise(seed, number),
             perturbations=self._draw_perturbations(seed, number),
+            plant=self._plants.draw(seed, number, start, len(self._clean)),
         )
 
     def start_of(self, episode: Episode) -> tuple[Array, Array]:

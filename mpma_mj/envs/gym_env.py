@@ -46,7 +46,8 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
 
     - `reward_terms`: the terms of the reward by name, each in [0, 1];
     - `clipped`: the number of entries of the action outside [-1, 1], which were clipped;
-    - `termination_reason`: why the episode has ended; empty while it goes on.
+    - `termination_reason`: why the episode has ended; empty while it goes on;
+    - `plant`: with the option `plants`, the index of the plant that the next action meets.
 
     Episodes follow from the seed: `reset(seed=s)` starts the first episode of seed s, and
     `reset()` the next one. Before any `reset(seed=…)` it is the argument `seed`. In Gymnasium's
@@ -215,6 +216,8 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
         self._env.reset()  # or its first step would be one
         vars(self._env.task).update(task)
         physics = self._env.physics
+        if self._env.task.plant is not None:
+            physics.set_plant(self._env.task.plant)
         physics.set_state(arms, _STATE)
         mujoco.mj_kinematics(physics.model.ptr, physics.data.ptr)  # positions from the state
 
@@ -229,7 +232,7 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
             "reward_terms": terms,
             "clipped": task.clipped,
             "termination_reason": task.termination_reason,
-        }
+        } | ({} if task.plant is None else {"plant": task.plant})
 
     def _ghost(self) -> Array:
         return self._env.task.reference

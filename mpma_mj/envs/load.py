@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from mpma_mj.envs.model_validation import check_geometry
 from mpma_mj.envs.options import EnvironmentOptions, check_seed
 from mpma_mj.envs.physics import KinematicArms, PhysicsArms
+from mpma_mj.envs.plants import PlantsLike, plants_from
 from mpma_mj.envs.task import TwoArmImitation
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions import Motion, read_motion
@@ -36,6 +37,8 @@ def load(  # noqa: D417 # the fields of `EnvironmentOptions` are documented ther
     gravity_compensation: bool = False,
     payload: float = 0.0,
     actuator_strength: float = 1.0,
+    actuator_gain: float = 1.0,
+    damping: float = 0.0,
     locked_joint: str | None = None,
     collisions: bool = False,
     latency: int = 0,
@@ -46,6 +49,9 @@ def load(  # noqa: D417 # the fields of `EnvironmentOptions` are documented ther
     reward_weights: Mapping[str, float] | None = None,
     lookahead: int = 0,
     phase: bool = False,
+    plants: PlantsLike | None = None,
+    switch_every: tuple[float, float] | None = None,
+    epochs_per_plant: int = 3,
 ) -> control.Environment:
     """Return an environment in which two arms imitate a motion.
 
@@ -66,12 +72,13 @@ def load(  # noqa: D417 # the fields of `EnvironmentOptions` are documented ther
     options = EnvironmentOptions(
         arms=arms, model=model, repeats=repeats, reference_noise=reference_noise,
         control_timestep=control_timestep, gravity_compensation=gravity_compensation,
-        payload=payload, actuator_strength=actuator_strength, locked_joint=locked_joint,
-        collisions=collisions, latency=latency, observation_noise=observation_noise,
-        perturbation=perturbation, random_start=random_start,
+        payload=payload, actuator_strength=actuator_strength, actuator_gain=actuator_gain,
+        damping=damping, locked_joint=locked_joint, collisions=collisions, latency=latency,
+        observation_noise=observation_noise, perturbation=perturbation, random_start=random_start,
         termination_distance=termination_distance,
         reward_weights={} if reward_weights is None else reward_weights,
-        lookahead=lookahead, phase=phase,
+        lookahead=lookahead, phase=phase, plants=plants_from(plants),
+        switch_every=switch_every, epochs_per_plant=epochs_per_plant,
     )  # fmt: skip
     return make_environment(motion, options, seed)
 

@@ -16,31 +16,48 @@ from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import BadOptionError
 from mpma_mj.kinematics import JOINT_NAMES
 
-__all__: list[str] = ["MODEL_PATH", "make_model"]
+__all__: list[str] = ["MODEL_PATH", "make_model", "make_models"]
 
 MODEL_PATH = Path(__file__).parent.parent / "assets" / "two_arm.xml"
 
 _FIXED = 1e9  # inertia of a locked joint, kg m² (choice)
 _IRON = 7870.0  # density, kg/m³
+_SMALLEST = 1e-3  # radius of a ball without mass, m
 _MEMORY = 2**24  # bytes; MuJoCo ends the process where contacts need more
 
 
-def make_model(options: EnvironmentOptions) -> mujoco.MjModel:
-    """Return the model with the changes of the options.
+def make_models(options: EnvironmentOptions) -> tuple[mujoco.MjModel, ...]:
+    """Return the model of each plant, all of the same sizes; one where there are no plants.
 
     Args:
         options: Options of the environment.
 
     Raises:
+        BadOptionError: As of `make_model`.
+    """
+    plants = options.of_plants()
+    balls = any(plant.payload > 0 for plant in plants)
+    return tuple(make_model(plant, balls=balls) for plant in plants)
+
+
+def make_model(options: EnvironmentOptions, *, balls: bool = False) -> mujoco.MjModel:
+    """Return the model with the changes of the options.
+
+    Args:
+        options: Options of the environment, without plants.
+        balls: Whether the hands hold balls even without payload, which then have no mass.
+
+    Raises:
         BadOptionError: The user's model cannot be read, or is incomplete.
     """
+    balls = balls or options.payload > 0
     path = MODEL_PATH if options.model is None else Path(options.model)
     if not path.is_file():
         found = "this is a folder" if path.is_dir() else "there is none"
         raise BadOptionError(option="model", value=str(path), expected=f"an MJCF file, and {found}")
     with _errors_in_one_line(path):
         spec = mujoco.MjSpec.from_file(os.fsencode(path))  # the name may not be UTF-8
-        check_complete(path, spec, hands=options.payload > 0 or options.perturbed)
+        check_complete(path, spec, hands=balls or options.perturbed)
         if options.model is not None:
             spec.memory = max(spec.compile().narena, _MEMORY)
         if options.gravity_compensation:
@@ -48,14 +65,21 @@ def make_model(options: EnvironmentOptions) -> mujoco.MjModel:
         if options.locked_joint is not None:
             # Fixed for every integrator, in contacts too.
             spec.joint(options.locked_joint).armature = _FIXED
-        if options.payload > 0:
+        if balls:
             _add_payload(spec, options.payload)
         model = spec.compile()
+    if balls and not options.payload:
+        for hand in HANDS:  # only now, or the compiler would leave the balls out of its trees
+            ball = model.geom(f"{hand}_payload")
+            ball.contype[:], ball.conaffinity[:] = 0, 0
     if not 0.0 < model.opt.timestep < math.inf:
         raise BadOptionError(f"{path}: timestep is {model.opt.timestep:g} s; expected above 0")
     check_actuators(path, model, forces=options.actuator_strength != 1.0)
     for name in JOINT_NAMES:
-        model.actuator(name).forcerange[:] *= options.actuator_strength
+        actuator = model.actuator(name)
+        actuator.forcerange[:] *= options.actuator_strength
+        actuator.gainprm[0] *= options.actuator_gain  # aims at gain x command
+        model.joint(name).damping[:] += options.damping
     flag = mujoco.mjtDisableBit
     # Without warm start a step depends on the state alone, not on the steps before it. With
     # automatic reset a simulation that diverged is detected by its time.
@@ -97,7 +121,8 @@ def _add_payload(spec: mujoco.MjSpec, mass: float) -> None:
         ball.mass, ball.inertia = mass, np.full(3, 0.4 * mass * radius**2)
         ball.explicitinertial = True
         geom = ball.add_geom(name=f"{name}_payload", type=mujoco.mjtGeom.mjGEOM_SPHERE)
-        geom.size, geom.rgba = [radius, 0.0, 0.0], [0.2, 0.2, 0.22, 1.0]
+        geom.size = [max(radius, _SMALLEST), 0.0, 0.0]
+        geom.rgba = [0.2, 0.2, 0.22, 1.0 if mass > 0 else 0.0]
         geom.mass = mass  # for models that compute inertia from geoms
         if hand.geomnum[0]:  # collides with the same geoms as the hand
             of_hand = bare.geom(int(hand.geomadr[0]))

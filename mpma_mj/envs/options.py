@@ -12,6 +12,14 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from mpma_mj.envs.plants import (
+    ActuatorGain,
+    ActuatorStrength,
+    Damping,
+    Payload,
+    Plant,
+    plants_from,
+)
 from mpma_mj.errors import BadOptionError
 from mpma_mj.kinematics import JOINT_NAMES, SEGMENT_NAMES
 from mpma_mj.options import Arms
@@ -27,10 +35,12 @@ __all__: list[str] = [
 
 _WEIGHT = Bounds(0.0, 1e6)
 _RATE, _FORCE = Bounds(0.0, 100.0), Bounds(0.0, 10_000.0)  # 1/s, N
+_DWELL = Bounds(0.0, 1e6, above=True)  # s
 MASS_OPTIONS = (
     "gravity_compensation",
     "payload",
     "actuator_strength",
+    "damping",
     "perturbation",
     "collisions",
 )
@@ -54,6 +64,8 @@ class EnvironmentOptions:
         gravity_compensation: Whether the weight of the arms is compensated.
         payload: Mass of an iron ball in each hand, kg.
         actuator_strength: Factor on the force limits of the actuators.
+        actuator_gain: Factor on the joint velocities at which the actuators aim.
+        damping: Damping that is added to each joint, N m s/rad.
         locked_joint: Joint that is held fixed where an episode begins; none if not given.
         collisions: Whether arms and body collide, as the model's geoms say; else they pass through.
         latency: Control steps from an action to its effect; no motion is commanded before.
@@ -71,6 +83,12 @@ class EnvironmentOptions:
         lookahead: Number of targets in the observation `lookahead`, the first being `target`; 0
             leaves it out.
         phase: Whether to observe `phase`: sine and cosine of the progress of the repetition.
+        plants: Plants that may be on, which is never observed: options of `Plant` for each, in
+            place of those above; only these if not given.
+        switch_every: Lowest and highest time after which the plant changes to another one within
+            an episode, s; drawn uniformly. If not given, each episode has one plant.
+        epochs_per_plant: Number of episodes with a plant before the next one follows, without
+            `switch_every`.
 
     Raises:
         BadOptionError: An option is out of bounds, or contradicts another.
@@ -84,10 +102,10 @@ class EnvironmentOptions:
         float | None, Bounds(0.001, 1.0, hint="in seconds, such as 0.05")
     ] = None
     gravity_compensation: bool = False
-    payload: Annotated[float, Bounds(0.0, 1000.0, hint="in kg")] = 0.0
-    actuator_strength: Annotated[
-        float, Bounds(0.01, 100.0, hint="1 leaves the forces as they are")
-    ] = 1.0
+    payload: Payload = 0.0
+    actuator_strength: ActuatorStrength = 1.0
+    actuator_gain: ActuatorGain = 1.0
+    damping: Damping = 0.0
     locked_joint: str | None = None
     collisions: bool = False
     latency: Annotated[int, Bounds(0, 100)] = 0
@@ -100,6 +118,9 @@ class EnvironmentOptions:
     reward_weights: Mapping[str, float] = field(default_factory=dict, hash=False)
     lookahead: Annotated[int, Bounds(0, 1000)] = 0
     phase: bool = False
+    plants: tuple[Plant, ...] | None = None
+    switch_every: tuple[float, float] | None = None
+    epochs_per_plant: Annotated[int, Bounds(1, 1_000_000)] = 3
 
     def __post_init__(self) -> None:
         """Check every option, and keep copies of plain types."""
@@ -112,11 +133,45 @@ class EnvironmentOptions:
         object.__setattr__(self, "reward_weights", _checked_weights(self.reward_weights))
         if self.arms == "kinematic":
             self._check_no_forces()
+        object.__setattr__(self, "plants", plants_from(self.plants))
+        if self.switch_every is not None:
+            object.__setattr__(self, "switch_every", _checked_dwell(self.switch_every))
+        self._check_plants()
 
     @property
     def perturbed(self) -> bool:
         """Whether there are perturbations."""
         return min(self.perturbation) > 0.0
+
+    def of_plants(self) -> tuple[EnvironmentOptions, ...]:
+        """Return the options with those of each plant; these alone where there are no plants."""
+        if self.plants is None:
+            return (self,)
+        return tuple(self._with_plant(number) for number in range(len(self.plants)))
+
+    def _with_plant(self, number: int) -> EnvironmentOptions:
+        """Return the options with those of a plant, given its index."""
+        assert self.plants is not None
+        changes: dict[str, Any] = {option.name: option.default for option in _fields_of_plants()}
+        changes |= self.plants[number].given()
+        try:
+            return dataclasses.replace(self, **changes)
+        except BadOptionError as error:
+            raise error.with_context(f"plants[{number}]") from None
+
+    def _check_plants(self) -> None:
+        """Check that the arms can be all plants, and that no option of plants is without them."""
+        if self.plants is None:
+            for option in _fields_of_plants():
+                value = getattr(self, option.name)
+                if value != option.default:
+                    remedy = f"plants that change need {{plants}}; or leave {{{option.name}}} out"
+                    raise BadOptionError(option=option.name, value=value, remedy=remedy)
+        elif self.switch_every is not None and len(self.plants) == 1:
+            expected = "at least two plants, between which to switch"
+            raise BadOptionError(option="plants", value=self.plants, expected=expected)
+        else:
+            self.of_plants()
 
     def _check_no_forces(self) -> None:
         """Check that no option acts by forces."""
@@ -129,6 +184,12 @@ class EnvironmentOptions:
                     remedy=f"ideal arms have no mass: leave {{{option.name}}} out, or take"
                     " {arms=physics}",
                 )
+
+
+def _fields_of_plants() -> tuple[dataclasses.Field[Any], ...]:
+    """Return the fields that say which plants may be on, and when."""
+    names = ("plants", "switch_every", "epochs_per_plant")
+    return tuple(f for f in dataclasses.fields(EnvironmentOptions) if f.name in names)
 
 
 def options_from(given: Mapping[str, Any]) -> EnvironmentOptions:
@@ -199,8 +260,7 @@ def _is_within(bounds: Bounds, value: object) -> bool:
 
 def _checked_perturbation(given: Any) -> tuple[float, float]:
     """Return rate, 1/s, and size, N, as plain numbers."""
-    pair = isinstance(given, tuple | list | np.ndarray) and len(given) == 2
-    rate, size = given if pair else (-1.0, -1.0)
+    rate, size = _pair(given)
     if not (_is_within(_RATE, rate) and _is_within(_FORCE, size)):
         raise BadOptionError(
             option="perturbation",
@@ -208,6 +268,22 @@ def _checked_perturbation(given: Any) -> tuple[float, float]:
             expected="rate (0 to 100 a second) and size (0 to 10000 N), such as (0.5, 30)",
         )
     return float(rate), float(size)
+
+
+def _checked_dwell(given: Any) -> tuple[float, float]:
+    """Return lowest and highest time between two switches, s, as plain numbers."""
+    low, high = _pair(given)
+    if not (_is_within(_DWELL, low) and _is_within(_DWELL, high) and low <= high):
+        expected = f"two times, 0 < low <= high <= {_DWELL.high:g} s, such as (1.0, 3.0)"
+        raise BadOptionError(option="switch_every", value=given, expected=expected)
+    return float(low), float(high)
+
+
+def _pair(given: Any) -> tuple[Any, Any]:
+    """Return two entries; numbers that no option admits where there are not two."""
+    is_pair = isinstance(given, tuple | list | np.ndarray) and len(given) == 2
+    first, second = given if is_pair else (-1.0, -1.0)
+    return first, second
 
 
 def _checked_weights(given: object) -> dict[str, float]:

@@ -11,9 +11,10 @@ from dm_control import mujoco as dm_mujoco
 from dm_control.mujoco.wrapper import MjModel
 from numpy.typing import NDArray
 
-from mpma_mj.envs.model import make_model
+from mpma_mj.envs.model import make_models
 from mpma_mj.envs.model_validation import HANDS
 from mpma_mj.envs.options import EnvironmentOptions
+from mpma_mj.envs.plant_models import PlantModels
 from mpma_mj.kinematics import JOINT_NAMES, SIDES
 
 __all__: list[str] = ["KinematicArms", "PhysicsArms", "ideal_move"]
@@ -34,9 +35,13 @@ class PhysicsArms(dm_mujoco.Physics):
 
     Attributes:
         divergence: Why the simulation diverged since the last reset; empty if it did not.
+        plant_models: Models of the plants; one where there are no plants.
+        plant_gains: Actuator gain of each plant.
     """
 
     divergence = ""
+    plant_models: PlantModels
+    plant_gains: tuple[float, ...]
 
     @classmethod
     def make(cls, options: EnvironmentOptions | None = None) -> Self:
@@ -48,7 +53,12 @@ class PhysicsArms(dm_mujoco.Physics):
         Raises:
             BadOptionError: A user's model cannot be read, or is incomplete.
         """
-        return cls.from_model(MjModel(make_model(options or EnvironmentOptions())))
+        options = options or EnvironmentOptions()
+        models = PlantModels(make_models(options))
+        arms: Self = cls.from_model(MjModel(models.live))
+        arms.plant_models = models
+        arms.plant_gains = tuple(plant.actuator_gain for plant in options.of_plants())
+        return arms
 
     @functools.cached_property
     def qpos_indices(self) -> Index:
@@ -159,6 +169,14 @@ class PhysicsArms(dm_mujoco.Physics):
         """Apply forces to left and right hand from now on, shape (2, 3), N."""
         self.data.ptr.xfrc_applied[self.hand_ids, :3] = forces
 
+    def set_plant(self, plant: int) -> None:
+        """Continue as another plant from the same joint state.
+
+        Args:
+            plant: Index of the plant.
+        """
+        self.plant_models.use(plant)
+
     def step(self, nstep: int = 1) -> None:
         """Simulate a number of physics steps; `divergence` says afterwards if they failed.
 
@@ -208,7 +226,16 @@ class PhysicsArms(dm_mujoco.Physics):
 
 
 class KinematicArms(PhysicsArms):
-    """Ideal arms: joints move at exactly the commanded velocities, within their ranges."""
+    """Ideal arms: joints move at gain times the commanded velocities, within their ranges."""
+
+    @functools.cached_property
+    def actuator_gain(self) -> float:
+        """Factor on commanded velocities."""
+        return self.plant_gains[0]
+
+    def set_plant(self, plant: int) -> None:
+        """Continue as another plant, which differs in its gain; see `PhysicsArms.set_plant`."""
+        self.actuator_gain = self.plant_gains[plant]
 
     def forward(self) -> None:
         """Compute all positions; there are no forces."""
@@ -216,11 +243,12 @@ class KinematicArms(PhysicsArms):
         mujoco.mj_camlight(self.model.ptr, self.data.ptr)
 
     def step(self, nstep: int = 1) -> None:
-        """Integrate the commanded joint velocities: q ← clip(q + Δt·u)."""
+        """Integrate the commanded joint velocities: q ← clip(q + Δt·gain·u)."""
         data = self.data.ptr
         elapsed = nstep * self.timestep()
         before = data.qpos[self.qpos_indices].copy()
-        after = ideal_move(before, data.ctrl[self.actuator_indices], elapsed, self.joint_range)
+        velocity = self.actuator_gain * data.ctrl[self.actuator_indices]
+        after = ideal_move(before, velocity, elapsed, self.joint_range)
         data.qpos[self.qpos_indices] = after
         data.qvel[self.dof_indices] = (after - before) / elapsed
         data.time += elapsed

@@ -69,7 +69,7 @@ class TwoArmImitation(control.Task):
         self._observer = Observer(self._demonstration, options)
         self._rules = StepRules(options, self.steps, self.max_joint_speed, physics.segment_lengths)
         self._pending: Array = np.zeros((options.latency, 8))
-        self._begin()
+        self._begin(physics)
         self._evaluate(physics)
 
     @property
@@ -93,13 +93,18 @@ class TwoArmImitation(control.Task):
         return self._drawn.reference[self._step]
 
     @property
+    def plant(self) -> int | None:
+        """Index of the plant that is on, which the next action meets; None without plants."""
+        return None if self._drawn.plant is None else int(self._drawn.plant[self._step])
+
+    @property
     def clipped(self) -> int:
         """Number of entries of the last action outside [-1, 1]."""
         return int(count_clipped(self.last_action))
 
     def initialize_episode(self, physics: PhysicsArms) -> None:
         """Draw the next episode and set the arms to its start."""
-        self._begin()
+        self._begin(physics)
         self.episode += 1
         physics.set_joint_state(*self._demonstration.start_of(self._drawn))
         self._evaluate(physics)
@@ -119,6 +124,7 @@ class TwoArmImitation(control.Task):
     def after_step(self, physics: PhysicsArms) -> None:
         """Go on in the demonstration."""
         self._step += 1
+        self._switch_plant(physics)
         self._evaluate(physics, np.True_ if physics.divergence else np.False_)
 
     def get_observation(self, physics: PhysicsArms) -> dict[str, Array]:
@@ -158,13 +164,19 @@ class TwoArmImitation(control.Task):
         shapes = self._observer.shapes
         return {name: specs.Array(shape, np.float64, name) for name, shape in shapes.items()}
 
-    def _begin(self) -> None:
+    def _begin(self, physics: PhysicsArms) -> None:
         """Draw the next episode, whose first action is yet to come."""
         self._drawn = self._demonstration.episode(self.seed, self.episode)
         self._step = np.intp(self._drawn.start)
         self.termination_reason = ""
         self.last_action = np.zeros(8)
         self._pending = np.zeros_like(self._pending)
+        self._switch_plant(physics)
+
+    def _switch_plant(self, physics: PhysicsArms) -> None:
+        """Let the arms be the plant that is on from now."""
+        if self._drawn.plant is not None:
+            physics.set_plant(int(self._drawn.plant[self._step]))
 
     def _evaluate(self, physics: PhysicsArms, diverged: np.bool_ = np.False_) -> None:
         """Compute posture and outcome, once for reward, observation and termination."""

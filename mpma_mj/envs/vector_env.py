@@ -19,6 +19,7 @@ from mpma_mj.envs.demonstration import Demonstration
 from mpma_mj.envs.load import prepare
 from mpma_mj.envs.observation import Observer
 from mpma_mj.envs.options import check_seed, options_from, seeds_of_batch
+from mpma_mj.envs.plants import PlantsLike, plants_from
 from mpma_mj.envs.spaces import action_space, flatten, observation_space
 from mpma_mj.envs.step_rules import Mask, Outcome, StepRules, count_clipped, delayed
 from mpma_mj.errors import BadOptionError, StateError
@@ -56,10 +57,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
     """
 
     _flat = False
-    metadata = {  # noqa: RUF012
-        "render_modes": [],
-        "autoreset_mode": AutoresetMode.NEXT_STEP,
-    }
+    metadata = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012
 
     def __init__(
         self,
@@ -107,11 +105,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         self.context = self._demonstration.context
         self._rules = StepRules(chosen, self.steps, self.max_joint_speed, self.arms.segment_lengths)
         self._batch = make_batch(
-            self.arms,
-            num_envs,
-            nstep,
-            perturbed=chosen.perturbed,
-            threads=int(threads),
+            self.arms, num_envs, nstep, perturbed=chosen.perturbed, threads=int(threads)
         )
         self.single_action_space = action_space()
         self.single_observation_space = observation_space(self._observer.shapes, flat=self._flat)
@@ -129,6 +123,12 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         self._drawn = self._demonstration.episode(seed, 0).repeated(num_envs)
         self.closed = False
         super().reset(seed=seed)
+
+    @property
+    def plant(self) -> NDArray[np.intp] | None:
+        """Index of the plant that is on, which the next action meets, (N,); None without plants."""
+        plants = self._drawn.plant
+        return None if plants is None else plants[self._rows, self._step]
 
     def reset(
         self,
@@ -191,6 +191,8 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         due, self._pending = delayed(self._pending, actions)
         perturbations = self._drawn.perturbations
         forces = None if perturbations is None else perturbations[self._rows, self._step]
+        if (plant := self.plant) is not None:
+            self._batch.set_plants(plant)
         diverged = self._batch.step(self._rules.joint_velocities(due), forces)
         self._step += 1
         self._begin_episodes(begins)
@@ -268,7 +270,8 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
             "clipped": clipped,
             "termination_reason": self._termination_reason.copy(),
         }
-        return self._masked(info)
+        plant = {} if self.plant is None else {"plant": self.plant}
+        return self._masked(info | plant)
 
     def _masked(self, info: dict[str, Any]) -> dict[str, Any]:
         return info | {f"_{name}": np.ones(self.num_envs, bool) for name in info}
@@ -299,6 +302,8 @@ def make_vec(  # noqa: D417 # the fields of `EnvironmentOptions` are documented 
     gravity_compensation: bool = False,
     payload: float = 0.0,
     actuator_strength: float = 1.0,
+    actuator_gain: float = 1.0,
+    damping: float = 0.0,
     locked_joint: str | None = None,
     collisions: bool = False,
     latency: int = 0,
@@ -309,6 +314,9 @@ def make_vec(  # noqa: D417 # the fields of `EnvironmentOptions` are documented 
     reward_weights: Mapping[str, float] | None = None,
     lookahead: int = 0,
     phase: bool = False,
+    plants: PlantsLike | None = None,
+    switch_every: tuple[float, float] | None = None,
+    epochs_per_plant: int = 3,
 ) -> VectorImitationEnv:
     """Return a vector of environments that one call steps together.
 
@@ -332,9 +340,11 @@ def make_vec(  # noqa: D417 # the fields of `EnvironmentOptions` are documented 
         num_envs, motion, seed=seed, threads=threads, arms=arms, model=model, repeats=repeats,
         reference_noise=reference_noise, control_timestep=control_timestep,
         gravity_compensation=gravity_compensation, payload=payload,
-        actuator_strength=actuator_strength, locked_joint=locked_joint, collisions=collisions,
-        latency=latency, observation_noise=observation_noise, perturbation=perturbation,
+        actuator_strength=actuator_strength, actuator_gain=actuator_gain, damping=damping,
+        locked_joint=locked_joint, collisions=collisions, latency=latency,
+        observation_noise=observation_noise, perturbation=perturbation,
         random_start=random_start, termination_distance=termination_distance,
         reward_weights={} if reward_weights is None else reward_weights,
-        lookahead=lookahead, phase=phase,
+        lookahead=lookahead, phase=phase, plants=plants_from(plants),
+        switch_every=switch_every, epochs_per_plant=epochs_per_plant,
     )  # fmt: skip

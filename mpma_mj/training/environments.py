@@ -64,6 +64,9 @@ class Environments(Protocol):
     def posture(self) -> Array:
         """Return the true postures of the arms, shape (…, 12)."""
 
+    def plant(self) -> NDArray[np.intp] | None:
+        """Return which plant the next action meets, by index, shape (…); None without plants."""
+
     def failures(self) -> dict[int, str]:
         """Return why episodes ended early at the last step, by run; nothing where none did."""
 
@@ -100,6 +103,11 @@ class SingleEnvironment:
         """Return the true posture of the arms, shape (12,)."""
         posture: Array = self._env.physics.posture()
         return posture
+
+    def plant(self) -> NDArray[np.intp] | None:
+        """Return which plant the next action meets, by index, shape (); None without plants."""
+        plant = self._env.task.plant
+        return None if plant is None else np.asarray(plant, np.intp)
 
     def failures(self) -> dict[int, str]:
         """Return why the episode ended early at the last step."""
@@ -148,6 +156,10 @@ class EnvironmentBatch:
     def posture(self) -> Array:
         """Return the true postures of the arms, shape (R, 12)."""
         return self._envs.posture
+
+    def plant(self) -> NDArray[np.intp] | None:
+        """Return which plant the next action meets, by index, shape (R,); None without plants."""
+        return self._envs.plant
 
     def failures(self) -> dict[int, str]:
         """Return why episodes ended early at the last step, by run."""

@@ -56,11 +56,12 @@ def rollout(envs: Environments, agent: Agent, epoch: int) -> Rollout:
     failures: dict[int, str] = {}
     runs = envs.shape[0] if envs.shape else 1
     for step in range(1, envs.info.steps + 1):
-        action = agent.act(timestep.observation)
+        action, plant = agent.act(timestep.observation), envs.plant()
         timestep = envs.step(action)
         agent.observe(timestep)
         moments.append(_observed(timestep.observation, envs.posture()))
-        steps.append({"action": action, "reward": np.asarray(timestep.reward)})
+        acted = {"action": action, "reward": np.asarray(timestep.reward)}
+        steps.append(acted if plant is None else acted | {"plant": plant})
         for run, reason in envs.failures().items():
             failures.setdefault(run, f"{reason} at step {step}")
         if len(failures) == runs:

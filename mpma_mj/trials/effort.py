@@ -62,7 +62,7 @@ def effort(trace: Trace, options: EnvironmentOptions, rate: float) -> Effort | N
 
     Args:
         trace: Signals of the episode, as `record_epoch` returns them.
-        options: Options of its environment; none that delays or pushes.
+        options: Options of its environment; none that delays or pushes, and no plants.
         rate: Control steps per second, Hz.
 
     Returns:
@@ -82,13 +82,14 @@ def effort(trace: Trace, options: EnvironmentOptions, rate: float) -> Effort | N
     states, _ = rollout.rollout(model, mujoco.MjData(model), start, control)
     velocities = np.concatenate([start[None], states[0]])[:, 1 + model.nq : 1 + model.nq + model.nv]
     velocity = velocities[:, arms.dof_indices]
-    kv = model.actuator_gainprm[arms.actuator_indices, 0]
+    kv = -model.actuator_biasprm[arms.actuator_indices, 2]
     limit = np.where(
         model.actuator_forcelimited[arms.actuator_indices] > 0,
         model.actuator_forcerange[arms.actuator_indices, 1],
         np.inf,
     )
-    torque = actuator_torque(control[:, arms.actuator_indices], velocity, kv, limit)
+    aim = options.actuator_gain * control[:, arms.actuator_indices]
+    torque = actuator_torque(aim, velocity, kv, limit)
     return Effort(torque, 0.5 * (velocity[:-1] + velocity[1:]), timestep)
 
 

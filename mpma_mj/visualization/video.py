@@ -103,6 +103,8 @@ def dance_frames(
     with contextlib.closing(renderer):
         for step in progress(range(len(trace))):
             physics.set_joint_state(joint_angles[step], np.zeros(8))
+            if trace.plant is not None:
+                physics.set_plant(int(trace.plant[step]))
             yield strip.under(renderer.picture(ghost=trace.reference[step]), step)
 
 
