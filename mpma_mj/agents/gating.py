@@ -111,9 +111,25 @@ class Gate(ABC):
     def observe_action(self, observation: Observation, action: Array) -> None:  # noqa: B027, a hook
         """Receive the action of a step."""
 
-    def assign(self, run: RunIndex, epoch: Epoch) -> Array:
-        """Return the weight of each step of one run's epoch for each module, shape (T, M)."""
-        return epoch.responsibility
+    def assign(
+        self, run: RunIndex, context: Array, predictions: Array, outcome: Array
+    ) -> Array | None:
+        """Return the weight of each step of one run's epoch for each module.
+
+        Args:
+            run: Index of the run.
+            context: Context y, shape (T, C).
+            predictions: Outputs of the forward models, shape (T, M, K).
+            outcome: What they should have been, shape (T, K).
+
+        Returns:
+            Weights, shape (T, M); None where they are the responsibilities.
+        """
+        return None
+
+    def plants_of(self, run: RunIndex) -> int:
+        """Return the number of plants that a run has recruited."""
+        return 1
 
     def adapt(self, run: RunIndex, epoch: Epoch, readouts: Readouts) -> None:  # noqa: B027, a hook
         """Adapt one run's gate after its readouts have learned from an epoch."""

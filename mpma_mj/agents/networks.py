@@ -112,13 +112,14 @@ class Network:
         self._steps.clear()
 
     def set_plants(self, count: int) -> None:
-        """Draw the reservoirs of further plants until there are so many, from the next reset."""
+        """Draw the reservoirs of further plants until there are so many.
+
+        They step from the next reset; `replay` contains them at once.
+        """
         for plant in range(self._plants, count):
             streams = [stream(seed, "reservoir", self._name, plant) for seed in self._seeds]
             self._reservoirs.extend(streams)
-        if count > self._plants:
-            self._plants = count
-            self._steps = EpisodeBuffer()
+        self._plants = max(self._plants, count)
 
     def step(self, inputs: Array) -> Array:
         """Update the reservoirs and return the readouts' output.
@@ -137,11 +138,11 @@ class Network:
         steps.append({})
         return self.readouts(self.features)
 
-    def episode(self, run: RunIndex) -> Features | FeatureReplay:
-        """Return one run's features of the episode, shape (T, M, F)."""
+    def episode(self, run: RunIndex, modules: int) -> Features | FeatureReplay:
+        """Return one run's features of the episode, shape (T, M', F), of a number of modules."""
         own: tuple[Any, ...] = (slice(None), *run)
         steps = self._steps.episode()
-        if "features" in steps:
+        if "features" in steps and steps["features"].shape[-2] >= modules:
             return steps["features"][own]
         return self.replay(run, steps["inputs"][own])
 

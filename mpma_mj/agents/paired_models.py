@@ -255,14 +255,15 @@ class PairedModels(Agent):
 
     def _learn_run(self, run: RunIndex) -> None:
         epoch = self._epoch(run)
-        own: tuple[Any, ...] = (slice(None), *run)
-        angles = self._steps.episode()["joint_angles"][own]
+        angles = self._steps.episode()["joint_angles"][(slice(None), *run)]
         predicted = self._space.predicted_posture(epoch.predictions, angles)
-        reached = self._reached(run)
-        error = metrics.posture_error_percent(epoch.mixed(predicted), reached)
+        error = metrics.posture_error_percent(epoch.mixed(predicted), self._reached(run))
         if np.isnan(self._untrained_error[run]):
             self._untrained_error[run] = error
-        epoch = replace(epoch, assignment=self._gate.assign(run, epoch))
+        assigned = self._gate.assign(run, epoch.context, epoch.predictions, epoch.outcome)
+        if assigned is not None:
+            epoch = replace(epoch, assignment=assigned)
+        epoch = replace(epoch, **self._features(run))
         readouts = self._readouts.of_run(run)
         if not self._rule.online:
             self._rule.fit(readouts, epoch)
@@ -276,35 +277,45 @@ class PairedModels(Agent):
         steps = self._steps.episode()["posture"][(slice(None), *run)]
         return np.concatenate([steps[1:], self._last["posture"][run][None]])
 
+    def _features(self, run: RunIndex) -> dict[str, Any]:
+        """Return the features of one run's epoch, and the examples of the inverse models."""
+        plants = self._gate.plants_of(run)
+        for network in (self._inverse, self._forward):
+            network.set_plants(plants)
+        predictor, modules = self._gate.predictor, plants * self._modules
+        features: dict[str, Any] = {"forward_features": self._forward.episode(run, modules)}
+        if predictor is not None:
+            features["predictor_features"] = predictor.episode(run, modules)
+        if not isinstance(self._space, JointSpace):
+            return features | {"inverse_features": self._inverse.episode(run, modules)}
+        own: tuple[Any, ...] = (slice(None), *run)
+        state, angles, action = (
+            self._steps.episode()[name][own] for name in ("state", "joint_angles", "action")
+        )
+        inputs, desired, usable = self._space.hindsight(state, angles, action, self._reached(run))
+        features["inverse_features"] = self._inverse.replay(run, inputs)
+        return features | {"desired": desired, "usable": usable}
+
     def _epoch(self, run: RunIndex) -> Epoch:
-        """Return the steps of one run."""
+        """Return the steps of one run, without features."""
         own: tuple[Any, ...] = (slice(None), *run)
         steps = {name: rows[own] for name, rows in self._steps.episode().items()}
         last = {name: value[run] for name, value in self._last.items()}
         feedback = self.spec.feedback(last["joint_angles"], last["reference"])
         next_feedback = np.concatenate([steps["feedback"][1:], feedback[None]])
         after = np.concatenate([steps["joint_angles"][1:], last["joint_angles"][None]])
-        reached, predictor = self._reached(run), self._gate.predictor
-        if isinstance(self._space, JointSpace):
-            inputs, desired, usable = self._space.hindsight(
-                steps["state"], steps["joint_angles"], steps["action"], reached
-            )
-            inverse_features = self._inverse.replay(run, inputs)
-        else:
-            desired = desired_command(steps["action"], next_feedback)
-            usable = np.ones(len(desired), bool)
-            inverse_features = self._inverse.episode(run)
+        none = _none(steps["prior"])
         return Epoch(
             **{name: steps[name] for name in _OF_EPOCH},
-            inverse_features=inverse_features,
-            forward_features=self._forward.episode(run),
-            predictor_features=predictor.episode(run) if predictor else _none(steps["prior"]),
-            outcome=self._space.outcome(steps["joint_angles"], after, reached),
+            inverse_features=none,
+            forward_features=none,
+            predictor_features=none,
+            outcome=self._space.outcome(steps["joint_angles"], after, self._reached(run)),
             next_feedback=next_feedback,
             feedback_gain=float(steps["feedback_gain"][0]),
             assignment=steps["responsibility"],
-            desired=desired,
-            usable=usable,
+            desired=desired_command(steps["action"], next_feedback),
+            usable=np.ones(len(next_feedback), bool),
         )
 
     def _step(self) -> Step:

@@ -25,6 +25,9 @@ __all__ = ["PlantGate", "balanced_preferences"]
 
 Array = NDArray[np.float64]
 
+# Three widths: where every module of a plant is far off, as in a plant never met, they are alike
+# and the context decides. Without it they share at random there (choice).
+_CAP = 9.0
 _SHARPENING = 3.0  # γ (choice)
 _LEAST_PRIOR = 0.01  # p_min: no module is excluded for ever (choice)
 # Of moves, under a module's own forward model (choices).
@@ -144,34 +147,40 @@ class PlantGate(Gate):
         inputs = plant_inputs(action, self._angles, velocities, self._spec.max_joint_speed)
         self._inputs.append({"inputs": inputs})
 
-    def assign(self, run: RunIndex, epoch: Epoch) -> Array:
+    def assign(self, run: RunIndex, context: Array, predictions: Array, outcome: Array) -> Array:
         """Learn which plant was on and which module led; return who learns from each step.
 
         Args:
             run: Index of the run.
-            epoch: Its epoch.
+            context: Context y, shape (T, C).
+            predictions: Moves that the forward models predicted, shape (T, W' · M, 8).
+            outcome: The arms' moves, shape (T, 8).
 
         Returns:
             Weights, shape (T, W · M), that sum to 1 over the modules.
         """
         models, modules = self.models.of_run(run), self._modules
-        sharing = np.ones((len(epoch.context), models.most, modules))
+        sharing = np.ones((len(context), models.most, modules))
         if modules > 1 and self._compares:
-            errors = epoch.predictions - epoch.outcome[:, None]
+            errors = predictions - outcome[:, None]
             sharing[:, : self.plants] = self._sharing(errors, self._variance[run])
         inputs = self._inputs.episode()["inputs"][(slice(None), *run)]
-        posterior, is_new = models.learn(inputs, epoch.outcome)
+        posterior, is_new = models.learn(inputs, outcome)
         if is_new:
             self._inherit(run, posterior, int(models.recruited) - 1)
-        decoders, features = self._predictor.readouts.of_run(run), self._predictor.episode(run)
-        decoders.fit(features, epoch.context[:, None, :])
+        decoders = self._predictor.readouts.of_run(run)
+        decoders.fit(self._predictor.episode(run, modules), context[:, None, :])
         weights = np.zeros_like(sharing)
         for plant in np.flatnonzero(posterior.sum(axis=0) >= 1.0):
             own = posterior[:, plant, None]
-            self._prefer((*run, plant), own * epoch.context, epoch.context, sharing[:, plant])
+            self._prefer((*run, plant), own * context, context, sharing[:, plant])
             preferences = self._preferences[(*run, plant)]
-            weights[:, plant] = own * _led(epoch.context, preferences, sharing[:, plant])
+            weights[:, plant] = own * _led(context, preferences, sharing[:, plant])
         return weights.reshape(len(weights), -1)
+
+    def plants_of(self, run: RunIndex) -> int:
+        """Return the number of plants that a run has recruited."""
+        return int(self.models.recruited[run])
 
     def _inherit(self, run: RunIndex, posterior: Array, new: int) -> None:
         """Let a new plant begin with the preferences of the plant that was taken for it."""
@@ -201,8 +210,12 @@ class PlantGate(Gate):
             self._preferences[plant] = balanced
 
     def adapt(self, run: RunIndex, epoch: Epoch, readouts: Readouts) -> None:
-        """Measure the widths of the modules' forward models."""
-        errors = readouts.forward.outputs(epoch.forward_features) - epoch.outcome[:, None]
+        """Measure the widths of the modules' forward models.
+
+        Errors are those of the predictions in the epoch, before the models learned from it: after
+        it they are too small by far, as a module has few steps.
+        """
+        errors = epoch.predictions - epoch.outcome[:, None]
         count = errors.shape[1]
         weight = epoch.assignment[:, :count]
         total = weight.sum(axis=0)[:, None]
@@ -254,7 +267,7 @@ class PlantGate(Gate):
 
     def _sharing(self, errors: Array, variance: Array) -> Array:
         """Return ℓ^τ of the modules' errors, (..., W' · M, 8), shape (..., W', M)."""
-        logs = gaussian_log_likelihood(errors, variance[..., : errors.shape[-2], :])
+        logs = gaussian_log_likelihood(errors, variance[..., : errors.shape[-2], :], _CAP)
         logs = self._config.temperature * logs.reshape(*logs.shape[:-1], -1, self._modules)
         return np.exp(np.maximum(logs - logs.max(axis=-1, keepdims=True), _LEAST_LOG))
 

@@ -57,17 +57,18 @@ def plant_inputs(
     return inputs
 
 
-def gaussian_log_likelihood(errors: Array, variance: Array) -> Array:
-    """Compute the log likelihood of errors, -½ Σ_d (e_d² / s²_d + log s²_d).
+def gaussian_log_likelihood(errors: Array, variance: Array, cap: float = np.inf) -> Array:
+    """Compute the log likelihood of errors, -½ Σ_d (min(e_d² / s²_d, cap) + log s²_d).
 
     Args:
         errors: Errors e of moves, shape (..., 8).
         variance: Variances s², shape (..., 8).
+        cap: Squared error, in variances, beyond which a larger one tells nothing more.
 
     Returns:
         Log likelihood up to a constant, shape (...).
     """
-    return -0.5 * (errors**2 / variance + np.log(variance)).sum(axis=-1)
+    return -0.5 * (np.minimum(errors**2 / variance, cap) + np.log(variance)).sum(axis=-1)
 
 
 def novelty(errors: Array, variance: Array, gram: Array, inputs: Array) -> Array:

@@ -57,7 +57,6 @@ def smoothed(log_likelihood: Array, h: float) -> Array:
     if states == 1:
         return np.ones((steps, 1))
     likelihood = _likelihood(log_likelihood, np.ones(states, bool))
-    h = SWITCHING_PROBABILITY
     posterior = np.empty_like(likelihood)
     belief = np.full(states, 1.0 / states)
     for t in range(steps):
