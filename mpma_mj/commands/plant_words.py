@@ -13,6 +13,7 @@ from mpma_mj.errors import BadOptionError
 __all__ = ["PLANT_WORDS"]
 
 _DEFAULT = str(Plant())
+_EXPECTED = f"{_DEFAULT}, or each option once, such as payload=3,actuator_gain=0.6"
 
 PLANT_WORDS = ConstructorRegistry()
 """Rule by which the parser reads and writes plants: a word each, its options between commas."""
@@ -37,6 +38,8 @@ def _parsed(words: Sequence[str]) -> tuple[Plant, ...] | None:
     Raises:
         BadOptionError: There are no words, one describes no plant, or an option is out of bounds.
     """
+    if not words:
+        raise BadOptionError(f"plants has no plant; expected {_EXPECTED}")
     return plants_from([{} if word == _DEFAULT else _options(word) for word in words])
 
 
@@ -48,8 +51,7 @@ def _options(word: str) -> dict[str, Any]:
         name = typed.replace("-", "_")
         if not equals or name in options:
             raise BadOptionError(
-                f"plants has '{word}'; expected {_DEFAULT}, or each option once, such as"
-                " payload=3,actuator_gain=0.6",
+                f"plants has '{word}'; expected {_EXPECTED}",
                 remedy="motions stand before {plants}",
             )
         try:

@@ -165,11 +165,11 @@ class EnvironmentOptions:
             for option in _fields_of_plants():
                 value = getattr(self, option.name)
                 if value != option.default:
-                    remedy = f"plants that change need {{plants}}; or leave {{{option.name}}} out"
+                    remedy = f"give {{plants}} too, or leave {{{option.name}}} out"
                     raise BadOptionError(option=option.name, value=value, remedy=remedy)
         elif self.switch_every is not None and len(self.plants) == 1:
-            expected = "at least two plants, between which to switch"
-            raise BadOptionError(option="plants", value=self.plants, expected=expected)
+            remedy = "that needs two plants or more: add some to {plants}, or leave it out"
+            raise BadOptionError(option="switch_every", value=self.switch_every, remedy=remedy)
         else:
             self.of_plants()
 
