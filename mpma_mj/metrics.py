@@ -13,6 +13,7 @@ __all__ = [
     "dominant_module",
     "error_over_time",
     "feedback_ratio",
+    "learned_share",
     "module_number",
     "modules_used",
     "mpkpe",
@@ -89,6 +90,19 @@ def feedback_ratio(feedback: Array, action: Array) -> float:
     """
     total = float(np.sum(np.abs(action)))
     return float(np.sum(np.abs(feedback))) / total if total > 0 else 0.0
+
+
+def learned_share(learned: Array, action: Array) -> float:
+    """Return the share of what was learned in the action, Σ|L Σ_i λ^i (u^i - m)| / Σ|u|.
+
+    Args:
+        learned: What learning adds to the action, shape (T, 8).
+        action: Actions u, shape (T, 8).
+
+    Returns:
+        The ratio; 0 if all actions are 0.
+    """
+    return feedback_ratio(learned, action)
 
 
 def active_modules(responsibility: Array, context: Array) -> list[int]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -22,7 +22,7 @@ OBSERVED = ("posture", "reference", "context", "joint_angles", "joint_velocities
 
 _ROUNDING = 1e-6  # far above rounding errors, far below what a picture shows
 
-_STEPS = ("action", "reward")
+_STEPS, _OPTIONAL = ("action", "reward"), ("feedback", "learned", "plant")
 
 SIGNALS = (*OBSERVED, *_STEPS)
 """Names of the signals that every trace has."""
@@ -42,6 +42,7 @@ class Trace:
         reward: Rewards, shape (T, …).
         feedback: Feedback command times its gain, shape (T, …, 8); None for an agent without
             feedback controller.
+        learned: What learning adds to the action, shape (T, …, 8); None where nothing is learned.
         modules: Signals of the modules; None for an agent without modules.
         plant: Index of the plant that each action met, shape (T, …); None in an environment
             without plants.
@@ -55,6 +56,7 @@ class Trace:
     action: Array
     reward: Array
     feedback: Array | None = None
+    learned: Array | None = None
     modules: ModuleSignals | None = None
     plant: NDArray[np.intp] | None = None
 
@@ -89,15 +91,16 @@ class Trace:
         return self.modules
 
     def of_run(self, run: int) -> Trace:
-        """Return the trace of one run of a batch."""
-        return self._map(lambda signal: np.ascontiguousarray(signal[:, run]))
+        """Return the trace of one run of a batch, without modules that it does not have."""
+        trace = self._map(lambda signal: np.ascontiguousarray(signal[:, run]))
+        return trace if trace.modules is None else replace(trace, modules=trace.modules.present())
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Return all signals by name, as they are written to files."""
         arrays = {name: getattr(self, name) for name in (*OBSERVED, *_STEPS)}
         if self.modules is not None:
             arrays |= vars(self.modules)
-        optional = {"feedback": self.feedback, "plant": self.plant}
+        optional = {name: getattr(self, name) for name in _OPTIONAL}
         return arrays | {name: one for name, one in optional.items() if one is not None}
 
     @classmethod
@@ -111,22 +114,11 @@ class Trace:
         if any(name in arrays for name in MODULE_SIGNALS):
             modules = ModuleSignals(**{name: arrays[name] for name in MODULE_SIGNALS})
         signals = {name: arrays[name] for name in (*OBSERVED, *_STEPS)}
-        return cls(
-            **signals,
-            feedback=arrays.get("feedback"),
-            modules=modules,
-            plant=arrays.get("plant"),
-        )
+        optional = {name: arrays.get(name) for name in _OPTIONAL}
+        return cls(**signals, **optional, modules=modules)
 
     def _map(self, change: Callable[[NDArray[Any]], NDArray[Any]]) -> Trace:
         signals = {name: change(getattr(self, name)) for name in (*OBSERVED, *_STEPS)}
-        return Trace(
-            **signals,
-            feedback=None if self.feedback is None else change(self.feedback),
-            modules=None
-            if self.modules is None
-            else ModuleSignals(
-                **{name: change(getattr(self.modules, name)) for name in MODULE_SIGNALS}
-            ),
-            plant=None if self.plant is None else change(self.plant),
-        )
+        given = {name: getattr(self, name) for name in _OPTIONAL}
+        optional = {name: one if one is None else change(one) for name, one in given.items()}
+        return Trace(**signals, **optional, modules=self.modules and self.modules.map(change))

@@ -74,6 +74,7 @@ class Agent(ABC):
         trainable: Whether it learns.
         fine_tunable: Whether a trained one can learn on.
         has_modules: Whether several modules share control.
+        is_told_plant: Whether it is told which plant is on, which no observation contains.
         config: Config.
         spec: Description of arms and observations.
         seed: Seed of everything random, or one for each run, shape (R,).
@@ -83,6 +84,7 @@ class Agent(ABC):
     trainable: bool = False
     fine_tunable: bool = False
     has_modules: bool = False
+    is_told_plant: bool = False
 
     def __init__(self, config: AgentConfig, spec: AgentSpec, *, seed: Seeds = 0) -> None:
         """Keep config, spec and seed.
@@ -96,6 +98,13 @@ class Agent(ABC):
 
     def reset(self, episode: int) -> None:  # noqa: B027, a hook
         """Begin an episode; its random numbers depend on the seed and on its number alone."""
+
+    def tell_plant(self, plant: NDArray[np.intp] | None) -> None:  # noqa: B027, a hook
+        """Receive the index of the plant that is on, shape (...), before each action.
+
+        Args:
+            plant: The index; None in an environment without plants.
+        """
 
     @abstractmethod
     def act(self, observation: Observation) -> Array:

@@ -1,4 +1,4 @@
-"""Agents that learn nothing: random actions, the open loop, and the feedback controller."""
+"""Agents that learn nothing: random actions, the open loop, and two closed-form controllers."""
 
 from __future__ import annotations
 
@@ -15,12 +15,15 @@ from mpma_mj.agents.config import (
     FeedbackOnlyConfig,
     OpenLoopConfig,
     RandomConfig,
+    ResolvedRateConfig,
 )
 from mpma_mj.agents.episode_buffer import EpisodeBuffer
+from mpma_mj.agents.gain_schedule import FINAL_GAINS
 from mpma_mj.agents.signals import AgentSignals
+from mpma_mj.utils.clipping import clip
 from mpma_mj.utils.seeding import stream
 
-__all__ = ["FeedbackOnly", "OpenLoop", "RandomAgent"]
+__all__ = ["FeedbackOnly", "OpenLoop", "RandomAgent", "ResolvedRate"]
 
 Array = NDArray[np.float64]
 
@@ -91,7 +94,7 @@ class FeedbackOnly(Agent):
 
     config_type: ClassVar[type[AgentConfig]] = FeedbackOnlyConfig
 
-    def __init__(self, config: FeedbackOnlyConfig, spec: AgentSpec, *, seed: Seeds = 0) -> None:
+    def __init__(self, config: AgentConfig, spec: AgentSpec, *, seed: Seeds = 0) -> None:
         """Begin without a step; arguments as of `Agent`."""
         super().__init__(config, spec, seed=seed)
         self._steps = EpisodeBuffer()
@@ -115,3 +118,22 @@ class FeedbackOnly(Agent):
         if not len(self._steps):
             return AgentSignals()
         return AgentSignals(feedback=self._steps.episode()["feedback"].copy())
+
+
+class ResolvedRate(FeedbackOnly):
+    """The resolved-rate command and feedback without models: u = clip(m + K u_fb).
+
+        m_t = u_fb(q_t, x'_{t+1})        K = 0.14
+
+    It is what joint models add to, with the gain of the feedback after their first epoch: what
+    MPMA would do if it had learned nothing (Whitney 1969).
+    """
+
+    config_type: ClassVar[type[AgentConfig]] = ResolvedRateConfig
+
+    def act(self, observation: Observation) -> Array:
+        """Return the action, shape (..., 8), in [-1, 1]."""
+        angles = observation["joint_angles"]
+        feedback = FINAL_GAINS.feedback * self.spec.feedback(angles, observation["reference"])
+        self._steps.append({"feedback": feedback})
+        return clip(self.spec.feedback(angles, observation["target"]) + feedback)

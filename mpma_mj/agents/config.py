@@ -25,6 +25,7 @@ __all__ = [
     "POSTURE",
     "RULES",
     "RULE_MEMBERS",
+    "AdaptiveConfig",
     "AgentConfig",
     "FeedbackOnlyConfig",
     "HAMMERConfig",
@@ -32,7 +33,9 @@ __all__ = [
     "MPMAConfig",
     "NetworkConfig",
     "OpenLoopConfig",
+    "OracleConfig",
     "RandomConfig",
+    "ResolvedRateConfig",
     "SingleConfig",
     "check_models",
 ]
@@ -92,6 +95,11 @@ class OpenLoopConfig(AgentConfig):
 @dataclass(frozen=True, kw_only=True)
 class FeedbackOnlyConfig(AgentConfig):
     """Config of the feedback controller, which has nothing to set."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ResolvedRateConfig(AgentConfig):
+    """Config of the resolved-rate controller, which has nothing to set."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -220,6 +228,26 @@ class MPMAConfig(SingleConfig):
 
 
 @dataclass(frozen=True, kw_only=True)
+class OracleConfig(MPMAConfig):
+    """Config of MPMA that is told which plant is on."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class AdaptiveConfig(NetworkConfig):
+    """Config of one inverse model that adapts at every step.
+
+    Attributes:
+        nodes: Neurons of the reservoir, N; with more it is worse (choice).
+        forgetting: Forgetting μ, a step: it remembers about 1 / (1 - μ) steps (choice).
+        inverse_ridge: Ridge, as a share of each feature's own second moment (choice).
+    """
+
+    nodes: Annotated[int, Bounds(1, 20000)] = 50
+    forgetting: Annotated[float, Bounds(0.5, 1.0, below=True)] = 0.98
+    inverse_ridge: _Ridge = 0.03
+
+
+@dataclass(frozen=True, kw_only=True)
 class MOSAICConfig(NetworkConfig):
     """Config of MOSAIC.
 
@@ -254,6 +282,9 @@ CONFIG_TYPES: dict[str, type[AgentConfig]] = {
     "mosaic": MOSAICConfig,
     "hammer": HAMMERConfig,
     "single": SingleConfig,
+    "adaptive": AdaptiveConfig,
+    "oracle": OracleConfig,
+    "resolved_rate": ResolvedRateConfig,
     "feedback_only": FeedbackOnlyConfig,
     "open_loop": OpenLoopConfig,
     "random": RandomConfig,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["CRITERION", "FINAL_FEEDBACK", "Gains", "performance"]
+__all__ = ["CRITERION", "FINAL_FEEDBACK", "FINAL_GAINS", "Gains", "performance"]
 
 Values = float | NDArray[np.float64]
 
@@ -52,6 +52,10 @@ class Gains:
     def after(self, performance: Values) -> Gains:
         """Return the next epoch's gains: s ← min(1, s + performance / 4)."""
         return Gains(np.minimum(1.0, self.progress + _RATE * performance))
+
+
+FINAL_GAINS = Gains(1.0)
+"""Gains when control has passed."""
 
 
 def performance(prediction_error: float, untrained_error: float) -> float:

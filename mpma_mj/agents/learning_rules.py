@@ -189,8 +189,8 @@ class GatedRule(LearningRule):
 class WeightedRule(LearningRule):
     """Ours in joint space: least squares of each module on the steps that its gate assigns to it.
 
-        forward models           the arms' move                       weight g^w p^{w,k}(y) (ℓ^{w,k})^τ
-        inverse models           u_t - u_fb(q_t, x_{t+1})             the same
+        forward models           [q_{t+1} - q_t] / (Δt v)
+        inverse models           u_t - u_fb(q_t, x_{t+1})
 
     The inverse models' examples are exact: the posture that was reached stands in place of the
     target (hindsight relabelling; Andrychowicz et al. 2017). What was learned of a plant stays

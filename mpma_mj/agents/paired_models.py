@@ -13,7 +13,7 @@ from mpma_mj import metrics
 from mpma_mj.agents.base import Agent, AgentSpec, Observation
 from mpma_mj.agents.config import JOINTS, AgentConfig
 from mpma_mj.agents.episode_buffer import EpisodeBuffer
-from mpma_mj.agents.gain_schedule import Gains, performance
+from mpma_mj.agents.gain_schedule import FINAL_GAINS, Gains, performance
 from mpma_mj.agents.gating import Gate
 from mpma_mj.agents.learning_rules import Epoch, LearningRule, Readouts, Step, desired_command
 from mpma_mj.agents.model_space import Before, JointSpace, ModelSpace, module_action
@@ -127,9 +127,10 @@ class PairedModels(Agent):
         feedback = self.spec.feedback(angles, observation["reference"])
         mixed = (responsibility[..., None, :] @ module_actions)[..., 0, :]
         gains = self.gains
-        feedback_gain = np.asarray(gains.feedback)
-        action = np.asarray(gains.inverse)[..., None] * mixed + feedback_gain[..., None] * feedback
-        action = clip(action)
+        inverse_gain, feedback_gain = np.asarray(gains.inverse), np.asarray(gains.feedback)
+        action = clip(inverse_gain[..., None] * mixed + feedback_gain[..., None] * feedback)
+        if base is not None:
+            mixed = mixed - responsibility.sum(axis=-1, keepdims=True) * base
         command = action if self._efference_copy == "total" else module_actions
         self._gate.observe_action(observation, action)
         self._before = angles, action
@@ -146,6 +147,7 @@ class PairedModels(Agent):
                 "state": state,
                 "feedback": feedback,
                 "feedback_gain": feedback_gain,
+                "learned": inverse_gain[..., None] * mixed,
             }
         )
         return action
@@ -200,6 +202,7 @@ class PairedModels(Agent):
         )
         return AgentSignals(
             feedback=steps["feedback_gain"][..., None] * steps["feedback"],
+            learned=steps["learned"].copy(),
             modules=ModuleSignals(**modules),
         )
 
@@ -269,7 +272,7 @@ class PairedModels(Agent):
             self._rule.fit(readouts, epoch)
         self._gate.adapt(run, epoch, readouts)
         performed = performance(error, float(self._untrained_error[run]))
-        gains = Gains(1.0) if self._rule.immediate else Gains(self._progress[run]).after(performed)
+        gains = FINAL_GAINS if self._rule.immediate else Gains(self._progress[run]).after(performed)
         self._progress[run] = gains.progress
 
     def _reached(self, run: RunIndex) -> Array:

@@ -1,4 +1,4 @@
-"""Gate in two levels: predictions tell plants apart, the context divides the motion inside a plant."""
+"""Gate in two levels: predictions tell plants apart, the context divides a motion inside one."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ _INHERITED_VISITS = 0.1  # weight of the parent's visits in a plant that is recr
 def balanced_preferences(shares: Array, visits: Array, sharpening: float) -> Array:
     """Compute preferences for labels from the shares that modules had of them (choice).
 
-        p(c, k) ∝ L(c, k)^γ a_k        with a_k such that modules are used alike, Σ_c v_c p(c, k) = v / M
+        p(c, k) ∝ L(c, k)^γ a_k        with a_k such that Σ_c v_c p(c, k) is alike for all k
 
     γ > 1 sharpens the division; a_k balances usage (DeSieno 1988). Labels and modules are
     normalised in turn (Sinkhorn & Knopp 1967) for a few rounds.
@@ -132,9 +132,7 @@ class PlantGate(Gate):
         if predictions is not None and self._angles is not None and self._compares:
             move = self._spec.move(self._angles, observation["joint_angles"])[..., None, :]
             if self.plants > 1:
-                errors = self.models.moves(self._inputs.last("inputs"), self.plants) - move
-                variance = self.models.variance[..., : self.plants, :]
-                self._belief = filtered(before, gaussian_log_likelihood(errors, variance))
+                self._belief = self._believed(before, move)
             if self._modules > 1:
                 inside = _normalised(inside * self._sharing(predictions - move, self._variance))
         responsibility = self._belief[..., None] * inside
@@ -165,9 +163,7 @@ class PlantGate(Gate):
             errors = predictions - outcome[:, None]
             sharing[:, : self.plants] = self._sharing(errors, self._variance[run])
         inputs = self._inputs.episode()["inputs"][(slice(None), *run)]
-        posterior, is_new = models.learn(inputs, outcome)
-        if is_new:
-            self._inherit(run, posterior, int(models.recruited) - 1)
+        posterior = self._posterior(run, models, inputs, outcome)
         decoders = self._predictor.readouts.of_run(run)
         decoders.fit(self._predictor.episode(run, modules), context[:, None, :])
         weights = np.zeros_like(sharing)
@@ -181,6 +177,15 @@ class PlantGate(Gate):
     def plants_of(self, run: RunIndex) -> int:
         """Return the number of plants that a run has recruited."""
         return int(self.models.recruited[run])
+
+    def _posterior(
+        self, run: RunIndex, models: PlantModels, inputs: Array, outcome: Array
+    ) -> Array:
+        """Return which plant was on in each step of one run, shape (T, W), and learn from it."""
+        posterior, is_new = models.learn(inputs, outcome)
+        if is_new:
+            self._inherit(run, posterior, int(models.recruited) - 1)
+        return posterior
 
     def _inherit(self, run: RunIndex, posterior: Array, new: int) -> None:
         """Let a new plant begin with the preferences of the plant that was taken for it."""
@@ -251,6 +256,12 @@ class PlantGate(Gate):
             "visits": self._visits,
             "variance": self._variance,
         }
+
+    def _believed(self, before: Array, move: Array) -> Array:
+        """Return the belief b after a move, shape (..., 1, 8), from that before, (..., W')."""
+        errors = self.models.moves(self._inputs.last("inputs"), self.plants) - move
+        variance = self.models.variance[..., : self.plants, :]
+        return filtered(before, gaussian_log_likelihood(errors, variance))
 
     @property
     def _compares(self) -> bool:

@@ -101,7 +101,7 @@ class PlantModels:
 
     with the move [q_{t+1} - q_t] / (Δt v) of the arms. Least squares over all steps of a plant:
 
-        G_w ← G_w + Σ_t g^w_t o oᵀ      B_w ← B_w + Σ_t g^w_t o moveᵀ      A_w = ((G_w + ρ I)⁻¹ B_w)ᵀ
+        G_w ← G_w + Σ_t g^w_t o oᵀ    B_w ← B_w + Σ_t g^w_t o moveᵀ    A_w = [(G_w + ρ I)⁻¹ B_w]ᵀ
 
     where g is the posterior of the plants. A plant is recruited after an epoch in which no plant
     model accounts for enough steps, and its model begins with these. Variances s² of the first

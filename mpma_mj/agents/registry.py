@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import dataclasses
 
+from mpma_mj.agents.adaptive import Adaptive
 from mpma_mj.agents.base import Agent
-from mpma_mj.agents.baselines import FeedbackOnly, OpenLoop, RandomAgent
+from mpma_mj.agents.baselines import FeedbackOnly, OpenLoop, RandomAgent, ResolvedRate
 from mpma_mj.agents.config import AgentConfig
 from mpma_mj.agents.extensions import load_class
 from mpma_mj.agents.hammer import HAMMER
 from mpma_mj.agents.mosaic import MOSAIC
 from mpma_mj.agents.mpma import MPMA, Single
+from mpma_mj.agents.oracle import Oracle
 from mpma_mj.errors import BadOptionError
 
 __all__ = ["AGENTS", "agent_class", "check_trainable"]
@@ -20,6 +22,9 @@ AGENTS: dict[str, type[Agent]] = {
     "mosaic": MOSAIC,
     "hammer": HAMMER,
     "single": Single,
+    "adaptive": Adaptive,
+    "oracle": Oracle,
+    "resolved_rate": ResolvedRate,
     "feedback_only": FeedbackOnly,
     "open_loop": OpenLoop,
     "random": RandomAgent,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -28,6 +29,19 @@ class ModuleSignals:
     module_actions: Array
     predictions: Array
 
+    def map(self, change: Callable[[Array], Array]) -> ModuleSignals:
+        """Return the signals after a change of each."""
+        return ModuleSignals(**{name: change(getattr(self, name)) for name in MODULE_SIGNALS})
+
+    def present(self) -> ModuleSignals:
+        """Return the signals of one run without modules of plants that only others recruited.
+
+        These have λ = 0 at all steps and come last; a module that is switched off stays.
+        """
+        used = np.flatnonzero(self.prior.any(axis=0))
+        count = used[-1] + 1 if len(used) else self.prior.shape[-1]
+        return self.map(lambda signal: np.ascontiguousarray(signal[:, :count]))
+
 
 @dataclass(frozen=True, eq=False)
 class AgentSignals:
@@ -36,10 +50,13 @@ class AgentSignals:
     Attributes:
         feedback: The feedback controller's part of the action, K u_fb, shape (T, ..., 8); None
             where there is none.
+        learned: What learning adds to the action, shape (T, ..., 8): L Σ_i λ^i (u^i - m) with the
+            resolved-rate command m of joint models, m = 0 of others; None where nothing is learned.
         modules: Signals of modules; None of an agent without.
     """
 
     feedback: Array | None = None
+    learned: Array | None = None
     modules: ModuleSignals | None = None
 
 

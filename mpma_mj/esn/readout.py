@@ -33,6 +33,9 @@ class Ridge(NamedTuple):
     relative: float = 0.0
 
 
+_DEFAULT = Ridge()
+
+
 class _Sums(NamedTuple):
     """Sums over the epochs that readouts were fitted to."""
 
@@ -58,7 +61,7 @@ class ReadoutBank:
         weights: W_out, shape (..., M, K, F).
     """
 
-    def __init__(self, weights: Array, *, forgetting: float = 0.0, ridge: Ridge = Ridge()) -> None:
+    def __init__(self, weights: Array, *, forgetting: float = 0.0, ridge: Ridge = _DEFAULT) -> None:
         """Begin with given weights and no memory.
 
         Args:

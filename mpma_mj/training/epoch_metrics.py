@@ -55,6 +55,8 @@ def part_metrics(trace: Trace, part: NDArray[np.bool_]) -> EpochMetrics:
     if trace.feedback is not None:
         feedback, action = trace.feedback[part], trace.action[part]
         measures["feedback_ratio"] = metrics.feedback_ratio(feedback, action)
+    if trace.learned is not None:
+        measures["learned_share"] = metrics.learned_share(trace.learned[part], trace.action[part])
     return measures
 
 

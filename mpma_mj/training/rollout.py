@@ -56,7 +56,10 @@ def rollout(envs: Environments, agent: Agent, epoch: int) -> Rollout:
     failures: dict[int, str] = {}
     runs = envs.shape[0] if envs.shape else 1
     for step in range(1, envs.info.steps + 1):
-        action, plant = agent.act(timestep.observation), envs.plant()
+        plant = envs.plant()
+        if agent.is_told_plant:
+            agent.tell_plant(plant)
+        action = agent.act(timestep.observation)
         timestep = envs.step(action)
         agent.observe(timestep)
         moments.append(_observed(timestep.observation, envs.posture()))
@@ -68,7 +71,7 @@ def rollout(envs: Environments, agent: Agent, epoch: int) -> Rollout:
             break
     internal = agent.signals()
     recorded = moments.episode() | steps.episode()
-    trace = Trace(**recorded, feedback=internal.feedback, modules=internal.modules)
+    trace = Trace(**recorded, **vars(internal))
     return Rollout(trace, failures)
 
 

@@ -1,0 +1,130 @@
+"""One inverse model that adapts at every step: recursive least squares with forgetting."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.agents.base import Agent, AgentSpec, Observation, Seeds
+from mpma_mj.agents.config import JOINTS, AdaptiveConfig, AgentConfig
+from mpma_mj.agents.episode_buffer import EpisodeBuffer
+from mpma_mj.agents.gain_schedule import FINAL_GAINS
+from mpma_mj.agents.model_space import JointSpace
+from mpma_mj.agents.networks import NetworkFactory
+from mpma_mj.agents.signals import AgentSignals
+from mpma_mj.utils.clipping import clip
+
+__all__ = ["Adaptive"]
+
+Array = NDArray[np.float64]
+
+_LEAST_RIDGE = 1e-4  # a remembered step (choice)
+
+
+class Adaptive(Agent):
+    """A residual on the resolved-rate command that is refitted at every step.
+
+        u_t = clip(clip(m_t + W z_t) + K u_fb)                                  K = 0.14
+        G ← μ G + z zᵀ       B ← μ B + z (u - m')ᵀ       W = ((G + ρ diag G + ε I)⁻¹ B)ᵀ
+
+    z are features of a reservoir with the inputs of a joint inverse model. As in hindsight
+    relabelling, each step is an example whose target is the posture that was reached; m' is the
+    resolved-rate command towards it. It forgets what is past, instead of keeping it in modules.
+    """
+
+    config_type: ClassVar[type[AgentConfig]] = AdaptiveConfig
+    trainable: bool = True
+    fine_tunable: bool = True
+    config: AdaptiveConfig
+
+    def __init__(self, config: AdaptiveConfig, spec: AgentSpec, *, seed: Seeds = 0) -> None:
+        """Draw the reservoir; arguments as of `Agent`."""
+        super().__init__(config, spec, seed=seed)
+        self._space = JointSpace(spec)
+        networks = NetworkFactory(config, seed, 1)
+        # The same reservoir twice: one receives the targets, one the postures that were reached.
+        self._acting, self._learning = (
+            networks.make("inverse", self._space.inverse_inputs, JOINTS) for _ in range(2)
+        )
+        shape, size = np.shape(seed), self._acting.readouts.weights.shape[-1]
+        self._gram = np.zeros((*shape, size, size))
+        self._moment = np.zeros((*shape, size, JOINTS))
+        self._weights = np.zeros((*shape, size, JOINTS))
+        self._steps = EpisodeBuffer()
+        self.reset(0)
+
+    def reset(self, episode: int) -> None:
+        """Begin an episode with reservoirs at rest and that episode's noise."""
+        self._acting.reset(episode)
+        self._learning.reset(episode)
+        self._steps.clear()
+        self._last: tuple[Array, Array, Array] | None = None  # state, joint angles, action
+
+    def act(self, observation: Observation) -> Array:
+        """Learn from the last step, and return the action, shape (..., 8), in [-1, 1]."""
+        state, angles = self._space.state(observation, None), observation["joint_angles"]
+        if self._last is not None:
+            self._learn_step(*self._last, observation["posture"])
+        inputs, command = self._space.inverse_input(state, angles, observation["target"])
+        assert command is not None
+        self._acting.step(inputs)
+        features = self._acting.features[..., 0, :].astype(np.float64)
+        residual = (features[..., None, :] @ self._weights)[..., 0, :]
+        feedback = FINAL_GAINS.feedback * self.spec.feedback(angles, observation["reference"])
+        planned = clip(command + residual)
+        action = clip(planned + feedback)
+        self._last = state, angles, action
+        self._steps.append({"feedback": feedback, "learned": planned - command})
+        return action
+
+    def signals(self) -> AgentSignals:
+        """Return the parts of the action; none before the first step."""
+        if not len(self._steps):
+            return AgentSignals()
+        return AgentSignals(**{n: signal.copy() for n, signal in self._steps.episode().items()})
+
+    def learn(self) -> dict[str, Array]:
+        """Return the gains, which are constant; each step has been learned from."""
+        shape = np.shape(self._gram)[:-2]
+        return {
+            "gain_feedback": np.full(shape, FINAL_GAINS.feedback),
+            "gain_inverse": np.full(shape, FINAL_GAINS.inverse),
+        }
+
+    def select_runs(self, runs: NDArray[np.intp]) -> None:
+        """Continue with some runs only, (R',) of R, from the next reset."""
+        self._acting.select_runs(runs)
+        self._learning.select_runs(runs)
+        self._gram, self._moment = self._gram[runs], self._moment[runs]
+        self._weights = self._weights[runs]
+        self._steps = EpisodeBuffer()
+
+    def state_dict(self) -> dict[str, Array]:
+        """Return copies of all arrays that learning changes, by name."""
+        return {name: array.copy() for name, array in self._arrays().items()}
+
+    def load_state_dict(self, state: Mapping[str, Array]) -> None:
+        """Continue from the arrays that `state_dict` returned."""
+        for name, array in self._arrays().items():
+            array[...] = state[name]
+
+    def _arrays(self) -> dict[str, Array]:
+        return {"gram": self._gram, "moment": self._moment, "weights": self._weights}
+
+    def _learn_step(self, state: Array, angles: Array, action: Array, reached: Array) -> None:
+        inputs, command = self._space.inverse_input(state, angles, reached)
+        self._learning.step(inputs)
+        features = self._learning.features[..., 0, :].astype(np.float64)
+        memory, size = self.config.forgetting, features.shape[-1]
+        self._gram = memory * self._gram + features[..., :, None] * features[..., None, :]
+        residual = (action - command)[..., None, :]
+        self._moment = memory * self._moment + features[..., :, None] * residual
+        diagonal = np.arange(size)
+        regular = self._gram.copy()
+        own = regular[..., diagonal, diagonal]
+        ridge = self.config.inverse_ridge * own + _LEAST_RIDGE / (1.0 - memory)
+        regular[..., diagonal, diagonal] = own + ridge
+        self._weights = np.linalg.solve(regular, self._moment)
