@@ -203,7 +203,7 @@ class KinematicBatch(Batch):
         """Move all arms for one control step; forces have no effect."""
         elapsed = self._nstep * self._arms.timestep()
         before = self.joint_angles()
-        after = ideal_move(before, self._gain * control, elapsed, self._arms.joint_range)
+        after = ideal_move(before, control, elapsed, self._arms.joint_range, self._gain)
         self._state[:, self._angles] = after
         self._state[:, self._velocities] = (after - before) / elapsed
         return np.zeros(len(self), bool)

@@ -247,8 +247,8 @@ class KinematicArms(PhysicsArms):
         data = self.data.ptr
         elapsed = nstep * self.timestep()
         before = data.qpos[self.qpos_indices].copy()
-        velocity = self.actuator_gain * data.ctrl[self.actuator_indices]
-        after = ideal_move(before, velocity, elapsed, self.joint_range)
+        control, gain = data.ctrl[self.actuator_indices], self.actuator_gain
+        after = ideal_move(before, control, elapsed, self.joint_range, gain)
         data.qpos[self.qpos_indices] = after
         data.qvel[self.dof_indices] = (after - before) / elapsed
         data.time += elapsed
@@ -256,19 +256,24 @@ class KinematicArms(PhysicsArms):
 
 
 def ideal_move(
-    joint_angles: Array, velocity: Array, elapsed: float, joint_range: tuple[Array, Array]
+    joint_angles: Array,
+    velocity: Array,
+    elapsed: float,
+    joint_range: tuple[Array, Array],
+    gain: float | Array = 1.0,
 ) -> Array:
     """Return the joint angles of ideal arms after some time.
 
-        q ← clip(q + Δt·v, lowest, highest)
+        q ← clip(q + Δt·gain·v, lowest, highest)
 
     Args:
         joint_angles: Joint angles q, shape (..., 8), rad.
         velocity: Commanded velocities v, shape (..., 8), rad/s.
         elapsed: Time Δt, s.
         joint_range: Lowest and highest joint angles, each shape (8,), rad.
+        gain: Factor on the commanded velocities, a number or shape (..., 1).
     """
-    return np.clip(joint_angles + elapsed * velocity, *joint_range)
+    return np.clip(joint_angles + elapsed * gain * velocity, *joint_range)
 
 
 def _as_slice(indices: list[int]) -> Index:

@@ -45,7 +45,8 @@ def test_values_have_the_type_of_their_setting(word: str, values: list[object]) 
     assert list(map(type, found)) == list(map(type, values))
 
 
-PLAIN = ("perturbation", "reward_weights", "model", "seed")  # none of one word, or not varied
+# None of one word, or not varied.
+PLAIN = ("perturbation", "reward_weights", "model", "plants", "switch_every", "seed")
 
 
 @pytest.mark.parametrize("name", [name for name in option_types("mpma") if name not in PLAIN])
@@ -59,7 +60,10 @@ def test_every_option_but_the_seed_can_vary(name: str) -> None:
     ("words", "message"),
     [
         (["node=5"], "unknown 'node'; did you mean nodes?"),
-        (["zzz=5"], "unknown 'zzz'; expected one of actuator_strength, agent, arms, "),
+        (
+            ["zzz=5"],
+            "unknown 'zzz'; expected one of actuator_gain, actuator_strength, agent, ",
+        ),
         (["motions=ymca"], "unknown 'motions'"),
         (["nodes"], "'nodes'; expected name=value,value"),
         (["nodes="], "empty value of nodes; expected a whole number"),
