@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +14,12 @@ from mpma_mj.agents.episode_buffer import EpisodeBuffer
 from mpma_mj.agents.gain_schedule import FINAL_GAINS
 from mpma_mj.agents.model_space import JointSpace
 from mpma_mj.agents.networks import NetworkFactory
+from mpma_mj.agents.plant_models import CALIBRATION
 from mpma_mj.agents.signals import AgentSignals
 from mpma_mj.utils.clipping import clip
+
+if TYPE_CHECKING:
+    import dm_env
 
 __all__ = ["Adaptive"]
 
@@ -53,6 +57,7 @@ class Adaptive(Agent):
         self._gram = np.zeros((*shape, size, size))
         self._moment = np.zeros((*shape, size, JOINTS))
         self._weights = np.zeros((*shape, size, JOINTS))
+        self._epochs = np.zeros(shape)
         self._steps = EpisodeBuffer()
         self.reset(0)
 
@@ -64,10 +69,8 @@ class Adaptive(Agent):
         self._last: tuple[Array, Array, Array] | None = None  # state, joint angles, action
 
     def act(self, observation: Observation) -> Array:
-        """Learn from the last step, and return the action, shape (..., 8), in [-1, 1]."""
+        """Return the action, shape (..., 8), in [-1, 1]."""
         state, angles = self._space.state(observation, None), observation["joint_angles"]
-        if self._last is not None:
-            self._learn_step(*self._last, observation["posture"])
         inputs, command = self._space.inverse_input(state, angles, observation["target"])
         assert command is not None
         self._acting.step(inputs)
@@ -80,6 +83,11 @@ class Adaptive(Agent):
         self._steps.append({"feedback": feedback, "learned": planned - command})
         return action
 
+    def observe(self, timestep: dm_env.TimeStep) -> None:
+        """Learn from the outcome of the action."""
+        if self._last is not None:
+            self._learn_step(*self._last, timestep.observation["posture"])
+
     def signals(self) -> AgentSignals:
         """Return the parts of the action; none before the first step."""
         if not len(self._steps):
@@ -87,11 +95,16 @@ class Adaptive(Agent):
         return AgentSignals(**{n: signal.copy() for n, signal in self._steps.episode().items()})
 
     def learn(self) -> dict[str, Array]:
-        """Return the gains, which are constant; each step has been learned from."""
-        shape = np.shape(self._gram)[:-2]
+        """Return the gains, which are constant; each step has been learned from.
+
+        The first two epochs count as `calibrating`, as those of joint models do, so that both
+        learn for as long.
+        """
+        self._epochs += 1
         return {
-            "gain_feedback": np.full(shape, FINAL_GAINS.feedback),
-            "gain_inverse": np.full(shape, FINAL_GAINS.inverse),
+            "gain_feedback": np.full_like(self._epochs, FINAL_GAINS.feedback),
+            "gain_inverse": np.full_like(self._epochs, FINAL_GAINS.inverse),
+            "calibrating": (self._epochs <= CALIBRATION).astype(float),
         }
 
     def select_runs(self, runs: NDArray[np.intp]) -> None:
@@ -99,7 +112,7 @@ class Adaptive(Agent):
         self._acting.select_runs(runs)
         self._learning.select_runs(runs)
         self._gram, self._moment = self._gram[runs], self._moment[runs]
-        self._weights = self._weights[runs]
+        self._weights, self._epochs = self._weights[runs], self._epochs[runs]
         self._steps = EpisodeBuffer()
 
     def state_dict(self) -> dict[str, Array]:
@@ -112,7 +125,8 @@ class Adaptive(Agent):
             array[...] = state[name]
 
     def _arrays(self) -> dict[str, Array]:
-        return {"gram": self._gram, "moment": self._moment, "weights": self._weights}
+        names = ("gram", "moment", "weights", "epochs")
+        return {name: getattr(self, f"_{name}") for name in names}
 
     def _learn_step(self, state: Array, angles: Array, action: Array, reached: Array) -> None:
         inputs, command = self._space.inverse_input(state, angles, reached)

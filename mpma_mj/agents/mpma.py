@@ -80,11 +80,13 @@ class MPMA(PairedModels):
         )
 
     def learn(self) -> dict[str, Array]:
-        """Let every run learn from its episode; log also the number of plants, if it can differ."""
+        """Let every run learn from its episode.
+
+        Returns:
+            Gains; of joint models also whether they are `calibrating` and the number of `plants`.
+        """
         logged = super().learn()
-        if isinstance(self._gate, PlantGate) and self._gate.models.most > 1:
-            logged["plants"] = self._gate.models.recruited.astype(float)
-        return logged
+        return logged | self._gate.logged() if isinstance(self._gate, PlantGate) else logged
 
 
 class Single(MPMA):

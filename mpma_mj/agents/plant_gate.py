@@ -174,6 +174,13 @@ class PlantGate(Gate):
             weights[:, plant] = own * _led(context, preferences, sharing[:, plant])
         return weights.reshape(len(weights), -1)
 
+    def logged(self) -> dict[str, Array]:
+        """Return what is logged of each run: whether it calibrates, and its number of plants."""
+        return {
+            "calibrating": self.models.calibrating.astype(float),
+            "plants": self.models.recruited.astype(float),
+        }
+
     def plants_of(self, run: RunIndex) -> int:
         """Return the number of plants that a run has recruited."""
         return int(self.models.recruited[run])

@@ -12,6 +12,7 @@ from mpma_mj.agents.config import JOINTS
 from mpma_mj.agents.switching import smoothed
 
 __all__ = [
+    "CALIBRATION",
     "PLANT_INPUTS",
     "PlantModels",
     "gaussian_log_likelihood",
@@ -24,10 +25,12 @@ Array = NDArray[np.float64]
 PLANT_INPUTS = 4 * JOINTS + 1
 """Length of a plant model's input o."""
 
+CALIBRATION = 2
+"""Epochs that calibrate the first plant: one led by feedback, one in own control (choice)."""
+
 # All choices of the prototype; docs/design_choices.md says how results depend on them.
 _RIDGE = 1e-4  # of A, a step and divided by the largest number of plants
 _FIRST_VARIANCE, _LEAST_VARIANCE = 0.05, 2e-4  # of moves
-_CALIBRATION = 2  # epochs that calibrate the first plant: one led by feedback, one in own control
 _IGNORANCE = 10.0  # κ: how much a model's ignorance of a place widens what it expects there
 _MOST_NOVEL = 100.0
 _WINDOW = 9  # steps over which novelty is averaged, 0.45 s
@@ -143,6 +146,11 @@ class PlantModels:
         self.recruited: NDArray[np.intp] = np.ones(batch_shape, np.intp)
         self.epochs: NDArray[np.intp] = np.zeros(batch_shape, np.intp)
 
+    @property
+    def calibrating(self) -> NDArray[np.bool_]:
+        """Whether the last epoch of each run calibrated the first plant, shape (...)."""
+        return np.asarray(self.epochs <= CALIBRATION)
+
     def arrays(self) -> dict[str, NDArray[Any]]:
         """Return all arrays that learning changes, by name."""
         return {name: getattr(self, name) for name in _LEARNED}
@@ -182,7 +190,7 @@ class PlantModels:
             Posterior g of the plants, shape (T, W), and whether a plant was recruited.
         """
         posterior = np.zeros((len(inputs), self.most))
-        calibrating = int(self.epochs) < _CALIBRATION
+        calibrating = int(self.epochs) < CALIBRATION
         self.epochs[...] += 1
         count = int(self.recruited)
         if calibrating:

@@ -143,10 +143,10 @@ def has_converged(row: EpochMetrics) -> bool:
     """Return whether an epoch meets the paper's criteria for the end of training.
 
     Control has passed (L = 1, K < 0.15), responsibility predictors are within 3 % of the
-    responsibilities, and the trajectory within 3 % of the demonstration. A growing agent has
-    settled on a number of modules, too.
+    responsibilities, and the trajectory within 3 % of the demonstration. Joint models have been
+    calibrated, too.
     """
-    if row.get("growing", 0.0) or not _control_has_passed(row):
+    if row.get("calibrating", 0.0) or not _control_has_passed(row):
         return False
     # An agent without modules has no responsibility predictors.
     return max(row.get("rp_error_percent", 0.0), row["p_e_percent"]) < CRITERION
