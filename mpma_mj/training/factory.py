@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping, Sequence
-from typing import Any, TypeAlias
+from types import MappingProxyType
+from typing import Any, TypeAlias, overload
 
 from dm_control.rl import control
 from threadpoolctl import threadpool_limits
@@ -14,7 +15,7 @@ from mpma_mj.agents.base import Seeds
 from mpma_mj.agents.config import CONFIG_TYPES
 from mpma_mj.agents.wrappers import AlteredContext, altered_context_size
 from mpma_mj.envs.load import make_environment
-from mpma_mj.envs.options import EnvironmentOptions, check_seed, seeds_of_batch
+from mpma_mj.envs.options import check_seed, seeds_of_batch
 from mpma_mj.envs.task import TwoArmImitation
 from mpma_mj.envs.vector_env import FlatVectorImitationEnv, VectorImitationEnv
 from mpma_mj.errors import BadOptionError, CheckpointError, placeholder
@@ -22,14 +23,7 @@ from mpma_mj.motions import Motion
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.config_json import OutsideConfig
 
-__all__ = [
-    "agent_of",
-    "env_options",
-    "environment_of",
-    "environments_of",
-    "make_agent",
-    "one_thread",
-]
+__all__ = ["agent_of", "make_agent", "make_environments", "one_thread"]
 
 Environments: TypeAlias = control.Environment | VectorImitationEnv
 
@@ -96,44 +90,36 @@ def agent_of(config: RunConfig, env: Environments, seed: Seeds) -> Agent:
     return _agent(agent_class(config.agent_name), config.agent, env, _seeds(env, seed))
 
 
-def env_options(config: RunConfig, changes: Mapping[str, Any]) -> EnvironmentOptions:
-    """Return the options of a run's environment, with changes by name."""
-    return dataclasses.replace(config.env, **changes)
-
-
-def environment_of(
-    config: RunConfig, motion: Motion, changes: Mapping[str, Any]
-) -> control.Environment:
-    """Return the environment of one run.
+@overload
+def make_environments(
+    config: RunConfig, seed: int, motion: Motion, changes: Mapping[str, Any] = ...
+) -> control.Environment: ...
+@overload
+def make_environments(
+    config: RunConfig, seed: Sequence[int], motion: Motion, changes: Mapping[str, Any] = ...
+) -> VectorImitationEnv: ...
+def make_environments(
+    config: RunConfig,
+    seed: int | Sequence[int],
+    motion: Motion,
+    changes: Mapping[str, Any] = MappingProxyType({}),
+) -> Environments:
+    """Return the environment of a run, or those of a batch of runs.
 
     Args:
-        config: Config of the run.
+        config: Config; its seed is ignored.
+        seed: Seed of one run, or those of a batch.
         motion: The motion.
         changes: Options of the environment that differ from those of the config.
 
     Raises:
         MpmaError: An option is out of bounds, or the arms cannot follow the motion.
     """
-    return make_environment(motion, env_options(config, changes), config.seed)
-
-
-def environments_of(
-    config: RunConfig, seeds: Sequence[int], motion: Motion, changes: Mapping[str, Any]
-) -> VectorImitationEnv:
-    """Return the environments of a batch of runs.
-
-    Args:
-        config: Config of the runs; its seed is ignored.
-        seeds: Seed of each.
-        motion: The motion.
-        changes: Options of the environment that differ from those of the config.
-
-    Raises:
-        MpmaError: An option is out of bounds, or the arms cannot follow the motion.
-    """
-    options = vars(env_options(config, changes))
-    envs = VectorImitationEnv(len(seeds), motion=motion, threads=_THREADS, **options)
-    envs.reset(seed=seeds)
+    options = dataclasses.replace(config.env, **changes)
+    if isinstance(seed, int):
+        return make_environment(motion, options, seed)
+    envs = VectorImitationEnv(len(seed), motion=motion, threads=_THREADS, **vars(options))
+    envs.reset(seed=seed)
     return envs
 
 

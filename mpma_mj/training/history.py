@@ -2,22 +2,58 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from dm_control.rl import control
 from numpy.typing import NDArray
 
 from mpma_mj import metrics
 from mpma_mj.agents.gain_schedule import CRITERION, FINAL_FEEDBACK
+from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.errors import StateError
 from mpma_mj.trace import Trace
-from mpma_mj.training.environments import EpisodeInfo
-from mpma_mj.training.epoch_metrics import EpochMetrics, epoch_metrics, part_metrics
 
-__all__ = ["BestEpoch", "TrainingHistory", "has_converged", "segment_metrics"]
+__all__ = [
+    "BestEpoch",
+    "EpisodeInfo",
+    "EpochMetrics",
+    "TrainingHistory",
+    "epoch_metrics",
+    "has_converged",
+    "segment_metrics",
+]
 
 Array = NDArray[np.float64]
+EpochMetrics = dict[str, float]
+
+
+@dataclass(frozen=True, eq=False)
+class EpisodeInfo:
+    """Facts about episodes that metrics need.
+
+    Attributes:
+        labels: Names of the context's labels.
+        period: Steps from one repetition of the motion to the next.
+        steps: Steps T of an episode.
+        site_positions: Positions of shoulders, elbows and wrists in postures; see
+            `PhysicsArms.site_positions`.
+    """
+
+    labels: tuple[str, ...]
+    period: int
+    steps: int
+    site_positions: Callable[[Array], Array]
+
+    @classmethod
+    def of(cls, env: control.Environment | VectorImitationEnv) -> EpisodeInfo:
+        """Return the facts about the episodes of an environment, or of those of a batch."""
+        if isinstance(env, VectorImitationEnv):
+            return cls(env.motion.labels, env.period, env.steps, env.arms.site_positions)
+        task = env.task
+        return cls(task.motion.labels, task.period, task.steps, env.physics.site_positions)
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,6 +162,25 @@ class TrainingHistory:
         }
 
 
+def epoch_metrics(site_positions: Callable[[Array], Array], trace: Trace) -> EpochMetrics:
+    """Return the metrics of an epoch by name; see `mpma_mj.metrics` for their definitions.
+
+    Args:
+        site_positions: Positions of the arms' sites in postures; `PhysicsArms.site_positions`.
+        trace: Trace of one run; metrics of modules need an agent that has some.
+    """
+    posture, reference = trace.posture[1:], trace.reference[1:]
+    measures = _part_metrics(trace, np.ones(len(trace), bool)) | {
+        "mpkpe_m": metrics.mpkpe(site_positions(posture), site_positions(reference)),
+        "mean_reward": float(np.mean(trace.reward)),
+    }
+    if trace.modules is not None:
+        responsibility, context = trace.modules.responsibility, trace.context[:-1]
+        measures["nmi"] = metrics.nmi(responsibility, context)
+        measures["modules_used"] = metrics.modules_used(responsibility, context)
+    return measures
+
+
 def segment_metrics(trace: Trace, parts: dict[str, NDArray[np.bool_]]) -> list[dict[str, Any]]:
     """Return the metrics of named parts of an epoch.
 
@@ -134,9 +189,27 @@ def segment_metrics(trace: Trace, parts: dict[str, NDArray[np.bool_]]) -> list[d
         parts: Steps of each part, shape (T,), by name.
     """
     return [
-        {"name": name, "steps": int(part.sum())} | part_metrics(trace, part)
+        {"name": name, "steps": int(part.sum())} | _part_metrics(trace, part)
         for name, part in parts.items()
     ]
+
+
+def _part_metrics(trace: Trace, part: NDArray[np.bool_]) -> EpochMetrics:
+    """Return the metrics by name that a part of an epoch has, too: its steps, shape (T,)."""
+    posture, reference = trace.posture[1:][part], trace.reference[1:][part]
+    measures = {"p_e_percent": metrics.posture_error_percent(posture, reference)}
+    if trace.modules is not None:
+        responsibility = trace.modules.responsibility[part]
+        predicted = np.einsum("tm,tmd->td", responsibility, trace.modules.predictions[part])
+        prior = trace.modules.prior[part]
+        measures |= {
+            "prediction_error_percent": metrics.posture_error_percent(predicted, posture),
+            "rp_error_percent": metrics.rp_error_percent(prior, responsibility),
+        }
+    if trace.feedback is not None:
+        feedback, action = trace.feedback[part], trace.action[part]
+        measures["feedback_ratio"] = metrics.feedback_ratio(feedback, action)
+    return measures
 
 
 def has_converged(row: EpochMetrics) -> bool:
