@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from mpma_mj.agents.wrappers import FreeRunning
 from mpma_mj.context import active_label
 from mpma_mj.motions import Motion
-from mpma_mj.training.checkpoints import restored_agent
-from mpma_mj.training.factory import make_environments, one_thread
+from mpma_mj.training.checkpoints import load_state
+from mpma_mj.training.factory import agent_of, make_environments, one_thread
 from mpma_mj.training.rollout import record_epoch
 from mpma_mj.training.run_folder import RunFolder
 
@@ -62,7 +62,8 @@ def dance_freely(folder: RunFolder) -> tuple[FreeDance, Motion]:
     options = {"repeats": 1 + REPEATS, "reference_noise": 0.0}
     env = make_environments(config, config.seed, motion, options)
     period = env.task.period
-    agent = FreeRunning(restored_agent(config, env, config.seed, state, folder.path), period)
+    agent = FreeRunning(agent_of(config, env, config.seed), period)
+    load_state(agent, state, folder.path)
     with one_thread():
         trace = record_epoch(env, agent, epoch)  # the reservoirs' noise is of the epoch after
     free = FreeDance(

@@ -44,14 +44,7 @@ class EvalCondition:
 
 
 def evaluate(trained: TrainedAgents, condition: EvalCondition) -> list[Trace | None]:
-    """Run an episode with trained agents, without learning.
-
-    Args:
-        trained: R agents.
-        condition: The condition.
-
-    Returns:
-        Trace of each agent; None where the simulation diverged.
+    """Run an episode without learning; return each agent's trace, None where it diverged.
 
     Raises:
         MpmaError: The arms cannot follow the motion, or an option is out of bounds.
@@ -64,12 +57,7 @@ def evaluate(trained: TrainedAgents, condition: EvalCondition) -> list[Trace | N
 def fine_tune(
     trained: TrainedAgents, condition: EvalCondition, epochs: int
 ) -> tuple[TrainedAgents, Array]:
-    """Train agents further under a condition.
-
-    Args:
-        trained: R agents that can learn.
-        condition: The condition.
-        epochs: Number E of epochs.
+    """Train R agents that can learn for E more epochs, under a condition.
 
     Returns:
         The agents after the last epoch, and p_e of each epoch before the agents learn from it,

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.base import Agent, Seeds
+from mpma_mj.agents.base import Agent
 from mpma_mj.envs.demonstration import Demonstration
 from mpma_mj.envs.load import arm_limits
 from mpma_mj.envs.vector_env import VectorImitationEnv
@@ -19,11 +19,11 @@ from mpma_mj.metrics import posture_error_percent
 from mpma_mj.motions import Motion
 from mpma_mj.trace import Trace
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.factory import Environments, agent_of
+from mpma_mj.training.factory import agent_of
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.utils.atomic_files import TRAIN_AGAIN
 
-__all__ = ["TrainedAgents", "demonstrated", "load_state", "restored_agent"]
+__all__ = ["TrainedAgents", "demonstrated", "load_state"]
 
 Array = NDArray[np.float64]
 
@@ -74,35 +74,12 @@ class TrainedAgents:
         Raises:
             CheckpointError: The state does not fit the config.
         """
-        return restored_agent(self.configs[0], envs, self.seeds, self.state, self.source)
+        agent = agent_of(self.configs[0], envs, self.seeds)
+        return load_state(agent, self.state, self.source)
 
 
-def restored_agent(
-    config: RunConfig,
-    env: Environments,
-    seed: Seeds,
-    state: Mapping[str, Array],
-    source: Path | None,
-) -> Agent:
-    """Return the agent of a run, or of a batch of runs, in a saved state.
-
-    Args:
-        config: Config; its seed is ignored.
-        env: Environment, or environments.
-        seed: Seed of noise, or one for each environment.
-        state: State as of `load_state`.
-        source: Folder as of `load_state`.
-
-    Raises:
-        MpmaError: As of `agent_of` and of `load_state`.
-    """
-    agent = agent_of(config, env, seed)
-    load_state(agent, state, source)
-    return agent
-
-
-def load_state(agent: Agent, state: Mapping[str, Array], source: Path | None) -> None:
-    """Load a state into an agent.
+def load_state(agent: Agent, state: Mapping[str, Array], source: Path | None) -> Agent:
+    """Load a state into an agent, and return the agent.
 
     Args:
         agent: The agent.
@@ -119,7 +96,7 @@ def load_state(agent: Agent, state: Mapping[str, Array], source: Path | None) ->
     except ValueError:
         problem = "does not fit its config"
     else:
-        return
+        return agent
     raise CheckpointError(
         f"{source or 'trained agent'}: the checkpoint {problem}", remedy="train again"
     )

@@ -63,12 +63,11 @@ def make_agent(
     else:
         named = "" if type(config) in CONFIG_TYPES.values() else kind or ""
         given = RunConfig(agent=config, agent_name=named)
-    run = given.replace(agent=kind) if kind else given
-    return _agent(agent_class(run.agent_name), run.agent, env, _seeds(env, seed))
+    return agent_of(given.replace(agent=kind) if kind else given, env, seed)
 
 
 def agent_of(config: RunConfig, env: Environments, seed: Seeds) -> Agent:
-    """Return the agent of a run, or of a batch of runs.
+    """Return the agent of a run, or of a batch of runs; it receives its config's context signal.
 
     Args:
         config: Config; its seed is ignored.
@@ -76,7 +75,7 @@ def agent_of(config: RunConfig, env: Environments, seed: Seeds) -> Agent:
         seed: Seed of weights and noise, or one for each environment.
 
     Raises:
-        BadOptionError: The agent's class cannot be imported.
+        BadOptionError: As of `make_agent`.
         CheckpointError: The config is of a run folder, and names a class from outside that the
             user has not named.
     """
@@ -87,7 +86,22 @@ def agent_of(config: RunConfig, env: Environments, seed: Seeds) -> Agent:
             " not in this package",
             remedy=f"if you trust it, name it with {named}",
         )
-    return _agent(agent_class(config.agent_name), config.agent, env, _seeds(env, seed))
+    kind, own = agent_class(config.agent_name), config.agent
+    if isinstance(env, VectorImitationEnv):
+        seed = [check_seed(single) for single in seeds_of_batch(seed, env.num_envs)]
+    else:
+        seed = check_seed(seed)
+    if type(own) is not kind.config_type:
+        expected = f"a {kind.config_type.__name__}, the config of {kind.__name__}"
+        raise BadOptionError(option="config", value=own, expected=expected)
+    spec = _spec(env)
+    signal = own.context_signal if isinstance(own, NetworkConfig) else "labels"
+    size = altered_context_size(signal, spec.context_size)
+    agent = kind(own, dataclasses.replace(spec, context_size=size), seed=seed)
+    if signal == "labels":
+        return agent
+    episodes = env if isinstance(env, VectorImitationEnv) else env.task
+    return AlteredContext(agent, signal, episodes.context, episodes.period, seed)
 
 
 @overload
@@ -132,21 +146,6 @@ def one_thread() -> threadpool_limits:
     return threadpool_limits(1, user_api="blas")
 
 
-def _agent(kind: type[Agent], config: AgentConfig, env: Environments, seed: Seeds) -> Agent:
-    """Return an agent that receives the context signal of its config."""
-    if type(config) is not kind.config_type:
-        expected = f"a {kind.config_type.__name__}, the config of {kind.__name__}"
-        raise BadOptionError(option="config", value=config, expected=expected)
-    spec = _spec(env)
-    signal = config.context_signal if isinstance(config, NetworkConfig) else "labels"
-    size = altered_context_size(signal, spec.context_size)
-    agent = kind(config, dataclasses.replace(spec, context_size=size), seed=seed)
-    if signal == "labels":
-        return agent
-    info = env if isinstance(env, VectorImitationEnv) else env.task
-    return AlteredContext(agent, signal, info.context, info.period, seed)
-
-
 def _spec(env: Environments) -> AgentSpec:
     if isinstance(env, FlatVectorImitationEnv):
         raise BadOptionError("env is flat, but agents need observations by name; leave flat out")
@@ -162,10 +161,3 @@ def _spec(env: Environments) -> AgentSpec:
         max_joint_speed=env.task.max_joint_speed,
         control_timestep=env.control_timestep(),
     )
-
-
-def _seeds(env: Environments, seed: Seeds) -> Seeds:
-    """Return a valid seed, or one for each of many environments."""
-    if not isinstance(env, VectorImitationEnv):
-        return check_seed(seed)
-    return [check_seed(single) for single in seeds_of_batch(seed, env.num_envs)]

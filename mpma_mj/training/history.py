@@ -23,7 +23,7 @@ __all__ = [
     "TrainingHistory",
     "epoch_metrics",
     "has_converged",
-    "segment_metrics",
+    "part_metrics",
 ]
 
 Array = NDArray[np.float64]
@@ -79,11 +79,7 @@ class TrainingHistory:
     """
 
     def __init__(self, info: EpisodeInfo) -> None:
-        """Begin with no epoch.
-
-        Args:
-            info: Facts about the episodes.
-        """
+        """Begin with no epoch, given facts about the episodes."""
         self.rows: list[EpochMetrics] = []
         self._best: BestEpoch | None = None
         self._info = info
@@ -105,15 +101,12 @@ class TrainingHistory:
         return bool(self.rows) and has_converged(self.rows[-1])
 
     def add(self, trace: Trace, logged: EpochMetrics, state: dict[str, Array]) -> bool:
-        """Add an epoch.
+        """Add an epoch, and return whether it is the new best.
 
         Args:
             trace: Its trace.
             logged: What the agent logged when it learned from it.
             state: State of the agent before it, arrays by name.
-
-        Returns:
-            Whether it is the new best.
         """
         measures = epoch_metrics(self._info.site_positions, trace)
         row = {"epoch": len(self.rows) + 1} | measures | logged
@@ -170,7 +163,7 @@ def epoch_metrics(site_positions: Callable[[Array], Array], trace: Trace) -> Epo
         trace: Trace of one run; metrics of modules need an agent that has some.
     """
     posture, reference = trace.posture[1:], trace.reference[1:]
-    measures = _part_metrics(trace, np.ones(len(trace), bool)) | {
+    measures = part_metrics(trace, np.ones(len(trace), bool)) | {
         "mpkpe_m": metrics.mpkpe(site_positions(posture), site_positions(reference)),
         "mean_reward": float(np.mean(trace.reward)),
     }
@@ -181,21 +174,13 @@ def epoch_metrics(site_positions: Callable[[Array], Array], trace: Trace) -> Epo
     return measures
 
 
-def segment_metrics(trace: Trace, parts: dict[str, NDArray[np.bool_]]) -> list[dict[str, Any]]:
-    """Return the metrics of named parts of an epoch.
+def part_metrics(trace: Trace, part: NDArray[np.bool_]) -> EpochMetrics:
+    """Return those metrics by name that a part of an epoch has, too.
 
     Args:
         trace: Trace of one run.
-        parts: Steps of each part, shape (T,), by name.
+        part: Which steps count, shape (T,).
     """
-    return [
-        {"name": name, "steps": int(part.sum())} | _part_metrics(trace, part)
-        for name, part in parts.items()
-    ]
-
-
-def _part_metrics(trace: Trace, part: NDArray[np.bool_]) -> EpochMetrics:
-    """Return the metrics by name that a part of an epoch has, too: its steps, shape (T,)."""
     posture, reference = trace.posture[1:][part], trace.reference[1:][part]
     measures = {"p_e_percent": metrics.posture_error_percent(posture, reference)}
     if trace.modules is not None:

@@ -21,15 +21,16 @@ from mpma_mj.errors import BadOptionError, CheckpointError, DivergedError
 from mpma_mj.motions import Motion
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.trace import Trace
-from mpma_mj.training.checkpoints import load_state, restored_agent
+from mpma_mj.training.checkpoints import load_state
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.config_json import OutsideConfig
 from mpma_mj.training.dataset import read_motions
-from mpma_mj.training.factory import make_environments, one_thread
-from mpma_mj.training.history import BestEpoch, EpochMetrics, TrainingHistory, segment_metrics
+from mpma_mj.training.factory import agent_of, make_environments, one_thread
+from mpma_mj.training.history import BestEpoch, EpochMetrics, TrainingHistory, part_metrics
 from mpma_mj.training.rollout import TRY_INSTEAD
 from mpma_mj.training.run_folder import RunFolder, open_runs
 from mpma_mj.training.trainer import Improved, Trainer
+from mpma_mj.utils.folder_lock import locked
 from mpma_mj.utils.validation import is_integer
 from mpma_mj.visualization.figures import write_figures
 
@@ -90,7 +91,8 @@ class Run:
             RunFolderError: The folder holds something else, or cannot be written.
         """
         run_folder = RunFolder(Path(folder))
-        with run_folder.created(self.config, self.motion, overwrite=overwrite):
+        with locked(run_folder.path):
+            run_folder.create(self.config, self.motion, overwrite=overwrite)
             self._write_epoch(run_folder, best=True)
             run_folder.write_summary(self.summary)
             write_figures(run_folder.figures, self.trace, self.motion)
@@ -116,7 +118,10 @@ class Run:
             parts = {self.motion.name: np.ones(len(label), bool)}
         else:
             parts = {name: label == number for number, name in enumerate(self.motion.labels)}
-        return segment_metrics(self.trace, parts)
+        return [
+            {"name": name, "steps": int(part.sum())} | part_metrics(self.trace, part)
+            for name, part in parts.items()
+        ]
 
 
 def imitate(
@@ -263,7 +268,7 @@ def _agent(
     config: RunConfig, motion: Motion, state: Mapping[str, Array], source: Path | None
 ) -> Agent:
     env = make_environments(config, config.seed, motion)
-    agent = restored_agent(config, env, config.seed, state, source)
+    agent = load_state(agent_of(config, env, config.seed), state, source)
     agent.reset(0)
     return agent
 

@@ -104,7 +104,9 @@ class Trainer:
         states = self.agent.state_dict() if self._keep_states else {}
         recorded = rollout(self._env, self.agent, self.epoch)
         self.epoch += 1
-        logged = self._learn() if len(recorded.failures) < len(self.going) else {}
+        # Agents whose episodes have all failed have nothing to learn from.
+        learned = self.agent.learn() if len(recorded.failures) < len(self.going) else None
+        logged = {name: np.ravel(values) for name, values in (learned or {}).items()}
         improved = np.zeros(len(self.configs), bool)
         ended = np.zeros(len(self.going), bool)
         for row, run in enumerate(self.going.tolist()):
@@ -123,15 +125,11 @@ class Trainer:
         return improved
 
     def restore(self, rows: list[EpochMetrics], best: BestEpoch) -> None:
-        """Continue a single run, whose agent has been loaded.
-
-        Args:
-            rows: Metrics of all epochs so far.
-            best: The best epoch so far.
-        """
+        """Continue a single run, whose agent has been loaded, from its epochs so far."""
         self.epoch = len(rows)
-        self.histories[0].restore(rows, best)
-        if self.histories[0].converged:
+        (history,) = self.histories
+        history.restore(rows, best)
+        if history.converged:
             self._remove(np.ones(1, bool))
 
     def summaries(self) -> list[dict[str, Any]]:
@@ -161,10 +159,6 @@ class Trainer:
     def close(self) -> None:
         """Close the environments."""
         self._env.close()
-
-    def _learn(self) -> dict[str, NDArray[np.float64]]:
-        """Let the agents learn; return metrics by name, shape (R,)."""
-        return {name: np.ravel(values) for name, values in (self.agent.learn() or {}).items()}
 
     def _remove(self, ended: NDArray[np.bool_]) -> None:
         """Remove those of the R runs in training that have ended, shape (R,), from the batch."""

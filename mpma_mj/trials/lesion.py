@@ -211,8 +211,7 @@ class _Lesioned(TrainedAgents):
         """Return the agent, with what it has learned since."""
         agent = self.whole.agent(envs)
         paired_models_of(agent).drop_modules(self.lost)
-        load_state(agent, self.state, self.source)
-        return agent
+        return load_state(agent, self.state, self.source)
 
 
 def _pairs(trained: TrainedAgents) -> PairedModels:
