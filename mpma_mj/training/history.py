@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from dm_control.rl import control
 from numpy.typing import NDArray
 
 from mpma_mj import metrics
@@ -15,6 +14,7 @@ from mpma_mj.agents.gain_schedule import CRITERION, FINAL_FEEDBACK
 from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.errors import StateError
 from mpma_mj.trace import Trace
+from mpma_mj.training.factory import Environments
 
 __all__ = [
     "BestEpoch",
@@ -48,7 +48,7 @@ class EpisodeInfo:
     site_positions: Callable[[Array], Array]
 
     @classmethod
-    def of(cls, env: control.Environment | VectorImitationEnv) -> EpisodeInfo:
+    def of(cls, env: Environments) -> EpisodeInfo:
         """Return the facts about the episodes of an environment, or of those of a batch."""
         if isinstance(env, VectorImitationEnv):
             return cls(env.motion.labels, env.period, env.steps, env.arms.site_positions)

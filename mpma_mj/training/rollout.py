@@ -15,6 +15,7 @@ from mpma_mj.agents.episode_buffer import EpisodeBuffer
 from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.errors import DivergedError
 from mpma_mj.trace import OBSERVED, Trace
+from mpma_mj.training.factory import Environments
 
 __all__ = ["TRY_INSTEAD", "Rollout", "record_epoch", "rollout"]
 
@@ -41,7 +42,7 @@ class Rollout:
         return None if run in self.failures else self.trace.of_run(run)
 
 
-def rollout(env: control.Environment | VectorImitationEnv, agent: Agent, epoch: int) -> Rollout:
+def rollout(env: Environments, agent: Agent, epoch: int) -> Rollout:
     """Run an episode and record all its signals.
 
     The agent acts and observes. Only an agent that learns at every step learns meanwhile.
@@ -74,7 +75,7 @@ def rollout(env: control.Environment | VectorImitationEnv, agent: Agent, epoch: 
     return Rollout(trace, failures)
 
 
-def record_epoch(env: control.Environment | VectorImitationEnv, agent: Agent, epoch: int) -> Trace:
+def record_epoch(env: Environments, agent: Agent, epoch: int) -> Trace:
     """Run an episode and return its trace, as `rollout` does.
 
     Args:
