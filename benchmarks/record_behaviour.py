@@ -152,7 +152,7 @@ def run_entries(
     for config in configs:
         with tempfile.TemporaryDirectory() as folder:
             run = RunFolder(Path(folder) / "run")
-            runs.start(config, run, EPOCHS)
+            runs.train(config, EPOCHS, folder=run)
             summary = json.loads((run.path / "summary.json").read_text("utf-8"))
             yield from _numbers(f"{key}/{config.seed}/summary", summary)
             for file in ("trace", "checkpoint/best"):

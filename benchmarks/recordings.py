@@ -14,7 +14,7 @@ import tyro
 from mpma_mj.agents import MPMAConfig
 from mpma_mj.commands.run_options import RunOptions
 from mpma_mj.errors import MpmaError, RecordingWarning
-from mpma_mj.training.run import start
+from mpma_mj.training.run import train
 from mpma_mj.training.run_folder import RunFolder
 
 
@@ -49,7 +49,8 @@ def _row(motion: str, options: RunOptions[MPMAConfig], seeds: int, epochs: int) 
     for seed in range(point.seed, point.seed + seeds):
         config = point.replace(seed=seed)
         with tempfile.TemporaryDirectory() as folder:
-            summaries.append(start(config, RunFolder(Path(folder) / "run"), epochs).summary)
+            run = train(config, epochs, folder=RunFolder(Path(folder) / "run"))
+            summaries.append(run.summary)
     cells = [
         Path(motion).name,
         f"{sum(summary['converged'] for summary in summaries)} of {seeds}",

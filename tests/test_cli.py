@@ -260,10 +260,10 @@ def test_an_interrupted_run_says_how_to_go_on_if_there_is_something_to_go_on_wit
 ) -> None:
     whole = Trainer.run_epoch
 
-    def run_epoch(trainer: Trainer) -> object:
+    def run_epoch(trainer: Trainer, **options: bool) -> object:
         if trainer.epoch == epochs_done:
             raise KeyboardInterrupt
-        return whole(trainer)
+        return whole(trainer, **options)
 
     monkeypatch.setattr(Trainer, "run_epoch", run_epoch)
     out = tmp_path / "run"

@@ -9,14 +9,14 @@ import pytest
 from mpma_mj.context import equal_segments
 from mpma_mj.motions import Motion
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.run import start, train
+from mpma_mj.training.run import train
 from mpma_mj.training.run_folder import RunFolder
 
 
 @pytest.mark.parametrize("arms", ["physics", "kinematic"])
 def test_the_dance_is_learned_by_several_modules(arms: str, tmp_path: Path) -> None:
     config = RunConfig.of(nodes=100, arms=arms)  # type: ignore[arg-type]
-    summary = start(config, RunFolder(tmp_path / "run"), 30).summary
+    summary = train(config, folder=RunFolder(tmp_path / "run")).summary
     assert summary["converged"]
     assert summary["p_e_percent"] < 1.0
     assert summary["feedback_ratio"] < 0.1
@@ -25,14 +25,16 @@ def test_the_dance_is_learned_by_several_modules(arms: str, tmp_path: Path) -> N
 
 
 def test_the_papers_rule_converges(tmp_path: Path) -> None:
-    summary = start(RunConfig.of(nodes=100, rule="gated"), RunFolder(tmp_path / "run"), 30).summary
+    summary = train(
+        RunConfig.of(nodes=100, rule="gated"), folder=RunFolder(tmp_path / "run")
+    ).summary
     assert summary["converged"]
     assert summary["p_e_percent"] < 3.0
     assert all(1 <= count <= 3 for count in summary["active_modules"].values())
 
 
 def test_one_module_dances_too(tmp_path: Path) -> None:
-    summary = start(RunConfig.of(nodes=100, modules=1), RunFolder(tmp_path / "run"), 30).summary
+    summary = train(RunConfig.of(nodes=100, modules=1), folder=RunFolder(tmp_path / "run")).summary
     assert summary["converged"]
     assert summary["nmi"] == pytest.approx(0.0, abs=1e-9)
 
@@ -75,9 +77,9 @@ def test_arms_raised_through_straight_forward_and_lowered_sideways_are_learned()
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(20))
 def test_every_seed_converges(seed: int, tmp_path: Path) -> None:
-    summary = start(RunConfig.of(seed=seed), RunFolder(tmp_path / "weighted"), 30).summary
+    summary = train(RunConfig.of(seed=seed), folder=RunFolder(tmp_path / "weighted")).summary
     assert summary["converged"]
     assert summary["epochs"] <= 9
     assert summary["p_e_percent"] < 0.8
     gated = RunConfig.of(seed=seed, rule="gated", nodes=100)
-    assert start(gated, RunFolder(tmp_path / "gated"), 30).summary["p_e_percent"] < 3.0
+    assert train(gated, folder=RunFolder(tmp_path / "gated")).summary["p_e_percent"] < 3.0

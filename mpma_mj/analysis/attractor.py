@@ -11,7 +11,7 @@ from mpma_mj.agents.wrappers import FreeRunning
 from mpma_mj.context import active_label
 from mpma_mj.motions import Motion
 from mpma_mj.training.checkpoints import load_state
-from mpma_mj.training.factory import agent_of, environment_of, one_thread
+from mpma_mj.training.factory import agent_of, make_environments, one_thread
 from mpma_mj.training.rollout import record_epoch
 from mpma_mj.training.run_folder import RunFolder
 
@@ -59,7 +59,8 @@ def dance_freely(folder: RunFolder) -> tuple[FreeDance, Motion]:
     """
     config, motion = folder.read_config(), folder.read_motion()
     state, epoch = folder.read_best(config)
-    env = environment_of(config, motion, {"repeats": 1 + REPEATS, "reference_noise": 0.0})
+    options = {"repeats": 1 + REPEATS, "reference_noise": 0.0}
+    env = make_environments(config, config.seed, motion, options)
     period = env.task.period
     agent = FreeRunning(agent_of(config, env, config.seed), period)
     load_state(agent, state, folder.path)

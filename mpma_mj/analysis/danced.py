@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from mpma_mj.errors import CheckpointError, RunFolderError, placeholder
 from mpma_mj.motions import Motion
 from mpma_mj.trace import Trace
-from mpma_mj.training.demonstration_check import demonstrated
+from mpma_mj.training.checkpoints import demonstrated
 from mpma_mj.training.run_folder import RunFolder
 
 __all__ = ["Danced", "read_danced"]

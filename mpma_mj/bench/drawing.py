@@ -55,13 +55,13 @@ def main() -> None:
     require_backend()  # before MuJoCo is imported
     from mpma_mj.motions import ymca
     from mpma_mj.training.config import RunConfig
-    from mpma_mj.training.factory import agent_of, environment_of
+    from mpma_mj.training.factory import agent_of, make_environments
     from mpma_mj.training.rollout import record_epoch
     from mpma_mj.visualization.video import dance_frames, write_frames
 
     config = RunConfig.of(nodes=20)
     motion = ymca()
-    env = environment_of(config, motion, {})
+    env = make_environments(config, config.seed, motion)
     trace = record_epoch(env, agent_of(config, env, config.seed), 0)
     frames = len(trace)
 

@@ -19,7 +19,7 @@ from mpma_mj.envs.gym_env import FlatImitationEnv
 from mpma_mj.envs.load import load
 from mpma_mj.motions import ymca
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.factory import agent_of, environment_of, one_thread
+from mpma_mj.training.factory import agent_of, make_environments, one_thread
 from mpma_mj.training.rollout import record_epoch
 
 __all__ = ["PACKAGES", "measure"]
@@ -100,7 +100,7 @@ def _networks(one: Rehearsal, joined: bool) -> Case:
 def _our_loop() -> Case:
     """Return the loop around an agent that does next to nothing."""
     config = _CONFIG.replace(agent="random")
-    env = environment_of(config, ymca(), {})
+    env = make_environments(config, config.seed, ymca())
     agent = agent_of(config, env, config.seed)
     return Case(lambda: len(record_epoch(env, agent, 0)))
 

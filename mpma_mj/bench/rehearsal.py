@@ -11,7 +11,7 @@ from mpma_mj.agents.base import Agent
 from mpma_mj.bench.timing import Case
 from mpma_mj.motions import ymca
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.factory import agent_of, environment_of, environments_of
+from mpma_mj.training.factory import agent_of, make_environments
 
 __all__ = ["Rehearsal"]
 
@@ -33,7 +33,7 @@ class Rehearsal:
     @classmethod
     def alone(cls, config: RunConfig) -> Rehearsal:
         """Let one agent dance and learn."""
-        env = environment_of(config, ymca(), {})
+        env = make_environments(config, config.seed, ymca())
         agent = agent_of(config, env, config.seed)
         timesteps = [env.reset()]
         while not timesteps[-1].last():
@@ -46,7 +46,7 @@ class Rehearsal:
     def side_by_side(cls, config: RunConfig, runs: int) -> Rehearsal:
         """Let as many agents as there are runs dance side by side, and learn."""
         seeds = range(runs)
-        envs = environments_of(config, seeds, ymca(), {})
+        envs = make_environments(config, seeds, ymca())
         agent = agent_of(config, envs, list(seeds))
         timesteps = [dm_env.restart(envs.reset()[0])]
         for _ in range(envs.steps):

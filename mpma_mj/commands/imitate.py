@@ -67,7 +67,7 @@ class Imitate(Generic[AgentT]):
                 path = stack.enter_context(output_folder(self.out, _stem(config.motions)))
                 folder = RunFolder(path)
                 train = functools.partial(
-                    run.start, config, folder, self.epochs, overwrite=self.overwrite
+                    run.train, config, self.epochs, folder=folder, overwrite=self.overwrite
                 )
             with _hint_at_resuming(folder), show_epochs(self.epochs) as show:
                 trained = train(on_epoch=show)

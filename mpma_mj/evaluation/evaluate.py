@@ -13,12 +13,11 @@ from numpy.typing import NDArray
 
 from mpma_mj.agents.wrappers import Frozen
 from mpma_mj.envs.vector_env import VectorImitationEnv
+from mpma_mj.metrics import posture_error_percent
 from mpma_mj.motions import Motion
 from mpma_mj.trace import Trace
 from mpma_mj.training.checkpoints import TrainedAgents
-from mpma_mj.training.environments import EnvironmentBatch
-from mpma_mj.training.epoch_metrics import tracking_error
-from mpma_mj.training.factory import environments_of, one_thread
+from mpma_mj.training.factory import make_environments, one_thread
 from mpma_mj.training.rollout import rollout
 
 __all__ = ["EVALUATION_EPISODE", "EvalCondition", "evaluate", "fine_tune", "tracking_errors"]
@@ -45,32 +44,20 @@ class EvalCondition:
 
 
 def evaluate(trained: TrainedAgents, condition: EvalCondition) -> list[Trace | None]:
-    """Run an episode with trained agents, without learning.
-
-    Args:
-        trained: R agents.
-        condition: The condition.
-
-    Returns:
-        Trace of each agent; None where the simulation diverged.
+    """Run an episode without learning; return each agent's trace, None where it diverged.
 
     Raises:
         MpmaError: The arms cannot follow the motion, or an option is out of bounds.
     """
     with one_thread(), contextlib.closing(_environments(trained, condition)) as envs:
-        recorded = rollout(EnvironmentBatch(envs), Frozen(trained.agent(envs)), EVALUATION_EPISODE)
+        recorded = rollout(envs, Frozen(trained.agent(envs)), EVALUATION_EPISODE)
     return [recorded.of_run(run) for run in range(len(trained.configs))]
 
 
 def fine_tune(
     trained: TrainedAgents, condition: EvalCondition, epochs: int
 ) -> tuple[TrainedAgents, Array]:
-    """Train agents further under a condition.
-
-    Args:
-        trained: R agents that can learn.
-        condition: The condition.
-        epochs: Number E of epochs.
+    """Train R agents that can learn for E more epochs, under a condition.
 
     Returns:
         The agents after the last epoch, and p_e of each epoch before the agents learn from it,
@@ -84,7 +71,7 @@ def fine_tune(
     with one_thread(), contextlib.closing(_environments(trained, condition)) as envs:
         agent = trained.agent(envs)
         for epoch in range(epochs):
-            recorded = rollout(EnvironmentBatch(envs), agent, EVALUATION_EPISODE + 1 + epoch)
+            recorded = rollout(envs, agent, EVALUATION_EPISODE + 1 + epoch)
             failed[list(recorded.failures)] = True
             traces = [recorded.of_run(run) for run in range(len(failed))]
             errors[epoch] = np.where(failed, np.nan, tracking_errors(traces))
@@ -94,8 +81,13 @@ def fine_tune(
 
 def tracking_errors(traces: Sequence[Trace | None]) -> Array:
     """Return p_e of each trace, shape (R,), percent; NaN where there is none."""
-    return np.array([np.nan if trace is None else tracking_error(trace) for trace in traces])
+    return np.array(
+        [
+            np.nan if t is None else posture_error_percent(t.posture[1:], t.reference[1:])
+            for t in traces
+        ]
+    )
 
 
 def _environments(trained: TrainedAgents, condition: EvalCondition) -> VectorImitationEnv:
-    return environments_of(trained.configs[0], trained.seeds, condition.motion, condition.options)
+    return make_environments(trained.configs[0], trained.seeds, condition.motion, condition.options)

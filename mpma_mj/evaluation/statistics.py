@@ -53,13 +53,10 @@ class Interval:
 
 
 def interval(found: Sequence[float]) -> Interval:
-    """Return the mean of values and its bootstrap confidence interval.
+    """Return the mean of values, one for each seed, and its bootstrap confidence interval.
 
     The ends are percentiles of the means of 9999 resamples, with a fixed seed (choice). For few
     values such an interval tends to be too narrow.
-
-    Args:
-        found: Values, one for each seed.
     """
     if not found:
         return Interval(math.nan, math.nan, math.nan)

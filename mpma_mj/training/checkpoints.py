@@ -1,7 +1,8 @@
-"""Trained agents, independent of the environments of their training."""
+"""Trained agents and demonstrations of saved runs, independent of their training."""
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,17 +11,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.agents.base import Agent
+from mpma_mj.envs.demonstration import Demonstration
+from mpma_mj.envs.load import arm_limits
 from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.errors import CheckpointError
+from mpma_mj.metrics import posture_error_percent
 from mpma_mj.motions import Motion
+from mpma_mj.trace import Trace
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.demonstration_check import demonstrated
 from mpma_mj.training.factory import agent_of
 from mpma_mj.training.run_folder import RunFolder
+from mpma_mj.utils.atomic_files import TRAIN_AGAIN
 
-__all__ = ["TrainedAgents", "load_state"]
+__all__ = ["TrainedAgents", "demonstrated", "load_state"]
 
 Array = NDArray[np.float64]
+
+# Largest difference of a demonstration without noise, percent; other motions differ by ten times
+# as much (choice).
+_TOLERANCE = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,13 +65,8 @@ class TrainedAgents:
         config = folder.read_config()
         state, epoch = folder.read_best(config)
         demonstration, _ = demonstrated(folder)
-        return cls(
-            configs=(config,),
-            motion=demonstration.motion,
-            state={name: array[None] for name, array in state.items()},
-            epochs=np.array([epoch]),
-            source=folder.path,
-        )
+        state = {name: array[None] for name, array in state.items()}
+        return cls((config,), demonstration.motion, state, np.array([epoch]), folder.path)
 
     def agent(self, envs: VectorImitationEnv) -> Agent:
         """Return the agents for R environments.
@@ -71,12 +75,11 @@ class TrainedAgents:
             CheckpointError: The state does not fit the config.
         """
         agent = agent_of(self.configs[0], envs, self.seeds)
-        load_state(agent, self.state, self.source)
-        return agent
+        return load_state(agent, self.state, self.source)
 
 
-def load_state(agent: Agent, state: Mapping[str, Array], source: Path | None) -> None:
-    """Load a state into an agent.
+def load_state(agent: Agent, state: Mapping[str, Array], source: Path | None) -> Agent:
+    """Load a state into an agent, and return the agent.
 
     Args:
         agent: The agent.
@@ -93,7 +96,36 @@ def load_state(agent: Agent, state: Mapping[str, Array], source: Path | None) ->
     except ValueError:
         problem = "does not fit its config"
     else:
-        return
+        return agent
     raise CheckpointError(
         f"{source or 'trained agent'}: the checkpoint {problem}", remedy="train again"
     )
+
+
+def demonstrated(folder: RunFolder) -> tuple[Demonstration, Trace]:
+    """Return the demonstration of a run, and the trace of its best epoch.
+
+    Raises:
+        RunFolderError: There is no run.
+        CheckpointError: The folder is damaged, or its motion is not the one of the trace.
+    """
+    config, trace, motion = folder.read_config(), folder.read_trace(), folder.read_motion()
+    options = dataclasses.replace(config.env, reference_noise=0.0)
+    demonstration = Demonstration(motion, options, arm_limits(config.env)[0])
+    moments, expected = len(trace.posture), demonstration.steps + 1
+    if moments != expected:
+        raise CheckpointError(
+            f"{folder.path / 'trace.npz'}: has {moments} moments, but {motion.name} repeated"
+            f" {config.env.repeats} times has {expected}",
+            remedy=TRAIN_AGAIN,
+        )
+    reference = demonstration.episode(0, 0).reference[:expected]
+    difference = posture_error_percent(trace.reference, reference)
+    same_context = np.array_equal(trace.context, demonstration.context)
+    if not same_context or difference > 100.0 * config.env.reference_noise + _TOLERANCE:
+        raise CheckpointError(
+            f"{folder.path / 'checkpoint' / 'motion.npz'}: {motion.name} is not the motion of"
+            " trace.npz",
+            remedy=f"restore the motion of the run, or {TRAIN_AGAIN}",
+        )
+    return demonstration, trace

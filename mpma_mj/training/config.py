@@ -8,7 +8,7 @@ import importlib.metadata
 import platform
 from collections.abc import Collection
 from dataclasses import dataclass, field, fields
-from typing import Annotated, Any, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, get_origin, get_type_hints
 
 import tyro
 
@@ -110,15 +110,7 @@ class RunConfig:
 
     @classmethod
     def of(cls, *motions: str, **options: Any) -> RunConfig:
-        """Return a config from options by their flat names, as on the command line.
-
-        Args:
-            *motions: What is imitated; "ymca" if not given.
-            **options: As of `replace`.
-
-        Raises:
-            BadOptionError: As of `replace`.
-        """
+        """Return a config of motions, "ymca" if not given, with options as of `replace`."""
         return cls(motions=motions or ("ymca",)).replace(**options)
 
     def replace(self, *, agent: str | None = None, **options: Any) -> RunConfig:
@@ -209,7 +201,7 @@ class RunConfig:
     def _part(self, name: str) -> str | None:
         """Return the part of the config that has an option; None for a size the agent lacks."""
         for part in _PARTS:
-            if name in {f.name for f in fields(getattr(self, part))}:
+            if name in _names(getattr(self, part)):
                 return part
         owners = [one for one, kind in CONFIG_TYPES.items() if name in _names(kind)]
         if name in _SIZES:
@@ -232,15 +224,11 @@ def _from_own_process(content: dict[str, Any]) -> RunConfig:
 
 
 def option_types(agent: str) -> dict[str, Any]:
-    """Return the types of all options of a run by their flat names, but for `motions`.
-
-    Args:
-        agent: Name of the agent, or the path of its class.
-    """
+    """Return the types of all options of a run with an agent by flat names, but for `motions`."""
     hints: dict[str, Any] = {"agent": str, "seed": int}
     for owner in (ReadingOptions, EnvironmentOptions, config_class(agent)):
         hints |= get_type_hints(owner)
-    return {name: _bare(hint) for name, hint in hints.items() if get_origin(hint) is not dict}
+    return {name: hint for name, hint in hints.items() if get_origin(hint) is not dict}
 
 
 def versions() -> dict[str, str]:
@@ -252,7 +240,3 @@ def versions() -> dict[str, str]:
 
 def _names(kind: Any) -> set[str]:
     return {f.name for f in fields(kind)}
-
-
-def _bare(hint: Any) -> Any:
-    return get_args(hint)[0] if get_origin(hint) is Annotated else hint

@@ -68,11 +68,7 @@ def config_class(agent: str) -> type[AgentConfig]:
 
 
 def agent_to_json(agent: AgentConfig, name: str) -> dict[str, Any]:
-    """Return what JSON can hold of an agent's config.
-
-    Args:
-        agent: The config.
-        name: Name of the agent, or the path of its class.
+    """Return what JSON can hold of an agent's config, and of its name or the path of its class.
 
     Raises:
         BadOptionError: The learning rule is an object whose options cannot be written.

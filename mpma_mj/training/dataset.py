@@ -64,9 +64,6 @@ def _is_label_file(path: Path) -> bool:
 def read_motions(config: RunConfig) -> Motion:
     """Read the motion of a run; several motions become a repertoire with a label for each.
 
-    Args:
-        config: Config with the sources of the motions and the options of reading.
-
     Raises:
         MpmaError: A recording cannot be read, the arms cannot follow a motion, or an option of a
             single recording is given with several motions.

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping, Sequence
-from typing import Any, TypeAlias
+from types import MappingProxyType
+from typing import Any, TypeAlias, overload
 
 from dm_control.rl import control
 from threadpoolctl import threadpool_limits
@@ -14,7 +15,7 @@ from mpma_mj.agents.base import Seeds
 from mpma_mj.agents.config import CONFIG_TYPES
 from mpma_mj.agents.wrappers import AlteredContext, altered_context_size
 from mpma_mj.envs.load import make_environment
-from mpma_mj.envs.options import EnvironmentOptions, check_seed, seeds_of_batch
+from mpma_mj.envs.options import check_seed, seeds_of_batch
 from mpma_mj.envs.task import TwoArmImitation
 from mpma_mj.envs.vector_env import FlatVectorImitationEnv, VectorImitationEnv
 from mpma_mj.errors import BadOptionError, CheckpointError, placeholder
@@ -22,14 +23,7 @@ from mpma_mj.motions import Motion
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.config_json import OutsideConfig
 
-__all__ = [
-    "agent_of",
-    "env_options",
-    "environment_of",
-    "environments_of",
-    "make_agent",
-    "one_thread",
-]
+__all__ = ["agent_of", "make_agent", "make_environments", "one_thread"]
 
 Environments: TypeAlias = control.Environment | VectorImitationEnv
 
@@ -69,12 +63,11 @@ def make_agent(
     else:
         named = "" if type(config) in CONFIG_TYPES.values() else kind or ""
         given = RunConfig(agent=config, agent_name=named)
-    run = given.replace(agent=kind) if kind else given
-    return _agent(agent_class(run.agent_name), run.agent, env, _seeds(env, seed))
+    return agent_of(given.replace(agent=kind) if kind else given, env, seed)
 
 
 def agent_of(config: RunConfig, env: Environments, seed: Seeds) -> Agent:
-    """Return the agent of a run, or of a batch of runs.
+    """Return the agent of a run, or of a batch of runs; it receives its config's context signal.
 
     Args:
         config: Config; its seed is ignored.
@@ -82,7 +75,7 @@ def agent_of(config: RunConfig, env: Environments, seed: Seeds) -> Agent:
         seed: Seed of weights and noise, or one for each environment.
 
     Raises:
-        BadOptionError: The agent's class cannot be imported.
+        BadOptionError: As of `make_agent`.
         CheckpointError: The config is of a run folder, and names a class from outside that the
             user has not named.
     """
@@ -93,47 +86,54 @@ def agent_of(config: RunConfig, env: Environments, seed: Seeds) -> Agent:
             " not in this package",
             remedy=f"if you trust it, name it with {named}",
         )
-    return _agent(agent_class(config.agent_name), config.agent, env, _seeds(env, seed))
+    kind, own = agent_class(config.agent_name), config.agent
+    if isinstance(env, VectorImitationEnv):
+        seed = [check_seed(single) for single in seeds_of_batch(seed, env.num_envs)]
+    else:
+        seed = check_seed(seed)
+    if type(own) is not kind.config_type:
+        expected = f"a {kind.config_type.__name__}, the config of {kind.__name__}"
+        raise BadOptionError(option="config", value=own, expected=expected)
+    spec = _spec(env)
+    signal = own.context_signal if isinstance(own, NetworkConfig) else "labels"
+    size = altered_context_size(signal, spec.context_size)
+    agent = kind(own, dataclasses.replace(spec, context_size=size), seed=seed)
+    if signal == "labels":
+        return agent
+    episodes = env if isinstance(env, VectorImitationEnv) else env.task
+    return AlteredContext(agent, signal, episodes.context, episodes.period, seed)
 
 
-def env_options(config: RunConfig, changes: Mapping[str, Any]) -> EnvironmentOptions:
-    """Return the options of a run's environment, with changes by name."""
-    return dataclasses.replace(config.env, **changes)
-
-
-def environment_of(
-    config: RunConfig, motion: Motion, changes: Mapping[str, Any]
-) -> control.Environment:
-    """Return the environment of one run.
+@overload
+def make_environments(
+    config: RunConfig, seed: int, motion: Motion, changes: Mapping[str, Any] = ...
+) -> control.Environment: ...
+@overload
+def make_environments(
+    config: RunConfig, seed: Sequence[int], motion: Motion, changes: Mapping[str, Any] = ...
+) -> VectorImitationEnv: ...
+def make_environments(
+    config: RunConfig,
+    seed: int | Sequence[int],
+    motion: Motion,
+    changes: Mapping[str, Any] = MappingProxyType({}),
+) -> Environments:
+    """Return the environment of a run, or those of a batch of runs.
 
     Args:
-        config: Config of the run.
+        config: Config; its seed is ignored.
+        seed: Seed of one run, or those of a batch.
         motion: The motion.
         changes: Options of the environment that differ from those of the config.
 
     Raises:
         MpmaError: An option is out of bounds, or the arms cannot follow the motion.
     """
-    return make_environment(motion, env_options(config, changes), config.seed)
-
-
-def environments_of(
-    config: RunConfig, seeds: Sequence[int], motion: Motion, changes: Mapping[str, Any]
-) -> VectorImitationEnv:
-    """Return the environments of a batch of runs.
-
-    Args:
-        config: Config of the runs; its seed is ignored.
-        seeds: Seed of each.
-        motion: The motion.
-        changes: Options of the environment that differ from those of the config.
-
-    Raises:
-        MpmaError: An option is out of bounds, or the arms cannot follow the motion.
-    """
-    options = vars(env_options(config, changes))
-    envs = VectorImitationEnv(len(seeds), motion=motion, threads=_THREADS, **options)
-    envs.reset(seed=seeds)
+    options = dataclasses.replace(config.env, **changes)
+    if isinstance(seed, int):
+        return make_environment(motion, options, seed)
+    envs = VectorImitationEnv(len(seed), motion=motion, threads=_THREADS, **vars(options))
+    envs.reset(seed=seed)
     return envs
 
 
@@ -144,21 +144,6 @@ def one_thread() -> threadpool_limits:
     results do not depend on the number of cores either.
     """
     return threadpool_limits(1, user_api="blas")
-
-
-def _agent(kind: type[Agent], config: AgentConfig, env: Environments, seed: Seeds) -> Agent:
-    """Return an agent that receives the context signal of its config."""
-    if type(config) is not kind.config_type:
-        expected = f"a {kind.config_type.__name__}, the config of {kind.__name__}"
-        raise BadOptionError(option="config", value=config, expected=expected)
-    spec = _spec(env)
-    signal = config.context_signal if isinstance(config, NetworkConfig) else "labels"
-    size = altered_context_size(signal, spec.context_size)
-    agent = kind(config, dataclasses.replace(spec, context_size=size), seed=seed)
-    if signal == "labels":
-        return agent
-    info = env if isinstance(env, VectorImitationEnv) else env.task
-    return AlteredContext(agent, signal, info.context, info.period, seed)
 
 
 def _spec(env: Environments) -> AgentSpec:
@@ -176,10 +161,3 @@ def _spec(env: Environments) -> AgentSpec:
         max_joint_speed=env.task.max_joint_speed,
         control_timestep=env.control_timestep(),
     )
-
-
-def _seeds(env: Environments, seed: Seeds) -> Seeds:
-    """Return a valid seed, or one for each of many environments."""
-    if not isinstance(env, VectorImitationEnv):
-        return check_seed(seed)
-    return [check_seed(single) for single in seeds_of_batch(seed, env.num_envs)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,14 +11,49 @@ from numpy.typing import NDArray
 
 from mpma_mj import metrics
 from mpma_mj.agents.gain_schedule import CRITERION, FINAL_FEEDBACK
+from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.errors import StateError
 from mpma_mj.trace import Trace
-from mpma_mj.training.environments import EpisodeInfo
-from mpma_mj.training.epoch_metrics import EpochMetrics, epoch_metrics, part_metrics
+from mpma_mj.training.factory import Environments
 
-__all__ = ["BestEpoch", "TrainingHistory", "has_converged", "segment_metrics"]
+__all__ = [
+    "BestEpoch",
+    "EpisodeInfo",
+    "EpochMetrics",
+    "TrainingHistory",
+    "epoch_metrics",
+    "has_converged",
+    "part_metrics",
+]
 
 Array = NDArray[np.float64]
+EpochMetrics = dict[str, float]
+
+
+@dataclass(frozen=True, eq=False)
+class EpisodeInfo:
+    """Facts about episodes that metrics need.
+
+    Attributes:
+        labels: Names of the context's labels.
+        period: Steps from one repetition of the motion to the next.
+        steps: Steps T of an episode.
+        site_positions: Positions of shoulders, elbows and wrists in postures; see
+            `PhysicsArms.site_positions`.
+    """
+
+    labels: tuple[str, ...]
+    period: int
+    steps: int
+    site_positions: Callable[[Array], Array]
+
+    @classmethod
+    def of(cls, env: Environments) -> EpisodeInfo:
+        """Return the facts about the episodes of an environment, or of those of a batch."""
+        if isinstance(env, VectorImitationEnv):
+            return cls(env.motion.labels, env.period, env.steps, env.arms.site_positions)
+        task = env.task
+        return cls(task.motion.labels, task.period, task.steps, env.physics.site_positions)
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,11 +79,7 @@ class TrainingHistory:
     """
 
     def __init__(self, info: EpisodeInfo) -> None:
-        """Begin with no epoch.
-
-        Args:
-            info: Facts about the episodes.
-        """
+        """Begin with no epoch, given facts about the episodes."""
         self.rows: list[EpochMetrics] = []
         self._best: BestEpoch | None = None
         self._info = info
@@ -69,15 +101,12 @@ class TrainingHistory:
         return bool(self.rows) and has_converged(self.rows[-1])
 
     def add(self, trace: Trace, logged: EpochMetrics, state: dict[str, Array]) -> bool:
-        """Add an epoch.
+        """Add an epoch, and return whether it is the new best.
 
         Args:
             trace: Its trace.
             logged: What the agent logged when it learned from it.
             state: State of the agent before it, arrays by name.
-
-        Returns:
-            Whether it is the new best.
         """
         measures = epoch_metrics(self._info.site_positions, trace)
         row = {"epoch": len(self.rows) + 1} | measures | logged
@@ -126,17 +155,48 @@ class TrainingHistory:
         }
 
 
-def segment_metrics(trace: Trace, parts: dict[str, NDArray[np.bool_]]) -> list[dict[str, Any]]:
-    """Return the metrics of named parts of an epoch.
+def epoch_metrics(site_positions: Callable[[Array], Array], trace: Trace) -> EpochMetrics:
+    """Return the metrics of an epoch by name; see `mpma_mj.metrics` for their definitions.
+
+    Args:
+        site_positions: Positions of the arms' sites in postures; `PhysicsArms.site_positions`.
+        trace: Trace of one run; metrics of modules need an agent that has some.
+    """
+    posture, reference = trace.posture[1:], trace.reference[1:]
+    measures = part_metrics(trace, np.ones(len(trace), bool)) | {
+        "mpkpe_m": metrics.mpkpe(site_positions(posture), site_positions(reference)),
+        "mean_reward": float(np.mean(trace.reward)),
+    }
+    if trace.modules is not None:
+        responsibility, context = trace.modules.responsibility, trace.context[:-1]
+        measures["nmi"] = metrics.nmi(responsibility, context)
+        measures["modules_used"] = metrics.modules_used(responsibility, context)
+    return measures
+
+
+def part_metrics(trace: Trace, part: NDArray[np.bool_]) -> EpochMetrics:
+    """Return those metrics by name that a part of an epoch has, too.
 
     Args:
         trace: Trace of one run.
-        parts: Steps of each part, shape (T,), by name.
+        part: Which steps count, shape (T,).
     """
-    return [
-        {"name": name, "steps": int(part.sum())} | part_metrics(trace, part)
-        for name, part in parts.items()
-    ]
+    posture, reference = trace.posture[1:][part], trace.reference[1:][part]
+    measures = {"p_e_percent": metrics.posture_error_percent(posture, reference)}
+    if trace.modules is not None:
+        responsibility = trace.modules.responsibility[part]
+        predicted = np.einsum("tm,tmd->td", responsibility, trace.modules.predictions[part])
+        prior = trace.modules.prior[part]
+        measures |= {
+            "prediction_error_percent": metrics.posture_error_percent(predicted, posture),
+            "rp_error_percent": metrics.rp_error_percent(prior, responsibility),
+        }
+    if trace.feedback is not None:
+        feedback, action = trace.feedback[part], trace.action[part]
+        measures["feedback_ratio"] = metrics.feedback_ratio(feedback, action)
+    if trace.learned is not None:
+        measures["learned_share"] = metrics.learned_share(trace.learned[part], trace.action[part])
+    return measures
 
 
 def has_converged(row: EpochMetrics) -> bool:

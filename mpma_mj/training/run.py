@@ -25,16 +25,16 @@ from mpma_mj.training.checkpoints import load_state
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.config_json import OutsideConfig
 from mpma_mj.training.dataset import read_motions
-from mpma_mj.training.epoch_metrics import EpochMetrics
-from mpma_mj.training.factory import agent_of, environment_of, one_thread
-from mpma_mj.training.history import BestEpoch, TrainingHistory, segment_metrics
+from mpma_mj.training.factory import agent_of, make_environments, one_thread
+from mpma_mj.training.history import BestEpoch, EpochMetrics, TrainingHistory, part_metrics
 from mpma_mj.training.rollout import TRY_INSTEAD
 from mpma_mj.training.run_folder import RunFolder, open_runs
-from mpma_mj.training.trainer import Trainer
+from mpma_mj.training.trainer import Improved, Trainer
+from mpma_mj.utils.folder_lock import locked
 from mpma_mj.utils.validation import is_integer
 from mpma_mj.visualization.figures import write_figures
 
-__all__ = ["Run", "imitate", "load_agent", "resume", "start", "train"]
+__all__ = ["Run", "imitate", "load_agent", "resume", "train"]
 
 Array = NDArray[np.float64]
 OnEpoch = Callable[[EpochMetrics], None]
@@ -91,9 +91,10 @@ class Run:
             RunFolderError: The folder holds something else, or cannot be written.
         """
         run_folder = RunFolder(Path(folder))
-        with run_folder.created(self.config, self.motion, overwrite=overwrite):
+        with locked(run_folder.path):
+            run_folder.create(self.config, self.motion, overwrite=overwrite)
             self._write_epoch(run_folder, best=True)
-            self._write_summary(run_folder)
+            run_folder.write_summary(self.summary)
             write_figures(run_folder.figures, self.trace, self.motion)
         return run_folder.path
 
@@ -110,9 +111,6 @@ class Run:
         folder.write_metrics(self.history.rows)
         folder.write_checkpoint("latest", self.config, self.state, {"rows": self.history.rows})
 
-    def _write_summary(self, folder: RunFolder) -> None:
-        folder.write_summary(self.summary)
-
     def _motion_metrics(self) -> list[dict[str, Any]]:
         """Return the metrics of each motion in the best epoch."""
         label = active_label(self.trace.context[1:])  # of the posture to which a step leads
@@ -120,7 +118,10 @@ class Run:
             parts = {self.motion.name: np.ones(len(label), bool)}
         else:
             parts = {name: label == number for number, name in enumerate(self.motion.labels)}
-        return segment_metrics(self.trace, parts)
+        return [
+            {"name": name, "steps": int(part.sum())} | part_metrics(self.trace, part)
+            for name, part in parts.items()
+        ]
 
 
 def imitate(
@@ -183,52 +184,31 @@ def train(
     epochs: int = 30,
     *,
     motion: Motion | None = None,
+    folder: RunFolder | None = None,
+    overwrite: bool = False,
     on_epoch: OnEpoch = lambda row: None,
 ) -> Run:
-    """Train a new agent, and write nothing.
+    """Train a new agent.
 
     Args:
         config: Config of the run.
         epochs: Largest number of epochs; training ends earlier when it has converged.
         motion: The motion, in place of those that the config names.
+        folder: The run folder, written after every epoch; nothing is written if not given.
+        overwrite: Whether an earlier run in the folder may be replaced.
         on_epoch: Called with the metrics of every epoch.
 
     Raises:
-        MpmaError: An option is out of bounds, or the motion cannot be read or followed.
+        MpmaError: An option is out of bounds, the motion cannot be read or followed, or the folder
+            cannot be written.
         DivergedError: The simulation did not stay finite.
     """
     _check(config, epochs)
     motion = motion or read_motions(config)
     with one_thread(), contextlib.closing(Trainer([config], motion)) as trainer:
-        return _train(trainer, config, motion, epochs, lambda run, best: None, on_epoch)
-
-
-def start(
-    config: RunConfig,
-    folder: RunFolder,
-    epochs: int,
-    *,
-    overwrite: bool = False,
-    on_epoch: OnEpoch = lambda row: None,
-) -> Run:
-    """Train a new agent, and write its run folder after every epoch.
-
-    Args:
-        config: Config of the run.
-        folder: The run folder.
-        epochs: Largest number of epochs; training ends earlier when it has converged.
-        overwrite: Whether an earlier run in the folder may be replaced.
-        on_epoch: Called with the metrics of every epoch.
-
-    Raises:
-        MpmaError: As of `train`, or the folder cannot be written.
-        DivergedError: The simulation did not stay finite.
-    """
-    _check(config, epochs)
-    motion = read_motions(config)
-    with one_thread(), contextlib.closing(Trainer([config], motion)) as trainer:
-        folder.create(config, motion, overwrite=overwrite)
-        return _train_in(folder, trainer, config, motion, epochs, on_epoch)
+        if folder is not None:
+            folder.create(config, motion, overwrite=overwrite)
+        return _train(trainer, epochs, folder, on_epoch)
 
 
 def resume(folder: RunFolder, epochs: int, *, on_epoch: OnEpoch = lambda row: None) -> Run:
@@ -261,7 +241,7 @@ def resume(folder: RunFolder, epochs: int, *, on_epoch: OnEpoch = lambda row: No
             ) from None
         load_state(trainer.agent, state, folder.path)
         trainer.restore(rows, best)
-        return _train_in(folder, trainer, config, motion, trainer.epoch + epochs, on_epoch)
+        return _train(trainer, trainer.epoch + epochs, folder, on_epoch)
 
 
 def load_agent(folder: str | Path, *, agent: str | None = None, rule: str | None = None) -> Agent:
@@ -287,45 +267,31 @@ def load_agent(folder: str | Path, *, agent: str | None = None, rule: str | None
 def _agent(
     config: RunConfig, motion: Motion, state: Mapping[str, Array], source: Path | None
 ) -> Agent:
-    agent = agent_of(config, environment_of(config, motion, {}), config.seed)
-    load_state(agent, state, source)
+    env = make_environments(config, config.seed, motion)
+    agent = load_state(agent_of(config, env, config.seed), state, source)
     agent.reset(0)
     return agent
 
 
-def _train_in(
-    folder: RunFolder,
-    trainer: Trainer,
-    config: RunConfig,
-    motion: Motion,
-    epochs: int,
-    on_epoch: OnEpoch,
-) -> Run:
-    def write(run: Run, best: bool) -> None:
-        run._write_epoch(folder, best=best)
+def _train(trainer: Trainer, epochs: int, folder: RunFolder | None, on_epoch: OnEpoch) -> Run:
+    """Train a single run to the end; write its folder, if there is one, after every epoch."""
+    (config,), (history,) = trainer.configs, trainer.histories
 
-    run = _train(trainer, config, motion, epochs, write, on_epoch)
-    run._write_summary(folder)
-    return run
+    def run() -> Run:
+        return Run(config, trainer.motion, history, trainer.agent.state_dict())
 
-
-def _train(
-    trainer: Trainer,
-    config: RunConfig,
-    motion: Motion,
-    epochs: int,
-    write: Callable[[Run, bool], None],
-    on_epoch: OnEpoch,
-) -> Run:
-    """Train to the end, writing after every epoch."""
-    (history,) = trainer.histories
-    while trainer.epoch < epochs and len(trainer.going) and not history.converged:
-        (best,) = trainer.run_epoch()
+    def end_epoch(improved: Improved) -> None:
         for reason in trainer.failed.values():
             raise DivergedError(reason, remedy=TRY_INSTEAD)
-        write(Run(config, motion, history, trainer.agent.state_dict()), bool(best))
+        if folder is not None:
+            run()._write_epoch(folder, best=bool(improved[0]))
         on_epoch(history.rows[-1])
-    return Run(config, motion, history, trainer.agent.state_dict())
+
+    trainer.run(epochs, on_epoch=end_epoch)
+    trained = run()
+    if folder is not None:
+        folder.write_summary(trained.summary)
+    return trained
 
 
 def _check(config: RunConfig, epochs: int) -> None:

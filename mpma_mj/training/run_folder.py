@@ -134,17 +134,6 @@ class RunFolder:
         atomic_files.write_json(self.path / "config.json", content)
         motion_file.write(self.path / "checkpoint" / "motion.npz", motion)
 
-    @contextlib.contextmanager
-    def created(self, config: RunConfig, motion: Motion, *, overwrite: bool) -> Iterator[None]:
-        """Lock the folder, and create it as `create` does.
-
-        Raises:
-            RunFolderError: As of `create`, or another command writes into the folder.
-        """
-        with locked(self.path):
-            self.create(config, motion, overwrite=overwrite)
-            yield
-
     def _remove(self, overwrite: bool) -> None:
         if not self.path.is_dir():
             raise RunFolderError(f"{self.path}: is a file", remedy=_ANOTHER_FOLDER)
@@ -224,13 +213,9 @@ class RunFolder:
     def write_checkpoint(
         self, name: str, config: RunConfig, state: Mapping[str, Array], meta: dict[str, Any]
     ) -> None:
-        """Write the state of an agent as `checkpoint/NAME.npz`.
+        """Write the state of an agent, with further entries of the header as in JSON.
 
-        Args:
-            name: Name of the checkpoint, "best" or "latest".
-            config: Config of the run, compared when the checkpoint is read.
-            state: State of the agent, arrays by name.
-            meta: Further entries of the file's header, as in JSON.
+        The file is `checkpoint/best.npz` or `latest.npz`; the config is compared on reading.
         """
         path = self.path / "checkpoint" / f"{name}.npz"
         atomic_files.write_arrays(path, "checkpoint", state, {"config": config.to_json()} | meta)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
@@ -16,20 +16,14 @@ from mpma_mj.errors import DivergedError
 from mpma_mj.motions import Motion
 from mpma_mj.training.checkpoints import TrainedAgents
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.environments import Environments, wrap
-from mpma_mj.training.epoch_metrics import EpochMetrics
-from mpma_mj.training.factory import (
-    agent_of,
-    environment_of,
-    environments_of,
-    one_thread,
-)
-from mpma_mj.training.history import BestEpoch, TrainingHistory
+from mpma_mj.training.factory import agent_of, make_environments, one_thread
+from mpma_mj.training.history import BestEpoch, EpisodeInfo, EpochMetrics, TrainingHistory
 from mpma_mj.training.rollout import TRY_INSTEAD, rollout
 
 __all__ = ["Trainer", "check", "train_agents", "train_batch"]
 
-Array = NDArray[np.float64]
+Improved = NDArray[np.bool_]
+"""Whether an epoch is the new best one of each run, shape (number of all runs,)."""
 
 
 class Trainer:
@@ -39,6 +33,8 @@ class Trainer:
     no axis of runs; a batch keeps that axis even when one run is left.
 
     Attributes:
+        configs: Config of each run.
+        motion: The motion.
         agent: Agent of the runs in training.
         histories: History of each run.
         failed: Why runs failed, by run.
@@ -65,22 +61,38 @@ class Trainer:
         Raises:
             MpmaError: An option is out of bounds, or the arms cannot follow the motion.
         """
+        self.configs, self.motion, self._env_options = tuple(configs), motion, env_options
         self.epoch = 0
         self.failed: dict[int, str] = {}
         self.going: NDArray[np.intp] = np.arange(len(configs))
-        self._configs, self._motion, self._env_options = tuple(configs), motion, env_options
-        self._keep_states = keep_states
-        seeds = [config.seed for config in configs]
-        self._single = len(configs) == 1
-        env = self._make_environments()
+        self._single, self._keep_states = len(configs) == 1, keep_states
+        self._make_environments()
         with contextlib.ExitStack() as failed:
-            failed.callback(self._close)
-            self.agent = agent_of(configs[0], env, seeds[0] if self._single else seeds)
+            failed.callback(self.close)
+            self.agent = agent_of(configs[0], self._env, self._seeds)
             failed.pop_all()
         self._learns = agent_class(configs[0].agent_name).trainable
-        self.histories = [TrainingHistory(self._envs.info) for _ in configs]
+        info = EpisodeInfo.of(self._env)
+        self.histories = [TrainingHistory(info) for _ in configs]
 
-    def run_epoch(self, *, stop: bool = True) -> NDArray[np.bool_]:
+    def run(
+        self,
+        epochs: int,
+        *,
+        stop: bool = True,
+        on_epoch: Callable[[Improved], None] = lambda improved: None,
+    ) -> None:
+        """Run epochs until all runs have ended.
+
+        Args:
+            epochs: Largest number of epochs, those so far included.
+            stop: Whether a run ends when it has converged.
+            on_epoch: Called after every epoch, with what `run_epoch` returned.
+        """
+        while self.epoch < epochs and len(self.going):
+            on_epoch(self.run_epoch(stop=stop))
+
+    def run_epoch(self, *, stop: bool = True) -> Improved:
         """Run an epoch, learn from it, and remove runs that have ended from the batch.
 
         Args:
@@ -90,11 +102,12 @@ class Trainer:
             Whether the epoch is the new best one of each run, shape (number of all runs,).
         """
         states = self.agent.state_dict() if self._keep_states else {}
-        recorded = rollout(self._envs, self.agent, self.epoch)
+        recorded = rollout(self._env, self.agent, self.epoch)
         self.epoch += 1
-        has_learned = any(row not in recorded.failures for row in range(len(self.going)))
-        logged = self._learn() if has_learned else []
-        improved = np.zeros(len(self._configs), bool)
+        # Agents whose episodes have all failed have nothing to learn from.
+        learned = self.agent.learn() if len(recorded.failures) < len(self.going) else None
+        logged = {name: np.ravel(values) for name, values in (learned or {}).items()}
+        improved = np.zeros(len(self.configs), bool)
         ended = np.zeros(len(self.going), bool)
         for row, run in enumerate(self.going.tolist()):
             if row in recorded.failures:
@@ -103,22 +116,21 @@ class Trainer:
                 continue
             trace = recorded.trace if self._single else recorded.trace.of_run(row)
             state = states if self._single else {name: a[row] for name, a in states.items()}
+            measures = {name: float(values[row]) for name, values in logged.items()}
             history = self.histories[run]
-            improved[run] = history.add(trace, logged[row], state)
+            improved[run] = history.add(trace, measures, state)
             ended[row] = not self._learns or (stop and history.converged)
         if ended.any():
             self._remove(ended)
         return improved
 
     def restore(self, rows: list[EpochMetrics], best: BestEpoch) -> None:
-        """Continue a single run, whose agent has been loaded.
-
-        Args:
-            rows: Metrics of all epochs so far.
-            best: The best epoch so far.
-        """
+        """Continue a single run, whose agent has been loaded, from its epochs so far."""
         self.epoch = len(rows)
-        self.histories[0].restore(rows, best)
+        (history,) = self.histories
+        history.restore(rows, best)
+        if history.converged:
+            self._remove(np.ones(1, bool))
 
     def summaries(self) -> list[dict[str, Any]]:
         """Return a summary of each run; for a run that failed, the reason."""
@@ -134,52 +146,34 @@ class Trainer:
             DivergedError: A run failed; the message names its seed.
         """
         for run, reason in self.failed.items():
-            seed = self._configs[run].seed
+            seed = self.configs[run].seed
             raise DivergedError(f"seed {seed}, {reason}", remedy=TRY_INSTEAD)
         best = [history.best for history in self.histories]
         return TrainedAgents(
-            configs=self._configs,
-            motion=self._motion,
+            configs=self.configs,
+            motion=self.motion,
             state={name: np.stack([one.state[name] for one in best]) for name in best[0].state},
             epochs=np.array([int(one.row["epoch"]) for one in best]),
         )
 
     def close(self) -> None:
         """Close the environments."""
-        self._close()
-
-    def _learn(self) -> list[EpochMetrics]:
-        """Let the agents learn; return the metrics of each run."""
-        logged = {name: np.ravel(values) for name, values in (self.agent.learn() or {}).items()}
-        return [
-            {name: float(values[row]) for name, values in logged.items()}
-            for row in range(len(self.going))
-        ]
+        self._env.close()
 
     def _remove(self, ended: NDArray[np.bool_]) -> None:
-        """Remove runs that have ended from the batch.
-
-        Args:
-            ended: Whether each run in training has ended, shape (R,).
-        """
+        """Remove those of the R runs in training that have ended, shape (R,), from the batch."""
         remaining = np.flatnonzero(~ended)
         self.going = self.going[remaining]
-        self._close()
+        self.close()
         if len(remaining):
             self.agent.select_runs(remaining)
             self._make_environments()
 
-    def _make_environments(self) -> Any:
-        """Create the environments of the runs in training, and return them."""
-        config, seeds = self._configs[0], [self._configs[run].seed for run in self.going]
-        env = (
-            environment_of(config, self._motion, self._env_options)
-            if self._single
-            else environments_of(config, seeds, self._motion, self._env_options)
-        )
-        self._envs: Environments = wrap(env)
-        self._close = env.close
-        return env
+    def _make_environments(self) -> None:
+        """Create the environments of the runs in training."""
+        seeds = [self.configs[run].seed for run in self.going]
+        self._seeds = seeds[0] if self._single else seeds
+        self._env = make_environments(self.configs[0], self._seeds, self.motion, self._env_options)
 
 
 def check(config: RunConfig, motion: Motion) -> None:
@@ -209,8 +203,7 @@ def train_batch(
     """
     trainer = Trainer(configs, motion, keep_states=False)
     with one_thread(), contextlib.closing(trainer):
-        while trainer.epoch < epochs and len(trainer.going):
-            trainer.run_epoch(stop=stop)
+        trainer.run(epochs, stop=stop)
         return trainer.summaries()
 
 
@@ -230,6 +223,5 @@ def train_agents(
     """
     trainer = Trainer(configs, motion, env_options)
     with one_thread(), contextlib.closing(trainer):
-        while trainer.epoch < epochs and len(trainer.going):
-            trainer.run_epoch()
+        trainer.run(epochs)
         return trainer.trained()

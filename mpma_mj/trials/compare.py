@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -22,8 +23,7 @@ from mpma_mj.sweep.backend import Backend, Work, get_done
 from mpma_mj.trace import Trace
 from mpma_mj.training.checkpoints import TrainedAgents
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.epoch_metrics import epoch_metrics
-from mpma_mj.training.factory import env_options
+from mpma_mj.training.history import epoch_metrics
 from mpma_mj.training.trainer import check, train_agents
 from mpma_mj.trials.effort import Effort, effort
 
@@ -191,7 +191,7 @@ def compare(
 
 
 def _cell(trained: TrainedAgents, learned: str, condition: EvalCondition, adaptation: int) -> Cell:
-    options = env_options(trained.configs[0], condition.options)
+    options = dataclasses.replace(trained.configs[0].env, **condition.options)
     site_positions = PhysicsArms.make(options).site_positions
     dances = tuple(
         None if trace is None else _dance(trace, options, condition.motion.rate, site_positions)

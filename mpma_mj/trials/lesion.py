@@ -22,7 +22,7 @@ from mpma_mj.errors import BadOptionError, DivergedError
 from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, fine_tune
 from mpma_mj.trace import Trace
 from mpma_mj.training.checkpoints import TrainedAgents, load_state
-from mpma_mj.training.factory import environments_of
+from mpma_mj.training.factory import make_environments
 
 __all__ = ["Dance", "Lesion", "Lesions", "Lost", "dance_without", "what_can_be_lost"]
 
@@ -211,13 +211,12 @@ class _Lesioned(TrainedAgents):
         """Return the agent, with what it has learned since."""
         agent = self.whole.agent(envs)
         paired_models_of(agent).drop_modules(self.lost)
-        load_state(agent, self.state, self.source)
-        return agent
+        return load_state(agent, self.state, self.source)
 
 
 def _pairs(trained: TrainedAgents) -> PairedModels:
     """Return the agent itself, where no condition is needed."""
-    envs = environments_of(trained.configs[0], trained.seeds, trained.motion, {})
+    envs = make_environments(trained.configs[0], trained.seeds, trained.motion)
     with contextlib.closing(envs):
         return paired_models_of(trained.agent(envs))
 

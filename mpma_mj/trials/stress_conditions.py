@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
@@ -16,7 +17,6 @@ from mpma_mj.motions import Motion
 from mpma_mj.motions.read import BUILT_IN
 from mpma_mj.training.checkpoints import TrainedAgents
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.factory import env_options
 from mpma_mj.trials.disturbances import DISTURBANCES, Disturbance, Level
 
 __all__ = ["Trial", "trials"]
@@ -142,7 +142,7 @@ def _world(
         return undisturbed
     condition = EvalCondition(f"{disturbance.name} {level}", motion, _ARMS | options)
     try:
-        prepare(motion, env_options(config, condition.options))
+        prepare(motion, dataclasses.replace(config.env, **condition.options))
     except BadOptionError as error:
         raise _no_level(disturbance, level, error) from None
     except MotionReachError as error:

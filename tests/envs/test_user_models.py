@@ -11,9 +11,9 @@ from mpma_mj.envs.gym_env import ImitationEnv
 from mpma_mj.envs.load import load
 from mpma_mj.envs.vector_env import make_vec
 from mpma_mj.errors import MotionReachError, RenderingError
+from mpma_mj.training.checkpoints import demonstrated
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.dataset import read_motions
-from mpma_mj.training.demonstration_check import demonstrated
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.visualization.video import dance_frames
 from tests.envs.user_models import edited

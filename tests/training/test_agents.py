@@ -9,7 +9,7 @@ import pytest
 from mpma_mj.agents import AGENTS
 from mpma_mj.cli import main
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.run import resume, start
+from mpma_mj.training.run import resume, train
 from mpma_mj.training.run_folder import RunFolder
 from tests.training.test_run import RESULTS
 
@@ -32,8 +32,8 @@ def test_a_resumed_run_equals_an_uninterrupted_one(
 ) -> None:
     config = SMALL.replace(**settings)
     whole, parts = RunFolder(tmp_path / "whole"), RunFolder(tmp_path / "parts")
-    start(config, whole, 5)
-    start(config, parts, 2)
+    train(config, 5, folder=whole)
+    train(config, 2, folder=parts)
     resume(parts, 3)
     same(whole.path, parts.path)
 

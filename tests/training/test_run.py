@@ -16,11 +16,10 @@ from mpma_mj.envs.load import load
 from mpma_mj.errors import BadOptionError, CheckpointError, DivergedError, RunFolderError
 from mpma_mj.motions import ymca
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.epoch_metrics import epoch_metrics
-from mpma_mj.training.factory import agent_of, environment_of, make_agent
-from mpma_mj.training.history import _rank, has_converged
+from mpma_mj.training.factory import agent_of, make_agent, make_environments
+from mpma_mj.training.history import _rank, epoch_metrics, has_converged
 from mpma_mj.training.rollout import record_epoch
-from mpma_mj.training.run import resume, start
+from mpma_mj.training.run import resume, train
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.training.trainer import Trainer
 from mpma_mj.utils import atomic_files
@@ -42,7 +41,7 @@ RESULTS = (
 
 def run(path: Path, config: RunConfig = SMALL, epochs: int = 3, **options: Any) -> RunFolder:
     folder = RunFolder(path)
-    start(config, folder, epochs, **options)
+    train(config, epochs, folder=folder, **options)
     return folder
 
 
@@ -95,7 +94,7 @@ def test_a_converged_run_stays_as_it_is(tmp_path: Path) -> None:
 def test_training_ends_when_the_papers_criteria_hold(tmp_path: Path) -> None:
     rows: list[dict[str, float]] = []
     folder = RunFolder(tmp_path / "a")
-    summary = start(RunConfig.of(nodes=50), folder, 30, on_epoch=rows.append).summary
+    summary = train(RunConfig.of(nodes=50), folder=folder, on_epoch=rows.append).summary
     assert summary["converged"]
     assert summary["epochs"] == len(rows) < 30
     assert [has_converged(row) for row in rows] == [False] * (len(rows) - 1) + [True]
@@ -166,10 +165,8 @@ def test_settings_reach_agent_and_environment() -> None:
     config = RunConfig.of(
         nodes=17, modules=3, rule="gated", seed=5, reference_noise=0.02, repeats=2
     )
-    env, expected = (
-        environment_of(config, ymca(), {}),
-        load(ymca(), seed=5, reference_noise=0.02, repeats=2),
-    )
+    env = make_environments(config, config.seed, ymca())
+    expected = load(ymca(), seed=5, reference_noise=0.02, repeats=2)
     agent = agent_of(config, env, config.seed)
     architecture = MPMAConfig(nodes=17, modules=3, rule="gated")
     assert agent.config == architecture
@@ -209,7 +206,7 @@ def test_the_best_epoch_is_kept_not_the_last_nor_one_of_feedback_alone() -> None
 def test_the_kept_state_dances_the_kept_trace_again(tmp_path: Path) -> None:
     folder = run(tmp_path / "a", epochs=4)
     config, trace = folder.read_config(), folder.read_trace()
-    env = environment_of(config, folder.read_motion(), {})
+    env = make_environments(config, config.seed, folder.read_motion())
     agent = agent_of(config, env, config.seed)
     state, meta = folder.read_checkpoint("best", config)
     agent.load_state_dict(state)

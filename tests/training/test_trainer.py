@@ -41,8 +41,7 @@ def alone(config: RunConfig, epochs: int) -> dict[str, Any]:
     with one_thread():
         trainer = Trainer([config], ymca())
         trainer.run_epoch()
-        while trainer.epoch < epochs and len(trainer.going):
-            trainer.run_epoch()
+        trainer.run(epochs)
     (summary,) = trainer.summaries()
     return summary
 

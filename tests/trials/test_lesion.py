@@ -24,7 +24,7 @@ from mpma_mj.motions import ymca
 from mpma_mj.trace import Trace
 from mpma_mj.training.checkpoints import TrainedAgents
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.factory import agent_of, environments_of
+from mpma_mj.training.factory import agent_of, make_environments
 from mpma_mj.training.rollout import record_epoch
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.trials.lesion import (
@@ -65,7 +65,7 @@ def untrained(**settings: Any) -> TrainedAgents:
     """Return an agent that has learned nothing."""
     config = RunConfig.of("ymca", nodes=10, repeats=1, arms="kinematic", **settings)
     motion = ymca()
-    with contextlib.closing(environments_of(config, [0], motion, {})) as envs:
+    with contextlib.closing(make_environments(config, [0], motion)) as envs:
         state = agent_of(config, envs, [0]).state_dict()
     return TrainedAgents((config,), motion, state, np.array([1]))
 
@@ -110,7 +110,7 @@ def test_with_all_modules_silent_it_is_the_feedback_controller_with_its_gain(
         def act(self, observation: Any) -> np.ndarray:
             return gain * super().act(observation)
 
-    with contextlib.closing(environments_of(trained.configs[0], [0], trained.motion, {})) as envs:
+    with contextlib.closing(make_environments(trained.configs[0], [0], trained.motion)) as envs:
         alone = Weak(make_agent(envs, kind="feedback_only"))
         trace = record_epoch(envs, alone, EVALUATION_EPISODE).of_run(0)
     expected = posture_error_percent(trace.posture[1:], trace.reference[1:])
