@@ -92,7 +92,8 @@ class Adaptive(Agent):
         """Return the parts of the action; none before the first step."""
         if not len(self._steps):
             return AgentSignals()
-        return AgentSignals(**{n: signal.copy() for n, signal in self._steps.episode().items()})
+        steps = self._steps.episode()
+        return AgentSignals(feedback=steps["feedback"].copy(), learned=steps["learned"].copy())
 
     def learn(self) -> dict[str, Array]:
         """Return the gains, which are constant; each step has been learned from.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import itertools
 from dataclasses import dataclass
 from typing import Any
@@ -21,7 +20,7 @@ from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.errors import BadOptionError, DivergedError
 from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, fine_tune
 from mpma_mj.trace import Trace
-from mpma_mj.training.checkpoints import TrainedAgents, load_state
+from mpma_mj.training.checkpoints import TrainedAgents
 from mpma_mj.training.factory import make_environments
 
 __all__ = ["Dance", "Lesion", "Lesions", "Lost", "dance_without", "what_can_be_lost"]
@@ -137,7 +136,7 @@ class Lesions:
 
 
 def what_can_be_lost(trained: TrainedAgents) -> list[Lost]:
-    """Return nothing, each module, each two modules that leave another one enabled, and all.
+    """Return nothing, each module, each two modules that leave another one, and all.
 
     Args:
         trained: One agent.
@@ -146,8 +145,7 @@ def what_can_be_lost(trained: TrainedAgents) -> list[Lost]:
         BadOptionError: The agent has no modules, or a single one.
         CheckpointError: What it has learned does not fit its settings.
     """
-    enabled = _pairs(trained).enabled[0]
-    modules = np.flatnonzero(enabled).tolist()
+    modules = range(len(_pairs(trained).enabled_modules))
     if len(modules) == 1:
         raise BadOptionError(
             f"{trained.source or 'trained agent'}: has one module, and none that could take over",
@@ -162,9 +160,8 @@ def dance_without(trained: TrainedAgents, lost: Lost, retrain: int) -> Lesion:
     """Switch modules off, and let the agent dance at once and after it has learned on.
 
     Both times it is the same episode, one that no training sees, and nothing is learned from it.
-    HAMMER that has been prepared learns no more. An agent of which all modules are lost has only
-    its feedback controller, with the gain K that it has: its inverse models are silent, and learn
-    nothing.
+    HAMMER that has been prepared learns no more, nor does an agent of which all modules are lost:
+    it has only its feedback controller, with the gain K that it has.
 
     Args:
         trained: One agent.
@@ -175,43 +172,37 @@ def dance_without(trained: TrainedAgents, lost: Lost, retrain: int) -> Lesion:
         DivergedError: The simulation did not stay finite.
     """
     pairs = _pairs(trained)
-    enabled = pairs.enabled[0]
-    left = np.delete(np.arange(len(enabled)), lost)
-    silent = not enabled[left].any()
-    if silent:
-        left = np.arange(len(enabled))
-        agent = dataclasses.replace(trained, state=_without_commands(trained.state))
-    else:
-        pairs.drop_modules(lost)
-        agent = _Lesioned(**vars(trained) | {"state": pairs.state_dict()}, whole=trained, lost=lost)
+    agent: TrainedAgents = _Lesioned(**vars(trained), lost=lost)
     condition = EvalCondition("home", trained.motion, {})
-    at_once = _measure(_danced(agent, condition, lost), left, len(enabled))
+    at_once = _measure(_danced(agent, condition, lost))
+    silent = len(lost) == len(pairs.enabled_modules)
     prepared = isinstance(pairs, HAMMER) and not pairs.is_preparing
     if silent or prepared or retrain == 0:
         return Lesion(lost, at_once, None)
     agent, course = fine_tune(agent, condition, retrain)
     if np.isnan(course).any():
         raise _diverged(lost)
-    return Lesion(lost, at_once, _measure(_danced(agent, condition, lost), left, len(enabled)))
+    return Lesion(lost, at_once, _measure(_danced(agent, condition, lost)))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class _Lesioned(TrainedAgents):
-    """An agent that has lost modules.
+    """An agent of which some modules are switched off.
 
     Attributes:
-        whole: The agent before.
-        lost: Which it has lost.
+        lost: Which.
     """
 
-    whole: TrainedAgents
     lost: Lost
 
     def agent(self, envs: VectorImitationEnv) -> Agent:
         """Return the agent, with what it has learned since."""
-        agent = self.whole.agent(envs)
-        paired_models_of(agent).drop_modules(self.lost)
-        return load_state(agent, self.state, self.source)
+        agent = super().agent(envs)
+        pairs = paired_models_of(agent)
+        enabled = pairs.enabled_modules
+        enabled[[*self.lost]] = False
+        pairs.set_enabled_modules(enabled)
+        return agent
 
 
 def _pairs(trained: TrainedAgents) -> PairedModels:
@@ -219,11 +210,6 @@ def _pairs(trained: TrainedAgents) -> PairedModels:
     envs = make_environments(trained.configs[0], trained.seeds, trained.motion)
     with contextlib.closing(envs):
         return paired_models_of(trained.agent(envs))
-
-
-def _without_commands(state: dict[str, Array]) -> dict[str, Array]:
-    name = "inverse.weights"
-    return state | {name: np.zeros_like(state[name])}
 
 
 def _danced(agent: TrainedAgents, condition: EvalCondition, lost: Lost) -> Trace:
@@ -241,18 +227,10 @@ def _diverged(lost: Lost) -> DivergedError:
     )
 
 
-def _measure(trace: Trace, left: NDArray[np.intp], modules: int) -> Dance:
-    """Return the measures of an episode.
-
-    Args:
-        trace: Trace of the episode.
-        left: Indices of the modules that are not removed.
-        modules: Number M of all modules.
-    """
+def _measure(trace: Trace) -> Dance:
+    """Return the measures of an episode."""
     posture, reference = trace.posture[1:], trace.reference[1:]
-    context = trace.context
-    responsibility = np.zeros((len(posture), modules))
-    responsibility[:, left] = trace.with_modules().responsibility
+    context, responsibility = trace.context, trace.with_modules().responsibility
     reached, active = active_label(context[1:]), active_label(context[:-1])
     labels = range(context.shape[1])
     return Dance(
