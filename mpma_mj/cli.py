@@ -16,7 +16,7 @@ from mpma_mj import __version__, commands
 from mpma_mj.agents.config import MPMAConfig
 from mpma_mj.commands.run_options import config_type
 from mpma_mj.errors import BadOptionError, MpmaError, RecordingWarning
-from mpma_mj.utils.option_names import as_flag
+from mpma_mj.utils.text import as_flag
 
 __all__ = ["main"]
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mpma_mj.utils.folder_lock import locked
-from mpma_mj.utils.names import printable
+from mpma_mj.utils.text import printable
 
 if TYPE_CHECKING:
     from mpma_mj.training.run_folder import RunFolder

@@ -13,7 +13,7 @@ from mpma_mj.agents.config import AgentConfig
 from mpma_mj.commands.folders import output_folder
 from mpma_mj.commands.run_options import RunOptions
 from mpma_mj.commands.workers import Workers, require_all
-from mpma_mj.utils.names import printable
+from mpma_mj.utils.text import printable
 
 __all__ = ["Grow"]
 

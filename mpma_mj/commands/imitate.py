@@ -18,7 +18,7 @@ from mpma_mj.commands.folders import output_folder
 from mpma_mj.commands.run_options import RunOptions, typed_options
 from mpma_mj.errors import BadOptionError
 from mpma_mj.training.config import RunConfig
-from mpma_mj.utils.option_names import option_name
+from mpma_mj.utils.text import option_name
 
 if TYPE_CHECKING:
     from mpma_mj.training.run_folder import RunFolder

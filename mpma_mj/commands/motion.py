@@ -48,8 +48,8 @@ class InspectMotion:
         from mpma_mj.motions import motion_file
         from mpma_mj.motions.read import read_with_findings
         from mpma_mj.motions.report import report_lines
-        from mpma_mj.utils.option_names import as_flag
         from mpma_mj.utils.progress import show_frames
+        from mpma_mj.utils.text import as_flag
         from mpma_mj.visualization.motion_page import write_ideal_video, write_page
 
         reading = read_with_findings(self.motion, self.reading.reading)

@@ -14,7 +14,7 @@ from mpma_mj.agents.config import CONFIG_TYPES, AgentConfig
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import BadOptionError
 from mpma_mj.training.config import ReadingArguments, RunConfig
-from mpma_mj.utils.option_names import option_name
+from mpma_mj.utils.text import option_name
 
 __all__ = ["OutsideClasses", "RunOptions", "config_type", "typed_options"]
 

@@ -13,7 +13,7 @@ import tyro
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions.options import given
 from mpma_mj.training.config import ReadingArguments
-from mpma_mj.utils.option_names import option_name
+from mpma_mj.utils.text import option_name
 
 if TYPE_CHECKING:
     from mpma_mj.visualization.playback import Dance

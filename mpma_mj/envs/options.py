@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -15,6 +14,7 @@ import numpy as np
 from mpma_mj.errors import BadOptionError
 from mpma_mj.kinematics import JOINT_NAMES, SEGMENT_NAMES
 from mpma_mj.options import Arms
+from mpma_mj.utils.text import did_you_mean
 from mpma_mj.utils.validation import Bounds, check_fields, is_integer, is_number
 
 __all__: list[str] = [
@@ -143,9 +143,8 @@ def options_from(given: Mapping[str, Any]) -> EnvironmentOptions:
     known = [option.name for option in dataclasses.fields(EnvironmentOptions)]
     for name in given:
         if name not in known:
-            close = difflib.get_close_matches(name, known, n=1)
-            options = ", ".join(f"{{{option}}}" for option in close or ("motion", "seed", *known))
-            remedy = f"did you mean {options}?" if close else f"expected {options}"
+            options = ", ".join(f"{{{option}}}" for option in ("motion", "seed", *known))
+            remedy = did_you_mean(name, known, "{{{}}}") or f"expected {options}"
             raise BadOptionError(f"no option '{name}'", remedy=remedy)
     return EnvironmentOptions(**given)
 

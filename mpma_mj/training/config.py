@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import importlib.metadata
 import platform
 from collections.abc import Collection
@@ -25,6 +24,7 @@ from mpma_mj.training.config_json import (
     exact,
     plain,
 )
+from mpma_mj.utils.text import did_you_mean
 
 __all__ = ["ReadingArguments", "RunConfig", "option_types", "versions"]
 
@@ -219,9 +219,8 @@ class RunConfig:
                 f"{self.agent_name} has no option {name}, which {', '.join(owners)} have",
                 remedy=f"leave {{{name}}} out, or take another {{agent}}",
             )
-        close = difflib.get_close_matches(name, self.options(), n=1)
-        hint = f"did you mean {{{close[0]}}}?" if close else ""
-        raise BadOptionError(f"there is no option '{name}'", remedy=hint)
+        remedy = did_you_mean(name, self.options(), "{{{}}}")
+        raise BadOptionError(f"there is no option '{name}'", remedy=remedy)
 
 
 def _from_own_process(content: dict[str, Any]) -> RunConfig:
