@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mpma_mj.envs.load import make_environment
+from mpma_mj.envs.observation import action_space, flatten, observation_space
 from mpma_mj.envs.options import check_seed, options_from
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.envs.rendering import ArmRenderer
-from mpma_mj.envs.spaces import action_space, flatten, observation_space
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions import Motion
 

@@ -11,7 +11,7 @@ from dm_control.rl import control
 from numpy.typing import NDArray
 
 from mpma_mj.envs.model_validation import check_geometry
-from mpma_mj.envs.options import EnvironmentOptions, check_seed
+from mpma_mj.envs.options import EnvironmentOptions, check_seed, options_among
 from mpma_mj.envs.physics import KinematicArms, PhysicsArms
 from mpma_mj.envs.task import TwoArmImitation
 from mpma_mj.errors import BadOptionError
@@ -63,17 +63,7 @@ def load(  # noqa: D417 # the fields of `EnvironmentOptions` are documented ther
         BadOptionError: An option is out of bounds, or contradicts another.
         MpmaError: The motion cannot be read, or is faster than the arms.
     """
-    options = EnvironmentOptions(
-        arms=arms, model=model, repeats=repeats, reference_noise=reference_noise,
-        control_timestep=control_timestep, gravity_compensation=gravity_compensation,
-        payload=payload, actuator_strength=actuator_strength, locked_joint=locked_joint,
-        collisions=collisions, latency=latency, observation_noise=observation_noise,
-        perturbation=perturbation, random_start=random_start,
-        termination_distance=termination_distance,
-        reward_weights={} if reward_weights is None else reward_weights,
-        lookahead=lookahead, phase=phase,
-    )  # fmt: skip
-    return make_environment(motion, options, seed)
+    return make_environment(motion, options_among(locals()), seed)
 
 
 def make_environment(

@@ -21,6 +21,7 @@ __all__: list[str] = [
     "MASS_OPTIONS",
     "EnvironmentOptions",
     "check_seed",
+    "options_among",
     "options_from",
     "seeds_of_batch",
 ]
@@ -131,6 +132,9 @@ class EnvironmentOptions:
                 )
 
 
+_NAMES = [option.name for option in dataclasses.fields(EnvironmentOptions)]
+
+
 def options_from(given: Mapping[str, Any]) -> EnvironmentOptions:
     """Return the options with these names and values.
 
@@ -140,12 +144,26 @@ def options_from(given: Mapping[str, Any]) -> EnvironmentOptions:
     Raises:
         BadOptionError: An option does not exist, or is out of bounds.
     """
-    known = [option.name for option in dataclasses.fields(EnvironmentOptions)]
     for name in given:
-        if name not in known:
-            options = ", ".join(f"{{{option}}}" for option in ("motion", "seed", *known))
-            remedy = did_you_mean(name, known, "{{{}}}") or f"expected {options}"
+        if name not in _NAMES:
+            options = ", ".join(f"{{{option}}}" for option in ("motion", "seed", *_NAMES))
+            remedy = did_you_mean(name, _NAMES, "{{{}}}") or f"expected {options}"
             raise BadOptionError(f"no option '{name}'", remedy=remedy)
+    return EnvironmentOptions(**given)
+
+
+def options_among(arguments: Mapping[str, Any]) -> EnvironmentOptions:
+    """Return the options among the arguments of a function that has all of them.
+
+    Args:
+        arguments: The function's `locals()`; `reward_weights` may be None.
+
+    Raises:
+        BadOptionError: An option is out of bounds.
+    """
+    given = {name: arguments[name] for name in _NAMES}
+    if given["reward_weights"] is None:
+        del given["reward_weights"]
     return EnvironmentOptions(**given)
 
 

@@ -8,12 +8,11 @@ from dm_env import specs
 from numpy.typing import NDArray
 
 from mpma_mj import kinematics
-from mpma_mj.envs.actions import check_action
 from mpma_mj.envs.demonstration import Demonstration
 from mpma_mj.envs.observation import Observer
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.physics import PhysicsArms
-from mpma_mj.envs.step_rules import StepRules, count_clipped, delayed
+from mpma_mj.envs.step_rules import StepRules, check_action, count_clipped, delayed
 from mpma_mj.motions import Motion
 
 __all__: list[str] = ["TwoArmImitation"]

@@ -13,14 +13,12 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
 from mpma_mj import kinematics
-from mpma_mj.envs.actions import check_action
 from mpma_mj.envs.arm_batch import make_batch
 from mpma_mj.envs.demonstration import Demonstration
 from mpma_mj.envs.load import prepare
-from mpma_mj.envs.observation import Observer
-from mpma_mj.envs.options import check_seed, options_from, seeds_of_batch
-from mpma_mj.envs.spaces import action_space, flatten, observation_space
-from mpma_mj.envs.step_rules import Mask, Outcome, StepRules, count_clipped, delayed
+from mpma_mj.envs.observation import Observer, action_space, flatten, observation_space
+from mpma_mj.envs.options import check_seed, options_among, options_from, seeds_of_batch
+from mpma_mj.envs.step_rules import Mask, Outcome, StepRules, check_action, count_clipped, delayed
 from mpma_mj.errors import BadOptionError, StateError
 from mpma_mj.motions import Motion
 from mpma_mj.options import Arms
@@ -325,16 +323,8 @@ def make_vec(  # noqa: D417 # the fields of `EnvironmentOptions` are documented 
         BadOptionError: An option is out of bounds, or contradicts another.
         MpmaError: The motion cannot be read, or is faster than the arms.
     """
+    options = options_among(locals())
     if not isinstance(flat, bool):
         raise BadOptionError(option="flat", value=flat, expected="True or False")
     kind = FlatVectorImitationEnv if flat else VectorImitationEnv
-    return kind(
-        num_envs, motion, seed=seed, threads=threads, arms=arms, model=model, repeats=repeats,
-        reference_noise=reference_noise, control_timestep=control_timestep,
-        gravity_compensation=gravity_compensation, payload=payload,
-        actuator_strength=actuator_strength, locked_joint=locked_joint, collisions=collisions,
-        latency=latency, observation_noise=observation_noise, perturbation=perturbation,
-        random_start=random_start, termination_distance=termination_distance,
-        reward_weights={} if reward_weights is None else reward_weights,
-        lookahead=lookahead, phase=phase,
-    )  # fmt: skip
+    return kind(num_envs, motion, seed=seed, threads=threads, **vars(options))
