@@ -69,16 +69,7 @@ def load(  # noqa: D417 # the fields of `EnvironmentOptions` are documented ther
 def make_environment(
     motion: Motion | str | Path, options: EnvironmentOptions, seed: int = 0
 ) -> control.Environment:
-    """Return the environment of a motion and options.
-
-    Args:
-        motion: The motion, or its name, or the path of a recording.
-        options: Options of the environment.
-        seed: Seed of everything random.
-
-    Raises:
-        MpmaError: As of `load`.
-    """
+    """Return the environment of a motion and options; see `load`."""
     seed = check_seed(seed)
     motion, physics, nstep = prepare(motion, options)
     task = TwoArmImitation(motion, options, physics, seed)
@@ -90,12 +81,7 @@ def prepare(
 ) -> tuple[Motion, PhysicsArms, int]:
     """Return the motion, arms that can follow it, and the physics steps of a control step.
 
-    Args:
-        motion: The motion, or its name, or the path of a recording.
-        options: Options of the environment.
-
-    Raises:
-        MpmaError: As of `load`.
+    Motion, options and errors are those of `load`.
     """
     motion = _read(motion, options.control_timestep)
     physics = _KINDS[options.arms].make(options)

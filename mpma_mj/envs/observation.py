@@ -38,12 +38,7 @@ class Observer:
     """
 
     def __init__(self, demonstration: Demonstration, options: EnvironmentOptions) -> None:
-        """Take context, phase and the choice of observations.
-
-        Args:
-            demonstration: The demonstration.
-            options: Options of the environment.
-        """
+        """Take context and phase of the demonstration, and the choice of observations."""
         self._context, self._phase = demonstration.context, demonstration.phase
         self._lookahead, self._shows_phase = options.lookahead, options.phase
         self.shapes: dict[str, tuple[int, ...]] = {
@@ -109,21 +104,20 @@ def observation_space(shapes: Mapping[str, tuple[int, ...]], *, flat: bool) -> s
         shapes: Shape of each array of an observation, by name.
         flat: Whether observations are one array, the concatenation of the others.
     """
-    parts = {name: _box(_BOUNDS.get(name, _NO_BOUND), shape) for name, shape in shapes.items()}
+    parts = {}
+    for name, shape in shapes.items():
+        low, high = _BOUNDS.get(name, _NO_BOUND)
+        parts[name] = spaces.Box(low, high, shape, dtype=np.float64)
     if not flat:
         return spaces.Dict(list(parts.items()))  # a dictionary would be sorted
-    low = np.concatenate([part.low.ravel() for part in parts.values()])
-    high = np.concatenate([part.high.ravel() for part in parts.values()])
-    return spaces.Box(low, high, dtype=np.float64)
+    lowest = np.concatenate([part.low.ravel() for part in parts.values()])
+    highest = np.concatenate([part.high.ravel() for part in parts.values()])
+    return spaces.Box(lowest, highest, dtype=np.float64)
 
 
 def flatten(observation: Mapping[str, Array], batch: tuple[int, ...] = ()) -> Array:
     """Return an observation as one array, shape (*batch, sum of the sizes)."""
     return np.concatenate([part.reshape(*batch, -1) for part in observation.values()], axis=-1)
-
-
-def _box(bounds: tuple[float, float], shape: tuple[int, ...]) -> spaces.Box[np.float64]:
-    return spaces.Box(*bounds, shape, dtype=np.float64)
 
 
 def _unit(posture: Array) -> Array:

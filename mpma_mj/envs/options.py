@@ -29,11 +29,7 @@ __all__: list[str] = [
 _WEIGHT = Bounds(0.0, 1e6)
 _RATE, _FORCE = Bounds(0.0, 100.0), Bounds(0.0, 10_000.0)  # 1/s, N
 MASS_OPTIONS = (
-    "gravity_compensation",
-    "payload",
-    "actuator_strength",
-    "perturbation",
-    "collisions",
+    *("gravity_compensation", "payload", "actuator_strength", "perturbation", "collisions"),
 )
 """Options that act by forces, which ideal arms do not have."""
 
@@ -107,29 +103,23 @@ class EnvironmentOptions:
         check_fields(self)
         if self.model is not None:
             object.__setattr__(self, "model", _checked_path(self.model))
-        if self.locked_joint is not None:
-            _check_joint(self.locked_joint)
+        joint: object = self.locked_joint
+        if not (joint is None or (isinstance(joint, str) and joint in JOINT_NAMES)):
+            expected = f"one of {', '.join(JOINT_NAMES)}"
+            raise BadOptionError(option="locked_joint", value=joint, expected=expected)
         object.__setattr__(self, "perturbation", _checked_perturbation(self.perturbation))
         object.__setattr__(self, "reward_weights", _checked_weights(self.reward_weights))
-        if self.arms == "kinematic":
-            self._check_no_forces()
+        for option in dataclasses.fields(self) if self.arms == "kinematic" else ():
+            value = getattr(self, option.name)
+            if option.name in MASS_OPTIONS and value != option.default:
+                remedy = f"leave {{{option.name}}} out, or take {{arms=physics}}"
+                remedy = f"ideal arms have no mass: {remedy}"
+                raise BadOptionError(option=option.name, value=value, remedy=remedy)
 
     @property
     def perturbed(self) -> bool:
         """Whether there are perturbations."""
         return min(self.perturbation) > 0.0
-
-    def _check_no_forces(self) -> None:
-        """Check that no option acts by forces."""
-        for option in dataclasses.fields(self):
-            value = getattr(self, option.name)
-            if option.name in MASS_OPTIONS and value != option.default:
-                raise BadOptionError(
-                    option=option.name,
-                    value=value,
-                    remedy=f"ideal arms have no mass: leave {{{option.name}}} out, or take"
-                    " {arms=physics}",
-                )
 
 
 _NAMES = [option.name for option in dataclasses.fields(EnvironmentOptions)]
@@ -202,12 +192,6 @@ def _checked_path(path: object) -> str:
     if not isinstance(path, str | Path):
         raise BadOptionError(option="model", value=path, expected="the path of an MJCF file")
     return os.fspath(path)
-
-
-def _check_joint(joint: object) -> None:
-    if not isinstance(joint, str) or joint not in JOINT_NAMES:
-        expected = f"one of {', '.join(JOINT_NAMES)}"
-        raise BadOptionError(option="locked_joint", value=joint, expected=expected)
 
 
 def _is_within(bounds: Bounds, value: object) -> bool:

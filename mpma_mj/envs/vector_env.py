@@ -89,11 +89,8 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
             if not (is_integer(count) and int(count) >= 1):
                 raise BadOptionError(option=name, value=count, expected="a whole number from 1 up")
         if render_mode is not None:
-            raise BadOptionError(
-                option="render_mode",
-                value=render_mode,
-                expected="None, as a vector of environments draws no pictures",
-            )
+            expected = "None, as a vector of environments draws no pictures"
+            raise BadOptionError(option="render_mode", value=render_mode, expected=expected)
         chosen, seed = options_from(options), check_seed(seed)
         self.motion, self.arms, nstep = prepare(motion, chosen)
         self.num_envs = num_envs = int(num_envs)
@@ -105,11 +102,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         self.context = self._demonstration.context
         self._rules = StepRules(chosen, self.steps, self.max_joint_speed, self.arms.segment_lengths)
         self._batch = make_batch(
-            self.arms,
-            num_envs,
-            nstep,
-            perturbed=chosen.perturbed,
-            threads=int(threads),
+            self.arms, num_envs, nstep, perturbed=chosen.perturbed, threads=int(threads)
         )
         self.single_action_space = action_space()
         self.single_observation_space = observation_space(self._observer.shapes, flat=self._flat)
@@ -261,12 +254,8 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
     def _info(self, outcome: Outcome, clipped: NDArray[np.intp]) -> dict[str, Any]:
         """Return `info` in Gymnasium's layout: a mask of the environments that have each entry."""
         terms = dict(zip(kinematics.SEGMENT_NAMES, outcome.reward_terms.T, strict=True))
-        info = {
-            "reward_terms": self._masked(terms),
-            "clipped": clipped,
-            "termination_reason": self._termination_reason.copy(),
-        }
-        return self._masked(info)
+        info = {"reward_terms": self._masked(terms), "clipped": clipped}
+        return self._masked(info | {"termination_reason": self._termination_reason.copy()})
 
     def _masked(self, info: dict[str, Any]) -> dict[str, Any]:
         return info | {f"_{name}": np.ones(self.num_envs, bool) for name in info}
