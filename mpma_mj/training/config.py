@@ -9,8 +9,6 @@ from collections.abc import Collection
 from dataclasses import dataclass, field, fields
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
-import tyro
-
 from mpma_mj._version import __version__
 from mpma_mj.agents.config import CONFIG_TYPES, AgentConfig, MPMAConfig
 from mpma_mj.envs.options import EnvironmentOptions, check_seed
@@ -26,24 +24,11 @@ from mpma_mj.training.config_json import (
 )
 from mpma_mj.utils.text import did_you_mean
 
-__all__ = ["ReadingArguments", "RunConfig", "option_types", "versions"]
+__all__ = ["RunConfig", "option_types", "versions"]
 
 _PARTS = ("reading", "env", "agent")
 _KINDS = {"reading": ReadingOptions, "env": EnvironmentOptions, "agent": AgentConfig}
 _SIZES = ("modules", "nodes")  # every agent may stand in a grid of sizes, also one that has none
-
-
-@dataclass(frozen=True, kw_only=True)
-class ReadingArguments(ReadingOptions):
-    """How recordings are read; what is not given is detected."""
-
-    start: Annotated[float | None, tyro.conf.arg(name="from")] = None
-    end: Annotated[float | None, tyro.conf.arg(name="to")] = None
-
-    @property
-    def reading(self) -> ReadingOptions:
-        """The same options as the library has them."""
-        return ReadingOptions(**{f.name: getattr(self, f.name) for f in fields(ReadingOptions)})
 
 
 @dataclass(frozen=True, kw_only=True)
