@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,9 +22,7 @@ OBSERVED = ("posture", "reference", "context", "joint_angles", "joint_velocities
 
 _ROUNDING = 1e-6  # far above rounding errors, far below what a picture shows
 
-_STEPS = ("action", "reward")
-
-SIGNALS = (*OBSERVED, *_STEPS)
+SIGNALS = (*OBSERVED, "action", "reward")
 """Names of the signals that every trace has."""
 
 
@@ -87,11 +85,12 @@ class Trace:
 
     def of_run(self, run: int) -> Trace:
         """Return the trace of one run of a batch."""
-        return self._map(lambda signal: np.ascontiguousarray(signal[:, run]))
+        signals = self.to_arrays().items()
+        return Trace.from_arrays({n: np.ascontiguousarray(array[:, run]) for n, array in signals})
 
     def to_arrays(self) -> dict[str, Array]:
         """Return all signals by name, as they are written to files."""
-        arrays = {name: getattr(self, name) for name in (*OBSERVED, *_STEPS)}
+        arrays = {name: getattr(self, name) for name in SIGNALS}
         if self.modules is not None:
             arrays |= vars(self.modules)
         return arrays if self.feedback is None else arrays | {"feedback": self.feedback}
@@ -106,17 +105,5 @@ class Trace:
         modules = None
         if any(name in arrays for name in MODULE_SIGNALS):
             modules = ModuleSignals(**{name: arrays[name] for name in MODULE_SIGNALS})
-        signals = {name: arrays[name] for name in (*OBSERVED, *_STEPS)}
+        signals = {name: arrays[name] for name in SIGNALS}
         return cls(**signals, feedback=arrays.get("feedback"), modules=modules)
-
-    def _map(self, change: Callable[[Array], Array]) -> Trace:
-        signals = {name: change(getattr(self, name)) for name in (*OBSERVED, *_STEPS)}
-        return Trace(
-            **signals,
-            feedback=None if self.feedback is None else change(self.feedback),
-            modules=None
-            if self.modules is None
-            else ModuleSignals(
-                **{name: change(getattr(self.modules, name)) for name in MODULE_SIGNALS}
-            ),
-        )

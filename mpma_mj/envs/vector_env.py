@@ -13,14 +13,12 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
 from mpma_mj import kinematics
-from mpma_mj.envs.actions import check_action
 from mpma_mj.envs.arm_batch import make_batch
 from mpma_mj.envs.demonstration import Demonstration
 from mpma_mj.envs.load import prepare
-from mpma_mj.envs.observation import Observer
-from mpma_mj.envs.options import check_seed, options_from, seeds_of_batch
-from mpma_mj.envs.spaces import action_space, flatten, observation_space
-from mpma_mj.envs.step_rules import Mask, Outcome, StepRules, count_clipped, delayed
+from mpma_mj.envs.observation import Observer, action_space, flatten, observation_space
+from mpma_mj.envs.options import check_seed, options_among, options_from, seeds_of_batch
+from mpma_mj.envs.step_rules import Mask, Outcome, StepRules, check_action, count_clipped, delayed
 from mpma_mj.errors import BadOptionError, StateError
 from mpma_mj.motions import Motion
 from mpma_mj.options import Arms
@@ -91,11 +89,8 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
             if not (is_integer(count) and int(count) >= 1):
                 raise BadOptionError(option=name, value=count, expected="a whole number from 1 up")
         if render_mode is not None:
-            raise BadOptionError(
-                option="render_mode",
-                value=render_mode,
-                expected="None, as a vector of environments draws no pictures",
-            )
+            expected = "None, as a vector of environments draws no pictures"
+            raise BadOptionError(option="render_mode", value=render_mode, expected=expected)
         chosen, seed = options_from(options), check_seed(seed)
         self.motion, self.arms, nstep = prepare(motion, chosen)
         self.num_envs = num_envs = int(num_envs)
@@ -107,11 +102,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         self.context = self._demonstration.context
         self._rules = StepRules(chosen, self.steps, self.max_joint_speed, self.arms.segment_lengths)
         self._batch = make_batch(
-            self.arms,
-            num_envs,
-            nstep,
-            perturbed=chosen.perturbed,
-            threads=int(threads),
+            self.arms, num_envs, nstep, perturbed=chosen.perturbed, threads=int(threads)
         )
         self.single_action_space = action_space()
         self.single_observation_space = observation_space(self._observer.shapes, flat=self._flat)
@@ -263,12 +254,8 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
     def _info(self, outcome: Outcome, clipped: NDArray[np.intp]) -> dict[str, Any]:
         """Return `info` in Gymnasium's layout: a mask of the environments that have each entry."""
         terms = dict(zip(kinematics.SEGMENT_NAMES, outcome.reward_terms.T, strict=True))
-        info = {
-            "reward_terms": self._masked(terms),
-            "clipped": clipped,
-            "termination_reason": self._termination_reason.copy(),
-        }
-        return self._masked(info)
+        info = {"reward_terms": self._masked(terms), "clipped": clipped}
+        return self._masked(info | {"termination_reason": self._termination_reason.copy()})
 
     def _masked(self, info: dict[str, Any]) -> dict[str, Any]:
         return info | {f"_{name}": np.ones(self.num_envs, bool) for name in info}
@@ -325,16 +312,8 @@ def make_vec(  # noqa: D417 # the fields of `EnvironmentOptions` are documented 
         BadOptionError: An option is out of bounds, or contradicts another.
         MpmaError: The motion cannot be read, or is faster than the arms.
     """
+    options = options_among(locals())
     if not isinstance(flat, bool):
         raise BadOptionError(option="flat", value=flat, expected="True or False")
     kind = FlatVectorImitationEnv if flat else VectorImitationEnv
-    return kind(
-        num_envs, motion, seed=seed, threads=threads, arms=arms, model=model, repeats=repeats,
-        reference_noise=reference_noise, control_timestep=control_timestep,
-        gravity_compensation=gravity_compensation, payload=payload,
-        actuator_strength=actuator_strength, locked_joint=locked_joint, collisions=collisions,
-        latency=latency, observation_noise=observation_noise, perturbation=perturbation,
-        random_start=random_start, termination_distance=termination_distance,
-        reward_weights={} if reward_weights is None else reward_weights,
-        lookahead=lookahead, phase=phase,
-    )  # fmt: skip
+    return kind(num_envs, motion, seed=seed, threads=threads, **vars(options))
