@@ -12,7 +12,7 @@ from pathlib import Path
 import tyro
 
 from mpma_mj.agents import MPMAConfig
-from mpma_mj.commands.run_options import RunOptions
+from mpma_mj.commands.run_options import RunOptions, registry
 from mpma_mj.errors import MpmaError, RecordingWarning
 from mpma_mj.training.run import train
 from mpma_mj.training.run_folder import RunFolder
@@ -61,4 +61,5 @@ def _row(motion: str, options: RunOptions[MPMAConfig], seeds: int, epochs: int) 
 
 
 if __name__ == "__main__":
-    tyro.cli(main)
+    with registry():
+        tyro.cli(main)

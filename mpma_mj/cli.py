@@ -8,16 +8,18 @@ import os
 import sys
 import warnings
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any, Protocol
+from typing import Protocol
 
 import tyro
 
-from mpma_mj import __version__, commands
+from mpma_mj import __version__
 from mpma_mj.agents.config import MPMAConfig
+from mpma_mj.commands import COMMANDS
+from mpma_mj.commands.imitate import Imitate
 from mpma_mj.commands.plant_words import PLANT_WORDS
-from mpma_mj.commands.run_options import config_type
+from mpma_mj.commands.run_options import config_type, refused_options, registry
 from mpma_mj.errors import BadOptionError, MpmaError, RecordingWarning
-from mpma_mj.utils.option_names import as_flag
+from mpma_mj.utils.text import as_flag
 
 __all__ = ["main"]
 
@@ -30,33 +32,6 @@ class Command(Protocol):
 
     def run(self) -> object:
         """Run the command and return the last line to print, or None."""
-
-
-_WITH_AGENT: dict[str, Any] = {
-    "imitate": commands.Imitate,
-    "sweep": commands.Sweep,
-    "grow": commands.Grow,
-    "compare": commands.Compare,
-}
-_COMMANDS: dict[str, Callable[..., Command]] = {
-    "imitate": commands.Imitate[MPMAConfig],
-    "motion": commands.InspectMotion,
-    "render": commands.Render,
-    "view": commands.View,
-    "table1": commands.Table1,
-    "sweep": commands.Sweep[MPMAConfig],
-    "benchmark": commands.Benchmark,
-    "ablate": commands.Ablate,
-    "scale": commands.Scale,
-    "bench": commands.Bench,
-    "capture": commands.Capture,
-    "grow": commands.Grow[MPMAConfig],
-    "attractor": commands.Attractor,
-    "lesion": commands.Lesion,
-    "stress": commands.Stress,
-    "compare": commands.Compare[MPMAConfig],
-    "identify": commands.Identify,
-}
 
 
 @contextlib.contextmanager
@@ -117,7 +92,7 @@ def _run(words: Sequence[str]) -> None:
         if word == "" or (word.startswith("--") and word.endswith("=")):
             raise BadOptionError(f"'{word}' is an empty argument; give it a value, or leave it out")
     command = _parse(words)
-    if isinstance(command, commands.Imitate):
+    if isinstance(command, Imitate):
         command.check_resumed(words)
     with _warnings_as_lines():
         last = command.run()
@@ -132,10 +107,10 @@ def _parse(words: Sequence[str]) -> Command:
     Raises:
         MpmaError: The value of an option is refused.
     """
-    parser_errors = io.StringIO()
+    parser_errors, rules = io.StringIO(), registry(refused_options(words[0] if words else ""))
     try:
         # The parser reports any ValueError of an option in a box without the reason.
-        with contextlib.redirect_stderr(parser_errors):
+        with contextlib.redirect_stderr(parser_errors), rules:
             return tyro.extras.subcommand_cli_from_dict(
                 _commands(words),
                 prog="mpma",
@@ -157,8 +132,9 @@ def _parse(words: Sequence[str]) -> Command:
 
 def _commands(words: Sequence[str]) -> dict[str, Callable[..., Command]]:
     """Return all commands, with the options of the agent that the words name."""
-    kind = config_type(words) if words and words[0] in _WITH_AGENT else MPMAConfig
-    return _COMMANDS | {name: command[kind] for name, command in _WITH_AGENT.items()}
+    generic = [name for name, command in COMMANDS.items() if hasattr(command, "__parameters__")]
+    kind = config_type(words) if words and words[0] in generic else MPMAConfig
+    return COMMANDS | {name: COMMANDS[name][kind] for name in generic}
 
 
 def _flush() -> None:

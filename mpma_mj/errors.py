@@ -61,12 +61,7 @@ class _Mendable:
     args: tuple[Any, ...]
 
     def __init__(self, message: str = "", *, remedy: str = "") -> None:
-        """Take the problem and its remedy.
-
-        Args:
-            message: What is wrong; may hold the remedy too, where that names no option.
-            remedy: How to mend it; `{name}` and `{name=value}` stand for options.
-        """
+        """Take what is wrong, perhaps with a remedy that names no option, and the remedy."""
         super().__init__(message)  # type: ignore[call-arg]  # that of an exception
         self.remedy = remedy
         self.context = ""
@@ -126,15 +121,7 @@ class BadOptionError(MpmaError, ValueError):
         expected: str = "",
         remedy: str = "",
     ) -> None:
-        """Take the problem as text, or as an option with its value.
-
-        Args:
-            message: What is wrong, where it is more than one option's value.
-            option: Name of the option in Python.
-            value: Value that was given.
-            expected: What was expected instead.
-            remedy: How to mend it; `{name}` and `{name=value}` stand for options.
-        """
+        """Take the problem as text, where it is more than one option's value, or as an option."""
         super().__init__(message, remedy=remedy)
         self.option, self.value, self.expected = option, value, expected
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -22,9 +22,9 @@ OBSERVED = ("posture", "reference", "context", "joint_angles", "joint_velocities
 
 _ROUNDING = 1e-6  # far above rounding errors, far below what a picture shows
 
-_STEPS, _OPTIONAL = ("action", "reward"), ("feedback", "learned", "plant")
+_OPTIONAL = ("feedback", "learned", "plant")
 
-SIGNALS = (*OBSERVED, *_STEPS)
+SIGNALS = (*OBSERVED, "action", "reward")
 """Names of the signals that every trace has."""
 
 
@@ -92,12 +92,14 @@ class Trace:
 
     def of_run(self, run: int) -> Trace:
         """Return the trace of one run of a batch, without modules that it does not have."""
-        trace = self._map(lambda signal: np.ascontiguousarray(signal[:, run]))
+        signals = self.to_arrays().items()
+        own = {name: np.ascontiguousarray(array[:, run]) for name, array in signals}
+        trace = Trace.from_arrays(own)
         return trace if trace.modules is None else replace(trace, modules=trace.modules.present())
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Return all signals by name, as they are written to files."""
-        arrays = {name: getattr(self, name) for name in (*OBSERVED, *_STEPS)}
+        arrays = {name: getattr(self, name) for name in SIGNALS}
         if self.modules is not None:
             arrays |= vars(self.modules)
         optional = {name: getattr(self, name) for name in _OPTIONAL}
@@ -113,12 +115,6 @@ class Trace:
         modules = None
         if any(name in arrays for name in MODULE_SIGNALS):
             modules = ModuleSignals(**{name: arrays[name] for name in MODULE_SIGNALS})
-        signals = {name: arrays[name] for name in (*OBSERVED, *_STEPS)}
+        signals = {name: arrays[name] for name in SIGNALS}
         optional = {name: arrays.get(name) for name in _OPTIONAL}
         return cls(**signals, **optional, modules=modules)
-
-    def _map(self, change: Callable[[NDArray[Any]], NDArray[Any]]) -> Trace:
-        signals = {name: change(getattr(self, name)) for name in (*OBSERVED, *_STEPS)}
-        given = {name: getattr(self, name) for name in _OPTIONAL}
-        optional = {name: one if one is None else change(one) for name, one in given.items()}
-        return Trace(**signals, **optional, modules=self.modules and self.modules.map(change))

@@ -13,7 +13,8 @@ import pytest
 
 from mpma_mj import __version__
 from mpma_mj.cli import main
-from mpma_mj.commands import Imitate
+from mpma_mj.commands import COMMANDS
+from mpma_mj.commands.imitate import Imitate
 from mpma_mj.envs import gl
 from mpma_mj.errors import RenderingError
 from mpma_mj.kinematics import posture_from_angles
@@ -336,3 +337,38 @@ def test_an_empty_argument_is_one_line_and_exit_2(
     assert capsys.readouterr().err.endswith(
         "is an empty argument; give it a value, or leave it out\n"
     )
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help_shows_no_empty_default_and_no_none(
+    command: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit):
+        main([command, "--help"])
+    printed = capsys.readouterr().out
+    assert "--help" in printed
+    assert "(default: )" not in printed
+    assert "None" not in printed
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        (["imitate", "ymca", "--random-start"], "training imitates whole episodes"),
+        (["sweep", "--termination-distance=0.3"], "training imitates whole episodes"),
+        (["compare", "--no-random-start"], "training imitates whole episodes"),
+        (["grow", "--agent", "hammer"], "growth is tried beside 1 to as many modules as --most"),
+        (["grow", "--modules", "2"], "growth is tried beside 1 to as many modules as --most"),
+    ],
+)
+def test_an_option_that_a_command_would_refuse_is_not_listed(
+    words: list[str], reason: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    option = next(word for word in words if word.startswith("--")).partition("=")[0]
+    assert main(words) == 2
+    option = option.replace("--no-", "--")
+    message = f"mpma: mpma {words[0]} has no option {option}; leave it out: {reason}"
+    assert capsys.readouterr().err.startswith(message)
+    with pytest.raises(SystemExit):
+        main([words[0], "--help"])
+    assert f"{option} " not in capsys.readouterr().out

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from mpma_mj.cli import _COMMANDS, main
+from mpma_mj.cli import main
+from mpma_mj.commands import COMMANDS
 from tests.test_cli import mpma
 
 TINY = ("--nodes", 5, "--modules", 2, "--repeats", 1, "--epochs", 1, "--no-video")
@@ -44,7 +45,7 @@ def test_tables_are_shown_on_a_terminal_of_ascii(small_run: Path, tmp_path: Path
     assert "largest ? at once" in result.stdout
 
 
-@pytest.mark.parametrize("command", _COMMANDS)
+@pytest.mark.parametrize("command", COMMANDS)
 def test_every_commands_help_is_shown_on_a_terminal_of_ascii(
     command: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

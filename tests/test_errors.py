@@ -11,7 +11,7 @@ import mpma_mj
 from mpma_mj.cli import main
 from mpma_mj.errors import BadOptionError, MpmaError, RecordingWarning, placeholder
 from mpma_mj.motions.findings import Findings
-from mpma_mj.utils.option_names import as_flag
+from mpma_mj.utils.text import as_flag
 
 PACKAGE = Path(mpma_mj.__file__).parent
 LIBRARY = (

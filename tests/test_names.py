@@ -15,8 +15,8 @@ from matplotlib.text import Text
 from mpma_mj.cli import main
 from mpma_mj.motions import Motion, motion_file, ymca
 from mpma_mj.utils.atomic_files import read_arrays, write_arrays, write_text
-from mpma_mj.utils.names import printable
 from mpma_mj.utils.progress import show_range, show_runs
+from mpma_mj.utils.text import printable
 from mpma_mj.visualization.figure_file import figure_file
 from mpma_mj.visualization.responsibility_strip import Strip
 from tests.test_cli import mpma

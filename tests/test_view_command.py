@@ -19,8 +19,7 @@ from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.kinematics import posture_from_angles
 from mpma_mj.motions import Motion, motion_file, ymca
 from mpma_mj.training.run_folder import RunFolder
-from mpma_mj.visualization.playback import Dance, play
-from mpma_mj.visualization.player import KEYS, LEFT, RIGHT, SPACE
+from mpma_mj.visualization.playback import KEYS, LEFT, RIGHT, SPACE, Dance, play
 from tests.envs.test_gl import environment
 from tests.envs.window import Window
 

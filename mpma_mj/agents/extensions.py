@@ -5,7 +5,6 @@ Nothing else in the package imports code by a name from outside.
 
 from __future__ import annotations
 
-import difflib
 import hashlib
 import importlib
 import importlib.util
@@ -16,6 +15,7 @@ from pathlib import Path
 from types import ModuleType
 
 from mpma_mj.errors import BadOptionError
+from mpma_mj.utils.text import did_you_mean
 
 __all__ = ["load_class"]
 
@@ -51,9 +51,8 @@ def load_class(path: str, option: str, required: Sequence[str], *, base: type) -
         raise refusal(f"a module that can be imported ({cause})") from None
     if found is None:
         classes = [key for key, value in vars(module).items() if inspect.isclass(value)]
-        close = difflib.get_close_matches(name, classes, n=1)
-        remedy = f"did you mean {close[0]}?" if close else ""
-        raise refusal(f"a class that {home} has, and it has no {name}", remedy)
+        expected = f"a class that {home} has, and it has no {name}"
+        raise refusal(expected, did_you_mean(name, classes))
     if not inspect.isclass(found):
         raise refusal(f"a class, and {name} is an object of type {type(found).__name__}")
     abstract: frozenset[str] = getattr(found, "__abstractmethods__", frozenset())

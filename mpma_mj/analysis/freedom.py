@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mpma_mj import metrics
 from mpma_mj.analysis.attractor import FreeDance
-from mpma_mj.utils.tables import markdown_table
+from mpma_mj.utils.text import markdown_table
 
 __all__ = [
     "LOST",

@@ -9,7 +9,7 @@ from mpma_mj.analysis.captured import Captured, Repetition
 from mpma_mj.analysis.posture_space import Told
 from mpma_mj.analysis.synergies import ENOUGH, Synergies
 from mpma_mj.kinematics import JOINT_NAMES
-from mpma_mj.utils.tables import markdown_table
+from mpma_mj.utils.text import markdown_table
 
 __all__ = ["joint_terms", "tables"]
 

@@ -1,5 +1,7 @@
 """Commands of the command line: a file for each, with its options and `run`."""
 
+from typing import Any
+
 from mpma_mj.commands.ablate import Ablate
 from mpma_mj.commands.attractor import Attractor
 from mpma_mj.commands.bench import Bench
@@ -18,22 +20,25 @@ from mpma_mj.commands.sweep import Sweep
 from mpma_mj.commands.table1 import Table1
 from mpma_mj.commands.view import View
 
-__all__ = [
-    "Ablate",
-    "Attractor",
-    "Bench",
-    "Benchmark",
-    "Capture",
-    "Compare",
-    "Grow",
-    "Identify",
-    "Imitate",
-    "InspectMotion",
-    "Lesion",
-    "Render",
-    "Scale",
-    "Stress",
-    "Sweep",
-    "Table1",
-    "View",
-]
+__all__ = ["COMMANDS"]
+
+COMMANDS: dict[str, Any] = {
+    "imitate": Imitate,
+    "motion": InspectMotion,
+    "render": Render,
+    "view": View,
+    "table1": Table1,
+    "sweep": Sweep,
+    "benchmark": Benchmark,
+    "ablate": Ablate,
+    "scale": Scale,
+    "bench": Bench,
+    "capture": Capture,
+    "grow": Grow,
+    "attractor": Attractor,
+    "lesion": Lesion,
+    "stress": Stress,
+    "compare": Compare,
+    "identify": Identify,
+}
+"""Dataclasses of the commands by name; those of a generic one are for the config of an agent."""

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
-import tyro
-
-from mpma_mj.commands.folders import output_folder
-from mpma_mj.commands.workers import Workers, require_all
+from mpma_mj.commands.folders import write_tables
+from mpma_mj.commands.workers import SweepWorkers, Workers
 from mpma_mj.training.config import RunConfig
 
 __all__ = ["Ablate"]
@@ -30,9 +26,7 @@ class Ablate:
     """Runs of each variant, with seeds from 0."""
     nodes: int = 100
     """Neurons of each reservoir."""
-    who: Annotated[tyro.conf.OmitArgPrefixes[Workers], tyro.conf.arg(name="worker")] = (
-        dataclasses.field(default_factory=Workers)
-    )
+    who: SweepWorkers = Workers()
     """Workers that train."""
     out: Path | None = None
     """Folder of the tables; runs/ablate-TIME if not given."""
@@ -40,18 +34,12 @@ class Ablate:
     def run(self) -> Path:
         """Run the ablation study and return its folder."""
         from mpma_mj.sweep import ablation
-        from mpma_mj.sweep.folder import SweepFolder
-        from mpma_mj.utils.atomic_files import write_text
 
         spec = ablation.spec_of(RunConfig.of(rule=self.rule, nodes=self.nodes), self.runs)
-        with output_folder(self.out, "ablate") as path:
-            folder = SweepFolder(path, spec)
-            self.who.train(folder, functools.partial(ablation.title, spec))
+        title = functools.partial(ablation.title, spec)
+        with self.who.trained(spec, self.out, "ablate", title) as folder:
             runs = folder.finished()
-            markdown = ablation.as_markdown(spec, runs)
             folder.write_rows(runs)
-            write_text(folder.path / "ablate.md", markdown)
-            write_text(folder.path / "ablate.csv", ablation.as_csv(spec, runs))
-            print(markdown)
-            require_all(folder)
+            tables = ablation.as_markdown(spec, runs), ablation.as_csv(spec, runs)
+            write_tables(folder.path, "ablate", *tables)
             return folder.path

@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
-import tyro
-
-from mpma_mj.commands.folders import locked_runs
-from mpma_mj.commands.run_options import OutsideClasses
-from mpma_mj.errors import BadOptionError
+from mpma_mj.commands.folders import locked_runs, write_result
+from mpma_mj.commands.run_options import Outside, OutsideClasses, RunFolders
 
 __all__ = ["Attractor"]
 
@@ -24,12 +19,10 @@ class Attractor:
     figures/attractor.png to the folder of each run.
     """
 
-    run_folders: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="RUN...")]
+    run_folders: RunFolders
     """Folders of runs."""
 
-    outside: Annotated[
-        tyro.conf.OmitArgPrefixes[OutsideClasses], tyro.conf.arg(name="outside-class")
-    ] = dataclasses.field(default_factory=OutsideClasses)
+    outside: Outside = OutsideClasses()
     """Code from outside the package with which runs were trained."""
 
     def run(self) -> Path:
@@ -38,14 +31,9 @@ class Attractor:
         from mpma_mj.analysis.attractor_figure import write_figure
         from mpma_mj.analysis.danced import read_danced
         from mpma_mj.analysis.freedom import as_markdown, judge
-        from mpma_mj.training.run_folder import open_runs
-        from mpma_mj.utils import atomic_files
         from mpma_mj.utils.progress import show_range
 
-        if not self.run_folders:
-            raise BadOptionError("no run given; try: mpma attractor runs/ymca")
-        folders = open_runs(self.run_folders, **vars(self.outside))
-        with locked_runs(folders):
+        with locked_runs(self.run_folders, self.outside, "attractor") as folders:
             for folder in folders:
                 # Raises for modules without output, which predict no posture.
                 read_danced(folder)
@@ -55,8 +43,7 @@ class Attractor:
                 free, motion = dance_freely(folder)
                 freedom = judge(free)
                 results[str(folder.path)] = freedom
-                content = {"format": atomic_files.FORMAT, "motion": motion.name} | freedom.as_json()
-                atomic_files.write_json(folder.free_running, content)
+                write_result(folder.free_running, motion.name, freedom.as_json())
                 picture = folder.figures / "attractor.png"
                 write_figure(picture, free, motion)
             print(as_markdown(results))

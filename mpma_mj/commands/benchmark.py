@@ -5,14 +5,13 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
-import tyro
-
-from mpma_mj.commands.folders import output_folder
-from mpma_mj.commands.workers import Workers, require_all
+from mpma_mj.commands.folders import write_tables
+from mpma_mj.commands.run_options import Motions, Reading
+from mpma_mj.commands.workers import SweepWorkers, Workers
 from mpma_mj.errors import BadOptionError
-from mpma_mj.training.config import ReadingArguments, RunConfig
+from mpma_mj.motions.options import ReadingOptions
+from mpma_mj.training.config import RunConfig
 
 __all__ = ["Benchmark"]
 
@@ -26,7 +25,7 @@ class Benchmark:
     Repeat the command with the same --out to resume.
     """
 
-    motions: Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="MOTION")] = ()
+    motions: Motions = ()
     """Recordings, or folders of them; each is learned separately."""
     agents: tuple[str, ...] = (
         *("mpma", "mosaic", "hammer", "single", "feedback_only", "open_loop", "random"),
@@ -40,13 +39,9 @@ class Benchmark:
     """Largest number of epochs of a run."""
     stop: bool = True
     """End a run when it has converged; otherwise train all epochs, of which the best counts."""
-    reading: tyro.conf.OmitArgPrefixes[ReadingArguments] = dataclasses.field(
-        default_factory=ReadingArguments
-    )
+    reading: Reading = ReadingOptions()
     """Options of reading recordings."""
-    who: Annotated[tyro.conf.OmitArgPrefixes[Workers], tyro.conf.arg(name="worker")] = (
-        dataclasses.field(default_factory=Workers)
-    )
+    who: SweepWorkers = Workers()
     """Workers that train."""
     out: Path | None = None
     """Folder of the table; runs/benchmark-TIME if not given."""
@@ -54,23 +49,16 @@ class Benchmark:
     def run(self) -> Path:
         """Run the benchmark and return its folder."""
         from mpma_mj.sweep import benchmark
-        from mpma_mj.sweep.folder import SweepFolder
-        from mpma_mj.utils.atomic_files import write_text
 
         spec = benchmark.spec_of(self._bases(), self.agents, self.runs, self.epochs, stop=self.stop)
-        with output_folder(self.out, "benchmark") as path:
-            folder = SweepFolder(path, spec)
-            self.who.train(folder, benchmark.title)
+        with self.who.trained(spec, self.out, "benchmark", benchmark.title) as folder:
             from mpma_mj.sweep.benchmark_figure import write_figure
 
             runs = folder.finished()
-            markdown = benchmark.as_markdown(spec, runs)
             folder.write_rows(runs)
-            write_text(folder.path / "benchmark.md", markdown)
-            write_text(folder.path / "benchmark.csv", benchmark.as_csv(spec, runs))
             write_figure(folder.path / "benchmark.png", benchmark.lines(spec, runs))
-            print(markdown)
-            require_all(folder)
+            tables = benchmark.as_markdown(spec, runs), benchmark.as_csv(spec, runs)
+            write_tables(folder.path, "benchmark", *tables)
             return folder.path
 
     def _bases(self) -> list[RunConfig]:
@@ -85,5 +73,5 @@ class Benchmark:
                 )
         recordings = [m for m in motions if m != _BUILT_IN]
         built_in = RunConfig.of(nodes=self.nodes, tempo=self.reading.tempo)
-        of_recordings = dataclasses.replace(built_in, reading=self.reading.reading)
+        of_recordings = dataclasses.replace(built_in, reading=self.reading)
         return [built_in, *(of_recordings.replace(motions=(m,)) for m in recordings)]

@@ -8,6 +8,8 @@ from typing import Annotated
 
 import tyro
 
+from mpma_mj.commands.folders import write_result
+
 __all__ = ["Capture"]
 
 
@@ -25,7 +27,6 @@ class Capture:
         from mpma_mj.analysis.figure import write_figure
         from mpma_mj.analysis.tables import tables
         from mpma_mj.training.run_folder import RunFolder
-        from mpma_mj.utils import atomic_files
         from mpma_mj.utils.progress import show_range
 
         folder = RunFolder(self.run_folder)
@@ -37,11 +38,7 @@ class Capture:
                 danced.period,
                 lambda factors: show_range(factors, "looking for synergies"),
             )
-            content = {
-                "format": atomic_files.FORMAT,
-                "motion": danced.motion.name,
-            } | captured.as_json()
-            atomic_files.write_json(folder.capture, content)
+            write_result(folder.capture, danced.motion.name, captured.as_json())
             picture = folder.figures / "capture.png"
             write_figure(picture, captured, danced.motion)
             print(tables(captured) + "\n")

@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING, Annotated, Generic, TypeVar
 import tyro
 
 from mpma_mj.agents.config import AgentConfig
-from mpma_mj.commands.dance_video import missing_opengl
-from mpma_mj.commands.folders import output_folder
-from mpma_mj.commands.run_options import RunOptions
-from mpma_mj.errors import BadOptionError
-from mpma_mj.training.config import RunConfig, versions
+from mpma_mj.commands.folders import output_folder, write_tables
+from mpma_mj.commands.render import missing_opengl
+from mpma_mj.commands.run_options import Motions, RunOptions
+from mpma_mj.training.config import versions
 
 if TYPE_CHECKING:
     from mpma_mj.motions import Motion
@@ -30,7 +29,7 @@ AgentT = TypeVar("AgentT", bound=AgentConfig)
 class Compare(Generic[AgentT]):
     """Train on ideal arms, simulated arms and weightless simulated arms; evaluate on each."""
 
-    motions: Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="MOTION")] = ()
+    motions: Motions = ()
     """"ymca", or a recording; several, or a folder, form a repertoire that is learned together."""
     runs: int = 5
     """Runs on each kind of arms, with seeds from 0."""
@@ -57,10 +56,10 @@ class Compare(Generic[AgentT]):
         from mpma_mj.trials import compare_figure
         from mpma_mj.trials.compare import compare, jobs
         from mpma_mj.trials.compare_table import as_csv, as_markdown
-        from mpma_mj.utils.atomic_files import FORMAT, write_json, write_text
+        from mpma_mj.utils.atomic_files import FORMAT, write_json
         from mpma_mj.utils.progress import show_runs
 
-        config = self._config()
+        config = self.options.run_config(self.motions, "compare")
         motion = read_motions(config)
         spec = jobs(
             seeds(config, self.runs), motion, epochs=self.epochs, adaptation=self.adaptation
@@ -74,33 +73,19 @@ class Compare(Generic[AgentT]):
                     spec, backend, lambda learned: show(self.runs, f"learned on {learned}")
                 )
             numbers = {"runs": self.runs, "epochs": self.epochs, "adaptation": self.adaptation}
-            content = {
-                "format": FORMAT,
-                "config": config.to_json(),
-                "versions": versions(),
-            }
+            content = {"format": FORMAT, "config": config.to_json(), "versions": versions()}
             # Not config.json, which identifies a run: it would replace that of a run in the folder.
             write_json(folder / "compare.json", content | numbers)
             video = folder / "dances.mp4"
             video.unlink(missing_ok=True)  # of an earlier comparison
-            markdown = as_markdown(cells, self.adaptation)
-            write_text(folder / "compare.md", markdown)
-            write_text(folder / "compare.csv", as_csv(cells))
             compare_figure.write_transfer(folder / "transfer.png", cells, self.adaptation)
             compare_figure.write_dances(folder / "dances.png", cells, motion)
-            print(markdown)
+            write_tables(folder, "compare", as_markdown(cells, self.adaptation), as_csv(cells))
             if missing_gl is not None:
                 print(missing_gl, file=sys.stderr)
             elif self.video:
                 _write_video(video, cells, motion)
             return folder
-
-    def _config(self) -> RunConfig:
-        from mpma_mj.training.dataset import expand_folders
-
-        if not self.motions:
-            raise BadOptionError("no motion given; try: mpma compare ymca")
-        return self.options.run_config(expand_folders(self.motions))
 
 
 def _write_video(path: Path, cells: Sequence[Cell], motion: Motion) -> None:

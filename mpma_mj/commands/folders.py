@@ -1,21 +1,25 @@
-"""Folders that commands write."""
+"""Folders that commands write, and results in them."""
 
 from __future__ import annotations
 
 import contextlib
 import itertools
+import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from mpma_mj.errors import BadOptionError
+from mpma_mj.utils.atomic_files import FORMAT, write_json, write_text
 from mpma_mj.utils.folder_lock import locked
-from mpma_mj.utils.names import printable
+from mpma_mj.utils.text import printable
 
 if TYPE_CHECKING:
+    from mpma_mj.commands.run_options import OutsideClasses
     from mpma_mj.training.run_folder import RunFolder
 
-__all__ = ["locked_runs", "output_folder"]
+__all__ = ["hint_at_resuming", "locked_runs", "output_folder", "write_result", "write_tables"]
 
 
 @contextlib.contextmanager
@@ -42,16 +46,48 @@ def output_folder(out: Path | None, stem: str, parent: Path = Path("runs")) -> I
 
 
 @contextlib.contextmanager
-def locked_runs(folders: Sequence[RunFolder]) -> Iterator[None]:
-    """Lock runs, each once even if it is given several times.
+def locked_runs(
+    paths: Sequence[Path], outside: OutsideClasses, command: str
+) -> Iterator[Sequence[RunFolder]]:
+    """Open runs for a command and lock them, each once even if it is given several times.
 
     Raises:
-        MpmaError: As of `RunFolder.locked`.
+        BadOptionError: No run is given.
+        MpmaError: As of `open_runs` and `RunFolder.locked`.
     """
+    from mpma_mj.training.run_folder import open_runs
+
+    if not paths:
+        raise BadOptionError(f"no run given; try: mpma {command} runs/ymca")
+    folders = open_runs(paths, **vars(outside))
     with contextlib.ExitStack() as stack:
         for folder in {folder.path.resolve(): folder for folder in folders}.values():
             stack.enter_context(folder.locked())
+        yield folders
+
+
+@contextlib.contextmanager
+def hint_at_resuming(begun: Callable[[], bool], command: str) -> Iterator[None]:
+    """Print the command that resumes what Ctrl-C interrupts, if something of it is saved."""
+    try:
         yield
+    except KeyboardInterrupt:
+        if begun():
+            print(f"mpma: to resume: {command}", file=sys.stderr)
+        raise
+
+
+def write_tables(folder: Path, name: str, markdown: str, csv: str = "") -> None:
+    """Write a table as Markdown and, where there is one, as CSV; print it."""
+    write_text(folder / f"{name}.md", markdown)
+    if csv:
+        write_text(folder / f"{name}.csv", csv)
+    print(markdown)
+
+
+def write_result(path: Path, motion: str, content: Mapping[str, Any]) -> None:
+    """Write the results of an analysis as JSON, with the name of the motion."""
+    write_json(path, {"format": FORMAT, "motion": motion} | dict(content))
 
 
 def _new_folders(stem: str, parent: Path) -> Iterator[Path]:

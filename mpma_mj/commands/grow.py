@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Generic, TypeVar
@@ -10,10 +9,10 @@ from typing import Annotated, Generic, TypeVar
 import tyro
 
 from mpma_mj.agents.config import AgentConfig
-from mpma_mj.commands.folders import output_folder
-from mpma_mj.commands.run_options import RunOptions
-from mpma_mj.commands.workers import Workers, require_all
-from mpma_mj.utils.names import printable
+from mpma_mj.commands.folders import write_tables
+from mpma_mj.commands.run_options import Motions, RunOptions
+from mpma_mj.commands.workers import SweepWorkers, Workers
+from mpma_mj.utils.text import printable
 
 __all__ = ["Grow"]
 
@@ -27,9 +26,7 @@ class Grow(Generic[AgentT]):
     Repeat the command with the same --out to resume.
     """
 
-    motions: Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="MOTION")] = (
-        "ymca",
-    )
+    motions: Motions = ("ymca",)
     """Motions, as for `mpma imitate`."""
     most: int = 8
     """Largest number of modules."""
@@ -39,33 +36,23 @@ class Grow(Generic[AgentT]):
     """Options that determine the result."""
     epochs: int = 100
     """Largest number of epochs of a run; it ends when it has converged."""
-    who: Annotated[tyro.conf.OmitArgPrefixes[Workers], tyro.conf.arg(name="worker")] = (
-        dataclasses.field(default_factory=Workers)
-    )
+    who: SweepWorkers = Workers()
     """Workers that train."""
     out: Path | None = None
     """Folder of the runs; runs/grow-TIME if not given."""
 
     def run(self) -> Path:
         """Train all runs and return the folder."""
-        from mpma_mj.sweep.folder import SweepFolder
         from mpma_mj.sweep.growth import as_markdown, spec_of
-        from mpma_mj.training.dataset import expand_folders
-        from mpma_mj.utils.atomic_files import write_text
 
-        base = self.options.run_config(expand_folders(self.motions))
+        base = self.options.run_config(self.motions, "grow")
         spec = spec_of(self.most, self.runs, base, self.epochs)
-        with output_folder(self.out, "grow") as path:
-            folder = SweepFolder(path, spec)
-            self.who.train(folder)
+        with self.who.trained(spec, self.out, "grow") as folder:
             from mpma_mj.sweep.growth_figure import write_figure
 
             runs = folder.finished()
-            table = as_markdown(spec, runs)
             folder.write_rows(runs)
-            write_text(folder.path / "growth.md", table)
             title = ", ".join(printable(Path(motion).stem) for motion in base.motions)
             write_figure(folder.path / "growth.png", runs, title)
-            print(table)
-            require_all(folder)
+            write_tables(folder.path, "growth", as_markdown(spec, runs))
             return folder.path

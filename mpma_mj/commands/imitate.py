@@ -5,23 +5,19 @@ from __future__ import annotations
 import contextlib
 import functools
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Generic, TypeVar
+from typing import Annotated, Any, Generic, TypeVar
 
 import tyro
 
 from mpma_mj.agents.config import AgentConfig
-from mpma_mj.commands.dance_video import missing_opengl, write_dance_video
-from mpma_mj.commands.folders import output_folder
-from mpma_mj.commands.run_options import RunOptions, typed_options
+from mpma_mj.commands.folders import hint_at_resuming, output_folder
+from mpma_mj.commands.render import missing_opengl, write_dance_video
+from mpma_mj.commands.run_options import Motions, RunOptions, typed_options
 from mpma_mj.errors import BadOptionError
-from mpma_mj.training.config import RunConfig
-from mpma_mj.utils.option_names import option_name
-
-if TYPE_CHECKING:
-    from mpma_mj.training.run_folder import RunFolder
+from mpma_mj.utils.text import option_name
 
 __all__ = ["Imitate"]
 
@@ -32,7 +28,7 @@ AgentT = TypeVar("AgentT", bound=AgentConfig)
 class Imitate(Generic[AgentT]):
     """Train an agent to imitate a motion; save the run, figures and a video."""
 
-    motions: Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="MOTION")] = ()
+    motions: Motions = ()
     """"ymca", or a recording: C3D, BVH, AMC, TRC, TSV, CSV, npz; several, or a folder, form a
     repertoire that is learned together."""
     options: Annotated[tyro.conf.OmitArgPrefixes[RunOptions[AgentT]], tyro.conf.arg(name="")]
@@ -63,13 +59,18 @@ class Imitate(Generic[AgentT]):
                 stack.enter_context(folder.locked())
                 train = functools.partial(run.resume, folder, self.epochs)
             else:
-                config = self._config()
-                path = stack.enter_context(output_folder(self.out, _stem(config.motions)))
-                folder = RunFolder(path)
+                config = self.options.run_config(self.motions, "imitate")
+                single = len(config.motions) == 1
+                stem = Path(config.motions[0]).stem if single else "repertoire"
+                folder = RunFolder(stack.enter_context(output_folder(self.out, stem)))
                 train = functools.partial(
                     run.train, config, self.epochs, folder=folder, overwrite=self.overwrite
                 )
-            with _hint_at_resuming(folder), show_epochs(self.epochs) as show:
+            resume = f"mpma imitate --resume {folder.path}"
+            with (
+                hint_at_resuming(lambda: folder.can_go_on, resume),
+                show_epochs(self.epochs) as show,
+            ):
                 trained = train(on_epoch=show)
             write_figures(folder.figures, trained.trace, trained.motion)
             _print_summary(trained.summary)
@@ -90,7 +91,6 @@ class Imitate(Generic[AgentT]):
         """
         if self.resume is None:
             return
-        from mpma_mj.training.dataset import expand_folders
         from mpma_mj.training.run_folder import RunFolder
 
         given_too = {"--overwrite": self.overwrite, "--out": self.out is not None}
@@ -99,7 +99,7 @@ class Imitate(Generic[AgentT]):
             raise BadOptionError(f"--resume continues in the folder of the run; leave {named} out")
         saved = RunFolder(self.resume, self.options.outside).read_config().options()
         motions = self.motions or ("ymca",)  # compared only if given
-        given = self.options.run_config(expand_folders(motions)).options()
+        given = self.options.run_config(motions, "imitate").options()
         typed = typed_options(words) | ({"motions"} if self.motions else set())
         for name in sorted(typed & given.keys()):
             if given[name] != saved.get(name):
@@ -108,34 +108,10 @@ class Imitate(Generic[AgentT]):
                     f" {_text(saved.get(name))}; leave it out, or start another run"
                 )
 
-    def _config(self) -> RunConfig:
-        from mpma_mj.training.dataset import expand_folders
-
-        if not self.motions:
-            raise BadOptionError("no motion given; try: mpma imitate ymca")
-        motions = expand_folders(self.motions)
-        return self.options.run_config(motions)
-
-
-@contextlib.contextmanager
-def _hint_at_resuming(folder: RunFolder) -> Iterator[None]:
-    """Print how to resume an interrupted run, if one of its epochs is saved."""
-    try:
-        yield
-    except KeyboardInterrupt:
-        if folder.can_go_on:
-            print(f"mpma: to resume: mpma imitate --resume {folder.path}", file=sys.stderr)
-        raise
-
 
 def _text(value: object) -> str:
     """Return a value of an option as text."""
     return " ".join(map(str, value)) if isinstance(value, tuple) else str(value)
-
-
-def _stem(motions: Sequence[str]) -> str:
-    """Return the beginning of the name of the run's folder."""
-    return Path(motions[0]).stem if len(motions) == 1 else "repertoire"
 
 
 def _print_summary(summary: dict[str, Any]) -> None:

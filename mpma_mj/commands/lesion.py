@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-import tyro
-
-from mpma_mj.commands.folders import locked_runs
-from mpma_mj.commands.run_options import OutsideClasses
+from mpma_mj.commands.folders import locked_runs, write_result
+from mpma_mj.commands.run_options import Outside, OutsideClasses, RunFolders
 from mpma_mj.errors import BadOptionError
 
 if TYPE_CHECKING:
@@ -28,33 +25,26 @@ class Lesion:
     figures/lesion.png to the folder of each run.
     """
 
-    run_folders: Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="RUN...")]
+    run_folders: RunFolders
     """Folders of runs."""
     retrain: int = 3
     """Epochs of fine-tuning with the remaining modules; 0 for none."""
 
-    outside: Annotated[
-        tyro.conf.OmitArgPrefixes[OutsideClasses], tyro.conf.arg(name="outside-class")
-    ] = dataclasses.field(default_factory=OutsideClasses)
+    outside: Outside = OutsideClasses()
     """Code from outside the package with which runs were trained."""
 
     def run(self) -> Path:
         """Evaluate all lesions and return the path of the last figure."""
         from mpma_mj.analysis.danced import read_danced
         from mpma_mj.training.checkpoints import TrainedAgents
-        from mpma_mj.training.run_folder import open_runs
         from mpma_mj.trials.lesion import Lesions, dance_without, what_can_be_lost
         from mpma_mj.trials.lesion_figure import write_figure
         from mpma_mj.trials.lesion_table import matrix, summary
-        from mpma_mj.utils import atomic_files
         from mpma_mj.utils.progress import show_range
 
-        if not self.run_folders:
-            raise BadOptionError("no run given; try: mpma lesion runs/ymca")
         if self.retrain < 0:
             raise BadOptionError(f"retrain is {self.retrain}; expected 0 or more epochs")
-        folders = open_runs(self.run_folders, **vars(self.outside))
-        with locked_runs(folders):
+        with locked_runs(self.run_folders, self.outside, "lesion") as folders:
             _check_comparable(folders)
             runs = []
             for folder in folders:
@@ -68,11 +58,7 @@ class Lesion:
                 lesions = [dance_without(trained, losses[step], self.retrain) for step in steps]
                 result = Lesions(trained.motion.labels, tuple(lesions), self.retrain)
                 results.append(result)
-                content = {
-                    "format": atomic_files.FORMAT,
-                    "motion": trained.motion.name,
-                } | result.as_json()
-                atomic_files.write_json(folder.lesion, content)
+                write_result(folder.lesion, trained.motion.name, result.as_json())
                 picture = folder.figures / "lesion.png"
                 write_figure(picture, result, trained.motion.name)
             if len(results) == 1:

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 import tyro
 
+from mpma_mj.commands.run_options import Reading
 from mpma_mj.envs.gl import require_backend
 from mpma_mj.errors import BadOptionError
-from mpma_mj.training.config import ReadingArguments
+from mpma_mj.motions.options import ReadingOptions
 
 __all__ = ["InspectMotion"]
 
@@ -22,9 +22,7 @@ class InspectMotion:
 
     motion: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="MOTION")]
     """"ymca", or a recording: C3D, BVH, AMC, TRC, TSV, CSV, npz."""
-    reading: tyro.conf.OmitArgPrefixes[ReadingArguments] = dataclasses.field(
-        default_factory=ReadingArguments
-    )
+    reading: Reading = ReadingOptions()
     """Options of reading the recording."""
     picture: Path | None = None
     """File of the page of figures; NAME-motion.png if not given."""
@@ -48,11 +46,11 @@ class InspectMotion:
         from mpma_mj.motions import motion_file
         from mpma_mj.motions.read import read_with_findings
         from mpma_mj.motions.report import report_lines
-        from mpma_mj.utils.option_names import as_flag
         from mpma_mj.utils.progress import show_frames
+        from mpma_mj.utils.text import as_flag
         from mpma_mj.visualization.motion_page import write_ideal_video, write_page
 
-        reading = read_with_findings(self.motion, self.reading.reading)
+        reading = read_with_findings(self.motion, self.reading)
         reading.findings.tell(self.motion)
         limits = arm_limits("physics")
         if self.out is not None:

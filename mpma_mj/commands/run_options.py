@@ -3,24 +3,43 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Annotated, Any, Generic, TypeVar
 
 import tyro
+from tyro.constructors import ConstructorRegistry, StructConstructorSpec, StructTypeInfo
 
 from mpma_mj.agents.config import CONFIG_TYPES, AgentConfig
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import BadOptionError
-from mpma_mj.training.config import ReadingArguments, RunConfig
-from mpma_mj.utils.option_names import option_name
+from mpma_mj.motions.options import ReadingOptions
+from mpma_mj.training.config import RunConfig
+from mpma_mj.utils.text import field_name, option_name
 
-__all__ = ["OutsideClasses", "RunOptions", "config_type", "typed_options"]
+__all__ = [
+    "Motions",
+    "Outside",
+    "OutsideClasses",
+    "Reading",
+    "RunFolders",
+    "RunOptions",
+    "config_type",
+    "refused_options",
+    "registry",
+    "typed_options",
+]
 
 AgentT = TypeVar("AgentT", bound=AgentConfig)
 
 _AGENT = "--agent"
+_WHOLE = "training imitates whole episodes"
+_GROWTH = "growth is tried beside 1 to as many modules as {most} says"
+
+Motions = Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="MOTION")]
+RunFolders = Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="RUN...")]
+Reading = tyro.conf.OmitArgPrefixes[ReadingOptions]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,20 +60,26 @@ class RunOptions(Generic[AgentT]):
     config: Annotated[tyro.conf.OmitArgPrefixes[AgentT], tyro.conf.arg(name="agent")]
     env: Annotated[
         tyro.conf.OmitArgPrefixes[EnvironmentOptions], tyro.conf.arg(name="environment")
-    ] = dataclasses.field(default_factory=EnvironmentOptions)
-    reading: Annotated[
-        tyro.conf.OmitArgPrefixes[ReadingArguments], tyro.conf.arg(name="recording")
-    ] = dataclasses.field(default_factory=ReadingArguments)
+    ] = EnvironmentOptions()
+    reading: Annotated[Reading, tyro.conf.arg(name="recording")] = ReadingOptions()
 
-    def run_config(self, motions: tuple[str, ...]) -> RunConfig:
+    def run_config(self, motions: tuple[str, ...], command: str) -> RunConfig:
         """Return the config of a run.
 
         Args:
-            motions: Names of built-in motions, and paths of recordings.
+            motions: Names of built-in motions, and paths of recordings and folders of them.
+            command: Name of the command, for the message where no motion is given.
+
+        Raises:
+            BadOptionError: No motion is given, or an option is none of training.
         """
+        from mpma_mj.training.dataset import expand_folders
+
+        if not motions:
+            raise BadOptionError(f"no motion given; try: mpma {command} ymca")
         return RunConfig(
-            motions=motions,
-            reading=self.reading.reading,
+            motions=expand_folders(motions),
+            reading=self.reading,
             env=self.env,
             agent=self.config,
             # That of a resumed run, where its own config was parsed without being named.
@@ -86,15 +111,66 @@ class OutsideClasses:
     rule: str | None = None
 
 
+Outside = Annotated[tyro.conf.OmitArgPrefixes[OutsideClasses], tyro.conf.arg(name="outside-class")]
+
+
+def registry(hidden: Collection[str] = ()) -> ConstructorRegistry:
+    """Return the rules by which fields of dataclasses become options.
+
+    Help texts leave out None, which cannot be typed, and empty defaults.
+
+    Args:
+        hidden: Names of fields that are no options of the command.
+    """
+    rules = ConstructorRegistry()
+    under_way: list[StructTypeInfo] = []
+
+    @rules.struct_rule
+    def as_options(info: StructTypeInfo) -> StructConstructorSpec | None:
+        if under_way or not dataclasses.is_dataclass(info.type):
+            return None
+        under_way.append(info)  # so that the next line returns what tyro itself makes of it
+        spec = ConstructorRegistry.get_struct_spec(info)
+        under_way.clear()
+        if not isinstance(spec, StructConstructorSpec):
+            return None
+        fields = []
+        for one in spec.fields:
+            notes = [tyro.conf.DisallowNone, tyro.conf.arg(help_behavior_hint=_default)]
+            notes += [tyro.conf.Suppress] * (one.name in hidden)
+            notes += [tyro.conf.arg(name=option_name(one.name))] * (info.type is ReadingOptions)
+            kind: Any = Annotated[(one.type, *notes)]
+            fields.append(dataclasses.replace(one, type=kind))
+        return dataclasses.replace(spec, fields=tuple(fields))
+
+    return rules
+
+
+def _default(value: str) -> str:
+    """Return what the help says of a default."""
+    return "" if value in ("", "None") else f"(default: {value})"
+
+
+def refused_options(command: str) -> dict[str, str]:
+    """Return the options of runs that a command does not have, and why."""
+    of_growth = {"agent": _GROWTH, "modules": _GROWTH} if command == "grow" else {}
+    return {"random_start": _WHOLE, "termination_distance": _WHOLE} | of_growth
+
+
 def config_type(words: Sequence[str]) -> type[AgentConfig]:
     """Return the class of the config of the agent that a command line names.
 
     Args:
-        words: Words of the command line.
+        words: Words of the command line, the first being the command.
 
     Raises:
-        BadOptionError: There is no such agent, or another option belongs to another agent.
+        BadOptionError: There is no such agent, or the command or the agent lacks an option.
     """
+    typed = typed_options(words)
+    for option, reason in refused_options(words[0]).items():
+        if option in typed:
+            problem = f"mpma {words[0]} has no option --{option_name(option)}"
+            raise BadOptionError(problem, remedy=f"leave it out: {reason}")
     name = _value(words, _AGENT) or _saved_agent(words) or "mpma"
     if name in CONFIG_TYPES:
         kind = CONFIG_TYPES[name]
@@ -102,10 +178,9 @@ def config_type(words: Sequence[str]) -> type[AgentConfig]:
         from mpma_mj.agents.registry import agent_class
 
         kind = agent_class(name).config_type
-    names = {f.name for f in fields(kind)}
-    for option in typed_options(words):
+    for option in sorted(typed - _names(kind)):
         owners = [one for one, other in CONFIG_TYPES.items() if option in _names(other)]
-        if owners and option not in names:
+        if owners:
             remedy = f"leave it out, or take another {{agent}}: {', '.join(owners)}"
             raise BadOptionError(f"{name} has no option --{option_name(option)}", remedy=remedy)
     return kind
@@ -125,8 +200,7 @@ def _saved_agent(words: Sequence[str]) -> str | None:
 def typed_options(words: Sequence[str]) -> set[str]:
     """Return the options that a command line contains, by their names in Python."""
     flags = {word.split("=")[0].removeprefix("--") for word in words if word.startswith("--")}
-    names = {flag.replace("-", "_").removeprefix("no_") for flag in flags}
-    return {{"from": "start", "to": "end"}.get(name, name) for name in names}
+    return {field_name(flag).removeprefix("no_") for flag in flags}
 
 
 def _value(words: Sequence[str], flag: str) -> str | None:

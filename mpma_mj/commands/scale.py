@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
-import tyro
-
-from mpma_mj.commands.folders import output_folder
-from mpma_mj.commands.workers import Workers, require_all
+from mpma_mj.commands.folders import write_tables
+from mpma_mj.commands.run_options import Motions
+from mpma_mj.commands.workers import SweepWorkers, Workers
 from mpma_mj.options import Arms
 from mpma_mj.training.config import RunConfig
 
@@ -24,7 +21,7 @@ class Scale:
     Reports at which size the agents saturate. Repeat the command with the same --out to resume.
     """
 
-    motions: Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="MOTION")] = ()
+    motions: Motions = ()
     """Recordings, or folders of them; the first 1, 2, 4, … are learned together, and the first
     seconds of the longest one. Synthetic motions if none are given."""
     lengths: tuple[float, ...] = ()
@@ -42,9 +39,7 @@ class Scale:
     """Simulated arms, or arms that move ideally."""
     proprioception: bool = True
     """Whether models receive the joint angles too; the paper's do not."""
-    who: Annotated[tyro.conf.OmitArgPrefixes[Workers], tyro.conf.arg(name="worker")] = (
-        dataclasses.field(default_factory=Workers)
-    )
+    who: SweepWorkers = Workers()
     """Workers that train."""
     out: Path | None = None
     """Folder of the tables; runs/scale-TIME if not given."""
@@ -52,26 +47,21 @@ class Scale:
     def run(self) -> Path:
         """Run the scaling study and return its folder."""
         from mpma_mj.sweep import scale, scale_table
-        from mpma_mj.sweep.folder import SweepFolder
         from mpma_mj.training.dataset import expand_folders
-        from mpma_mj.utils.atomic_files import csv_text, write_text
+        from mpma_mj.utils.atomic_files import csv_text
 
         base = RunConfig.of(rule=self.rule, arms=self.arms, proprioception=self.proprioception)
         materials = scale.materials(expand_folders(self.motions), self.lengths)
         study = scale.Scale(materials, self.modules, self.nodes, base)
         spec = study.spec_of(self.runs)
-        with output_folder(self.out, "scale") as path:
-            folder = SweepFolder(path, spec)
-            self.who.train(folder)
+        with self.who.trained(spec, self.out, "scale") as folder:
             from mpma_mj.sweep.scale_figure import write_figure
 
             runs = folder.finished()
             results = scale_table.Results(study, runs)
             markdown = scale_table.as_markdown(results, runs, len(folder.spec.configs))
             folder.write_rows(runs)
-            write_text(folder.path / "scale.md", markdown)
-            write_text(folder.path / "scale.csv", csv_text(scale_table.as_rows(results)))
             write_figure(folder.path / "scale.png", results)
-            print(markdown)
-            require_all(folder)
+            csv = csv_text(scale_table.as_rows(results))
+            write_tables(folder.path, "scale", markdown, csv)
             return folder.path

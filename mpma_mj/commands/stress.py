@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from mpma_mj.commands.folders import output_folder
-from mpma_mj.commands.run_options import OutsideClasses
+from mpma_mj.commands.folders import output_folder, write_tables
+from mpma_mj.commands.run_options import Outside, OutsideClasses
 from mpma_mj.errors import BadOptionError, WorkerError
 
 if TYPE_CHECKING:
@@ -55,9 +54,7 @@ class Stress:
     """Folder of tables and figures, where they replace earlier ones; RUN/stress/stress-TIME if not
     given."""
 
-    outside: Annotated[
-        tyro.conf.OmitArgPrefixes[OutsideClasses], tyro.conf.arg(name="outside-class")
-    ] = dataclasses.field(default_factory=OutsideClasses)
+    outside: Outside = OutsideClasses()
     """Code from outside the package with which runs were trained."""
 
     def run(self) -> Path:
@@ -145,9 +142,6 @@ def _write(results: Results, folder: Path) -> Path:
     from mpma_mj.trials.stress_table import as_csv, as_markdown, courses_as_csv
     from mpma_mj.utils.atomic_files import write_text
 
-    table = as_markdown(results)
-    write_text(folder / "stress.csv", as_csv(results))
-    write_text(folder / "stress.md", table)
     write_figure(folder / "stress.png", results, results.agents, results.p_e, "p_e, %")
     if not results.adapts:
         for name in _ADAPTED:
@@ -156,5 +150,5 @@ def _write(results: Results, folder: Path) -> Path:
         write_text(folder / "adapt.csv", courses_as_csv(results))
         label = f"p_e after {results.adapts} epochs of fine-tuning, %"
         write_figure(folder / "adapt.png", results, results.learners, results.p_e_after, label)
-    print(table)
+    write_tables(folder, "stress", as_markdown(results), as_csv(results))
     return folder

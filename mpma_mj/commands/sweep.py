@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Generic, TypeVar
@@ -10,9 +9,9 @@ from typing import Annotated, Generic, TypeVar
 import tyro
 
 from mpma_mj.agents.config import AgentConfig
-from mpma_mj.commands.folders import output_folder
-from mpma_mj.commands.run_options import RunOptions
-from mpma_mj.commands.workers import Workers, require_all
+from mpma_mj.commands.folders import write_tables
+from mpma_mj.commands.run_options import Motions, RunOptions
+from mpma_mj.commands.workers import SweepWorkers, Workers
 
 __all__ = ["Sweep"]
 
@@ -26,9 +25,7 @@ class Sweep(Generic[AgentT]):
     Repeat the command with the same --out to resume.
     """
 
-    motions: Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="MOTION")] = (
-        "ymca",
-    )
+    motions: Motions = ("ymca",)
     """Motions, as for `mpma imitate`."""
     grid: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME=VALUE,VALUE,…")] = ()
     """Options that vary, such as nodes=50,200 rule=gated,weighted."""
@@ -38,32 +35,22 @@ class Sweep(Generic[AgentT]):
     """Options that determine the result."""
     epochs: int = 30
     """Largest number of epochs of a run; it ends when it has converged."""
-    who: Annotated[tyro.conf.OmitArgPrefixes[Workers], tyro.conf.arg(name="worker")] = (
-        dataclasses.field(default_factory=Workers)
-    )
+    who: SweepWorkers = Workers()
     """Workers that train."""
     out: Path | None = None
     """Folder of the sweep; runs/sweep-TIME if not given."""
 
     def run(self) -> Path:
         """Train all runs and return the folder."""
-        from mpma_mj.sweep.folder import SweepFolder
         from mpma_mj.sweep.grid import points
         from mpma_mj.sweep.spec import SweepSpec, seeds
         from mpma_mj.sweep.table import as_markdown
-        from mpma_mj.training.dataset import expand_folders
-        from mpma_mj.utils.atomic_files import write_text
 
-        base = self.options.run_config(expand_folders(self.motions))
+        base = self.options.run_config(self.motions, "sweep")
         configs = [run for point in points(self.grid, base) for run in seeds(point, self.runs)]
         spec = SweepSpec(tuple(configs), self.epochs)
-        with output_folder(self.out, "sweep") as path:
-            folder = SweepFolder(path, spec)
-            self.who.train(folder)
+        with self.who.trained(spec, self.out, "sweep") as folder:
             runs = folder.finished()
-            table = as_markdown(folder.spec, runs)
             folder.write_rows(runs)
-            write_text(folder.path / "table.md", table)
-            print(table)
-            require_all(folder)
+            write_tables(folder.path, "table", as_markdown(folder.spec, runs))
             return folder.path

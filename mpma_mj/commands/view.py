@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import shlex
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from mpma_mj.commands.run_options import Reading
 from mpma_mj.errors import BadOptionError
-from mpma_mj.motions.options import given
-from mpma_mj.training.config import ReadingArguments
-from mpma_mj.utils.option_names import option_name
+from mpma_mj.motions.options import ReadingOptions, given
+from mpma_mj.utils.text import option_name
 
 if TYPE_CHECKING:
     from mpma_mj.visualization.playback import Dance
@@ -27,9 +26,7 @@ class View:
 
     dance: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|MOTION")]
     """Folder of a run; or "ymca", or a recording: C3D, BVH, AMC, TRC, TSV, CSV, npz."""
-    reading: tyro.conf.OmitArgPrefixes[ReadingArguments] = dataclasses.field(
-        default_factory=ReadingArguments
-    )
+    reading: Reading = ReadingOptions()
     """Options of reading a recording."""
 
     def run(self) -> None:
@@ -51,7 +48,7 @@ class View:
 
         folder = RunFolder(Path(self.dance))
         options = folder.read_config().env
-        reading_options = given(self.reading.reading)
+        reading_options = given(self.reading)
         if reading_options:
             raise BadOptionError(
                 f"{option_name(min(reading_options))} is for a recording, and {self.dance} is a"
@@ -63,12 +60,12 @@ class View:
         from mpma_mj.motions.read import read_with_findings
         from mpma_mj.visualization.playback import Dance
 
-        reading = read_with_findings(self.dance, self.reading.reading)
+        reading = read_with_findings(self.dance, self.reading)
         reading.findings.tell(self.dance)
         return Dance.of_reading(reading)
 
 
 def _print_keys() -> None:
-    from mpma_mj.visualization.player import KEYS
+    from mpma_mj.visualization.playback import KEYS
 
     print("; ".join(f"{key}: {action}" for key, action in KEYS.items()), flush=True)

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import contextlib
-import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
+import tyro
+
+from mpma_mj.commands.folders import hint_at_resuming, output_folder
 from mpma_mj.errors import WorkerError
 from mpma_mj.options import BackendName
 
 if TYPE_CHECKING:
     from mpma_mj.sweep.folder import RunResult, SweepFolder
+    from mpma_mj.sweep.spec import SweepSpec
     from mpma_mj.training.config import RunConfig
 
-__all__ = ["Workers", "require_all"]
+__all__ = ["SweepWorkers", "Workers", "require_all"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,13 +37,37 @@ class Workers:
     workers: int | None = None
     address: str | None = None
 
-    def train(self, folder: SweepFolder, title: Callable[[RunConfig], str] | None = None) -> None:
-        """Train the missing runs of a sweep, and show the progress.
+    @contextlib.contextmanager
+    def trained(
+        self,
+        spec: SweepSpec,
+        out: Path | None,
+        command: str,
+        title: Callable[[RunConfig], str] | None = None,
+    ) -> Iterator[SweepFolder]:
+        """Train the missing runs of a sweep, and lock its folder while results are written.
 
         Args:
-            folder: Folder of the sweep.
+            spec: The runs.
+            out: The folder; a new one, named by the command and the time, if not given.
+            command: Name of the command.
             title: Returns the title of a run; the options that vary if not given.
+
+        Yields:
+            The folder.
+
+        Raises:
+            WorkerError: Runs are missing; raised after the results of the others are written.
         """
+        from mpma_mj.sweep.folder import SweepFolder
+
+        with output_folder(out, command) as path:
+            folder = SweepFolder(path, spec)
+            self._train(folder, title)
+            yield folder
+            require_all(folder)
+
+    def _train(self, folder: SweepFolder, title: Callable[[RunConfig], str] | None) -> None:
         from mpma_mj.sweep.backend import open_backend
         from mpma_mj.utils.progress import show_runs
 
@@ -48,7 +76,7 @@ class Workers:
         if not missing:
             return
         with (
-            _hint_at_resuming(folder),
+            hint_at_resuming(lambda: folder.begun, f"the same command with --out {folder.path}"),
             open_backend(self.backend, self.workers, self.address) as backend,
         ):
             # Workers start while this module is imported.
@@ -62,12 +90,11 @@ class Workers:
                 finish(folder, backend, on_batch)
 
 
-def require_all(folder: SweepFolder) -> None:
-    """Raise an error if runs are missing; call it after the results of the others are written.
+SweepWorkers = Annotated[tyro.conf.OmitArgPrefixes[Workers], tyro.conf.arg(name="worker")]
 
-    Raises:
-        WorkerError: Runs are missing.
-    """
+
+def require_all(folder: SweepFolder) -> None:
+    """Raise a `WorkerError` if runs are missing."""
     missing = len(folder.missing())
     if missing:
         raise WorkerError(
@@ -75,14 +102,3 @@ def require_all(folder: SweepFolder) -> None:
             f" same command, --out {folder.path} and fewer --workers, or start again with smaller"
             " --nodes"
         )
-
-
-@contextlib.contextmanager
-def _hint_at_resuming(folder: SweepFolder) -> Iterator[None]:
-    """Print how to resume an interrupted sweep, if some of its runs are saved."""
-    try:
-        yield
-    except KeyboardInterrupt:
-        if folder.begun:
-            print(f"mpma: to resume: the same command with --out {folder.path}", file=sys.stderr)
-        raise

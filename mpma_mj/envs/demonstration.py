@@ -84,13 +84,7 @@ class Demonstration:
     """
 
     def __init__(self, motion: Motion, options: EnvironmentOptions, max_joint_speed: Array) -> None:
-        """Repeat the motion.
-
-        Args:
-            motion: The motion.
-            options: Options of the environment.
-            max_joint_speed: Top speed of each joint, shape (8,), rad/s.
-        """
+        """Repeat the motion, given the top speed of each joint, shape (8,), rad/s."""
         self.motion = motion
         self._options = options
         self._max_joint_speed = max_joint_speed

@@ -150,21 +150,15 @@ def _can_be_imported(choice: str) -> bool:
 
 def _loads(backend: str) -> bool:
     """Return whether a backend's library loads; tried in a process, since it may load LLVM."""
-    command = [
-        sys.executable,
-        "-I",
-        "-S",
-        "-c",
-        f"import ctypes; ctypes.CDLL({_LIBRARIES[backend]!r})",
-    ]
+    trial = f"import ctypes; ctypes.CDLL({_LIBRARIES[backend]!r})"
+    command = [sys.executable, "-I", "-S", "-c", trial]
     return subprocess.run(command, capture_output=True, check=False).returncode == 0
 
 
 def _draws(backend: str) -> bool:
-    command = [sys.executable, "-c", _TRIAL]
-    environment = environment_of(backend)
+    command, variables = [sys.executable, "-c", _TRIAL], environment_of(backend)
     try:
-        subprocess.run(command, env=environment, capture_output=True, timeout=60, check=True)
+        subprocess.run(command, env=variables, capture_output=True, timeout=60, check=True)
     except subprocess.SubprocessError:
         return False
     return True

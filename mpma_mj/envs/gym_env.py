@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mpma_mj.envs.load import make_environment
+from mpma_mj.envs.observation import action_space, flatten, observation_space
 from mpma_mj.envs.options import check_seed, options_from
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.envs.rendering import ArmRenderer
-from mpma_mj.envs.spaces import action_space, flatten, observation_space
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions import Motion
 
@@ -188,7 +188,7 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
             self._show()
             return None
         self._renderer = self._renderer or ArmRenderer(self._env.physics)
-        return self._renderer.picture(self._ghost())
+        return self._renderer.picture(self._env.task.reference)
 
     def close(self) -> None:
         """Release the OpenGL context and close the window; the next picture opens them again."""
@@ -227,22 +227,18 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
 
     def _info(self) -> dict[str, Any]:
         task = self._env.task
-        terms = task.reward_terms(self._env.physics)
         return {
-            "reward_terms": terms,
+            "reward_terms": task.reward_terms(self._env.physics),
             "clipped": task.clipped,
             "termination_reason": task.termination_reason,
         } | ({} if task.plant is None else {"plant": task.plant})
-
-    def _ghost(self) -> Array:
-        return self._env.task.reference
 
     def _show(self) -> None:
         if self._viewer is None:
             from mpma_mj.envs.viewer import ArmViewer  # and the libraries of windows
 
             self._viewer = ArmViewer(self._env.physics, self.control_timestep)
-        self._viewer.show(self._ghost())
+        self._viewer.show(self._env.task.reference)
 
 
 class FlatImitationEnv(ImitationEnv):

@@ -11,9 +11,9 @@ from dm_control.rl import control
 from numpy.typing import NDArray
 
 from mpma_mj.envs.model_validation import check_geometry
-from mpma_mj.envs.options import EnvironmentOptions, check_seed
+from mpma_mj.envs.options import EnvironmentOptions, check_seed, options_among
 from mpma_mj.envs.physics import KinematicArms, PhysicsArms
-from mpma_mj.envs.plants import PlantsLike, plants_from
+from mpma_mj.envs.plants import PlantsLike
 from mpma_mj.envs.task import TwoArmImitation
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions import Motion, read_motion
@@ -69,33 +69,13 @@ def load(  # noqa: D417 # the fields of `EnvironmentOptions` are documented ther
         BadOptionError: An option is out of bounds, or contradicts another.
         MpmaError: The motion cannot be read, or is faster than the arms.
     """
-    options = EnvironmentOptions(
-        arms=arms, model=model, repeats=repeats, reference_noise=reference_noise,
-        control_timestep=control_timestep, gravity_compensation=gravity_compensation,
-        payload=payload, actuator_strength=actuator_strength, actuator_gain=actuator_gain,
-        damping=damping, locked_joint=locked_joint, collisions=collisions, latency=latency,
-        observation_noise=observation_noise, perturbation=perturbation, random_start=random_start,
-        termination_distance=termination_distance,
-        reward_weights={} if reward_weights is None else reward_weights,
-        lookahead=lookahead, phase=phase, plants=plants_from(plants),
-        switch_every=switch_every, epochs_per_plant=epochs_per_plant,
-    )  # fmt: skip
-    return make_environment(motion, options, seed)
+    return make_environment(motion, options_among(locals()), seed)
 
 
 def make_environment(
     motion: Motion | str | Path, options: EnvironmentOptions, seed: int = 0
 ) -> control.Environment:
-    """Return the environment of a motion and options.
-
-    Args:
-        motion: The motion, or its name, or the path of a recording.
-        options: Options of the environment.
-        seed: Seed of everything random.
-
-    Raises:
-        MpmaError: As of `load`.
-    """
+    """Return the environment of a motion and options; see `load`."""
     seed = check_seed(seed)
     motion, physics, nstep = prepare(motion, options)
     task = TwoArmImitation(motion, options, physics, seed)
@@ -107,12 +87,7 @@ def prepare(
 ) -> tuple[Motion, PhysicsArms, int]:
     """Return the motion, arms that can follow it, and the physics steps of a control step.
 
-    Args:
-        motion: The motion, or its name, or the path of a recording.
-        options: Options of the environment.
-
-    Raises:
-        MpmaError: As of `load`.
+    Motion, options and errors are those of `load`.
     """
     motion = _read(motion, options.control_timestep)
     physics = _KINDS[options.arms].make(options)

@@ -1,8 +1,13 @@
-"""Observations of one pair of arms or of many."""
+"""Observations of one pair of arms or of many, and Gymnasium's spaces."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
+import mujoco
 import numpy as np
+from gymnasium import spaces
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
@@ -10,9 +15,19 @@ from mpma_mj.envs.demonstration import Demonstration, Episode
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.step_rules import Steps
 
-__all__: list[str] = ["Observer"]
+__all__: list[str] = ["Observer", "action_space", "flatten", "observation_space"]
 
 Array = NDArray[np.float64]
+
+# Coordinates of unit vectors, sines and cosines may be rounded to a little more than 1.
+_UNIT = (-1.0 - 1e-9, 1.0 + 1e-9)
+_BOUNDS: dict[str, tuple[float, float]] = dict.fromkeys(
+    ("posture", "reference", "target", "lookahead", "phase"), _UNIT
+)
+_BOUNDS["context"] = (0.0, 1.0)
+# Shoulders have no limits and simulated arms overshoot theirs, so the only bound of angles and
+# velocities is the one from which MuJoCo regards a simulation as diverged.
+_NO_BOUND = (-mujoco.mjMAXVAL, mujoco.mjMAXVAL)
 
 
 class Observer:
@@ -23,12 +38,7 @@ class Observer:
     """
 
     def __init__(self, demonstration: Demonstration, options: EnvironmentOptions) -> None:
-        """Take context, phase and the choice of observations.
-
-        Args:
-            demonstration: The demonstration.
-            options: Options of the environment.
-        """
+        """Take context and phase of the demonstration, and the choice of observations."""
         self._context, self._phase = demonstration.context, demonstration.phase
         self._lookahead, self._shows_phase = options.lookahead, options.phase
         self.shapes: dict[str, tuple[int, ...]] = {
@@ -80,6 +90,34 @@ class Observer:
         if self._shows_phase:
             observation["phase"] = self._phase[step].copy()
         return observation
+
+
+def action_space() -> spaces.Box[np.float32]:
+    """Return the space of actions, float32 as learners expect."""
+    return spaces.Box(-1.0, 1.0, (8,))
+
+
+def observation_space(shapes: Mapping[str, tuple[int, ...]], *, flat: bool) -> spaces.Space[Any]:
+    """Return the space of observations.
+
+    Args:
+        shapes: Shape of each array of an observation, by name.
+        flat: Whether observations are one array, the concatenation of the others.
+    """
+    parts = {}
+    for name, shape in shapes.items():
+        low, high = _BOUNDS.get(name, _NO_BOUND)
+        parts[name] = spaces.Box(low, high, shape, dtype=np.float64)
+    if not flat:
+        return spaces.Dict(list(parts.items()))  # a dictionary would be sorted
+    lowest = np.concatenate([part.low.ravel() for part in parts.values()])
+    highest = np.concatenate([part.high.ravel() for part in parts.values()])
+    return spaces.Box(lowest, highest, dtype=np.float64)
+
+
+def flatten(observation: Mapping[str, Array], batch: tuple[int, ...] = ()) -> Array:
+    """Return an observation as one array, shape (*batch, sum of the sizes)."""
+    return np.concatenate([part.reshape(*batch, -1) for part in observation.values()], axis=-1)
 
 
 def _unit(posture: Array) -> Array:

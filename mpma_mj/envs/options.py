@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -23,12 +22,14 @@ from mpma_mj.envs.plants import (
 from mpma_mj.errors import BadOptionError
 from mpma_mj.kinematics import JOINT_NAMES, SEGMENT_NAMES
 from mpma_mj.options import Arms
+from mpma_mj.utils.text import did_you_mean
 from mpma_mj.utils.validation import Bounds, check_fields, is_integer, is_number
 
 __all__: list[str] = [
     "MASS_OPTIONS",
     "EnvironmentOptions",
     "check_seed",
+    "options_among",
     "options_from",
     "seeds_of_batch",
 ]
@@ -37,12 +38,8 @@ _WEIGHT = Bounds(0.0, 1e6)
 _RATE, _FORCE = Bounds(0.0, 100.0), Bounds(0.0, 10_000.0)  # 1/s, N
 _DWELL = Bounds(0.0, 1e6, above=True)  # s
 MASS_OPTIONS = (
-    "gravity_compensation",
-    "payload",
-    "actuator_strength",
-    "damping",
-    "perturbation",
-    "collisions",
+    *("gravity_compensation", "payload", "actuator_strength", "damping"),
+    *("perturbation", "collisions"),
 )
 """Options that act by forces, which ideal arms do not have."""
 
@@ -127,12 +124,18 @@ class EnvironmentOptions:
         check_fields(self)
         if self.model is not None:
             object.__setattr__(self, "model", _checked_path(self.model))
-        if self.locked_joint is not None:
-            _check_joint(self.locked_joint)
+        joint: object = self.locked_joint
+        if not (joint is None or (isinstance(joint, str) and joint in JOINT_NAMES)):
+            expected = f"one of {', '.join(JOINT_NAMES)}"
+            raise BadOptionError(option="locked_joint", value=joint, expected=expected)
         object.__setattr__(self, "perturbation", _checked_perturbation(self.perturbation))
         object.__setattr__(self, "reward_weights", _checked_weights(self.reward_weights))
-        if self.arms == "kinematic":
-            self._check_no_forces()
+        for option in dataclasses.fields(self) if self.arms == "kinematic" else ():
+            value = getattr(self, option.name)
+            if option.name in MASS_OPTIONS and value != option.default:
+                remedy = f"leave {{{option.name}}} out, or take {{arms=physics}}"
+                remedy = f"ideal arms have no mass: {remedy}"
+                raise BadOptionError(option=option.name, value=value, remedy=remedy)
         object.__setattr__(self, "plants", plants_from(self.plants))
         if self.switch_every is not None:
             object.__setattr__(self, "switch_every", _checked_dwell(self.switch_every))
@@ -173,17 +176,8 @@ class EnvironmentOptions:
         else:
             self.of_plants()
 
-    def _check_no_forces(self) -> None:
-        """Check that no option acts by forces."""
-        for option in dataclasses.fields(self):
-            value = getattr(self, option.name)
-            if option.name in MASS_OPTIONS and value != option.default:
-                raise BadOptionError(
-                    option=option.name,
-                    value=value,
-                    remedy=f"ideal arms have no mass: leave {{{option.name}}} out, or take"
-                    " {arms=physics}",
-                )
+
+_NAMES = [option.name for option in dataclasses.fields(EnvironmentOptions)]
 
 
 def _fields_of_plants() -> tuple[dataclasses.Field[Any], ...]:
@@ -201,13 +195,26 @@ def options_from(given: Mapping[str, Any]) -> EnvironmentOptions:
     Raises:
         BadOptionError: An option does not exist, or is out of bounds.
     """
-    known = [option.name for option in dataclasses.fields(EnvironmentOptions)]
     for name in given:
-        if name not in known:
-            close = difflib.get_close_matches(name, known, n=1)
-            options = ", ".join(f"{{{option}}}" for option in close or ("motion", "seed", *known))
-            remedy = f"did you mean {options}?" if close else f"expected {options}"
+        if name not in _NAMES:
+            options = ", ".join(f"{{{option}}}" for option in ("motion", "seed", *_NAMES))
+            remedy = did_you_mean(name, _NAMES, "{{{}}}") or f"expected {options}"
             raise BadOptionError(f"no option '{name}'", remedy=remedy)
+    return EnvironmentOptions(**given)
+
+
+def options_among(arguments: Mapping[str, Any]) -> EnvironmentOptions:
+    """Return the options among the arguments of a function that has all of them.
+
+    Args:
+        arguments: The function's `locals()`; `reward_weights` may be None.
+
+    Raises:
+        BadOptionError: An option is out of bounds.
+    """
+    given = {name: arguments[name] for name in _NAMES}
+    if given["reward_weights"] is None:
+        del given["reward_weights"]
     return EnvironmentOptions(**given)
 
 
@@ -246,12 +253,6 @@ def _checked_path(path: object) -> str:
     if not isinstance(path, str | Path):
         raise BadOptionError(option="model", value=path, expected="the path of an MJCF file")
     return os.fspath(path)
-
-
-def _check_joint(joint: object) -> None:
-    if not isinstance(joint, str) or joint not in JOINT_NAMES:
-        expected = f"one of {', '.join(JOINT_NAMES)}"
-        raise BadOptionError(option="locked_joint", value=joint, expected=expected)
 
 
 def _is_within(bounds: Bounds, value: object) -> bool:

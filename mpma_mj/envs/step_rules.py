@@ -1,14 +1,15 @@
-"""Rules of a control step, the same for one pair of arms and for many: delay, outcome, endings."""
+"""Rules of a control step, for one pair of arms and for many: actions, outcome, endings."""
 
 from __future__ import annotations
 
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.reward import mean_reward, reward_weights, segment_rewards, site_distance
+from mpma_mj.errors import BadOptionError
 from mpma_mj.kinematics import JOINT_NAMES
 from mpma_mj.utils.clipping import clip
 
@@ -20,6 +21,7 @@ __all__: list[str] = [
     "Outcome",
     "StepRules",
     "Steps",
+    "check_action",
     "count_clipped",
     "delayed",
     "top_speeds",
@@ -126,6 +128,37 @@ class StepRules:
         if begins is not _NO:
             reward, terminated, ended = reward * ~begins, terminated & ~begins, ended & ~begins
         return Outcome(terms, reward, diverged, terminated, ended)
+
+
+def check_action(action: ArrayLike, shape: tuple[int, ...] = (8,)) -> Array:
+    """Return an action as float64.
+
+    Args:
+        action: Joint velocities over the joints' top speeds, shape (..., 8).
+        shape: Expected shape.
+
+    Raises:
+        BadOptionError: The action has another shape or type, or an entry is no finite number;
+            names the entry.
+    """
+    try:
+        given = np.asarray(action)
+    except ValueError:  # rows of different lengths
+        raise BadOptionError(f"action is no array; expected shape {shape}") from None
+    if given.dtype.kind not in "fiu":
+        raise BadOptionError(f"action is of type {given.dtype}; expected float64, shape {shape}")
+    if given.shape != shape:
+        raise BadOptionError(f"action has shape {given.shape}; expected {shape}")
+    values = np.asarray(given, np.float64)
+    # The sum of squares is finite only if all entries are, and costs a third of `isfinite`.
+    if not np.vdot(values, values) < np.inf:
+        unfit = np.argwhere(~np.isfinite(values))
+        if len(unfit):
+            entry = ", ".join(map(str, unfit[0]))
+            raise BadOptionError(
+                f"action[{entry}] is {values[tuple(unfit[0])]}; expected numbers in [-1, 1]"
+            )
+    return values
 
 
 def top_speeds(max_joint_speed: Array, locked_joint: str | None) -> Array:

@@ -8,12 +8,11 @@ from dm_env import specs
 from numpy.typing import NDArray
 
 from mpma_mj import kinematics
-from mpma_mj.envs.actions import check_action
 from mpma_mj.envs.demonstration import Demonstration
 from mpma_mj.envs.observation import Observer
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.physics import PhysicsArms
-from mpma_mj.envs.step_rules import StepRules, count_clipped, delayed
+from mpma_mj.envs.step_rules import StepRules, check_action, count_clipped, delayed
 from mpma_mj.motions import Motion
 
 __all__: list[str] = ["TwoArmImitation"]
@@ -39,6 +38,9 @@ class TwoArmImitation(control.Task):
     Attributes:
         motion: The motion.
         max_joint_speed: Joint speeds that action 1 commands, shape (8,), rad/s.
+        steps: Number of steps of an episode that starts at the beginning.
+        period: Number of steps from one repetition to the next.
+        context: Context at each moment of the repeated motion, shape (T, C).
         episode: Number of the episode that the next reset starts, from 0.
         seed: Seed of everything random.
         termination_reason: Why the episode has ended; empty while it goes on.
@@ -46,46 +48,22 @@ class TwoArmImitation(control.Task):
     """
 
     def __init__(
-        self,
-        motion: Motion,
-        options: EnvironmentOptions,
-        physics: PhysicsArms,
-        seed: int = 0,
+        self, motion: Motion, options: EnvironmentOptions, physics: PhysicsArms, seed: int = 0
     ) -> None:
-        """Prepare the demonstration.
-
-        Args:
-            motion: The motion, which the arms can follow.
-            options: Options of the environment.
-            physics: The arms.
-            seed: Seed of everything random.
-        """
+        """Prepare the demonstration of a motion that the arms can follow."""
         self.motion = motion
         self.max_joint_speed = physics.max_joint_speed
         self.episode = 0
         self.seed = seed
         self.termination_reason = ""
         self._demonstration = Demonstration(motion, options, self.max_joint_speed)
+        self.steps, self.period = self._demonstration.steps, self._demonstration.period
+        self.context = self._demonstration.context
         self._observer = Observer(self._demonstration, options)
         self._rules = StepRules(options, self.steps, self.max_joint_speed, physics.segment_lengths)
         self._pending: Array = np.zeros((options.latency, 8))
         self._begin(physics)
         self._evaluate(physics)
-
-    @property
-    def steps(self) -> int:
-        """Number of steps of an episode that starts at the beginning."""
-        return self._demonstration.steps
-
-    @property
-    def context(self) -> Array:
-        """Context at each moment of the repeated motion, shape (T, C)."""
-        return self._demonstration.context
-
-    @property
-    def period(self) -> int:
-        """Number of steps from one repetition to the next."""
-        return self._demonstration.period
 
     @property
     def reference(self) -> Array:

@@ -13,15 +13,13 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
 from mpma_mj import kinematics
-from mpma_mj.envs.actions import check_action
 from mpma_mj.envs.arm_batch import make_batch
 from mpma_mj.envs.demonstration import Demonstration
 from mpma_mj.envs.load import prepare
-from mpma_mj.envs.observation import Observer
-from mpma_mj.envs.options import check_seed, options_from, seeds_of_batch
-from mpma_mj.envs.plants import PlantsLike, plants_from
-from mpma_mj.envs.spaces import action_space, flatten, observation_space
-from mpma_mj.envs.step_rules import Mask, Outcome, StepRules, count_clipped, delayed
+from mpma_mj.envs.observation import Observer, action_space, flatten, observation_space
+from mpma_mj.envs.options import check_seed, options_among, options_from, seeds_of_batch
+from mpma_mj.envs.plants import PlantsLike
+from mpma_mj.envs.step_rules import Mask, Outcome, StepRules, check_action, count_clipped, delayed
 from mpma_mj.errors import BadOptionError, StateError
 from mpma_mj.motions import Motion
 from mpma_mj.options import Arms
@@ -89,11 +87,8 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
             if not (is_integer(count) and int(count) >= 1):
                 raise BadOptionError(option=name, value=count, expected="a whole number from 1 up")
         if render_mode is not None:
-            raise BadOptionError(
-                option="render_mode",
-                value=render_mode,
-                expected="None, as a vector of environments draws no pictures",
-            )
+            expected = "None, as a vector of environments draws no pictures"
+            raise BadOptionError(option="render_mode", value=render_mode, expected=expected)
         chosen, seed = options_from(options), check_seed(seed)
         self.motion, self.arms, nstep = prepare(motion, chosen)
         self.num_envs = num_envs = int(num_envs)
@@ -265,12 +260,9 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
     def _info(self, outcome: Outcome, clipped: NDArray[np.intp]) -> dict[str, Any]:
         """Return `info` in Gymnasium's layout: a mask of the environments that have each entry."""
         terms = dict(zip(kinematics.SEGMENT_NAMES, outcome.reward_terms.T, strict=True))
-        info = {
-            "reward_terms": self._masked(terms),
-            "clipped": clipped,
-            "termination_reason": self._termination_reason.copy(),
-        }
+        info = {"reward_terms": self._masked(terms), "clipped": clipped}
         plant = {} if self.plant is None else {"plant": self.plant}
+        info |= {"termination_reason": self._termination_reason.copy()}
         return self._masked(info | plant)
 
     def _masked(self, info: dict[str, Any]) -> dict[str, Any]:
@@ -333,18 +325,8 @@ def make_vec(  # noqa: D417 # the fields of `EnvironmentOptions` are documented 
         BadOptionError: An option is out of bounds, or contradicts another.
         MpmaError: The motion cannot be read, or is faster than the arms.
     """
+    options = options_among(locals())
     if not isinstance(flat, bool):
         raise BadOptionError(option="flat", value=flat, expected="True or False")
     kind = FlatVectorImitationEnv if flat else VectorImitationEnv
-    return kind(
-        num_envs, motion, seed=seed, threads=threads, arms=arms, model=model, repeats=repeats,
-        reference_noise=reference_noise, control_timestep=control_timestep,
-        gravity_compensation=gravity_compensation, payload=payload,
-        actuator_strength=actuator_strength, actuator_gain=actuator_gain, damping=damping,
-        locked_joint=locked_joint, collisions=collisions, latency=latency,
-        observation_noise=observation_noise, perturbation=perturbation,
-        random_start=random_start, termination_distance=termination_distance,
-        reward_weights={} if reward_weights is None else reward_weights,
-        lookahead=lookahead, phase=phase, plants=plants_from(plants),
-        switch_every=switch_every, epochs_per_plant=epochs_per_plant,
-    )  # fmt: skip
+    return kind(num_envs, motion, seed=seed, threads=threads, **vars(options))

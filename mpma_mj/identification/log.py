@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from mpma_mj.errors import RobotLogError
 from mpma_mj.kinematics import JOINT_NAMES
 from mpma_mj.motions.readers.text import TextFile, is_number, printable
-from mpma_mj.utils.atomic_files import write_atomically
+from mpma_mj.utils.atomic_files import atomic_write
 
 __all__ = ["COLUMNS", "FIRST_ROW", "RobotLog", "read_log", "write_log"]
 
@@ -100,14 +100,13 @@ def write_log(path: str | Path, log: RobotLog) -> None:
         log: The log.
     """
     table = np.column_stack([log.time, log.command, log.angle, log.velocity])
-
-    def write(temporary: Path) -> None:
-        with temporary.open("w", encoding="utf-8", newline="") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(COLUMNS)
-            writer.writerows(table.tolist())
-
-    write_atomically(Path(path), write)
+    with (
+        atomic_write(Path(path)) as temporary,
+        temporary.open("w", encoding="utf-8", newline="") as file,
+    ):
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(COLUMNS)
+        writer.writerows(table.tolist())
 
 
 def _header() -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import functools
 import os
 from collections.abc import Mapping
 from pathlib import Path
@@ -14,7 +13,7 @@ import numpy as np
 from mpma_mj.envs.model import MODEL_PATH
 from mpma_mj.identification.parameters import changed
 from mpma_mj.kinematics import JOINT_NAMES
-from mpma_mj.utils.atomic_files import write_atomically
+from mpma_mj.utils.atomic_files import atomic_write
 
 __all__ = ["write_model"]
 
@@ -51,7 +50,8 @@ def write_model(
         with contextlib.suppress(UnicodeDecodeError):  # written here, and so absolute already
             setattr(spec, folder, os.fsencode((base.parent / getattr(spec, folder)).resolve()))
     spec.compile()  # which `to_file` writes from
-    write_atomically(Path(path), functools.partial(_write, spec))
+    with atomic_write(Path(path)) as temporary:
+        _write(spec, temporary)
 
 
 def _write(spec: mujoco.MjSpec, path: Path) -> None:

@@ -15,7 +15,7 @@ from mpma_mj.identification.identified import (
     Latency,
 )
 from mpma_mj.identification.parameters import LATENCY, UNITS
-from mpma_mj.utils.tables import markdown_table
+from mpma_mj.utils.text import markdown_table
 
 __all__ = ["as_markdown"]
 

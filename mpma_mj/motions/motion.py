@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mpma_mj import kinematics
 from mpma_mj.errors import MotionFileError
-from mpma_mj.utils.names import printable
+from mpma_mj.utils.text import printable
 
 __all__ = ["Motion"]
 

@@ -29,7 +29,8 @@ def write(path: Path, motion: Motion) -> None:
     named = {field.name: getattr(motion, field.name) for field in dataclasses.fields(motion)}
     arrays: dict[str, Any] = {name: np.asarray(value) for name, value in named.items()}
     arrays["format"] = np.array(FORMAT)
-    atomic_files.write_atomically(path, lambda temporary: np.savez(temporary, **arrays))
+    with atomic_files.atomic_write(path) as temporary:
+        np.savez(temporary, **arrays)
 
 
 def read(path: Path) -> Motion | None:

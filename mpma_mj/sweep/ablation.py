@@ -11,7 +11,7 @@ from mpma_mj.sweep.measures import converged, of_point, remarks, spread, value, 
 from mpma_mj.sweep.spec import SweepSpec, seeds, without_seed
 from mpma_mj.training.config import RunConfig
 from mpma_mj.utils.atomic_files import csv_text
-from mpma_mj.utils.tables import markdown_table
+from mpma_mj.utils.text import markdown_table
 
 __all__ = ["CHANGES", "as_csv", "as_markdown", "spec_of", "title"]
 

@@ -15,8 +15,7 @@ from mpma_mj.sweep.measures import converged, of_point, remarks, values
 from mpma_mj.sweep.spec import SweepSpec, by_point, seeds
 from mpma_mj.training.config import RunConfig
 from mpma_mj.utils.atomic_files import csv_text
-from mpma_mj.utils.names import printable
-from mpma_mj.utils.tables import markdown_table
+from mpma_mj.utils.text import markdown_table, printable
 
 __all__ = ["Line", "as_csv", "as_markdown", "lines", "spec_of", "title"]
 

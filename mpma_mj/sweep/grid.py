@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import itertools
 import types
 from collections.abc import Sequence
@@ -10,7 +9,7 @@ from typing import Any, Literal, Union, get_args, get_origin
 
 from mpma_mj.errors import BadOptionError
 from mpma_mj.training.config import RunConfig, option_types
-from mpma_mj.utils.option_names import option_name
+from mpma_mj.utils.text import did_you_mean, option_name
 
 __all__ = ["points"]
 
@@ -56,8 +55,7 @@ def _axis(word: str, hints: dict[str, Any]) -> tuple[str, list[Any]]:
         )
     fields = {option_name(name): name for name in hints} | {name: name for name in hints}
     if typed not in fields:
-        near = difflib.get_close_matches(typed, fields, 1)
-        hint = f"did you mean {near[0]}?" if near else f"expected one of {', '.join(sorted(hints))}"
+        hint = did_you_mean(typed, fields) or f"expected one of {', '.join(sorted(hints))}"
         raise BadOptionError(f"grid has unknown '{typed}'; {hint}")
     name = fields[typed]
     if name == "seed":

@@ -10,7 +10,7 @@ from mpma_mj.sweep.folder import RunResult
 from mpma_mj.sweep.measures import remarks, spread, values
 from mpma_mj.sweep.spec import SweepSpec, seeds
 from mpma_mj.training.config import RunConfig
-from mpma_mj.utils.tables import markdown_table
+from mpma_mj.utils.text import markdown_table
 
 __all__ = ["SETTLED", "as_markdown", "by_number", "growing_runs", "spec_of"]
 

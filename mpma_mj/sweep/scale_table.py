@@ -10,7 +10,7 @@ from mpma_mj.sweep.folder import RunResult
 from mpma_mj.sweep.measures import remarks, spread
 from mpma_mj.sweep.scale import Growing, Material, Scale, Size, Varying
 from mpma_mj.sweep.spec import without_seed
-from mpma_mj.utils.tables import markdown_table
+from mpma_mj.utils.text import markdown_table
 
 __all__ = [
     "TOLERANCE",

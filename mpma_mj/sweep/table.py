@@ -7,8 +7,7 @@ from collections.abc import Sequence
 from mpma_mj.sweep.folder import RunResult
 from mpma_mj.sweep.measures import converged, of_point, remarks, spread
 from mpma_mj.sweep.spec import SweepSpec, by_point
-from mpma_mj.utils.option_names import option_name
-from mpma_mj.utils.tables import markdown_table
+from mpma_mj.utils.text import markdown_table, option_name
 
 __all__ = ["as_markdown"]
 

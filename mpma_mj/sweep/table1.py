@@ -12,7 +12,7 @@ from mpma_mj.sweep.folder import RunResult
 from mpma_mj.sweep.measures import Spread, converged, remarks, spread
 from mpma_mj.sweep.spec import SweepSpec, seeds
 from mpma_mj.training.config import RunConfig
-from mpma_mj.utils.tables import markdown_table
+from mpma_mj.utils.text import markdown_table
 
 __all__ = ["LETTERS", "PAPER", "Line", "as_csv", "as_markdown", "lines", "of_size", "spec_of"]
 

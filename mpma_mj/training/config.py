@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import importlib.metadata
 import platform
 from collections.abc import Collection
 from dataclasses import dataclass, field, fields
-from typing import Annotated, Any, get_origin, get_type_hints
-
-import tyro
+from typing import Any, get_origin, get_type_hints
 
 from mpma_mj._version import __version__
 from mpma_mj.agents.config import CONFIG_TYPES, AgentConfig, MPMAConfig
@@ -25,25 +22,13 @@ from mpma_mj.training.config_json import (
     exact,
     plain,
 )
+from mpma_mj.utils.text import did_you_mean
 
-__all__ = ["ReadingArguments", "RunConfig", "option_types", "versions"]
+__all__ = ["RunConfig", "option_types", "versions"]
 
 _PARTS = ("reading", "env", "agent")
 _KINDS = {"reading": ReadingOptions, "env": EnvironmentOptions, "agent": AgentConfig}
 _SIZES = ("modules", "nodes")  # every agent may stand in a grid of sizes, also one that has none
-
-
-@dataclass(frozen=True, kw_only=True)
-class ReadingArguments(ReadingOptions):
-    """How recordings are read; what is not given is detected."""
-
-    start: Annotated[float | None, tyro.conf.arg(name="from")] = None
-    end: Annotated[float | None, tyro.conf.arg(name="to")] = None
-
-    @property
-    def reading(self) -> ReadingOptions:
-        """The same options as the library has them."""
-        return ReadingOptions(**{f.name: getattr(self, f.name) for f in fields(ReadingOptions)})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -211,9 +196,8 @@ class RunConfig:
                 f"{self.agent_name} has no option {name}, which {', '.join(owners)} have",
                 remedy=f"leave {{{name}}} out, or take another {{agent}}",
             )
-        close = difflib.get_close_matches(name, self.options(), n=1)
-        hint = f"did you mean {{{close[0]}}}?" if close else ""
-        raise BadOptionError(f"there is no option '{name}'", remedy=hint)
+        remedy = did_you_mean(name, self.options(), "{{{}}}")
+        raise BadOptionError(f"there is no option '{name}'", remedy=remedy)
 
 
 def _from_own_process(content: dict[str, Any]) -> RunConfig:

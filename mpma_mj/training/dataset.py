@@ -14,7 +14,7 @@ from mpma_mj.motions.reach import check_reach
 from mpma_mj.motions.read import BUILT_IN, read_with_findings
 from mpma_mj.motions.repertoire import join
 from mpma_mj.training.config import RunConfig
-from mpma_mj.utils.option_names import option_name
+from mpma_mj.utils.text import option_name
 
 __all__ = ["expand_folders", "read_motions"]
 

@@ -16,8 +16,7 @@ from mpma_mj.motions import Motion
 from mpma_mj.trace import Trace
 from mpma_mj.trials.compare import ARMS, Cell, Dance
 from mpma_mj.visualization.colours import DEMONSTRATED, module_colours
-from mpma_mj.visualization.figure_file import figure_file
-from mpma_mj.visualization.label_bands import draw_labels
+from mpma_mj.visualization.figure_file import draw_labels, figure_file
 
 __all__ = ["SHOWN", "first_dances", "write_dances", "write_transfer"]
 

@@ -12,7 +12,7 @@ from mpma_mj.evaluation.statistics import interval
 from mpma_mj.kinematics import JOINT_NAMES
 from mpma_mj.trials.compare import Cell
 from mpma_mj.utils.atomic_files import csv_text
-from mpma_mj.utils.tables import markdown_table
+from mpma_mj.utils.text import markdown_table
 
 __all__ = ["as_csv", "as_markdown"]
 

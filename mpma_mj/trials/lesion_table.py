@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.evaluation.statistics import interval
 from mpma_mj.trials.lesion import Dance, Lesion, Lesions
-from mpma_mj.utils.tables import markdown_table
+from mpma_mj.utils.text import markdown_table
 
 __all__ = ["matrix", "name_of", "summary"]
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from mpma_mj.trials.disturbances import DISTURBANCES, Disturbance, Level
 from mpma_mj.trials.stress import THIS_RUN
 from mpma_mj.trials.stress_results import RECOVERED, Results, Tally
-from mpma_mj.utils.names import printable
+from mpma_mj.utils.text import printable
 from mpma_mj.visualization.colours import INK, module_colours
 from mpma_mj.visualization.figure_file import figure_file
 

@@ -10,7 +10,7 @@ from mpma_mj.trials.disturbances import DISTURBANCES, Level
 from mpma_mj.trials.stress import THIS_RUN, Found
 from mpma_mj.trials.stress_results import RECOVERED, Results
 from mpma_mj.utils.atomic_files import csv_text
-from mpma_mj.utils.tables import markdown_table
+from mpma_mj.utils.text import markdown_table
 
 __all__ = ["as_csv", "as_markdown", "courses_as_csv"]
 

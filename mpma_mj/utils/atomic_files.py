@@ -9,7 +9,7 @@ import json
 import math
 import os
 import zipfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +26,6 @@ __all__ = [
     "not_writable",
     "read_arrays",
     "write_arrays",
-    "write_atomically",
     "write_json",
     "write_text",
 ]
@@ -58,20 +57,6 @@ def csv_text(rows: Sequence[Mapping[str, object]]) -> str:
 
 def _is_nan(entry: object) -> bool:
     return isinstance(entry, float) and math.isnan(entry)
-
-
-def write_atomically(path: Path, write: Callable[[Path], None]) -> None:
-    """Write a file under a temporary name and rename it.
-
-    Args:
-        path: Path of the file; missing folders are created.
-        write: Called with the temporary path, which has the same suffix.
-
-    Raises:
-        RunFolderError: The folder cannot be written.
-    """
-    with atomic_write(path) as temporary:
-        write(temporary)
 
 
 @contextlib.contextmanager
@@ -109,11 +94,8 @@ def not_writable(path: Path, error: OSError) -> RunFolderError:
 
 def write_text(path: Path, text: str) -> None:
     """Write a UTF-8 text file; characters that UTF-8 cannot encode become escapes."""
-
-    def write(temporary: Path) -> None:
+    with atomic_write(path) as temporary:
         temporary.write_text(text, encoding="utf-8", errors="backslashreplace")
-
-    write_atomically(path, write)
 
 
 def write_json(path: Path, content: Mapping[str, Any]) -> None:
@@ -134,7 +116,8 @@ def write_arrays(
     """
     header = json.dumps({"format": FORMAT, "kind": kind} | dict(meta))
     content: dict[str, Any] = {_META: np.array(header), **arrays}
-    write_atomically(path, lambda temporary: np.savez(temporary, **content))
+    with atomic_write(path) as temporary:
+        np.savez(temporary, **content)
 
 
 def read_arrays(path: Path, kind: str) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:

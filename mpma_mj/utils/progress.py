@@ -10,6 +10,7 @@ from rich.markup import escape
 from rich.progress import (
     BarColumn,
     Progress,
+    ProgressColumn,
     TextColumn,
     TimeElapsedColumn,
     TimeRemainingColumn,
@@ -39,20 +40,13 @@ def show_epochs(epochs: int) -> Iterator[Callable[[dict[str, float]], None]]:
     Yields:
         Function that takes the metrics of each epoch.
     """
-    console = _console()
-    columns = (
-        TextColumn("training"),
-        BarColumn(),
-        TextColumn("epoch {task.completed} of at most {task.total}"),
-        TimeElapsedColumn(),
-    )
-    disable = not console.is_terminal
-    with Progress(*columns, console=console, transient=True, disable=disable) as bar:
+    text = "epoch {task.completed} of at most {task.total}"
+    with _bar(TextColumn("training"), BarColumn(), TextColumn(text), TimeElapsedColumn()) as bar:
         task = bar.add_task("training", total=epochs)
 
         def show(row: dict[str, float]) -> None:
             shown = (form.format(row[name]) for name, form in _SHOWN.items() if name in row)
-            console.print("   ".join(shown))
+            bar.console.print("   ".join(shown))
             bar.advance(task)
 
         yield show
@@ -73,26 +67,18 @@ def show_runs(
     Yields:
         Function that takes the number of newly finished runs, and their description.
     """
-    console = _console()
-    columns = (
-        TextColumn(doing),
-        BarColumn(),
-        TextColumn(f"{{task.completed}} of {{task.total}} {what}"),
-        TimeElapsedColumn(),
-        TextColumn("left"),
-        TimeRemainingColumn(),
-    )
-    disable = not console.is_terminal
+    counted = TextColumn(f"{{task.completed}} of {{task.total}} {what}")
+    times = TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn()
     if over:
-        console.print(f"going on: {over} of {runs} {what} are there")
-    with Progress(*columns, console=console, transient=True, disable=disable) as bar:
+        _console().print(f"going on: {over} of {runs} {what} are there")
+    with _bar(TextColumn(doing), BarColumn(), counted, *times) as bar:
         task = bar.add_task(doing, total=runs, completed=over)
 
         def show(count: int, which: str) -> None:
             nonlocal over
             over += count
-            if disable:
-                console.print(f"{over:4d} of {runs} {what}   {which}".rstrip())
+            if bar.disable:
+                bar.console.print(f"{over:4d} of {runs} {what}   {which}".rstrip())
             bar.update(task, completed=over)
 
         yield show
@@ -119,21 +105,25 @@ def show_count(title: str) -> Iterator[Callable[[], None]]:
     Yields:
         Function that counts one more.
     """
-    console = _console()
-    disable = not console.is_terminal
-    columns = (TextColumn(title), TextColumn("{task.completed} times"), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True, disable=disable) as bar:
+    counted = TextColumn("{task.completed} times")
+    with _bar(TextColumn(title), counted, TimeElapsedColumn()) as bar:
         task = bar.add_task(title, total=None)
         title_printed = False
 
         def tick() -> None:
             nonlocal title_printed
-            if disable and not title_printed:
-                console.print(title)
+            if bar.disable and not title_printed:
+                bar.console.print(title)
             title_printed = True
             bar.advance(task)
 
         yield tick
+
+
+def _bar(*columns: ProgressColumn) -> Progress:
+    """Return a bar that disappears at the end, and shows on terminals only."""
+    console = _console()
+    return Progress(*columns, console=console, transient=True, disable=not console.is_terminal)
 
 
 def _console() -> Console:

@@ -1,19 +1,27 @@
-"""Figures as PNG files."""
+"""Figures as PNG files, and the labels in those over time."""
 
 from __future__ import annotations
 
 import contextlib
-import functools
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
-from mpma_mj.utils.atomic_files import write_atomically
+from mpma_mj.utils.atomic_files import atomic_write
+from mpma_mj.visualization.responsibility_strip import label_runs
 
-__all__ = ["figure_file"]
+__all__ = ["MOST_NAMED_RUNS", "draw_labels", "figure_file"]
+
+Array = NDArray[np.float64]
+
+MOST_NAMED_RUNS = 40
+"""Number of stretches of labels beyond which their names would overlap."""
 
 _DPI = 110
 # A character that the font lacks is drawn as a box; the warning's text depends on the version.
@@ -47,4 +55,28 @@ def figure_file(path: Path, width: float, height: float) -> Iterator[Figure]:
         warnings.filterwarnings("ignore", _MISSING_GLYPH)
         figure = Figure(figsize=(width, height), layout="constrained")
         yield figure
-        write_atomically(path, functools.partial(figure.savefig, dpi=_DPI))
+        with atomic_write(path) as temporary:
+            figure.savefig(temporary, dpi=_DPI)
+
+
+def draw_labels(axes: Sequence[Axes], context: Array, labels: Sequence[str], rate: float) -> None:
+    """Draw every other stretch of a label as a band, and the labels above the first axes.
+
+    Args:
+        axes: Axes over time in s, from top to bottom.
+        context: Context, shape (T, C).
+        labels: Label of each entry of the context, C of them.
+        rate: Steps per second, Hz.
+    """
+    runs = label_runs(context)
+    for axis in axes:
+        for _, start, end in runs[1::2]:
+            axis.axvspan(start / rate, end / rate, color="0.92", zorder=0)
+        axis.margins(x=0)
+        axis.spines[["top", "right"]].set_visible(False)
+    if len(runs) > MOST_NAMED_RUNS:
+        return
+    top = axes[0].get_xaxis_transform()
+    for label, start, end in runs:
+        middle = 0.5 * (start + end) / rate
+        axes[0].text(middle, 1.02, labels[label], transform=top, ha="center", va="bottom")

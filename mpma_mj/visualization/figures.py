@@ -14,8 +14,7 @@ from mpma_mj.kinematics import JOINT_NAMES, SEGMENT_NAMES
 from mpma_mj.motions import Motion
 from mpma_mj.trace import Trace
 from mpma_mj.visualization.colours import DEMONSTRATED, module_colours
-from mpma_mj.visualization.figure_file import figure_file
-from mpma_mj.visualization.label_bands import draw_labels
+from mpma_mj.visualization.figure_file import draw_labels, figure_file
 
 __all__ = ["write_figures"]
 

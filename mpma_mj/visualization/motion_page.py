@@ -15,7 +15,7 @@ from mpma_mj.motions.reach import joint_speeds
 from mpma_mj.motions.reading import Reading
 from mpma_mj.trace import Trace
 from mpma_mj.visualization.colours import DEMONSTRATED, INK, module_colours
-from mpma_mj.visualization.figure_file import figure_file
+from mpma_mj.visualization.figure_file import MOST_NAMED_RUNS, figure_file
 from mpma_mj.visualization.responsibility_strip import label_runs
 from mpma_mj.visualization.video import write_video
 
@@ -25,7 +25,6 @@ Array = NDArray[np.float64]
 
 _FIGURES = 9  # of the storyboard
 _SPACING = 1.25  # m between them
-_MOST_NAMED_RUNS = 40
 _ABOVE: dict[str, Any] = {
     **{"loc": "lower right", "bbox_to_anchor": (1.0, 0.97), "fontsize": "x-small"},
     **{"frameon": False, "borderaxespad": 0.0},
@@ -135,7 +134,7 @@ def _draw_context(axis: Axes, context: Array, labels: tuple[str, ...], times: Ar
             times, number, number + active, step="post", color=colour, alpha=0.6, linewidth=0
         )
     runs = label_runs(context)
-    if len(runs) <= _MOST_NAMED_RUNS:
+    if len(runs) <= MOST_NAMED_RUNS:
         for label, start, end in runs:
             middle = 0.5 * (times[start] + times[min(end, len(times) - 1)])
             axis.text(middle, label + 0.5, labels[label], ha="center", va="center", fontsize=7)

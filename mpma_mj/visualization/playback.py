@@ -17,11 +17,16 @@ from mpma_mj.envs.viewer import ArmViewer
 from mpma_mj.motions import Motion
 from mpma_mj.motions.reading import Reading
 from mpma_mj.trace import Trace
-from mpma_mj.visualization.player import KEYS, Player
 
-__all__ = ["Dance", "play"]
+__all__ = ["KEYS", "LEFT", "RIGHT", "SPACE", "Dance", "Player", "play"]
 
 Array = NDArray[np.float64]
+
+SPACE, RIGHT, LEFT = 32, 262, 263
+"""Codes of the keys in GLFW."""
+
+KEYS = {"space": "pause, go on", "right": "a step on", "left": "a step back"}
+"""Action of each key, displayed to the user."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,13 +53,7 @@ class Dance:
     def of_run(
         cls, trace: Trace, motion: Motion, options: EnvironmentOptions | None = None
     ) -> Dance:
-        """Return the best epoch of a run.
-
-        Args:
-            trace: Trace of the epoch.
-            motion: The motion that was imitated.
-            options: Options of the environment; the defaults if not given.
-        """
+        """Return the best epoch of a run, given its trace and the motion that was imitated."""
         return cls(
             joint_angles=trace.true_joint_angles(),
             reference=trace.reference,
@@ -66,11 +65,7 @@ class Dance:
 
     @classmethod
     def of_reading(cls, reading: Reading) -> Dance:
-        """Return the robot in exactly the demonstrated postures, with the times of the recording.
-
-        Args:
-            reading: The motion with the times of its recording.
-        """
+        """Return the robot in exactly the demonstrated postures, at the times of the recording."""
         motion = reading.motion
         return cls(
             joint_angles=motion.joint_angles,
@@ -79,6 +74,41 @@ class Dance:
             labels=_names(motion.context, motion),
             rate=motion.rate,
         )
+
+
+@dataclass
+class Player:
+    """Position in a loop over steps.
+
+    Attributes:
+        steps: Number of steps.
+        step: Current step, from 0.
+        paused: Whether playback is paused.
+    """
+
+    steps: int
+    step: int = 0
+    paused: bool = False
+
+    def advance(self) -> None:
+        """Move to the next step, unless paused."""
+        if not self.paused:
+            self._move(1)
+
+    def press(self, key: int) -> None:
+        """Handle a key: the space bar pauses or continues, an arrow pauses and moves by a step.
+
+        Args:
+            key: Code of the key in GLFW; other keys have no effect.
+        """
+        if key == SPACE:
+            self.paused = not self.paused
+        elif key in (RIGHT, LEFT):
+            self.paused = True
+            self._move(1 if key == RIGHT else -1)
+
+    def _move(self, steps: int) -> None:
+        self.step = (self.step + steps) % self.steps
 
 
 def play(dance: Dance, *, instead: str, on_open: Callable[[], None]) -> None:

@@ -84,13 +84,7 @@ def dance_frames(
 ) -> Generator[Picture, None, None]:
     """Draw an epoch frame by frame, a frame for each control step.
 
-    Args:
-        trace: Trace of the epoch.
-        motion: The motion that was imitated.
-        options: Options of the environment, whose arms are drawn; the defaults if not given.
-        camera: Camera of the model.
-        size: Width and height of the picture of the arms, pixels.
-        progress: Wraps the range of frames to show progress.
+    As `write_video`, but for the size: width and height of the picture of the arms, pixels.
 
     Yields:
         Pictures, shape (height + 96, width, 3).

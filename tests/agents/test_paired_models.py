@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from mpma_mj.agents.growing import Recruitment
 
 from mpma_mj import MPMAConfig, load, make_agent, make_vec
 from mpma_mj.agents import HAMMER, GrowingMPMA
-from mpma_mj.agents.growing import Recruitment
 from mpma_mj.agents.paired_models import PairedModels
 from mpma_mj.agents.wrappers import AlteredContext, Frozen, paired_models_of
 from mpma_mj.errors import BadOptionError

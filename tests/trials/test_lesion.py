@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from mpma_mj.agents.growing import Recruitment
 
 from mpma_mj import make_agent
 from mpma_mj.agents.gain_schedule import Gains
-from mpma_mj.agents.growing import Recruitment
 from mpma_mj.agents.signals import ModuleSignals
 from mpma_mj.agents.wrappers import AgentWrapper
 from mpma_mj.cli import main

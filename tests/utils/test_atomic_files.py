@@ -21,13 +21,10 @@ def test_arrays_and_their_description_go_round(tmp_path: Path) -> None:
 def test_a_write_that_fails_leaves_the_old_file_and_nothing_else(tmp_path: Path) -> None:
     path = tmp_path / "a.txt"
     atomic_files.write_text(path, "old")
-
-    def half(temporary: Path) -> None:
+    failure = pytest.raises(RunFolderError, match="No space left on device")
+    with failure, atomic_files.atomic_write(path) as temporary:
         temporary.write_text("half")
         raise OSError(28, "No space left on device")
-
-    with pytest.raises(RunFolderError, match="No space left on device"):
-        atomic_files.write_atomically(path, half)
     assert path.read_text() == "old"
     assert list(tmp_path.iterdir()) == [path]
 

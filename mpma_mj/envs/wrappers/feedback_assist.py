@@ -12,8 +12,8 @@ from gymnasium.utils import RecordConstructorArgs
 from gymnasium.vector import VectorEnv, VectorWrapper
 from numpy.typing import ArrayLike, NDArray
 
-from mpma_mj.envs.actions import check_action
 from mpma_mj.envs.gym_env import ImitationEnv
+from mpma_mj.envs.step_rules import check_action
 from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.envs.wrappers.base import Wrapper, unwrap
 from mpma_mj.errors import BadOptionError

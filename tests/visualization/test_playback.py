@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mpma_mj.visualization.player import LEFT, RIGHT, SPACE, Player
+from mpma_mj.visualization.playback import LEFT, RIGHT, SPACE, Player
 
 COUNTS = st.integers(0, 300)
 

@@ -1,0 +1,10 @@
+from ._version import __version__ as __version__
+from .agents import MPMAConfig as MPMAConfig
+from .envs.load import load as load
+from .envs.vector_env import make_vec as make_vec
+from .motions import Motion as Motion
+from .motions import read_motion as read_motion
+from .training.factory import make_agent as make_agent
+from .training.run import Run as Run
+from .training.run import imitate as imitate
+from .training.run import load_agent as load_agent

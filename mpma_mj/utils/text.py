@@ -1,0 +1,59 @@
+"""Text for people: printable names, options as they are typed, near matches, tables."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Iterable, Sequence
+
+__all__ = ["as_flag", "did_you_mean", "field_name", "markdown_table", "option_name", "printable"]
+
+# Control characters; and lone surrogates, which stand for bytes of a file's name that are not UTF-8
+# and cannot be drawn or encoded.
+_UNPRINTABLE = re.compile(r"[\x00-\x1f\x7f-\x9f\ud800-\udfff]")
+_FLAGS = {"start": "from", "end": "to"}  # `from` is a keyword of Python
+_FIELDS = {flag: field for field, flag in _FLAGS.items()}
+
+
+def printable(name: str) -> str:
+    r"""Return a name with escapes, such as \n or \udcff, for characters that cannot be printed."""
+    return _UNPRINTABLE.sub(lambda found: found[0].encode("unicode_escape").decode(), name)
+
+
+def option_name(field: str) -> str:
+    """Return what the command line calls an option."""
+    return _FLAGS.get(field, field.replace("_", "-"))
+
+
+def field_name(option: str) -> str:
+    """Return what Python calls an option of the command line."""
+    return _FIELDS.get(option, option.replace("-", "_"))
+
+
+def as_flag(option: str, value: str | None) -> str:
+    """Return an option as it is typed."""
+    flag = f"--{option_name(option)}"
+    return flag if value is None else f"{flag} {value}"
+
+
+def did_you_mean(name: str, known: Iterable[str], form: str = "{}") -> str:
+    """Return the question whether the most similar name was meant; empty without one.
+
+    Args:
+        name: Name that is not known.
+        known: Names that are.
+        form: How the name is written in the question: `"{{{}}}"` for an option of a remedy.
+    """
+    near = difflib.get_close_matches(name, list(known), n=1)
+    return f"did you mean {form.format(near[0])}?" if near else ""
+
+
+def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return a table in Markdown.
+
+    Args:
+        head: Cells of the header.
+        rows: Cells of each row.
+    """
+    lines = [f"| {' | '.join(line)} |" for line in (head, *rows)]
+    return "\n".join([lines[0], "|---" * len(head) + "|", *lines[1:]])

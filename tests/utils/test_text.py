@@ -1,0 +1,20 @@
+"""Options as they are typed, and near matches."""
+
+import dataclasses
+
+import pytest
+
+from mpma_mj.motions.options import ReadingOptions
+from mpma_mj.utils.text import did_you_mean, field_name, option_name
+
+
+@pytest.mark.parametrize("name", [field.name for field in dataclasses.fields(ReadingOptions)])
+def test_an_option_has_one_name_in_python_and_one_on_the_command_line(name: str) -> None:
+    assert field_name(option_name(name)) == name
+
+
+def test_a_question_names_the_nearest_of_the_known_or_is_empty() -> None:
+    known = ("payload", "latency")
+    assert did_you_mean("paylaod", known) == "did you mean payload?"
+    assert did_you_mean("paylaod", known, "{{{}}}") == "did you mean {payload}?"
+    assert did_you_mean("gravity", known) == ""
