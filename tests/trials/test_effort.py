@@ -23,12 +23,17 @@ def danced(**condition: object) -> Trace:
     return record_epoch(env, make_agent(env, kind="feedback_only"), 0)
 
 
-@pytest.mark.parametrize("strength", [1.0, 0.1])
-def test_torques_are_what_changes_the_arms_momentum(strength: float) -> None:
-    trace = danced(actuator_strength=strength)
-    cost = effort(trace, EnvironmentOptions(actuator_strength=strength), ymca().rate)
+@pytest.mark.parametrize(
+    "condition",
+    [{}, {"actuator_strength": 0.1}, {"actuator_gain": 0.6}],
+    ids=["as they are", "weak", "low gain"],
+)
+def test_torques_are_what_changes_the_arms_momentum(condition: dict[str, float]) -> None:
+    trace = danced(**condition)
+    options = EnvironmentOptions(**condition)  # type: ignore[arg-type]
+    cost = effort(trace, options, ymca().rate)
     assert cost is not None
-    arms = PhysicsArms.make(EnvironmentOptions(actuator_strength=strength))
+    arms = PhysicsArms.make(options)
     model, data = arms.model.ptr, arms.data.ptr
     arms.set_joint_state(trace.joint_angles[0], trace.joint_velocities[0])
     inertia = np.zeros((8, 8))

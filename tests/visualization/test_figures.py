@@ -7,6 +7,7 @@ import imageio.v3 as iio
 import numpy as np
 import pytest
 
+from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.kinematics import posture_from_angles
 from mpma_mj.motions import ymca
 from mpma_mj.trace import Trace
@@ -104,3 +105,16 @@ def test_the_video_shows_every_step_at_the_speed_of_the_dance(
     frame = iio.imread(path, index=40)
     assert frame.std() > 20
     assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.usefixtures("opengl")
+def test_frames_show_the_plant_that_is_on(small_run: Path) -> None:
+    folder = RunFolder(small_run)
+    arrays, motion = folder.read_trace().to_arrays(), folder.read_motion()
+    options = EnvironmentOptions(plants=({}, {"payload": 20.0}))  # type: ignore[arg-type]
+    drawn = []
+    for plant in (0, 1):
+        plants = np.full(len(arrays["action"]), plant)
+        trace = Trace.from_arrays(arrays | {"plant": plants})
+        drawn.append(next(dance_frames(trace, motion, options=options, size=(160, 120))))
+    assert not np.array_equal(*drawn)
