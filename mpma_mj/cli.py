@@ -16,8 +16,7 @@ from mpma_mj import __version__
 from mpma_mj.agents.config import MPMAConfig
 from mpma_mj.commands import COMMANDS
 from mpma_mj.commands.imitate import Imitate
-from mpma_mj.commands.plant_words import PLANT_WORDS
-from mpma_mj.commands.run_options import config_type, refused_options, registry
+from mpma_mj.commands.run_options import REFUSED_OPTIONS, config_type, registry
 from mpma_mj.errors import BadOptionError, MpmaError, RecordingWarning
 from mpma_mj.utils.text import as_flag
 
@@ -107,7 +106,7 @@ def _parse(words: Sequence[str]) -> Command:
     Raises:
         MpmaError: The value of an option is refused.
     """
-    parser_errors, rules = io.StringIO(), registry(refused_options(words[0] if words else ""))
+    parser_errors, rules = io.StringIO(), registry(REFUSED_OPTIONS)
     try:
         # The parser reports any ValueError of an option in a box without the reason.
         with contextlib.redirect_stderr(parser_errors), rules:
@@ -116,7 +115,6 @@ def _parse(words: Sequence[str]) -> Command:
                 prog="mpma",
                 description="Two simulated arms learn to imitate motion-capture recordings.",
                 args=words,
-                registry=PLANT_WORDS,
             )
     except SystemExit as end:
         cause: BaseException | None = end

@@ -8,7 +8,6 @@ from mpma_mj.commands.bench import Bench
 from mpma_mj.commands.benchmark import Benchmark
 from mpma_mj.commands.capture import Capture
 from mpma_mj.commands.compare import Compare
-from mpma_mj.commands.grow import Grow
 from mpma_mj.commands.identify import Identify
 from mpma_mj.commands.imitate import Imitate
 from mpma_mj.commands.lesion import Lesion
@@ -34,7 +33,6 @@ COMMANDS: dict[str, Any] = {
     "scale": Scale,
     "bench": Bench,
     "capture": Capture,
-    "grow": Grow,
     "attractor": Attractor,
     "lesion": Lesion,
     "stress": Stress,

@@ -28,13 +28,14 @@ class Benchmark:
     motions: Motions = ()
     """Recordings, or folders of them; each is learned separately."""
     agents: tuple[str, ...] = (
-        *("mpma", "mosaic", "hammer", "single", "feedback_only", "open_loop", "random"),
+        *("mpma", "single", "adaptive", "resolved_rate", "mosaic", "hammer"),
+        *("feedback_only", "open_loop", "random"),
     )
     """Agents, or paths of classes such as my_agents.py:MyAgent."""
     runs: int = 5
     """Runs of each agent, with seeds from 0."""
-    nodes: int = 200
-    """Neurons of each reservoir."""
+    nodes: int | None = None
+    """Neurons of each reservoir; each agent's own default if not given."""
     epochs: int = 30
     """Largest number of epochs of a run."""
     stop: bool = True
@@ -72,6 +73,7 @@ class Benchmark:
                     f"{motion} is given twice; each is learned separately, give it once"
                 )
         recordings = [m for m in motions if m != _BUILT_IN]
-        built_in = RunConfig.of(nodes=self.nodes, tempo=self.reading.tempo)
+        sizes = {} if self.nodes is None else {"nodes": self.nodes}
+        built_in = RunConfig.of(tempo=self.reading.tempo, **sizes)
         of_recordings = dataclasses.replace(built_in, reading=self.reading)
         return [built_in, *(of_recordings.replace(motions=(m,)) for m in recordings)]

@@ -5,22 +5,23 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, PrimitiveTypeInfo
+from tyro.constructors import PrimitiveConstructorSpec, PrimitiveTypeInfo
 
 from mpma_mj.envs.plants import Plant, plants_from
 from mpma_mj.errors import BadOptionError
 
-__all__ = ["PLANT_WORDS"]
+__all__ = ["plants_rule"]
 
 _DEFAULT = str(Plant())
 _EXPECTED = f"{_DEFAULT}, or each option once, such as payload=3,actuator_gain=0.6"
 
-PLANT_WORDS = ConstructorRegistry()
-"""Rule by which the parser reads and writes plants: a word each, its options between commas."""
 
+def plants_rule(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
+    """Return how plants are parsed and written, a word each, its options between commas.
 
-@PLANT_WORDS.primitive_rule
-def _plants(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
+    Args:
+        info: Type of an option; None is returned for any but that of plants.
+    """
     if info.type != tuple[Plant, ...] | None:
         return None
     return PrimitiveConstructorSpec(

@@ -12,6 +12,7 @@ import tyro
 from tyro.constructors import ConstructorRegistry, StructConstructorSpec, StructTypeInfo
 
 from mpma_mj.agents.config import CONFIG_TYPES, AgentConfig
+from mpma_mj.commands.plant_words import plants_rule
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions.options import ReadingOptions
@@ -19,6 +20,7 @@ from mpma_mj.training.config import RunConfig
 from mpma_mj.utils.text import field_name, option_name
 
 __all__ = [
+    "REFUSED_OPTIONS",
     "Motions",
     "Outside",
     "OutsideClasses",
@@ -26,7 +28,6 @@ __all__ = [
     "RunFolders",
     "RunOptions",
     "config_type",
-    "refused_options",
     "registry",
     "typed_options",
 ]
@@ -35,7 +36,6 @@ AgentT = TypeVar("AgentT", bound=AgentConfig)
 
 _AGENT = "--agent"
 _WHOLE = "training imitates whole episodes"
-_GROWTH = "growth is tried beside 1 to as many modules as {most} says"
 
 Motions = Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="MOTION")]
 RunFolders = Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="RUN...")]
@@ -47,7 +47,7 @@ class RunOptions(Generic[AgentT]):
     """Options that determine the result.
 
     Attributes:
-        agent: mpma, growing, mosaic, hammer or single; or the path of a class, such as
+        agent: mpma, mosaic, hammer, single, adaptive or oracle; or the path of a class, such as
             my_agents.py:MyAgent.
         seed: Seed of all random numbers.
         config: Options of the agent.
@@ -123,6 +123,7 @@ def registry(hidden: Collection[str] = ()) -> ConstructorRegistry:
         hidden: Names of fields that are no options of the command.
     """
     rules = ConstructorRegistry()
+    rules.primitive_rule(plants_rule)
     under_way: list[StructTypeInfo] = []
 
     @rules.struct_rule
@@ -151,10 +152,8 @@ def _default(value: str) -> str:
     return "" if value in ("", "None") else f"(default: {value})"
 
 
-def refused_options(command: str) -> dict[str, str]:
-    """Return the options of runs that a command does not have, and why."""
-    of_growth = {"agent": _GROWTH, "modules": _GROWTH} if command == "grow" else {}
-    return {"random_start": _WHOLE, "termination_distance": _WHOLE} | of_growth
+REFUSED_OPTIONS = {"random_start": _WHOLE, "termination_distance": _WHOLE}
+"""Options of environments that training does not have, and why."""
 
 
 def config_type(words: Sequence[str]) -> type[AgentConfig]:
@@ -167,7 +166,7 @@ def config_type(words: Sequence[str]) -> type[AgentConfig]:
         BadOptionError: There is no such agent, or the command or the agent lacks an option.
     """
     typed = typed_options(words)
-    for option, reason in refused_options(words[0]).items():
+    for option, reason in REFUSED_OPTIONS.items():
         if option in typed:
             problem = f"mpma {words[0]} has no option --{option_name(option)}"
             raise BadOptionError(problem, remedy=f"leave it out: {reason}")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from mpma_mj.commands.folders import write_tables
 from mpma_mj.commands.workers import SweepWorkers, Workers
-from mpma_mj.options import Arms
+from mpma_mj.options import Arms, Models
 from mpma_mj.training.config import RunConfig
 from mpma_mj.utils.system import processors
 
@@ -25,6 +25,8 @@ class Table1:
     """Sizes: neurons of each reservoir."""
     runs: int = 20
     """Runs of each size, with seeds from 0."""
+    models: Models = "joint"
+    """Joint models (ours), or posture models (the paper's)."""
     rule: str = "weighted"
     """Learning rule: weighted (ours), gated (the paper's), or the path of a class."""
     arms: Arms = "physics"
@@ -34,11 +36,14 @@ class Table1:
     out: Path | None = None
     """Folder of the table; runs/table1-TIME if not given."""
 
+    def _base(self) -> RunConfig:
+        return RunConfig.of(models=self.models, rule=self.rule, arms=self.arms)
+
     def run(self) -> Path:
         """Train all runs and return the folder."""
         from mpma_mj.sweep import table1
 
-        spec = table1.spec_of(self.nodes, self.runs, RunConfig.of(rule=self.rule, arms=self.arms))
+        spec = table1.spec_of(self.nodes, self.runs, self._base())
         with self.who.trained(spec, self.out, "table1") as folder:
             from mpma_mj.sweep import floor
             from mpma_mj.sweep.table1_figure import write_figure

@@ -25,7 +25,7 @@ CHANGES: dict[str, dict[str, Any]] = {
     "hears labels twice as fine": {"context_signal": "halves"},
     "no noise in the reservoirs": {"reservoir_noise": 0.0},
     "no noise on the demonstration": {"reference_noise": 0.0},
-    "forward models hear their own command": {"efference_copy": "module"},
+    "modules' predictions left out": {"temperature": 0.0},
     "one module": {"modules": 1},
     "10 modules": {"modules": 10},
 }
@@ -40,6 +40,7 @@ _COLUMNS = (
     ("p_e, %", "p_e_percent", 2),
     ("epochs", "epochs", 1),
     ("feedback ratio", "feedback_ratio", 3),
+    ("learned share", "learned_share", 3),
     ("nmi", "nmi", 2),
     ("modules used", "modules_used", 1),
     ("active modules", "active_modules", 2),

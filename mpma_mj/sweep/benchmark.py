@@ -23,6 +23,7 @@ __all__ = ["Line", "as_csv", "as_markdown", "lines", "spec_of", "title"]
 _COLUMNS = (
     ("p_e, %", "p_e_percent", 2),
     ("feedback ratio", "feedback_ratio", 3),
+    ("learned share", "learned_share", 3),
     ("epochs", "epochs", 1),
     ("environment steps", "environment_steps", 0),
     ("nmi", "nmi", 2),

@@ -16,6 +16,7 @@ _COLUMNS = (
     ("epochs", "epochs", 1),
     ("p_e, %", "p_e_percent", 2),
     ("feedback ratio", "feedback_ratio", 3),
+    ("learned share", "learned_share", 3),
     ("nmi", "nmi", 2),
     ("modules used", "modules_used", 1),
 )

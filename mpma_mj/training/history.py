@@ -100,18 +100,22 @@ class TrainingHistory:
         """Whether the last epoch met the paper's criteria."""
         return bool(self.rows) and has_converged(self.rows[-1])
 
-    def add(self, trace: Trace, logged: EpochMetrics, state: dict[str, Array]) -> bool:
+    def add(
+        self, trace: Trace, logged: EpochMetrics, state: dict[str, Array], *, latest: bool = False
+    ) -> bool:
         """Add an epoch, and return whether it is the new best.
 
         Args:
             trace: Its trace.
             logged: What the agent logged when it learned from it.
-            state: State of the agent before it, arrays by name.
+            state: State of the agent before it, arrays by name; with plants after it.
+            latest: Whether it counts as the best, whatever its metrics.
         """
         measures = epoch_metrics(self._info.site_positions, trace)
         row = {"epoch": len(self.rows) + 1} | measures | logged
         self.rows.append(row)
-        if self._best is not None and _rank(row) >= _rank(self._best.row):
+        better = self._best is None or _rank(row) < _rank(self._best.row)
+        if not (latest or better):
             return False
         self._best = BestEpoch(row, state, trace)
         return True

@@ -22,6 +22,7 @@ from mpma_mj.training.rollout import TRY_INSTEAD, rollout
 
 __all__ = ["Trainer", "check", "train_agents", "train_batch"]
 
+Array = NDArray[np.float64]
 Improved = NDArray[np.bool_]
 """Whether an epoch is the new best one of each run, shape (number of all runs,)."""
 
@@ -71,6 +72,7 @@ class Trainer:
             failed.callback(self.close)
             self.agent = agent_of(configs[0], self._env, self._seeds)
             failed.pop_all()
+        self._plants = env_options.get("plants", configs[0].env.plants) is not None
         self._learns = agent_class(configs[0].agent_name).trainable
         info = EpisodeInfo.of(self._env)
         self.histories = [TrainingHistory(info) for _ in configs]
@@ -96,16 +98,19 @@ class Trainer:
         """Run an epoch, learn from it, and remove runs that have ended from the batch.
 
         Args:
-            stop: Whether a run ends when it has converged.
+            stop: Whether a run ends when it has converged; with plants it never does, as the next
+                may be new.
 
         Returns:
             Whether the epoch is the new best one of each run, shape (number of all runs,).
         """
-        states = self.agent.state_dict() if self._keep_states else {}
+        states = self._states()
         recorded = rollout(self._env, self.agent, self.epoch)
         self.epoch += 1
         # Agents whose episodes have all failed have nothing to learn from.
         learned = self.agent.learn() if len(recorded.failures) < len(self.going) else None
+        if self._plants:  # the latest state is kept: an earlier one has not met all of them
+            states = self._states()
         logged = {name: np.ravel(values) for name, values in (learned or {}).items()}
         improved = np.zeros(len(self.configs), bool)
         ended = np.zeros(len(self.going), bool)
@@ -118,8 +123,9 @@ class Trainer:
             state = states if self._single else {name: a[row] for name, a in states.items()}
             measures = {name: float(values[row]) for name, values in logged.items()}
             history = self.histories[run]
-            improved[run] = history.add(trace, measures, state)
-            ended[row] = not self._learns or (stop and history.converged)
+            improved[run] = history.add(trace, measures, state, latest=self._plants)
+            converged = history.converged and not self._plants
+            ended[row] = not self._learns or (stop and converged)
         if ended.any():
             self._remove(ended)
         return improved
@@ -129,7 +135,7 @@ class Trainer:
         self.epoch = len(rows)
         (history,) = self.histories
         history.restore(rows, best)
-        if history.converged:
+        if history.converged and not self._plants:
             self._remove(np.ones(1, bool))
 
     def summaries(self) -> list[dict[str, Any]]:
@@ -159,6 +165,10 @@ class Trainer:
     def close(self) -> None:
         """Close the environments."""
         self._env.close()
+
+    def _states(self) -> dict[str, Array]:
+        """Return the states of the agents, if they are kept."""
+        return self.agent.state_dict() if self._keep_states else {}
 
     def _remove(self, ended: NDArray[np.bool_]) -> None:
         """Remove those of the R runs in training that have ended, shape (R,), from the batch."""

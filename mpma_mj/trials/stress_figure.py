@@ -28,7 +28,8 @@ _WIDE = ("locked", "unseen")  # panels with many names below
 _SPREAD = 0.62  # of the place of a name, over which agents are laid side by side
 # So that those are told apart best that are compared most.
 _ORDER = (
-    *("mpma", "single", "mosaic", "hammer", "growing", "feedback_only", "open_loop", "random"),
+    *("mpma", "single", "mosaic", "hammer", "adaptive"),
+    *("resolved_rate", "feedback_only", "open_loop", "random"),
 )
 _COLOURS = dict(zip(_ORDER, module_colours(len(_ORDER)), strict=True)) | {THIS_RUN: INK}
 _OUTSIDE = "#7f7f7f"
