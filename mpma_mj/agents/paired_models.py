@@ -284,7 +284,7 @@ class PairedModels(Agent):
         """Return the features of one run's epoch, and the examples of the inverse models."""
         plants = self._gate.plants_of(run)
         for network in (self._inverse, self._forward):
-            network.set_plants(plants)
+            network.set_plants(max(plants, network.plants))
         predictor, modules = self._gate.predictor, plants * self._modules
         features: dict[str, Any] = {"forward_features": self._forward.episode(run, modules)}
         if predictor is not None:
