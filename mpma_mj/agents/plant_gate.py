@@ -155,7 +155,8 @@ class PlantGate(Gate):
             outcome: The arms' moves, shape (T, 8).
 
         Returns:
-            Weights, shape (T, W · M), that sum to 1 over the modules.
+            Weights, shape (T, W · M), that sum to 1 over the modules; 0 where one is switched
+            off.
         """
         models, modules = self.models.of_run(run), self._modules
         sharing = np.ones((len(context), models.most, modules))
@@ -166,12 +167,14 @@ class PlantGate(Gate):
         posterior = self._posterior(run, models, inputs, outcome)
         decoders = self._predictor.readouts.of_run(run)
         decoders.fit(self._predictor.episode(run, modules), context[:, None, :])
-        weights = np.zeros_like(sharing)
+        weights, enabled = np.zeros_like(sharing), self.enabled.reshape(-1, modules)
         for plant in np.flatnonzero(posterior.sum(axis=0) >= 1.0):
             own = posterior[:, plant, None]
-            self._prefer((*run, plant), own * context, context, sharing[:, plant])
+            if enabled[plant].all():  # else the division of the plant's motion stays
+                self._prefer((*run, plant), own * context, context, sharing[:, plant])
             preferences = self._preferences[(*run, plant)]
-            weights[:, plant] = own * _led(context, preferences, sharing[:, plant])
+            taking_part = sharing[:, plant] * enabled[plant]
+            weights[:, plant] = own * _led(context, preferences, taking_part)
         return weights.reshape(len(weights), -1)
 
     def plants_of(self, run: RunIndex) -> int:
