@@ -125,12 +125,12 @@ class PairedModels(Agent):
         inputs, base = space.inverse_input(state, angles, observation["target"])
         module_actions = module_action(self._inverse.step(inputs), base)
         feedback = self.spec.feedback(angles, observation["reference"])
-        mixed = (responsibility[..., None, :] @ module_actions)[..., 0, :]
+        mixed = self._mixed(responsibility, module_actions)
         gains = self.gains
         inverse_gain, feedback_gain = np.asarray(gains.inverse), np.asarray(gains.feedback)
         action = clip(inverse_gain[..., None] * mixed + feedback_gain[..., None] * feedback)
         if base is not None:
-            mixed = mixed - responsibility.sum(axis=-1, keepdims=True) * base
+            mixed = mixed - self._mixed(responsibility, np.ones((*responsibility.shape, 1))) * base
         command = action if self._efference_copy == "total" else module_actions
         self._gate.observe_action(observation, action)
         self._before = angles, action
@@ -187,9 +187,7 @@ class PairedModels(Agent):
             raise StateError("predicted_posture() comes before the first step; call act() first")
         responsibility = self._steps.last("responsibility")
         outputs, angles = self._steps.last("predictions"), self._steps.last("joint_angles")
-        predicted = self._space.predicted_posture(outputs, angles)
-        mixed: Array = responsibility[..., None, :] @ predicted
-        return mixed[..., 0, :]
+        return self._mixed(responsibility, self._space.predicted_posture(outputs, angles))
 
     def signals(self) -> AgentSignals:
         """Return the signals of the episode so far; none before the first step."""
@@ -255,6 +253,16 @@ class PairedModels(Agent):
             expected = f"{present} truth values, one for each module"
             raise BadOptionError(option="enabled", value=[*enabled], expected=expected)
         self._gate.enabled[:present] = mask
+
+    def _mixed(self, responsibility: Array, signal: Array) -> Array:
+        """Return Σ_i λ^i (...)^i, of (..., M, D) shape (..., D).
+
+        Summed plant by plant: plants that only other runs recruited change no bit.
+        """
+        plants = (*responsibility.shape[:-1], -1)
+        shares = responsibility.reshape(*plants, 1, self._modules)
+        mixed: Array = shares @ signal.reshape(*plants, self._modules, signal.shape[-1])
+        return mixed[..., 0, :].sum(axis=-2)
 
     def _learn_run(self, run: RunIndex) -> None:
         epoch = self._epoch(run)
