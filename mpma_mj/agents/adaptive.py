@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,11 @@ from mpma_mj.agents.gain_schedule import FINAL_GAINS
 from mpma_mj.agents.model_space import JointSpace
 from mpma_mj.agents.networks import NetworkFactory
 from mpma_mj.agents.signals import AgentSignals
+from mpma_mj.errors import StateError
 from mpma_mj.utils.clipping import clip
+
+if TYPE_CHECKING:
+    import dm_env
 
 __all__ = ["Adaptive"]
 
@@ -61,13 +65,11 @@ class Adaptive(Agent):
         self._acting.reset(episode)
         self._learning.reset(episode)
         self._steps.clear()
-        self._last: tuple[Array, Array, Array] | None = None  # state, joint angles, action
+        self._last: tuple[Array, Array, Array] | None = None  # until its outcome
 
     def act(self, observation: Observation) -> Array:
-        """Learn from the last step, and return the action, shape (..., 8), in [-1, 1]."""
+        """Return the action, shape (..., 8), in [-1, 1]."""
         state, angles = self._space.state(observation, None), observation["joint_angles"]
-        if self._last is not None:
-            self._learn_step(*self._last, observation["posture"])
         inputs, command = self._space.inverse_input(state, angles, observation["target"])
         assert command is not None
         self._acting.step(inputs)
@@ -80,6 +82,12 @@ class Adaptive(Agent):
         self._steps.append({"feedback": feedback, "learned": planned - command})
         return action
 
+    def observe(self, timestep: dm_env.TimeStep) -> None:
+        """Learn from the outcome of the action."""
+        if self._last is not None:
+            self._learn_step(*self._last, timestep.observation["posture"])
+            self._last = None
+
     def signals(self) -> AgentSignals:
         """Return the parts of the action; none before the first step."""
         if not len(self._steps):
@@ -87,7 +95,13 @@ class Adaptive(Agent):
         return AgentSignals(**{n: signal.copy() for n, signal in self._steps.episode().items()})
 
     def learn(self) -> dict[str, Array]:
-        """Return the gains, which are constant; each step has been learned from."""
+        """Return the gains, which are constant; each step has been learned from.
+
+        Raises:
+            StateError: There was no episode.
+        """
+        if not len(self._steps) or self._last is not None:
+            raise StateError("learn() comes before an episode; call act() and observe() first")
         shape = np.shape(self._gram)[:-2]
         return {
             "gain_feedback": np.full(shape, FINAL_GAINS.feedback),
