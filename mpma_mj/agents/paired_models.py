@@ -195,6 +195,9 @@ class PairedModels(Agent):
             return AgentSignals()
         steps = self._steps.episode()
         modules = {name: steps[name].copy() for name in MODULE_SIGNALS}
+        for run in np.ndindex(self._batch_shape):
+            absent = slice(self._gate.plants_of(run) * self._modules, None)
+            modules["prior"][(slice(None), *run, absent)] = np.nan
         modules["predictions"] = self._space.predicted_posture(
             modules["predictions"], steps["joint_angles"]
         )
