@@ -65,7 +65,9 @@ class Adaptive(Agent):
         self._acting.reset(episode)
         self._learning.reset(episode)
         self._steps.clear()
-        self._last: tuple[Array, Array, Array] | None = None  # until its outcome
+        self._last: tuple[Array, Array, Array] | None = (
+            None  # state, joint angles, action: until the outcome
+        )
 
     def act(self, observation: Observation) -> Array:
         """Return the action, shape (..., 8), in [-1, 1]."""

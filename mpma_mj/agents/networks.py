@@ -81,6 +81,9 @@ class Network:
         features: Features z of the last step, shape (..., M, F).
     """
 
+    plants: int
+    _reservoirs: ReservoirBank
+
     def __init__(
         self, common: NetworkFactory, name: str, inputs: int, outputs: int, ridge: Ridge
     ) -> None:

@@ -254,7 +254,7 @@ class PairedModels(Agent):
         present = self._gate.plants * self._modules
         if mask.shape != (present,):
             expected = f"{present} truth values, one for each module"
-            raise BadOptionError(option="enabled", value=[*enabled], expected=expected)
+            raise BadOptionError(option="enabled", value=mask.tolist(), expected=expected)
         self._gate.enabled[:present] = mask
 
     def _mixed(self, responsibility: Array, signal: Array) -> Array:
