@@ -116,7 +116,8 @@ class PlantGate(Gate):
         self._predictor.reset(episode)
         self.plants = count = int(self.models.recruited.max())
         self._allowed = self.enabled[: count * self._modules].reshape(count, -1)  # (W', M)
-        recruited = np.arange(count) < self.models.recruited[..., None]
+        self._present = self.models.recruited.copy()  # plants of each run in this episode
+        recruited = np.arange(count) < self._present[..., None]
         self._possible = recruited & self._allowed.any(axis=-1)  # (..., W')
         number = np.maximum(self._possible.sum(axis=-1, keepdims=True), 1)
         self._belief = self._possible / number
@@ -161,8 +162,9 @@ class PlantGate(Gate):
         models, modules = self.models.of_run(run), self._modules
         sharing = np.ones((len(context), models.most, modules))
         if modules > 1 and self._compares:
-            errors = predictions - outcome[:, None]
-            sharing[:, : self.plants] = self._sharing(errors, self._variance[run])
+            count = int(self._present[run])
+            errors = predictions[:, : count * modules] - outcome[:, None]
+            sharing[:, :count] = self._sharing(errors, self._variance[run])
         inputs = self._inputs.episode()["inputs"][(slice(None), *run)]
         posterior = self._posterior(run, models, inputs, outcome)
         decoders = self._predictor.readouts.of_run(run)
@@ -221,10 +223,11 @@ class PlantGate(Gate):
         """Measure the widths of the modules' forward models.
 
         Errors are those of the predictions in the epoch, before the models learned from it: after
-        it they are too small by far, as a module has few steps.
+        it they are too small by far, as a module has few steps. Modules of a plant that was just
+        recruited have predicted nothing yet.
         """
-        errors = epoch.predictions - epoch.outcome[:, None]
-        count = errors.shape[1]
+        count = int(self._present[run]) * self._modules
+        errors = epoch.predictions[:, :count] - epoch.outcome[:, None]
         weight = epoch.assignment[:, :count]
         total = weight.sum(axis=0)[:, None]
         squares = np.einsum("tm,tmd->md", weight, errors**2) / np.maximum(total, 1.0)
