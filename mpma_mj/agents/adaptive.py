@@ -16,6 +16,7 @@ from mpma_mj.agents.model_space import JointSpace
 from mpma_mj.agents.networks import NetworkFactory
 from mpma_mj.agents.plant_models import CALIBRATION
 from mpma_mj.agents.signals import AgentSignals
+from mpma_mj.errors import StateError
 from mpma_mj.utils.clipping import clip
 
 if TYPE_CHECKING:
@@ -66,7 +67,9 @@ class Adaptive(Agent):
         self._acting.reset(episode)
         self._learning.reset(episode)
         self._steps.clear()
-        self._last: tuple[Array, Array, Array] | None = None  # state, joint angles, action
+        self._last: tuple[Array, Array, Array] | None = (
+            None  # state, joint angles, action: until the outcome
+        )
 
     def act(self, observation: Observation) -> Array:
         """Return the action, shape (..., 8), in [-1, 1]."""
@@ -87,6 +90,10 @@ class Adaptive(Agent):
         """Learn from the outcome of the action."""
         if self._last is not None:
             self._learn_step(*self._last, timestep.observation["posture"])
+<<<<<<< HEAD
+=======
+            self._last = None
+>>>>>>> joint-tests
 
     def signals(self) -> AgentSignals:
         """Return the parts of the action; none before the first step."""
@@ -98,10 +105,19 @@ class Adaptive(Agent):
     def learn(self) -> dict[str, Array]:
         """Return the gains, which are constant; each step has been learned from.
 
+<<<<<<< HEAD
         The first two epochs count as `calibrating`, as those of joint models do, so that both
         learn for as long.
         """
         self._epochs += 1
+=======
+        Raises:
+            StateError: There was no episode.
+        """
+        if not len(self._steps) or self._last is not None:
+            raise StateError("learn() comes before an episode; call act() and observe() first")
+        shape = np.shape(self._gram)[:-2]
+>>>>>>> joint-tests
         return {
             "gain_feedback": np.full_like(self._epochs, FINAL_GAINS.feedback),
             "gain_inverse": np.full_like(self._epochs, FINAL_GAINS.inverse),

@@ -77,26 +77,22 @@ class Network:
 
     Attributes:
         readouts: Readouts, of weights of shape (..., M, K, F).
+        plants: Number of plants whose reservoirs are drawn.
         features: Features z of the last step, shape (..., M, F).
     """
+
+    plants: int
+    _reservoirs: ReservoirBank
 
     def __init__(
         self, common: NetworkFactory, name: str, inputs: int, outputs: int, ridge: Ridge
     ) -> None:
         """Draw the reservoirs of the first plant; see `NetworkFactory.make`."""
-        self._plants = 1
+        self._common, self._inputs = common, inputs
         self._name, self._episode = name, 0
+        self._batch_shape = batch_shape = np.shape(common.seed)
         self._seeds: list[int] = np.ravel(common.seed).tolist()
-        config, batch_shape = common.config, np.shape(common.seed)
-        self._reservoirs = ReservoirBank(
-            batch_shape,
-            common.modules,
-            inputs,
-            config.nodes,
-            radius=config.spectral_radius,
-            noise=config.reservoir_noise,
-            streams=[stream(seed, "reservoir", name) for seed in self._seeds],
-        )
+        self._draw_first()
         modules = common.max_plants * common.modules
         shape = (*batch_shape, modules, outputs, self._reservoirs.features)
         self.readouts = ReadoutBank(np.zeros(shape), forgetting=common.forgetting, ridge=ridge)
@@ -112,14 +108,16 @@ class Network:
         self._steps.clear()
 
     def set_plants(self, count: int) -> None:
-        """Draw the reservoirs of further plants until there are so many.
+        """Draw the reservoirs of further plants, or remove some, until there are so many.
 
         They step from the next reset; `replay` contains them at once.
         """
-        for plant in range(self._plants, count):
+        if count < self.plants:
+            self._draw_first()
+        for plant in range(self.plants, count):
             streams = [stream(seed, "reservoir", self._name, plant) for seed in self._seeds]
             self._reservoirs.extend(streams)
-        self._plants = max(self._plants, count)
+        self.plants = count
 
     def step(self, inputs: Array) -> Array:
         """Update the reservoirs and return the readouts' output.
@@ -155,6 +153,7 @@ class Network:
     def select_runs(self, runs: NDArray[np.intp]) -> None:
         """Continue with some runs only, (R',) of R, from the next reset."""
         self._seeds = [self._seeds[i] for i in runs]
+        self._batch_shape = runs.shape
         self._reservoirs.select_runs(runs)
         self.readouts.select_runs(runs)
         self._steps = EpisodeBuffer()
@@ -170,4 +169,18 @@ class Network:
     def _noise(self, seed: int, episode: int) -> list[np.random.Generator]:
         """Return the source of one run's noise for each plant."""
         path = ("reservoir_noise", self._name, episode)
-        return [stream(seed, *path, *([plant] if plant else [])) for plant in range(self._plants)]
+        return [stream(seed, *path, *([plant] if plant else [])) for plant in range(self.plants)]
+
+    def _draw_first(self) -> None:
+        """Draw the reservoirs of the first plant alone."""
+        config = self._common.config
+        self.plants = 1
+        self._reservoirs = ReservoirBank(
+            self._batch_shape,
+            self._common.modules,
+            self._inputs,
+            config.nodes,
+            radius=config.spectral_radius,
+            noise=config.reservoir_noise,
+            streams=[stream(seed, "reservoir", self._name) for seed in self._seeds],
+        )

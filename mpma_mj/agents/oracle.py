@@ -24,7 +24,7 @@ class _ToldGate(PlantGate):
     """`PlantGate` that receives the plant instead of a belief, and has modules for all of them.
 
     Attributes:
-        told: Index of the plant that is on, shape (...).
+        told: Index of the plant that is on, shape (...); of the first until it is told.
     """
 
     told: NDArray[np.intp]
@@ -39,6 +39,7 @@ class _ToldGate(PlantGate):
     def reset(self, episode: int) -> None:
         """Begin an episode."""
         super().reset(episode)
+        self.told = np.zeros_like(self.models.recruited)
         self._told: list[NDArray[np.intp]] = []
 
     def __call__(self, observation: Observation, predictions: Array | None) -> tuple[Array, Array]:

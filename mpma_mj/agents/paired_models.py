@@ -125,12 +125,12 @@ class PairedModels(Agent):
         inputs, base = space.inverse_input(state, angles, observation["target"])
         module_actions = module_action(self._inverse.step(inputs), base)
         feedback = self.spec.feedback(angles, observation["reference"])
-        mixed = (responsibility[..., None, :] @ module_actions)[..., 0, :]
+        mixed = self._mixed(responsibility, module_actions)
         gains = self.gains
         inverse_gain, feedback_gain = np.asarray(gains.inverse), np.asarray(gains.feedback)
         action = clip(inverse_gain[..., None] * mixed + feedback_gain[..., None] * feedback)
         if base is not None:
-            mixed = mixed - responsibility.sum(axis=-1, keepdims=True) * base
+            mixed = mixed - self._mixed(responsibility, np.ones((*responsibility.shape, 1))) * base
         command = action if self._efference_copy == "total" else module_actions
         self._gate.observe_action(observation, action)
         self._before = angles, action
@@ -187,9 +187,7 @@ class PairedModels(Agent):
             raise StateError("predicted_posture() comes before the first step; call act() first")
         responsibility = self._steps.last("responsibility")
         outputs, angles = self._steps.last("predictions"), self._steps.last("joint_angles")
-        predicted = self._space.predicted_posture(outputs, angles)
-        mixed: Array = responsibility[..., None, :] @ predicted
-        return mixed[..., 0, :]
+        return self._mixed(responsibility, self._space.predicted_posture(outputs, angles))
 
     def signals(self) -> AgentSignals:
         """Return the signals of the episode so far; none before the first step."""
@@ -197,6 +195,9 @@ class PairedModels(Agent):
             return AgentSignals()
         steps = self._steps.episode()
         modules = {name: steps[name].copy() for name in MODULE_SIGNALS}
+        for run in np.ndindex(self._batch_shape):
+            absent = slice(self._gate.plants_of(run) * self._modules, None)
+            modules["prior"][(slice(None), *run, absent)] = np.nan
         modules["predictions"] = self._space.predicted_posture(
             modules["predictions"], steps["joint_angles"]
         )
@@ -253,8 +254,18 @@ class PairedModels(Agent):
         present = self._gate.plants * self._modules
         if mask.shape != (present,):
             expected = f"{present} truth values, one for each module"
-            raise BadOptionError(option="enabled", value=[*enabled], expected=expected)
+            raise BadOptionError(option="enabled", value=mask.tolist(), expected=expected)
         self._gate.enabled[:present] = mask
+
+    def _mixed(self, responsibility: Array, signal: Array) -> Array:
+        """Return Σ_i λ^i (...)^i, of (..., M, D) shape (..., D).
+
+        Summed plant by plant: plants that only other runs recruited change no bit.
+        """
+        plants = (*responsibility.shape[:-1], -1)
+        shares = responsibility.reshape(*plants, 1, self._modules)
+        mixed: Array = shares @ signal.reshape(*plants, self._modules, signal.shape[-1])
+        return mixed[..., 0, :].sum(axis=-2)
 
     def _learn_run(self, run: RunIndex) -> None:
         epoch = self._epoch(run)
@@ -284,7 +295,7 @@ class PairedModels(Agent):
         """Return the features of one run's epoch, and the examples of the inverse models."""
         plants = self._gate.plants_of(run)
         for network in (self._inverse, self._forward):
-            network.set_plants(plants)
+            network.set_plants(max(plants, network.plants))
         predictor, modules = self._gate.predictor, plants * self._modules
         features: dict[str, Any] = {"forward_features": self._forward.episode(run, modules)}
         if predictor is not None:

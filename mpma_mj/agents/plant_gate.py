@@ -116,7 +116,8 @@ class PlantGate(Gate):
         self._predictor.reset(episode)
         self.plants = count = int(self.models.recruited.max())
         self._allowed = self.enabled[: count * self._modules].reshape(count, -1)  # (W', M)
-        recruited = np.arange(count) < self.models.recruited[..., None]
+        self._present = self.models.recruited.copy()  # plants of each run in this episode
+        recruited = np.arange(count) < self._present[..., None]
         self._possible = recruited & self._allowed.any(axis=-1)  # (..., W')
         number = np.maximum(self._possible.sum(axis=-1, keepdims=True), 1)
         self._belief = self._possible / number
@@ -155,23 +156,27 @@ class PlantGate(Gate):
             outcome: The arms' moves, shape (T, 8).
 
         Returns:
-            Weights, shape (T, W · M), that sum to 1 over the modules.
+            Weights, shape (T, W · M), that sum to 1 over the modules; 0 where one is switched
+            off.
         """
         models, modules = self.models.of_run(run), self._modules
         sharing = np.ones((len(context), models.most, modules))
         if modules > 1 and self._compares:
-            errors = predictions - outcome[:, None]
-            sharing[:, : self.plants] = self._sharing(errors, self._variance[run])
+            count = int(self._present[run])
+            errors = predictions[:, : count * modules] - outcome[:, None]
+            sharing[:, :count] = self._sharing(errors, self._variance[run])
         inputs = self._inputs.episode()["inputs"][(slice(None), *run)]
         posterior = self._posterior(run, models, inputs, outcome)
         decoders = self._predictor.readouts.of_run(run)
         decoders.fit(self._predictor.episode(run, modules), context[:, None, :])
-        weights = np.zeros_like(sharing)
+        weights, enabled = np.zeros_like(sharing), self.enabled.reshape(-1, modules)
         for plant in np.flatnonzero(posterior.sum(axis=0) >= 1.0):
             own = posterior[:, plant, None]
-            self._prefer((*run, plant), own * context, context, sharing[:, plant])
+            if enabled[plant].all():  # else the division of the plant's motion stays
+                self._prefer((*run, plant), own * context, context, sharing[:, plant])
             preferences = self._preferences[(*run, plant)]
-            weights[:, plant] = own * _led(context, preferences, sharing[:, plant])
+            taking_part = sharing[:, plant] * enabled[plant]
+            weights[:, plant] = own * _led(context, preferences, taking_part)
         return weights.reshape(len(weights), -1)
 
     def logged(self) -> dict[str, Array]:
@@ -225,10 +230,11 @@ class PlantGate(Gate):
         """Measure the widths of the modules' forward models.
 
         Errors are those of the predictions in the epoch, before the models learned from it: after
-        it they are too small by far, as a module has few steps.
+        it they are too small by far, as a module has few steps. Modules of a plant that was just
+        recruited have predicted nothing yet.
         """
-        errors = epoch.predictions - epoch.outcome[:, None]
-        count = errors.shape[1]
+        count = int(self._present[run]) * self._modules
+        errors = epoch.predictions[:, :count] - epoch.outcome[:, None]
         weight = epoch.assignment[:, :count]
         total = weight.sum(axis=0)[:, None]
         squares = np.einsum("tm,tmd->md", weight, errors**2) / np.maximum(total, 1.0)

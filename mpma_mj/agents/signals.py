@@ -19,7 +19,8 @@ class ModuleSignals:
 
     Attributes:
         responsibility: Responsibilities λ, shape (T, ..., M), that sum to 1.
-        prior: Priors p, shape (T, ..., M).
+        prior: Priors p, shape (T, ..., M); NaN of modules of plants that only other runs of a
+            batch recruited.
         module_actions: Actions u^i of the inverse models, shape (T, ..., M, 8).
         predictions: Predicted next postures x̂^i, shape (T, ..., M, 12).
     """
@@ -36,10 +37,9 @@ class ModuleSignals:
     def present(self) -> ModuleSignals:
         """Return the signals of one run without modules of plants that only others recruited.
 
-        These have λ = 0 at all steps and come last; a module that is switched off stays.
+        These come last. A module that is switched off, or never has control, stays.
         """
-        used = np.flatnonzero(self.prior.any(axis=0))
-        count = used[-1] + 1 if len(used) else self.prior.shape[-1]
+        count = int(np.isfinite(self.prior[:1]).sum())
         return self.map(lambda signal: np.ascontiguousarray(signal[:, :count]))
 
 

@@ -10,19 +10,19 @@ from tyro.constructors import PrimitiveConstructorSpec, PrimitiveTypeInfo
 from mpma_mj.envs.plants import Plant, plants_from
 from mpma_mj.errors import BadOptionError
 
-__all__ = ["plants_rule"]
+__all__ = ["plant_words"]
 
 _DEFAULT = str(Plant())
 _EXPECTED = f"{_DEFAULT}, or each option once, such as payload=3,actuator_gain=0.6"
 
 
-def plants_rule(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
-    """Return how plants are parsed and written, a word each, its options between commas.
+def plant_words(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
+    """Return how plants are typed, a word each, its options between commas.
 
     Args:
-        info: Type of an option; None is returned for any but that of plants.
+        info: Type of an option; None is returned for other types than that of `plants`.
     """
-    if info.type != tuple[Plant, ...] | None:
+    if info.type not in (tuple[Plant, ...], tuple[Plant, ...] | None):
         return None
     return PrimitiveConstructorSpec(
         nargs="*",

@@ -12,7 +12,7 @@ import tyro
 from tyro.constructors import ConstructorRegistry, StructConstructorSpec, StructTypeInfo
 
 from mpma_mj.agents.config import CONFIG_TYPES, AgentConfig
-from mpma_mj.commands.plant_words import plants_rule
+from mpma_mj.commands.plant_words import plant_words
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions.options import ReadingOptions
@@ -123,7 +123,7 @@ def registry(hidden: Collection[str] = ()) -> ConstructorRegistry:
         hidden: Names of fields that are no options of the command.
     """
     rules = ConstructorRegistry()
-    rules.primitive_rule(plants_rule)
+    rules.primitive_rule(plant_words)
     under_way: list[StructTypeInfo] = []
 
     @rules.struct_rule

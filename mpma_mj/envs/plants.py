@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, TypeAlias
 
 from mpma_mj.errors import BadOptionError
+from mpma_mj.utils.text import did_you_mean
 from mpma_mj.utils.validation import Bounds, check_fields
 
 __all__: list[str] = [
@@ -96,9 +96,9 @@ def _plant_from(number: int, given: Any) -> Plant:
         )
     for option in given:
         if option not in PLANT_OPTIONS:
-            close = difflib.get_close_matches(str(option), PLANT_OPTIONS, n=1)
-            options = ", ".join(f"{{{known}}}" for known in close or PLANT_OPTIONS)
-            remedy = f"did you mean {options}?" if close else f"expected some of {options}"
+            options = ", ".join(f"{{{known}}}" for known in PLANT_OPTIONS)
+            meant = did_you_mean(str(option), PLANT_OPTIONS, "{{{}}}")
+            remedy = meant or f"expected some of {options}"
             raise BadOptionError(f"{name} has no option '{option}'", remedy=remedy)
     try:
         return Plant(**given)

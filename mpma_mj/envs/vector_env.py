@@ -262,8 +262,8 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         terms = dict(zip(kinematics.SEGMENT_NAMES, outcome.reward_terms.T, strict=True))
         info = {"reward_terms": self._masked(terms), "clipped": clipped}
         plant = {} if self.plant is None else {"plant": self.plant}
-        info |= {"termination_reason": self._termination_reason.copy()}
-        return self._masked(info | plant)
+        reasons = {"termination_reason": self._termination_reason.copy()}
+        return self._masked(info | reasons | plant)
 
     def _masked(self, info: dict[str, Any]) -> dict[str, Any]:
         return info | {f"_{name}": np.ones(self.num_envs, bool) for name in info}

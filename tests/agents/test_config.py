@@ -9,8 +9,18 @@ from typing import Any
 import pytest
 import tyro
 
-from mpma_mj.agents import AGENTS, AgentConfig, HAMMERConfig, MOSAICConfig, MPMAConfig, SingleConfig
+from mpma_mj.agents import (
+    AGENTS,
+    AdaptiveConfig,
+    AgentConfig,
+    HAMMERConfig,
+    MOSAICConfig,
+    MPMAConfig,
+    OracleConfig,
+    SingleConfig,
+)
 from mpma_mj.agents.config import CONFIG_TYPES
+from mpma_mj.agents.learning_rules import GatedRule
 from mpma_mj.errors import BadOptionError
 
 TYPES = {name: agent.config_type for name, agent in AGENTS.items()}
@@ -37,9 +47,13 @@ def test_what_an_agent_does_not_have_is_not_among_its_fields() -> None:
     assert "modules" not in names["single"] | names["hammer"]
     assert "ridge" not in names["mosaic"]
     assert "rule" not in names["mosaic"] | names["hammer"]
+    assert "modules" not in names["adaptive"]
+    assert "max_plants" not in names["single"] | names["mosaic"] | names["hammer"]
+    assert names["oracle"] == names["mpma"]
     assert not names["random"] | names["open_loop"] | names["feedback_only"]
+    assert not names["resolved_rate"]
     networks = {"nodes", "proprioception", "spectral_radius", "reservoir_noise", "context_signal"}
-    for kind in ("mpma", "growing", "single", "mosaic", "hammer"):
+    for kind in ("mpma", "single", "mosaic", "hammer", "adaptive", "oracle"):
         assert networks <= names[kind]
 
 
@@ -97,6 +111,16 @@ def test_configs_load_without_networks_or_simulation() -> None:
         (MOSAICConfig, {"forward_rate": 2.0}, "forward_rate is 2.0"),
         (MOSAICConfig, {"predictor_rate": "fast"}, "predictor_rate is 'fast'"),
         (MOSAICConfig, {"sigma": -1.0}, "sigma is -1.0; expected above 0"),
+        (MPMAConfig, {"models": "both"}, "models is 'both'; expected one of joint, posture"),
+        (MPMAConfig, {"max_plants": 0}, "max_plants is 0; expected a whole number from 1 to 100"),
+        (MPMAConfig, {"novelty": 1.0}, "novelty is 1.0; expected above 1"),
+        (MPMAConfig, {"temperature": 1.5}, "temperature is 1.5; expected 0 to 1"),
+        (MPMAConfig, {"switching_probability": 0.0}, "switching_probability is 0.0; expected abov"),
+        (MPMAConfig, {"switching_probability": 0.6}, "switching_probability is 0.6"),
+        (MPMAConfig, {"inverse_ridge": 0.0}, "inverse_ridge is 0.0; expected above 0"),
+        (MPMAConfig, {"history": 1}, "history is 1; expected True or False"),
+        (AdaptiveConfig, {"forgetting": 1.0}, "forgetting is 1.0"),
+        (AdaptiveConfig, {"inverse_ridge": -1.0}, "inverse_ridge is -1.0; expected above 0"),
     ],
 )
 def test_values_out_of_bounds_are_named(
@@ -104,3 +128,47 @@ def test_values_out_of_bounds_are_named(
 ) -> None:
     with pytest.raises(BadOptionError, match=message):
         config_type(**options)
+
+
+POSTURE: dict[str, Any] = {"models": "posture", "rule": "gated"}
+
+
+@pytest.mark.parametrize("config_type", [MPMAConfig, SingleConfig, OracleConfig])
+@pytest.mark.parametrize(
+    ("options", "option", "message"),
+    [
+        ({"rule": "gated"}, "rule", "expected a rule for joint models; .*add models=posture"),
+        (
+            {"models": "posture"},
+            "rule",
+            "rule is 'weighted'; expected a rule for posture models; .*add models=joint",
+        ),
+        ({"rule": GatedRule()}, "rule", "expected a rule for joint models"),
+        (
+            {"efference_copy": "module"},
+            "efference_copy",
+            "expected the default: joint models do not have it; .* or take models=posture",
+        ),
+        ({"proprioception": False}, "proprioception", "joint models do not have it"),
+        (POSTURE | {"history": True}, "history", "posture models do not have it"),
+        (POSTURE | {"inverse_ridge": 0.1}, "inverse_ridge", "or take models=joint"),
+        (POSTURE | {"temperature": 0.5}, "temperature", "posture models do not have it"),
+        (POSTURE | {"max_plants": 2}, "max_plants", "posture models do not have it"),
+        (POSTURE | {"novelty": 2.0}, "novelty", "posture models do not have it"),
+        (POSTURE | {"switching_probability": 0.1}, "switching_probability", "do not have it"),
+    ],
+)
+def test_options_that_do_not_fit_the_models_are_refused_in_one_line(
+    config_type: type[SingleConfig], options: dict[str, Any], option: str, message: str
+) -> None:
+    if set(options) - {field.name for field in dataclasses.fields(config_type)}:
+        pytest.skip("a single pair does not have this option at all")
+    with pytest.raises(BadOptionError, match=message) as error:
+        config_type(**options)
+    assert error.value.option == option
+    assert "\n" not in str(error.value)
+
+
+def test_the_papers_models_need_both_options() -> None:
+    config = MPMAConfig(**POSTURE, efference_copy="module", proprioception=False)
+    assert (config.models, config.rule) == ("posture", "gated")

@@ -88,10 +88,14 @@ from mpma_mj.agents import LearningRule
 
 class MyRule(LearningRule):
     forgetting = 0.5
+    models = "joint"
 
     def fit(self, readouts, epoch):
-        target = epoch.next_posture[:, None, :]
+        target = epoch.outcome[:, None, :]
         readouts.forward.fit(epoch.forward_features, target, epoch.responsibility)
+
+class PostureRule(MyRule):
+    models = "posture"
 
 class Needy(MyRule):
     def __init__(self, size): ...
@@ -174,6 +178,14 @@ def test_an_outside_rule_changes_what_it_fits_and_nothing_else() -> None:
     assert not state["inverse.weights"].any()
 
 
+def test_an_outside_rule_for_other_models_is_refused_by_its_name() -> None:
+    path = "my_rules.py:PostureRule"
+    message = f"rule is '{path}'; expected a rule for joint models; .* add models=posture"
+    with pytest.raises(BadOptionError, match=message):
+        MPMA(MPMAConfig(rule=path), SPEC)
+    MPMA(MPMAConfig(nodes=5, rule=path, models="posture"), SPEC)
+
+
 def test_a_rule_may_be_given_as_an_instance() -> None:
     class Doubtful(WeightedRule):
         def fit(self, readouts: object, epoch: object) -> None:
@@ -184,7 +196,7 @@ def test_a_rule_may_be_given_as_an_instance() -> None:
     record_epoch(load("ymca", arms="kinematic", repeats=1), agent, 0)
     with pytest.raises(ArithmeticError):
         agent.learn()
-    default = dataclasses.replace(WeightedRule(), sharpening=3.0)
+    default = dataclasses.replace(WeightedRule(), forgetting=1.0)
     assert MPMAConfig(rule=default) == MPMAConfig(rule=WeightedRule())
 
 
@@ -216,8 +228,8 @@ def test_a_config_that_names_a_path_imports_nothing() -> None:
         ("my_agents.py:", "a path such as"),
         (":MyAgent", "a path such as"),
         ("mpma_mj.agents.base:Agent", "with act, which Agent lacks"),
-        ("str", "one of mpma, growing, .*, or the path of a class"),
-        (["mpma"], "one of mpma, growing, .*, or the path of a class"),
+        ("str", "one of mpma, mosaic, .*, or the path of a class"),
+        (["mpma"], "one of mpma, mosaic, .*, or the path of a class"),
     ],
 )
 def test_agents_that_cannot_be_are_refused_in_one_line(name: str, message: str) -> None:

@@ -1,3 +1,7 @@
+"""Responsibility of posture models: prior and likelihood."""
+
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -7,10 +11,10 @@ from hypothesis.extra.numpy import arrays
 from mpma_mj.agents.gating import (
     likelihood,
     prediction_errors,
-    predictor_target,
     responsibilities,
 )
-from tests.agents.test_mpma import agent, dance, signals_of, watch
+from mpma_mj.agents.learning_rules import GatedRule
+from tests.agents.test_mpma import JOINT, POSTURE, agent, dance, signals_of, watch
 
 priors = arrays(np.float64, 4, elements=st.floats(0.01, 1.0))
 errors = arrays(np.float64, 4, elements=st.floats(0.0, 4.0))
@@ -58,32 +62,11 @@ def test_prediction_error_is_the_mean_square() -> None:
     )
 
 
-@given(arrays(np.float64, (9, 3), elements=st.floats(0.05, 1.0)), st.floats(1.0, 3.0))
-def test_targets_are_shares_and_use_all_modules_alike(raw: np.ndarray, sharpening: float) -> None:
-    target = predictor_target(raw / raw.sum(axis=1, keepdims=True), sharpening)
-    np.testing.assert_allclose(target.sum(axis=1), 1.0)
-    np.testing.assert_allclose(target.mean(axis=0), 1 / 3, atol=0.02)
-
-
-def test_sharpening_of_balanced_responsibilities_has_its_closed_form() -> None:
-    responsibility = np.array([[0.6, 0.3, 0.1], [0.1, 0.6, 0.3], [0.3, 0.1, 0.6]])
-    np.testing.assert_allclose(predictor_target(responsibility, 1.0), responsibility)
-    sharp = responsibility**2 / (0.6**2 + 0.3**2 + 0.1**2)
-    np.testing.assert_allclose(predictor_target(responsibility, 2.0), sharp)
-
-
-def test_a_module_that_wins_everything_is_balanced() -> None:
-    np.testing.assert_allclose(predictor_target(np.tile([0.6, 0.3, 0.1], (9, 1)), 3.0), 1 / 3)
-
-
-def test_a_module_that_was_never_used_can_return() -> None:
-    responsibility = np.tile([0.7, 0.3, 0.0], (10, 1))
-    np.testing.assert_allclose(predictor_target(responsibility, 2.0), 1 / 3)
-
-
-@pytest.mark.parametrize("rule", ["weighted", "gated"])
-def test_without_forward_gating_responsibility_is_the_predictors_share(rule: str) -> None:
-    player = agent(rule=rule, forward_gating=False)
+@pytest.mark.parametrize("config", [JOINT, POSTURE])
+def test_without_forward_gating_responsibility_is_the_predictors_share(
+    config: dict[str, Any],
+) -> None:
+    player = agent(forward_gating=False, **config)
     dance(player, 3)
     signals = signals_of(player)
     share = signals.prior / signals.prior.sum(axis=1, keepdims=True)
@@ -91,11 +74,10 @@ def test_without_forward_gating_responsibility_is_the_predictors_share(rule: str
     assert share.std() > 0.01
 
 
-@pytest.mark.parametrize("rule", ["weighted", "gated"])
-def test_without_predictors_responsibility_is_the_likelihoods_share(rule: str) -> None:
-    player = agent(rule=rule, responsibility_predictors=False)
+def test_without_predictors_responsibility_is_the_likelihoods_share() -> None:
+    player = agent(responsibility_predictors=False, **POSTURE)
     dance(player, 2)
-    sigma = float(player.state_dict()["sigma"])
+    sigma = GatedRule.sigma
     postures = np.stack([seen["posture"] for seen in watch(player)])
     signals = signals_of(player)
     np.testing.assert_array_equal(signals.prior, 1.0)
@@ -107,7 +89,8 @@ def test_without_predictors_responsibility_is_the_likelihoods_share(rule: str) -
     assert responsibility.std() > 1e-6
 
 
-def test_without_both_responsibility_is_uniform() -> None:
-    player = agent(forward_gating=False, responsibility_predictors=False)
+@pytest.mark.parametrize("config", [JOINT, POSTURE])
+def test_without_both_responsibility_is_uniform(config: dict[str, Any]) -> None:
+    player = agent(forward_gating=False, responsibility_predictors=False, **config)
     dance(player, 2)
     np.testing.assert_allclose(signals_of(player).responsibility, 1 / 3, rtol=1e-14)

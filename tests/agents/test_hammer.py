@@ -59,14 +59,14 @@ def test_while_preparing_each_label_has_its_own_pair_and_feedback_leads() -> Non
 def test_each_pair_learns_by_ridge_regression_from_its_own_label_only() -> None:
     agent = hammer()
     trace = dance(agent, 1)
-    epoch = agent._epoch(())
+    epoch, features = agent._epoch(()), agent._features(())
     hit = np.clip(trace.action + epoch.next_feedback, -1, 1)
     for i in range(4):
         own = trace.context[:-1, i] == 1
         assert 0 < own.sum() < len(own)
         for name, target in (("forward", trace.posture[1:]), ("inverse", hit)):
-            z = getattr(epoch, f"{name}_features")[own, i].astype(float)
-            ridge = 1e-4 * len(own) * np.eye(z.shape[1])
+            z = features[f"{name}_features"][own, i].astype(float)
+            ridge = 1e-4 * own.sum() * np.eye(z.shape[1])
             expected = linalg.solve(z.T @ z + ridge, z.T @ target[own]).T
             weights = getattr(agent._readouts, name).weights[i]
             # What they say: directions in which features do not vary are found to no digit.
@@ -116,7 +116,7 @@ def test_prepared_forward_models_receive_their_own_inverse_models_command() -> N
     for preparing in (True, False):
         assert agent.is_preparing == preparing
         trace = dance(agent, 1, learn=False)
-        heard = agent._epoch(()).forward_features[:, :, 20:28]
+        heard = agent._features(())["forward_features"][:, :, 20:28]
         total = np.repeat(trace.action[:, None], 4, axis=1)
         expected = total if preparing else trace.modules.module_actions
         np.testing.assert_array_equal(heard, expected.astype(PRECISION))

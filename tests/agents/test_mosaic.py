@@ -59,7 +59,7 @@ def test_every_step_changes_every_readout_along_its_gated_error() -> None:
 def test_forward_models_receive_the_total_command() -> None:
     agent = mosaic()
     trace = dance(agent, 3)
-    features = agent._epoch(()).forward_features
+    features = agent._features(())["forward_features"]
     heard = features[:, :, 20:][:, :, :8]
     total = np.repeat(trace.action[:, None], 3, axis=1)
     np.testing.assert_array_equal(heard, total.astype(PRECISION))

@@ -1,5 +1,6 @@
 import dataclasses
 import itertools
+from types import SimpleNamespace
 from typing import Any
 
 import dm_env
@@ -8,14 +9,19 @@ import pytest
 
 import mpma_mj
 from mpma_mj.agents import MPMA, Agent, AgentSpec, MPMAConfig
+from mpma_mj.agents.gain_schedule import FINAL_GAINS, performance
 from mpma_mj.agents.learning_rules import GatedRule
 from mpma_mj.agents.signals import ModuleSignals
 from mpma_mj.envs.load import load
 from mpma_mj.errors import BadOptionError
 from mpma_mj.esn import PRECISION
 from mpma_mj.feedback import feedback_action
+from mpma_mj.kinematics import wrap
+from mpma_mj.metrics import posture_error_percent
 
 SPEED = np.array([12.0, 12.0, 20.0, 15.0] * 2)
+JOINT: dict[str, Any] = {"models": "joint", "rule": "weighted"}
+POSTURE: dict[str, Any] = {"models": "posture", "rule": "gated"}
 
 
 def agent(seed: int = 0, **config: Any) -> MPMA:
@@ -57,18 +63,27 @@ def watch(player: MPMA) -> list[dict[str, np.ndarray]]:
     return observations
 
 
-def test_untrained_it_is_the_feedback_controller() -> None:
+@pytest.mark.parametrize(("config", "residual"), [(POSTURE, 0.0), (JOINT, 0.01)])
+def test_untrained_it_is_feedback_and_of_joint_models_a_hundredth_of_the_resolved_rate_command(
+    config: dict[str, Any], residual: float
+) -> None:
     env = load("ymca", reference_noise=0.05)
     observation = env.reset().observation
-    player = agent()
-    expected = feedback_action(observation["joint_angles"], observation["reference"], SPEED, 0.05)
+    player = agent(**config)
+    feedback, resolved_rate = (
+        feedback_action(observation["joint_angles"], observation[name], SPEED, 0.05)
+        for name in ("reference", "target")
+    )
+    expected = np.clip(feedback + residual * resolved_rate, -1, 1)
     np.testing.assert_allclose(player.act(observation), expected, atol=1e-15)
 
 
-@pytest.mark.parametrize("rule", ["weighted", "gated"])
-@pytest.mark.parametrize("efference_copy", ["total", "module"])
-def test_signals_obey_the_equations(rule: str, efference_copy: str) -> None:
-    player = agent(rule=rule, efference_copy=efference_copy)
+@pytest.mark.parametrize(
+    "config",
+    [JOINT, JOINT | {"history": True}, POSTURE, POSTURE | {"efference_copy": "module"}],
+)
+def test_signals_obey_the_equations(config: dict[str, Any]) -> None:
+    player = agent(**config)
     dance(player, epochs=3)
     gains = player.gains
     actions, feedback = dance(player), player.signals().feedback
@@ -76,23 +91,43 @@ def test_signals_obey_the_equations(rule: str, efference_copy: str) -> None:
     responsibility = signals.responsibility
     np.testing.assert_allclose(responsibility.sum(axis=1), 1.0)
     assert (responsibility >= 0).all()
-    assert (signals.prior >= 0.01).all()
+    joint = config["models"] == "joint"
+    assert (signals.prior >= (0.01 / 3 if joint else 0.01)).all()
     assert (signals.prior <= 1.0).all()
+    if joint:
+        np.testing.assert_allclose(signals.prior.sum(axis=1), 1.0)
     assert np.abs(signals.module_actions).max() <= 1.0
     mixed = np.einsum("tm,tmj->tj", responsibility, signals.module_actions)
     total = gains.inverse * mixed + feedback
     np.testing.assert_allclose(actions, np.clip(total, -1, 1), atol=1e-14)
+    seen = player._steps.episode()
+    base = np.zeros_like(actions)
+    if joint:
+        base = feedback_action(seen["joint_angles"], targets_of(player), SPEED, 0.05)
+    learned = player.signals().learned
+    np.testing.assert_allclose(
+        learned, gains.inverse * (mixed - base), atol=3e-7
+    )  # inputs are single
+
+
+def targets_of(player: MPMA) -> np.ndarray:
+    """Return the targets of the last episode, as joint inverse models received them."""
+    return player._inverse._steps.episode()["inputs"][:, -20:-8].astype(float)
+
+
+def features_of(player: MPMA) -> Any:
+    return SimpleNamespace(**vars(player._epoch(())) | player._features(()))
 
 
 @pytest.mark.parametrize("proprioception", [True, False])
 @pytest.mark.parametrize("efference_copy", ["total", "module"])
-def test_networks_receive_the_inputs_of_the_equations(
+def test_posture_networks_receive_the_inputs_of_the_equations(
     efference_copy: str, proprioception: bool
 ) -> None:
-    player = agent(efference_copy=efference_copy, proprioception=proprioception)
+    player = agent(efference_copy=efference_copy, proprioception=proprioception, **POSTURE)
     dance(player, 2)
     observations = watch(player)
-    epoch = player._epoch(())
+    epoch = features_of(player)
     for t, seen in enumerate(observations[:-1]):
         angles = seen["joint_angles"] if proprioception else np.empty(0)
         sensed = np.concatenate([seen["posture"], np.sin(angles), np.cos(angles)])
@@ -106,22 +141,54 @@ def test_networks_receive_the_inputs_of_the_equations(
         np.testing.assert_array_equal(epoch.forward_features[t, 1, -len(forward) :], forward)
 
 
-def test_targets_are_one_step_later_to_the_last_step() -> None:
-    player = agent()
+@pytest.mark.parametrize("history", [False, True])
+def test_joint_networks_receive_the_inputs_of_the_equations(history: bool) -> None:
+    player = agent(history=history)
+    dance(player, 2)
+    observations = watch(player)
+    epoch = features_of(player)
+    acting = player._inverse.episode((), 3)
+    learning = np.concatenate([block.copy() for _, block in epoch.inverse_features.blocks()])
+    for t, (seen, after) in enumerate(itertools.pairwise(observations)):
+        angles = seen["joint_angles"]
+        state = [seen["posture"], np.sin(angles), np.cos(angles), seen["joint_velocities"] / SPEED]
+        if history and t:
+            move = wrap(angles - observations[t - 1]["joint_angles"]) / (0.05 * SPEED)
+            state += [move, epoch.action[t - 1]]
+        elif history:
+            state += [np.zeros(8), np.zeros(8)]
+        for features, posture in ((acting, seen["target"]), (learning, after["posture"])):
+            command = feedback_action(angles, posture, SPEED, 0.05)
+            inputs = np.concatenate([*state, posture, command]).astype(PRECISION)
+            assert features.shape[2] == 20 + len(inputs)
+            np.testing.assert_array_equal(features[t, 1, 20:], inputs)
+        np.testing.assert_allclose(epoch.desired[t], epoch.action[t] - command, atol=1e-14)
+        forward = np.concatenate([epoch.action[t], *state]).astype(PRECISION)
+        np.testing.assert_array_equal(epoch.forward_features[t, 1, 20:], forward)
+    # The noise is the episode's own: features differ by their inputs alone.
+    same = player._inverse.replay((), player._inverse._steps.episode()["inputs"])
+    kept = np.concatenate([block.copy() for _, block in same.blocks()])
+    np.testing.assert_array_equal(kept, acting)
+
+
+@pytest.mark.parametrize("config", [JOINT, POSTURE])
+def test_targets_are_one_step_later_to_the_last_step(config: dict[str, Any]) -> None:
+    player = agent(**config)
     observations = watch(player)
     epoch = player._epoch(())
     for t, (seen, after) in enumerate(itertools.pairwise(observations)):
-        np.testing.assert_array_equal(epoch.next_posture[t], after["posture"])
+        move = wrap(after["joint_angles"] - seen["joint_angles"]) / (0.05 * SPEED)
+        outcome = move if config is JOINT else after["posture"]
+        np.testing.assert_allclose(epoch.outcome[t], outcome, atol=1e-15)
         for remembered, moment in ((epoch.feedback, seen), (epoch.next_feedback, after)):
             expected = feedback_action(moment["joint_angles"], moment["reference"], SPEED, 0.05)
             np.testing.assert_array_equal(remembered[t], expected)
 
 
-@pytest.mark.parametrize("rule", ["weighted", "gated"])
-def test_responsibility_is_prior_times_likelihood_of_the_last_prediction(rule: str) -> None:
-    player = agent(rule=rule)
+def test_posture_responsibility_is_prior_times_likelihood_of_the_last_prediction() -> None:
+    player = agent(**POSTURE)
     dance(player, 2)
-    sigma = float(player.state_dict()["sigma"])
+    sigma = GatedRule.sigma
     observations = watch(player)
     epoch = player._epoch(())
     first = epoch.prior[0] / epoch.prior[0].sum()
@@ -145,20 +212,32 @@ def test_each_episode_has_its_own_noise() -> None:
     assert not np.array_equal(features[0], features[1])
 
 
-def test_the_three_banks_are_drawn_apart() -> None:
-    player = agent()
-    banks = (player._inverse, player._forward, player._gate.predictor)
+@pytest.mark.parametrize("config", [JOINT, POSTURE])
+def test_the_three_banks_are_drawn_apart(config: dict[str, Any]) -> None:
+    player = agent(**config)
+    gate: Any = player._gate
+    banks = (player._inverse, player._forward, gate.predictor or gate._predictor)
     drawn = [bank._reservoirs._input_weights.ravel()[:20] for bank in banks]
     for one, other in itertools.combinations(drawn, 2):
         assert not np.array_equal(one, other)
 
 
-def test_gains_wait_until_forward_models_predict() -> None:
-    player = agent(nodes=50)
+def test_joint_inverse_models_control_after_the_first_epoch() -> None:
+    player = agent()
+    dance(player)
+    assert player.gains == FINAL_GAINS
+
+
+def test_gains_of_posture_models_wait_until_forward_models_predict() -> None:
+    player = agent(nodes=50, **POSTURE)
     dance(player)
     assert player.gains.progress == 0.0  # the first epoch is the yardstick
+    untrained = float(player.state_dict()["untrained_error"])
     dance(player)
-    assert player.gains.progress == pytest.approx(0.25)
+    epoch = player._epoch(())
+    error = posture_error_percent(epoch.mixed(epoch.predictions), epoch.outcome)
+    assert 3.0 < error < untrained
+    assert player.gains.progress == pytest.approx(0.25 * performance(error, untrained))
 
 
 def test_equal_seeds_give_equal_actions_and_others_do_not() -> None:
@@ -186,9 +265,9 @@ def test_learning_does_not_change_a_state_that_was_returned() -> None:
 
 
 def test_a_module_without_responsibility_learns_nothing_under_the_gated_rule() -> None:
-    player = agent(rule="gated")
+    player = agent(**POSTURE)
     dance(player)
-    epoch = player._epoch(())
+    epoch = dataclasses.replace(player._epoch(()), **player._features(()))
     alone = np.zeros_like(epoch.responsibility)
     alone[:, 0] = 1.0
     GatedRule().fit(player._readouts, dataclasses.replace(epoch, responsibility=alone))
@@ -196,12 +275,14 @@ def test_a_module_without_responsibility_learns_nothing_under_the_gated_rule() -
     assert np.abs(player._readouts.forward.weights[1:]).max() < 1e-12
 
 
-def test_forward_models_learn_what_actions_lead_to() -> None:
-    player = agent(modules=1, nodes=50)
+@pytest.mark.parametrize(("config", "largest"), [(JOINT, 0.01), (POSTURE, 0.03)])
+def test_forward_models_learn_what_actions_lead_to(config: dict[str, Any], largest: float) -> None:
+    player = agent(modules=1, nodes=50, **config)
     dance(player, 3)
     epoch = player._epoch(())
-    error = np.abs(epoch.predictions[:, 0] - epoch.next_posture).mean()
-    assert error < 0.03
+    error = np.abs(epoch.predictions[:, 0] - epoch.outcome).mean()
+    assert error < largest
+    assert error < 0.1 * np.abs(epoch.outcome).mean()
 
 
 def test_one_module_is_always_responsible() -> None:
@@ -219,7 +300,7 @@ def test_an_agent_needs_no_environment() -> None:
     action = player.act(observation)
     player.observe(dm_env.transition(0.0, observation))
     assert action.shape == (8,)
-    assert player.learn().keys() == {"gain_feedback", "gain_inverse", "sigma"}
+    assert player.learn().keys() == {"gain_feedback", "gain_inverse", "plants"}
 
 
 def test_an_agent_needs_an_environment_and_a_seed() -> None:
@@ -244,10 +325,20 @@ def test_without_a_reset_signals_cover_all_steps() -> None:
         assert len(signals_of(acting).prior) == episode * env.task.steps
 
 
-def test_a_larger_ridge_leaves_smaller_readouts() -> None:
+@pytest.mark.parametrize(
+    ("option", "readouts", "config"),
+    [
+        ("ridge", "forward", JOINT),
+        ("inverse_ridge", "inverse", JOINT),
+        ("ridge", "inverse", POSTURE),
+    ],
+)
+def test_a_larger_ridge_leaves_smaller_readouts(
+    option: str, readouts: str, config: dict[str, Any]
+) -> None:
     sizes = []
     for ridge in (1e-4, 1.0):
-        player = agent(ridge=ridge)
+        player = agent(**config | {option: ridge})
         dance(player)
-        sizes.append(np.linalg.norm(player.state_dict()["inverse.weights"]))
+        sizes.append(np.linalg.norm(player.state_dict()[f"{readouts}.weights"]))
     assert sizes[1] < 0.5 * sizes[0]

@@ -13,8 +13,12 @@ from mpma_mj.training.rollout import record_epoch
 
 SMALL = MPMAConfig(nodes=10, modules=4)
 SETTINGS: list[dict[str, Any]] = [
-    *({"kind": kind} for kind in ("mpma", "growing", "mosaic", "hammer")),
-    {"config": MPMAConfig(nodes=10, modules=3, rule="gated", efference_copy="module")},
+    *({"kind": kind} for kind in ("mpma", "mosaic", "hammer", "oracle")),
+    {
+        "config": MPMAConfig(
+            nodes=10, modules=3, models="posture", rule="gated", efference_copy="module"
+        )
+    },
 ]
 
 

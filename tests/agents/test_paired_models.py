@@ -1,14 +1,12 @@
-"""Paired models from which modules are dropped."""
+"""Paired models of which modules are switched off."""
 
 import dataclasses
 from typing import Any
 
 import numpy as np
 import pytest
-from mpma_mj.agents.growing import Recruitment
 
 from mpma_mj import MPMAConfig, load, make_agent, make_vec
-from mpma_mj.agents import HAMMER, GrowingMPMA
 from mpma_mj.agents.paired_models import PairedModels
 from mpma_mj.agents.wrappers import AlteredContext, Frozen, paired_models_of
 from mpma_mj.errors import BadOptionError
@@ -16,7 +14,8 @@ from mpma_mj.training.rollout import record_epoch
 
 MODULES = 4  # as many as YMCA has labels, the number that HAMMER has
 SMALL = MPMAConfig(nodes=10, modules=MODULES)
-KINDS = ["mpma", "mosaic", "hammer", "growing"]
+POSTURE = dataclasses.replace(SMALL, models="posture", rule="gated")
+KINDS = ["mpma", "gated", "mosaic", "hammer"]
 
 State = dict[str, np.ndarray]
 
@@ -26,36 +25,42 @@ def env() -> Any:
     return load("ymca", arms="kinematic", repeats=1)
 
 
+def made(env: Any, kind: str, seed: Any = 0) -> Any:
+    config, name = (POSTURE, "mpma") if kind == "gated" else (SMALL, kind)
+    agent = make_agent(env, config, kind=name, seed=seed)
+    assert isinstance(agent, PairedModels)
+    return agent
+
+
 @pytest.fixture(scope="module")
 def learned(env: Any) -> dict[str, State]:
     """Return the states of trained agents of each kind."""
     states = {}
     for kind in KINDS:
-        agent = make_agent(env, SMALL, kind=kind)
+        agent = made(env, kind)
         for epoch in range(5):
             record_epoch(env, agent, epoch)
             agent.learn()
         states[kind] = agent.state_dict()
-    enabled = Recruitment(modules=3, epochs=1, best_error=1.0)
-    states["growing"]["growth"] = enabled.as_row()
     return states
 
 
 def trained(env: Any, learned: dict[str, State], kind: str) -> Any:
-    agent = make_agent(env, SMALL, kind=kind)
-    assert isinstance(agent, PairedModels)
+    agent = made(env, kind)
     agent.load_state_dict(learned[kind])
     return agent
 
 
-def without(env: Any, learned: dict[str, State], kind: str, *lost: int) -> Any:
+def without(env: Any, learned: dict[str, State], kind: str, *off: int) -> Any:
     agent = trained(env, learned, kind)
-    agent.drop_modules(lost)
+    agent.set_enabled_modules([module not in off for module in range(MODULES)])
     return agent
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_dropping_no_module_changes_no_bit(env: Any, learned: dict[str, State], kind: str) -> None:
+def test_switching_no_module_off_changes_no_bit(
+    env: Any, learned: dict[str, State], kind: str
+) -> None:
     one, other = trained(env, learned, kind), without(env, learned, kind)
     for epoch in (5, 6):
         danced, same = record_epoch(env, one, epoch), record_epoch(env, other, epoch)
@@ -79,157 +84,125 @@ def test_remaining_modules_take_their_first_step_as_before(
         agent.reset(7)
         agent.act(observation)
     intact, after = whole.signals().modules, part.signals().modules
-    left = [0, 2, 3]
-    actions = intact.module_actions[:, left]
-    np.testing.assert_allclose(after.module_actions, actions, atol=1e-12)
-    assert np.abs(actions).max() > 0.01
+    np.testing.assert_array_equal(after.module_actions, intact.module_actions)
+    assert (after.prior[:, 1] == 0.0).all()
+    assert (after.responsibility[:, 1] == 0.0).all()
     if kind != "hammer":  # in which one has all
-        share = intact.responsibility[:, left]
-        expected = share / share.sum()
-        np.testing.assert_allclose(after.responsibility, expected, atol=1e-12)
+        share = intact.responsibility.copy()
+        share[:, 1] = 0.0
+        np.testing.assert_allclose(after.responsibility, share / share.sum(), atol=1e-12)
 
 
-@pytest.mark.parametrize("kind", ["mpma", "mosaic", "growing"])
-def test_remaining_modules_learn(env: Any, learned: dict[str, State], kind: str) -> None:
-    agent = without(env, learned, kind, 0, 2)
-    before = agent.state_dict()
-    trace = record_epoch(env, agent, 5)
-    np.testing.assert_allclose(trace.modules.responsibility.sum(axis=1), 1.0)
-    agent.learn()
-    for name, value in agent.state_dict().items():
-        assert np.isfinite(value).all() or name == "growth"
-        assert value.shape == before[name].shape
-    weights = agent.state_dict()["inverse.weights"]
-    assert weights.shape[0] == MODULES - 2
-    assert not np.array_equal(weights, before["inverse.weights"])
-
-
-def test_dropping_a_module_without_responsibility_has_no_effect(
-    env: Any, learned: dict[str, State]
+@pytest.mark.parametrize("kind", ["mpma", "gated", "mosaic"])
+def test_remaining_modules_learn_and_the_others_stay_as_they_are(
+    env: Any, learned: dict[str, State], kind: str
 ) -> None:
-    whole = trained(env, learned, "growing")
-    whole._growth[4] = 1.0  # over, as after dropping a module
-    part = without(env, learned, "growing", 3)  # which is not enabled
-    for epoch in (5, 6):
-        danced, same = record_epoch(env, whole, epoch), record_epoch(env, part, epoch)
-        assert not danced.modules.responsibility[:, 3].any()
-        np.testing.assert_allclose(same.action, danced.action, atol=1e-9)
-        np.testing.assert_allclose(same.posture, danced.posture, atol=1e-9)
-        whole.learn()
-        part.learn()
-    weights = whole.state_dict()["inverse.weights"][:3]
-    np.testing.assert_allclose(part.state_dict()["inverse.weights"], weights, atol=1e-6)
+    agent = without(env, learned, kind, 0, 2)
+    trace = record_epoch(env, agent, 5)
+    responsibility = trace.modules.responsibility
+    np.testing.assert_allclose(responsibility.sum(axis=1), 1.0)
+    assert not responsibility[:, [0, 2]].any()
+    agent.learn()
+    before, after = learned[kind], agent.state_dict()
+    for name in ("inverse.weights", "forward.weights"):
+        change = after[name] - before[name]
+        assert (np.abs(change[[1, 3]]).max(axis=(1, 2)) > 1e-4).all()
+        if kind == "gated":  # fitted to their own outputs
+            features = agent._features(())[name.replace(".weights", "_features")]
+            outputs = np.einsum("mkf,tmf->tmk", change, features)
+            assert np.abs(outputs[:, [0, 2]]).max() < 0.1 * np.abs(outputs[:, [1, 3]]).max()
+        else:
+            assert not change[[0, 2]].any()
 
 
-def test_dropping_a_module_with_responsibility_changes_the_movement(
+def test_what_a_module_knew_it_knows_when_it_is_back(env: Any, learned: dict[str, State]) -> None:
+    agent = without(env, learned, "mpma", 0)
+    record_epoch(env, agent, 5)
+    agent.learn()
+    after = agent.state_dict()
+    for name in ("preferences", "variance"):
+        np.testing.assert_array_equal(after[name][0, ..., 0], learned["mpma"][name][0, ..., 0])
+    agent.set_enabled_modules([True] * MODULES)
+    assert (record_epoch(env, agent, 6).modules.responsibility[:, 0] > 0.5).any()
+
+
+def test_a_module_that_is_switched_off_in_a_step_changes_the_movement(
     env: Any, learned: dict[str, State]
 ) -> None:
     whole, part = trained(env, learned, "mpma"), without(env, learned, "mpma", 0)
     danced, other = record_epoch(env, whole, 5), record_epoch(env, part, 5)
-    assert np.abs(danced.posture - other.posture).max() > 1e-3
+    assert np.abs(danced.posture - other.posture).max() > 1e-4
 
 
-@pytest.mark.parametrize("kind", ["mpma", "hammer", "growing"])
-def test_dropping_modules_of_a_batch_equals_dropping_those_of_each_run(kind: str) -> None:
+@pytest.mark.parametrize("kind", KINDS)
+def test_switching_modules_of_a_batch_off_equals_that_of_each_run(kind: str) -> None:
     envs = make_vec(2, "ymca", arms="kinematic", repeats=1)
-    together: Any = make_agent(envs, SMALL, kind=kind, seed=[3, 5])
-    if kind == "growing":
-        together._growth[...] = Recruitment(modules=3).as_row()
+    together = made(envs, kind, [3, 5])
     for epoch in range(2):
         record_epoch(envs, together, epoch)
         together.learn()
-    alone = make_agent(load("ymca", arms="kinematic", repeats=1), SMALL, kind=kind, seed=5)
-    assert isinstance(alone, PairedModels)
+    alone = made(load("ymca", arms="kinematic", repeats=1), kind, 5)
     alone.load_state_dict({name: value[1] for name, value in together.state_dict().items()})
-    together.drop_modules([1])
-    alone.drop_modules([1])
+    for agent in (together, alone):
+        agent.set_enabled_modules([True, False, True, False])
     trace = record_epoch(envs, together, 4).of_run(1)
-    env = load("ymca", arms="kinematic", repeats=1, seed=1)
-    expected = record_epoch(env, alone, 4)
-    np.testing.assert_allclose(trace.action, expected.action, atol=1e-9)
+    expected = record_epoch(load("ymca", arms="kinematic", repeats=1, seed=1), alone, 4)
+    for name, signal in expected.to_arrays().items():
+        np.testing.assert_array_equal(trace.to_arrays()[name], signal, err_msg=name)
     together.learn()
     alone.learn()
     state = together.state_dict()
     for name, value in alone.state_dict().items():
-        np.testing.assert_allclose(state[name][1], value, atol=1e-6, err_msg=name)
+        np.testing.assert_array_equal(state[name][1], value, err_msg=name)
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_copy_of_the_remaining_state_continues_alike(
+def test_with_all_modules_off_the_feedback_controller_is_left(
     env: Any, learned: dict[str, State], kind: str
 ) -> None:
-    agent, copy = without(env, learned, kind, 1), without(env, learned, kind, 1)
-    record_epoch(env, agent, 5)
-    agent.learn()
-    copy.load_state_dict(agent.state_dict())
-    danced = record_epoch(env, agent, 6).action
-    np.testing.assert_array_equal(record_epoch(env, copy, 6).action, danced)
+    agent = without(env, learned, kind, *range(MODULES))
+    trace = record_epoch(env, agent, 5)
+    assert not trace.modules.responsibility.any()
+    assert not trace.modules.prior.any()
+    assert not trace.learned.any()
+    np.testing.assert_array_equal(trace.action, np.clip(trace.feedback, -1, 1))
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_not_all_modules_can_be_dropped(env: Any, learned: dict[str, State], kind: str) -> None:
-    agent = trained(env, learned, kind)
-    with pytest.raises(BadOptionError, match=r"expected at least one .*module to be left"):
-        agent.drop_modules(range(MODULES))
-    agent.drop_modules([])  # nor has it lost any
-    assert agent.enabled.shape == (MODULES,)
-
-
-@pytest.mark.parametrize("lost", [(7,), (-1,), (0, 4)])
-@pytest.mark.parametrize("kind", ["mpma", "growing"])
-def test_modules_that_do_not_exist_cannot_be_dropped(
-    env: Any, learned: dict[str, State], kind: str, lost: tuple[int, ...]
+def test_modules_are_switched_from_the_next_reset(
+    env: Any, learned: dict[str, State], kind: str
 ) -> None:
-    with pytest.raises(BadOptionError, match="expected indices from 0 to 3"):
-        without(env, learned, kind, *lost)
+    agent = trained(env, learned, kind)
+    np.testing.assert_array_equal(agent.enabled_modules, [True] * MODULES)
+    agent.set_enabled_modules(np.array([True, False, True, True]))
+    np.testing.assert_array_equal(agent.enabled_modules, [True, False, True, True])
+    agent.enabled_modules[:] = False  # a copy
+    np.testing.assert_array_equal(agent.enabled_modules, [True, False, True, True])
 
 
-def test_after_dropping_a_pair_of_hammer_the_others_keep_their_labels(env: Any) -> None:
-    agent = make_agent(env, SMALL, kind="hammer")
-    assert isinstance(agent, HAMMER)
-    agent.drop_modules([1])
+@pytest.mark.parametrize("mask", [[True] * 3, [True] * 5, [], True])
+@pytest.mark.parametrize("kind", ["mpma", "hammer"])
+def test_a_mask_of_other_modules_is_refused(
+    env: Any, learned: dict[str, State], kind: str, mask: Any
+) -> None:
+    with pytest.raises(BadOptionError, match="expected 4 truth values, one for each module"):
+        trained(env, learned, kind).set_enabled_modules(mask)
+
+
+def test_without_a_pair_of_hammer_the_others_keep_their_labels(env: Any) -> None:
+    agent = made(env, "hammer")
+    agent.set_enabled_modules([True, False, True, True])
     trace = record_epoch(env, agent, 0)
     label = trace.context[:-1].argmax(axis=1)
-    for own, row in {0: [1, 0, 0], 1: [1, 0, 0], 2: [0, 1, 0], 3: [0, 0, 1]}.items():
+    for own, row in enumerate([[1, 0, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]):
         assert (trace.modules.responsibility[label == own] == row).all()
         assert (label == own).any()
     agent.learn()
-    # No pair learns from the label of the dropped one.
-    full = make_agent(env, SMALL, kind="hammer")
-    assert isinstance(full, HAMMER)
-    episode = agent._epoch(())
-    weight = (label[:, None] == [0, 2, 3]).astype(float)
-    forward = full._readouts.forward
-    forward.drop_modules([1])
-    forward.fit(episode.forward_features, episode.next_posture[:, None, :], weight)
-    np.testing.assert_array_equal(agent._readouts.forward.weights, forward.weights)
-
-
-def test_after_dropping_a_pair_hammer_needs_the_whole_context(env: Any) -> None:
-    agent = make_agent(env, SMALL, kind="hammer")
-    assert isinstance(agent, HAMMER)
-    agent.drop_modules([1])
-    agent.reset(0)
-    observation = dict(env.reset().observation) | {"context": np.zeros(3)}
-    with pytest.raises(BadOptionError, match="expected 4 labels, one for each pair"):
-        agent.act(observation)
-
-
-def test_after_dropping_a_module_no_other_is_recruited(env: Any, learned: dict[str, State]) -> None:
-    agent = trained(env, learned, "growing")
-    assert isinstance(agent, GrowingMPMA)
-    np.testing.assert_array_equal(agent.enabled, [True, True, True, False])
-    agent.drop_modules([0, 3])
-    np.testing.assert_array_equal(agent.enabled, [True, True])
-    assert Recruitment.of_row(agent._growth).over
-    with pytest.raises(BadOptionError, match="expected at least one enabled module"):
-        agent.drop_modules([0, 1])
-    intact = trained(env, learned, "growing")
-    assert isinstance(intact, GrowingMPMA)
-    with pytest.raises(BadOptionError, match="expected at least one enabled module"):
-        intact.drop_modules([0, 1, 2])
-    intact.drop_modules([])
-    assert not Recruitment.of_row(intact._growth).over
+    # No pair learns from the label of the one that is off.
+    assert not agent._readouts.forward.weights[1].any()
+    assert agent._readouts.forward._steps.tolist() == [
+        (label == own).sum() if own != 1 else 0 for own in range(4)
+    ]
 
 
 def test_inside_all_wrappers_is_the_agent_with_paired_models(env: Any) -> None:

@@ -7,7 +7,7 @@ from mpma_mj.errors import BadOptionError
 from mpma_mj.training.rollout import record_epoch
 
 SMALL = MPMAConfig(nodes=20, modules=2)
-LEARNING = ("mpma", "growing", "mosaic", "hammer", "single")
+LEARNING = ("mpma", "mosaic", "hammer", "single", "adaptive", "oracle")
 
 
 def actions(kind: str, seed: int, epochs: int = 2) -> np.ndarray:
@@ -20,7 +20,7 @@ def actions(kind: str, seed: int, epochs: int = 2) -> np.ndarray:
 
 
 def test_all_built_in_agents_are_registered() -> None:
-    assert list(AGENTS) == [*LEARNING, "feedback_only", "open_loop", "random"]
+    assert list(AGENTS) == [*LEARNING, "resolved_rate", "feedback_only", "open_loop", "random"]
 
 
 @pytest.mark.parametrize("kind", AGENTS)
@@ -57,6 +57,7 @@ def test_unknown_agents_are_refused_in_one_line_with_the_list() -> None:
     with pytest.raises(BadOptionError) as error:
         make_agent(load("ymca"), kind="mosiac")
     assert str(error.value) == (
-        "agent is 'mosiac'; expected one of mpma, growing, mosaic, hammer, single,"
-        " feedback_only, open_loop, random, or the path of a class, such as my_agents.py:MyAgent"
+        "agent is 'mosiac'; expected one of mpma, mosaic, hammer, single, adaptive,"
+        " oracle, resolved_rate, feedback_only, open_loop, random, or the path of a class, such as"
+        " my_agents.py:MyAgent"
     )

@@ -199,7 +199,7 @@ def trained(kind: str = "mpma") -> tuple[Any, Any]:
     return env, agent
 
 
-@pytest.mark.parametrize("kind", ["mpma", "growing", "mosaic", "hammer", "single"])
+@pytest.mark.parametrize("kind", ["mpma", "mosaic", "hammer", "single"])
 def test_after_the_warm_up_its_prediction_replaces_the_demonstration(kind: str) -> None:
     env, agent = trained(kind)
     free = RecordingFreeRunning(agent, WARMUP_STEPS)
@@ -221,6 +221,17 @@ def test_the_warm_up_equals_an_episode_with_the_demonstration() -> None:
     held = record_epoch(env, agent, 2)
     np.testing.assert_array_equal(free.action[:WARMUP_STEPS], held.action[:WARMUP_STEPS])
     assert not np.array_equal(free.action, held.action)
+
+
+@pytest.mark.parametrize("kind", ["mosaic", "adaptive"])
+def test_a_frozen_agent_learns_nothing_not_even_at_every_step(kind: str) -> None:
+    env, agent = trained(kind)
+    before = agent.state_dict()
+    frozen = Frozen(agent)
+    record_epoch(env, frozen, 2)
+    assert frozen.learn() == {}
+    for name, value in agent.state_dict().items():
+        np.testing.assert_array_equal(value, before[name], err_msg=name)
 
 
 def test_a_free_running_agent_learns_nothing_not_even_at_every_step() -> None:

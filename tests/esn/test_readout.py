@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from mpma_mj.errors import BadOptionError
-from mpma_mj.esn import PRECISION, ReadoutBank
+from mpma_mj.esn import PRECISION, ReadoutBank, Ridge
 
 T, M, F, K = 60, 3, 5, 2
 
@@ -14,7 +14,7 @@ def data() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def readout(forgetting: float = 0.0, ridge: float = 1e-12) -> ReadoutBank:
-    return ReadoutBank(np.zeros((M, K, F)), forgetting=forgetting, ridge=ridge)
+    return ReadoutBank(np.zeros((M, K, F)), forgetting=forgetting, ridge=Ridge(ridge))
 
 
 def test_a_linear_relation_is_found_exactly(data: tuple[np.ndarray, ...]) -> None:
@@ -121,7 +121,7 @@ def test_a_partial_fit_on_zero_features_changes_nothing() -> None:
 def side_by_side(data: tuple[np.ndarray, ...], members: int = 3) -> ReadoutBank:
     """Return readouts of members, of which each has learned something else."""
     z, y, w = data
-    bank = ReadoutBank(np.zeros((members, M, K, F)), forgetting=0.7, ridge=1e-3)
+    bank = ReadoutBank(np.zeros((members, M, K, F)), forgetting=0.7, ridge=Ridge(1e-3))
     for i in range(members):
         bank.of_run((i,)).fit(z, (i + 1) * y, w)
     return bank
@@ -139,19 +139,6 @@ def test_selected_runs_read_and_learn_as_before(data: tuple[np.ndarray, ...]) ->
         assert np.abs(bank.weights[row]).max() > 0.01
 
 
-def test_remaining_modules_read_and_learn_as_before(data: tuple[np.ndarray, ...]) -> None:
-    z, y, w = data
-    bank, whole = side_by_side(data), side_by_side(data)
-    bank.drop_modules([1])
-    left = [0, 2]
-    for member in range(3):
-        np.testing.assert_array_equal(bank.weights[member], whole.weights[member, left])
-        bank.of_run((member,)).fit(z[::-1][:, left], y[:, left], w[:, left])
-        whole.of_run((member,)).fit(z[::-1], y, w)
-        np.testing.assert_array_equal(bank.weights[member], whole.weights[member, left])
-    assert np.abs(bank.weights).max() > 0.01
-
-
 def test_runs_of_readouts_that_were_never_fitted_can_be_selected() -> None:
     bank = ReadoutBank(np.arange(3.0 * M * K * F).reshape(3, M, K, F))
     kept = bank.weights[[1]]
@@ -159,25 +146,78 @@ def test_runs_of_readouts_that_were_never_fitted_can_be_selected() -> None:
     np.testing.assert_array_equal(bank.weights, kept)
 
 
-def test_fitting_a_part_fits_the_whole(data: tuple[np.ndarray, ...]) -> None:
+def test_fitting_a_run_fits_the_whole(data: tuple[np.ndarray, ...]) -> None:
     z, y, w = data
-    bank, alone = readout(0.7), readout(0.7)
-    bank.first_modules(2).fit(z[:, :2], y[:, :2], w[:, :2])
-    alone.fit(z, y, w)
-    state, whole = bank.state_dict(), alone.state_dict()
-    for name in ("weights", "gram", "moment"):
-        np.testing.assert_array_equal(state[name][:2], whole[name][:2])
-        assert not np.any(state[name][2])
+    bank, alone = side_by_side(data), readout(0.7, 1e-3)
+    alone.load_state_dict({name: value[1] for name, value in bank.state_dict().items()})
+    before = bank.state_dict()
+    bank.of_run((1,)).fit(z[::-1], y, w)
+    alone.fit(z[::-1], y, w)
+    for name, value in bank.state_dict().items():
+        np.testing.assert_array_equal(value[1], alone.state_dict()[name])
+        np.testing.assert_array_equal(value[[0, 2]], before[name][[0, 2]])
 
 
-def test_sums_are_in_a_state_only_where_something_was_fitted(data: tuple[np.ndarray, ...]) -> None:
+def test_features_of_fewer_modules_read_and_fit_the_first(data: tuple[np.ndarray, ...]) -> None:
     z, y, w = data
-    bank = readout(0.7)
-    bank.partial_fit(z[0], y[0], 0.5)
-    bank.of_run(())  # to look at a part is not to fit it
-    assert bank.state_dict().keys() == {"weights", "steps"}
+    part, whole = readout(0.7), readout(0.7)
+    part.fit(z[:, :2], y[:, :2], w)  # weights may be those of all modules
+    whole.fit(z, y, w)
+    np.testing.assert_array_equal(part(z[0, :2]), whole(z[0])[:2])
+    np.testing.assert_array_equal(part.outputs(z[:, :2])[:, 1], whole.outputs(z)[:, 1])
+    for name, value in part.state_dict().items():
+        np.testing.assert_array_equal(value[:2], whole.state_dict()[name][:2])
+        assert not value[2].any()
+
+
+@pytest.mark.parametrize("ridge", [Ridge(0.02), Ridge(0.0, 0.3), Ridge(0.02, 0.3)])
+def test_ridge_is_in_proportion_to_the_modules_own_weight_and_to_each_feature(
+    ridge: Ridge, data: tuple[np.ndarray, ...]
+) -> None:
+    z, y, w = data
+    bank = ReadoutBank(np.zeros((M, K, F)), ridge=ridge)
     bank.fit(z, y, w)
-    assert bank.state_dict().keys() == {"weights", "steps", "gram", "moment"}
+    for i in range(M):
+        gram = z[:, i].T @ (w[:, i, None] * z[:, i])
+        regular = gram + ridge.absolute * w[:, i].sum() * np.eye(F)
+        regular += ridge.relative * np.diag(np.diag(gram))
+        expected = np.linalg.solve(regular, z[:, i].T @ (w[:, i, None] * y[:, i]))
+        np.testing.assert_allclose(bank.weights[i].T, expected, atol=2e-6)
+
+
+def test_with_a_relative_ridge_the_unit_of_a_feature_does_not_matter(
+    data: tuple[np.ndarray, ...],
+) -> None:
+    z, y, w = data
+    unit = np.array([1.0, 100.0, 1.0, 0.01, 1.0])
+    banks = [ReadoutBank(np.zeros((M, K, F)), ridge=Ridge(0.0, 0.3)) for _ in range(2)]
+    banks[0].fit(z, y, w)
+    banks[1].fit(z * unit, y, w)
+    np.testing.assert_allclose(banks[1].weights * unit, banks[0].weights, atol=1e-5)
+
+
+def test_a_module_with_less_than_a_step_stays_as_it_is(data: tuple[np.ndarray, ...]) -> None:
+    z, y, w = data
+    bank, other = readout(0.7), readout(0.7)
+    for one in (bank, other):
+        one.fit(z, y, w)
+    before = bank.state_dict()
+    few = w.copy()
+    few[:, 1] *= 0.99 / few[:, 1].sum()
+    bank.fit(z[::-1], 2 * y, few)
+    other.fit(z[::-1], 2 * y, w)
+    for name, value in bank.state_dict().items():
+        np.testing.assert_array_equal(value[1], before[name][1])
+        np.testing.assert_array_equal(value[[0, 2]], other.state_dict()[name][[0, 2]])
+        assert not np.array_equal(value[0], before[name][0])
+
+
+def test_sums_are_in_a_state_only_where_epochs_add_up(data: tuple[np.ndarray, ...]) -> None:
+    z, y, w = data
+    for forgetting, names in ((0.0, set()), (0.7, {"gram", "moment"})):
+        bank = readout(forgetting)
+        bank.fit(z, y, w)
+        assert bank.state_dict().keys() == {"weights", "steps"} | names
 
 
 def test_a_state_from_before_the_first_fit_undoes_fits(
@@ -210,13 +250,13 @@ def test_dependent_features_are_fitted_with_any_small_ridge(ridge: float) -> Non
     rng = np.random.default_rng(0)
     few = rng.normal(size=(300, 1, 5))
     z = np.concatenate([few, few @ rng.normal(size=(5, 40))], axis=2).astype(PRECISION)
-    bank = ReadoutBank(np.zeros((1, 2, 45)), ridge=ridge)
+    bank = ReadoutBank(np.zeros((1, 2, 45)), ridge=Ridge(ridge))
     y = few[..., :2]
     bank.fit(z, y)
     np.testing.assert_allclose([bank(row) for row in z], y, atol=5e-3)
 
 
 def test_a_ridge_that_is_too_small_is_refused() -> None:
-    bank = ReadoutBank(np.zeros((1, 1, 3)), ridge=1e-300)
+    bank = ReadoutBank(np.zeros((1, 1, 3)), ridge=Ridge(1e-300))
     with pytest.raises(BadOptionError, match="ridge is 1e-300; expected a ridge that is"):
         bank.fit(np.ones((4, 1, 3), PRECISION), np.ones((4, 1, 1)))

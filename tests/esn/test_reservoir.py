@@ -97,34 +97,40 @@ def test_selected_runs_continue_as_they_would_alone() -> None:
             np.testing.assert_allclose(features[row], alone.step(inputs[member]), atol=1e-15)
 
 
-@pytest.mark.parametrize("lost", [[0], [1], [2], [0, 2], []])
+def run_streams(batch_shape: tuple[int, ...], seed: int) -> list[np.random.Generator]:
+    return [rng(seed), rng(seed + 1)][: batch_shape[0] if batch_shape else 1]
+
+
 @pytest.mark.parametrize("batch_shape", [(), (2,)])
-def test_remaining_reservoirs_keep_their_noise(
-    batch_shape: tuple[int, ...], lost: list[int]
-) -> None:
-    def made() -> ReservoirBank:
-        streams = [rng(10), rng(11)][: batch_shape[0] if batch_shape else 1]
+def test_a_bank_of_two_groups_steps_as_two_banks(batch_shape: tuple[int, ...]) -> None:
+    def made(seed: int) -> ReservoirBank:
+        streams = run_streams(batch_shape, seed)
         return ReservoirBank(batch_shape, 3, 4, 20, radius=0.9, noise=0.2, streams=streams)
 
-    def noise() -> list[np.random.Generator]:
-        return [rng(20), rng(21)][: batch_shape[0] if batch_shape else 1]
-
-    whole, part = made(), made()
-    part.drop_modules(lost)
-    whole.reset(noise())
-    part.reset(noise())
-    left = [i for i in range(3) if i not in lost]
+    both, first, second = made(10), made(10), made(30)
+    both.extend(run_streams(batch_shape, 30))
+    assert both.shape == (*batch_shape, 6, 24)
+    both.reset(run_streams(batch_shape, 20), run_streams(batch_shape, 40))
+    first.reset(run_streams(batch_shape, 20))
+    second.reset(run_streams(batch_shape, 40))
     for t in range(20):  # more than are drawn at once
         v = rng(t).normal(size=(*batch_shape, 4))
-        features = part.step(v)
-        assert features.shape == (*batch_shape, len(left), 24)
-        np.testing.assert_allclose(features, whole.step(v)[..., left, :], atol=1e-14)
+        apart = np.concatenate([first.step(v), second.step(v)], axis=-2)
+        np.testing.assert_array_equal(both.step(v), apart)
 
 
-def test_reservoirs_can_be_dropped_one_after_the_other() -> None:
-    whole, part = bank(noise=0.2), bank(noise=0.2)
-    part.drop_modules([0])
-    part.drop_modules([1])  # which was the last
-    whole.reset([rng(3)])
-    part.reset([rng(3)])
-    np.testing.assert_allclose(part.step(np.ones(4))[0], whole.step(np.ones(4))[1], atol=1e-14)
+def test_a_run_and_selected_runs_have_all_groups() -> None:
+    options = {"radius": 0.9, "noise": 0.2}
+    together = ReservoirBank((2,), 3, 4, 20, streams=run_streams((2,), 10), **options)
+    together.extend(run_streams((2,), 30))
+    alone = ReservoirBank((), 3, 4, 20, streams=[rng(11)], **options)
+    alone.extend([rng(31)])
+    part = together.of_run((1,))
+    together.select_runs(np.array([1]))
+    for bank in (alone, part, together):
+        bank.reset([rng(50)], [rng(60)])
+    for t in range(20):
+        v = rng(t).normal(size=4)
+        expected = alone.step(v)
+        np.testing.assert_array_equal(part.step(v), expected)
+        np.testing.assert_array_equal(together.step(v[None])[0], expected)

@@ -1,0 +1,401 @@
+"""The gate in two levels: equations, masks, and plants that only some runs of a batch have."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from mpma_mj import MPMAConfig, load, make_agent, make_vec
+from mpma_mj.agents import AgentSpec
+from mpma_mj.agents.networks import NetworkFactory
+from mpma_mj.agents.plant_gate import PlantGate, balanced_preferences
+from mpma_mj.agents.plant_models import gaussian_log_likelihood, plant_inputs
+from mpma_mj.agents.switching import filtered, predicted
+from mpma_mj.training.rollout import record_epoch
+
+Array = np.ndarray
+State = dict[str, Array]
+
+LABELS, MODULES = 4, 3
+SPEED = np.array([12.0, 12.0, 20.0, 15.0] * 2)
+SPEC = AgentSpec(LABELS, SPEED, 0.05)
+H = 0.03
+
+
+def made(plants: int = 2, most: int = 3, modules: int = MODULES, **config: Any) -> PlantGate:
+    """Return a gate that has recruited some plants, whose models differ."""
+    settings = MPMAConfig(nodes=5, modules=modules, max_plants=most, **config)
+    gate = PlantGate(NetworkFactory(settings, 0, modules, max_plants=most), settings, SPEC)
+    rng = np.random.default_rng(0)
+    gate.models.recruited[...] = plants
+    gate.models.epochs[...] = 5
+    gate.models.weights[...] = rng.normal(0.0, 0.3, gate.models.weights.shape)
+    gate._preferences[...] = rng.uniform(0.05, 1.0, gate._preferences.shape)
+    gate.reset(0)
+    return gate
+
+
+def observed(t: int, label: int = 0) -> dict[str, Array]:
+    rng = np.random.default_rng(t)
+    return {
+        "context": np.eye(LABELS)[label],
+        "joint_angles": 0.1 * rng.normal(size=8),
+        "joint_velocities": rng.normal(size=8),
+    }
+
+
+def steps(gate: PlantGate, count: int = 12, off: float = 0.1) -> list[tuple[Array, Array]]:
+    """Return priors and responsibilities of an episode with random predictions."""
+    rng, found, predictions = np.random.default_rng(1), [], None
+    gate.reset(1)
+    for t in range(count):
+        seen = observed(t, t % LABELS)
+        found.append(gate(seen, predictions))
+        gate.observe_action(seen, rng.uniform(-1, 1, 8))
+        predictions = rng.normal(0.0, off, (gate.plants * gate._modules, 8))
+    return found
+
+
+@pytest.fixture(scope="module")
+def gates() -> dict[int, PlantGate]:
+    return {plants: made(plants) for plants in (1, 2, 3)}
+
+
+@given(plants=st.integers(1, 3), mask=arrays(bool, 9), temperature=st.sampled_from([0.0, 0.1, 1.0]))
+def test_responsibilities_sum_to_1_over_the_modules_that_are_enabled(
+    gates: dict[int, PlantGate], plants: int, mask: Array, temperature: float
+) -> None:
+    gate = gates[plants]
+    object.__setattr__(gate._config, "temperature", temperature)
+    gate.enabled[:] = mask
+    present = mask[: plants * MODULES]
+    for prior, responsibility in steps(gate, 6):
+        for shares in (prior, responsibility):
+            assert shares.shape == (plants * MODULES,)
+            assert (shares >= 0.0).all()
+            assert not shares[~present].any()
+            assert shares.sum() == pytest.approx(1.0 if present.any() else 0.0)
+
+
+def test_responsibility_is_belief_in_a_plant_times_share_inside_it() -> None:
+    gate, rng = made(plants=2, temperature=0.4), np.random.default_rng(3)
+    gate._variance[...] = rng.uniform(0.01, 0.1, gate._variance.shape)
+    gate.models.variance[...] = rng.uniform(0.5, 2.0, gate.models.variance.shape)
+    belief, last, predictions = np.full(2, 0.5), None, None
+    for t in range(10):
+        seen = observed(t, t % LABELS)
+        prior, responsibility = gate(seen, predictions)
+        before = predicted(belief, np.ones(2, bool), H)
+        inside = prior.reshape(2, MODULES) / before[:, None]
+        np.testing.assert_allclose(inside.sum(axis=1), 1.0)
+        belief = before
+        if last is not None:
+            move = SPEC.move(last[0]["joint_angles"], seen["joint_angles"])
+            inputs = plant_inputs(
+                last[1], last[0]["joint_angles"], last[0]["joint_velocities"], SPEED
+            )
+            errors = gate.models.weights[:2] @ inputs - move
+            logs = gaussian_log_likelihood(errors, gate.models.variance[:2])
+            belief = filtered(before, logs)
+            likely = gaussian_log_likelihood(predictions - move, gate._variance[:6], 9.0)
+            inside = inside * np.exp(0.4 * likely.reshape(2, MODULES))
+            inside /= inside.sum(axis=1, keepdims=True)
+        expected = (belief[:, None] * inside).ravel()
+        np.testing.assert_allclose(responsibility, expected, rtol=1e-9, atol=1e-15)
+        last = seen, rng.uniform(-1, 1, 8)
+        gate.observe_action(*last)
+        predictions = rng.normal(0.0, 0.2, (6, 8))
+
+
+def test_priors_are_the_preferences_for_the_label() -> None:
+    gate = made(plants=2)
+    for t in range(8):
+        label = t % LABELS
+        prior, _ = gate(observed(t, label), None)
+        share = np.clip(gate._preferences[:2, label], 0.01, 1.0)
+        share /= share.sum(axis=1, keepdims=True)
+        # Untrained decoders return the context itself.
+        np.testing.assert_allclose(prior, (0.5 * share).ravel(), rtol=1e-6)
+
+
+def test_with_one_plant_the_belief_is_1() -> None:
+    gate = made(plants=1)
+    for prior, responsibility in steps(gate):
+        assert prior.sum() == pytest.approx(1.0, abs=1e-12)
+        assert responsibility.sum() == pytest.approx(1.0, abs=1e-12)
+        np.testing.assert_allclose(gate._belief, 1.0, atol=1e-15)
+
+
+@pytest.mark.parametrize("plants", [1, 3])
+def test_without_temperature_the_context_alone_divides_a_plant(plants: int) -> None:
+    for prior, responsibility in steps(made(plants=plants, temperature=0.0)):
+        share, prior_share = (
+            shares.reshape(plants, MODULES) / shares.reshape(plants, MODULES).sum(1, keepdims=True)
+            for shares in (responsibility, prior)
+        )
+        np.testing.assert_allclose(share, prior_share, rtol=1e-12)
+
+
+def test_predictions_that_are_all_far_off_leave_the_prior() -> None:
+    gate = made(plants=1, temperature=1.0)
+    for prior, responsibility in steps(gate, off=1e4):
+        np.testing.assert_allclose(responsibility, prior, rtol=1e-12)
+    near = steps(gate, off=0.5)
+    assert max(np.abs(r - p).max() for p, r in near[1:]) > 0.01
+
+
+def test_before_the_first_epoch_predictions_do_not_count() -> None:
+    gate = made(plants=1, temperature=1.0)
+    gate.models.epochs[...] = 0
+    for prior, responsibility in steps(gate):
+        np.testing.assert_array_equal(responsibility, prior)
+
+
+def test_without_forward_gating_a_belief_is_never_changed() -> None:
+    for prior, responsibility in steps(made(plants=2, forward_gating=False)):
+        np.testing.assert_array_equal(responsibility, prior)
+        np.testing.assert_allclose(prior.reshape(2, -1).sum(axis=1), 0.5)
+
+
+def test_without_predictors_modules_of_a_plant_are_alike() -> None:
+    gate = made(plants=2, responsibility_predictors=False)
+    gate.enabled[1] = False
+    for prior, _ in steps(gate, 2):
+        np.testing.assert_allclose(prior[:3], [0.25, 0.0, 0.25])
+        np.testing.assert_allclose(prior[3:6], 0.5 / 3)
+
+
+def test_a_plant_whose_modules_are_off_is_not_believed_in() -> None:
+    gate = made(plants=3)
+    gate.enabled[3:6] = False
+    for prior, responsibility in steps(gate):
+        for shares in (prior, responsibility):
+            by_plant = shares.reshape(3, MODULES).sum(axis=1)
+            assert by_plant[1] == 0.0
+            assert by_plant.sum() == pytest.approx(1.0)
+
+
+shares_of_modules = st.integers(2, 4).flatmap(
+    lambda m: arrays(np.float64, (2 * m, m), elements=st.floats(0.2, 1.0))
+)
+
+
+@given(shares_of_modules, st.floats(1.0, 3.0), st.integers(0, 99))
+def test_balanced_preferences_are_shares_and_use_all_modules_alike(
+    shares: Array, sharpening: float, seed: int
+) -> None:
+    visits = np.random.default_rng(seed).uniform(5.0, 20.0, len(shares))
+    preferences = balanced_preferences(shares, visits, sharpening)
+    np.testing.assert_allclose(preferences.sum(axis=1), 1.0)
+    usage = visits @ preferences / visits.sum()
+    np.testing.assert_allclose(usage * shares.shape[1], 1.0, atol=0.05)
+
+
+@given(shares_of_modules, st.floats(1.0, 3.0))
+def test_balancing_is_a_factor_for_each_module_and_one_for_each_label(
+    shares: Array, sharpening: float
+) -> None:
+    preferences = balanced_preferences(shares, np.ones(len(shares)), sharpening)
+    rest = np.log(preferences) - sharpening * np.log(shares)
+    rest -= rest.mean(axis=1, keepdims=True)
+    np.testing.assert_allclose(rest, np.tile(rest[0], (len(rest), 1)), atol=1e-9)
+
+
+def test_preferences_that_are_balanced_have_their_closed_form() -> None:
+    shares = np.array([[0.6, 0.3, 0.1], [0.1, 0.6, 0.3], [0.3, 0.1, 0.6]])
+    np.testing.assert_allclose(balanced_preferences(shares, np.ones(3), 1.0), shares)
+    sharp = shares**2 / (0.6**2 + 0.3**2 + 0.1**2)
+    np.testing.assert_allclose(balanced_preferences(shares, np.ones(3), 2.0), sharp)
+    alike = balanced_preferences(np.tile([0.7, 0.3, 0.0], (9, 1)), np.ones(9), 3.0)
+    np.testing.assert_allclose(alike, 1 / 3)  # also a module that was never used
+
+
+def test_labels_count_by_their_visits() -> None:
+    shares = np.array([[0.9, 0.1], [0.5, 0.5], [0.5, 0.5]])
+    preferences = balanced_preferences(shares, np.array([2.0, 1.0, 1.0]), 1.0)
+    np.testing.assert_allclose(np.array([2.0, 1.0, 1.0]) @ preferences, 2.0, rtol=1e-2)
+    never = balanced_preferences(shares, np.array([0.0, 1.0, 1.0]), 1.0)
+    np.testing.assert_allclose(never, shares, rtol=1e-6)
+
+
+def test_a_new_plant_inherits_the_preferences_of_the_plant_that_was_taken_for_it() -> None:
+    gate = made(plants=2)
+    gate._visits[:2] = [[4.0] * LABELS, [10.0] * LABELS]
+    posterior = np.zeros((20, 3))
+    posterior[:5, 0], posterior[5:12, 1], posterior[12:, 2] = 1.0, 1.0, 1.0
+    before = gate._preferences.copy()
+    gate._inherit((), posterior, 2)
+    np.testing.assert_array_equal(gate._preferences[2], before[1])
+    np.testing.assert_array_equal(gate._preferences[:2], before[:2])
+    np.testing.assert_allclose(gate._visits[2], 1.0)
+
+
+SMALL = MPMAConfig(nodes=10, modules=3, max_plants=3)
+ONE: dict[str, Any] = {"arms": "kinematic", "repeats": 1}
+TWO: dict[str, Any] = ONE | {"plants": [{}, {"actuator_gain": 0.5}], "epochs_per_plant": 3}
+
+
+def trained(env: Any, epochs: int, config: MPMAConfig = SMALL, **options: Any) -> Any:
+    agent = make_agent(env, config, **options)
+    for epoch in range(epochs):
+        record_epoch(env, agent, epoch)
+        agent.learn()
+    return agent
+
+
+@pytest.fixture(scope="module")
+def two_plants() -> State:
+    """Return the state of a run after three epochs in each of two plants."""
+    state: State = trained(load("ymca", **TWO), 6).state_dict()
+    assert state["plants.recruited"] == 2
+    return state
+
+
+def test_a_second_plant_has_modules_for_the_same_labels(two_plants: State) -> None:
+    division = two_plants["preferences"].argmax(axis=2)
+    np.testing.assert_array_equal(division[1], division[0])
+    assert len(set(division[0].tolist())) == 3
+    np.testing.assert_allclose(two_plants["preferences"][:2].sum(axis=2), 1.0)
+    assert not two_plants["preferences"][2].any()
+
+
+def test_each_plants_modules_learn_in_their_plant_only(two_plants: State) -> None:
+    agent = make_agent(load("ymca", **TWO), SMALL)
+    agent.load_state_dict(two_plants)
+    env = load("ymca", **ONE)  # the first plant
+    trace = record_epoch(env, agent, 6)
+    assert trace.modules is not None
+    assert trace.modules.responsibility.shape[1] == 6
+    assert trace.modules.responsibility[3:, :3].sum(axis=1).min() > 0.99
+    agent.learn()
+    after = agent.state_dict()
+    for name in ("inverse.weights", "forward.weights", "variance"):
+        change = np.abs(after[name] - two_plants[name]).reshape(9, -1).max(axis=1)
+        assert (change[:3] > 0.0).all()
+        assert (change[3:] < 1e-6).all(), name
+
+
+def test_widths_are_those_of_predictions_weighted_with_what_modules_learned() -> None:
+    env = load("ymca", **ONE)
+    agent = trained(env, 2)
+    record_epoch(env, agent, 2)
+    predictions = agent._steps.episode()["predictions"].copy()
+    outcome = agent._epoch(()).outcome
+    steps_before = agent.state_dict()["forward.steps"]
+    agent.learn()
+    state = agent.state_dict()
+    total = (state["forward.steps"] - steps_before)[:3]
+    assert total.sum() == pytest.approx(len(outcome))
+    # The context has one label at a time, so that most weights are nearly 0 or 1.
+    assert ((state["variance"][:3] * total[:, None]).sum(axis=0) > 0).all()
+    squares = ((predictions - outcome[:, None]) ** 2).min(axis=1).sum(axis=0)
+    assert (squares <= (state["variance"][:3] * total[:, None]).sum(axis=0) + 1e-4 * 75).all()
+    np.testing.assert_array_equal(state["variance"][3:], 0.25)  # never used
+
+
+def assert_same(one: Any, other: Any) -> None:
+    assert one.keys() == other.keys()
+    for name, value in one.items():
+        np.testing.assert_array_equal(other[name], value, err_msg=name)
+
+
+@pytest.mark.parametrize("modules", [1, 3, 4])
+def test_a_batch_equals_each_run_alone_also_where_only_some_have_a_second_plant(
+    modules: int,
+) -> None:
+    config, runs = MPMAConfig(nodes=10, modules=modules, max_plants=3), range(3)
+    state = trained(make_vec(3, "ymca", **ONE), 4, config).state_dict()
+    other = trained(make_vec(3, "ymca", **TWO), 4, config).state_dict()
+    for name, value in state.items():
+        value[1] = other[name][1]
+    assert state["plants.recruited"].tolist() == [1, 2, 1]
+    envs = make_vec(3, "ymca", **TWO)
+    together = make_agent(envs, config)
+    together.load_state_dict(state)
+    envs_alone = [load("ymca", seed=run, **TWO) for run in runs]
+    alone = [make_agent(env, config, seed=run) for run, env in enumerate(envs_alone)]
+    for run, agent in enumerate(alone):
+        agent.load_state_dict({name: value[run] for name, value in state.items()})
+    # Back in the first plant, and in the second, which the others recruit now.
+    for epoch in (2, 3, 4, 6):
+        trace = record_epoch(envs, together, epoch)
+        for run, agent in enumerate(alone):
+            expected = record_epoch(envs_alone[run], agent, epoch).to_arrays()
+            assert_same(expected, trace.of_run(run).to_arrays())
+            agent.learn()
+        together.learn()
+        found = together.state_dict()
+        for run, agent in enumerate(alone):
+            assert_same(agent.state_dict(), {name: value[run] for name, value in found.items()})
+        if epoch == 2:
+            assert found["plants.recruited"].tolist() == [1, 2, 1]
+    assert found["plants.recruited"].tolist() == [2, 2, 2]
+
+
+def test_a_copy_of_the_state_continues_to_the_bit(two_plants: State) -> None:
+    env = load("ymca", **TWO)
+    agent, copy = trained(env, 6), make_agent(env, SMALL)
+    copy.load_state_dict(two_plants)
+    for epoch in (6, 7, 9):
+        expected = record_epoch(env, agent, epoch).to_arrays()
+        assert_same(expected, record_epoch(env, copy, epoch).to_arrays())
+        assert_same(agent.learn(), copy.learn())
+    assert_same(agent.state_dict(), copy.state_dict())
+
+
+def test_an_agent_with_two_plants_can_return_to_a_state_with_one(two_plants: State) -> None:
+    env = load("ymca", **TWO)
+    early = trained(env, 3)
+    late, state = make_agent(env, SMALL), early.state_dict()
+    late.load_state_dict(two_plants)
+    record_epoch(env, late, 3)
+    late.load_state_dict(state)
+    for epoch in (3, 4):  # recruits the plant again
+        expected = record_epoch(env, early, epoch).to_arrays()
+        assert_same(expected, record_epoch(env, late, epoch).to_arrays())
+        early.learn()
+        late.learn()
+    assert_same(early.state_dict(), late.state_dict())
+
+
+def test_selected_runs_with_fewer_plants_continue_as_they_would_alone() -> None:
+    envs = make_vec(2, "ymca", **TWO)
+    state = trained(make_vec(2, "ymca", **ONE), 4).state_dict()
+    other = trained(envs, 4).state_dict()
+    for name, value in state.items():
+        value[0] = other[name][0]
+    both, alone = make_agent(envs, SMALL), make_agent(load("ymca", **TWO), SMALL, seed=1)
+    both.load_state_dict(state)
+    record_epoch(envs, both, 4)
+    alone.load_state_dict({name: value[1] for name, value in state.items()})
+    both.select_runs(np.array([1]))
+    for epoch in (4, 5):
+        # One run of the second seed, in a batch of its own.
+        left = make_vec(1, "ymca", seed=1, **TWO)
+        expected = record_epoch(load("ymca", seed=1, **TWO), alone, epoch).to_arrays()
+        assert_same(expected, record_epoch(left, both, epoch).of_run(0).to_arrays())
+        both.learn()
+        alone.learn()
+
+
+def test_modules_of_each_plant_can_be_switched_off(two_plants: State) -> None:
+    env = load("ymca", **ONE)
+    agent: Any = make_agent(env, SMALL)
+    agent.load_state_dict(two_plants)
+    assert agent.enabled_modules.shape == (6,)
+    whole = record_epoch(env, agent, 6)
+    agent.set_enabled_modules([True] * 3 + [False] * 3)
+    first = record_epoch(env, agent, 6)
+    agent.set_enabled_modules([False] * 3 + [True] * 3)
+    second = record_epoch(env, agent, 6)
+    errors = [np.abs(t.posture - t.reference).mean() for t in (whole, first, second)]
+    assert errors[1] < 1.1 * errors[0]
+    assert errors[2] > 3.0 * errors[0]
+    agent.learn()
+    state = agent.state_dict()
+    for name in ("inverse.weights", "forward.weights", "preferences"):
+        own = slice(0, 3) if name != "preferences" else 0
+        np.testing.assert_array_equal(state[name][own], two_plants[name][own])
