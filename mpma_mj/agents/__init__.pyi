@@ -1,8 +1,11 @@
+from .adaptive import Adaptive as Adaptive
 from .base import Agent as Agent
 from .base import AgentSpec as AgentSpec
 from .baselines import FeedbackOnly as FeedbackOnly
 from .baselines import OpenLoop as OpenLoop
 from .baselines import RandomAgent as RandomAgent
+from .baselines import ResolvedRate as ResolvedRate
+from .config import AdaptiveConfig as AdaptiveConfig
 from .config import AgentConfig as AgentConfig
 from .config import FeedbackOnlyConfig as FeedbackOnlyConfig
 from .config import HAMMERConfig as HAMMERConfig
@@ -10,7 +13,9 @@ from .config import MOSAICConfig as MOSAICConfig
 from .config import MPMAConfig as MPMAConfig
 from .config import NetworkConfig as NetworkConfig
 from .config import OpenLoopConfig as OpenLoopConfig
+from .config import OracleConfig as OracleConfig
 from .config import RandomConfig as RandomConfig
+from .config import ResolvedRateConfig as ResolvedRateConfig
 from .config import SingleConfig as SingleConfig
 from .hammer import HAMMER as HAMMER
 from .learning_rules import Epoch as Epoch
@@ -20,6 +25,7 @@ from .learning_rules import learning_rule as learning_rule
 from .mosaic import MOSAIC as MOSAIC
 from .mpma import MPMA as MPMA
 from .mpma import Single as Single
+from .oracle import Oracle as Oracle
 from .registry import AGENTS as AGENTS
 from .registry import agent_class as agent_class
 from .signals import AgentSignals as AgentSignals

@@ -67,9 +67,8 @@ class Adaptive(Agent):
         self._acting.reset(episode)
         self._learning.reset(episode)
         self._steps.clear()
-        self._last: tuple[Array, Array, Array] | None = (
-            None  # state, joint angles, action: until the outcome
-        )
+        # State, joint angles and action, until the outcome.
+        self._last: tuple[Array, Array, Array] | None = None
 
     def act(self, observation: Observation) -> Array:
         """Return the action, shape (..., 8), in [-1, 1]."""
@@ -90,10 +89,7 @@ class Adaptive(Agent):
         """Learn from the outcome of the action."""
         if self._last is not None:
             self._learn_step(*self._last, timestep.observation["posture"])
-<<<<<<< HEAD
-=======
             self._last = None
->>>>>>> joint-tests
 
     def signals(self) -> AgentSignals:
         """Return the parts of the action; none before the first step."""
@@ -105,19 +101,15 @@ class Adaptive(Agent):
     def learn(self) -> dict[str, Array]:
         """Return the gains, which are constant; each step has been learned from.
 
-<<<<<<< HEAD
         The first two epochs count as `calibrating`, as those of joint models do, so that both
         learn for as long.
-        """
-        self._epochs += 1
-=======
+
         Raises:
             StateError: There was no episode.
         """
         if not len(self._steps) or self._last is not None:
             raise StateError("learn() comes before an episode; call act() and observe() first")
-        shape = np.shape(self._gram)[:-2]
->>>>>>> joint-tests
+        self._epochs += 1
         return {
             "gain_feedback": np.full_like(self._epochs, FINAL_GAINS.feedback),
             "gain_inverse": np.full_like(self._epochs, FINAL_GAINS.inverse),
@@ -147,6 +139,7 @@ class Adaptive(Agent):
 
     def _learn_step(self, state: Array, angles: Array, action: Array, reached: Array) -> None:
         inputs, command = self._space.inverse_input(state, angles, reached)
+        assert command is not None
         self._learning.step(inputs)
         features = self._learning.features[..., 0, :].astype(np.float64)
         memory, size = self.config.forgetting, features.shape[-1]
