@@ -121,6 +121,8 @@ def _print_summary(summary: dict[str, Any]) -> None:
     results = [f"p_e {summary['p_e_percent']:.2f} %"]
     if "feedback_ratio" in summary:
         results.append(f"feedback ratio {summary['feedback_ratio']:.3f}")
+    if summary.get("plants", 1.0) > 1.0:
+        results.append(f"{summary['plants']:.0f} plants found")
     if "dominant_module" in summary:
         modules = (f"{k} → {v or '–'}" for k, v in summary["dominant_module"].items())
         results.append(f"label → dominant module: {', '.join(modules)}")
