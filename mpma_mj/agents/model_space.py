@@ -17,7 +17,7 @@ __all__ = ["Before", "JointSpace", "ModelSpace", "PostureSpace", "module_action"
 Array = NDArray[np.float64]
 Before = tuple[Array, Array]  # joint angles and action of the step before
 
-_IMPOSSIBLE = 1.5  # entries of a residual from which an example counts as an outlier (choice)
+_IMPOSSIBLE = 0.7  # entries of a residual from which an example counts as an outlier (choice)
 
 
 class ModelSpace(ABC):
