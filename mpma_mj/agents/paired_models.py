@@ -93,7 +93,7 @@ class PairedModels(Agent):
         self._progress = np.zeros(self._batch_shape)
         self._untrained_error = np.full(self._batch_shape, np.nan)
         self._steps = EpisodeBuffer()
-        self._before = None
+        self._before: Before | None = None
         self._last: Observation = {}
 
     @property
@@ -113,8 +113,7 @@ class PairedModels(Agent):
             network.set_plants(self._gate.plants)
             network.reset(episode)
         self._steps.clear()
-        self._before: Before | None = None
-        self._last = {}
+        self._before, self._last = None, {}
 
     def act(self, observation: Observation) -> Array:
         """Return the action, shape (..., 8), in [-1, 1]."""
@@ -209,10 +208,8 @@ class PairedModels(Agent):
 
     def state_dict(self) -> dict[str, Array]:
         """Return copies of all arrays that learning changes, by name."""
-        state = {
-            "progress": self._progress.copy(),
-            "untrained_error": self._untrained_error.copy(),
-        }
+        own = {"progress": self._progress, "untrained_error": self._untrained_error}
+        state = {name: array.copy() for name, array in own.items()}
         for part in self._parts:
             state |= part.state_dict()
         return state
@@ -269,7 +266,7 @@ class PairedModels(Agent):
 
     def _learn_run(self, run: RunIndex) -> None:
         epoch = self._epoch(run)
-        angles = self._steps.episode()["joint_angles"][(slice(None), *run)]
+        angles = self._own_steps(run)["joint_angles"]
         predicted = self._space.predicted_posture(epoch.predictions, angles)
         error = metrics.posture_error_percent(epoch.mixed(predicted), self._reached(run))
         if np.isnan(self._untrained_error[run]):
@@ -288,8 +285,13 @@ class PairedModels(Agent):
 
     def _reached(self, run: RunIndex) -> Array:
         """Return the postures that one run reached, shape (T, 12)."""
-        steps = self._steps.episode()["posture"][(slice(None), *run)]
+        steps = self._own_steps(run)["posture"]
         return np.concatenate([steps[1:], self._last["posture"][run][None]])
+
+    def _own_steps(self, run: RunIndex) -> dict[str, Array]:
+        """Return the steps of one run by name, each of shape (T, ...)."""
+        own: tuple[Any, ...] = (slice(None), *run)
+        return {name: rows[own] for name, rows in self._steps.episode().items()}
 
     def _features(self, run: RunIndex) -> dict[str, Any]:
         """Return the features of one run's epoch, and the examples of the inverse models."""
@@ -302,18 +304,15 @@ class PairedModels(Agent):
             features["predictor_features"] = predictor.episode(run, modules)
         if not isinstance(self._space, JointSpace):
             return features | {"inverse_features": self._inverse.episode(run, modules)}
-        own: tuple[Any, ...] = (slice(None), *run)
-        state, angles, action = (
-            self._steps.episode()[name][own] for name in ("state", "joint_angles", "action")
-        )
+        steps = self._own_steps(run)
+        state, angles, action = steps["state"], steps["joint_angles"], steps["action"]
         inputs, desired, usable = self._space.hindsight(state, angles, action, self._reached(run))
         features["inverse_features"] = self._inverse.replay(run, inputs)
         return features | {"desired": desired, "usable": usable}
 
     def _epoch(self, run: RunIndex) -> Epoch:
         """Return the steps of one run, without features."""
-        own: tuple[Any, ...] = (slice(None), *run)
-        steps = {name: rows[own] for name, rows in self._steps.episode().items()}
+        steps = self._own_steps(run)
         last = {name: value[run] for name, value in self._last.items()}
         feedback = self.spec.feedback(last["joint_angles"], last["reference"])
         next_feedback = np.concatenate([steps["feedback"][1:], feedback[None]])
