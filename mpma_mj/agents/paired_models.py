@@ -14,7 +14,7 @@ from mpma_mj.agents.base import Agent, AgentSpec, Observation
 from mpma_mj.agents.config import JOINTS, AgentConfig
 from mpma_mj.agents.episode_buffer import EpisodeBuffer
 from mpma_mj.agents.gain_schedule import FINAL_GAINS, Gains, performance
-from mpma_mj.agents.gating import Gate
+from mpma_mj.agents.gating import Gate, mixed_outputs
 from mpma_mj.agents.learning_rules import Epoch, LearningRule, Readouts, Step, desired_command
 from mpma_mj.agents.model_space import Before, JointSpace, ModelSpace, module_action
 from mpma_mj.agents.networks import NetworkFactory, RunIndex
@@ -31,10 +31,7 @@ __all__ = ["PairedModels"]
 Array = NDArray[np.float64]
 
 _NEEDED_LAST = ("posture", "joint_angles", "reference")
-_OF_EPOCH = (
-    *("context", "prior", "responsibility", "module_actions", "predictions"),
-    *("action", "feedback"),
-)
+_OF_EPOCH = ("context", "prior", "responsibility", "module_actions", "predictions", "action")
 
 
 class PairedModels(Agent):
@@ -124,12 +121,13 @@ class PairedModels(Agent):
         inputs, base = space.inverse_input(state, angles, observation["target"])
         module_actions = module_action(self._inverse.step(inputs), base)
         feedback = self.spec.feedback(angles, observation["reference"])
-        mixed = self._mixed(responsibility, module_actions)
+        mixed = mixed_outputs(responsibility, module_actions, self._modules)
         gains = self.gains
         inverse_gain, feedback_gain = np.asarray(gains.inverse), np.asarray(gains.feedback)
         action = clip(inverse_gain[..., None] * mixed + feedback_gain[..., None] * feedback)
         if base is not None:
-            mixed = mixed - self._mixed(responsibility, np.ones((*responsibility.shape, 1))) * base
+            total = mixed_outputs(responsibility, np.ones((*prior.shape, 1)), self._modules)
+            mixed = mixed - total * base
         command = action if self._efference_copy == "total" else module_actions
         self._gate.observe_action(observation, action)
         self._before = angles, action
@@ -186,7 +184,8 @@ class PairedModels(Agent):
             raise StateError("predicted_posture() comes before the first step; call act() first")
         responsibility = self._steps.last("responsibility")
         outputs, angles = self._steps.last("predictions"), self._steps.last("joint_angles")
-        return self._mixed(responsibility, self._space.predicted_posture(outputs, angles))
+        predicted = self._space.predicted_posture(outputs, angles)
+        return mixed_outputs(responsibility, predicted, self._modules)
 
     def signals(self) -> AgentSignals:
         """Return the signals of the episode so far; none before the first step."""
@@ -254,16 +253,6 @@ class PairedModels(Agent):
             raise BadOptionError(option="enabled", value=mask.tolist(), expected=expected)
         self._gate.enabled[:present] = mask
 
-    def _mixed(self, responsibility: Array, signal: Array) -> Array:
-        """Return Σ_i λ^i (...)^i, of (..., M, D) shape (..., D).
-
-        Summed plant by plant: plants that only other runs recruited change no bit.
-        """
-        plants = (*responsibility.shape[:-1], -1)
-        shares = responsibility.reshape(*plants, 1, self._modules)
-        mixed: Array = shares @ signal.reshape(*plants, self._modules, signal.shape[-1])
-        return mixed[..., 0, :].sum(axis=-2)
-
     def _learn_run(self, run: RunIndex) -> None:
         epoch = self._epoch(run)
         angles = self._own_steps(run)["joint_angles"]
@@ -290,8 +279,7 @@ class PairedModels(Agent):
 
     def _own_steps(self, run: RunIndex) -> dict[str, Array]:
         """Return the steps of one run by name, each of shape (T, ...)."""
-        own: tuple[Any, ...] = (slice(None), *run)
-        return {name: rows[own] for name, rows in self._steps.episode().items()}
+        return {n: rows[(slice(None), *run)] for n, rows in self._steps.episode().items()}
 
     def _features(self, run: RunIndex) -> dict[str, Any]:
         """Return the features of one run's epoch, and the examples of the inverse models."""
@@ -319,7 +307,7 @@ class PairedModels(Agent):
         after = np.concatenate([steps["joint_angles"][1:], last["joint_angles"][None]])
         none = _none(steps["prior"])
         return Epoch(
-            **{name: steps[name] for name in _OF_EPOCH},
+            **{name: steps[name] for name in (*_OF_EPOCH, "feedback")},
             inverse_features=none,
             forward_features=none,
             predictor_features=none,

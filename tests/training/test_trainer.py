@@ -65,13 +65,16 @@ def test_each_run_is_to_the_bit_what_it_is_alone(settings: dict[str, Any], arms:
 
 
 @pytest.mark.parametrize(
-    ("models", "noise"),
-    [({}, 0.13), ({"models": "posture", "rule": "gated"}, 0.01)],
-    ids=["joint", "posture"],
+    ("arms", "noise", "models"),
+    [
+        ("physics", 0.14, {}),
+        ("physics", 0.01, {"models": "posture", "rule": "gated"}),
+        ("kinematic", 0.01, {"models": "posture", "rule": "gated"}),
+    ],
+    ids=str,
 )
-@pytest.mark.parametrize("arms", ["physics", "kinematic"])
 def test_those_who_stay_do_not_notice_who_leaves(
-    models: dict[str, Any], noise: float, arms: str
+    arms: str, noise: float, models: dict[str, Any]
 ) -> None:
     configs = seeds(4, reference_noise=noise, arms=arms, **models)
     together = train_batch(configs, ymca(), EPOCHS)
