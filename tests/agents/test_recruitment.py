@@ -1,4 +1,4 @@
-"""Recruitment of plants in training: what each plant's modules learn, in batches and from states."""
+"""Recruitment of plants in training: what the modules of each learn, in batches and alone."""
 
 from typing import Any
 
