@@ -2,13 +2,19 @@
 
 import itertools
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from dm_control.rl import control
 
+from mpma_mj import MPMAConfig, load, make_agent
+from mpma_mj.agents import Agent, SingleConfig
 from mpma_mj.context import equal_segments
+from mpma_mj.metrics import posture_error_percent
 from mpma_mj.motions import Motion
 from mpma_mj.training.config import RunConfig
+from mpma_mj.training.rollout import record_epoch
 from mpma_mj.training.run import train
 from mpma_mj.training.run_folder import RunFolder
 
@@ -24,10 +30,59 @@ def test_the_dance_is_learned_by_several_modules(arms: str, tmp_path: Path) -> N
     assert summary["repeatability"]["responsibility"] > 0.8
 
 
+PAPER: dict[str, Any] = {"models": "posture", "rule": "gated", "nodes": 100}
+TWO_PLANTS: dict[str, Any] = {
+    "plants": [{}, {"actuator_gain": 0.5}],
+    "epochs_per_plant": 3,
+    "repeats": 1,
+}
+
+
+def errors(env: control.Environment, agent: Agent, epochs: int) -> list[float]:
+    """Train an agent; return p_e by epoch."""
+    found = []
+    for epoch in range(epochs):
+        trace = record_epoch(env, agent, epoch)
+        agent.learn()
+        found.append(posture_error_percent(trace.posture, trace.reference))
+    return found
+
+
+@pytest.mark.parametrize("arms", ["physics", "kinematic"])
+@pytest.mark.parametrize("seed", [0, 1])
+def test_joint_models_of_20_nodes_dance_in_the_third_epoch(arms: str, seed: int) -> None:
+    env = load("ymca", arms=arms, seed=seed)
+    agent = make_agent(env, MPMAConfig(nodes=20), seed=seed)
+    by_epoch = errors(env, agent, 3)
+    assert by_epoch[0] > 1.0
+    assert by_epoch[2] < 0.3
+    usual = errors(env, make_agent(env, kind="resolved_rate"), 1)[0]
+    assert by_epoch[2] < 0.5 * usual
+
+
+@pytest.mark.parametrize("arms", ["physics", "kinematic"])
+def test_a_plant_that_is_left_is_not_forgotten(arms: str) -> None:
+    env = load("ymca", arms=arms, **TWO_PLANTS)
+    agent: Any = make_agent(env, MPMAConfig(nodes=20))
+    by_epoch = errors(env, agent, 7)
+    assert agent.state_dict()["plants.recruited"] == 2
+    assert by_epoch[6] < 1.1 * by_epoch[2]  # back in the first plant, from the first epoch
+    assert by_epoch[5] < 0.4
+    # One pair with as many nodes as all modules of both plants.
+    single = errors(env, make_agent(env, SingleConfig(nodes=160), kind="single"), 7)
+    assert single[2] < 0.3
+    assert by_epoch[6] < 0.5 * single[6]
+
+
+def test_one_plant_stays_one() -> None:
+    env = load("ymca", repeats=1)
+    agent = make_agent(env, MPMAConfig(nodes=20))
+    errors(env, agent, 10)
+    assert agent.state_dict()["plants.recruited"] == 1
+
+
 def test_the_papers_rule_converges(tmp_path: Path) -> None:
-    summary = train(
-        RunConfig.of(nodes=100, rule="gated"), folder=RunFolder(tmp_path / "run")
-    ).summary
+    summary = train(RunConfig.of(**PAPER), folder=RunFolder(tmp_path / "run")).summary
     assert summary["converged"]
     assert summary["p_e_percent"] < 3.0
     assert all(1 <= count <= 3 for count in summary["active_modules"].values())
@@ -64,14 +119,14 @@ def test_arms_raised_through_straight_forward_and_lowered_sideways_are_learned()
     context, labels = equal_segments(len(posture), 4)
     motion = Motion(posture, context, labels, 20.0, "raise", "a test")
 
-    def best(*, proprioception: bool) -> float:
-        config = RunConfig.of(nodes=100, proprioception=proprioception)
-        summary = train(config, 10, motion=motion).summary
+    def best(**options: Any) -> float:
+        summary = train(RunConfig.of(**options), 20, motion=motion).summary
         return summary["p_e_percent"] if summary["converged"] else np.inf
 
-    sensing = best(proprioception=True)
+    assert best() < 1.5
+    sensing = best(**PAPER)
     assert sensing < 3.0
-    assert best(proprioception=False) > sensing
+    assert best(**PAPER, proprioception=False) > sensing
 
 
 @pytest.mark.slow
@@ -81,5 +136,5 @@ def test_every_seed_converges(seed: int, tmp_path: Path) -> None:
     assert summary["converged"]
     assert summary["epochs"] <= 9
     assert summary["p_e_percent"] < 0.8
-    gated = RunConfig.of(seed=seed, rule="gated", nodes=100)
+    gated = RunConfig.of(seed=seed, **PAPER)
     assert train(gated, folder=RunFolder(tmp_path / "gated")).summary["p_e_percent"] < 3.0

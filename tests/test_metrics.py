@@ -108,6 +108,18 @@ def test_entropies_do_not_care_which_module_and_usage_is_never_less_than_sharing
     assert metrics.usage_entropy(other) == pytest.approx(usage)
 
 
+def test_learned_share_is_0_where_nothing_is_learned_and_has_a_known_offset() -> None:
+    rng = np.random.default_rng(0)
+    action = rng.uniform(-1, 1, (40, 8))
+    assert metrics.learned_share(np.zeros((40, 8)), action) == 0.0
+    assert metrics.learned_share(-0.3 * action, action) == pytest.approx(0.3)
+    one = np.zeros((40, 8))
+    one[:, 2] = 0.1
+    assert metrics.learned_share(one, np.full((40, 8), -0.5)) == pytest.approx(0.1 / 8 / 0.5)
+    assert metrics.learned_share(2.0 * action, action) == pytest.approx(2.0)  # cancels a command
+    assert metrics.learned_share(np.zeros((40, 8)), np.zeros((40, 8))) == 0.0
+
+
 def test_repeatability_of_a_repeated_an_inverted_and_a_constant_signal() -> None:
     wave = np.sin(np.linspace(0, 6, 50))
     assert metrics.repeatability(np.tile(wave, 3), 50) == pytest.approx(1.0)

@@ -117,7 +117,7 @@ def test_an_outside_agent_stands_in_the_table_of_agents(
         ("my_agents.py:np", "expected a class, and np is an object of type module"),
         ("json:loads", "expected a class, and loads is an object of type function"),
         ("no.such.module:Ahead", "expected a module that can be imported (ModuleNotFoundError"),
-        ("Ahead", "expected one of mpma, growing, mosaic"),
+        ("Ahead", "expected one of mpma, mosaic, hammer"),
     ],
 )
 def test_a_wrong_path_of_an_agent_is_one_line(
@@ -147,7 +147,7 @@ def test_options_of_other_agents_are_refused_by_name(
     form: Callable[[str], str], refused: Refused
 ) -> None:
     words = ["--agent", "hammer"] if form is str else [form("hammer")]
-    message = "hammer has no option --rule; leave it out, or take another --agent: mpma, growing"
+    message = "hammer has no option --rule; leave it out, or take another --agent: mpma, single"
     refused(["imitate", "ymca", *words, "--rule", "gated"], message)
 
 

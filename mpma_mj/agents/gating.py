@@ -24,6 +24,7 @@ __all__ = [
     "Gate",
     "ResponsibilityGate",
     "likelihood",
+    "mixed_outputs",
     "prediction_errors",
     "responsibilities",
 ]
@@ -80,6 +81,25 @@ def responsibilities(prior: Array, likelihoods: Array) -> Array:
     """
     joint = prior * likelihoods
     return joint / np.maximum(np.add.reduce(joint, axis=-1, keepdims=True), _TINY)
+
+
+def mixed_outputs(responsibility: Array, outputs: Array, modules: int) -> Array:
+    """Compute the modules' common output, Σ_i λ^i (...)^i.
+
+    It is summed plant by plant: plants that only other runs of a batch recruited change no bit.
+
+    Args:
+        responsibility: Responsibilities λ, shape (..., W · M).
+        outputs: Outputs of the modules, shape (..., W · M, D).
+        modules: Number of modules of a plant, M.
+
+    Returns:
+        Output, shape (..., D).
+    """
+    plants = (*responsibility.shape[:-1], -1)
+    shares = responsibility.reshape(*plants, 1, modules)
+    mixed: Array = shares @ outputs.reshape(*plants, modules, outputs.shape[-1])
+    return mixed[..., 0, :].sum(axis=-2)
 
 
 class Gate(ABC):

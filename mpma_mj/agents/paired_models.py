@@ -14,7 +14,7 @@ from mpma_mj.agents.base import Agent, AgentSpec, Observation
 from mpma_mj.agents.config import JOINTS, AgentConfig
 from mpma_mj.agents.episode_buffer import EpisodeBuffer
 from mpma_mj.agents.gain_schedule import FINAL_GAINS, Gains, performance
-from mpma_mj.agents.gating import Gate
+from mpma_mj.agents.gating import Gate, mixed_outputs
 from mpma_mj.agents.learning_rules import Epoch, LearningRule, Readouts, Step, desired_command
 from mpma_mj.agents.model_space import Before, JointSpace, ModelSpace, module_action
 from mpma_mj.agents.networks import NetworkFactory, RunIndex
@@ -31,10 +31,7 @@ __all__ = ["PairedModels"]
 Array = NDArray[np.float64]
 
 _NEEDED_LAST = ("posture", "joint_angles", "reference")
-_OF_EPOCH = (
-    *("context", "prior", "responsibility", "module_actions", "predictions"),
-    *("action", "feedback"),
-)
+_OF_EPOCH = ("context", "prior", "responsibility", "module_actions", "predictions", "action")
 
 
 class PairedModels(Agent):
@@ -93,7 +90,7 @@ class PairedModels(Agent):
         self._progress = np.zeros(self._batch_shape)
         self._untrained_error = np.full(self._batch_shape, np.nan)
         self._steps = EpisodeBuffer()
-        self._before = None
+        self._before: Before | None = None
         self._last: Observation = {}
 
     @property
@@ -113,8 +110,7 @@ class PairedModels(Agent):
             network.set_plants(self._gate.plants)
             network.reset(episode)
         self._steps.clear()
-        self._before: Before | None = None
-        self._last = {}
+        self._before, self._last = None, {}
 
     def act(self, observation: Observation) -> Array:
         """Return the action, shape (..., 8), in [-1, 1]."""
@@ -125,12 +121,13 @@ class PairedModels(Agent):
         inputs, base = space.inverse_input(state, angles, observation["target"])
         module_actions = module_action(self._inverse.step(inputs), base)
         feedback = self.spec.feedback(angles, observation["reference"])
-        mixed = self._mixed(responsibility, module_actions)
+        mixed = mixed_outputs(responsibility, module_actions, self._modules)
         gains = self.gains
         inverse_gain, feedback_gain = np.asarray(gains.inverse), np.asarray(gains.feedback)
         action = clip(inverse_gain[..., None] * mixed + feedback_gain[..., None] * feedback)
         if base is not None:
-            mixed = mixed - self._mixed(responsibility, np.ones((*responsibility.shape, 1))) * base
+            total = mixed_outputs(responsibility, np.ones((*prior.shape, 1)), self._modules)
+            mixed = mixed - total * base
         command = action if self._efference_copy == "total" else module_actions
         self._gate.observe_action(observation, action)
         self._before = angles, action
@@ -187,7 +184,8 @@ class PairedModels(Agent):
             raise StateError("predicted_posture() comes before the first step; call act() first")
         responsibility = self._steps.last("responsibility")
         outputs, angles = self._steps.last("predictions"), self._steps.last("joint_angles")
-        return self._mixed(responsibility, self._space.predicted_posture(outputs, angles))
+        predicted = self._space.predicted_posture(outputs, angles)
+        return mixed_outputs(responsibility, predicted, self._modules)
 
     def signals(self) -> AgentSignals:
         """Return the signals of the episode so far; none before the first step."""
@@ -209,10 +207,8 @@ class PairedModels(Agent):
 
     def state_dict(self) -> dict[str, Array]:
         """Return copies of all arrays that learning changes, by name."""
-        state = {
-            "progress": self._progress.copy(),
-            "untrained_error": self._untrained_error.copy(),
-        }
+        own = {"progress": self._progress, "untrained_error": self._untrained_error}
+        state = {name: array.copy() for name, array in own.items()}
         for part in self._parts:
             state |= part.state_dict()
         return state
@@ -257,19 +253,9 @@ class PairedModels(Agent):
             raise BadOptionError(option="enabled", value=mask.tolist(), expected=expected)
         self._gate.enabled[:present] = mask
 
-    def _mixed(self, responsibility: Array, signal: Array) -> Array:
-        """Return Σ_i λ^i (...)^i, of (..., M, D) shape (..., D).
-
-        Summed plant by plant: plants that only other runs recruited change no bit.
-        """
-        plants = (*responsibility.shape[:-1], -1)
-        shares = responsibility.reshape(*plants, 1, self._modules)
-        mixed: Array = shares @ signal.reshape(*plants, self._modules, signal.shape[-1])
-        return mixed[..., 0, :].sum(axis=-2)
-
     def _learn_run(self, run: RunIndex) -> None:
         epoch = self._epoch(run)
-        angles = self._steps.episode()["joint_angles"][(slice(None), *run)]
+        angles = self._own_steps(run)["joint_angles"]
         predicted = self._space.predicted_posture(epoch.predictions, angles)
         error = metrics.posture_error_percent(epoch.mixed(predicted), self._reached(run))
         if np.isnan(self._untrained_error[run]):
@@ -288,8 +274,12 @@ class PairedModels(Agent):
 
     def _reached(self, run: RunIndex) -> Array:
         """Return the postures that one run reached, shape (T, 12)."""
-        steps = self._steps.episode()["posture"][(slice(None), *run)]
+        steps = self._own_steps(run)["posture"]
         return np.concatenate([steps[1:], self._last["posture"][run][None]])
+
+    def _own_steps(self, run: RunIndex) -> dict[str, Array]:
+        """Return the steps of one run by name, each of shape (T, ...)."""
+        return {n: rows[(slice(None), *run)] for n, rows in self._steps.episode().items()}
 
     def _features(self, run: RunIndex) -> dict[str, Any]:
         """Return the features of one run's epoch, and the examples of the inverse models."""
@@ -302,25 +292,22 @@ class PairedModels(Agent):
             features["predictor_features"] = predictor.episode(run, modules)
         if not isinstance(self._space, JointSpace):
             return features | {"inverse_features": self._inverse.episode(run, modules)}
-        own: tuple[Any, ...] = (slice(None), *run)
-        state, angles, action = (
-            self._steps.episode()[name][own] for name in ("state", "joint_angles", "action")
-        )
+        steps = self._own_steps(run)
+        state, angles, action = steps["state"], steps["joint_angles"], steps["action"]
         inputs, desired, usable = self._space.hindsight(state, angles, action, self._reached(run))
         features["inverse_features"] = self._inverse.replay(run, inputs)
         return features | {"desired": desired, "usable": usable}
 
     def _epoch(self, run: RunIndex) -> Epoch:
         """Return the steps of one run, without features."""
-        own: tuple[Any, ...] = (slice(None), *run)
-        steps = {name: rows[own] for name, rows in self._steps.episode().items()}
+        steps = self._own_steps(run)
         last = {name: value[run] for name, value in self._last.items()}
         feedback = self.spec.feedback(last["joint_angles"], last["reference"])
         next_feedback = np.concatenate([steps["feedback"][1:], feedback[None]])
         after = np.concatenate([steps["joint_angles"][1:], last["joint_angles"][None]])
         none = _none(steps["prior"])
         return Epoch(
-            **{name: steps[name] for name in _OF_EPOCH},
+            **{name: steps[name] for name in (*_OF_EPOCH, "feedback")},
             inverse_features=none,
             forward_features=none,
             predictor_features=none,

@@ -3,14 +3,15 @@ import itertools
 import numpy as np
 import pytest
 from dm_control.rl import control
+from mpma_mj.training.epoch_metrics import part_metrics
 
-from mpma_mj import load
+from mpma_mj import MPMAConfig, load, make_agent, make_vec
 from mpma_mj.agents import AGENTS, Agent, AgentSpec, RandomAgent, RandomConfig
 from mpma_mj.kinematics import angles_from_posture
 from mpma_mj.metrics import posture_error_percent
 from mpma_mj.training.rollout import record_epoch
 
-NAMES = ("random", "open_loop", "feedback_only")
+NAMES = ("random", "open_loop", "feedback_only", "resolved_rate")
 
 
 def make(name: str, env: control.Environment, seed: int = 0) -> Agent:
@@ -112,3 +113,52 @@ def test_feedback_is_a_signal() -> None:
     assert agent.signals().feedback is None
     trace = record_epoch(env, agent, 0)
     np.testing.assert_array_equal(trace.feedback, trace.action)
+
+
+def test_the_resolved_rate_command_and_a_seventh_of_the_feedback_are_the_action() -> None:
+    env = load("ymca", repeats=1)
+    agent = make("resolved_rate", env)
+    timestep = env.reset()
+    for _ in range(40):
+        seen = timestep.observation
+        feedback, command = (
+            agent.spec.feedback(seen["joint_angles"], seen[name])
+            for name in ("reference", "target")
+        )
+        action = agent.act(seen)
+        np.testing.assert_allclose(action, np.clip(command + 0.14 * feedback, -1, 1), atol=1e-15)
+        np.testing.assert_array_equal(agent.signals().feedback[-1], 0.14 * feedback)
+        assert action.shape == (8,)
+        timestep = env.step(action)
+    assert agent.signals().learned is None
+    agent.reset(1)
+    assert agent.signals().feedback is None
+
+
+@pytest.mark.parametrize("arms", ["physics", "kinematic"])
+def test_the_resolved_rate_is_far_better_than_feedback(arms: str) -> None:
+    assert p_e("resolved_rate", arms) < 0.3 * p_e("feedback_only", arms)
+
+
+@pytest.mark.parametrize("name", ["feedback_only", "resolved_rate", "open_loop"])
+def test_a_batch_equals_each_run_alone_to_the_bit(name: str) -> None:
+    envs = make_vec(2, "ymca", repeats=1)
+    env = load("ymca", repeats=1, seed=1)
+    together, alone = make(name, env), make(name, env)
+    for episode in range(2):
+        trace = record_epoch(envs, together, episode).of_run(1).to_arrays()
+        expected = record_epoch(env, alone, episode).to_arrays()
+        assert expected.keys() == trace.keys()
+        for signal, values in expected.items():
+            np.testing.assert_array_equal(trace[signal], values, err_msg=signal)
+
+
+def test_of_the_resolved_rate_command_nothing_is_learned() -> None:
+    env = load("ymca", repeats=1)
+    trace = record_epoch(env, make("resolved_rate", env), 0)
+    measures = part_metrics(trace, np.ones(len(trace), bool))
+    assert "learned_share" not in measures
+    assert 0.0 < measures["feedback_ratio"] < 0.2
+    untrained = make_agent(env, MPMAConfig(nodes=5))
+    trace = record_epoch(env, untrained, 0)
+    assert part_metrics(trace, np.ones(len(trace), bool))["learned_share"] < 1e-12

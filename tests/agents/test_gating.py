@@ -10,6 +10,7 @@ from hypothesis.extra.numpy import arrays
 
 from mpma_mj.agents.gating import (
     likelihood,
+    mixed_outputs,
     prediction_errors,
     responsibilities,
 )
@@ -52,6 +53,21 @@ def test_a_better_prediction_gains_responsibility() -> None:
 
 def test_hopeless_predictions_still_give_numbers() -> None:
     assert (likelihood(np.array([1e6, 2e6]), 0.02) == [1.0, 0.0]).all()
+
+
+@given(st.integers(1, 5), st.integers(1, 4), st.integers(0, 99))
+def test_outputs_are_mixed_by_responsibility_whatever_plants_other_runs_have(
+    modules: int, plants: int, seed: int
+) -> None:
+    rng = np.random.default_rng(seed)
+    share, outputs = rng.random(plants * modules), rng.normal(size=(plants * modules, 8))
+    mixed = mixed_outputs(share, outputs, modules)
+    np.testing.assert_allclose(mixed, share @ outputs, atol=1e-12)
+    more = np.zeros((3, 2 * plants * modules))
+    more[1, : len(share)] = share
+    wide = rng.normal(size=(*more.shape, 8))
+    wide[1, : len(share)] = outputs
+    np.testing.assert_array_equal(mixed_outputs(more, wide, modules)[1], mixed)
 
 
 def test_prediction_error_is_the_mean_square() -> None:

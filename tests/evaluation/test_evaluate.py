@@ -30,7 +30,9 @@ def trained(*seeds: int, agent: str = "mpma") -> TrainedAgents:
     return train_agents(configs, ymca(), 8, {})
 
 
-@pytest.mark.parametrize("agent", ["mpma", "growing", "mosaic", "hammer", "feedback_only"])
+@pytest.mark.parametrize(
+    "agent", ["mpma", "mosaic", "hammer", "adaptive", "oracle", "resolved_rate"]
+)
 def test_each_agent_is_tried_to_the_bit_as_it_would_be_alone(agent: str) -> None:
     both = evaluate(trained(3, 5, agent=agent), CARRIED)
     (alone,) = evaluate(trained(5, agent=agent), CARRIED)

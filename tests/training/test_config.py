@@ -90,12 +90,12 @@ def test_sizes_that_an_agent_lacks_are_passed_over() -> None:
     ("options", "message"),
     [
         ({"nodez": 3}, "there is no option 'nodez'; did you mean nodes?"),
-        ({"agent": "mosaic", "ridge": 1.0}, "mosaic has no option ridge, which mpma, growing"),
+        ({"agent": "mosaic", "ridge": 1.0}, "mosaic has no option ridge, which mpma, hammer"),
         ({"nodes": 0}, "nodes is 0; expected a whole number from 1 to 20000"),
         ({"payload": -1}, "payload is -1; expected 0 to 1000, in kg"),
         ({"random_start": True}, "random_start is True; expected the default: training imitates"),
         ({"termination_distance": 0.3}, "termination_distance is 0.3; expected the default"),
-        ({"agent": "hamster"}, "agent is 'hamster'; expected one of mpma, growing"),
+        ({"agent": "hamster"}, "agent is 'hamster'; expected one of mpma, mosaic"),
         ({"seed": -1}, "seed is -1"),
     ],
 )

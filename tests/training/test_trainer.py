@@ -24,11 +24,12 @@ FIXED = [name for name, agent in AGENTS.items() if not agent.trainable]
 RULED = ("mpma", "single")  # agents that learn by a rule
 SETTINGS: list[dict[str, Any]] = [
     *({"agent": agent} for agent in AGENTS),
-    *({"agent": agent, "rule": "gated"} for agent in RULED),
+    *({"agent": agent, "models": "posture", "rule": "gated"} for agent in RULED),
     *({"context_signal": signal} for signal in ("nothing", "constant", "shuffled", "halves")),
     {"agent": "mosaic", "context_signal": "shuffled"},
     {"responsibility_predictors": False},
-    {"forward_gating": False, "efference_copy": "module"},
+    {"forward_gating": False},
+    {"models": "posture", "rule": "gated", "efference_copy": "module"},
 ]
 
 
@@ -62,10 +63,19 @@ def test_each_run_is_to_the_bit_what_it_is_alone(settings: dict[str, Any], arms:
         assert len({summary["p_e_percent"] for summary in together}) == 3
 
 
-@pytest.mark.parametrize(("rule", "noise"), [("weighted", 0.06), ("gated", 0.01)])
-@pytest.mark.parametrize("arms", ["physics", "kinematic"])
-def test_those_who_stay_do_not_notice_who_leaves(rule: str, noise: float, arms: str) -> None:
-    configs = seeds(4, rule=rule, reference_noise=noise, arms=arms)
+@pytest.mark.parametrize(
+    ("arms", "noise", "models"),
+    [
+        ("physics", 0.14, {}),
+        ("physics", 0.01, {"models": "posture", "rule": "gated"}),
+        ("kinematic", 0.01, {"models": "posture", "rule": "gated"}),
+    ],
+    ids=str,
+)
+def test_those_who_stay_do_not_notice_who_leaves(
+    arms: str, noise: float, models: dict[str, Any]
+) -> None:
+    configs = seeds(4, reference_noise=noise, arms=arms, **models)
     together = train_batch(configs, ymca(), EPOCHS)
     assert len({summary["epochs"] for summary in together}) > 1
     assert any(a["epochs"] < b["epochs"] for a, b in itertools.pairwise(together))
