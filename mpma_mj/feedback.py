@@ -28,10 +28,9 @@ def joint_error(joint_angles: Array, reference: Array) -> Array:
     Returns:
         Error, shape (..., 8), rad, in [-π, π), on the nearer branch.
     """
-    desired_angles = kinematics.angles_from_posture(reference, near=joint_angles)
-    weight = kinematics.segment_leverage(desired_angles)
+    step, weight = kinematics.nearest_step(reference, joint_angles)
     weight[..., ::4] **= 2
-    return weight * (desired_angles - joint_angles)
+    return weight * step
 
 
 def feedback_action(

@@ -30,6 +30,7 @@ __all__ = [
     "SIDES",
     "angles_from_posture",
     "continuous_angles",
+    "nearest_step",
     "posture_from_angles",
     "segment_leverage",
     "wrap",
@@ -48,9 +49,6 @@ SEGMENT_NAMES = tuple(f"{side}_{part}" for side in SIDES for part in ("upper_arm
 # Below this sine or cosine an angle counts as undefined and is held: far below the noise of any
 # recording, far above rounding errors.
 _UNDEFINED = 1e-9
-
-# The other branch of angles (a, b, c, e) is (a, -b, c, e) + (π, π, π, 0).
-_FLIP, _HALF_TURN = np.array([1.0, -1.0, 1.0, 1.0]), np.array([np.pi, np.pi, np.pi, 0.0])
 
 _MIRROR = np.array([[1.0, 1.0, 1.0], [1.0, -1.0, 1.0]])  # (arm, xyz): y → -y for the right
 
@@ -92,21 +90,41 @@ def angles_from_posture(posture: Array, near: Array | None = None) -> Array:
     Returns:
         Joint angles, shape (..., 8), rad.
     """
+    if near is not None:
+        return near + nearest_step(posture, near)[0]
+    angles, _, _, sin_e = _one_branch(posture, 0.0)
+    angles[2] *= sin_e > _UNDEFINED
+    return angles.T.reshape(*posture.shape[:-1], 8)
+
+
+def nearest_step(posture: Array, near: Array) -> tuple[Array, Array]:
+    """Solve the inverse kinematics for the smallest step that leads to a posture.
+
+    Args:
+        posture: Posture, shape (..., 12); its four vectors may have any length but 0.
+        near: Joint angles, shape (..., 8), rad, from which the step goes to the nearest branch and
+            multiple of 2π; undefined angles stay.
+
+    Returns:
+        The step, shape (..., 8), rad, in [-π, π); and `segment_leverage` of the angles to which it
+        leads, shape (..., 8).
+    """
     shape = posture.shape[:-1]
-    arms = posture.reshape(*shape, 2, 2, 3) * _MIRROR[:, None, :]
-    arms /= np.sqrt(np.vecdot(arms, arms))[..., None]
-    if near is None:
-        angles, _, sin_e = _one_branch(arms, np.zeros((*shape, 2)))
-        angles[..., 2] *= sin_e > _UNDEFINED
-        return angles.reshape(*shape, 8)
-    near = np.broadcast_to(near, (*shape, 8)).reshape(*shape, 2, 4)
-    angles, regular, sin_e = _one_branch(arms, near[..., 0])
-    steps = wrap(np.stack([angles, angles * _FLIP + _HALF_TURN]) - near)  # (branch, ..., 2, 4)
-    steps[..., 2] *= sin_e > _UNDEFINED
+    if near.shape[:-1] != shape:
+        near = np.broadcast_to(near, (*shape, 8))
+    start = near.reshape(-1, 2, 4).T.copy()  # (4, arm, n)
+    angles, regular, cos_b, sin_e = _one_branch(posture, start[0])
+    step = wrap(angles - start)
+    angles[1] *= -1.0
+    angles[:3] += np.pi
+    other_step = wrap(angles - start)
     # The nearer branch, with rotation weighted by the bend of the elbow.
-    length = np.vecdot(steps, steps) - (1.0 - sin_e**2) * steps[..., 2] ** 2
-    other = regular & (length[1] < length[0])
-    return (near + np.where(other[..., None], steps[1], steps[0])).reshape(*shape, 8)
+    other = regular & (_length(other_step, sin_e) < _length(step, sin_e))
+    step = np.where(other, other_step, step)
+    step[2] *= sin_e > _UNDEFINED
+    leverage = np.ones_like(step)
+    leverage[0], leverage[2] = np.abs(cos_b), sin_e
+    return step.T.reshape(*shape, 8), leverage.T.reshape(*shape, 8)
 
 
 def continuous_angles(posture: Array, start: Array | None = None) -> Array:
@@ -154,30 +172,41 @@ def _upper_arm_frame(a: Array, b: Array) -> tuple[Array, Array, Array]:
     return x_axis, y_axis, upper_arm
 
 
-def _one_branch(arms: Array, held: Array) -> tuple[Array, NDArray[np.bool_], Array]:
+def _length(step: Array, sin_e: Array) -> Array:
+    """Return the squared length of steps, (4, 2, n), without the elbow's, which has one solution."""
+    a, b, c, _ = step
+    return a * a + b * b + (sin_e * c) ** 2
+
+
+def _one_branch(
+    posture: Array, held: Array | float
+) -> tuple[Array, NDArray[np.bool_], Array, Array]:
     """Solve for the angles on the branch of |flexion| ≤ π/2.
 
+    Here n counts the postures and comes last, so that each component is an array of its own: numpy
+    computes small arrays several times as fast as strides through one.
+
     Args:
-        arms: Mirrored unit vectors, shape (..., 2, 2, 3).
-        held: Abduction where it is undefined, shape (..., 2), rad.
+        posture: Posture, shape (..., 12).
+        held: Abduction where it is undefined, shape (2, n) or one for all, rad.
 
     Returns:
-        Angles, shape (..., 2, 4), rad; whether abduction is defined, shape (..., 2); and sin e,
-        shape (..., 2), which is 0 where rotation is undefined.
+        Angles, shape (4, 2, n), rad; whether abduction is defined; cos b, which is 0 where it is
+        not; and sin e, which is 0 where rotation is undefined; each of shape (2, n).
     """
-    upper_arm, forearm = arms[..., 0, :], arms[..., 1, :]
-    u_x, u_y, u_z = upper_arm[..., 0], upper_arm[..., 1], upper_arm[..., 2]
-    f_x, f_y, f_z = forearm[..., 0], forearm[..., 1], forearm[..., 2]
+    x, y, z = posture.reshape(-1, 2, 2, 3).T.copy()  # (segment, arm, n)
+    y[:, 1] *= -1.0  # the right arm is mirrored
+    length = np.sqrt(x * x + y * y + z * z)
+    (u_x, f_x), (u_y, f_y), (u_z, f_z) = x / length, y / length, z / length
     regular = np.hypot(u_y, u_z) > _UNDEFINED
-    a = np.where(regular, np.arctan2(u_y, -u_z), held)
+    angles = np.empty((4, *u_x.shape))
+    angles[0] = a = np.where(regular, np.arctan2(u_y, -u_z), held)
     sin_a, cos_a = np.sin(a), np.cos(a)
     cos_b = u_y * sin_a - u_z * cos_a
     g_x = f_x * cos_b + u_x * (f_z * cos_a - f_y * sin_a)
     g_y = f_y * cos_a + f_z * sin_a
     sin_e = np.hypot(g_x, g_y)
-    angles = np.empty((*a.shape, 4))
-    angles[..., 0] = a
-    angles[..., 1] = np.arctan2(u_x, cos_b)
-    angles[..., 2] = np.arctan2(g_y, g_x)
-    angles[..., 3] = np.arctan2(sin_e, np.vecdot(upper_arm, forearm))
-    return angles, regular, sin_e
+    angles[1] = np.arctan2(u_x, cos_b)
+    angles[2] = np.arctan2(g_y, g_x)
+    angles[3] = np.arctan2(sin_e, u_x * f_x + u_y * f_y + u_z * f_z)
+    return angles, regular, cos_b, sin_e
