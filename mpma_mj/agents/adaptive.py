@@ -68,12 +68,11 @@ class Adaptive(Agent):
         state, angles = self._space.state(observation, None), observation["joint_angles"]
         if self._last is not None:
             self._learn_step(*self._last, observation["posture"])
-        inputs, command = self._space.inverse_input(state, angles, observation["target"])
-        assert command is not None
-        self._acting.step(inputs)
+        correction, command = self._space.commands(observation)
+        self._acting.step(self._space.inverse_input(state, observation["target"], command))
         features = self._acting.features[..., 0, :].astype(np.float64)
         residual = (features[..., None, :] @ self._weights)[..., 0, :]
-        feedback = FINAL_GAINS.feedback * self.spec.feedback(angles, observation["reference"])
+        feedback = FINAL_GAINS.feedback * correction
         planned = clip(command + residual)
         action = clip(planned + feedback)
         self._last = state, angles, action
@@ -115,8 +114,8 @@ class Adaptive(Agent):
         return {"gram": self._gram, "moment": self._moment, "weights": self._weights}
 
     def _learn_step(self, state: Array, angles: Array, action: Array, reached: Array) -> None:
-        inputs, command = self._space.inverse_input(state, angles, reached)
-        self._learning.step(inputs)
+        command = self.spec.feedback(angles, reached)
+        self._learning.step(self._space.inverse_input(state, reached, command))
         features = self._learning.features[..., 0, :].astype(np.float64)
         memory, size = self.config.forgetting, features.shape[-1]
         self._gram = memory * self._gram + features[..., :, None] * features[..., None, :]

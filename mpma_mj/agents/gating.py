@@ -108,19 +108,15 @@ class Gate(ABC):
     def reset(self, episode: int) -> None:  # noqa: B027, a hook
         """Begin an episode."""
 
-    def observe_action(self, observation: Observation, action: Array) -> None:  # noqa: B027, a hook
-        """Receive the action of a step."""
+    def observe_action(self, joint_angles: Array, state: Array, action: Array) -> None:  # noqa: B027, a hook
+        """Receive joint angles, (..., 8), rad, proprioceptive state, (..., S), and action."""
 
-    def assign(
-        self, run: RunIndex, context: Array, predictions: Array, outcome: Array
-    ) -> Array | None:
+    def assign(self, run: RunIndex, epoch: Epoch) -> Array | None:
         """Return the weight of each step of one run's epoch for each module.
 
         Args:
             run: Index of the run.
-            context: Context y, shape (T, C).
-            predictions: Outputs of the forward models, shape (T, M, K).
-            outcome: What they should have been, shape (T, K).
+            epoch: The epoch, without features.
 
         Returns:
             Weights, shape (T, M); None where they are the responsibilities.

@@ -32,7 +32,7 @@ Array = NDArray[np.float64]
 
 _NEEDED_LAST = ("posture", "joint_angles", "reference")
 _OF_EPOCH = (
-    *("context", "prior", "responsibility", "module_actions", "predictions"),
+    *("context", "state", "prior", "responsibility", "module_actions", "predictions"),
     *("action", "feedback"),
 )
 
@@ -93,8 +93,7 @@ class PairedModels(Agent):
         self._progress = np.zeros(self._batch_shape)
         self._untrained_error = np.full(self._batch_shape, np.nan)
         self._steps = EpisodeBuffer()
-        self._before = None
-        self._last: Observation = {}
+        self._begin()
 
     @property
     def gains(self) -> Gains:
@@ -112,49 +111,49 @@ class PairedModels(Agent):
         for network in (self._inverse, self._forward):
             network.set_plants(self._gate.plants)
             network.reset(episode)
+        self._begin()
+
+    def _begin(self) -> None:
+        """Begin an episode with no steps, and with the present gains."""
+        gains = Gains(self._progress[..., None])
+        self._inverse_gain, self._feedback_gain = map(np.asarray, (gains.inverse, gains.feedback))
         self._steps.clear()
         self._before: Before | None = None
-        self._last = {}
+        self._predictions: Array | None = None  # of the step before
+        self._last: Observation = {}
 
     def act(self, observation: Observation) -> Array:
         """Return the action, shape (..., 8), in [-1, 1]."""
-        predictions = self._steps.last("predictions") if len(self._steps) else None
-        prior, responsibility = self._gate(observation, predictions)
+        prior, responsibility = self._gate(observation, self._predictions)
         space, angles = self._space, observation["joint_angles"]
         state = space.state(observation, self._before)
-        inputs, base = space.inverse_input(state, angles, observation["target"])
-        module_actions = module_action(self._inverse.step(inputs), base)
-        feedback = self.spec.feedback(angles, observation["reference"])
-        mixed = (responsibility[..., None, :] @ module_actions)[..., 0, :]
-        gains = self.gains
-        inverse_gain, feedback_gain = np.asarray(gains.inverse), np.asarray(gains.feedback)
-        action = clip(inverse_gain[..., None] * mixed + feedback_gain[..., None] * feedback)
-        if base is not None:
-            mixed = mixed - responsibility.sum(axis=-1, keepdims=True) * base
-        command = action if self._efference_copy == "total" else module_actions
-        self._gate.observe_action(observation, action)
+        feedback, command = space.commands(observation)
+        inputs = space.inverse_input(state, observation["target"], command)
+        module_actions = module_action(self._inverse.step(inputs), command)
+        mixed = _mixed(responsibility, module_actions)
+        action = clip(self._inverse_gain * mixed + self._feedback_gain * feedback)
+        copy = action if self._efference_copy == "total" else module_actions
+        self._predictions = self._forward.step(_joined(copy, state))
+        self._gate.observe_action(angles, state, action)
         self._before = angles, action
-        self._steps.append(
-            {
-                "context": observation["context"],
-                "prior": prior,
-                "responsibility": responsibility,
-                "module_actions": module_actions,
-                "predictions": self._forward.step(_joined(command, state)),
-                "action": action,
-                "posture": observation["posture"],
-                "joint_angles": angles,
-                "state": state,
-                "feedback": feedback,
-                "feedback_gain": feedback_gain,
-                "learned": inverse_gain[..., None] * mixed,
-            }
-        )
+        step = {
+            "context": observation["context"],
+            "prior": prior,
+            "responsibility": responsibility,
+            "module_actions": module_actions,
+            "predictions": self._predictions,
+            "action": action,
+            "posture": observation["posture"],
+            "joint_angles": angles,
+            "state": state,
+            "feedback": feedback,
+        }
+        self._steps.append(step if command is None else step | {"command": command})
         return action
 
     def observe(self, timestep: dm_env.TimeStep) -> None:
         """Receive the outcome of the action, from which some rules learn at once."""
-        self._last = {n: np.copy(timestep.observation[n]) for n in _NEEDED_LAST}
+        self._last = {n: timestep.observation[n].copy() for n in _NEEDED_LAST}
         if self._rule.online and len(self._steps):
             self._rule.partial_fit(self._readouts, self._step())
 
@@ -187,9 +186,7 @@ class PairedModels(Agent):
             raise StateError("predicted_posture() comes before the first step; call act() first")
         responsibility = self._steps.last("responsibility")
         outputs, angles = self._steps.last("predictions"), self._steps.last("joint_angles")
-        predicted = self._space.predicted_posture(outputs, angles)
-        mixed: Array = responsibility[..., None, :] @ predicted
-        return mixed[..., 0, :]
+        return _mixed(responsibility, self._space.predicted_posture(outputs, angles))
 
     def signals(self) -> AgentSignals:
         """Return the signals of the episode so far; none before the first step."""
@@ -201,10 +198,18 @@ class PairedModels(Agent):
             modules["predictions"], steps["joint_angles"]
         )
         return AgentSignals(
-            feedback=steps["feedback_gain"][..., None] * steps["feedback"],
-            learned=steps["learned"].copy(),
+            feedback=self._feedback_gain * steps["feedback"],
+            learned=self._inverse_gain * self._learned(steps),
             modules=ModuleSignals(**modules),
         )
+
+    def _learned(self, steps: Mapping[str, Array]) -> Array:
+        """Return what inverse models add, before their gain, in the episode's steps."""
+        responsibility = steps["responsibility"]
+        mixed = _mixed(responsibility, steps["module_actions"])
+        if "command" not in steps:
+            return mixed
+        return mixed - responsibility.sum(axis=-1, keepdims=True) * steps["command"]
 
     def state_dict(self) -> dict[str, Array]:
         """Return copies of all arrays that learning changes, by name."""
@@ -263,7 +268,7 @@ class PairedModels(Agent):
         error = metrics.posture_error_percent(epoch.mixed(predicted), self._reached(run))
         if np.isnan(self._untrained_error[run]):
             self._untrained_error[run] = error
-        assigned = self._gate.assign(run, epoch.context, epoch.predictions, epoch.outcome)
+        assigned = self._gate.assign(run, epoch)
         if assigned is not None:
             epoch = replace(epoch, assignment=assigned)
         epoch = replace(epoch, **self._features(run))
@@ -315,7 +320,7 @@ class PairedModels(Agent):
             predictor_features=none,
             outcome=self._space.outcome(steps["joint_angles"], after, self._reached(run)),
             next_feedback=next_feedback,
-            feedback_gain=float(steps["feedback_gain"][0]),
+            feedback_gain=float(self._feedback_gain[(*run, 0)]),
             assignment=steps["responsibility"],
             desired=desired_command(steps["action"], next_feedback),
             usable=np.ones(len(next_feedback), bool),
@@ -335,8 +340,14 @@ class PairedModels(Agent):
                 steps.last("joint_angles"), last["joint_angles"], last["posture"]
             ),
             next_feedback=self.spec.feedback(last["joint_angles"], last["reference"]),
-            feedback_gain=steps.last("feedback_gain"),
+            feedback_gain=self._feedback_gain[..., 0],
         )
+
+
+def _mixed(responsibility: Array, signal: Array) -> Array:
+    """Return the modules' common output, Σ_i λ^i (...)^i, shape (..., D), of (..., M, D)."""
+    mixed: Array = responsibility[..., None, :] @ signal
+    return mixed[..., 0, :]
 
 
 def _joined(command: Array, state: Array) -> Array:

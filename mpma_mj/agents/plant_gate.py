@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from mpma_mj.agents.base import AgentSpec, Observation
 from mpma_mj.agents.config import JOINTS, MPMAConfig
-from mpma_mj.agents.episode_buffer import EpisodeBuffer
 from mpma_mj.agents.gating import Gate
 from mpma_mj.agents.networks import NetworkFactory, RunIndex
 from mpma_mj.agents.plant_models import PlantModels, gaussian_log_likelihood, plant_inputs
@@ -108,62 +107,60 @@ class PlantGate(Gate):
             self._preferences[(*run, 0)] = drawn
         self._visits = np.zeros((*shape, most, labels))
         self._variance = np.full((*shape, most * modules, JOINTS), _FIRST_VARIANCE)
-        self._inputs = EpisodeBuffer()
         self.reset(0)
 
     def reset(self, episode: int) -> None:
         """Begin an episode with every plant alike, and reservoirs at rest."""
         self._predictor.reset(episode)
         self.plants = count = int(self.models.recruited.max())
-        self._allowed = self.enabled[: count * self._modules].reshape(count, -1)  # (W', M)
+        allowed = self.enabled[: count * self._modules].reshape(count, -1)
+        self._allowed = allowed.astype(np.float64)  # (W', M)
         recruited = np.arange(count) < self.models.recruited[..., None]
-        self._possible = recruited & self._allowed.any(axis=-1)  # (..., W')
+        self._possible = recruited & allowed.any(axis=-1)  # (..., W')
         number = np.maximum(self._possible.sum(axis=-1, keepdims=True), 1)
         self._belief = self._possible / number
-        self._angles: Array | None = None  # of the step before
-        self._inputs.clear()
+        # Before the first epoch predictions say nothing.
+        self._compares = self._config.forward_gating and int(self.models.epochs.min()) > 0
+        self._angles: Array | None = None  # of the step before, as the plant models' inputs
+        self._inputs: Array | None = None
 
     def __call__(self, observation: Observation, predictions: Array | None) -> tuple[Array, Array]:
         """Return priors and responsibilities of a step, each of shape (..., W' · M)."""
         inside = self._priors(self._predictor.step(observation["context"]))  # (..., W', M)
         h = self._config.switching_probability
         self._belief = before = predicted(self._belief, self._possible, h)
-        prior = before[..., None] * inside
+        prior = _of_plants(before, inside)
         if predictions is not None and self._angles is not None and self._compares:
             move = self._spec.move(self._angles, observation["joint_angles"])[..., None, :]
             if self.plants > 1:
                 self._belief = self._believed(before, move)
             if self._modules > 1:
                 inside = _normalised(inside * self._sharing(predictions - move, self._variance))
-        responsibility = self._belief[..., None] * inside
-        shape = (*prior.shape[:-2], -1)
-        return prior.reshape(shape), responsibility.reshape(shape)
+        return prior, _of_plants(self._belief, inside)
 
-    def observe_action(self, observation: Observation, action: Array) -> None:
-        """Receive the action of a step."""
-        self._angles, velocities = observation["joint_angles"], observation["joint_velocities"]
-        inputs = plant_inputs(action, self._angles, velocities, self._spec.max_joint_speed)
-        self._inputs.append({"inputs": inputs})
+    def observe_action(self, joint_angles: Array, state: Array, action: Array) -> None:
+        """Receive joint angles, (..., 8), rad, proprioceptive state, (..., S), and action."""
+        self._angles = joint_angles
+        if self.plants > 1:
+            self._inputs = plant_inputs(action, state)
 
-    def assign(self, run: RunIndex, context: Array, predictions: Array, outcome: Array) -> Array:
+    def assign(self, run: RunIndex, epoch: Epoch) -> Array:
         """Learn which plant was on and which module led; return who learns from each step.
 
         Args:
             run: Index of the run.
-            context: Context y, shape (T, C).
-            predictions: Moves that the forward models predicted, shape (T, W' · M, 8).
-            outcome: The arms' moves, shape (T, 8).
+            epoch: The epoch, without features.
 
         Returns:
             Weights, shape (T, W · M), that sum to 1 over the modules.
         """
-        models, modules = self.models.of_run(run), self._modules
+        models, modules, context = self.models.of_run(run), self._modules, epoch.context
         sharing = np.ones((len(context), models.most, modules))
         if modules > 1 and self._compares:
-            errors = predictions - outcome[:, None]
+            errors = epoch.predictions - epoch.outcome[:, None]
             sharing[:, : self.plants] = self._sharing(errors, self._variance[run])
-        inputs = self._inputs.episode()["inputs"][(slice(None), *run)]
-        posterior = self._posterior(run, models, inputs, outcome)
+        inputs = plant_inputs(epoch.action, epoch.state)
+        posterior = self._posterior(run, models, inputs, epoch.outcome)
         decoders = self._predictor.readouts.of_run(run)
         decoders.fit(self._predictor.episode(run, modules), context[:, None, :])
         weights = np.zeros_like(sharing)
@@ -259,14 +256,10 @@ class PlantGate(Gate):
 
     def _believed(self, before: Array, move: Array) -> Array:
         """Return the belief b after a move, shape (..., 1, 8), from that before, (..., W')."""
-        errors = self.models.moves(self._inputs.last("inputs"), self.plants) - move
+        assert self._inputs is not None
+        errors = self.models.moves(self._inputs, self.plants) - move
         variance = self.models.variance[..., : self.plants, :]
         return filtered(before, gaussian_log_likelihood(errors, variance))
-
-    @property
-    def _compares(self) -> bool:
-        """Whether predictions count; before the first epoch they say nothing."""
-        return self._config.forward_gating and int(self.models.epochs.min()) > 0
 
     def _priors(self, decoded: Array) -> Array:
         """Return priors inside each plant, shape (..., W', M), of decoded contexts (..., M, C)."""
@@ -286,6 +279,13 @@ class PlantGate(Gate):
 def _led(context: Array, preferences: Array, sharing: Array) -> Array:
     """Return the share of each module of a plant in the steps of an epoch, shape (T, M)."""
     return _normalised(clip(context @ preferences, _LEAST_PRIOR, 1.0) * sharing)
+
+
+def _of_plants(belief: Array, inside: Array) -> Array:
+    """Return b^w p^{w,k}, shape (..., W' · M), of beliefs (..., W') and priors (..., W', M)."""
+    if belief.shape[-1] > 1:  # else b = 1, or 0 with all priors
+        inside = belief[..., None] * inside
+    return inside.reshape(*inside.shape[:-2], -1)
 
 
 def _normalised(shares: Array) -> Array:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.config import JOINTS
+from mpma_mj.agents.config import JOINTS, POSTURE
 from mpma_mj.agents.switching import smoothed
 
 __all__ = [
@@ -37,23 +37,17 @@ _ROUNDS = 3  # of posterior and refit
 _LEARNED = ("weights", "variance", "gram", "moment", "recruited", "epochs")
 
 
-def plant_inputs(
-    action: Array, joint_angles: Array, joint_velocities: Array, max_joint_speed: Array
-) -> Array:
+def plant_inputs(action: Array, state: Array) -> Array:
     """Return a plant model's input, o = [u; sin q; cos q; q̇ / v; 1], shape (..., 33).
 
     Args:
         action: Actions u, shape (..., 8).
-        joint_angles: Joint angles q, shape (..., 8), rad.
-        joint_velocities: Joint velocities q̇, shape (..., 8), rad/s.
-        max_joint_speed: Top speeds v, shape (8,), rad/s.
+        state: Proprioceptive states [x; sin q; cos q; q̇ / v; ...], shape (..., S).
     """
     inputs = np.empty((*action.shape[:-1], PLANT_INPUTS))
-    inputs[..., :8] = action
-    np.sin(joint_angles, out=inputs[..., 8:16])
-    np.cos(joint_angles, out=inputs[..., 16:24])
-    np.divide(joint_velocities, max_joint_speed, out=inputs[..., 24:32])
-    inputs[..., 32] = 1.0
+    inputs[..., :JOINTS] = action
+    inputs[..., JOINTS:-1] = state[..., POSTURE : POSTURE + 3 * JOINTS]
+    inputs[..., -1] = 1.0
     return inputs
 
 
