@@ -90,24 +90,26 @@ def angles_from_posture(posture: Array, near: Array | None = None) -> Array:
     Returns:
         Joint angles, shape (..., 8), rad.
     """
-    if near is not None:
-        return near + nearest_step(posture, near)[0]
-    angles, _, _, sin_e = _one_branch(posture, 0.0)
+    if near is None:
+        angles, _, _, sin_e = _one_branch(posture, 0.0)
+    else:
+        angles, _, sin_e = nearest_step(posture, near)
     angles[2] *= sin_e > _UNDEFINED
-    return angles.T.reshape(*posture.shape[:-1], 8)
+    joined = angles.T.reshape(*posture.shape[:-1], 8)
+    return joined if near is None else near + joined
 
 
-def nearest_step(posture: Array, near: Array) -> tuple[Array, Array]:
+def nearest_step(posture: Array, near: Array) -> tuple[Array, Array, Array]:
     """Solve the inverse kinematics for the smallest step that leads to a posture.
 
     Args:
         posture: Posture, shape (..., 12); its four vectors may have any length but 0.
         near: Joint angles, shape (..., 8), rad, from which the step goes to the nearest branch and
-            multiple of 2π; undefined angles stay.
+            multiple of 2π.
 
     Returns:
-        The step, shape (..., 8), rad, in [-π, π); and `segment_leverage` of the angles to which it
-        leads, shape (..., 8).
+        The step by angle, arm and posture, shape (4, 2, n), rad, in [-π, π); and cos b and sin e of
+        the angles to which it leads, shape (2, n), 0 where abduction and rotation are undefined.
     """
     shape = posture.shape[:-1]
     if near.shape[:-1] != shape:
@@ -120,11 +122,7 @@ def nearest_step(posture: Array, near: Array) -> tuple[Array, Array]:
     other_step = wrap(angles - start)
     # The nearer branch, with rotation weighted by the bend of the elbow.
     other = regular & (_length(other_step, sin_e) < _length(step, sin_e))
-    step = np.where(other, other_step, step)
-    step[2] *= sin_e > _UNDEFINED
-    leverage = np.ones_like(step)
-    leverage[0], leverage[2] = np.abs(cos_b), sin_e
-    return step.T.reshape(*shape, 8), leverage.T.reshape(*shape, 8)
+    return np.where(other, other_step, step), cos_b, sin_e
 
 
 def continuous_angles(posture: Array, start: Array | None = None) -> Array:
@@ -194,19 +192,24 @@ def _one_branch(
         Angles, shape (4, 2, n), rad; whether abduction is defined; cos b, which is 0 where it is
         not; and sin e, which is 0 where rotation is undefined; each of shape (2, n).
     """
-    x, y, z = posture.reshape(-1, 2, 2, 3).T.copy()  # (segment, arm, n)
-    y[:, 1] *= -1.0  # the right arm is mirrored
-    length = np.sqrt(x * x + y * y + z * z)
-    (u_x, f_x), (u_y, f_y), (u_z, f_z) = x / length, y / length, z / length
-    regular = np.hypot(u_y, u_z) > _UNDEFINED
+    components = posture.reshape(-1, 2, 6).T.copy()  # (6, arm, n)
+    components[1::3, 1] *= -1.0  # the right arm is mirrored
+    u_x, u_y, u_z, f_x, f_y, f_z = components
+    off_x = np.hypot(u_y, u_z)
+    length = np.hypot(u_x, off_x)
+    sin_b, cos_b = u_x / length, off_x / length
+    regular = cos_b > _UNDEFINED
     angles = np.empty((4, *u_x.shape))
     angles[0] = a = np.where(regular, np.arctan2(u_y, -u_z), held)
+    angles[1] = np.arctan2(sin_b, cos_b)
+    # The forearm after Rx(-a), then after Ry(b): g, as long as f.
     sin_a, cos_a = np.sin(a), np.cos(a)
-    cos_b = u_y * sin_a - u_z * cos_a
-    g_x = f_x * cos_b + u_x * (f_z * cos_a - f_y * sin_a)
     g_y = f_y * cos_a + f_z * sin_a
-    sin_e = np.hypot(g_x, g_y)
-    angles[1] = np.arctan2(u_x, cos_b)
+    down = f_y * sin_a - f_z * cos_a
+    g_x = f_x * cos_b - down * sin_b
+    along = f_x * sin_b + down * cos_b
+    across = np.hypot(g_x, g_y)
     angles[2] = np.arctan2(g_y, g_x)
-    angles[3] = np.arctan2(sin_e, u_x * f_x + u_y * f_y + u_z * f_z)
+    angles[3] = np.arctan2(across, along)
+    sin_e = across / np.hypot(across, along)
     return angles, regular, cos_b, sin_e
