@@ -48,14 +48,17 @@ SEGMENT_NAMES = tuple(f"{side}_{part}" for side in SIDES for part in ("upper_arm
 
 # Below this sine or cosine an angle counts as undefined and is held: far below the noise of any
 # recording, far above rounding errors.
-_UNDEFINED = 1e-9
+_UNDEFINED = np.array(1e-9)
+
+# As arrays, which small arrays are combined with faster than with Python's numbers.
+_HALF_TURN, _TURN = np.array(np.pi), np.array(2 * np.pi)
 
 _MIRROR = np.array([[1.0, 1.0, 1.0], [1.0, -1.0, 1.0]])  # (arm, xyz): y → -y for the right
 
 
 def wrap(angle: Array) -> Array:
     """Wrap angles, any shape, rad, into [-π, π)."""
-    return (angle + np.pi) % (2 * np.pi) - np.pi
+    return (angle + _HALF_TURN) % _TURN - _HALF_TURN
 
 
 def posture_from_angles(joint_angles: Array) -> Array:
@@ -117,8 +120,8 @@ def nearest_step(posture: Array, near: Array) -> tuple[Array, Array, Array]:
     start = near.reshape(-1, 2, 4).T.copy()  # (4, arm, n)
     angles, regular, cos_b, sin_e = _one_branch(posture, start[0])
     step = wrap(angles - start)
-    angles[1] *= -1.0
-    angles[:3] += np.pi
+    np.negative(angles[1], out=angles[1])
+    angles[:3] += _HALF_TURN
     other_step = wrap(angles - start)
     # The nearer branch, with rotation weighted by the bend of the elbow.
     other = regular & (_length(other_step, sin_e) < _length(step, sin_e))
@@ -171,7 +174,7 @@ def _upper_arm_frame(a: Array, b: Array) -> tuple[Array, Array, Array]:
 
 
 def _length(step: Array, sin_e: Array) -> Array:
-    """Return the squared length of steps, (4, 2, n), without the elbow's, which has one solution."""
+    """Return the squared length of steps, (4, 2, n), without the elbow's, alike on both."""
     a, b, c, _ = step
     return a * a + b * b + (sin_e * c) ** 2
 

@@ -23,7 +23,9 @@ if TYPE_CHECKING:
 __all__ = [
     "Gate",
     "ResponsibilityGate",
+    "learned_part",
     "likelihood",
+    "mixed",
     "prediction_errors",
     "responsibilities",
 ]
@@ -80,6 +82,26 @@ def responsibilities(prior: Array, likelihoods: Array) -> Array:
     """
     joint = prior * likelihoods
     return joint / np.maximum(np.add.reduce(joint, axis=-1, keepdims=True), _TINY)
+
+
+def mixed(responsibility: Array, signal: Array) -> Array:
+    """Return the modules' common output, Σ_i λ^i (...)^i, shape (..., D), of (..., M, D)."""
+    output: Array = responsibility[..., None, :] @ signal
+    return output[..., 0, :]
+
+
+def learned_part(responsibility: Array, module_actions: Array, command: Array | None) -> Array:
+    """Return what the modules add to a command, Σ_i λ^i (u^i - m), shape (..., 8).
+
+    Args:
+        responsibility: Responsibilities λ, shape (..., M).
+        module_actions: Actions u^i of inverse models, shape (..., M, 8).
+        command: Command m that their outputs were added to, shape (..., 8); None if there was none.
+    """
+    action = mixed(responsibility, module_actions)
+    if command is None:
+        return action
+    return action - responsibility.sum(axis=-1, keepdims=True) * command
 
 
 class Gate(ABC):

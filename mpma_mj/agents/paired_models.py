@@ -14,7 +14,7 @@ from mpma_mj.agents.base import Agent, AgentSpec, Observation
 from mpma_mj.agents.config import JOINTS, AgentConfig
 from mpma_mj.agents.episode_buffer import EpisodeBuffer
 from mpma_mj.agents.gain_schedule import FINAL_GAINS, Gains, performance
-from mpma_mj.agents.gating import Gate
+from mpma_mj.agents.gating import Gate, learned_part, mixed
 from mpma_mj.agents.learning_rules import Epoch, LearningRule, Readouts, Step, desired_command
 from mpma_mj.agents.model_space import Before, JointSpace, ModelSpace, module_action
 from mpma_mj.agents.networks import NetworkFactory, RunIndex
@@ -93,7 +93,7 @@ class PairedModels(Agent):
         self._progress = np.zeros(self._batch_shape)
         self._untrained_error = np.full(self._batch_shape, np.nan)
         self._steps = EpisodeBuffer()
-        self._begin()
+        self.reset(0)
 
     @property
     def gains(self) -> Gains:
@@ -111,11 +111,8 @@ class PairedModels(Agent):
         for network in (self._inverse, self._forward):
             network.set_plants(self._gate.plants)
             network.reset(episode)
-        self._begin()
-
-    def _begin(self) -> None:
-        """Begin an episode with no steps, and with the present gains."""
-        gains = Gains(self._progress[..., None])
+        # One run's gains are arrays without axes, which are multiplied faster.
+        gains = Gains(self._progress[..., None] if self._batch_shape else self._progress)
         self._inverse_gain, self._feedback_gain = map(np.asarray, (gains.inverse, gains.feedback))
         self._steps.clear()
         self._before: Before | None = None
@@ -130,8 +127,8 @@ class PairedModels(Agent):
         feedback, command = space.commands(observation)
         inputs = space.inverse_input(state, observation["target"], command)
         module_actions = module_action(self._inverse.step(inputs), command)
-        mixed = _mixed(responsibility, module_actions)
-        action = clip(self._inverse_gain * mixed + self._feedback_gain * feedback)
+        planned = self._inverse_gain * mixed(responsibility, module_actions)
+        action = clip(planned + self._feedback_gain * feedback)
         copy = action if self._efference_copy == "total" else module_actions
         self._predictions = self._forward.step(_joined(copy, state))
         self._gate.observe_action(angles, state, action)
@@ -186,7 +183,7 @@ class PairedModels(Agent):
             raise StateError("predicted_posture() comes before the first step; call act() first")
         responsibility = self._steps.last("responsibility")
         outputs, angles = self._steps.last("predictions"), self._steps.last("joint_angles")
-        return _mixed(responsibility, self._space.predicted_posture(outputs, angles))
+        return mixed(responsibility, self._space.predicted_posture(outputs, angles))
 
     def signals(self) -> AgentSignals:
         """Return the signals of the episode so far; none before the first step."""
@@ -197,19 +194,14 @@ class PairedModels(Agent):
         modules["predictions"] = self._space.predicted_posture(
             modules["predictions"], steps["joint_angles"]
         )
+        learned = learned_part(
+            steps["responsibility"], steps["module_actions"], steps.get("command")
+        )
         return AgentSignals(
             feedback=self._feedback_gain * steps["feedback"],
-            learned=self._inverse_gain * self._learned(steps),
+            learned=self._inverse_gain * learned,
             modules=ModuleSignals(**modules),
         )
-
-    def _learned(self, steps: Mapping[str, Array]) -> Array:
-        """Return what inverse models add, before their gain, in the episode's steps."""
-        responsibility = steps["responsibility"]
-        mixed = _mixed(responsibility, steps["module_actions"])
-        if "command" not in steps:
-            return mixed
-        return mixed - responsibility.sum(axis=-1, keepdims=True) * steps["command"]
 
     def state_dict(self) -> dict[str, Array]:
         """Return copies of all arrays that learning changes, by name."""
@@ -320,7 +312,7 @@ class PairedModels(Agent):
             predictor_features=none,
             outcome=self._space.outcome(steps["joint_angles"], after, self._reached(run)),
             next_feedback=next_feedback,
-            feedback_gain=float(self._feedback_gain[(*run, 0)]),
+            feedback_gain=float(Gains(self._progress[run]).feedback),
             assignment=steps["responsibility"],
             desired=desired_command(steps["action"], next_feedback),
             usable=np.ones(len(next_feedback), bool),
@@ -340,14 +332,8 @@ class PairedModels(Agent):
                 steps.last("joint_angles"), last["joint_angles"], last["posture"]
             ),
             next_feedback=self.spec.feedback(last["joint_angles"], last["reference"]),
-            feedback_gain=self._feedback_gain[..., 0],
+            feedback_gain=np.asarray(self.gains.feedback),
         )
-
-
-def _mixed(responsibility: Array, signal: Array) -> Array:
-    """Return the modules' common output, Σ_i λ^i (...)^i, shape (..., D), of (..., M, D)."""
-    mixed: Array = responsibility[..., None, :] @ signal
-    return mixed[..., 0, :]
 
 
 def _joined(command: Array, state: Array) -> Array:

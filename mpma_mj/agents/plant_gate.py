@@ -28,14 +28,14 @@ Array = NDArray[np.float64]
 # and the context decides. Without it they share at random there (choice).
 _CAP = 9.0
 _SHARPENING = 3.0  # γ (choice)
-_LEAST_PRIOR = 0.01  # p_min: no module is excluded for ever (choice)
+_LEAST_PRIOR = np.array(0.01)  # p_min: no module is excluded for ever (choice)
 # Of moves, under a module's own forward model (choices).
 _FIRST_VARIANCE, _LEAST_VARIANCE = 0.25, 1e-5
-_LEAST_LOG = -30.0  # modules far behind the best are equal
+_LEAST_LOG = np.array(-30.0)  # modules far behind the best are equal
 _LEAST_SHARE = 1e-6  # so that a module that was never used can return (choice)
 _BALANCING_ROUNDS, _SHARING_ROUNDS = 10, 3  # (choices)
 _SEEN = 0.5  # steps of a label from which a module's share of it is known (choice)
-_TINY = np.finfo(np.float64).tiny
+_TINY = np.array(np.finfo(np.float64).tiny)
 _INHERITED_VISITS = 0.1  # weight of the parent's visits in a plant that is recruited (choice)
 
 
@@ -267,7 +267,7 @@ class PlantGate(Gate):
         prior = np.vecdot(decoded[..., None, :, :], preferences)  # (..., W', M)
         if not self._config.responsibility_predictors:
             prior = np.ones_like(prior)
-        return _normalised(clip(prior, _LEAST_PRIOR, 1.0) * self._allowed)
+        return _normalised(clip(prior, _LEAST_PRIOR) * self._allowed)
 
     def _sharing(self, errors: Array, variance: Array) -> Array:
         """Return ℓ^τ of the modules' errors, (..., W' · M, 8), shape (..., W', M)."""
@@ -278,7 +278,7 @@ class PlantGate(Gate):
 
 def _led(context: Array, preferences: Array, sharing: Array) -> Array:
     """Return the share of each module of a plant in the steps of an epoch, shape (T, M)."""
-    return _normalised(clip(context @ preferences, _LEAST_PRIOR, 1.0) * sharing)
+    return _normalised(clip(context @ preferences, _LEAST_PRIOR) * sharing)
 
 
 def _of_plants(belief: Array, inside: Array) -> Array:
@@ -290,4 +290,4 @@ def _of_plants(belief: Array, inside: Array) -> Array:
 
 def _normalised(shares: Array) -> Array:
     """Return shares, (..., M), that sum to 1; 0 where all are 0."""
-    return shares / np.maximum(shares.sum(axis=-1, keepdims=True), _TINY)
+    return shares / np.maximum(np.add.reduce(shares, axis=-1, keepdims=True), _TINY)

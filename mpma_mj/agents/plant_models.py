@@ -62,7 +62,8 @@ def gaussian_log_likelihood(errors: Array, variance: Array, cap: float = np.inf)
     Returns:
         Log likelihood up to a constant, shape (...).
     """
-    return -0.5 * (np.minimum(errors**2 / variance, cap) + np.log(variance)).sum(axis=-1)
+    terms = np.minimum(errors**2 / variance, cap) + np.log(variance)
+    return -0.5 * np.add.reduce(terms, axis=-1)
 
 
 def novelty(errors: Array, variance: Array, gram: Array, inputs: Array) -> Array:

@@ -153,14 +153,14 @@ class ReservoirBank:
             Features z, shape (..., M, N + D).
         """
         state = self._state
-        driving = inputs.astype(PRECISION)
-        if driving.ndim < state.ndim:
-            driving = driving[..., None, :]
+        if inputs.ndim < state.ndim:
+            inputs = inputs[..., None, :]
         if features is None:
             features = np.empty(self.shape, PRECISION)
         own, driven = features[..., : state.shape[-1]], features[..., state.shape[-1] :]
-        driven[...] = driving
+        driven[...] = inputs
         if self._full is None:
+            driving = inputs.astype(PRECISION)
             sums = (self._input_weights @ driving[..., None])[..., 0]  # (..., M, N)
             sums += (self._recurrence @ state.ravel()).reshape(state.shape)
         else:
