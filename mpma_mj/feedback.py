@@ -28,10 +28,10 @@ def joint_error(joint_angles: Array, reference: Array) -> Array:
     Returns:
         Error, shape (..., 8), rad, in [-π, π), on the nearer branch.
     """
-    desired_angles = kinematics.angles_from_posture(reference, near=joint_angles)
-    weight = kinematics.segment_leverage(desired_angles)
-    weight[..., ::4] **= 2
-    return weight * (desired_angles - joint_angles)
+    step, cos_b, sin_e = kinematics.nearest_step(reference, joint_angles)
+    step[0] *= cos_b**2
+    step[2] *= sin_e
+    return step.T.reshape(*reference.shape[:-1], 8)
 
 
 def feedback_action(

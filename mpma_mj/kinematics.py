@@ -30,6 +30,7 @@ __all__ = [
     "SIDES",
     "angles_from_posture",
     "continuous_angles",
+    "nearest_step",
     "posture_from_angles",
     "segment_leverage",
     "wrap",
@@ -47,17 +48,17 @@ SEGMENT_NAMES = tuple(f"{side}_{part}" for side in SIDES for part in ("upper_arm
 
 # Below this sine or cosine an angle counts as undefined and is held: far below the noise of any
 # recording, far above rounding errors.
-_UNDEFINED = 1e-9
+_UNDEFINED = np.array(1e-9)
 
-# The other branch of angles (a, b, c, e) is (a, -b, c, e) + (π, π, π, 0).
-_FLIP, _HALF_TURN = np.array([1.0, -1.0, 1.0, 1.0]), np.array([np.pi, np.pi, np.pi, 0.0])
+# As arrays, which small arrays are combined with faster than with Python's numbers.
+_HALF_TURN, _TURN = np.array(np.pi), np.array(2 * np.pi)
 
 _MIRROR = np.array([[1.0, 1.0, 1.0], [1.0, -1.0, 1.0]])  # (arm, xyz): y → -y for the right
 
 
 def wrap(angle: Array) -> Array:
     """Wrap angles, any shape, rad, into [-π, π)."""
-    return (angle + np.pi) % (2 * np.pi) - np.pi
+    return (angle + _HALF_TURN) % _TURN - _HALF_TURN
 
 
 def posture_from_angles(joint_angles: Array) -> Array:
@@ -92,21 +93,39 @@ def angles_from_posture(posture: Array, near: Array | None = None) -> Array:
     Returns:
         Joint angles, shape (..., 8), rad.
     """
-    shape = posture.shape[:-1]
-    arms = posture.reshape(*shape, 2, 2, 3) * _MIRROR[:, None, :]
-    arms /= np.sqrt(np.vecdot(arms, arms))[..., None]
     if near is None:
-        angles, _, sin_e = _one_branch(arms, np.zeros((*shape, 2)))
-        angles[..., 2] *= sin_e > _UNDEFINED
-        return angles.reshape(*shape, 8)
-    near = np.broadcast_to(near, (*shape, 8)).reshape(*shape, 2, 4)
-    angles, regular, sin_e = _one_branch(arms, near[..., 0])
-    steps = wrap(np.stack([angles, angles * _FLIP + _HALF_TURN]) - near)  # (branch, ..., 2, 4)
-    steps[..., 2] *= sin_e > _UNDEFINED
+        angles, _, _, sin_e = _one_branch(posture, 0.0)
+    else:
+        angles, _, sin_e = nearest_step(posture, near)
+    angles[2] *= sin_e > _UNDEFINED
+    joined = angles.T.reshape(*posture.shape[:-1], 8)
+    return joined if near is None else near + joined
+
+
+def nearest_step(posture: Array, near: Array) -> tuple[Array, Array, Array]:
+    """Solve the inverse kinematics for the smallest step that leads to a posture.
+
+    Args:
+        posture: Posture, shape (..., 12); its four vectors may have any length but 0.
+        near: Joint angles, shape (..., 8), rad, from which the step goes to the nearest branch and
+            multiple of 2π.
+
+    Returns:
+        The step by angle, arm and posture, shape (4, 2, n), rad, in [-π, π); and cos b and sin e of
+        the angles to which it leads, shape (2, n), 0 where abduction and rotation are undefined.
+    """
+    shape = posture.shape[:-1]
+    if near.shape[:-1] != shape:
+        near = np.broadcast_to(near, (*shape, 8))
+    start = near.reshape(-1, 2, 4).T.copy()  # (4, arm, n)
+    angles, regular, cos_b, sin_e = _one_branch(posture, start[0])
+    step = wrap(angles - start)
+    np.negative(angles[1], out=angles[1])
+    angles[:3] += _HALF_TURN
+    other_step = wrap(angles - start)
     # The nearer branch, with rotation weighted by the bend of the elbow.
-    length = np.vecdot(steps, steps) - (1.0 - sin_e**2) * steps[..., 2] ** 2
-    other = regular & (length[1] < length[0])
-    return (near + np.where(other[..., None], steps[1], steps[0])).reshape(*shape, 8)
+    other = regular & (_length(other_step, sin_e) < _length(step, sin_e))
+    return np.where(other, other_step, step), cos_b, sin_e
 
 
 def continuous_angles(posture: Array, start: Array | None = None) -> Array:
@@ -154,30 +173,46 @@ def _upper_arm_frame(a: Array, b: Array) -> tuple[Array, Array, Array]:
     return x_axis, y_axis, upper_arm
 
 
-def _one_branch(arms: Array, held: Array) -> tuple[Array, NDArray[np.bool_], Array]:
+def _length(step: Array, sin_e: Array) -> Array:
+    """Return the squared length of steps, (4, 2, n), without the elbow's, alike on both."""
+    a, b, c, _ = step
+    return a * a + b * b + (sin_e * c) ** 2
+
+
+def _one_branch(
+    posture: Array, held: Array | float
+) -> tuple[Array, NDArray[np.bool_], Array, Array]:
     """Solve for the angles on the branch of |flexion| ≤ π/2.
 
+    Here n counts the postures and comes last, so that each component is an array of its own: numpy
+    computes small arrays several times as fast as strides through one.
+
     Args:
-        arms: Mirrored unit vectors, shape (..., 2, 2, 3).
-        held: Abduction where it is undefined, shape (..., 2), rad.
+        posture: Posture, shape (..., 12).
+        held: Abduction where it is undefined, shape (2, n) or one for all, rad.
 
     Returns:
-        Angles, shape (..., 2, 4), rad; whether abduction is defined, shape (..., 2); and sin e,
-        shape (..., 2), which is 0 where rotation is undefined.
+        Angles, shape (4, 2, n), rad; whether abduction is defined; cos b, which is 0 where it is
+        not; and sin e, which is 0 where rotation is undefined; each of shape (2, n).
     """
-    upper_arm, forearm = arms[..., 0, :], arms[..., 1, :]
-    u_x, u_y, u_z = upper_arm[..., 0], upper_arm[..., 1], upper_arm[..., 2]
-    f_x, f_y, f_z = forearm[..., 0], forearm[..., 1], forearm[..., 2]
-    regular = np.hypot(u_y, u_z) > _UNDEFINED
-    a = np.where(regular, np.arctan2(u_y, -u_z), held)
+    components = posture.reshape(-1, 2, 6).T.copy()  # (6, arm, n)
+    components[1::3, 1] *= -1.0  # the right arm is mirrored
+    u_x, u_y, u_z, f_x, f_y, f_z = components
+    off_x = np.hypot(u_y, u_z)
+    length = np.hypot(u_x, off_x)
+    sin_b, cos_b = u_x / length, off_x / length
+    regular = cos_b > _UNDEFINED
+    angles = np.empty((4, *u_x.shape))
+    angles[0] = a = np.where(regular, np.arctan2(u_y, -u_z), held)
+    angles[1] = np.arctan2(sin_b, cos_b)
+    # The forearm after Rx(-a), then after Ry(b): g, as long as f.
     sin_a, cos_a = np.sin(a), np.cos(a)
-    cos_b = u_y * sin_a - u_z * cos_a
-    g_x = f_x * cos_b + u_x * (f_z * cos_a - f_y * sin_a)
     g_y = f_y * cos_a + f_z * sin_a
-    sin_e = np.hypot(g_x, g_y)
-    angles = np.empty((*a.shape, 4))
-    angles[..., 0] = a
-    angles[..., 1] = np.arctan2(u_x, cos_b)
-    angles[..., 2] = np.arctan2(g_y, g_x)
-    angles[..., 3] = np.arctan2(sin_e, np.vecdot(upper_arm, forearm))
-    return angles, regular, sin_e
+    down = f_y * sin_a - f_z * cos_a
+    g_x = f_x * cos_b - down * sin_b
+    along = f_x * sin_b + down * cos_b
+    across = np.hypot(g_x, g_y)
+    angles[2] = np.arctan2(g_y, g_x)
+    angles[3] = np.arctan2(across, along)
+    sin_e = across / np.hypot(across, along)
+    return angles, regular, cos_b, sin_e

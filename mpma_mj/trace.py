@@ -116,5 +116,5 @@ class Trace:
         if any(name in arrays for name in MODULE_SIGNALS):
             modules = ModuleSignals(**{name: arrays[name] for name in MODULE_SIGNALS})
         signals = {name: arrays[name] for name in SIGNALS}
-        optional = {name: arrays.get(name) for name in _OPTIONAL}
+        optional: dict[str, Any] = {name: arrays.get(name) for name in _OPTIONAL}
         return cls(**signals, **optional, modules=modules)

@@ -11,6 +11,7 @@ from mpma_mj.kinematics import (
     SIDES,
     angles_from_posture,
     continuous_angles,
+    nearest_step,
     posture_from_angles,
     segment_leverage,
     wrap,
@@ -48,6 +49,16 @@ def test_angles_are_found_again_from_nearby(angles: np.ndarray, offset: np.ndarr
     angles[1::4] = np.where(np.abs(np.cos(angles[1::4])) < 0.2, 0.5, angles[1::4])
     found = angles_from_posture(posture_from_angles(angles), near=angles + offset)
     np.testing.assert_allclose(found, angles, atol=1e-9)
+
+
+@given(vectors, angles_anywhere)
+def test_a_step_knows_the_leverage_of_the_angles_it_leads_to(
+    v: np.ndarray, near: np.ndarray
+) -> None:
+    _, cos_b, sin_e = nearest_step(2.0 * unit(v), near)  # of vectors of any length
+    leverage = segment_leverage(angles_from_posture(unit(v), near=near)).reshape(2, 4)
+    np.testing.assert_allclose(cos_b[:, 0], leverage[:, 0], atol=3e-9)
+    np.testing.assert_allclose(sin_e[:, 0], leverage[:, 2], atol=3e-9)
 
 
 @given(angles_anywhere)

@@ -73,12 +73,11 @@ class Adaptive(Agent):
     def act(self, observation: Observation) -> Array:
         """Return the action, shape (..., 8), in [-1, 1]."""
         state, angles = self._space.state(observation, None), observation["joint_angles"]
-        inputs, command = self._space.inverse_input(state, angles, observation["target"])
-        assert command is not None
-        self._acting.step(inputs)
+        correction, command = self._space.commands(observation)
+        self._acting.step(self._space.inverse_input(state, observation["target"], command))
         features = self._acting.features[..., 0, :].astype(np.float64)
         residual = (features[..., None, :] @ self._weights)[..., 0, :]
-        feedback = FINAL_GAINS.feedback * self.spec.feedback(angles, observation["reference"])
+        feedback = FINAL_GAINS.feedback * correction
         planned = clip(command + residual)
         action = clip(planned + feedback)
         self._last = state, angles, action
@@ -138,9 +137,8 @@ class Adaptive(Agent):
         return {name: getattr(self, f"_{name}") for name in names}
 
     def _learn_step(self, state: Array, angles: Array, action: Array, reached: Array) -> None:
-        inputs, command = self._space.inverse_input(state, angles, reached)
-        assert command is not None
-        self._learning.step(inputs)
+        command = self.spec.feedback(angles, reached)
+        self._learning.step(self._space.inverse_input(state, reached, command))
         features = self._learning.features[..., 0, :].astype(np.float64)
         memory, size = self.config.forgetting, features.shape[-1]
         self._gram = memory * self._gram + features[..., :, None] * features[..., None, :]

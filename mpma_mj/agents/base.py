@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -49,6 +50,11 @@ class AgentSpec:
         """
         return feedback_action(joint_angles, reference, self.max_joint_speed, self.control_timestep)
 
+    @functools.cached_property
+    def _largest_move(self) -> Array:
+        """Largest move of the joints in a step, Δt v, shape (8,), rad."""
+        return self.control_timestep * self.max_joint_speed
+
     def move(self, before: Array, after: Array) -> Array:
         """Return the arms' move in units of the largest, wrap(q_{t+1} - q_t) / (Δt v).
 
@@ -56,7 +62,7 @@ class AgentSpec:
             before: Joint angles q_t, shape (..., 8), rad.
             after: Joint angles q_{t+1}, shape (..., 8), rad.
         """
-        return wrap(after - before) / (self.control_timestep * self.max_joint_speed)
+        return wrap(after - before) / self._largest_move
 
 
 class Agent(ABC):

@@ -165,7 +165,9 @@ class SingleConfig(NetworkConfig):
         if not fits or isinstance(rule, type):
             expected = f"{RULES}, or an instance of LearningRule"
             raise BadOptionError(option="rule", value=rule, expected=expected)
-        needed = _BUILT_IN_MODELS.get(rule) if isinstance(rule, str) else self.rule.models
+        needed = (
+            _BUILT_IN_MODELS.get(rule) if isinstance(rule, str) else getattr(rule, "models", "")
+        )
         if needed:
             check_models(rule, needed, self.models)
         other = "posture" if self.models == "joint" else "joint"

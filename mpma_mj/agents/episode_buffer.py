@@ -50,20 +50,29 @@ class EpisodeBuffer:
             most: Largest number of steps to keep, all if not given; of a longer episode the last
                 are kept, and `episode` leaves the array out.
         """
+        row = self._length
         if most is None:
             self._most.pop(name, None)
         else:
             self._most[name] = most
-        rows = self._room(name, shape, kind)
-        self._lent[name] = place = rows[self._row(name, self._length)]
+            row %= most
+        rows = self._rows.get(name)
+        if rows is None or row in (0, len(rows)):
+            rows = self._room(name, shape, kind)
+        self._lent[name] = place = rows[row]
         return place
 
     def append(self, step: Mapping[str, Array]) -> None:
         """Append a step: arrays by name, of the same shapes in all steps."""
+        lent, length, all_rows = self._lent, self._length, self._rows
         for name, value in step.items():
-            if value is not self._lent.get(name):
-                self._room(name, value.shape, value.dtype)[self._length] = value
-        self._lent.clear()
+            if value is lent.get(name):
+                continue
+            rows = all_rows.get(name)
+            if rows is None or length in (0, len(rows)):
+                rows = self._room(name, value.shape, value.dtype)
+            rows[length] = value
+        lent.clear()
         self._length += 1
 
     def _room(self, name: str, shape: tuple[int, ...], kind: DTypeLike) -> Array:

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Gate",
     "ResponsibilityGate",
+    "learned_part",
     "likelihood",
     "mixed_outputs",
     "prediction_errors",
@@ -96,10 +97,31 @@ def mixed_outputs(responsibility: Array, outputs: Array, modules: int) -> Array:
     Returns:
         Output, shape (..., D).
     """
+    if responsibility.shape[-1] == modules:
+        one: Array = responsibility[..., None, :] @ outputs
+        return one[..., 0, :]
     plants = (*responsibility.shape[:-1], -1)
     shares = responsibility.reshape(*plants, 1, modules)
     mixed: Array = shares @ outputs.reshape(*plants, modules, outputs.shape[-1])
     return mixed[..., 0, :].sum(axis=-2)
+
+
+def learned_part(
+    responsibility: Array, module_actions: Array, command: Array | None, modules: int
+) -> Array:
+    """Return what the modules add to a command, Σ_i λ^i (u^i - m), shape (..., 8).
+
+    Args:
+        responsibility: Responsibilities λ, shape (..., W · M).
+        module_actions: Actions u^i of inverse models, shape (..., W · M, 8).
+        command: Command m that their outputs were added to, shape (..., 8); None if there was none.
+        modules: Number of modules of a plant, M.
+    """
+    action = mixed_outputs(responsibility, module_actions, modules)
+    if command is None:
+        return action
+    total = mixed_outputs(responsibility, np.ones((*responsibility.shape, 1)), modules)
+    return action - total * command
 
 
 class Gate(ABC):
@@ -128,19 +150,15 @@ class Gate(ABC):
     def reset(self, episode: int) -> None:  # noqa: B027, a hook
         """Begin an episode."""
 
-    def observe_action(self, observation: Observation, action: Array) -> None:  # noqa: B027, a hook
-        """Receive the action of a step."""
+    def observe_action(self, joint_angles: Array, state: Array, action: Array) -> None:  # noqa: B027, a hook
+        """Receive joint angles, (..., 8), rad, proprioceptive state, (..., S), and action."""
 
-    def assign(
-        self, run: RunIndex, context: Array, predictions: Array, outcome: Array
-    ) -> Array | None:
+    def assign(self, run: RunIndex, epoch: Epoch) -> Array | None:
         """Return the weight of each step of one run's epoch for each module.
 
         Args:
             run: Index of the run.
-            context: Context y, shape (T, C).
-            predictions: Outputs of the forward models, shape (T, M, K).
-            outcome: What they should have been, shape (T, K).
+            epoch: The epoch, without features.
 
         Returns:
             Weights, shape (T, M); None where they are the responsibilities.

@@ -57,6 +57,7 @@ class Epoch:
         predictor_features: Of the responsibility predictors, shape (T, M, F''); F'' = 0 where
             the gate has none.
         context: Context y, shape (T, C).
+        state: Proprioceptive state s, shape (T, S).
         prior: Priors p, shape (T, M).
         responsibility: Responsibilities λ, shape (T, M).
         module_actions: Actions u^i of the inverse models, shape (T, M, 8).
@@ -79,6 +80,7 @@ class Epoch:
     forward_features: Features | FeatureReplay
     predictor_features: Features | FeatureReplay
     context: Array
+    state: Array
     prior: Array
     responsibility: Array
     module_actions: Array

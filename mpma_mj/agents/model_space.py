@@ -48,18 +48,22 @@ class ModelSpace(ABC):
         """
 
     @abstractmethod
-    def inverse_input(
-        self, state: Array, joint_angles: Array, target: Array
-    ) -> tuple[Array, Array | None]:
-        """Return the inverse models' input, shape (..., D), and what their output is added to.
+    def commands(self, observation: Observation) -> tuple[Array, Array | None]:
+        """Return the commands of a step that need no model.
+
+        Returns:
+            Feedback action u_fb, shape (..., 8), and the command that the inverse models' output is
+            added to, shape (..., 8); None where the output is the command.
+        """
+
+    @abstractmethod
+    def inverse_input(self, state: Array, target: Array, command: Array | None) -> Array:
+        """Return the inverse models' input, shape (..., D).
 
         Args:
             state: Proprioceptive state, shape (..., S).
-            joint_angles: Joint angles q, shape (..., 8), rad.
             target: Posture to be reached next, shape (..., 12).
-
-        Returns:
-            The input, and a command of shape (..., 8); None where the output is the command.
+            command: Command that their output is added to, shape (..., 8); None if there is none.
         """
 
     @abstractmethod
@@ -118,11 +122,13 @@ class PostureSpace(ModelSpace):
         angles = observation["joint_angles"]
         return np.concatenate([observation["posture"], np.sin(angles), np.cos(angles)], axis=-1)
 
-    def inverse_input(
-        self, state: Array, joint_angles: Array, target: Array
-    ) -> tuple[Array, Array | None]:
-        """Return state and target; the output is the command."""
-        return np.concatenate([state, target], axis=-1), None
+    def commands(self, observation: Observation) -> tuple[Array, Array | None]:
+        """Return the feedback action; the inverse models' output is the command."""
+        return self.spec.feedback(observation["joint_angles"], observation["reference"]), None
+
+    def inverse_input(self, state: Array, target: Array, command: Array | None) -> Array:
+        """Return state and target."""
+        return np.concatenate([state, target], axis=-1)
 
     def predicted_posture(self, outputs: Array, joint_angles: Array) -> Array:
         """Return the outputs."""
@@ -170,12 +176,17 @@ class JointSpace(ModelSpace):
             parts += [self.spec.move(before[0], angles), before[1]]
         return np.concatenate(parts, axis=-1)
 
-    def inverse_input(
-        self, state: Array, joint_angles: Array, target: Array
-    ) -> tuple[Array, Array | None]:
-        """Return state, target and resolved-rate command; the output is added to the last."""
-        command = self.spec.feedback(joint_angles, target)
-        return np.concatenate([state, target, command], axis=-1), command
+    def commands(self, observation: Observation) -> tuple[Array, Array]:
+        """Return feedback action and resolved-rate command, which are computed together."""
+        angles = observation["joint_angles"]
+        postures = np.array([observation["reference"], observation["target"]])
+        feedback, command = self.spec.feedback(np.array([angles, angles]), postures)
+        return feedback, command
+
+    def inverse_input(self, state: Array, target: Array, command: Array | None) -> Array:
+        """Return state, target and resolved-rate command."""
+        assert command is not None
+        return np.concatenate([state, target, command], axis=-1)
 
     def predicted_posture(self, outputs: Array, joint_angles: Array) -> Array:
         """Return the postures of the joint angles after the predicted moves."""
@@ -203,8 +214,8 @@ class JointSpace(ModelSpace):
             Inputs of the inverse models, shape (T, D); their targets u - u_fb(q_t, x_{t+1}), shape
             (T, 8); and which examples can be learned from, shape (T,).
         """
-        inputs, command = self.inverse_input(state, joint_angles, reached)
-        assert command is not None
+        command = self.spec.feedback(joint_angles, reached)
+        inputs = self.inverse_input(state, reached, command)
         residual = action - command
         return inputs, residual, np.abs(residual).max(axis=1) < _IMPOSSIBLE
 

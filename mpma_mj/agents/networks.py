@@ -105,6 +105,8 @@ class Network:
         self._episode = episode
         by_run = [self._noise(seed, episode) for seed in self._seeds]
         self._reservoirs.reset(*zip(*by_run, strict=True))
+        self._shape = self._reservoirs.shape
+        self._most_kept = max(1, _MOST_KEPT // (math.prod(self._shape) * PRECISION().itemsize))
         self._steps.clear()
 
     def set_plants(self, count: int) -> None:
@@ -128,11 +130,10 @@ class Network:
         Returns:
             Output, shape (..., M, K).
         """
-        bank, steps = self._reservoirs, self._steps
+        steps = self._steps
         steps.reserve("inputs", inputs.shape, PRECISION)[...] = inputs
-        most = max(1, _MOST_KEPT // (math.prod(bank.shape) * PRECISION().itemsize))
-        place = steps.reserve("features", bank.shape, PRECISION, most)
-        self.features = bank.step(inputs, place)
+        place = steps.reserve("features", self._shape, PRECISION, self._most_kept)
+        self.features = self._reservoirs.step(inputs, place)
         steps.append({})
         return self.readouts(self.features)
 

@@ -14,7 +14,7 @@ from mpma_mj.agents.base import Agent, AgentSpec, Observation
 from mpma_mj.agents.config import JOINTS, AgentConfig
 from mpma_mj.agents.episode_buffer import EpisodeBuffer
 from mpma_mj.agents.gain_schedule import FINAL_GAINS, Gains, performance
-from mpma_mj.agents.gating import Gate, mixed_outputs
+from mpma_mj.agents.gating import Gate, learned_part, mixed_outputs
 from mpma_mj.agents.learning_rules import Epoch, LearningRule, Readouts, Step, desired_command
 from mpma_mj.agents.model_space import Before, JointSpace, ModelSpace, module_action
 from mpma_mj.agents.networks import NetworkFactory, RunIndex
@@ -31,7 +31,10 @@ __all__ = ["PairedModels"]
 Array = NDArray[np.float64]
 
 _NEEDED_LAST = ("posture", "joint_angles", "reference")
-_OF_EPOCH = ("context", "prior", "responsibility", "module_actions", "predictions", "action")
+_OF_EPOCH = (
+    *("context", "state", "prior", "responsibility", "module_actions", "predictions"),
+    *("action", "feedback"),
+)
 
 
 class PairedModels(Agent):
@@ -39,13 +42,12 @@ class PairedModels(Agent):
 
     One step, with responsibilities λ that sum to 1 (`Gate`):
 
-        u^i = clip(IM_i([x ; s ; x'_{t+1}]), -1, 1)
+        u^i = clip(m + IM_i([s ; x'_{t+1} ; m]), -1, 1)
         u   = clip(L Σ_i λ^i u^i + K u_fb, -1, 1)
-        x̂^i = FM_i([efference copy ; x ; s])
+        x̂^i = FM_i([efference copy ; s])
 
-    s = [sin q ; cos q] of the joint angles q is ours; see `NetworkConfig.proprioception`. The
-    efference copy is the total command u, or each module's own u^i. After an epoch the readouts
-    learn (`LearningRule`), and K and L follow the prediction error (`Gains`).
+    with state s, command m and prediction of a `ModelSpace`. The efference copy is u, or each
+    module's own u^i. After an epoch the readouts learn (`LearningRule`), and the gains follow.
     """
 
     trainable: bool = True
@@ -90,12 +92,11 @@ class PairedModels(Agent):
         self._progress = np.zeros(self._batch_shape)
         self._untrained_error = np.full(self._batch_shape, np.nan)
         self._steps = EpisodeBuffer()
-        self._before: Before | None = None
-        self._last: Observation = {}
+        self.reset(0)
 
     @property
     def gains(self) -> Gains:
-        """K and L of the present epoch, each of the shape of the seeds."""
+        """K and L of the present epoch."""
         return Gains(self._progress[()])
 
     @property
@@ -109,49 +110,46 @@ class PairedModels(Agent):
         for network in (self._inverse, self._forward):
             network.set_plants(self._gate.plants)
             network.reset(episode)
+        # One run's gains are arrays without axes, which are multiplied faster.
+        gains = Gains(self._progress[..., None] if self._batch_shape else self._progress)
+        self._inverse_gain, self._feedback_gain = map(np.asarray, (gains.inverse, gains.feedback))
         self._steps.clear()
-        self._before, self._last = None, {}
+        self._before: Before | None = None
+        self._predictions: Array | None = None  # of the step before
+        self._last: Observation = {}
 
     def act(self, observation: Observation) -> Array:
         """Return the action, shape (..., 8), in [-1, 1]."""
-        predictions = self._steps.last("predictions") if len(self._steps) else None
-        prior, responsibility = self._gate(observation, predictions)
+        prior, responsibility = self._gate(observation, self._predictions)
         space, angles = self._space, observation["joint_angles"]
         state = space.state(observation, self._before)
-        inputs, base = space.inverse_input(state, angles, observation["target"])
-        module_actions = module_action(self._inverse.step(inputs), base)
-        feedback = self.spec.feedback(angles, observation["reference"])
-        mixed = mixed_outputs(responsibility, module_actions, self._modules)
-        gains = self.gains
-        inverse_gain, feedback_gain = np.asarray(gains.inverse), np.asarray(gains.feedback)
-        action = clip(inverse_gain[..., None] * mixed + feedback_gain[..., None] * feedback)
-        if base is not None:
-            total = mixed_outputs(responsibility, np.ones((*prior.shape, 1)), self._modules)
-            mixed = mixed - total * base
-        command = action if self._efference_copy == "total" else module_actions
-        self._gate.observe_action(observation, action)
+        feedback, command = space.commands(observation)
+        inputs = space.inverse_input(state, observation["target"], command)
+        module_actions = module_action(self._inverse.step(inputs), command)
+        planned = mixed_outputs(responsibility, module_actions, self._modules)
+        action = clip(self._inverse_gain * planned + self._feedback_gain * feedback)
+        copy = action if self._efference_copy == "total" else module_actions
+        self._predictions = self._forward.step(_joined(copy, state))
+        self._gate.observe_action(angles, state, action)
         self._before = angles, action
-        self._steps.append(
-            {
-                "context": observation["context"],
-                "prior": prior,
-                "responsibility": responsibility,
-                "module_actions": module_actions,
-                "predictions": self._forward.step(_joined(command, state)),
-                "action": action,
-                "posture": observation["posture"],
-                "joint_angles": angles,
-                "state": state,
-                "feedback": feedback,
-                "feedback_gain": feedback_gain,
-                "learned": inverse_gain[..., None] * mixed,
-            }
-        )
+        step = {
+            "context": observation["context"],
+            "prior": prior,
+            "responsibility": responsibility,
+            "module_actions": module_actions,
+            "predictions": self._predictions,
+            "action": action,
+            "posture": observation["posture"],
+            "joint_angles": angles,
+            "state": state,
+            "feedback": feedback,
+        }
+        self._steps.append(step if command is None else step | {"command": command})
         return action
 
     def observe(self, timestep: dm_env.TimeStep) -> None:
         """Receive the outcome of the action, from which some rules learn at once."""
-        self._last = {n: np.copy(timestep.observation[n]) for n in _NEEDED_LAST}
+        self._last = {n: timestep.observation[n].copy() for n in _NEEDED_LAST}
         if self._rule.online and len(self._steps):
             self._rule.partial_fit(self._readouts, self._step())
 
@@ -199,16 +197,18 @@ class PairedModels(Agent):
         modules["predictions"] = self._space.predicted_posture(
             modules["predictions"], steps["joint_angles"]
         )
+        learned = learned_part(
+            steps["responsibility"], steps["module_actions"], steps.get("command"), self._modules
+        )
         return AgentSignals(
-            feedback=steps["feedback_gain"][..., None] * steps["feedback"],
-            learned=steps["learned"].copy(),
+            feedback=self._feedback_gain * steps["feedback"],
+            learned=self._inverse_gain * learned,
             modules=ModuleSignals(**modules),
         )
 
     def state_dict(self) -> dict[str, Array]:
         """Return copies of all arrays that learning changes, by name."""
-        own = {"progress": self._progress, "untrained_error": self._untrained_error}
-        state = {name: array.copy() for name, array in own.items()}
+        state = {"progress": self._progress.copy(), "untrained_error": self._untrained_error.copy()}
         for part in self._parts:
             state |= part.state_dict()
         return state
@@ -260,7 +260,7 @@ class PairedModels(Agent):
         error = metrics.posture_error_percent(epoch.mixed(predicted), self._reached(run))
         if np.isnan(self._untrained_error[run]):
             self._untrained_error[run] = error
-        assigned = self._gate.assign(run, epoch.context, epoch.predictions, epoch.outcome)
+        assigned = self._gate.assign(run, epoch)
         if assigned is not None:
             epoch = replace(epoch, assignment=assigned)
         epoch = replace(epoch, **self._features(run))
@@ -279,7 +279,8 @@ class PairedModels(Agent):
 
     def _own_steps(self, run: RunIndex) -> dict[str, Array]:
         """Return the steps of one run by name, each of shape (T, ...)."""
-        return {n: rows[(slice(None), *run)] for n, rows in self._steps.episode().items()}
+        own: tuple[Any, ...] = (slice(None), *run)
+        return {name: rows[own] for name, rows in self._steps.episode().items()}
 
     def _features(self, run: RunIndex) -> dict[str, Any]:
         """Return the features of one run's epoch, and the examples of the inverse models."""
@@ -307,13 +308,13 @@ class PairedModels(Agent):
         after = np.concatenate([steps["joint_angles"][1:], last["joint_angles"][None]])
         none = _none(steps["prior"])
         return Epoch(
-            **{name: steps[name] for name in (*_OF_EPOCH, "feedback")},
+            **{name: steps[name] for name in _OF_EPOCH},
             inverse_features=none,
             forward_features=none,
             predictor_features=none,
             outcome=self._space.outcome(steps["joint_angles"], after, self._reached(run)),
             next_feedback=next_feedback,
-            feedback_gain=float(steps["feedback_gain"][0]),
+            feedback_gain=float(Gains(self._progress[run]).feedback),
             assignment=steps["responsibility"],
             desired=desired_command(steps["action"], next_feedback),
             usable=np.ones(len(next_feedback), bool),
@@ -333,7 +334,7 @@ class PairedModels(Agent):
                 steps.last("joint_angles"), last["joint_angles"], last["posture"]
             ),
             next_feedback=self.spec.feedback(last["joint_angles"], last["reference"]),
-            feedback_gain=steps.last("feedback_gain"),
+            feedback_gain=np.asarray(self.gains.feedback),
         )
 
 

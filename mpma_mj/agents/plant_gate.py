@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from mpma_mj.agents.base import AgentSpec, Observation
 from mpma_mj.agents.config import JOINTS, MPMAConfig
-from mpma_mj.agents.episode_buffer import EpisodeBuffer
 from mpma_mj.agents.gating import Gate
 from mpma_mj.agents.networks import NetworkFactory, RunIndex
 from mpma_mj.agents.plant_models import PlantModels, gaussian_log_likelihood, plant_inputs
@@ -29,14 +28,14 @@ Array = NDArray[np.float64]
 # and the context decides. Without it they share at random there (choice).
 _CAP = 9.0
 _SHARPENING = 3.0  # γ (choice)
-_LEAST_PRIOR = 0.01  # p_min: no module is excluded for ever (choice)
+_LEAST_PRIOR = np.array(0.01)  # p_min: no module is excluded for ever (choice)
 # Of moves, under a module's own forward model (choices).
 _FIRST_VARIANCE, _LEAST_VARIANCE = 0.25, 1e-5
-_LEAST_LOG = -30.0  # modules far behind the best are equal
+_LEAST_LOG = np.array(-30.0)  # modules far behind the best are equal
 _LEAST_SHARE = 1e-6  # so that a module that was never used can return (choice)
 _BALANCING_ROUNDS, _SHARING_ROUNDS = 10, 3  # (choices)
 _SEEN = 0.5  # steps of a label from which a module's share of it is known (choice)
-_TINY = np.finfo(np.float64).tiny
+_TINY = np.array(np.finfo(np.float64).tiny)
 _INHERITED_VISITS = 0.1  # weight of the parent's visits in a plant that is recruited (choice)
 
 
@@ -108,69 +107,67 @@ class PlantGate(Gate):
             self._preferences[(*run, 0)] = drawn
         self._visits = np.zeros((*shape, most, labels))
         self._variance = np.full((*shape, most * modules, JOINTS), _FIRST_VARIANCE)
-        self._inputs = EpisodeBuffer()
         self.reset(0)
 
     def reset(self, episode: int) -> None:
         """Begin an episode with every plant alike, and reservoirs at rest."""
         self._predictor.reset(episode)
         self.plants = count = int(self.models.recruited.max())
-        self._allowed = self.enabled[: count * self._modules].reshape(count, -1)  # (W', M)
+        allowed = self.enabled[: count * self._modules].reshape(count, -1)
+        self._allowed = allowed.astype(np.float64)  # (W', M)
         self._present = self.models.recruited.copy()  # plants of each run in this episode
         recruited = np.arange(count) < self._present[..., None]
-        self._possible = recruited & self._allowed.any(axis=-1)  # (..., W')
+        self._possible = recruited & allowed.any(axis=-1)  # (..., W')
         number = np.maximum(self._possible.sum(axis=-1, keepdims=True), 1)
         self._belief = self._possible / number
-        self._angles: Array | None = None  # of the step before
-        self._inputs.clear()
+        # Before the first epoch predictions say nothing.
+        self._compares = self._config.forward_gating and int(self.models.epochs.min()) > 0
+        self._angles: Array | None = None  # of the step before, as the plant models' inputs
+        self._inputs: Array | None = None
 
     def __call__(self, observation: Observation, predictions: Array | None) -> tuple[Array, Array]:
         """Return priors and responsibilities of a step, each of shape (..., W' · M)."""
         inside = self._priors(self._predictor.step(observation["context"]))  # (..., W', M)
         h = self._config.switching_probability
         self._belief = before = predicted(self._belief, self._possible, h)
-        prior = before[..., None] * inside
+        prior = _of_plants(before, inside)
         if predictions is not None and self._angles is not None and self._compares:
             move = self._spec.move(self._angles, observation["joint_angles"])[..., None, :]
             if self.plants > 1:
                 self._belief = self._believed(before, move)
             if self._modules > 1:
                 inside = _normalised(inside * self._sharing(predictions - move, self._variance))
-        responsibility = self._belief[..., None] * inside
-        shape = (*prior.shape[:-2], -1)
-        return prior.reshape(shape), responsibility.reshape(shape)
+        return prior, _of_plants(self._belief, inside)
 
-    def observe_action(self, observation: Observation, action: Array) -> None:
-        """Receive the action of a step."""
-        self._angles, velocities = observation["joint_angles"], observation["joint_velocities"]
-        inputs = plant_inputs(action, self._angles, velocities, self._spec.max_joint_speed)
-        self._inputs.append({"inputs": inputs})
+    def observe_action(self, joint_angles: Array, state: Array, action: Array) -> None:
+        """Receive joint angles, (..., 8), rad, proprioceptive state, (..., S), and action."""
+        self._angles = joint_angles
+        if self.plants > 1:
+            self._inputs = plant_inputs(action, state)
 
-    def assign(self, run: RunIndex, context: Array, predictions: Array, outcome: Array) -> Array:
+    def assign(self, run: RunIndex, epoch: Epoch) -> Array:
         """Learn which plant was on and which module led; return who learns from each step.
 
         Args:
             run: Index of the run.
-            context: Context y, shape (T, C).
-            predictions: Moves that the forward models predicted, shape (T, W' · M, 8).
-            outcome: The arms' moves, shape (T, 8).
+            epoch: The epoch, without features.
 
         Returns:
             Weights, shape (T, W · M), that sum to 1 over the modules; 0 where one is switched
             off.
         """
-        models, modules = self.models.of_run(run), self._modules
+        models, modules, context = self.models.of_run(run), self._modules, epoch.context
         sharing = np.ones((len(context), models.most, modules))
         if modules > 1 and self._compares:
             count = int(self._present[run])
-            errors = predictions[:, : count * modules] - outcome[:, None]
+            errors = epoch.predictions[:, : count * modules] - epoch.outcome[:, None]
             sharing[:, :count] = self._sharing(errors, self._variance[run])
-        inputs = self._inputs.episode()["inputs"][(slice(None), *run)]
-        posterior = self._posterior(run, models, inputs, outcome)
+        inputs = plant_inputs(epoch.action, epoch.state)
+        posterior = self._posterior(run, models, inputs, epoch.outcome)
         decoders = self._predictor.readouts.of_run(run)
         decoders.fit(self._predictor.episode(run, modules), context[:, None, :])
         weights, enabled = np.zeros_like(sharing), self.enabled.reshape(-1, modules)
-        for plant in np.flatnonzero(posterior.sum(axis=0) >= 1.0):
+        for plant in np.flatnonzero(posterior.sum(axis=0) >= 1.0).tolist():
             own = posterior[:, plant, None]
             if enabled[plant].all():  # else the division of the plant's motion stays
                 self._prefer((*run, plant), own * context, context, sharing[:, plant])
@@ -272,14 +269,10 @@ class PlantGate(Gate):
 
     def _believed(self, before: Array, move: Array) -> Array:
         """Return the belief b after a move, shape (..., 1, 8), from that before, (..., W')."""
-        errors = self.models.moves(self._inputs.last("inputs"), self.plants) - move
+        assert self._inputs is not None
+        errors = self.models.moves(self._inputs, self.plants) - move
         variance = self.models.variance[..., : self.plants, :]
         return filtered(before, gaussian_log_likelihood(errors, variance))
-
-    @property
-    def _compares(self) -> bool:
-        """Whether predictions count; before the first epoch they say nothing."""
-        return self._config.forward_gating and int(self.models.epochs.min()) > 0
 
     def _priors(self, decoded: Array) -> Array:
         """Return priors inside each plant, shape (..., W', M), of decoded contexts (..., M, C)."""
@@ -287,7 +280,7 @@ class PlantGate(Gate):
         prior = np.vecdot(decoded[..., None, :, :], preferences)  # (..., W', M)
         if not self._config.responsibility_predictors:
             prior = np.ones_like(prior)
-        return _normalised(clip(prior, _LEAST_PRIOR, 1.0) * self._allowed)
+        return _normalised(clip(prior, _LEAST_PRIOR) * self._allowed)
 
     def _sharing(self, errors: Array, variance: Array) -> Array:
         """Return ℓ^τ of the modules' errors, (..., W' · M, 8), shape (..., W', M)."""
@@ -298,9 +291,16 @@ class PlantGate(Gate):
 
 def _led(context: Array, preferences: Array, sharing: Array) -> Array:
     """Return the share of each module of a plant in the steps of an epoch, shape (T, M)."""
-    return _normalised(clip(context @ preferences, _LEAST_PRIOR, 1.0) * sharing)
+    return _normalised(clip(context @ preferences, _LEAST_PRIOR) * sharing)
+
+
+def _of_plants(belief: Array, inside: Array) -> Array:
+    """Return b^w p^{w,k}, shape (..., W' · M), of beliefs (..., W') and priors (..., W', M)."""
+    if belief.shape[-1] > 1:  # else b = 1, or 0 with all priors
+        inside = belief[..., None] * inside
+    return inside.reshape(*inside.shape[:-2], -1)
 
 
 def _normalised(shares: Array) -> Array:
     """Return shares, (..., M), that sum to 1; 0 where all are 0."""
-    return shares / np.maximum(shares.sum(axis=-1, keepdims=True), _TINY)
+    return shares / np.maximum(np.add.reduce(shares, axis=-1, keepdims=True), _TINY)

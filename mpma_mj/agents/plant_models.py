@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.config import JOINTS
+from mpma_mj.agents.config import JOINTS, POSTURE
 from mpma_mj.agents.switching import smoothed
 
 __all__ = [
@@ -40,23 +40,17 @@ _ROUNDS = 3  # of posterior and refit
 _LEARNED = ("weights", "variance", "gram", "moment", "recruited", "epochs")
 
 
-def plant_inputs(
-    action: Array, joint_angles: Array, joint_velocities: Array, max_joint_speed: Array
-) -> Array:
+def plant_inputs(action: Array, state: Array) -> Array:
     """Return a plant model's input, o = [u; sin q; cos q; q̇ / v; 1], shape (..., 33).
 
     Args:
         action: Actions u, shape (..., 8).
-        joint_angles: Joint angles q, shape (..., 8), rad.
-        joint_velocities: Joint velocities q̇, shape (..., 8), rad/s.
-        max_joint_speed: Top speeds v, shape (8,), rad/s.
+        state: Proprioceptive states [x; sin q; cos q; q̇ / v; ...], shape (..., S).
     """
     inputs = np.empty((*action.shape[:-1], PLANT_INPUTS))
-    inputs[..., :8] = action
-    np.sin(joint_angles, out=inputs[..., 8:16])
-    np.cos(joint_angles, out=inputs[..., 16:24])
-    np.divide(joint_velocities, max_joint_speed, out=inputs[..., 24:32])
-    inputs[..., 32] = 1.0
+    inputs[..., :JOINTS] = action
+    inputs[..., JOINTS:-1] = state[..., POSTURE : POSTURE + 3 * JOINTS]
+    inputs[..., -1] = 1.0
     return inputs
 
 
@@ -71,7 +65,8 @@ def gaussian_log_likelihood(errors: Array, variance: Array, cap: float = np.inf)
     Returns:
         Log likelihood up to a constant, shape (...).
     """
-    return -0.5 * (np.minimum(errors**2 / variance, cap) + np.log(variance)).sum(axis=-1)
+    terms = np.minimum(errors**2 / variance, cap) + np.log(variance)
+    return -0.5 * np.add.reduce(terms, axis=-1)
 
 
 def novelty(errors: Array, variance: Array, gram: Array, inputs: Array) -> Array:
@@ -159,7 +154,8 @@ class PlantModels:
         """Return the plant models of one run, which share memory with these."""
         part = copy.copy(self)
         for name, array in self.arrays().items():
-            setattr(part, name, array[(*run, ...)])
+            view: tuple[Any, ...] = (*run, ...)  # not a copy, also of a single number
+            setattr(part, name, array[view])
         return part
 
     def select_runs(self, runs: NDArray[np.intp]) -> None:

@@ -23,8 +23,10 @@ def predicted(belief: Array, enabled: NDArray[np.bool_], h: float) -> Array:
         h: Switching probability, a step.
 
     Returns:
-        Belief, shape (..., W), that sums to 1; 0 where no state is enabled.
+        Belief, shape (..., W), that sums to 1; 0 where no state is enabled. One state stays.
     """
+    if belief.shape[-1] == 1:
+        return belief
     count = np.maximum(enabled.sum(axis=-1, keepdims=True), 1)
     return (1.0 - h) * belief + h * enabled / count
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import copy
+import math
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -18,7 +20,12 @@ Array = NDArray[np.float64]
 Streams = Sequence[np.random.Generator]
 
 # Steps for which noise is drawn at once; the noise does not depend on it.
-_DRAWN_AHEAD = 16
+_DRAWN_AHEAD = 64
+
+# Up to this number of neurons one product with a full matrix is faster than one with a sparse
+# matrix and one with the input weights. It is for 100, too, but they sum in another order: results
+# of larger reservoirs stay as they were (choice).
+_FULL = 50
 
 
 class ReservoirBank:
@@ -28,7 +35,7 @@ class ReservoirBank:
 
     as in Tidemann & Öztürk 2008 and Jaeger's toolbox: no bias, no feedback from the output;
     the noise is present while executing, too, where it stabilises. All recurrences are one
-    product with a block-diagonal sparse matrix.
+    product with a block-diagonal sparse matrix; of small reservoirs [W W_in] is one full matrix.
 
     Arrays begin with `batch_shape`, () for one run and (R,) for a batch of R. Each run's
     reservoirs are drawn from that run's stream, and do not depend on the others.
@@ -63,7 +70,7 @@ class ReservoirBank:
         self._noise, self._radius = noise, radius
         self._group = count
         self._input_weights: Single = np.empty((*batch_shape, 0, nodes, inputs), PRECISION)
-        self._recurrence = sp.csr_array((0, 0), dtype=PRECISION)
+        self._recurrence: Any = None  # W of all reservoirs, one sparse matrix
         self.extend(streams)
         self.reset(streams)
 
@@ -84,6 +91,7 @@ class ReservoirBank:
         self._input_weights = np.concatenate([self._input_weights, added], axis=-3)
         if not present:
             self._recurrence = recurrence
+            self._full = self._full_weights()
             return
         # Neurons are ordered by run, then by reservoir: those of the group go behind each run's.
         before = np.arange(self._recurrence.shape[0]).reshape(-1, present * nodes)
@@ -91,6 +99,20 @@ class ReservoirBank:
         order = np.concatenate([before, behind], axis=1).ravel()
         joined = sp.block_diag([self._recurrence, recurrence], format="csr")
         self._recurrence = sp.csr_array(joined)[order][:, order]
+        self._full = self._full_weights()
+
+    def _full_weights(self) -> Single | None:
+        """Return [W W_in], shape (..., M, N, N + D), of small reservoirs; None of larger ones."""
+        shape, nodes = self._input_weights.shape[:-2], self._input_weights.shape[-2]
+        if nodes > _FULL:
+            return None
+        rows = self._recurrence.tocoo()
+        reservoir, row = np.divmod(rows.coords[0], nodes)
+        recurrence = np.zeros((math.prod(shape), nodes, nodes), PRECISION)
+        # Weights in the same column are added.
+        np.add.at(recurrence, (reservoir, row, rows.coords[1] % nodes), rows.data)
+        recurrence = recurrence.reshape(*shape, nodes, nodes)
+        return np.concatenate([recurrence, self._input_weights], axis=-1)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -109,6 +131,7 @@ class ReservoirBank:
         own = (count * nodes * runs[:, None] + np.arange(count * nodes)).ravel()
         self._input_weights = self._input_weights[runs]
         self._recurrence = self._recurrence[own][:, own]
+        self._full = None if self._full is None else self._full[runs]
 
     def of_run(self, index: tuple[int, ...]) -> ReservoirBank:
         """Return one run's reservoirs with separate states, at rest from the next reset."""
@@ -117,6 +140,7 @@ class ReservoirBank:
         size = part._input_weights.shape[0] * part._input_weights.shape[1]
         own = slice(index[0] * size, (index[0] + 1) * size) if index else slice(None)
         part._recurrence = self._recurrence[own][:, own]
+        part._full = None if self._full is None else self._full[index]
         return part
 
     def step(self, inputs: Array, features: Single | None = None) -> Single:
@@ -129,18 +153,23 @@ class ReservoirBank:
         Returns:
             Features z, shape (..., M, N + D).
         """
-        shape, nodes = self._state.shape, self._state.shape[-1]
-        driving = inputs.astype(PRECISION)
-        if driving.ndim < self._state.ndim:
-            driving = driving[..., None, :]
-        driven: Single = (self._input_weights @ driving[..., None])[..., 0]  # (..., M, N)
-        driven += (self._recurrence @ self._state.ravel()).reshape(shape)
-        np.tanh(driven, out=driven)
-        self._state = np.add(driven, self._next_noise(), out=driven)
+        state = self._state
+        if inputs.ndim < state.ndim:
+            inputs = inputs[..., None, :]
         if features is None:
             features = np.empty(self.shape, PRECISION)
-        features[..., :nodes] = self._state
-        features[..., nodes:] = driving
+        own, driven = features[..., : state.shape[-1]], features[..., state.shape[-1] :]
+        driven[...] = inputs
+        if self._full is None:
+            driving = inputs.astype(PRECISION)
+            sums = (self._input_weights @ driving[..., None])[..., 0]  # (..., M, N)
+            sums += (self._recurrence @ state.ravel()).reshape(state.shape)
+        else:
+            own[...] = state  # [s_{n-1} ; v_n]
+            sums = (self._full @ features[..., None])[..., 0]
+        np.tanh(sums, out=sums)
+        sums += self._next_noise()
+        own[...] = self._state = sums
         return features
 
     def _next_noise(self) -> Single:

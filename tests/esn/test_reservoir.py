@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from mpma_mj.esn import PRECISION, ReservoirBank
+from mpma_mj.esn import PRECISION, ReservoirBank, initializers, reservoir
 from mpma_mj.esn.initializers import random_recurrence
 
 
@@ -134,3 +134,45 @@ def test_a_run_and_selected_runs_have_all_groups() -> None:
         expected = alone.step(v)
         np.testing.assert_array_equal(part.step(v), expected)
         np.testing.assert_array_equal(together.step(v[None])[0], expected)
+
+
+@pytest.mark.parametrize("batch_shape", [(), (2,)])
+def test_small_reservoirs_step_as_with_sparse_recurrences(
+    batch_shape: tuple[int, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stepped() -> np.ndarray:
+        streams = [rng(10), rng(11)][: batch_shape[0] if batch_shape else 1]
+        options = {"radius": 0.9, "noise": 0.2}
+        made = ReservoirBank(batch_shape, 3, 4, 20, streams=streams, **options)
+        made.extend([rng(20 + i) for i in range(len(streams))])
+        groups = [[rng(30 + 10 * group + i) for i in range(len(streams))] for group in range(2)]
+        made.reset(*groups)
+        return np.stack([made.step(rng(t).normal(size=(*batch_shape, 4))) for t in range(9)])
+
+    full = stepped()
+    monkeypatch.setattr(reservoir, "_FULL", 0)
+    np.testing.assert_allclose(full, stepped(), atol=1e-6)
+
+
+@pytest.mark.parametrize("ahead", [1, 7])
+def test_noise_does_not_depend_on_how_much_is_drawn_at_once(
+    ahead: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stepped() -> np.ndarray:
+        made = bank(noise=0.2)
+        made.reset([rng(3)])
+        return np.stack([made.step(np.ones(4)) for _ in range(80)])
+
+    usual = stepped()
+    monkeypatch.setattr(reservoir, "_DRAWN_AHEAD", ahead)
+    np.testing.assert_array_equal(usual, stepped())
+
+
+@pytest.mark.parametrize("nodes", [40, 80])
+def test_a_radius_is_computed_once_for_the_same_weights_and_anew_for_others(nodes: int) -> None:
+    initializers._radius.cache_clear()
+    first, again = (random_recurrence(nodes, 0.1, rng(1)) for _ in range(2))
+    assert initializers._radius.cache_info().hits == 1
+    np.testing.assert_array_equal(first.toarray(), again.toarray())
+    random_recurrence(nodes, 0.1, rng(2))
+    assert initializers._radius.cache_info().misses == 2
