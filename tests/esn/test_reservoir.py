@@ -136,16 +136,18 @@ def test_a_run_and_selected_runs_have_all_groups() -> None:
         np.testing.assert_array_equal(together.step(v[None])[0], expected)
 
 
+@pytest.mark.parametrize("count", [1, 2])
 @pytest.mark.parametrize("batch_shape", [(), (2,)])
 def test_small_reservoirs_step_as_with_sparse_recurrences(
-    batch_shape: tuple[int, ...], monkeypatch: pytest.MonkeyPatch
+    batch_shape: tuple[int, ...], count: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def stepped() -> np.ndarray:
         streams = [rng(10), rng(11)][: batch_shape[0] if batch_shape else 1]
         options = {"radius": 0.9, "noise": 0.2}
         made = ReservoirBank(batch_shape, 3, 4, 20, streams=streams, **options)
-        made.extend([rng(20 + i) for i in range(len(streams))])
-        groups = [[rng(30 + 10 * group + i) for i in range(len(streams))] for group in range(2)]
+        for group in range(1, count):
+            made.extend([rng(20 * group + i) for i in range(len(streams))])
+        groups = [[rng(30 + 10 * group + i) for i in range(len(streams))] for group in range(count)]
         made.reset(*groups)
         return np.stack([made.step(rng(t).normal(size=(*batch_shape, 4))) for t in range(9)])
 
