@@ -23,8 +23,8 @@ Streams = Sequence[np.random.Generator]
 _DRAWN_AHEAD = 64
 
 # Up to this number of neurons one product with a full matrix is faster than one with a sparse
-# matrix and one with the input weights. It is for 100, too, but they sum in another order: results
-# of larger reservoirs stay as they were (choice).
+# matrix and one with the input weights. They sum in another order, so that results of larger
+# reservoirs stay as they were (choice).
 _FULL = 50
 
 
