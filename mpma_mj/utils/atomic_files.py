@@ -30,7 +30,7 @@ __all__ = [
     "write_text",
 ]
 
-FORMAT = 4
+FORMAT = 5
 """Version of the format of files; files of other versions are refused."""
 
 TRAIN_AGAIN = "train again with {overwrite}"

@@ -339,7 +339,7 @@ def test_a_run_of_another_version_is_refused(tmp_path: Path) -> None:
     path.write_text(path.read_text().replace(f'"format": {FORMAT}', '"format": 99'))
     with pytest.raises(
         CheckpointError,
-        match=r"format 99, written by mpma-mj .*, which reads format 4; train again",
+        match=r"format 99, written by mpma-mj .*, which reads format 5; train again",
     ):
         resume(folder, 1)
 
