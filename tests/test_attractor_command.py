@@ -51,12 +51,6 @@ def test_several_runs_have_a_row_each_and_a_later_look_tells_the_same(
     assert (run / "attractor.json").read_bytes() == (again / "attractor.json").read_bytes()
 
 
-def test_a_run_that_grew_can_be_freed(tmp_path: Path) -> None:
-    words = f"imitate ymca --agent growing --nodes 10 --epochs 12 --no-video --out {tmp_path / 'a'}"
-    assert main(words.split()) == 0
-    assert main(["attractor", str(tmp_path / "a")]) == 0
-
-
 def test_overwriting_a_run_removes_what_was_told_about_it(run: Path) -> None:
     atomic_files.write_json(run / "attractor.json", {})
     words = "imitate ymca --nodes 10 --epochs 1 --no-video --overwrite --out"

@@ -357,8 +357,6 @@ def test_help_shows_no_empty_default_and_no_none(
         (["imitate", "ymca", "--random-start"], "training imitates whole episodes"),
         (["sweep", "--termination-distance=0.3"], "training imitates whole episodes"),
         (["compare", "--no-random-start"], "training imitates whole episodes"),
-        (["grow", "--agent", "hammer"], "growth is tried beside 1 to as many modules as --most"),
-        (["grow", "--modules", "2"], "growth is tried beside 1 to as many modules as --most"),
     ],
 )
 def test_an_option_that_a_command_would_refuse_is_not_listed(

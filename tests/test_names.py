@@ -122,10 +122,6 @@ def test_a_recordings_page_stands_by_its_printable_name(
 
 def test_sweeps_draw_and_write_such_names(write_tsv: WriteTsv, tmp_path: Path) -> None:
     recordings = [str(write_tsv(name=f"{name}.tsv")) for name in (FORMULA, NOT_UTF8)]
-    out = str(tmp_path / "grow")
-    words = ["--most", "1", "--runs", "1", "--nodes", "5", "--repeats", "1", "--epochs", "2"]
-    assert main(["grow", *recordings, *words, "--workers", "1", "--out", out]) == 0
-    assert (tmp_path / "grow" / "growth.png").exists()
     words = ["--runs", "1", "--nodes", "5", "--epochs", "1", "--workers", "1"]
     out = str(tmp_path / "benchmark")
     assert main(["benchmark", *recordings, *words, "--to", "1", "--out", out]) == 0

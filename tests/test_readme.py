@@ -25,7 +25,6 @@ def test_python_examples_run(code: str, tmp_path: Path) -> None:
     "command",
     [
         "benchmark",
-        "grow",
         "imitate",
         "motion",
         "render",

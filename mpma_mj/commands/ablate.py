@@ -8,6 +8,7 @@ from pathlib import Path
 
 from mpma_mj.commands.folders import write_tables
 from mpma_mj.commands.workers import SweepWorkers, Workers
+from mpma_mj.options import Models
 from mpma_mj.training.config import RunConfig
 
 __all__ = ["Ablate"]
@@ -20,6 +21,8 @@ class Ablate:
     Repeat the command with the same --out to resume.
     """
 
+    models: Models = "joint"
+    """Joint models (ours), or posture models (the paper's)."""
     rule: str = "weighted"
     """Learning rule: weighted (ours), gated (the paper's), or the path of a class."""
     runs: int = 20
@@ -35,7 +38,8 @@ class Ablate:
         """Run the ablation study and return its folder."""
         from mpma_mj.sweep import ablation
 
-        spec = ablation.spec_of(RunConfig.of(rule=self.rule, nodes=self.nodes), self.runs)
+        whole = RunConfig.of(models=self.models, rule=self.rule, nodes=self.nodes)
+        spec = ablation.spec_of(whole, self.runs)
         title = functools.partial(ablation.title, spec)
         with self.who.trained(spec, self.out, "ablate", title) as folder:
             runs = folder.finished()

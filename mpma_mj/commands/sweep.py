@@ -28,7 +28,7 @@ class Sweep(Generic[AgentT]):
     motions: Motions = ("ymca",)
     """Motions, as for `mpma imitate`."""
     grid: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME=VALUE,VALUE,…")] = ()
-    """Options that vary, such as nodes=50,200 rule=gated,weighted."""
+    """Options that vary, such as nodes=50,200 modules=2,4."""
     runs: int = 20
     """Runs of each point, with seeds from --seed up."""
     options: Annotated[tyro.conf.OmitArgPrefixes[RunOptions[AgentT]], tyro.conf.arg(name="")]

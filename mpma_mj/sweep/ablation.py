@@ -13,9 +13,9 @@ from mpma_mj.training.config import RunConfig
 from mpma_mj.utils.atomic_files import csv_text
 from mpma_mj.utils.text import markdown_table
 
-__all__ = ["CHANGES", "as_csv", "as_markdown", "spec_of", "title"]
+__all__ = ["as_csv", "as_markdown", "changes_of", "spec_of", "title"]
 
-CHANGES: dict[str, dict[str, Any]] = {
+_CHANGES: dict[str, dict[str, Any]] = {
     "the whole": {},
     "no responsibility predictors": {"responsibility_predictors": False},
     "no forward-model gating": {"forward_gating": False},
@@ -25,11 +25,13 @@ CHANGES: dict[str, dict[str, Any]] = {
     "hears labels twice as fine": {"context_signal": "halves"},
     "no noise in the reservoirs": {"reservoir_noise": 0.0},
     "no noise on the demonstration": {"reference_noise": 0.0},
-    "modules' predictions left out": {"temperature": 0.0},
     "one module": {"modules": 1},
     "10 modules": {"modules": 10},
 }
-"""What is changed, by its name; the first is what the others are held against."""
+_CHANGES_OF_MODELS: dict[str, dict[str, dict[str, Any]]] = {
+    "joint": {"modules' predictions left out": {"temperature": 0.0}},
+    "posture": {"forward models receive their own command": {"efference_copy": "module"}},
+}
 
 _FEWEST = 5  # runs of a difference that is marked; an interval of fewer is too narrow (choice)
 
@@ -49,6 +51,15 @@ _COLUMNS = (
 _TITLES = [title for title, _, _ in _COLUMNS]
 
 
+def changes_of(models: str) -> dict[str, dict[str, Any]]:
+    """Return what is changed, by its name; the others are compared with the first.
+
+    Args:
+        models: Space of the models, "joint" or "posture".
+    """
+    return _CHANGES | _CHANGES_OF_MODELS[models]
+
+
 def spec_of(base: RunConfig, runs: int) -> SweepSpec:
     """Return the runs of all changes.
 
@@ -59,7 +70,8 @@ def spec_of(base: RunConfig, runs: int) -> SweepSpec:
     Raises:
         BadOptionError: The number of runs is less than one.
     """
-    points = [base.replace(**change) for change in CHANGES.values()]
+    changes = changes_of(base.option("models"))
+    points = [base.replace(**change) for change in changes.values()]
     return SweepSpec(tuple(run for point in points for run in seeds(point, runs)), _EPOCHS)
 
 
@@ -71,7 +83,7 @@ def title(spec: SweepSpec, config: RunConfig) -> str:
 def as_markdown(spec: SweepSpec, runs: Sequence[RunResult]) -> str:
     """Return two tables, of means and of differences, with what has to be said about them."""
     first = spec.configs[0]
-    number = len(spec.configs) // len(CHANGES)
+    number = len(spec.configs) // len(_points(spec))
     parts = [
         f"Ablations: {first.motions[0]}, {first.option('rule')} rule,"
         f" {first.option('nodes')} nodes,"
@@ -102,7 +114,7 @@ def as_csv(spec: SweepSpec, runs: Sequence[RunResult]) -> str:
 
 def _means(spec: SweepSpec, runs: Sequence[RunResult]) -> str:
     rows = []
-    wanted = len(spec.configs) // len(CHANGES)
+    wanted = len(spec.configs) // len(_points(spec))
     for name, own in _by_name(spec, runs).items():
         cells = (spread(own, measure).text(digits) for _, measure, digits in _COLUMNS)
         rows.append([name, f"{converged(own)} of {wanted}", *cells])
@@ -148,4 +160,5 @@ def _by_name(spec: SweepSpec, runs: Sequence[RunResult]) -> dict[str, list[RunRe
 
 def _points(spec: SweepSpec) -> dict[str, RunConfig]:
     whole = without_seed(spec.configs[0])
-    return {name: whole.replace(**change) for name, change in CHANGES.items()}
+    changes = changes_of(whole.option("models"))
+    return {name: whole.replace(**change) for name, change in changes.items()}

@@ -1,4 +1,4 @@
-"""Grids of settings, as they are typed: `nodes=50,200 rule=gated,weighted`."""
+"""Grids of settings, as they are typed: `nodes=50,200 modules=2,4`."""
 
 from __future__ import annotations
 

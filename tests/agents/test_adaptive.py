@@ -101,7 +101,8 @@ def test_a_copy_of_the_state_continues_alike_and_the_state_is_a_copy() -> None:
     np.testing.assert_array_equal(record_epoch(env, copy, 1).action, expected)
     for name, value in kept.items():
         np.testing.assert_array_equal(state[name], value)
-        assert not np.array_equal(agent.state_dict()[name], value)
+        # Epochs are counted by learn().
+        assert np.array_equal(agent.state_dict()[name], value) == (name == "epochs")
 
 
 def test_in_a_plant_of_half_gain_it_is_better_than_the_resolved_rate_in_the_first_epoch() -> None:
@@ -115,4 +116,19 @@ def test_gains_are_final_from_the_start() -> None:
     env = load("ymca", **IDEAL)
     agent = adaptive(env)
     record_epoch(env, agent, 0)
-    assert agent.learn() == {"gain_feedback": pytest.approx(0.14), "gain_inverse": 1.0}
+    learned = agent.learn()
+    assert learned == {
+        "gain_feedback": pytest.approx(0.14),
+        "gain_inverse": 1.0,
+        "calibrating": 1.0,
+    }
+
+
+def test_it_calibrates_in_its_first_two_epochs_as_joint_models_do() -> None:
+    env = load("ymca", **IDEAL)
+    agent = adaptive(env)
+    found = []
+    for epoch in range(3):
+        record_epoch(env, agent, epoch)
+        found.append(agent.learn()["calibrating"])
+    assert found == [1.0, 1.0, 0.0]

@@ -3,12 +3,12 @@ import itertools
 import numpy as np
 import pytest
 from dm_control.rl import control
-from mpma_mj.training.epoch_metrics import part_metrics
 
 from mpma_mj import MPMAConfig, load, make_agent, make_vec
 from mpma_mj.agents import AGENTS, Agent, AgentSpec, RandomAgent, RandomConfig
 from mpma_mj.kinematics import angles_from_posture
 from mpma_mj.metrics import posture_error_percent
+from mpma_mj.training.history import part_metrics
 from mpma_mj.training.rollout import record_epoch
 
 NAMES = ("random", "open_loop", "feedback_only", "resolved_rate")

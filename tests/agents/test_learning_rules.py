@@ -31,6 +31,7 @@ def epoch() -> Epoch:
         "forward_features": (T, M, 6),
         "predictor_features": (T, M, 7),
         "context": (T, 4),
+        "state": (T, 9),
         "prior": (T, M),
         "responsibility": (T, M),
         "module_actions": (T, M, 8),

@@ -300,7 +300,7 @@ def test_an_agent_needs_no_environment() -> None:
     action = player.act(observation)
     player.observe(dm_env.transition(0.0, observation))
     assert action.shape == (8,)
-    assert player.learn().keys() == {"gain_feedback", "gain_inverse", "plants"}
+    assert player.learn().keys() == {*("gain_feedback", "gain_inverse", "calibrating", "plants")}
 
 
 def test_an_agent_needs_an_environment_and_a_seed() -> None:

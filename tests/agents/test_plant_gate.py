@@ -46,6 +46,12 @@ def observed(t: int, label: int = 0) -> dict[str, Array]:
     }
 
 
+def state_of(seen: dict[str, Array]) -> Array:
+    """Return the proprioceptive state of an observation, of which the posture does not count."""
+    angles, relative = seen["joint_angles"], seen["joint_velocities"] / SPEED
+    return np.concatenate([np.full(12, np.nan), np.sin(angles), np.cos(angles), relative])
+
+
 def steps(gate: PlantGate, count: int = 12, off: float = 0.1) -> list[tuple[Array, Array]]:
     """Return priors and responsibilities of an episode with random predictions."""
     rng, found, predictions = np.random.default_rng(1), [], None
@@ -53,7 +59,7 @@ def steps(gate: PlantGate, count: int = 12, off: float = 0.1) -> list[tuple[Arra
     for t in range(count):
         seen = observed(t, t % LABELS)
         found.append(gate(seen, predictions))
-        gate.observe_action(seen, rng.uniform(-1, 1, 8))
+        gate.observe_action(seen["joint_angles"], state_of(seen), rng.uniform(-1, 1, 8))
         predictions = rng.normal(0.0, off, (gate.plants * gate._modules, 8))
     return found
 
@@ -93,9 +99,7 @@ def test_responsibility_is_belief_in_a_plant_times_share_inside_it() -> None:
         belief = before
         if last is not None:
             move = SPEC.move(last[0]["joint_angles"], seen["joint_angles"])
-            inputs = plant_inputs(
-                last[1], last[0]["joint_angles"], last[0]["joint_velocities"], SPEED
-            )
+            inputs = plant_inputs(last[1], state_of(last[0]))
             errors = gate.models.weights[:2] @ inputs - move
             logs = gaussian_log_likelihood(errors, gate.models.variance[:2])
             belief = filtered(before, logs)
@@ -105,7 +109,7 @@ def test_responsibility_is_belief_in_a_plant_times_share_inside_it() -> None:
         expected = (belief[:, None] * inside).ravel()
         np.testing.assert_allclose(responsibility, expected, rtol=1e-9, atol=1e-15)
         last = seen, rng.uniform(-1, 1, 8)
-        gate.observe_action(*last)
+        gate.observe_action(seen["joint_angles"], state_of(seen), last[1])
         predictions = rng.normal(0.0, 0.2, (6, 8))
 
 

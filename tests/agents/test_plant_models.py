@@ -31,13 +31,19 @@ SECOND[:, :8] -= 0.5 * np.eye(8)
 THIRD[:, :8] += 0.7 * np.eye(8)
 
 
+def joint_state(angles: Array, relative: Array) -> Array:
+    """Return a proprioceptive state, (..., 36), of angles, rad, and relative velocities."""
+    posture = np.full((*angles.shape[:-1], 12), np.nan)  # which no plant model receives
+    return np.concatenate([posture, np.sin(angles), np.cos(angles), relative], axis=-1)
+
+
 def episode(
     seed: int, *plants: Array, width: float = 0.0, steps: int = STEPS
 ) -> tuple[Array, Array]:
     """Return inputs and moves of an episode that plants share in equal parts, one by one."""
     rng = np.random.default_rng(seed)
     action, angles = rng.uniform(-1, 1, (steps, 8)), rng.uniform(-2, 2, (steps, 8))
-    inputs = plant_inputs(action, angles, rng.normal(size=(steps, 8)), np.full(8, 12.0))
+    inputs = plant_inputs(action, joint_state(angles, rng.normal(size=(steps, 8)) / 12.0))
     parts = np.array_split(inputs, len(plants))
     moves = np.concatenate([part @ own.T for part, own in zip(parts, plants, strict=True)])
     return inputs, moves + width * rng.normal(size=moves.shape)
@@ -59,10 +65,12 @@ def learned(
 def test_inputs_are_action_state_and_one() -> None:
     rng = np.random.default_rng(0)
     action, angles, velocities = rng.normal(size=(3, 5, 8))
-    speed = np.arange(1.0, 9.0)
-    expected = [action, np.sin(angles), np.cos(angles), velocities / speed, np.ones((5, 1))]
-    found = plant_inputs(action, angles, velocities, speed)
-    np.testing.assert_array_equal(found, np.concatenate(expected, axis=1))
+    expected = [action, np.sin(angles), np.cos(angles), velocities, np.ones((5, 1))]
+    state = joint_state(angles, velocities)
+    history = np.concatenate([state, rng.normal(size=(5, 16))], axis=1)
+    for seen in (state, history):
+        found = plant_inputs(action, seen)
+        np.testing.assert_array_equal(found, np.concatenate(expected, axis=1))
 
 
 def test_log_likelihood_is_that_of_independent_gaussians_up_to_a_constant() -> None:

@@ -29,6 +29,7 @@ def finished(config: RunConfig, attempts: int = 1, **summary: Any) -> RunResult:
         "converged": True,
         "p_e_percent": 0.5,
         "feedback_ratio": 0.04,
+        "learned_share": 0.3,
         "nmi": 0.9,
         "modules_used": 2,
         "active_modules": {"Y": 1, "M": 2, "C": 2, "A": 1},

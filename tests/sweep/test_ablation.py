@@ -9,7 +9,7 @@ import pytest
 from mpma_mj.cli import main
 from mpma_mj.errors import BadOptionError
 from mpma_mj.sweep import ablation
-from mpma_mj.sweep.ablation import CHANGES
+from mpma_mj.sweep.ablation import changes_of
 from mpma_mj.sweep.folder import RunResult
 from mpma_mj.sweep.spec import SweepSpec, by_point
 from mpma_mj.training.config import RunConfig
@@ -30,33 +30,39 @@ def some_runs(spec: SweepSpec) -> list[RunResult]:
     ]
 
 
-def row(table: str, name: str, number: int) -> list[str]:
-    """Return the cells of a row of the first or second table."""
-    rows = [line for line in table.splitlines() if line.startswith(f"| {name} |")]
-    return rows[number].strip("| ").split(" | ")[1:]
+def row(table: str, name: str, number: int) -> dict[str, str]:
+    """Return the cells of a row of the first or second table, by their titles."""
+    lines = [line.strip("| ").split(" | ") for line in table.splitlines() if " | " in line]
+    titles = [line for line in lines if line[0] == "change"][number]
+    return dict(zip(titles, [line for line in lines if line[0] == name][number], strict=True))
 
 
-def test_each_differs_from_the_whole_in_one_setting() -> None:
-    spec = ablation.spec_of(TINY, 2)
-    whole, *others = by_point(spec.configs)
-    assert whole == TINY
-    assert len(others) + 1 == len(CHANGES)
+@pytest.mark.parametrize(
+    "whole", [TINY, TINY.replace(models="posture", rule="gated")], ids=["joint", "posture"]
+)
+def test_each_differs_from_the_whole_in_one_setting(whole: RunConfig) -> None:
+    spec = ablation.spec_of(whole, 2)
+    first, *others = by_point(spec.configs)
+    assert first == whole
+    changes = changes_of(whole.option("models"))
+    assert len(others) + 1 == len(changes)
     for other in others:
         before, after = whole.options(), other.options()
         assert len([name for name in before if after[name] != before[name]]) == 1
     assert ablation.title(spec, spec.configs[1]) == "the whole"
-    assert ablation.title(spec, spec.configs[-1]) == "10 modules"
+    assert ablation.title(spec, spec.configs[-1]) == list(changes)[-1]
 
 
 def test_differences_are_taken_seed_by_seed_and_marked_if_they_exclude_0() -> None:
     spec = ablation.spec_of(RunConfig(), 5)
     table = ablation.as_markdown(spec, some_runs(spec))
-    assert row(table, "the whole", 0)[:2] == ["5 of 5", "2.50 ± 1.58"]
-    assert row(table, "no responsibility predictors", 0)[1] == "2.75 ± 1.58"
+    whole = row(table, "the whole", 0)
+    assert (whole["converged"], whole["p_e, %"]) == ("5 of 5", "2.50 ± 1.58")
+    assert row(table, "no responsibility predictors", 0)["p_e, %"] == "2.75 ± 1.58"
     # Seeds differ by more than the change does; compared with themselves they all agree.
-    assert row(table, "no responsibility predictors", 1)[0] == "**+0.250**"
-    assert row(table, "hears nothing", 1)[3].startswith("**-0.600 [-0.7")
-    assert row(table, "one module", 1)[0] == "+0.000"
+    assert row(table, "no responsibility predictors", 1)["p_e, %"] == "**+0.250**"
+    assert row(table, "hears nothing", 1)["nmi"].startswith("**-0.600 [-0.7")
+    assert row(table, "one module", 1)["p_e, %"] == "+0.000"
     assert table.count("the whole |") == 1
     assert "Nothing is in bold" not in table
 
@@ -64,8 +70,8 @@ def test_differences_are_taken_seed_by_seed_and_marked_if_they_exclude_0() -> No
 def test_fewer_than_5_runs_mark_nothing_and_it_is_said() -> None:
     spec = ablation.spec_of(RunConfig(), 4)
     table = ablation.as_markdown(spec, some_runs(spec))
-    assert row(table, "no responsibility predictors", 1)[0] == "+0.250"
-    assert row(table, "hears nothing", 1)[3].startswith("-0.650 [-0.7")
+    assert row(table, "no responsibility predictors", 1)["p_e, %"] == "+0.250"
+    assert row(table, "hears nothing", 1)["nmi"].startswith("-0.650 [-0.7")
     assert "**" not in table
     assert "\n\nNothing is in bold: intervals of fewer than 5 runs are too narrow" in table
 
@@ -76,13 +82,14 @@ def test_a_difference_of_which_fewer_than_5_runs_are_left_is_not_marked() -> Non
     assert ablation.title(spec, runs[5].config) == "no responsibility predictors"
     runs[5] = RunResult(runs[5].config, {"failed": "diverged"}, 1, 0.5)
     table = ablation.as_markdown(spec, runs)
-    assert row(table, "no responsibility predictors", 1)[0] == "+0.250"
-    assert "**" in "".join(row(table, "hears nothing", 1))
+    assert row(table, "no responsibility predictors", 1)["p_e, %"] == "+0.250"
+    assert "**" in "".join(row(table, "hears nothing", 1).values())
 
 
 def test_active_modules_are_the_mean_over_labels() -> None:
     spec = ablation.spec_of(RunConfig(), 2)
-    assert row(ablation.as_markdown(spec, some_runs(spec)), "one module", 0)[6] == "1.50 ± 0.00"
+    table = ablation.as_markdown(spec, some_runs(spec))
+    assert row(table, "one module", 0)["active modules"] == "1.50 ± 0.00"
 
 
 def test_what_a_run_does_not_have_is_in_no_difference() -> None:
@@ -95,16 +102,17 @@ def test_what_a_run_does_not_have_is_in_no_difference() -> None:
     runs[6], runs[8] = lost.values()
     assert [ablation.title(spec, run.config) for run in lost.values()] == list(lost)
     table = ablation.as_markdown(spec, runs)
-    assert row(table, "hears nothing", 0)[:2] == ["1 of 2", "1.50 ± –"]
-    assert row(table, "hears nothing", 1)[0] == "+0.000"
-    assert row(table, "hears one constant sound", 1)[3] == "-0.700"  # of the other seed
+    one = row(table, "hears nothing", 0)
+    assert (one["converged"], one["p_e, %"]) == ("1 of 2", "1.50 ± –")
+    assert row(table, "hears nothing", 1)["p_e, %"] == "+0.000"
+    assert row(table, "hears one constant sound", 1)["nmi"] == "-0.700"  # of the other seed
     assert "1 of 24 runs diverged" in table
 
 
 def test_the_file_has_means_and_differences_with_all_digits() -> None:
     spec = ablation.spec_of(RunConfig(), 3)
     rows = list(csv.DictReader(io.StringIO(ablation.as_csv(spec, some_runs(spec)))))
-    assert [r["change"] for r in rows] == list(CHANGES)
+    assert [r["change"] for r in rows] == list(changes_of("joint"))
     assert rows[1]["p_e_percent_mean"] == "1.75"
     assert rows[1]["p_e_percent_difference_low"] == "0.25"
     assert rows[0]["nmi_difference_mean"] == "0.0"
@@ -120,18 +128,18 @@ def test_the_command_writes_tables_and_file(
 ) -> None:
     monkeypatch.setattr(ablation, "_EPOCHS", 1)
     words = ["ablate", "--runs", "1", "--nodes", "5", "--out", str(tmp_path)]
-    assert main([*words, "--rule", "gated"]) == 0
+    assert main([*words, "--models", "posture", "--rule", "gated"]) == 0
     printed = capsys.readouterr()
     assert printed.out.splitlines()[-1] == str(tmp_path)
     table = (tmp_path / "ablate.md").read_text()
     assert table in printed.out
     assert table.startswith("Ablations: ymca, gated rule, 5 nodes, physics arms, runs of each: 1.")
-    assert all(table.count(f"\n| {name} |") == 2 for name in list(CHANGES)[1:])
+    assert all(table.count(f"\n| {name} |") == 2 for name in list(changes_of("posture"))[1:])
     assert "12 of 12 runs   " in printed.err
     names = {path.name for path in tmp_path.iterdir() if path.is_file()}
     assert names == {"ablate.md", "ablate.csv", "results.csv", "sweep.json", "time.json"}
-    assert main(words) == 2
-    assert "with rule gated where weighted is requested" in capsys.readouterr().err
+    assert main([*words, "--models", "posture", "--rule", "gated", "--nodes", "6"]) == 2
+    assert "with nodes 5 where 6 is requested" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -34,26 +34,29 @@ def test_a_sweep_writes_and_prints_its_table(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "sweep"
-    words = ["--grid", "nodes=5,6", "rule=gated,weighted", "--runs", 2, "--seed", 3, *NO_NODES]
+    grid = ["--grid", "nodes=5,6", "context_signal=halves,labels"]
+    words = [*grid, "--runs", 2, "--seed", 3, *NO_NODES]
     assert sweep(*words, out=out) == 0
     printed = capsys.readouterr()
     *lines, empty, last = printed.out.splitlines()
     assert last == str(out)
     assert empty == ""
     assert lines == (out / "table.md").read_text().splitlines()
-    assert lines[0].startswith("| nodes | rule | converged | epochs | p_e, % | feedback ratio |")
+    assert lines[0].startswith(
+        "| nodes | context-signal | converged | epochs | p_e, % | feedback ratio | learned share |"
+    )
     assert [line.split(" | ")[:3] for line in lines[2:]] == [
-        ["| 5", "gated", "0 of 2"],
-        ["| 5", "weighted", "0 of 2"],
-        ["| 6", "gated", "0 of 2"],
-        ["| 6", "weighted", "0 of 2"],
+        ["| 5", "halves", "0 of 2"],
+        ["| 5", "labels", "0 of 2"],
+        ["| 6", "halves", "0 of 2"],
+        ["| 6", "labels", "0 of 2"],
     ]
     assert printed.err.splitlines()[-1].startswith("   8 of 8 runs   nodes ")
     rows = table(out / "results.csv")
-    assert [(r["nodes"], r["rule"], r["seed"]) for r in rows[:3]] == [
-        ("5", "gated", "3"),
-        ("5", "gated", "4"),
-        ("5", "weighted", "3"),
+    assert [(r["nodes"], r["context_signal"], r["seed"]) for r in rows[:3]] == [
+        ("5", "halves", "3"),
+        ("5", "halves", "4"),
+        ("5", "labels", "3"),
     ]
     mean = sum(float(row["p_e_percent"]) for row in rows[:2]) / 2
     assert f"| {mean:.2f} ± " in lines[2]

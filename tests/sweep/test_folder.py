@@ -24,7 +24,7 @@ def begun(path: Path, sweep: SweepSpec) -> SweepFolder:
 
 
 def test_runs_come_back_as_they_were_in_the_order_they_were_asked_for(tmp_path: Path) -> None:
-    sweep = spec_of("rule=gated,weighted")
+    sweep = spec_of("context_signal=halves,labels")
     folder = begun(tmp_path / "new" / "sweep", sweep)
     runs = [finished(config, attempts=i + 1) for i, config in enumerate(sweep.configs)]
     for run in reversed(runs[1:]):
@@ -42,13 +42,13 @@ def test_what_is_not_finite_comes_back_as_nothing(tmp_path: Path) -> None:
 
 
 def test_files_tell_what_varies_and_never_meet(tmp_path: Path) -> None:
-    sweep = spec_of("rule=gated,weighted", "labels=a/b.csv,a_b.csv," + "x" * 300)
+    sweep = spec_of("context_signal=halves,labels", "labels=a/b.csv,a_b.csv," + "x" * 300)
     folder = begun(tmp_path, sweep)
     for config in sweep.configs:
         folder.add(finished(config))
     names = [path.name for path in run_files(tmp_path)]
     assert len(names) == len(sweep.configs)
-    assert sum("gated" in name and "seed-1" in name for name in names) >= 2
+    assert sum("halves" in name and "seed-1" in name for name in names) >= 2
     assert folder.missing() == []
 
 
@@ -72,14 +72,14 @@ def test_training_time_adds_up(tmp_path: Path) -> None:
 
 
 def test_rows_have_every_measure_and_the_settings_that_vary(tmp_path: Path) -> None:
-    sweep = spec_of("rule=gated,weighted", runs=1)
+    sweep = spec_of("context_signal=halves,labels", runs=1)
     folder = begun(tmp_path, sweep)
     runs = [finished(sweep.configs[0]), finished(sweep.configs[1], attempts=2)]
     runs[1] = dataclasses.replace(runs[1], summary={"failed": "diverged, at step 3"})
     folder.write_rows(runs)
     with (tmp_path / "results.csv").open() as file:
         rows = list(csv.DictReader(file))
-    assert [row["rule"] for row in rows] == ["gated", "weighted"]
+    assert [row["context_signal"] for row in rows] == ["halves", "labels"]
     assert rows[0]["active_modules.M"] == "2"
     assert rows[0]["p_e_percent"] == "0.5"
     assert rows[1]["attempts"] == "2"
@@ -93,7 +93,7 @@ def test_rows_have_every_measure_and_the_settings_that_vary(tmp_path: Path) -> N
         (spec_of("nodes=5,7"), "of another grid"),
         (spec_of("nodes=5,6", runs=3), "of 4 runs where 6 are requested"),
         (spec_of("nodes=5,6", epochs=3), "with epochs 2 where 3 is requested"),
-        (spec_of("rule=gated,weighted"), "of another grid"),
+        (spec_of("context_signal=halves,labels"), "of another grid"),
         (spec_of("nodes=5,6", "arms=kinematic"), "with arms physics where kinematic is requested"),
     ],
 )

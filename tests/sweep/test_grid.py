@@ -12,11 +12,12 @@ from tests.sweep.runs import TINY, spec_of
 
 
 def test_a_grid_is_all_combinations_the_last_axis_running_fastest() -> None:
-    grid = points(["nodes=50,200", "modules=2,4,8", "rule=gated,weighted"], TINY)
-    assert [(p.option("nodes"), p.option("modules"), p.option("rule")) for p in grid[:3]] == [
-        (50, 2, "gated"),
-        (50, 2, "weighted"),
-        (50, 4, "gated"),
+    grid = points(["nodes=50,200", "modules=2,4,8", "context_signal=halves,labels"], TINY)
+    names = ("nodes", "modules", "context_signal")
+    assert [tuple(p.option(name) for name in names) for p in grid[:3]] == [
+        (50, 2, "halves"),
+        (50, 2, "labels"),
+        (50, 4, "halves"),
     ]
     assert len(set(grid)) == 2 * 3 * 2
     assert {p.env.repeats for p in grid} == {TINY.env.repeats}
@@ -71,6 +72,7 @@ def test_every_option_but_the_seed_can_vary(name: str) -> None:
         (["nodes=5.5"], "nodes '5.5'; expected a whole number"),
         (["reference_noise=much"], "reference_noise 'much'; expected a number"),
         (["loop=maybe"], "loop 'maybe'; expected true or false"),
+        (["rule=weighted,gated"], "gated learns posture models: add models=posture"),
         (["rule=gatd"], "rule is 'gatd'; expected weighted, gated, or the path of a class"),
         (["unit=km"], "unit 'km'; expected one of m, cm, mm, inch or none"),
         (["nodes=5", "nodes=6"], "nodes twice; give all its values at once"),
@@ -104,10 +106,10 @@ def test_no_runs_no_epochs_and_equal_runs_are_refused() -> None:
 
 
 def test_what_varies_is_told_and_runs_are_grouped_by_all_but_the_seed() -> None:
-    sweep = spec_of("rule=gated,weighted", runs=3)
-    assert sweep.varying == ("rule",)
+    sweep = spec_of("context_signal=halves,labels", runs=3)
+    assert sweep.varying == ("context_signal",)
     groups = by_point(sweep.configs)
-    assert [point.option("rule") for point in groups] == ["gated", "weighted"]
+    assert [point.option("context_signal") for point in groups] == ["halves", "labels"]
     assert [len(runs) for runs in groups.values()] == [3, 3]
     assert [run for runs in groups.values() for run in runs] == list(sweep.configs)
 

@@ -143,8 +143,8 @@ def test_the_command_writes_table_file_and_picture(
     assert names == {
         *("table1.md", "table1.csv", "table1.png", "results.csv", "sweep.json", "time.json"),
     }
-    assert main([*words, "--rule", "gated"]) == 2
-    assert "with rule weighted where gated is requested" in capsys.readouterr().err
+    assert main([*words, "--models", "posture", "--rule", "gated"]) == 2
+    assert "with models joint where posture is requested" in capsys.readouterr().err
 
 
 def test_ideal_arms_have_no_physics_to_compare_with(

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from mpma_mj.agents.growing import Recruitment
 
 from mpma_mj import make_agent
 from mpma_mj.agents.gain_schedule import Gains
@@ -79,13 +78,16 @@ def test_of_two_modules_no_two_can_be_lost_and_one_stay() -> None:
     assert what_can_be_lost(untrained(modules=2)) == [(), (0,), (1,), (0, 1)]
 
 
-def test_modules_that_sleep_cannot_be_lost() -> None:
-    grown = untrained(agent="growing", modules=5)
-    grown.state["growth"][0] = Recruitment(modules=2, over=True).as_row()
-    assert what_can_be_lost(grown) == [(), (0,), (1,), (0, 1)]
-    silent = dance_without(grown, (0, 1), 1)
+def test_modules_of_plants_that_were_never_met_cannot_be_lost() -> None:
+    met = untrained(modules=2, max_plants=3)
+    assert what_can_be_lost(met) == [(), (0,), (1,), (0, 1)]
+    met.state["plants.recruited"][0] = 2
+    assert what_can_be_lost(met)[:5] == [(), (0,), (1,), (2,), (3,)]
+    silent = dance_without(met, (0, 1, 2, 3), 1)
     assert silent.retrained is None
-    assert dance_without(grown, (0,), 1).retrained is not None
+    lesion = dance_without(met, (0, 1), 1)
+    assert lesion.retrained is not None
+    assert not lesion.retrained.responsibility[:, :2].any()
 
 
 def test_an_agent_behind_other_ears_can_lose_modules() -> None:
@@ -144,7 +146,7 @@ def test_errors_are_of_the_label_to_which_a_step_leads() -> None:
     steps, reference = 4, np.zeros((5, 12))
     posture = reference + np.array([0.9, 0.2, 0.2, 0.6, 0.6])[:, None]  # the first is not danced
     context = np.eye(3)[[0, 0, 0, 1, 1]]
-    responsibility = np.array([[1.0, 0.0]] * 3 + [[0.0, 1.0]] * (steps - 3))
+    responsibility = np.array([[1.0, 0.0, 0.0]] * 3 + [[0.0, 0.0, 1.0]] * (steps - 3))
     trace = Trace(
         posture=posture,
         reference=reference,
@@ -154,10 +156,10 @@ def test_errors_are_of_the_label_to_which_a_step_leads() -> None:
         action=np.zeros((4, 8)),
         reward=np.zeros(4),
         modules=ModuleSignals(
-            responsibility, responsibility, np.zeros((4, 2, 8)), np.zeros((4, 2, 12))
+            responsibility, responsibility, np.zeros((4, 3, 8)), np.zeros((4, 3, 12))
         ),
     )
-    dance = _measure(trace, np.array([0, 2]), 3)
+    dance = _measure(trace)
     assert dance.p_e_percent == pytest.approx(20.0)
     np.testing.assert_allclose(dance.label_p_e_percent, [10.0, 30.0, np.nan])
     # And responsibilities are of the label that is heard.

@@ -95,7 +95,6 @@ COMMANDS = [
     "ablate --out FOLDER",
     "benchmark --out FOLDER",
     "scale --out FOLDER",
-    "grow --out FOLDER",
     "compare ymca --no-video --out FOLDER",
     "identify LOG --out FOLDER",
     "bench scaling --out FOLDER",
