@@ -23,6 +23,7 @@ from mpma_mj.utils.folder_lock import locked
 from mpma_mj.utils.progress import show_runs
 
 __all__ = [
+    "DRAWN",
     "HEADER",
     "Agents",
     "Record",
@@ -42,6 +43,8 @@ Agents = Mapping[str, Mapping[str, Any]]
 """Options of the agents that a study compares, by the names of its rows."""
 
 HEADER = "study.json"
+DRAWN = "drawn"
+"""Entry of a record that a figure needs; it is no measure, and stays out of tables."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -198,5 +201,5 @@ def _scalars(record: Record) -> dict[str, Any]:
     return {
         name: math.nan if value is None else value
         for name, value in cells
-        if not isinstance(value, list)
+        if not (isinstance(value, list) or name.startswith(f"{DRAWN}."))
     }

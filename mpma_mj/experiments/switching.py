@@ -21,6 +21,7 @@ from mpma_mj.context import active_label
 from mpma_mj.envs.options import MASS_OPTIONS
 from mpma_mj.evaluation.evaluate import EVALUATION_EPISODE, learn_episodes, tracking_errors
 from mpma_mj.experiments.study import (
+    DRAWN,
     Agents,
     Record,
     Study,
@@ -171,7 +172,7 @@ class SwitchingJob(StudyJob):
     Attributes:
         motion: The motion.
         plants: Names of the plants.
-        drawn_seed: Seed of the run whose first episode with switches is kept to be drawn.
+        drawn_seed: Seed of the run of which an episode with switches is kept to be drawn.
     """
 
     motion: Motion
@@ -297,15 +298,15 @@ class SwitchingJob(StudyJob):
             if name in whole[0]:
                 record[name] = statistics.fmean(one[name] for one in whole)
         if self.configs[run].seed == self.drawn_seed:
-            record["episode"] = self._drawn(changing[0], None)
+            record[DRAWN] = self._drawn(changing, None)
         if plants is None:
             return record
         matched = found_plants(alone, self._modules)
         record["steps_to_lead"] = [
             steps for trace in changing for steps in steps_to_lead(trace, matched, self._modules)
         ]
-        if "episode" in record:
-            record["episode"] = self._drawn(changing[0], matched)
+        if DRAWN in record:
+            record[DRAWN] = self._drawn(changing, matched)
         if lesions is not None:
             record["lesion"] = {
                 off: dict(zip(self.plants, lesions[found, :, run].tolist(), strict=True))
@@ -313,12 +314,12 @@ class SwitchingJob(StudyJob):
             }
         return record
 
-    def _drawn(self, trace: Trace, matched: Sequence[int] | None) -> Record:
-        """Return the signals that are drawn, as lists."""
-        assert trace.plant is not None
+    def _drawn(self, traces: Sequence[Trace], matched: Sequence[int] | None) -> Record:
+        """Return the signals of the episode with most plants, as lists."""
+        trace = max(traces, key=lambda one: len(np.unique(_true_plants(one))))
         drawn: Record = {
             "rate": self.motion.rate,
-            "plant": trace.plant.tolist(),
+            "plant": _true_plants(trace).tolist(),
             "label": active_label(trace.context[:-1]).tolist(),
             "labels": list(self.motion.labels),
             "error": _rounded(metrics.error_over_time(trace.posture, trace.reference)[1:]),
@@ -332,6 +333,12 @@ class SwitchingJob(StudyJob):
 
 def _rounded(array: Array) -> Any:
     return array.round(_DIGITS).tolist()
+
+
+def _true_plants(trace: Trace) -> Indices:
+    """Return the plant at each step of a trace from an environment with plants."""
+    assert trace.plant is not None
+    return trace.plant
 
 
 def _belief(trace: Trace, modules: int) -> Array:
@@ -361,8 +368,8 @@ def steps_to_lead(trace: Trace, matched: Sequence[int], modules: int) -> list[in
     Returns:
         Steps; the length of the stretch where they do not lead before the next switch.
     """
-    assert trace.plant is not None
-    right = _belief(trace, modules).argmax(axis=1) == np.array(matched)[trace.plant]
-    switches = np.flatnonzero(np.diff(trace.plant)) + 1
+    plants = _true_plants(trace)
+    right = _belief(trace, modules).argmax(axis=1) == np.array(matched)[plants]
+    switches = np.flatnonzero(np.diff(plants)) + 1
     stretches = np.split(right, switches)[1:]
     return [int(part.argmax()) if part.any() else len(part) for part in stretches]
