@@ -105,6 +105,7 @@ class Unseen(Study):
                 UnseenJob(
                     agent=agent,
                     part=f"{number + 1} {self.titles[number]}",
+                    number=number,
                     configs=configs,
                     learned=learned,
                     unseen=_relabelled(unseen, learned),
@@ -115,9 +116,9 @@ class Unseen(Study):
             ]
         return jobs
 
-    def p_e(self, records: Sequence[Record], agent: str, title: str) -> Interval:
-        """Return p_e of an agent in a motion that it has not learned, percent."""
-        own = [one for one in of_agent(records, agent) if one["unseen"] == title]
+    def p_e(self, records: Sequence[Record], agent: str, number: int) -> Interval:
+        """Return p_e of an agent in a motion that it has not learned, by its index, percent."""
+        own = [one for one in of_agent(records, agent) if one["number"] == number]
         return over_seeds(own, "p_e")
 
     def table(self, records: Sequence[Record]) -> str:
@@ -125,9 +126,9 @@ class Unseen(Study):
         rows = []
         for agent in self.agents:
             cells = []
-            for title in self.titles:
-                p_e = self.p_e(records, agent, title)
-                apart = p_e.high < self.p_e(records, REFERENCE, title).low
+            for number in range(len(self.motions)):
+                p_e = self.p_e(records, agent, number)
+                apart = p_e.high < self.p_e(records, REFERENCE, number).low
                 cells.append(f"**{p_e.text(3)}**" if apart else p_e.text(3))
             rows.append([agent, *cells])
         return (
@@ -141,14 +142,9 @@ class Unseen(Study):
         """Write the figure."""
         from mpma_mj.experiments.unseen_figure import write_figure
 
-        write_figure(
-            path,
-            {
-                agent: [self.p_e(records, agent, title) for title in self.titles]
-                for agent in self.agents
-            },
-            self.titles,
-        )
+        numbers = range(len(self.motions))
+        p_e = {name: [self.p_e(records, name, n) for n in numbers] for name in self.agents}
+        write_figure(path, p_e, self.titles, REFERENCE)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -158,12 +154,14 @@ class UnseenJob(StudyJob):
     Attributes:
         learned: The other motions.
         unseen: The motion, with as many labels as the others together.
+        number: Its index.
         title: Its name.
         epochs: Epochs of learning.
     """
 
     learned: Motion
     unseen: Motion
+    number: int
     title: str
     epochs: int
 
@@ -182,11 +180,15 @@ class UnseenJob(StudyJob):
             p_e = tracking_errors([recorded.of_run(run) for run in range(len(seeds))])
         records: list[Record] = []
         for run, seed in enumerate(seeds):
-            one = {"agent": self.agent, "seed": seed, "unseen": self.title}
+            own: Record = {"agent": self.agent, "seed": seed}
+            own |= {"number": self.number, "unseen": self.title}
             diverged = bool(np.isnan([*course[:, run], p_e[run]]).any())
-            learned = {"learned_p_e": float(course[-1, run])} if learns else {}
-            danced = {} if diverged else learned | {"p_e": float(p_e[run])}
-            records.append(one | {"diverged": diverged} | danced)
+            own |= {"diverged": diverged}
+            if learns and not diverged:
+                own["learned_p_e"] = float(course[-1, run])
+            if not diverged:
+                own["p_e"] = float(p_e[run])
+            records.append(own)
         return records
 
 

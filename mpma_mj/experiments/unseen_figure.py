@@ -9,7 +9,7 @@ import numpy as np
 
 from mpma_mj.evaluation.statistics import Interval
 from mpma_mj.experiments.points import draw_points
-from mpma_mj.visualization.colours import module_colours
+from mpma_mj.visualization.colours import DEMONSTRATED, module_colours
 from mpma_mj.visualization.figure_file import figure_file
 
 __all__ = ["write_figure"]
@@ -24,13 +24,14 @@ def write_figure(path: Path, p_e: Mapping[str, Sequence[Interval]], titles: Sequ
         path: The PNG file.
         p_e: p_e in each motion, percent, by agent.
         titles: Names of the motions.
+        reference: Agent with which the others are compared.
     """
     places, offsets = np.arange(len(titles)), np.linspace(-0.5, 0.5, len(p_e)) * _SPREAD
     with figure_file(path, 3.0 + 1.3 * len(titles), 4.0) as figure:
         axis = figure.add_subplot()
-        for (agent, found), colour, offset in zip(
-            p_e.items(), module_colours(len(p_e)), offsets, strict=True
-        ):
+        colours = module_colours(len(p_e))
+        for (agent, found), own, offset in zip(p_e.items(), colours, offsets, strict=True):
+            colour = DEMONSTRATED if agent == reference else own
             draw_points(axis, places + offset, found, colour, label=agent)
         axis.set_xticks(places, titles)
         axis.set_xlabel("motion left out")

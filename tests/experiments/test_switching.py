@@ -10,7 +10,8 @@ from mpma_mj.agents.signals import ModuleSignals
 from mpma_mj.cli import main
 from mpma_mj.experiments import switching
 from mpma_mj.experiments.study import Agents, run_study
-from mpma_mj.experiments.switching import Switching, found_plants, steps_to_lead
+from mpma_mj.experiments.switching import Switching
+from mpma_mj.experiments.switching_job import found_plants, leads_rightly, steps_to_lead
 from mpma_mj.trace import SIGNALS, Trace
 from tests.conftest import Refused
 
@@ -41,7 +42,9 @@ def test_steps_to_lead_count_from_the_switch_and_end_with_the_next() -> None:
     plants = [0, 0, 0, 1, 1, 1, 0, 0, 1, 1]
     leads_ = [0, 2, 2, 2, 0, 2, 2, 0, 2, 2]
     # Plant 0 is the agent's 2, plant 1 its 0: right one step late, then at once, then never.
-    assert steps_to_lead(trace_of(plants, leads_), [2, 0], 2) == [1, 0, 2]
+    trace = trace_of(plants, leads_)
+    assert steps_to_lead(trace, [2, 0], 2) == [1, 0, 2]
+    assert leads_rightly(trace, [2, 0], 2).tolist() == [bool(int(right)) for right in "0110101000"]
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +64,7 @@ def test_two_workers_find_what_one_finds(folder: Path, tmp_path: Path) -> None:
 def test_the_table_has_a_row_for_each_agent_and_lesions(folder: Path) -> None:
     table = (folder / "switching.md").read_text()
     rows = [line.split(" | ")[0].strip("| ") for line in table.splitlines() if line[:1] == "|"]
-    first = ["agent", "---|---|---|---|---|---|---|---|---|---|---|---", *TINY]
+    first = ["agent", "---|---|---|---|---|---|---|---|---|---|---|---|---", *TINY]
     assert rows[:5] == first
     assert rows[-4:] == [*switching.PLANTS]
     assert " of 2 | " in table
