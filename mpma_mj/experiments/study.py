@@ -179,7 +179,8 @@ def over_seeds(records: Sequence[Record], *path: str) -> Interval:
 def lost(records: Sequence[Record]) -> str:
     """Return a sentence on runs that diverged; empty without any."""
     count = len({(one["agent"], one["seed"]) for one in records if one["diverged"]})
-    return f"\n\n{count} runs diverged; they count in no mean." if count else ""
+    runs = "1 run, which counts" if count == 1 else f"{count} runs, which count"
+    return f"\n\nDiverged: {runs} in no mean." if count else ""
 
 
 def _records(path: Path) -> list[Record]:

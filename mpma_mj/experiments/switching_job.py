@@ -73,19 +73,21 @@ class SwitchingJob(StudyJob):
         ]
 
     def _learned(self) -> tuple[Agent, Array]:
-        """Return the agents after training, and p_e in the first plant before the others, (R,)."""
+        """Return the agents after training, and p_e in the first plant before the others.
+
+        p_e has shape (R,), percent; it is NaN where training diverged.
+        """
         config, seeds = self.configs[0], [config.seed for config in self.configs]
-        epochs = config.env.epochs_per_plant
+        learns = agent_class(config.agent_name).trainable
+        epochs = config.env.epochs_per_plant if learns else 0
         with contextlib.closing(make_environments(config, seeds, self.motion)) as envs:
             agent = agent_of(config, envs, seeds)
-            learns = agent_class(config.agent_name).trainable
-            if learns:
-                learn_episodes(envs, agent, range(epochs))
+            first = learn_episodes(envs, agent, range(epochs))
             # A copy: agents that learn at every step shall not learn from this episode.
             before = tracking_errors(self._imitate(copy.deepcopy(agent), 0))
-            if learns:
-                learn_episodes(envs, agent, range(epochs, epochs * len(self.plants)))
-        return agent, before
+            others = learn_episodes(envs, agent, range(epochs, epochs * len(self.plants)))
+        diverged = np.isnan(np.concatenate([first, others])).any(axis=0)
+        return agent, np.where(diverged, np.nan, before)
 
     def _imitate(self, agent: Agent, plant: int) -> list[Trace | None]:
         """Return the traces of an episode in one plant, with the same noise for each agent."""
@@ -170,18 +172,15 @@ class SwitchingJob(StudyJob):
         for name in ("learned_share", "feedback_ratio"):
             if name in whole[0]:
                 record[name] = statistics.fmean(one[name] for one in whole)
+        matched = None if plants is None else found_plants(alone, self._modules)
         if self.configs[run].seed == self.drawn_seed:
-            record[DRAWN] = self._drawn(changing, None)
-        if plants is None:
+            record[DRAWN] = self._drawn(changing, matched)
+        if matched is None:
             return record
-        matched = found_plants(alone, self._modules)
-        record["steps_to_lead"] = [
-            steps for trace in changing for steps in steps_to_lead(trace, matched, self._modules)
-        ]
+        steps = [steps_to_lead(trace, matched, self._modules) for trace in changing]
+        record["steps_to_lead"] = [count for episode in steps for count in episode]
         right = [leads_rightly(trace, matched, self._modules) for trace in changing]
         record["right_share"] = float(np.mean(right))
-        if DRAWN in record:
-            record[DRAWN] = self._drawn(changing, matched)
         if lesions is not None:
             record["lesion"] = {
                 off: dict(zip(self.plants, lesions[found, :, run].tolist(), strict=True))

@@ -17,7 +17,9 @@ __all__ = ["write_figure"]
 _SPREAD = 0.5  # of the place of a motion, over which agents are laid side by side
 
 
-def write_figure(path: Path, p_e: Mapping[str, Sequence[Interval]], titles: Sequence[str]) -> None:
+def write_figure(
+    path: Path, p_e: Mapping[str, Sequence[Interval]], titles: Sequence[str], reference: str
+) -> None:
     """Draw a point with its interval for each agent and motion.
 
     Args:

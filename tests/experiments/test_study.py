@@ -130,7 +130,10 @@ def test_runs_that_diverged_are_counted_and_are_in_no_mean() -> None:
         {"agent": "a", "seed": 2, "diverged": False, "p_e": {"here": None}},
     ]
     assert over_seeds(records, "p_e", "here").mean == 1.0
-    assert lost(records) == "\n\n1 runs diverged; they count in no mean."
+    assert lost(records) == "\n\nDiverged: 1 run, which counts in no mean."
+    assert lost([*records, {"agent": "b", "seed": 1, "diverged": True}]).startswith(
+        "\n\nDiverged: 2 runs, which count in"
+    )
     assert lost(records[:1]) == ""
 
 

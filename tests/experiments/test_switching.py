@@ -1,13 +1,17 @@
 """Study of plants that switch."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from mpma_mj.agents import Agent
 from mpma_mj.agents.signals import ModuleSignals
 from mpma_mj.cli import main
+from mpma_mj.envs.vector_env import VectorImitationEnv
+from mpma_mj.evaluation.evaluate import learn_episodes
 from mpma_mj.experiments import switching
 from mpma_mj.experiments.study import Agents, run_study
 from mpma_mj.experiments.switching import Switching
@@ -115,3 +119,21 @@ def test_bad_input_is_refused_in_one_line_and_leaves_nothing(
     monkeypatch.chdir(tmp_path)
     refused(words, message)
     assert not [*tmp_path.iterdir()]
+
+
+def test_a_run_whose_training_diverged_has_no_measures(monkeypatch: pytest.MonkeyPatch) -> None:
+    study = Switching(runs=2, epochs=1, agents={"adaptive": TINY["adaptive"]})
+    (job,) = study.jobs()
+
+    def lose_the_second(envs: VectorImitationEnv, agent: Agent, episodes: range) -> Any:
+        errors = learn_episodes(envs, agent, episodes)
+        errors[-1:, 1] = np.nan
+        return errors
+
+    monkeypatch.setattr("mpma_mj.experiments.switching_job.learn_episodes", lose_the_second)
+    first, second = job.do()
+    assert not first["diverged"]
+    assert second == {"agent": "adaptive", "seed": 1, "plants": None, "diverged": True}
+    table = study.table([first, second])
+    assert "Diverged: 1 run, which counts in no mean." in table
+    assert f"| {first['mean']:.3f} | {first['switched']:.3f} |" in table
