@@ -61,12 +61,18 @@ class Switching(_Options):
     name: ClassVar[str] = "switching"
     motion: str = "ymca"
     """Built-in motion, or path of a recording."""
+    reverse: bool = False
+    """Learn the plants in reverse order."""
 
     def _study(self) -> study.Study:
         from mpma_mj.experiments import switching
 
         return switching.Switching(
-            motion=self.motion, runs=self.runs, seed=self.seed, arms=self.arms
+            motion=self.motion,
+            reverse=self.reverse,
+            runs=self.runs,
+            seed=self.seed,
+            arms=self.arms,
         )
 
 

@@ -55,6 +55,7 @@ class Switching(Study):
     Attributes:
         motion: The motion.
         arms: Kind of arms.
+        reverse: Whether plants are learned in reverse order.
         epochs: Epochs in each plant.
         agents: The agents.
     """
@@ -62,15 +63,16 @@ class Switching(Study):
     name: ClassVar[str] = "switching"
     motion: str = "ymca"
     arms: Arms = "physics"
+    reverse: bool = False
     epochs: int = 3
     agents: Agents = field(default_factory=lambda: AGENTS)
 
     @property
     def plants(self) -> dict[str, dict[str, float]]:
-        """The plants; ideal arms have no mass, and carry no load."""
-        if self.arms == "physics":
-            return PLANTS
-        return {name: plant for name, plant in PLANTS.items() if not {*plant} & {*MASS_OPTIONS}}
+        """The plants in their order; ideal arms have no mass, and carry no load."""
+        left_out = set() if self.arms == "physics" else {*MASS_OPTIONS}
+        order = reversed(PLANTS) if self.reverse else PLANTS
+        return {name: PLANTS[name] for name in order if not {*PLANTS[name]} & left_out}
 
     def jobs(self) -> list[SwitchingJob]:
         """Return a job for each batch of runs; errors as of `Study`."""
@@ -106,7 +108,7 @@ class Switching(Study):
             f" second. Plants found: runs that found exactly {len(self.plants)}. Steps to lead:"
             " median from a switch to the first step in which the modules of the right plant"
             " lead; the whole stretch where they never do. Right plant leads: share of steps while"
-            f" plants switch.{lost(records)}",
+            f" plants switch; where two share modules, these count in both.{lost(records)}",
         ]
         lesioned = [one for one in of_agent(records, LESIONED) if "lesion" in one]
         if lesioned:

@@ -179,8 +179,12 @@ class SwitchingJob(StudyJob):
             return record
         steps = [steps_to_lead(trace, matched, self._modules) for trace in changing]
         record["steps_to_lead"] = [count for episode in steps for count in episode]
-        right = [leads_rightly(trace, matched, self._modules) for trace in changing]
-        record["right_share"] = float(np.mean(right))
+        right, alone_right = (
+            [float(leads_rightly(trace, matched, self._modules).mean()) for trace in some]
+            for some in (changing, alone)
+        )
+        record["right_share"] = statistics.fmean(right)
+        record["right_share_alone"] = dict(zip(self.plants, alone_right, strict=True))
         if lesions is not None:
             record["lesion"] = {
                 off: dict(zip(self.plants, lesions[found, :, run].tolist(), strict=True))

@@ -81,6 +81,13 @@ def test_ideal_arms_carry_no_load() -> None:
     assert {len(job.configs[0].env.plants or ()) for job in jobs} == {3}
 
 
+def test_plants_can_be_learned_in_reverse_order() -> None:
+    study = Switching(reverse=True, runs=1, agents=TINY)
+    assert [*study.plants] == [*reversed(switching.PLANTS)]
+    gains = [plant.actuator_gain for plant in study.jobs()[0].configs[0].env.plants or ()]
+    assert gains == [1.5, 0.6, None, None]
+
+
 def test_the_command_runs_a_study_and_resumes_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
