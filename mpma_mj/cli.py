@@ -17,6 +17,7 @@ from mpma_mj.agents.config import MPMAConfig
 from mpma_mj.commands import COMMANDS
 from mpma_mj.commands.imitate import Imitate
 from mpma_mj.commands.run_options import REFUSED_OPTIONS, config_type, registry
+from mpma_mj.commands.study import check_study
 from mpma_mj.errors import BadOptionError, MpmaError, RecordingWarning
 from mpma_mj.utils.text import as_flag
 
@@ -90,6 +91,8 @@ def _run(words: Sequence[str]) -> None:
     for word in words:
         if word == "" or (word.startswith("--") and word.endswith("=")):
             raise BadOptionError(f"'{word}' is an empty argument; give it a value, or leave it out")
+    if words[:1] == ["study"]:
+        check_study(words[1:])
     command = _parse(words)
     if isinstance(command, Imitate):
         command.check_resumed(words)

@@ -40,7 +40,7 @@ def example(part: str) -> str:
 def shown_options() -> set[tuple[str, str]]:
     """Return each command that a page shows, with each of its options."""
     lines = "\n".join(page.read_text("utf-8") for page in PAGES)
-    commands = re.findall(r"^mpma ([a-z0-9]+)( .*)?$", lines, re.MULTILINE)
+    commands = re.findall(r"^mpma (study [a-z]+|[a-z0-9]+)( .*)?$", lines, re.MULTILINE)
     return {
         (command, option)
         for command, rest in commands
@@ -68,7 +68,7 @@ def test_every_way_has_an_example() -> None:
 @pytest.mark.parametrize("command", sorted({command for command, _ in shown_options()}))
 def test_options_that_are_shown_exist(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit, match="0"):
-        main([command, "--help"])
+        main([*command.split(), "--help"])
     offered = set(re.findall(r"--[a-z-]+", capsys.readouterr().out))
     assert {option for name, option in shown_options() if name == command} - offered == set()
 

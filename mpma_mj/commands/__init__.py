@@ -15,6 +15,7 @@ from mpma_mj.commands.motion import InspectMotion
 from mpma_mj.commands.render import Render
 from mpma_mj.commands.scale import Scale
 from mpma_mj.commands.stress import Stress
+from mpma_mj.commands.study import Study
 from mpma_mj.commands.sweep import Sweep
 from mpma_mj.commands.table1 import Table1
 from mpma_mj.commands.view import View
@@ -31,6 +32,7 @@ COMMANDS: dict[str, Any] = {
     "benchmark": Benchmark,
     "ablate": Ablate,
     "scale": Scale,
+    "study": Study,
     "bench": Bench,
     "capture": Capture,
     "attractor": Attractor,

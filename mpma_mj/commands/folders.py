@@ -19,7 +19,14 @@ if TYPE_CHECKING:
     from mpma_mj.commands.run_options import OutsideClasses
     from mpma_mj.training.run_folder import RunFolder
 
-__all__ = ["hint_at_resuming", "locked_runs", "output_folder", "write_result", "write_tables"]
+__all__ = [
+    "free_folder",
+    "hint_at_resuming",
+    "locked_runs",
+    "output_folder",
+    "write_result",
+    "write_tables",
+]
 
 
 @contextlib.contextmanager
@@ -88,6 +95,11 @@ def write_tables(folder: Path, name: str, markdown: str, csv: str = "") -> None:
 def write_result(path: Path, motion: str, content: Mapping[str, Any]) -> None:
     """Write the results of an analysis as JSON, with the name of the motion."""
     write_json(path, {"format": FORMAT, "motion": motion} | dict(content))
+
+
+def free_folder(stem: str, parent: Path = Path("runs")) -> Path:
+    """Return the path of a folder, named by a stem and the time, that does not exist yet."""
+    return next(path for path in _new_folders(stem, parent) if not path.exists())
 
 
 def _new_folders(stem: str, parent: Path) -> Iterator[Path]:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mpma_mj.agents import Agent
 from mpma_mj.agents.wrappers import Frozen
 from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.metrics import posture_error_percent
@@ -20,7 +21,14 @@ from mpma_mj.training.checkpoints import TrainedAgents
 from mpma_mj.training.factory import make_environments, one_thread
 from mpma_mj.training.rollout import rollout
 
-__all__ = ["EVALUATION_EPISODE", "EvalCondition", "evaluate", "fine_tune", "tracking_errors"]
+__all__ = [
+    "EVALUATION_EPISODE",
+    "EvalCondition",
+    "evaluate",
+    "fine_tune",
+    "learn_episodes",
+    "tracking_errors",
+]
 
 Array = NDArray[np.float64]
 
@@ -66,17 +74,36 @@ def fine_tune(
     Raises:
         MpmaError: As of `evaluate`.
     """
-    errors = np.empty((epochs, len(trained.configs)))
-    failed = np.zeros(len(trained.configs), bool)
+    first = EVALUATION_EPISODE + 1
     with one_thread(), contextlib.closing(_environments(trained, condition)) as envs:
         agent = trained.agent(envs)
-        for epoch in range(epochs):
-            recorded = rollout(envs, agent, EVALUATION_EPISODE + 1 + epoch)
-            failed[list(recorded.failures)] = True
-            traces = [recorded.of_run(run) for run in range(len(failed))]
-            errors[epoch] = np.where(failed, np.nan, tracking_errors(traces))
-            agent.learn()
+        errors = learn_episodes(envs, agent, range(first, first + epochs))
         return dataclasses.replace(trained, state=agent.state_dict()), errors
+
+
+def learn_episodes(envs: VectorImitationEnv, agent: Agent, episodes: range) -> Array:
+    """Let R agents learn from episodes.
+
+    Args:
+        envs: R environments.
+        agent: The agents.
+        episodes: Numbers of the E episodes.
+
+    Returns:
+        p_e of each episode before the agents learn from it, shape (E, R), percent; NaN from the
+        episode on in which the simulation diverged.
+    """
+    errors = np.full((len(episodes), envs.num_envs), np.nan)
+    failed = np.zeros(envs.num_envs, bool)
+    for row, episode in zip(errors, episodes, strict=True):
+        recorded = rollout(envs, agent, episode)
+        failed[list(recorded.failures)] = True
+        if failed.all():  # nothing to learn from
+            break
+        traces = [recorded.of_run(run) for run in range(len(failed))]
+        row[:] = np.where(failed, np.nan, tracking_errors(traces))
+        agent.learn()
+    return errors
 
 
 def tracking_errors(traces: Sequence[Trace | None]) -> Array:

@@ -16,7 +16,7 @@ from mpma_mj.training.config import RunConfig, versions
 from mpma_mj.utils import atomic_files
 from mpma_mj.utils.folder_lock import is_empty
 
-__all__ = ["RunResult", "SweepFolder", "flat"]
+__all__ = ["RunResult", "SweepFolder", "check_folder", "flat", "read_json"]
 
 _KIND = "sweep"
 _ELSEWHERE = "choose another folder with {out}"
@@ -62,7 +62,7 @@ class SweepFolder:
         self.path = path
         self.spec = spec
         self._names = {config: _name(config, spec.varying) for config in spec.configs}
-        self._check()
+        check_folder(path, self._header.name, self._content())
 
     @property
     def begun(self) -> bool:
@@ -103,7 +103,7 @@ class SweepFolder:
     def seconds(self) -> float:
         """Return how long training has taken so far, over all times the sweep was started, s."""
         try:
-            return float(_read_json(self._clock)["training_seconds"])
+            return float(read_json(self._clock)["training_seconds"])
         except FileNotFoundError:
             return 0.0
         except (OSError, ValueError, KeyError, TypeError):
@@ -151,31 +151,10 @@ class SweepFolder:
         }
         return json.loads(json.dumps(content, default=str))
 
-    def _check(self) -> None:
-        if not self.path.exists():
-            return
-        if not self.path.is_dir():
-            raise RunFolderError(f"{self.path}: is a file", remedy=_ELSEWHERE)
-        if is_empty(self.path):
-            return
-        try:
-            there = _read_json(self._header)
-        except FileNotFoundError:
-            raise RunFolderError(
-                f"{self.path}: is not empty and holds no sweep", remedy=_ELSEWHERE
-            ) from None
-        except (OSError, ValueError):
-            raise _damaged(self._header, _ELSEWHERE) from None
-        spec = self._content()
-        differing = [key for key in spec if there.get(key) != spec[key]]
-        if differing:
-            which = _difference(differing[0], there.get(differing[0]), spec[differing[0]])
-            raise RunFolderError(f"{self.path}: holds another sweep, {which}", remedy=_ELSEWHERE)
-
     def _read(self, config: RunConfig) -> RunResult:
         path = self._file(config)
         try:
-            content = _read_json(path)
+            content = read_json(path)
             run = RunResult(
                 config,
                 dict(content["summary"]),
@@ -189,7 +168,39 @@ class SweepFolder:
         return run
 
 
-def _read_json(path: Path) -> dict[str, Any]:
+def check_folder(path: Path, header: str, content: Mapping[str, Any]) -> None:
+    """Check that a folder is free, or was begun with the same header.
+
+    Args:
+        path: The folder.
+        header: Name of the file with the header.
+        content: The header, in a form that JSON gives back unchanged; its `kind` says what the
+            folder holds.
+
+    Raises:
+        RunFolderError: It holds something else, or the same with other settings or versions.
+    """
+    if not path.exists():
+        return
+    if not path.is_dir():
+        raise RunFolderError(f"{path}: is a file", remedy=_ELSEWHERE)
+    if is_empty(path):
+        return
+    kind = content["kind"]
+    try:
+        there = read_json(path / header)
+    except FileNotFoundError:
+        problem = f"{path}: is not empty and holds no {kind}"
+        raise RunFolderError(problem, remedy=_ELSEWHERE) from None
+    except (OSError, ValueError):
+        raise _damaged(path / header, _ELSEWHERE, kind) from None
+    differing = [key for key in content if there.get(key) != content[key]]
+    if differing:
+        which = _difference(differing[0], there.get(differing[0]), content[differing[0]])
+        raise RunFolderError(f"{path}: holds another {kind}, {which}", remedy=_ELSEWHERE)
+
+
+def read_json(path: Path) -> dict[str, Any]:
     """Read an object.
 
     Raises:
@@ -210,8 +221,10 @@ def _told(value: object) -> str:
     return f"{first} and {len(others)} more" if others else str(first)
 
 
-def _damaged(path: Path, remedy: str = "remove it and start again") -> RunFolderError:
-    return RunFolderError(f"{path}: damaged, or not of a sweep", remedy=remedy)
+def _damaged(
+    path: Path, remedy: str = "remove it and start again", kind: str = _KIND
+) -> RunFolderError:
+    return RunFolderError(f"{path}: damaged, or not of a {kind}", remedy=remedy)
 
 
 def _difference(key: str, there: Any, spec: Any) -> str:
