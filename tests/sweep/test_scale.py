@@ -1,6 +1,7 @@
 """How MPMA scales: what is spec, what is said about it, and `mpma scale` as a user types it."""
 
 import csv
+import json
 import math
 from pathlib import Path
 
@@ -215,3 +216,13 @@ def test_bad_input_is_one_line_exit_2_and_no_folder(
 def test_no_size_is_refused() -> None:
     with pytest.raises(BadOptionError, match="modules has no value"):
         question(modules=())
+
+
+def test_posture_models_can_be_scaled_by_the_papers_rule(tmp_path: Path) -> None:
+    words = f"scale ymca --lengths 2 --modules 1 --nodes 10 --runs 1 --out {tmp_path / 'scale'}"
+    paper = ["--models", "posture", "--rule", "gated", "--no-proprioception"]
+    assert main([*words.split(), *paper]) == 0
+    for run in run_files(tmp_path / "scale"):
+        agent = json.loads(run.read_text())["config"]["agent"]
+        settings = agent["models"], agent["rule"], agent["proprioception"]
+        assert settings == ("posture", "gated", False)
