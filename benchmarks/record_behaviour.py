@@ -33,7 +33,6 @@ from mpma_mj.utils.atomic_files import read_arrays
 Record = dict[str, str]
 
 RENAMED: dict[str, str] = {
-    "modules_enabled": "modules_awake",
     "lookahead": "future",
     "best_epoch": "kept_epoch",
     "motions": "movements",
@@ -43,12 +42,13 @@ RENAMED: dict[str, str] = {
 SEEDS = (0, 1, 2)
 ARMS = ("physics", "kinematic")
 AGENTS: dict[str, dict[str, Any]] = {
-    "weighted": {"agent": "mpma", "rule": "weighted"},
-    "gated": {"agent": "mpma", "rule": "gated"},
+    "weighted": {"agent": "mpma"},
+    "gated": {"agent": "mpma", "models": "posture", "rule": "gated"},
     "mosaic": {"agent": "mosaic"},
     "hammer": {"agent": "hammer"},
     "single": {"agent": "single"},
-    "growing": {"agent": "growing"},
+    "adaptive": {"agent": "adaptive"},
+    "oracle": {"agent": "oracle"},
 }
 ABLATIONS: dict[str, dict[str, Any]] = {
     "no predictors": {"responsibility_predictors": False},
