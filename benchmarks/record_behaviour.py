@@ -41,9 +41,10 @@ RENAMED: dict[str, str] = {
 
 SEEDS = (0, 1, 2)
 ARMS = ("physics", "kinematic")
+PAPER: dict[str, Any] = {"models": "posture", "rule": "gated"}
 AGENTS: dict[str, dict[str, Any]] = {
     "weighted": {"agent": "mpma"},
-    "gated": {"agent": "mpma", "models": "posture", "rule": "gated"},
+    "gated": {"agent": "mpma"} | PAPER,
     "mosaic": {"agent": "mosaic"},
     "hammer": {"agent": "hammer"},
     "single": {"agent": "single"},
@@ -53,9 +54,12 @@ AGENTS: dict[str, dict[str, Any]] = {
 ABLATIONS: dict[str, dict[str, Any]] = {
     "no predictors": {"responsibility_predictors": False},
     "no forward gating": {"forward_gating": False},
-    "own command": {"efference_copy": "module"},
-    "no proprioception": {"proprioception": False},
+    "history": {"history": True},
+    "no temperature": {"temperature": 0.0},
+    "own command": PAPER | {"efference_copy": "module"},
+    "no proprioception": PAPER | {"proprioception": False},
     "ridge": {"ridge": 0.1},
+    "plants": {"plants": [{}, {"actuator_gain": 0.6}], "epochs_per_plant": 4},
 }
 ABLATIONS |= {
     f"hears {name}": {"context_signal": name}
@@ -88,6 +92,7 @@ ENVIRONMENTS: dict[str, dict[str, Any]] = {
         "repeats": 2,
         "control_timestep": 0.04,
     },
+    "plants": {"plants": [{}, {"payload": 3.0, "damping": 2.0}], "switch_every": (0.5, 1.5)},
 }
 
 
