@@ -8,7 +8,7 @@ from pathlib import Path
 from mpma_mj.commands.folders import write_tables
 from mpma_mj.commands.run_options import Motions
 from mpma_mj.commands.workers import SweepWorkers, Workers
-from mpma_mj.options import Arms
+from mpma_mj.options import Arms, Models
 from mpma_mj.training.config import RunConfig
 
 __all__ = ["Scale"]
@@ -33,12 +33,14 @@ class Scale:
     of modules."""
     runs: int = 3
     """Runs of each size, with seeds from 0."""
+    models: Models = "joint"
+    """Joint models (ours), or posture models (the paper's)."""
     rule: str = "weighted"
     """Learning rule: weighted (ours), gated (the paper's), or the path of a class."""
     arms: Arms = "physics"
     """Simulated arms, or arms that move ideally."""
     proprioception: bool = True
-    """Whether models receive the joint angles too; the paper's do not."""
+    """Whether posture models receive the joint angles too; the paper's do not."""
     who: SweepWorkers = Workers()
     """Workers that train."""
     out: Path | None = None
@@ -50,7 +52,12 @@ class Scale:
         from mpma_mj.training.dataset import expand_folders
         from mpma_mj.utils.atomic_files import csv_text
 
-        base = RunConfig.of(rule=self.rule, arms=self.arms, proprioception=self.proprioception)
+        base = RunConfig.of(
+            models=self.models,
+            rule=self.rule,
+            arms=self.arms,
+            proprioception=self.proprioception,
+        )
         materials = scale.materials(expand_folders(self.motions), self.lengths)
         study = scale.Scale(materials, self.modules, self.nodes, base)
         spec = study.spec_of(self.runs)

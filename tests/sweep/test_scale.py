@@ -25,6 +25,7 @@ from mpma_mj.sweep.scale_table import (
 )
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.dataset import read_motions
+from tests.conftest import Refused
 from tests.sweep.runs import finished, run_files
 
 NAMES = ["ymca", "invented-1", "invented-2"]
@@ -152,6 +153,13 @@ def test_the_picture_shows_something_whatever_there_is(tmp_path: Path) -> None:
     write_figure(path, Results(spec, []))
     empty = iio.imread(path)
     assert empty.shape != full.shape or np.any(empty != full)
+
+
+@pytest.mark.parametrize("command", ["table1", "ablate", "scale"])
+def test_studies_can_be_of_the_papers_models_and_rule(command: str, refused: Refused) -> None:
+    refused([command, "--rule", "gated", "--runs", "0"], "add --models posture")
+    paper = ["--models", "posture", "--rule", "gated"]
+    refused([command, *paper, "--runs", "0"], "runs is 0")  # and nothing else
 
 
 def test_the_command_writes_tables_file_and_picture_and_goes_on(
