@@ -157,7 +157,7 @@ def test_the_picture_shows_something_whatever_there_is(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("command", ["table1", "ablate", "scale"])
 def test_studies_can_be_of_the_papers_models_and_rule(command: str, refused: Refused) -> None:
-    refused([command, "--rule", "gated", "--runs", "0"], "add --models posture")
+    refused([command, "--rule", "gated", "--runs", "0"], "take --models posture")
     paper = ["--models", "posture", "--rule", "gated"]
     refused([command, *paper, "--runs", "0"], "runs is 0")  # and nothing else
 
