@@ -33,7 +33,6 @@ from mpma_mj.utils.atomic_files import read_arrays
 Record = dict[str, str]
 
 RENAMED: dict[str, str] = {
-    "modules_enabled": "modules_awake",
     "lookahead": "future",
     "best_epoch": "kept_epoch",
     "motions": "movements",
@@ -42,20 +41,25 @@ RENAMED: dict[str, str] = {
 
 SEEDS = (0, 1, 2)
 ARMS = ("physics", "kinematic")
+PAPER: dict[str, Any] = {"models": "posture", "rule": "gated"}
 AGENTS: dict[str, dict[str, Any]] = {
-    "weighted": {"agent": "mpma", "rule": "weighted"},
-    "gated": {"agent": "mpma", "rule": "gated"},
+    "weighted": {"agent": "mpma"},
+    "gated": {"agent": "mpma"} | PAPER,
     "mosaic": {"agent": "mosaic"},
     "hammer": {"agent": "hammer"},
     "single": {"agent": "single"},
-    "growing": {"agent": "growing"},
+    "adaptive": {"agent": "adaptive"},
+    "oracle": {"agent": "oracle"},
 }
 ABLATIONS: dict[str, dict[str, Any]] = {
     "no predictors": {"responsibility_predictors": False},
     "no forward gating": {"forward_gating": False},
-    "own command": {"efference_copy": "module"},
-    "no proprioception": {"proprioception": False},
+    "history": {"history": True},
+    "no temperature": {"temperature": 0.0},
+    "own command": PAPER | {"efference_copy": "module"},
+    "no proprioception": PAPER | {"proprioception": False},
     "ridge": {"ridge": 0.1},
+    "plants": {"plants": [{}, {"actuator_gain": 0.6}], "epochs_per_plant": 4},
 }
 ABLATIONS |= {
     f"hears {name}": {"context_signal": name}
@@ -88,6 +92,7 @@ ENVIRONMENTS: dict[str, dict[str, Any]] = {
         "repeats": 2,
         "control_timestep": 0.04,
     },
+    "plants": {"plants": [{}, {"payload": 3.0, "damping": 2.0}], "switch_every": (0.5, 1.5)},
 }
 
 

@@ -45,7 +45,7 @@ def main(
 
 def _row(motion: str, options: RunOptions[MPMAConfig], seeds: int, epochs: int) -> str:
     summaries = []
-    point = options.run_config((motion,))
+    point = options.run_config((motion,), "imitate")
     for seed in range(point.seed, point.seed + seeds):
         config = point.replace(seed=seed)
         with tempfile.TemporaryDirectory() as folder:

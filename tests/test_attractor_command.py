@@ -106,7 +106,7 @@ def test_a_run_whose_modules_do_nothing_yet_is_named_before_any_other_dances(
     run: Path, tmp_path: Path, refused: Refused
 ) -> None:
     early = tmp_path / "early"
-    words = "imitate ymca --nodes 10 --epochs 1 --no-video --out"
+    words = "imitate ymca --models posture --rule gated --nodes 10 --epochs 1 --no-video --out"
     assert main([*words.split(), str(early)]) == 0
     message = (
         f"{early}: its modules put out nothing in the kept epoch; go on with"

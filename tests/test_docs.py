@@ -74,7 +74,8 @@ def test_options_that_are_shown_exist(command: str, capsys: pytest.CaptureFixtur
 
 
 @pytest.mark.parametrize(
-    "words", [["--agent", "my_agents.py:Biased"], ["--rule", "r.py:WinnerRule"]]
+    "words",
+    [["--agent", "my_agents.py:Biased"], ["--models", "posture", "--rule", "r.py:WinnerRule"]],
 )
 def test_outside_classes_of_the_page_train_on_the_command_line(
     words: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -194,11 +194,13 @@ def check_models(rule: object, needed: str, models: str) -> None:
     """
     if needed != models:
         name = rule if isinstance(rule, str) else type(rule).__name__
+        fitting = next(rule for rule, space in _BUILT_IN_MODELS.items() if space == models)
+        remedy = f"take {{models={needed}}}, or {{rule={fitting}}}"
         raise BadOptionError(
             option="rule",
             value=name,
             expected=f"a rule for {models} models",
-            remedy=f"{name} learns {needed} models: add {{models={needed}}}",
+            remedy=f"{name} is made for {needed} models: {remedy}",
         )
 
 

@@ -100,6 +100,12 @@ class Lesions:
         """Whether the agent learned on."""
         return self.intact.retrained is not None
 
+    @property
+    def modules(self) -> int:
+        """Largest number of modules; an agent that learns on may recruit a plant."""
+        dances = [d for lesion in self.lesions for d in (lesion.at_once, lesion.retrained) if d]
+        return max(dance.responsibility.shape[1] for dance in dances)
+
     def owned(self, lost: Lost) -> NDArray[np.bool_]:
         """Return which labels are those of some modules, dominant in them before, shape (C,)."""
         return np.isin(self.intact.at_once.dominant, lost)

@@ -74,7 +74,7 @@ def write_figure(path: Path, without: Lesions, movement: str) -> None:
             axis.set_yticks(range(count), names[:count], fontsize=8)
             axis.set_ylim(count - 0.5, -0.5)
         colours = _colours(without)
-        patches = [Patch(color=colours[i], label=f"module {i + 1}") for i in without.silent.lost]
+        patches = [Patch(color=colours[i], label=f"module {i + 1}") for i in range(without.modules)]
         frame = Patch(facecolor="none", edgecolor=INK, label="label of a lost module")
         figure.legend(
             handles=[*patches, frame],
@@ -132,7 +132,7 @@ def _shares(
         if dance is None or lesion is without.silent:
             continue
         left = np.arange(len(without.labels)) - 0.5 * _BAR
-        for share, colour in zip(dance.responsibility.T, colours, strict=True):
+        for share, colour in zip(dance.responsibility.T, colours, strict=False):
             axis.barh(row, _BAR * share, 0.74, left, color=colour)
             left = left + _BAR * np.nan_to_num(share)
     axis.set_xlim(-0.5, len(without.labels) - 0.5)
@@ -157,4 +157,4 @@ def _columns(axis: Axes, without: Lesions, names: Sequence[str]) -> None:
 
 
 def _colours(without: Lesions) -> list[str]:
-    return module_colours(without.intact.at_once.responsibility.shape[1])
+    return module_colours(without.modules)

@@ -33,7 +33,7 @@ _ORDER = (
 )
 _COLOURS = dict(zip(_ORDER, module_colours(len(_ORDER)), strict=True)) | {THIS_RUN: INK}
 _OUTSIDE = "#7f7f7f"
-_MARKERS = dict(zip((*_ORDER, THIS_RUN), "osD^vPX*px", strict=True))
+_MARKERS = dict(zip((*_ORDER, THIS_RUN), "osD^v<PX*x", strict=True))
 
 
 def write_figure(

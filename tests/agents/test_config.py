@@ -137,11 +137,11 @@ POSTURE: dict[str, Any] = {"models": "posture", "rule": "gated"}
 @pytest.mark.parametrize(
     ("options", "option", "message"),
     [
-        ({"rule": "gated"}, "rule", "expected a rule for joint models; .*add models=posture"),
+        ({"rule": "gated"}, "rule", "expected a rule for joint models; .*take models=posture"),
         (
             {"models": "posture"},
             "rule",
-            "rule is 'weighted'; expected a rule for posture models; .*add models=joint",
+            "rule is 'weighted'; expected a rule for posture models; .*take models=joint",
         ),
         ({"rule": GatedRule()}, "rule", "expected a rule for joint models"),
         (

@@ -72,7 +72,7 @@ def test_every_option_but_the_seed_can_vary(name: str) -> None:
         (["nodes=5.5"], "nodes '5.5'; expected a whole number"),
         (["reference_noise=much"], "reference_noise 'much'; expected a number"),
         (["loop=maybe"], "loop 'maybe'; expected true or false"),
-        (["rule=weighted,gated"], "gated learns posture models: add models=posture"),
+        (["rule=weighted,gated"], "gated is made for posture models: take models=posture"),
         (["rule=gatd"], "rule is 'gatd'; expected weighted, gated, or the path of a class"),
         (["unit=km"], "unit 'km'; expected one of m, cm, mm, inch or none"),
         (["nodes=5", "nodes=6"], "nodes twice; give all its values at once"),

@@ -1,7 +1,6 @@
 """How MPMA scales: what is spec, what is said about it, and `mpma scale` as a user types it."""
 
 import csv
-import json
 import math
 from pathlib import Path
 
@@ -26,6 +25,7 @@ from mpma_mj.sweep.scale_table import (
 )
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.dataset import read_motions
+from tests.conftest import Refused
 from tests.sweep.runs import finished, run_files
 
 NAMES = ["ymca", "invented-1", "invented-2"]
@@ -155,6 +155,13 @@ def test_the_picture_shows_something_whatever_there_is(tmp_path: Path) -> None:
     assert empty.shape != full.shape or np.any(empty != full)
 
 
+@pytest.mark.parametrize("command", ["table1", "ablate", "scale"])
+def test_studies_can_be_of_the_papers_models_and_rule(command: str, refused: Refused) -> None:
+    refused([command, "--rule", "gated", "--runs", "0"], "take --models posture")
+    paper = ["--models", "posture", "--rule", "gated"]
+    refused([command, *paper, "--runs", "0"], "runs is 0")  # and nothing else
+
+
 def test_the_command_writes_tables_file_and_picture_and_goes_on(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -216,13 +223,3 @@ def test_bad_input_is_one_line_exit_2_and_no_folder(
 def test_no_size_is_refused() -> None:
     with pytest.raises(BadOptionError, match="modules has no value"):
         question(modules=())
-
-
-def test_posture_models_can_be_scaled_by_the_papers_rule(tmp_path: Path) -> None:
-    words = f"scale ymca --lengths 2 --modules 1 --nodes 10 --runs 1 --out {tmp_path / 'scale'}"
-    paper = ["--models", "posture", "--rule", "gated", "--no-proprioception"]
-    assert main([*words.split(), *paper]) == 0
-    for run in run_files(tmp_path / "scale"):
-        agent = json.loads(run.read_text())["config"]["agent"]
-        settings = agent["models"], agent["rule"], agent["proprioception"]
-        assert settings == ("posture", "gated", False)

@@ -39,7 +39,7 @@ def run() -> mpma_mj.Run:
 
 
 def test_one_call_trains_and_reports(run: mpma_mj.Run) -> None:
-    assert run.summary["epochs"] == 2  # the criteria hold then
+    assert run.summary["epochs"] == 3  # it is calibrated then, and the criteria hold
     assert run.config.seed == 3
     assert run.trace.posture.shape == (len(run.trace) + 1, 12)
 
@@ -150,7 +150,7 @@ def test_wrong_motions_are_refused(
 
 
 def test_runs_and_motions_are_shown_in_one_line(run: mpma_mj.Run) -> None:
-    assert repr(run).startswith("<Run of mpma on ymca: 2 epochs, best p_e ")
+    assert repr(run).startswith("<Run of mpma on ymca: 3 epochs, best p_e ")
     assert repr(ymca()) == "<Motion ymca: 76 postures at 20 Hz>"
 
 

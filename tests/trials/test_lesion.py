@@ -266,6 +266,18 @@ def test_a_figure_is_drawn_whatever_labels_are_called(tmp_path: Path, learned: b
     assert (tmp_path / "lesion.png").read_bytes().startswith(b"\x89PNG")
 
 
+def test_a_plant_recruited_while_learning_on_has_modules_in_the_figure(tmp_path: Path) -> None:
+    without = invented()
+    intact = without.intact
+    assert intact.retrained is not None
+    more = np.pad(intact.retrained.responsibility, ((0, 0), (0, 2)), constant_values=0.5)
+    learned = replace(intact, retrained=replace(intact.retrained, responsibility=more))
+    without = replace(without, lesions=(learned, *without.lesions[1:]))
+    assert without.modules == 5
+    write_figure(tmp_path / "lesion.png", without, "in two plants")
+    assert (tmp_path / "lesion.png").read_bytes().startswith(b"\x89PNG")
+
+
 def test_a_run_gets_tables_json_and_a_figure(run: Path) -> None:
     words = [sys.executable, "-m", "mpma_mj.cli", "lesion", str(run), "--retrain", "1"]
     result = subprocess.run(words, capture_output=True, text=True, check=False)
