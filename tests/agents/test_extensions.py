@@ -180,7 +180,7 @@ def test_an_outside_rule_changes_what_it_fits_and_nothing_else() -> None:
 
 def test_an_outside_rule_for_other_models_is_refused_by_its_name() -> None:
     path = "my_rules.py:PostureRule"
-    message = f"rule is '{path}'; expected a rule for joint models; .* add models=posture"
+    message = f"rule is '{path}'; expected a rule for joint models; .* take models=posture"
     with pytest.raises(BadOptionError, match=message):
         MPMA(MPMAConfig(rule=path), SPEC)
     MPMA(MPMAConfig(nodes=5, rule=path, models="posture"), SPEC)
