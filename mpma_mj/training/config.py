@@ -43,6 +43,16 @@ class Init:
     path: str
     digest: str
 
+    def __post_init__(self) -> None:
+        """Check the fields, which may come from a file.
+
+        Raises:
+            BadOptionError: One is not text.
+        """
+        for name, value in vars(self).items():
+            if not isinstance(value, str):
+                raise BadOptionError(option=f"init.{name}", value=value, expected="text")
+
 
 @dataclass(frozen=True, kw_only=True)
 class RunConfig:
