@@ -19,6 +19,7 @@ from mpma_mj.training.checkpoints import TrainedAgents, load_state
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.dataset import read_motions
 from mpma_mj.training.factory import make_environments, one_thread
+from mpma_mj.training.history import TrainingHistory
 from mpma_mj.training.rollout import rollout
 from mpma_mj.training.trainer import Trainer, train_agents
 from mpma_mj.utils.text import markdown_table
@@ -41,28 +42,27 @@ def main(first: str, second: str, /, runs: int = 5, epochs: int = 3) -> None:
     motions = [read_motions(configs[0]) for configs in (before, after)]
     with one_thread():
         learned = train_agents(before, motions[0], 30, {})
-        nothing, _ = p_e_by_epoch(after, motions[1], epochs, None)
-        on, state = p_e_by_epoch(after, motions[1], epochs, learned.state)
+        nothing, _ = train_from(None, after, motions[1], epochs)
+        on, state = train_from(learned.state, after, motions[1], epochs)
         kept = [p_e_of(agents) for agents in (learned, replace(learned, state=state))]
-    head = ["p_e, %", *(f"epoch {epoch + 1}" for epoch in range(epochs))]
+    head = ["p_e, %", *(f"epoch {epoch + 1}" for epoch in range(epochs)), "plants found"]
     names = [Path(motion).stem for motion in (first, second)]
     rows = {f"{names[1]} after {names[0]}": on, f"{names[1]} from nothing": nothing}
-    print(markdown_table(head, [[name, *map(cell, p_e)] for name, p_e in rows.items()]))
+    print(markdown_table(head, [[name, *cells(histories)] for name, histories in rows.items()]))
     print(f"\n{names[0]}, nothing learned from it again: before {cell(kept[0])},", end=" ")
     print(f"after {epochs} epochs on {names[1]} {cell(kept[1])}")
 
 
-def p_e_by_epoch(
-    configs: list[RunConfig], motion: Motion, epochs: int, state: dict[str, Array] | None
-) -> tuple[Array, dict[str, Array]]:
-    """Return p_e of each epoch, shape (epochs, R), percent, and the state of the agents."""
+def train_from(
+    state: dict[str, Array] | None, configs: list[RunConfig], motion: Motion, epochs: int
+) -> tuple[list[TrainingHistory], dict[str, Array]]:
+    """Train runs from a state, or from nothing; return their histories and their agents' state."""
     trainer = Trainer(configs, motion)
     with contextlib.closing(trainer):
         if state is not None:
             load_state(trainer.agent, state, None)
         trainer.run(epochs, stop=False)
-    rows = [[row["p_e_percent"] for row in history.rows] for history in trainer.histories]
-    return np.array(rows).T, trainer.agent.state_dict()
+    return trainer.histories, trainer.agent.state_dict()
 
 
 def p_e_of(agents: TrainedAgents) -> Array:
@@ -72,6 +72,13 @@ def p_e_of(agents: TrainedAgents) -> Array:
         trace = rollout(env, agents.agent(env), 0).trace
     traces = [trace.of_run(run) for run in range(len(agents.seeds))]
     return np.array([posture_error_percent(t.posture[1:], t.reference[1:]) for t in traces])
+
+
+def cells(histories: list[TrainingHistory]) -> list[str]:
+    """Return p_e of each epoch and the number of plants found, over runs."""
+    p_e = np.array([[row["p_e_percent"] for row in history.rows] for history in histories])
+    plants = (f"{history.rows[-1]['plants']:.0f}" for history in histories)
+    return [*map(cell, p_e.T), ", ".join(plants)]
 
 
 def cell(p_e: Array) -> str:
