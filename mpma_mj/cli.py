@@ -95,7 +95,7 @@ def _run(words: Sequence[str]) -> None:
         check_study(words[1:])
     command = _parse(words)
     if isinstance(command, Imitate):
-        command.check_resumed(words)
+        command = command.with_words(words)
     with _warnings_as_lines():
         last = command.run()
     if last is not None:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import functools
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Generic, TypeVar
+from typing import Annotated, Any, Generic, Self, TypeVar
 
 import tyro
 
@@ -44,11 +45,17 @@ class Imitate(Generic[AgentT]):
     """Replace the run in the folder."""
     resume: Path | None = None
     """Folder of a run to resume, with its config."""
+    init: Path | None = None
+    """Folder of a run with whose agent the new run begins, as it was before its best epoch; agent,
+    seed and arms are those of that run."""
+    given: Annotated[frozenset[str], tyro.conf.Fixed, tyro.conf.Suppress] = frozenset()
+    """Options that the command line contains, by their names in Python."""
 
     def run(self) -> Path:
         """Train, write the results and return the folder."""
         missing_gl = missing_opengl() if self.video else None
         from mpma_mj.training import run
+        from mpma_mj.training.initial_state import begin_from
         from mpma_mj.training.run_folder import RunFolder
         from mpma_mj.utils.progress import show_epochs
 
@@ -59,6 +66,8 @@ class Imitate(Generic[AgentT]):
                 train = functools.partial(run.resume, folder, self.epochs)
             else:
                 config = self.options.run_config(self.motions, "imitate")
+                if self.init is not None:
+                    config = begin_from(config, self.init, self.given)
                 single = len(config.motions) == 1
                 stem = Path(config.motions[0]).stem if single else "repertoire"
                 folder = RunFolder(stack.enter_context(output_folder(self.out, stem)))
@@ -79,27 +88,39 @@ class Imitate(Generic[AgentT]):
                 write_dance_video(folder, "front")
             return folder.path
 
-    def check_resumed(self, words: Sequence[str]) -> None:
-        """Check that no option contradicts the config of the run that is resumed.
+    def with_words(self, words: Sequence[str]) -> Self:
+        """Return the command with the options that a command line contains as given.
 
         Args:
-            words: Words of the command line; only options that they contain are compared.
+            words: Words of the command line; only options that they contain are compared with
+                those of an earlier run.
 
         Raises:
-            BadOptionError: An option differs from the config of the run, or does not apply.
+            BadOptionError: An option differs from the config of the run that is resumed, or does
+                not apply.
         """
+        command = dataclasses.replace(self, given=frozenset(typed_options(words)))
+        command._check_resumed()
+        return command
+
+    def _check_resumed(self) -> None:
+        """Check that no option contradicts the config of the run that is resumed."""
         if self.resume is None:
             return
         from mpma_mj.training.run_folder import RunFolder
 
-        given_too = {"--overwrite": self.overwrite, "--out": self.out is not None}
+        given_too = {
+            "--overwrite": self.overwrite,
+            "--out": self.out is not None,
+            "--init": self.init is not None,
+        }
         if any(given_too.values()):
             named = ", ".join(name for name, given in given_too.items() if given)
             raise BadOptionError(f"--resume continues in the folder of the run; leave {named} out")
         saved = RunFolder(self.resume, self.options.outside).read_config().options()
         motions = self.motions or ("ymca",)  # compared only if given
         given = self.options.run_config(motions, "imitate").options()
-        typed = typed_options(words) | ({"motions"} if self.motions else set())
+        typed = self.given | ({"motions"} if self.motions else set())
         for name in sorted(typed & given.keys()):
             if given[name] != saved.get(name):
                 raise BadOptionError(

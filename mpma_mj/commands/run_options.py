@@ -82,13 +82,13 @@ class RunOptions(Generic[AgentT]):
             reading=self.reading,
             env=self.env,
             agent=self.config,
-            # That of a resumed run, where its own config was parsed without being named.
-            agent_name="" if self._is_resumed else self.agent,
+            # That of an earlier run, where its own config was parsed without being named.
+            agent_name="" if self._is_of_run else self.agent,
             seed=self.seed,
         )
 
     @property
-    def _is_resumed(self) -> bool:
+    def _is_of_run(self) -> bool:
         return type(self.config) is not CONFIG_TYPES.get(self.agent, type(self.config))
 
     @property
@@ -186,8 +186,8 @@ def config_type(words: Sequence[str]) -> type[AgentConfig]:
 
 
 def _saved_agent(words: Sequence[str]) -> str | None:
-    """Return the built-in agent of the run that a command line resumes, None without one."""
-    folder = _value(words, "--resume")
+    """Return the built-in agent of the run that a command line continues, None without one."""
+    folder = _value(words, "--resume") or _value(words, "--init")
     if folder is None:
         return None
     from mpma_mj.training.run_folder import RunFolder

@@ -24,11 +24,34 @@ from mpma_mj.training.config_json import (
 )
 from mpma_mj.utils.text import did_you_mean
 
-__all__ = ["RunConfig", "option_types", "versions"]
+__all__ = ["Init", "RunConfig", "option_types", "versions"]
 
 _PARTS = ("reading", "env", "agent")
 _KINDS = {"reading": ReadingOptions, "env": EnvironmentOptions, "agent": AgentConfig}
 _SIZES = ("modules", "nodes")  # every agent may stand in a grid of sizes, also one that has none
+
+
+@dataclass(frozen=True, kw_only=True)
+class Init:
+    """Where a run begins that does not begin with nothing learned.
+
+    Attributes:
+        path: Folder of the earlier run, as it was given.
+        digest: SHA-256 of the checkpoint of its best epoch, in hexadecimal.
+    """
+
+    path: str
+    digest: str
+
+    def __post_init__(self) -> None:
+        """Check the fields, which may come from a file.
+
+        Raises:
+            BadOptionError: One is not text.
+        """
+        for name, value in vars(self).items():
+            if not isinstance(value, str):
+                raise BadOptionError(option=f"init.{name}", value=value, expected="text")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,6 +65,8 @@ class RunConfig:
         agent: The agent's own config.
         agent_name: Name of the agent, or the path of its class; by its config if not given.
         seed: Seed of everything random.
+        init: Where the run begins; with nothing learned if not given. See
+            `mpma_mj.training.initial_state`.
     """
 
     motions: tuple[str, ...] = ("ymca",)
@@ -50,6 +75,7 @@ class RunConfig:
     agent: AgentConfig = field(default_factory=MPMAConfig)
     agent_name: str = ""
     seed: int = 0
+    init: Init | None = None
 
     def __post_init__(self) -> None:
         """Check what the parts do not check themselves.
@@ -146,7 +172,7 @@ class RunConfig:
             "env": {name: plain(value) for name, value in env.items()},
             "agent": agent_to_json(self.agent, self.agent_name),
             "seed": self.seed,
-        }
+        } | ({} if self.init is None else {"init": dataclasses.asdict(self.init)})
 
     @classmethod
     def from_json(cls, content: dict[str, Any], trusted: Collection[str] = ()) -> RunConfig:
@@ -159,7 +185,7 @@ class RunConfig:
         Raises:
             KeyError, TypeError, ValueError: An option is missing, unknown or out of bounds.
         """
-        if content.keys() != {"motions", "reading", "env", "agent", "seed"}:
+        if content.keys() - {"init"} != {"motions", "reading", "env", "agent", "seed"}:
             raise TypeError("other parts than these")
         if not isinstance(content["motions"], list):
             raise TypeError("motions")
@@ -170,6 +196,7 @@ class RunConfig:
             agent=agent_from_json(content["agent"], trusted),
             agent_name=content["agent"]["name"],
             seed=content["seed"],
+            init=exact(Init, content["init"]) if "init" in content else None,
         )
 
     def _with_agent(self, name: str) -> RunConfig:

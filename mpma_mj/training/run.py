@@ -27,6 +27,7 @@ from mpma_mj.training.config_json import OutsideConfig
 from mpma_mj.training.dataset import read_motions
 from mpma_mj.training.factory import agent_of, make_environments, one_thread
 from mpma_mj.training.history import BestEpoch, EpochMetrics, TrainingHistory, part_metrics
+from mpma_mj.training.initial_state import begin_from, initial_state
 from mpma_mj.training.rollout import TRY_INSTEAD
 from mpma_mj.training.run_folder import RunFolder, open_runs
 from mpma_mj.training.trainer import Improved, Trainer
@@ -131,11 +132,12 @@ class Run:
 
 def imitate(
     *motions: str | Path | Motion,
-    seed: int = 0,
-    agent: AgentConfig | str = "mpma",
+    seed: int | None = None,
+    agent: AgentConfig | str | None = None,
     agent_name: str = "",
     env: EnvironmentOptions | None = None,
     reading: ReadingOptions | None = None,
+    init: str | Path | None = None,
     epochs: int = 30,
     on_epoch: OnEpoch = lambda row: None,
 ) -> Run:
@@ -143,17 +145,20 @@ def imitate(
 
     Args:
         *motions: "ymca", or paths of recordings, several of which are a repertoire; or one motion.
-        seed: Seed of everything random.
+        seed: Seed of everything random; 0, or that of `init`, if not given.
         agent: The agent's config, or its name, or the path of its class, such as
-            my_agents.py:MyAgent.
+            my_agents.py:MyAgent; "mpma", or that of `init`, if not given.
         agent_name: Path of the agent's class, where its config is given and is not built in.
         env: Options of the environment; the defaults if not given.
         reading: How recordings are read; the defaults if not given.
+        init: Folder of an earlier run with whose agent the run begins, as it was before its best
+            epoch. Agent, seed and arms are those of that run, and what is given has to agree.
         epochs: Largest number of epochs; training ends earlier when it has converged.
         on_epoch: Called with the metrics of every epoch.
 
     Raises:
-        MpmaError: An option is out of bounds, or the motion cannot be read or followed.
+        MpmaError: An option is out of bounds, the motion cannot be read or followed, or the earlier
+            run has another agent, other arms, or a motion with another number of labels.
         DivergedError: The simulation did not stay finite.
     """
     made = [one for one in motions if isinstance(one, Motion)]
@@ -172,7 +177,7 @@ def imitate(
         motions=tuple(str(one) for one in motions) if not made else (made[0].name,),
         reading=reading or ReadingOptions(),
         env=env or EnvironmentOptions(),
-        seed=seed,
+        seed=0 if seed is None else seed,
     )
     if isinstance(agent, AgentConfig):
         config = dataclasses.replace(config, agent=agent, agent_name=agent_name)
@@ -180,7 +185,17 @@ def imitate(
         if agent_name:
             expected = "a config as agent, beside the path of its class"
             raise BadOptionError(option="agent_name", value=agent_name, expected=expected)
-        config = config.replace(agent=agent)
+        if agent is not None:
+            config = config.replace(agent=agent)
+    if init is not None:
+        given = {
+            name for name, value in {"seed": seed, "agent": agent}.items() if value is not None
+        }
+        whole = [
+            part for part in (agent, env) if isinstance(part, AgentConfig | EnvironmentOptions)
+        ]
+        given |= {field.name for part in whole for field in dataclasses.fields(part)}
+        config = begin_from(config, init, given)
     return train(config, epochs, motion=made[0] if made else None, on_epoch=on_epoch)
 
 
@@ -210,7 +225,10 @@ def train(
     """
     _check(config, epochs)
     motion = motion or read_motions(config)
+    begins = None if config.init is None else initial_state(config, motion)
     with one_thread(), contextlib.closing(Trainer([config], motion)) as trainer:
+        if config.init is not None and begins is not None:
+            load_state(trainer.agent, begins, Path(config.init.path))
         if folder is not None:
             folder.create(config, motion, overwrite=overwrite)
         return _train(trainer, epochs, folder, on_epoch)
