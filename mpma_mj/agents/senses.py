@@ -1,0 +1,326 @@
+"""Senses: the state of the arms that models receive, where what is observed is late or noisy."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.agents.base import AgentSpec, Observation
+from mpma_mj.agents.config import JOINTS
+from mpma_mj.agents.plant_models import PLANT_INPUTS, gaussian_log_likelihood
+from mpma_mj.agents.state_estimate import StateEstimate
+from mpma_mj.agents.switching import filtered, predicted
+from mpma_mj.kinematics import posture_from_angles
+
+__all__ = ["LateSenses", "Senses", "kinematic_prior"]
+
+Array = NDArray[np.float64]
+Steps = dict[str, Array]
+
+STATE_OUTPUTS = 2 * JOINTS
+"""Length of a state model's output: move and relative joint velocities."""
+
+# Choices of the prototype.
+_SWITCHING_PROBABILITY = 0.02  # of the delay, a step
+_FORGETTING = 0.7  # φ of the state models
+_RIDGE = 1e-3  # a step; it leads back to the kinematic prior
+_FIRST_VARIANCE, _LEAST_VARIANCE = 0.05, 2e-4  # of moves
+_LEAST_STEPS = 20.0  # of a plant in an epoch from which its state model learns
+
+
+def kinematic_prior() -> Array:
+    """Return the state model of joints that move as commanded, A_0, shape (16, 33)."""
+    prior = np.zeros((STATE_OUTPUTS, PLANT_INPUTS))
+    prior[:JOINTS, :JOINTS] = prior[JOINTS:, :JOINTS] = np.eye(JOINTS)
+    return prior
+
+
+class Senses:
+    """What is observed, as it is."""
+
+    late: bool = False
+
+    def reset(self) -> None:
+        """Begin an episode."""
+
+    def __call__(self, observation: Observation, plant: NDArray[np.intp] | int) -> Observation:
+        """Return the observation that is expected when the next command acts.
+
+        Args:
+            observation: The observation.
+            plant: Index of the plant that is most probably on, shape (...).
+        """
+        return observation
+
+    def present(self, observation: Observation) -> Observation:
+        """Return the observation with the state of now, as it is known."""
+        return observation
+
+    def of_last_move(self, predictions: Array | None) -> Array | None:
+        """Return the predictions, (..., M, K), of the move that has just been observed."""
+        return predictions
+
+    def acting(self, observation: Observation, action: Array) -> tuple[Observation, Array]:
+        """Receive an action; return present state and the action that acts on it, (..., 8)."""
+        return observation, action
+
+    def aligned(self, steps: Steps, last: Steps, run: tuple[int, ...]) -> Steps:
+        """Return the steps of one run as causes and effects, each of shape (T', ...).
+
+        Args:
+            steps: Steps by name, each of shape (T, ...).
+            last: What was observed at the end of the episode, by name.
+            run: Index of the run.
+
+        Returns:
+            The steps with `next_joint_angles` and `next_posture`.
+        """
+        following = {
+            f"next_{name}": np.concatenate([steps[name][1:], last[name][None]])
+            for name in ("joint_angles", "posture")
+        }
+        return steps | following
+
+    def learn(self, steps: Steps, posterior: Array | None, run: tuple[int, ...]) -> None:
+        """Learn from the aligned steps of one run.
+
+        Args:
+            steps: As `aligned` returned them.
+            posterior: Which plant was on, shape (T', W); None if there is one.
+            run: Index of the run.
+        """
+
+    def select_runs(self, runs: NDArray[np.intp]) -> None:
+        """Continue with some runs only, (R',) of R, from the next reset."""
+
+    def state_dict(self) -> dict[str, Array]:
+        """Return copies of all arrays that learning changes, by name."""
+        return {}
+
+    def load_state_dict(self, state: Mapping[str, Array]) -> None:
+        """Continue from the arrays that `state_dict` returned; others are left out."""
+
+
+class LateSenses(Senses):
+    """The state that is expected when a command acts, k steps after it was given.
+
+    Commands under way run through a linear model of the state (Smith 1957), one for each plant,
+
+        [move ; q̇ / v]_{s+1} = A^w o(u_{s-k}, q_s, q̇_s)
+
+    which begins as the kinematic prior A_0 and is refitted to A_0 + ΔA after each epoch, on the
+    command that acted. Targets are those of the observation `lookahead`. If k is not known, delays
+    from 0 to a largest one are rival hypotheses that share the model and differ in the command
+    that they assume,
+
+        log ℓ_j = -½ Σ_d (move_{t-1} - A o(u_{t-1-j}, q_{t-1}, q̇_{t-1}))²_d / s²_d
+
+    filtered with a switching probability of 0.02; the most probable counts. With a state estimate
+    the present state is one of observation and prediction (`StateEstimate`).
+
+    Attributes:
+        delays: Delay k at each step so far, each of shape (...).
+    """
+
+    late = True
+
+    def __init__(
+        self,
+        spec: AgentSpec,
+        batch_shape: tuple[int, ...],
+        *,
+        plants: int,
+        max_latency: int,
+        estimates: bool,
+    ) -> None:
+        """Begin with the kinematic prior.
+
+        Args:
+            spec: Description of the arms; its latency is the delay, or None if it is not known.
+            batch_shape: Shape of the runs.
+            plants: Largest number of plants, W.
+            max_latency: Largest delay that is made up for, control steps.
+            estimates: Whether observation and prediction share the present state.
+        """
+        self._spec, self._shape, self._known = spec, batch_shape, spec.latency
+        self._most = max_latency if spec.latency is None else spec.latency
+        self._prior = kinematic_prior()
+        self._weights = np.tile(self._prior, (*batch_shape, plants, 1, 1))
+        self._gram = np.zeros((*batch_shape, plants, PLANT_INPUTS, PLANT_INPUTS))
+        self._moment = np.zeros((*batch_shape, plants, PLANT_INPUTS, STATE_OUTPUTS))
+        self._variance = np.full((*batch_shape, JOINTS), _FIRST_VARIANCE)
+        self._estimate = StateEstimate(batch_shape) if estimates else None
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin an episode with no command under way, and every delay alike."""
+        count = self._most + 1
+        self._commands = np.zeros((count, *self._shape, JOINTS))  # u_{t-1}, u_{t-2}, …
+        self._belief = np.full((*self._shape, count), 1.0 / count)
+        self._now: tuple[Array, Array] | None = None  # q and q̇ / v
+        self._model = self._weights[..., 0, :, :]
+        self._predictions: list[Array] = []
+        self._states: list[tuple[Array, Array]] = []
+        self.delays: list[NDArray[np.intp]] = []
+        if self._estimate is not None:
+            self._estimate.reset()
+
+    @property
+    def delay(self) -> NDArray[np.intp]:
+        """Delay k that is most probable now, shape (...)."""
+        if self._known is not None:
+            return np.full(self._shape, self._known)
+        return np.asarray(self._belief.argmax(axis=-1))
+
+    def __call__(self, observation: Observation, plant: NDArray[np.intp] | int) -> Observation:
+        """Return the observation that is expected when the next command acts."""
+        angles = observation["joint_angles"]
+        speed = observation["joint_velocities"] / self._spec.max_joint_speed
+        if self._estimate is not None:
+            angles, speed = self._estimate(angles, speed)
+        if self._known is None and self._now is not None:
+            self._find_delay(angles)
+        self._now = angles, speed
+        self._states.append(self._now)
+        self.delays.append(self.delay)
+        index = np.asarray(plant)[..., None, None, None]
+        self._model = np.take_along_axis(self._weights, index, axis=-3)[..., 0, :, :]
+        for j in range(self._most, 0, -1):
+            following = self._following(self._commands[j - 1], angles, speed)
+            under_way = (self.delay >= j)[..., None]
+            angles = np.where(under_way, following[0], angles)
+            speed = np.where(under_way, following[1], speed)
+        shown = np.concatenate(
+            [observation["reference"][..., None, :], observation["lookahead"]], axis=-2
+        )
+        place = self.delay[..., None, None]
+        return self._with_state(observation, angles, speed) | {
+            "reference": np.take_along_axis(shown, place, axis=-2)[..., 0, :],
+            "target": np.take_along_axis(shown, place + 1, axis=-2)[..., 0, :],
+        }
+
+    def present(self, observation: Observation) -> Observation:
+        """Return the observation with the state of now, as it is estimated."""
+        if self._estimate is None or self._now is None:
+            return observation
+        return self._with_state(observation, *self._now)
+
+    def of_last_move(self, predictions: Array | None) -> Array | None:
+        """Return the predictions that were made with the command that caused the last move."""
+        if predictions is None:
+            return None
+        self._predictions.append(predictions)
+        back = np.minimum(self.delay, len(self._predictions) - 1)
+        if not self._shape:
+            return self._predictions[-1 - int(back)]
+        return np.stack([self._predictions[-1 - k][run] for run, k in enumerate(back.tolist())])
+
+    def acting(self, observation: Observation, action: Array) -> tuple[Observation, Array]:
+        """Receive an action; return present state and the action that acts on it, (..., 8)."""
+        self._commands = np.concatenate([action[None], self._commands[:-1]])
+        acting = np.take_along_axis(self._commands, self.delay[None, ..., None], axis=0)[0]
+        if self._estimate is not None and self._now is not None:
+            self._estimate.predict(*self._following(acting, *self._now))
+        return self.present(observation), acting
+
+    def aligned(self, steps: Steps, last: Steps, run: tuple[int, ...]) -> Steps:
+        """Return the steps of one run by the command that acted, with the state on which it did.
+
+        What belongs to the command is taken from the step at which it was given; steps at which
+        no command acted yet are left out.
+        """
+        own = (slice(None), *run)
+        delays = np.stack(self.delays)[own]
+        angles = np.stack([state[0] for state in self._states])[own]
+        speed = np.stack([state[1] for state in self._states])[own]
+        # The delay that is believed at a step was told by the move before it.
+        given = np.arange(len(delays)) - np.append(delays[1:], delays[-1:])
+        acted = np.flatnonzero(given >= 0)
+        velocities = speed * self._spec.max_joint_speed
+        observed = {"joint_angles": angles, "joint_velocities": velocities}
+        observed["posture"] = steps["observed"]
+        following = {
+            name: np.concatenate([array[1:], last[name][None]])[acted]
+            for name, array in observed.items()
+        }
+        aligned = {name: array[given[acted]] for name, array in steps.items()}
+        aligned |= {name: array[acted] for name, array in observed.items()}
+        return aligned | {f"next_{name}": array for name, array in following.items()}
+
+    def learn(self, steps: Steps, posterior: Array | None, run: tuple[int, ...]) -> None:
+        """Refit the state models of the plants that were on, and the width of their moves."""
+        top = self._spec.max_joint_speed
+        inputs = _inputs(steps["action"], steps["joint_angles"], steps["joint_velocities"] / top)
+        move = self._spec.move(steps["joint_angles"], steps["next_joint_angles"])
+        targets = np.concatenate([move, steps["next_joint_velocities"] / top], axis=-1)
+        weights, gram, moment = self._weights[run], self._gram[run], self._moment[run]
+        shares = np.ones((len(inputs), 1)) if posterior is None else posterior
+        squares = np.full((len(inputs), len(weights), JOINTS), np.inf)
+        ridge = _RIDGE * len(inputs) * np.eye(PLANT_INPUTS)
+        for plant in np.flatnonzero(shares.sum(axis=0) > _LEAST_STEPS).tolist():
+            weighted = shares[:, plant, None] * inputs
+            gram[plant] = _FORGETTING * gram[plant] + weighted.T @ inputs
+            rest = targets - inputs @ self._prior.T
+            moment[plant] = _FORGETTING * moment[plant] + weighted.T @ rest
+            weights[plant] = self._prior + np.linalg.solve(gram[plant] + ridge, moment[plant]).T
+            squares[:, plant] = (inputs @ weights[plant][:JOINTS].T - move) ** 2
+        least = squares.min(axis=1)
+        self._variance[run] = np.maximum(2.0 * np.median(least, axis=0), _LEAST_VARIANCE)
+        if self._estimate is not None:
+            reach = self._spec.control_timestep * top
+            self._estimate.learn(np.median(least, axis=0) * reach**2, run)
+
+    def select_runs(self, runs: NDArray[np.intp]) -> None:
+        """Continue with some runs only, (R',) of R, from the next reset."""
+        self._shape = runs.shape
+        for name in _LEARNED:
+            setattr(self, name, getattr(self, name)[runs])
+        if self._estimate is not None:
+            self._estimate.select_runs(runs)
+
+    def state_dict(self) -> dict[str, Array]:
+        """Return copies of all arrays that learning changes, by name."""
+        own = {f"senses{name}": getattr(self, name).copy() for name in _LEARNED}
+        return own | (self._estimate.state_dict() if self._estimate is not None else {})
+
+    def load_state_dict(self, state: Mapping[str, Array]) -> None:
+        """Continue from the arrays that `state_dict` returned; others are left out."""
+        for name in _LEARNED:
+            getattr(self, name)[...] = state[f"senses{name}"]
+        if self._estimate is not None:
+            self._estimate.load_state_dict(state)
+
+    def _with_state(self, observation: Observation, angles: Array, speed: Array) -> Steps:
+        return dict(observation) | {
+            "joint_angles": angles,
+            "joint_velocities": speed * self._spec.max_joint_speed,
+            "posture": posture_from_angles(angles),
+        }
+
+    def _following(self, command: Array, angles: Array, speed: Array) -> tuple[Array, Array]:
+        """Return joint angles and relative velocities after a command, each of shape (..., 8)."""
+        outputs = (self._model @ _inputs(command, angles, speed)[..., None])[..., 0]
+        reach = self._spec.control_timestep * self._spec.max_joint_speed
+        return angles + reach * outputs[..., :JOINTS], outputs[..., JOINTS:]
+
+    def _find_delay(self, angles: Array) -> None:
+        """Let the rival hypotheses of the delay account for the move to these joint angles."""
+        assert self._now is not None
+        before, speed = self._now
+        inputs = np.stack([_inputs(u, before, speed) for u in self._commands], axis=-2)
+        moves = inputs @ np.swapaxes(self._model[..., :JOINTS, :], -1, -2)  # (..., J, 8)
+        errors = moves - self._spec.move(before, angles)[..., None, :]
+        logs = gaussian_log_likelihood(errors, self._variance[..., None, :])
+        every = np.ones(self._belief.shape, bool)
+        self._belief = filtered(predicted(self._belief, every, _SWITCHING_PROBABILITY), logs)
+
+
+_LEARNED = ("_weights", "_gram", "_moment", "_variance")
+
+
+def _inputs(command: Array, angles: Array, speed: Array) -> Array:
+    """Return a state model's input, o = [u; sin q; cos q; q̇ / v; 1], shape (..., 33)."""
+    one = np.ones((*command.shape[:-1], 1))
+    return np.concatenate([command, np.sin(angles), np.cos(angles), speed, one], axis=-1)
