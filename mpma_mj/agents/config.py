@@ -34,6 +34,7 @@ __all__ = [
     "NetworkConfig",
     "OpenLoopConfig",
     "OracleConfig",
+    "PairedConfig",
     "RandomConfig",
     "ResolvedRateConfig",
     "SingleConfig",
@@ -108,10 +109,6 @@ class NetworkConfig(AgentConfig):
 
     Attributes:
         nodes: Neurons of each reservoir, N.
-        proprioception: Whether posture models receive the joint angles too; the paper's do
-            not. A posture has two solutions in joint angles, and the effect of a joint
-            velocity depends on which is held: an arm that was raised through straight forward
-            has turned over.
         spectral_radius: Spectral radius of the reservoirs; 0.1 in the paper.
         reservoir_noise: Noise level ν of the reservoirs; 0.2 in the paper.
         context_signal: What the agent receives as context: the motion's labels; or, to find out
@@ -119,22 +116,55 @@ class NetworkConfig(AgentConfig):
             stretch of a label in two halves.
     """
 
-    nodes: Annotated[int, Bounds(1, 20000)] = 200
-    proprioception: bool = True
+    nodes: Annotated[int, Bounds(1, 20000)] = 50
     spectral_radius: Annotated[float, Bounds(0.0, 1.0, below=True)] = 0.1
     reservoir_noise: Annotated[float, Bounds(0.0, 1.0, below=True)] = 0.2
     context_signal: ContextSignal = "labels"
 
 
 @dataclass(frozen=True, kw_only=True)
-class SingleConfig(NetworkConfig):
-    """Config of one pair of inverse and forward model.
+class PairedConfig(NetworkConfig):
+    """Config of pairs of inverse and forward model.
 
     Attributes:
         models: Space of the models: "joint" models are ours, "posture" models the paper's.
+        history: Whether joint models receive the last move and the last action, too.
+        proprioception: Whether posture models receive the joint angles too; the paper's do
+            not. A posture has two solutions in joint angles, and the effect of a joint
+            velocity depends on which is held: an arm that was raised through straight forward
+            has turned over.
+    """
+
+    models: Models = "joint"
+    history: bool = False
+    proprioception: bool = True
+
+    def __post_init__(self) -> None:
+        """Check the fields.
+
+        Raises:
+            BadOptionError: A value is out of bounds, or belongs to models of the other space.
+        """
+        super().__post_init__()
+        other = "posture" if self.models == "joint" else "joint"
+        for field in fields(self):
+            if field.name in _OWN_OPTIONS[other] and getattr(self, field.name) != field.default:
+                raise BadOptionError(
+                    option=field.name,
+                    value=getattr(self, field.name),
+                    expected=f"the default: {self.models} models do not have it",
+                    remedy=f"leave {{{field.name}}} out, or take {{models={other}}}",
+                )
+
+
+@dataclass(frozen=True, kw_only=True)
+class SingleConfig(PairedConfig):
+    """Config of one pair of inverse and forward model.
+
+    Attributes:
+        nodes: Neurons of each reservoir, N; as many as four modules have (choice).
         rule: Learning rule: "weighted" for joint models is ours, "gated" for posture models the
             paper's; or the path of a class, such as my_rules.py:MyRule.
-        history: Whether joint models receive the last move and the last action, too.
         inverse_ridge: Ridge of joint inverse models, as a share of each feature's own second moment
             (choice).
         ridge: Ridge ρ of all other readouts, per step; with 0.1 or more a motion of posture models
@@ -143,9 +173,8 @@ class SingleConfig(NetworkConfig):
             as in the paper's text.
     """
 
-    models: Models = "joint"
+    nodes: Annotated[int, Bounds(1, 20000)] = 200
     rule: Rule = "weighted"
-    history: bool = False
     inverse_ridge: _Ridge = 0.03
     ridge: _Ridge = 1e-4
     efference_copy: EfferenceCopy = "total"
@@ -170,15 +199,6 @@ class SingleConfig(NetworkConfig):
         )
         if needed:
             check_models(rule, needed, self.models)
-        other = "posture" if self.models == "joint" else "joint"
-        for field in fields(self):
-            if field.name in _OWN_OPTIONS[other] and getattr(self, field.name) != field.default:
-                raise BadOptionError(
-                    option=field.name,
-                    value=getattr(self, field.name),
-                    expected=f"the default: {self.models} models do not have it",
-                    remedy=f"leave {{{field.name}}} out, or take {{models={other}}}",
-                )
 
 
 def check_models(rule: object, needed: str, models: str) -> None:
@@ -241,43 +261,45 @@ class AdaptiveConfig(NetworkConfig):
     """Config of one inverse model that adapts at every step.
 
     Attributes:
-        nodes: Neurons of the reservoir, N; with more it is worse (choice).
         forgetting: Forgetting μ, a step: it remembers about 1 / (1 - μ) steps (choice).
         inverse_ridge: Ridge, as a share of each feature's own second moment (choice).
     """
 
-    nodes: Annotated[int, Bounds(1, 20000)] = 50
     forgetting: Annotated[float, Bounds(0.5, 1.0, below=True)] = 0.98
     inverse_ridge: _Ridge = 0.03
 
 
 @dataclass(frozen=True, kw_only=True)
-class MOSAICConfig(NetworkConfig):
+class MOSAICConfig(PairedConfig):
     """Config of MOSAIC.
 
     Attributes:
         modules: Number of modules, M.
         forward_rate: Learning rate η of the forward models (choice).
-        inverse_rate: Learning rate η of the inverse models (choice).
+        inverse_rate: Learning rate η of the inverse models; 0.02 of joint models and 0.2 of posture
+            models if not given (choice).
         predictor_rate: Learning rate η of the responsibility predictors (choice).
         sigma: Width σ of the likelihood, in units of posture (choice).
     """
 
     modules: _Modules = 4
     forward_rate: _LearningRate = 0.2
-    inverse_rate: _LearningRate = 0.2
+    inverse_rate: _LearningRate | None = None
     predictor_rate: _LearningRate = 0.1
     sigma: Annotated[float, Bounds(0.0, 1e3, above=True)] = 0.5
 
 
 @dataclass(frozen=True, kw_only=True)
-class HAMMERConfig(NetworkConfig):
+class HAMMERConfig(PairedConfig):
     """Config of HAMMER, which has a pair for each label of the context.
 
     Attributes:
-        ridge: Ridge ρ of the readouts, per step (choice).
+        inverse_ridge: Ridge of joint inverse models, as a share of each feature's own second moment
+            (choice).
+        ridge: Ridge ρ of all other readouts, per step (choice).
     """
 
+    inverse_ridge: _Ridge = 0.03
     ridge: _Ridge = 1e-4
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -128,11 +128,14 @@ class Gate(ABC):
     """A way to decide which modules control.
 
     Attributes:
+        compares_postures: Whether it compares predicted postures, whatever the models' space;
+            otherwise the forward models' outputs.
         predictor: Responsibility predictors that learn by the rule; None where there are none.
         plants: Largest number of plants that were recruited in the batch.
         enabled: Which modules may control, shape (M,).
     """
 
+    compares_postures: ClassVar[bool] = True
     predictor: Network | None = None
     plants: int = 1
     enabled: NDArray[np.bool_]
@@ -144,7 +147,7 @@ class Gate(ABC):
         Args:
             observation: Observation of the step.
             predictions: Postures x̂ that the forward models predicted for this step, shape
-                (..., M, 12); None in the first step of an episode.
+                (..., M, 12), or their outputs; None in the first step of an episode.
         """
 
     def reset(self, episode: int) -> None:  # noqa: B027, a hook

@@ -12,7 +12,7 @@ from mpma_mj.agents.base import AgentSpec, Observation, Seeds
 from mpma_mj.agents.config import AgentConfig, HAMMERConfig
 from mpma_mj.agents.gating import Gate, prediction_errors
 from mpma_mj.agents.learning_rules import Epoch, LearningRule, Readouts
-from mpma_mj.agents.model_space import PostureSpace
+from mpma_mj.agents.model_space import model_space
 from mpma_mj.agents.networks import NetworkFactory
 from mpma_mj.agents.paired_models import PairedModels
 from mpma_mj.context import active_label
@@ -50,9 +50,9 @@ class ConfidenceGate(Gate):
 
         c^i ← c^i ± 1         λ = one-hot(argmax_i c^i)
 
-    A pair is right if its forward model predicts the demonstrator's next posture: x̂^i against x'.
-    During preparation the pair of the present label has control, without a label the first
-    (choice).
+    A pair is right if its forward model predicts the demonstrator's next posture: x̂^i against x',
+    in either space of the models. During preparation the pair of the present label has control,
+    without a label the first (choice).
 
     Attributes:
         prepared: Epochs of preparation so far.
@@ -111,8 +111,8 @@ class ConfidenceGate(Gate):
 class PreparationRule(LearningRule):
     """Ridge regression of each pair on the steps of its own label, while it is prepared (choice).
 
-        forward models           x_{t+1}
-        inverse models           clip(u_t + u_fb,t+1, -1, 1)
+        posture models   forward x_{t+1}                   inverse clip(u_t + u_fb,t+1, -1, 1)
+        joint models     forward [q_{t+1} - q_t] / (Δt v)  inverse u_t - u_fb(q_t, x_{t+1})
 
     From steps without a label no pair learns.
     """
@@ -129,8 +129,9 @@ class PreparationRule(LearningRule):
             return
         own = active_label(epoch.context)[:, None] == np.arange(epoch.context.shape[1])
         weight = (own & self._gate.enabled).astype(float)  # (T, M)
+        usable = weight * epoch.usable[:, None]
         readouts.forward.fit(epoch.forward_features, epoch.outcome[:, None, :], weight)
-        readouts.inverse.fit(epoch.inverse_features, epoch.desired[:, None, :], weight)
+        readouts.inverse.fit(epoch.inverse_features, epoch.desired[:, None, :], usable)
 
 
 class HAMMER(PairedModels):
@@ -141,7 +142,8 @@ class HAMMER(PairedModels):
 
     Preparation (choice): in the first 3 epochs the feedback controller leads, K and L are
     constant, and forward models receive the total command. Then learning is over, forward models
-    receive their own inverse model's command, and K and L change as MPMA's do.
+    receive their own inverse model's command, and K and L change as those of MPMA with the paper's
+    rule do.
     """
 
     config_type: ClassVar[type[AgentConfig]] = HAMMERConfig
@@ -150,10 +152,16 @@ class HAMMER(PairedModels):
 
     def __init__(self, config: HAMMERConfig, spec: AgentSpec, *, seed: Seeds = 0) -> None:
         """Draw the reservoirs; arguments as of `Agent`."""
-        forgetting = PreparationRule.forgetting
-        networks = NetworkFactory(config, seed, spec.context_size, forgetting, config.ridge)
+        networks = NetworkFactory(
+            config=config,
+            seed=seed,
+            modules=spec.context_size,
+            forgetting=PreparationRule.forgetting,
+            ridge=config.ridge,
+            inverse_ridge=config.inverse_ridge if config.models == "joint" else 0.0,
+        )
         gate = ConfidenceGate(networks)
-        space = PostureSpace(spec, proprioception=config.proprioception)
+        space = model_space(config, spec)
         rule = PreparationRule(gate)
         super().__init__(config, spec, networks=networks, gate=gate, rule=rule, space=space)
 

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.agents.base import AgentSpec, Observation
-from mpma_mj.agents.config import JOINTS, POSTURE
+from mpma_mj.agents.config import JOINTS, POSTURE, PairedConfig
 from mpma_mj.kinematics import posture_from_angles
 from mpma_mj.utils.clipping import clip
 
-__all__ = ["Before", "JointSpace", "ModelSpace", "PostureSpace", "module_action"]
+__all__ = ["Before", "JointSpace", "ModelSpace", "PostureSpace", "model_space", "module_action"]
 
 Array = NDArray[np.float64]
 Before = tuple[Array, Array]  # joint angles and action of the step before
@@ -66,6 +66,17 @@ class ModelSpace(ABC):
             command: Command that their output is added to, shape (..., 8); None if there is none.
         """
 
+    def forward_input(self, copy: Array, state: Array) -> Array:
+        """Return the forward models' input, shape (..., D) or (..., M, D).
+
+        Args:
+            copy: Efference copy, shape (..., 8) for all modules alike or (..., M, 8).
+            state: Proprioceptive state, shape (..., S).
+        """
+        if copy.ndim > state.ndim:
+            state = np.broadcast_to(state[..., None, :], (*copy.shape[:-1], state.shape[-1]))
+        return np.concatenate([copy, state], axis=-1)
+
     @abstractmethod
     def predicted_posture(self, outputs: Array, joint_angles: Array) -> Array:
         """Return the postures that forward models predict.
@@ -98,7 +109,7 @@ class PostureSpace(ModelSpace):
         inverse  [x ; sin q ; cos q ; x'_{t+1}] → u
         forward  [u ; x ; sin q ; cos q] → x̂_{t+1}
 
-    The joint angles are ours; see `NetworkConfig.proprioception`.
+    The joint angles are ours; see `PairedConfig.proprioception`.
     """
 
     outputs = POSTURE
@@ -229,3 +240,10 @@ def module_action(outputs: Array, command: Array | None) -> Array:
     """
     action = clip(outputs)
     return action if command is None else clip(command[..., None, :] + action)
+
+
+def model_space(config: PairedConfig, spec: AgentSpec) -> ModelSpace:
+    """Return the space in which an agent's models work."""
+    if config.models == "joint":
+        return JointSpace(spec, history=config.history)
+    return PostureSpace(spec, proprioception=config.proprioception)

@@ -11,7 +11,7 @@ from mpma_mj.agents.base import AgentSpec, Seeds
 from mpma_mj.agents.config import AgentConfig, MPMAConfig, SingleConfig, check_models
 from mpma_mj.agents.gating import Gate, ResponsibilityGate
 from mpma_mj.agents.learning_rules import learning_rule
-from mpma_mj.agents.model_space import JointSpace, ModelSpace, PostureSpace
+from mpma_mj.agents.model_space import model_space
 from mpma_mj.agents.networks import NetworkFactory
 from mpma_mj.agents.paired_models import PairedModels
 from mpma_mj.agents.plant_gate import PlantGate
@@ -56,10 +56,8 @@ class MPMA(PairedModels):
             max_plants=config.max_plants if joint else 1,
         )
         gate: Gate
-        space: ModelSpace
         if joint:
             gate = self.gate_type(networks, config, spec)
-            space = JointSpace(spec, history=config.history)
         else:
             gate = ResponsibilityGate(
                 networks,
@@ -68,14 +66,13 @@ class MPMA(PairedModels):
                 uses_prior=config.responsibility_predictors,
                 uses_likelihood=config.forward_gating,
             )
-            space = PostureSpace(spec, proprioception=config.proprioception)
         super().__init__(
             config,
             spec,
             networks=networks,
             gate=gate,
             rule=rule,
-            space=space,
+            space=model_space(config, spec),
             efference_copy=config.efference_copy,
         )
 

@@ -115,7 +115,7 @@ class PairedModels(Agent):
         self._inverse_gain, self._feedback_gain = map(np.asarray, (gains.inverse, gains.feedback))
         self._steps.clear()
         self._before: Before | None = None
-        self._predictions: Array | None = None  # of the step before
+        self._predictions: Array | None = None  # of the step before, as the gate compares them
         self._last: Observation = {}
 
     def act(self, observation: Observation) -> Array:
@@ -129,7 +129,10 @@ class PairedModels(Agent):
         planned = mixed_outputs(responsibility, module_actions, self._modules)
         action = clip(self._inverse_gain * planned + self._feedback_gain * feedback)
         copy = action if self._efference_copy == "total" else module_actions
-        self._predictions = self._forward.step(_joined(copy, state))
+        outputs = self._forward.step(space.forward_input(copy, state))
+        self._predictions = (
+            space.predicted_posture(outputs, angles) if self._gate.compares_postures else outputs
+        )
         self._gate.observe_action(angles, state, action)
         self._before = angles, action
         step = {
@@ -137,7 +140,7 @@ class PairedModels(Agent):
             "prior": prior,
             "responsibility": responsibility,
             "module_actions": module_actions,
-            "predictions": self._predictions,
+            "predictions": outputs,
             "action": action,
             "posture": observation["posture"],
             "joint_angles": angles,
@@ -336,13 +339,6 @@ class PairedModels(Agent):
             next_feedback=self.spec.feedback(last["joint_angles"], last["reference"]),
             feedback_gain=np.asarray(self.gains.feedback),
         )
-
-
-def _joined(command: Array, state: Array) -> Array:
-    """Join a command, (..., 8) for all modules alike or (..., M, 8), and a state (..., S)."""
-    if command.ndim > state.ndim:
-        state = np.broadcast_to(state[..., None, :], (*command.shape[:-1], state.shape[-1]))
-    return np.concatenate([command, state], axis=-1)
 
 
 def _none(prior: Array) -> Array:

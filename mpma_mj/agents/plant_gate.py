@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,6 +77,8 @@ class PlantGate(Gate):
     Attributes:
         models: Plant models.
     """
+
+    compares_postures: ClassVar[bool] = False
 
     def __init__(self, networks: NetworkFactory, config: MPMAConfig, spec: AgentSpec) -> None:
         """Draw the responsibility predictors.
