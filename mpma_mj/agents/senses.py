@@ -7,7 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.base import AgentSpec, Observation
+from mpma_mj.agents.anticipation import Anticipation
+from mpma_mj.agents.base import AgentSpec, Observation, Seeds
 from mpma_mj.agents.config import JOINTS
 from mpma_mj.agents.plant_models import PLANT_INPUTS, gaussian_log_likelihood
 from mpma_mj.agents.state_estimate import StateEstimate
@@ -42,7 +43,7 @@ class Senses:
 
     late: bool = False
 
-    def reset(self) -> None:
+    def reset(self, episode: int) -> None:
         """Begin an episode."""
 
     def __call__(self, observation: Observation, plant: NDArray[np.intp] | int) -> Observation:
@@ -82,6 +83,10 @@ class Senses:
             for name in ("joint_angles", "posture")
         }
         return steps | following
+
+    def effects(self, predictions: Array) -> Array:
+        """Return predictions, shape (T, ...), at the steps at which their commands act."""
+        return predictions
 
     def learn(self, steps: Steps, posterior: Array | None, run: tuple[int, ...]) -> None:
         """Learn from the aligned steps of one run.
@@ -134,6 +139,7 @@ class LateSenses(Senses):
         plants: int,
         max_latency: int,
         estimates: bool,
+        seed: Seeds,
     ) -> None:
         """Begin with the kinematic prior.
 
@@ -143,6 +149,7 @@ class LateSenses(Senses):
             plants: Largest number of plants, W.
             max_latency: Largest delay that is made up for, control steps.
             estimates: Whether observation and prediction share the present state.
+            seed: Seed of the anticipation; several are a batch of runs.
         """
         self._spec, self._shape, self._known = spec, batch_shape, spec.latency
         self._most = max_latency if spec.latency is None else spec.latency
@@ -152,9 +159,11 @@ class LateSenses(Senses):
         self._moment = np.zeros((*batch_shape, plants, PLANT_INPUTS, STATE_OUTPUTS))
         self._variance = np.full((*batch_shape, JOINTS), _FIRST_VARIANCE)
         self._estimate = StateEstimate(batch_shape) if estimates else None
-        self.reset()
+        anticipates = 0 < self._most >= spec.lookahead
+        self._anticipation = Anticipation(spec, seed, self._most) if anticipates else None
+        self.reset(0)
 
-    def reset(self) -> None:
+    def reset(self, episode: int) -> None:
         """Begin an episode with no command under way, and every delay alike."""
         count = self._most + 1
         self._commands = np.zeros((count, *self._shape, JOINTS))  # u_{t-1}, u_{t-2}, …
@@ -166,6 +175,8 @@ class LateSenses(Senses):
         self.delays: list[NDArray[np.intp]] = []
         if self._estimate is not None:
             self._estimate.reset()
+        if self._anticipation is not None:
+            self._anticipation.reset(episode)
 
     @property
     def delay(self) -> NDArray[np.intp]:
@@ -193,7 +204,7 @@ class LateSenses(Senses):
             angles = np.where(under_way, following[0], angles)
             speed = np.where(under_way, following[1], speed)
         shown = np.concatenate(
-            [observation["reference"][..., None, :], observation["lookahead"]], axis=-2
+            [observation["reference"][..., None, :], self._coming(observation)], axis=-2
         )
         place = self.delay[..., None, None]
         return self._with_state(observation, angles, speed) | {
@@ -235,12 +246,15 @@ class LateSenses(Senses):
         delays = np.stack(self.delays)[own]
         angles = np.stack([state[0] for state in self._states])[own]
         speed = np.stack([state[1] for state in self._states])[own]
-        # The delay that is believed at a step was told by the move before it.
-        given = np.arange(len(delays)) - np.append(delays[1:], delays[-1:])
+        given = self._given(delays)
         acted = np.flatnonzero(given >= 0)
         velocities = speed * self._spec.max_joint_speed
-        observed = {"joint_angles": angles, "joint_velocities": velocities}
-        observed["posture"] = steps["observed"]
+        observed = {
+            "joint_angles": angles,
+            "joint_velocities": velocities,
+            "posture": posture_from_angles(angles),
+        }
+        last = last | {"posture": posture_from_angles(last["joint_angles"])}
         following = {
             name: np.concatenate([array[1:], last[name][None]])[acted]
             for name, array in observed.items()
@@ -248,6 +262,20 @@ class LateSenses(Senses):
         aligned = {name: array[given[acted]] for name, array in steps.items()}
         aligned |= {name: array[acted] for name, array in observed.items()}
         return aligned | {f"next_{name}": array for name, array in following.items()}
+
+    def effects(self, predictions: Array) -> Array:
+        """Return predictions, shape (T, ...), at the steps at which their commands act."""
+        given = np.maximum(self._given(np.stack(self.delays)), 0)
+        more = predictions.ndim - given.ndim
+        return np.take_along_axis(predictions, given.reshape(*given.shape, *[1] * more), axis=0)
+
+    def _given(self, delays: NDArray[np.intp]) -> NDArray[np.intp]:
+        """Return the step at which the command of each step was given, below 0 if none was.
+
+        The delay that is believed at a step was told by the move before it.
+        """
+        steps = np.arange(len(delays)).reshape(-1, *[1] * (delays.ndim - 1))
+        return steps - np.concatenate([delays[1:], delays[-1:]])
 
     def learn(self, steps: Steps, posterior: Array | None, run: tuple[int, ...]) -> None:
         """Refit the state models of the plants that were on, and the width of their moves."""
@@ -268,6 +296,8 @@ class LateSenses(Senses):
             squares[:, plant] = (inputs @ weights[plant][:JOINTS].T - move) ** 2
         least = squares.min(axis=1)
         self._variance[run] = np.maximum(2.0 * np.median(least, axis=0), _LEAST_VARIANCE)
+        if self._anticipation is not None:
+            self._anticipation.learn(run)
         if self._estimate is not None:
             reach = self._spec.control_timestep * top
             self._estimate.learn(np.median(least, axis=0) * reach**2, run)
@@ -277,20 +307,33 @@ class LateSenses(Senses):
         self._shape = runs.shape
         for name in _LEARNED:
             setattr(self, name, getattr(self, name)[runs])
-        if self._estimate is not None:
-            self._estimate.select_runs(runs)
+        for part in self._parts():
+            part.select_runs(runs)
 
     def state_dict(self) -> dict[str, Array]:
         """Return copies of all arrays that learning changes, by name."""
-        own = {f"senses{name}": getattr(self, name).copy() for name in _LEARNED}
-        return own | (self._estimate.state_dict() if self._estimate is not None else {})
+        state = {f"senses{name}": getattr(self, name).copy() for name in _LEARNED}
+        for part in self._parts():
+            state |= part.state_dict()
+        return state
 
     def load_state_dict(self, state: Mapping[str, Array]) -> None:
         """Continue from the arrays that `state_dict` returned; others are left out."""
         for name in _LEARNED:
             getattr(self, name)[...] = state[f"senses{name}"]
-        if self._estimate is not None:
-            self._estimate.load_state_dict(state)
+        for part in self._parts():
+            part.load_state_dict(state)
+
+    def _parts(self) -> list[StateEstimate | Anticipation]:
+        return [part for part in (self._estimate, self._anticipation) if part is not None]
+
+    def _coming(self, observation: Observation) -> Array:
+        """Return the targets of the next steps, shape (..., most + 1, 12) or more."""
+        if self._anticipation is not None:
+            return self._anticipation(observation)
+        if self._most == 0:
+            return observation["target"][..., None, :]
+        return observation["lookahead"]
 
     def _with_state(self, observation: Observation, angles: Array, speed: Array) -> Steps:
         return dict(observation) | {
