@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,7 +63,8 @@ class Anticipation:
 
     def learn(self, run: RunIndex) -> None:
         """Learn from one run's episode, as far as it is known what came."""
-        targets = np.stack(self._targets)[(slice(None), *run)]
+        own: tuple[Any, ...] = (slice(None), *run)
+        targets = np.stack(self._targets)[own]
         known = len(targets) - self._most
         if known < 1:
             return

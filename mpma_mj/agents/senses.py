@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,32 +11,20 @@ from numpy.typing import NDArray
 from mpma_mj.agents.anticipation import Anticipation
 from mpma_mj.agents.base import AgentSpec, Observation, Seeds
 from mpma_mj.agents.config import JOINTS
-from mpma_mj.agents.plant_models import PLANT_INPUTS, gaussian_log_likelihood
+from mpma_mj.agents.plant_models import gaussian_log_likelihood
 from mpma_mj.agents.state_estimate import StateEstimate
+from mpma_mj.agents.state_models import StateModels, state_inputs
 from mpma_mj.agents.switching import filtered, predicted
 from mpma_mj.kinematics import posture_from_angles
 
-__all__ = ["LateSenses", "Senses", "kinematic_prior"]
+__all__ = ["LateSenses", "Senses"]
 
 Array = NDArray[np.float64]
 Steps = dict[str, Array]
 
-STATE_OUTPUTS = 2 * JOINTS
-"""Length of a state model's output: move and relative joint velocities."""
-
-# Choices of the prototype.
+# Choices of the prototype, but for the last.
 _SWITCHING_PROBABILITY = 0.02  # of the delay, a step
-_FORGETTING = 0.7  # φ of the state models
-_RIDGE = 1e-3  # a step; it leads back to the kinematic prior
-_FIRST_VARIANCE, _LEAST_VARIANCE = 0.05, 2e-4  # of moves
-_LEAST_STEPS = 20.0  # of a plant in an epoch from which its state model learns
-
-
-def kinematic_prior() -> Array:
-    """Return the state model of joints that move as commanded, A_0, shape (16, 33)."""
-    prior = np.zeros((STATE_OUTPUTS, PLANT_INPUTS))
-    prior[:JOINTS, :JOINTS] = prior[JOINTS:, :JOINTS] = np.eye(JOINTS)
-    return prior
+_ERROR = 4.0  # variances of the state model's error that a state estimate expects: it is not white
 
 
 class Senses:
@@ -88,12 +77,12 @@ class Senses:
         """Return predictions, shape (T, ...), at the steps at which their commands act."""
         return predictions
 
-    def learn(self, steps: Steps, posterior: Array | None, run: tuple[int, ...]) -> None:
+    def learn(self, steps: Steps, shares: Array, run: tuple[int, ...]) -> None:
         """Learn from the aligned steps of one run.
 
         Args:
             steps: As `aligned` returned them.
-            posterior: Which plant was on, shape (T', W); None if there is one.
+            shares: Which plant was on, shape (T', W).
             run: Index of the run.
         """
 
@@ -111,14 +100,11 @@ class Senses:
 class LateSenses(Senses):
     """The state that is expected when a command acts, k steps after it was given.
 
-    Commands under way run through a linear model of the state (Smith 1957), one for each plant,
-
-        [move ; q̇ / v]_{s+1} = A^w o(u_{s-k}, q_s, q̇_s)
-
-    which begins as the kinematic prior A_0 and is refitted to A_0 + ΔA after each epoch, on the
-    command that acted. Targets are those of the observation `lookahead`. If k is not known, delays
-    from 0 to a largest one are rival hypotheses that share the model and differ in the command
-    that they assume,
+    Commands under way run through a model of the state (Smith 1957), that of the plant which is
+    most probably on (`StateModels`). It learns from the command that acted. Targets are those of
+    the observation `lookahead`, or anticipated where that does not reach far enough. If k is not
+    known, delays from 0 to a largest one are rival hypotheses that share the model and differ in
+    the command that they assume,
 
         log ℓ_j = -½ Σ_d (move_{t-1} - A o(u_{t-1-j}, q_{t-1}, q̇_{t-1}))²_d / s²_d
 
@@ -153,14 +139,12 @@ class LateSenses(Senses):
         """
         self._spec, self._shape, self._known = spec, batch_shape, spec.latency
         self._most = max_latency if spec.latency is None else spec.latency
-        self._prior = kinematic_prior()
-        self._weights = np.tile(self._prior, (*batch_shape, plants, 1, 1))
-        self._gram = np.zeros((*batch_shape, plants, PLANT_INPUTS, PLANT_INPUTS))
-        self._moment = np.zeros((*batch_shape, plants, PLANT_INPUTS, STATE_OUTPUTS))
-        self._variance = np.full((*batch_shape, JOINTS), _FIRST_VARIANCE)
+        self._models = StateModels(spec, batch_shape, plants)
         self._estimate = StateEstimate(batch_shape) if estimates else None
         anticipates = 0 < self._most >= spec.lookahead
         self._anticipation = Anticipation(spec, seed, self._most) if anticipates else None
+        parts = (self._models, self._estimate, self._anticipation)
+        self._parts = [part for part in parts if part is not None]
         self.reset(0)
 
     def reset(self, episode: int) -> None:
@@ -168,10 +152,10 @@ class LateSenses(Senses):
         count = self._most + 1
         self._commands = np.zeros((count, *self._shape, JOINTS))  # u_{t-1}, u_{t-2}, …
         self._belief = np.full((*self._shape, count), 1.0 / count)
+        self._model = self._models.of_plant(np.zeros(self._shape, np.intp))
         self._now: tuple[Array, Array] | None = None  # q and q̇ / v
-        self._model = self._weights[..., 0, :, :]
-        self._predictions: list[Array] = []
         self._states: list[tuple[Array, Array]] = []
+        self._predictions: list[Array] = []
         self.delays: list[NDArray[np.intp]] = []
         if self._estimate is not None:
             self._estimate.reset()
@@ -196,10 +180,10 @@ class LateSenses(Senses):
         self._now = angles, speed
         self._states.append(self._now)
         self.delays.append(self.delay)
-        index = np.asarray(plant)[..., None, None, None]
-        self._model = np.take_along_axis(self._weights, index, axis=-3)[..., 0, :, :]
+        self._model = self._models.of_plant(plant)
         for j in range(self._most, 0, -1):
-            following = self._following(self._commands[j - 1], angles, speed)
+            command = self._commands[j - 1]
+            following = self._models.following(self._model, command, angles, speed)
             under_way = (self.delay >= j)[..., None]
             angles = np.where(under_way, following[0], angles)
             speed = np.where(under_way, following[1], speed)
@@ -233,7 +217,7 @@ class LateSenses(Senses):
         self._commands = np.concatenate([action[None], self._commands[:-1]])
         acting = np.take_along_axis(self._commands, self.delay[None, ..., None], axis=0)[0]
         if self._estimate is not None and self._now is not None:
-            self._estimate.predict(*self._following(acting, *self._now))
+            self._estimate.predict(*self._models.following(self._model, acting, *self._now))
         return self.present(observation), acting
 
     def aligned(self, steps: Steps, last: Steps, run: tuple[int, ...]) -> Steps:
@@ -242,7 +226,7 @@ class LateSenses(Senses):
         What belongs to the command is taken from the step at which it was given; steps at which
         no command acted yet are left out.
         """
-        own = (slice(None), *run)
+        own: tuple[Any, ...] = (slice(None), *run)
         delays = np.stack(self.delays)[own]
         angles = np.stack([state[0] for state in self._states])[own]
         speed = np.stack([state[1] for state in self._states])[own]
@@ -277,55 +261,31 @@ class LateSenses(Senses):
         steps = np.arange(len(delays)).reshape(-1, *[1] * (delays.ndim - 1))
         return steps - np.concatenate([delays[1:], delays[-1:]])
 
-    def learn(self, steps: Steps, posterior: Array | None, run: tuple[int, ...]) -> None:
-        """Refit the state models of the plants that were on, and the width of their moves."""
-        top = self._spec.max_joint_speed
-        inputs = _inputs(steps["action"], steps["joint_angles"], steps["joint_velocities"] / top)
-        move = self._spec.move(steps["joint_angles"], steps["next_joint_angles"])
-        targets = np.concatenate([move, steps["next_joint_velocities"] / top], axis=-1)
-        weights, gram, moment = self._weights[run], self._gram[run], self._moment[run]
-        shares = np.ones((len(inputs), 1)) if posterior is None else posterior
-        squares = np.full((len(inputs), len(weights), JOINTS), np.inf)
-        ridge = _RIDGE * len(inputs) * np.eye(PLANT_INPUTS)
-        for plant in np.flatnonzero(shares.sum(axis=0) > _LEAST_STEPS).tolist():
-            weighted = shares[:, plant, None] * inputs
-            gram[plant] = _FORGETTING * gram[plant] + weighted.T @ inputs
-            rest = targets - inputs @ self._prior.T
-            moment[plant] = _FORGETTING * moment[plant] + weighted.T @ rest
-            weights[plant] = self._prior + np.linalg.solve(gram[plant] + ridge, moment[plant]).T
-            squares[:, plant] = (inputs @ weights[plant][:JOINTS].T - move) ** 2
-        least = squares.min(axis=1)
-        self._variance[run] = np.maximum(2.0 * np.median(least, axis=0), _LEAST_VARIANCE)
+    def learn(self, steps: Steps, shares: Array, run: tuple[int, ...]) -> None:
+        """Refit the state models, and what anticipates and estimates."""
+        error = self._models.learn(steps, shares, run)
         if self._anticipation is not None:
             self._anticipation.learn(run)
         if self._estimate is not None:
-            reach = self._spec.control_timestep * top
-            self._estimate.learn(np.median(least, axis=0) * reach**2, run)
+            self._estimate.learn(_ERROR * error, run)
 
     def select_runs(self, runs: NDArray[np.intp]) -> None:
         """Continue with some runs only, (R',) of R, from the next reset."""
         self._shape = runs.shape
-        for name in _LEARNED:
-            setattr(self, name, getattr(self, name)[runs])
-        for part in self._parts():
+        for part in self._parts:
             part.select_runs(runs)
 
     def state_dict(self) -> dict[str, Array]:
         """Return copies of all arrays that learning changes, by name."""
-        state = {f"senses{name}": getattr(self, name).copy() for name in _LEARNED}
-        for part in self._parts():
+        state: dict[str, Array] = {}
+        for part in self._parts:
             state |= part.state_dict()
         return state
 
     def load_state_dict(self, state: Mapping[str, Array]) -> None:
         """Continue from the arrays that `state_dict` returned; others are left out."""
-        for name in _LEARNED:
-            getattr(self, name)[...] = state[f"senses{name}"]
-        for part in self._parts():
+        for part in self._parts:
             part.load_state_dict(state)
-
-    def _parts(self) -> list[StateEstimate | Anticipation]:
-        return [part for part in (self._estimate, self._anticipation) if part is not None]
 
     def _coming(self, observation: Observation) -> Array:
         """Return the targets of the next steps, shape (..., most + 1, 12) or more."""
@@ -342,28 +302,13 @@ class LateSenses(Senses):
             "posture": posture_from_angles(angles),
         }
 
-    def _following(self, command: Array, angles: Array, speed: Array) -> tuple[Array, Array]:
-        """Return joint angles and relative velocities after a command, each of shape (..., 8)."""
-        outputs = (self._model @ _inputs(command, angles, speed)[..., None])[..., 0]
-        reach = self._spec.control_timestep * self._spec.max_joint_speed
-        return angles + reach * outputs[..., :JOINTS], outputs[..., JOINTS:]
-
     def _find_delay(self, angles: Array) -> None:
         """Let the rival hypotheses of the delay account for the move to these joint angles."""
         assert self._now is not None
         before, speed = self._now
-        inputs = np.stack([_inputs(u, before, speed) for u in self._commands], axis=-2)
+        inputs = np.stack([state_inputs(u, before, speed) for u in self._commands], axis=-2)
         moves = inputs @ np.swapaxes(self._model[..., :JOINTS, :], -1, -2)  # (..., J, 8)
         errors = moves - self._spec.move(before, angles)[..., None, :]
-        logs = gaussian_log_likelihood(errors, self._variance[..., None, :])
+        logs = gaussian_log_likelihood(errors, self._models.variance[..., None, :])
         every = np.ones(self._belief.shape, bool)
         self._belief = filtered(predicted(self._belief, every, _SWITCHING_PROBABILITY), logs)
-
-
-_LEARNED = ("_weights", "_gram", "_moment", "_variance")
-
-
-def _inputs(command: Array, angles: Array, speed: Array) -> Array:
-    """Return a state model's input, o = [u; sin q; cos q; q̇ / v; 1], shape (..., 33)."""
-    one = np.ones((*command.shape[:-1], 1))
-    return np.concatenate([command, np.sin(angles), np.cos(angles), speed, one], axis=-1)
