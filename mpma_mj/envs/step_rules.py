@@ -174,8 +174,8 @@ def top_speeds(max_joint_speed: Array, locked_joint: str | None) -> Array:
 def delayed(pending: Array, action: Array, latency: Steps | None = None) -> tuple[Array, Array]:
     """Return the action that takes effect now, and those that may do so after it.
 
-    Where the latency rises by a step, an action takes effect a second time; where it falls, some
-    never do.
+    Where the latency rises by some steps, as many actions take effect again; where it falls, as
+    many are skipped.
 
     Args:
         pending: Last actions before the latest, oldest first, shape (longest latency, ..., 8).
