@@ -51,7 +51,6 @@ class Imitate(Generic[AgentT]):
         from mpma_mj.training import run
         from mpma_mj.training.run_folder import RunFolder
         from mpma_mj.utils.progress import show_epochs
-        from mpma_mj.visualization.figures import write_figures
 
         with contextlib.ExitStack() as stack:
             if self.resume is not None:
@@ -72,7 +71,7 @@ class Imitate(Generic[AgentT]):
                 show_epochs(self.epochs) as show,
             ):
                 trained = train(on_epoch=show)
-            write_figures(folder.figures, trained.trace, trained.motion)
+            trained.write_figures(folder)
             _print_summary(trained.summary)
             if missing_gl is not None:
                 print(missing_gl, file=sys.stderr)

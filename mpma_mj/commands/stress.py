@@ -19,7 +19,10 @@ if TYPE_CHECKING:
 
 __all__ = ["Stress"]
 
-_DEFAULT_AGENTS: tuple[str, ...] = ("mpma", "mosaic", "hammer", "single", "feedback_only")
+_DEFAULT_AGENTS: tuple[str, ...] = (
+    *("mpma", "single", "mosaic", "hammer"),
+    *("resolved_rate", "feedback_only"),
+)
 _ADAPT_EPOCHS = 10
 _ADAPTED = ("adapt.csv", "adapt.png")
 
@@ -31,8 +34,8 @@ class Stress:
     run_folder: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="RUN")]
     """Folder of a run; its config applies to all agents."""
     agents: tuple[str, ...] = ()
-    """Agents for comparison, or paths of classes such as my_agents.py:MyAgent; mpma, mosaic,
-    hammer, single and feedback_only if not given."""
+    """Agents for comparison, or paths of classes such as my_agents.py:MyAgent; mpma, single,
+    mosaic, hammer, resolved_rate and feedback_only if not given."""
     runs: int = 10
     """Runs of each of these agents, with seeds from that of the run up; 0 for the run alone."""
     epochs: int = 30

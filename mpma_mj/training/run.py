@@ -95,8 +95,13 @@ class Run:
             run_folder.create(self.config, self.motion, overwrite=overwrite)
             self._write_epoch(run_folder, best=True)
             run_folder.write_summary(self.summary)
-            write_figures(run_folder.figures, self.trace, self.motion)
+            self.write_figures(run_folder)
         return run_folder.path
+
+    def write_figures(self, folder: RunFolder) -> None:
+        """Write the figures of the best epoch to a run folder."""
+        plants = int(self.summary.get("plants", 1))
+        write_figures(folder.figures, self.trace, self.motion, plants=plants)
 
     def _write_epoch(self, folder: RunFolder, *, best: bool) -> None:
         """Write what a later `resume` needs, the checkpoint `latest` last.

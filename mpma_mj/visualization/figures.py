@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +21,7 @@ __all__ = ["write_figures"]
 Array = NDArray[np.float64]
 
 
-def write_figures(folder: Path, trace: Trace, motion: Motion) -> None:
+def write_figures(folder: Path, trace: Trace, motion: Motion, *, plants: int = 1) -> None:
     """Write the figures of the best epoch.
 
     `responsibility.png` is the paper's figure 3a (λ and the responsibility predictors' output
@@ -33,15 +33,24 @@ def write_figures(folder: Path, trace: Trace, motion: Motion) -> None:
         folder: Folder of the figures.
         trace: Trace of the epoch, of an agent with modules.
         motion: The motion that was imitated.
+        plants: Number of plants that were recruited, each with the same number of modules.
     """
-    drawings: dict[str, Callable[[Path, Trace, Motion], None]] = {"trajectory": _trajectory}
+    _trajectory(folder / "trajectory.png", trace, motion)
     if trace.modules is not None:
-        drawings |= {"responsibility": _responsibility, "module_output": _module_output}
-    for name, draw in drawings.items():
-        draw(folder / f"{name}.png", trace, motion)
+        names = _module_names(trace.modules.responsibility.shape[1], plants)
+        _responsibility(folder / "responsibility.png", trace, motion, names)
+        _module_output(folder / "module_output.png", trace, motion, names)
 
 
-def _responsibility(path: Path, trace: Trace, motion: Motion) -> None:
+def _module_names(modules: int, plants: int) -> list[str]:
+    """Return the name of each module, with its plant where there are several."""
+    names = [f"module {i + 1}" for i in range(modules)]
+    if plants == 1:
+        return names
+    return [f"{name}\nplant {i * plants // modules + 1}" for i, name in enumerate(names)]
+
+
+def _responsibility(path: Path, trace: Trace, motion: Motion, names: Sequence[str]) -> None:
     """Draw figure 3a: a row for each module."""
     responsibility, prior = trace.with_modules().responsibility, trace.with_modules().prior
     share = prior / prior.sum(axis=1, keepdims=True)
@@ -53,10 +62,10 @@ def _responsibility(path: Path, trace: Trace, motion: Motion) -> None:
             axis.fill_between(time, responsibility[:, i], color=colour, alpha=0.35, linewidth=0)
             axis.plot(time, responsibility[:, i], color=colour, linewidth=1.2, label="λ")
             axis.plot(time, share[:, i], "--", color="black", linewidth=0.8, label="RP output")
-            axis.set(ylim=(-0.03, 1.03), ylabel=f"module {i + 1}")
+            axis.set(ylim=(-0.03, 1.03), ylabel=names[i])
 
 
-def _module_output(path: Path, trace: Trace, motion: Motion) -> None:
+def _module_output(path: Path, trace: Trace, motion: Motion, names: Sequence[str]) -> None:
     """Draw figure 3b: a row for each module, a line for each joint."""
     output = trace.with_modules().responsibility[:, :, None] * trace.with_modules().module_actions
     steps, modules, joints = output.shape
@@ -70,7 +79,7 @@ def _module_output(path: Path, trace: Trace, motion: Motion) -> None:
                 style = "-" if j < joints // 2 else ":"
                 label = JOINT_NAMES[j].replace("_", " ")
                 axis.plot(time, output[:, i, j], style, color=colours[j], linewidth=1, label=label)
-            axis.set(ylim=(-limit, limit), ylabel=f"module {i + 1}")
+            axis.set(ylim=(-limit, limit), ylabel=names[i])
 
 
 def _trajectory(path: Path, trace: Trace, motion: Motion) -> None:

@@ -37,10 +37,11 @@ def test_a_run_and_all_agents_get_a_table_and_a_figure(run: Path) -> None:
         [sys.executable, "-m", "mpma_mj.cli", *words], capture_output=True, text=True, check=False
     )
     assert result.returncode == 0, result.stderr
-    assert "  12 of 12 trials   " in result.stderr.splitlines()[-1]
+    assert "  14 of 14 trials   " in result.stderr.splitlines()[-1]
     lines = result.stdout.splitlines()
     assert lines[0] == (
-        "| disturbance | level | mpma | mosaic | hammer | single | feedback only | this run |"
+        "| disturbance | level | mpma | single | mosaic | hammer | resolved rate | feedback only |"
+        " this run |"
     )
     (folder,) = (run / "stress").iterdir()
     assert lines[-1] == str(folder)
@@ -50,9 +51,9 @@ def test_a_run_and_all_agents_get_a_table_and_a_figure(run: Path) -> None:
     found = rows(folder / "stress.csv")
     assert {row["seed"] for row in found} == {"4"}
     p_e = {(row["agent"], row["level"]): row["p_e_percent"] for row in found}
-    assert len(p_e) == len(found) == 6 * 2
+    assert len(p_e) == len(found) == 7 * 2
     # The run's own agent is that of its seed among the others; no two others are alike.
-    assert len(set(p_e.values())) == 5 * 2
+    assert len(set(p_e.values())) == 6 * 2
     for level in ("on", "off"):
         assert p_e["mpma", level] == p_e["this run", level]
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import imageio.v3 as iio
 import numpy as np
 import pytest
+from matplotlib.axes import Axes
 
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.kinematics import posture_from_angles
@@ -33,6 +34,22 @@ def test_a_figure_a_file_and_nothing_else(small_run: Path, tmp_path: Path) -> No
     assert names == {"responsibility.png", "module_output.png", "trajectory.png"}
     for name in names:
         assert iio.imread(tmp_path / name).std() > 10
+
+
+def test_rows_are_named_by_module_and_by_plant_where_there_are_several(
+    small_run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = RunFolder(small_run)
+    trace, motion = folder.read_trace(), folder.read_motion()
+    modules = trace.with_modules().map(lambda signal: np.repeat(signal[:, :2], 2, axis=1) / 2)
+    names: list[str] = []
+    monkeypatch.setattr(Axes, "set_ylabel", lambda _, name, **__: names.append(name))
+    write_figures(tmp_path, replace(trace, modules=modules), motion)
+    one_plant = [f"module {i}" for i in (1, 2, 3, 4)]
+    assert names[-4:] == one_plant
+    write_figures(tmp_path, replace(trace, modules=modules), motion, plants=2)
+    two_plants = ["module 1\nplant 1", "module 2\nplant 1", "module 3\nplant 2"]
+    assert names[-4:] == [*two_plants, "module 4\nplant 2"]
 
 
 def test_the_strip_has_the_colour_of_the_responsible_module() -> None:
