@@ -126,8 +126,8 @@ class PairedModels(Agent):
         """Return the action, shape (..., 8), in [-1, 1]."""
         space, senses = self._space, self._senses
         expected = senses(observation, self._gate.likely_plant)
-        last = senses.of_last_move(self._predictions)
-        prior, responsibility = self._gate(senses.present(observation), last)
+        predictions = senses.of_last_move(self._predictions)
+        prior, responsibility = self._gate(senses.present(observation), predictions)
         angles, state = expected["joint_angles"], space.state(expected, self._before)
         feedback, command = space.commands(expected)
         inputs = space.inverse_input(state, expected["target"], command)
@@ -298,12 +298,10 @@ class PairedModels(Agent):
         for network in (self._inverse, self._forward):
             network.set_plants(max(plants, network.plants))
         predictor, modules = self._gate.predictor, plants * self._modules
+        features: dict[str, Any] = {"forward_features": self._forward.episode(run, modules)}
         if self._senses.late:
             efference = self._space.forward_input(steps["action"], steps["state"])
-            forward: Any = self._forward.replay(run, efference)
-        else:
-            forward = self._forward.episode(run, modules)
-        features: dict[str, Any] = {"forward_features": forward}
+            features["forward_features"] = self._forward.replay(run, efference)
         if predictor is not None:
             features["predictor_features"] = predictor.episode(run, modules)
         if not isinstance(self._space, JointSpace):
