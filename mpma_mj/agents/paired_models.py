@@ -266,24 +266,19 @@ class PairedModels(Agent):
         self._gate.enabled[:present] = mask
 
     def _learn_run(self, run: RunIndex) -> None:
-        own: tuple[Any, ...] = (slice(None), *run)
-        recorded = {name: rows[own] for name, rows in self._steps.episode().items()}
-        last = {name: value[run] for name, value in self._last.items()}
-        steps = self._senses.aligned(recorded, last, run)
-        if self._senses.late:
-            steps["state"] = self._space.state(steps, None)
-        epoch = self._epoch(steps, last, float(Gains(self._progress[run]).feedback))
+        steps, epoch = self._own_steps(run), self._epoch(run)
         predicted = self._space.predicted_posture(epoch.predictions, steps["joint_angles"])
         error = metrics.posture_error_percent(epoch.mixed(predicted), steps["next_posture"])
         if np.isnan(self._untrained_error[run]):
             self._untrained_error[run] = error
-        self._gate.learn_context(run, recorded["context"])
+        own: tuple[Any, ...] = (slice(None), *run)
+        self._gate.learn_context(run, self._steps.episode()["context"][own])
         assigned = self._gate.assign(run, epoch)
         if assigned is not None:
             epoch = replace(epoch, assignment=assigned)
             plants = assigned.reshape(len(assigned), -1, self._modules).sum(axis=2)
             self._senses.learn(steps, plants, run)
-        epoch = replace(epoch, **self._features(run, steps))
+        epoch = replace(epoch, **self._features(run))
         readouts = self._readouts.of_run(run)
         if not self._rule.online:
             self._rule.fit(readouts, epoch)
@@ -292,9 +287,17 @@ class PairedModels(Agent):
         gains = FINAL_GAINS if self._rule.immediate else Gains(self._progress[run]).after(performed)
         self._progress[run] = gains.progress
 
-    def _features(self, run: RunIndex, steps: dict[str, Array]) -> dict[str, Any]:
+    def _own_steps(self, run: RunIndex) -> dict[str, Array]:
+        """Return the steps of one run by name, each of shape (T, ...), as causes and effects."""
+        own: tuple[Any, ...] = (slice(None), *run)
+        recorded = {name: rows[own] for name, rows in self._steps.episode().items()}
+        last = {name: value[run] for name, value in self._last.items()}
+        steps = self._senses.aligned(recorded, last, run)
+        return steps | {"state": self._space.state(steps, None)} if self._senses.late else steps
+
+    def _features(self, run: RunIndex) -> dict[str, Any]:
         """Return the features of one run's epoch, and the examples of the inverse models."""
-        plants = self._gate.plants_of(run)
+        plants, steps = self._gate.plants_of(run), self._own_steps(run)
         for network in (self._inverse, self._forward):
             network.set_plants(max(plants, network.plants))
         predictor, modules = self._gate.predictor, plants * self._modules
@@ -311,9 +314,10 @@ class PairedModels(Agent):
         inputs, features["desired"], features["usable"] = examples
         return features | {"inverse_features": self._inverse.replay(run, inputs)}
 
-    def _epoch(self, steps: dict[str, Array], last: dict[str, Array], gain: float) -> Epoch:
+    def _epoch(self, run: RunIndex) -> Epoch:
         """Return the steps of one run, without features."""
-        feedback = self.spec.feedback(last["joint_angles"], last["reference"])
+        steps, last = self._own_steps(run), self._last
+        feedback = self.spec.feedback(last["joint_angles"][run], last["reference"][run])
         next_feedback = np.concatenate([steps["feedback"][1:], feedback[None]])
         angles, after = steps["joint_angles"], steps["next_joint_angles"]
         none = np.empty((*steps["prior"].shape, 0))
@@ -324,7 +328,7 @@ class PairedModels(Agent):
             predictor_features=none,
             outcome=self._space.outcome(angles, after, steps["next_posture"]),
             next_feedback=next_feedback,
-            feedback_gain=gain,
+            feedback_gain=float(Gains(self._progress[run]).feedback),
             assignment=steps["responsibility"],
             desired=desired_command(steps["action"], next_feedback),
             usable=np.ones(len(next_feedback), bool),
