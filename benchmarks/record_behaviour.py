@@ -47,6 +47,8 @@ AGENTS: dict[str, dict[str, Any]] = {
     "gated": {"agent": "mpma"} | PAPER,
     "mosaic": {"agent": "mosaic"},
     "hammer": {"agent": "hammer"},
+    "mosaic, posture": {"agent": "mosaic", "models": "posture"},
+    "hammer, posture": {"agent": "hammer", "models": "posture"},
     "single": {"agent": "single"},
     "adaptive": {"agent": "adaptive"},
     "oracle": {"agent": "oracle"},

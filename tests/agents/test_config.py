@@ -52,9 +52,12 @@ def test_what_an_agent_does_not_have_is_not_among_its_fields() -> None:
     assert names["oracle"] == names["mpma"]
     assert not names["random"] | names["open_loop"] | names["feedback_only"]
     assert not names["resolved_rate"]
-    networks = {"nodes", "proprioception", "spectral_radius", "reservoir_noise", "context_signal"}
-    for kind in ("mpma", "single", "mosaic", "hammer", "adaptive", "oracle"):
-        assert networks <= names[kind]
+    networks = {"nodes", "spectral_radius", "reservoir_noise", "context_signal"}
+    paired = {"models", "history", "proprioception"}
+    assert networks <= names["adaptive"]
+    assert not paired & names["adaptive"]
+    for kind in ("mpma", "single", "mosaic", "hammer", "oracle"):
+        assert networks | paired <= names[kind]
 
 
 @pytest.mark.parametrize("config_type", TYPES.values())
@@ -167,6 +170,22 @@ def test_options_that_do_not_fit_the_models_are_refused_in_one_line(
         config_type(**options)
     assert error.value.option == option
     assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("config", "options", "message"),
+    [
+        (MOSAICConfig, {"proprioception": False}, "False; .*joint models do not have it"),
+        (HAMMERConfig, {"proprioception": False}, "or take models=posture"),
+        (MOSAICConfig, {"models": "posture", "history": True}, "posture models do not have it"),
+        (HAMMERConfig, {"models": "posture", "inverse_ridge": 0.1}, "or take models=joint"),
+    ],
+)
+def test_rivals_refuse_options_of_the_other_space_too(
+    config: type[AgentConfig], options: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(BadOptionError, match=message):
+        config(**options)
 
 
 def test_the_papers_models_need_both_options() -> None:

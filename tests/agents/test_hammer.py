@@ -1,3 +1,4 @@
+import dataclasses
 from typing import Any
 
 import numpy as np
@@ -14,8 +15,11 @@ from mpma_mj.training.rollout import record_epoch
 SPEED = np.array([12.0, 12.0, 20.0, 15.0] * 2)
 
 
-def hammer(pairs: int = 4) -> HAMMER:
-    return HAMMER(HAMMERConfig(nodes=20), AgentSpec(pairs, SPEED, 0.05))
+both_spaces = pytest.mark.parametrize("models", ["joint", "posture"])
+
+
+def hammer(pairs: int = 4, models: Any = "joint") -> HAMMER:
+    return HAMMER(HAMMERConfig(nodes=20, models=models), AgentSpec(pairs, SPEED, 0.05))
 
 
 def dance(agent: Any, epochs: int, learn: bool = True) -> Any:
@@ -46,8 +50,9 @@ def test_equally_right_pairs_both_gain() -> None:
     np.testing.assert_array_equal(next_confidence(np.zeros(3), np.zeros(3)), 1.0)
 
 
-def test_while_preparing_each_label_has_its_own_pair_and_feedback_leads() -> None:
-    agent = hammer()
+@both_spaces
+def test_while_preparing_each_label_has_its_own_pair_and_feedback_leads(models: str) -> None:
+    agent = hammer(models=models)
     for _ in range(3):
         assert agent.is_preparing
         trace = dance(agent, 1)
@@ -56,21 +61,40 @@ def test_while_preparing_each_label_has_its_own_pair_and_feedback_leads() -> Non
     assert not agent.is_preparing
 
 
-def test_each_pair_learns_by_ridge_regression_from_its_own_label_only() -> None:
-    agent = hammer()
+@both_spaces
+def test_each_pair_learns_by_ridge_regression_from_its_own_label_only(models: str) -> None:
+    agent = hammer(models=models)
     trace = dance(agent, 1)
     epoch, features = agent._epoch(()), agent._features(())
     hit = np.clip(trace.action + epoch.next_feedback, -1, 1)
+    targets = {"forward": (trace.posture[1:], 0.0), "inverse": (hit, 0.0)}
+    if models == "joint":
+        angles = agent._own_steps(())["joint_angles"]
+        residual = trace.action - agent.spec.feedback(angles, trace.posture[1:])
+        blocks = [block.copy() for _, block in features["inverse_features"].blocks()]
+        features["inverse_features"] = np.concatenate(blocks)
+        targets = {"forward": (epoch.outcome, 0.0), "inverse": (residual, 0.03)}
     for i in range(4):
         own = trace.context[:-1, i] == 1
         assert 0 < own.sum() < len(own)
-        for name, target in (("forward", trace.posture[1:]), ("inverse", hit)):
+        for name, (target, relative) in targets.items():
             z = features[f"{name}_features"][own, i].astype(float)
-            ridge = 1e-4 * own.sum() * np.eye(z.shape[1])
-            expected = linalg.solve(z.T @ z + ridge, z.T @ target[own]).T
+            gram = z.T @ z
+            ridge = (1e-6 if relative else 1e-4) * own.sum() * np.eye(z.shape[1])
+            ridge += relative * np.diag(np.diag(gram))
+            expected = linalg.solve(gram + ridge, z.T @ target[own]).T
             weights = getattr(agent._readouts, name).weights[i]
             # What they say: directions in which features do not vary are found to no digit.
             np.testing.assert_allclose(z @ weights.T, z @ expected.T, atol=1e-4)
+
+
+def test_inverse_models_learn_from_usable_steps_only() -> None:
+    agent = hammer()
+    dance(agent, 1, learn=False)
+    features = agent._features(()) | {"usable": np.zeros(len(agent._steps), bool)}
+    agent._rule.fit(agent._readouts, dataclasses.replace(agent._epoch(()), **features))
+    assert agent._readouts.forward.weights.any()
+    assert not agent._readouts.inverse.weights.any()
 
 
 def test_from_steps_without_a_label_no_pair_learns() -> None:
@@ -86,8 +110,9 @@ def test_from_steps_without_a_label_no_pair_learns() -> None:
     assert not agent._readouts.inverse.weights.any()
 
 
-def test_prepared_pairs_stay_as_they_are_and_control_passes() -> None:
-    agent = hammer()
+@both_spaces
+def test_prepared_pairs_stay_as_they_are_and_control_passes(models: str) -> None:
+    agent = hammer(models=models)
     dance(agent, 3)
     before = agent.state_dict()
     dance(agent, 2)
@@ -97,8 +122,9 @@ def test_prepared_pairs_stay_as_they_are_and_control_passes() -> None:
     assert after["progress"] > before["progress"] == 0.0
 
 
-def test_the_most_confident_takes_all_by_what_the_demonstrator_did() -> None:
-    agent = hammer()
+@both_spaces
+def test_the_most_confident_takes_all_by_what_the_demonstrator_did(models: str) -> None:
+    agent = hammer(models=models)
     dance(agent, 3)
     trace = dance(agent, 1)
     confidence = np.zeros(4)
@@ -111,8 +137,9 @@ def test_the_most_confident_takes_all_by_what_the_demonstrator_did() -> None:
     np.testing.assert_array_equal(trace.modules.prior, trace.modules.responsibility)
 
 
-def test_prepared_forward_models_receive_their_own_inverse_models_command() -> None:
-    agent = hammer()
+@both_spaces
+def test_prepared_forward_models_receive_their_own_inverse_models_command(models: str) -> None:
+    agent = hammer(models=models)
     for preparing in (True, False):
         assert agent.is_preparing == preparing
         trace = dance(agent, 1, learn=False)
@@ -147,9 +174,10 @@ def test_one_pair_is_always_responsible() -> None:
     np.testing.assert_array_equal(modules.responsibility, [[1.0]])
 
 
+@both_spaces
 @pytest.mark.parametrize("epochs", [1, 4])
-def test_a_copy_of_the_state_continues_alike(epochs: int) -> None:
-    trained, copy = hammer(), hammer()
+def test_a_copy_of_the_state_continues_alike(epochs: int, models: str) -> None:
+    trained, copy = hammer(models=models), hammer(models=models)
     dance(trained, epochs)
     copy.load_state_dict(trained.state_dict())
     assert copy.is_preparing == trained.is_preparing
@@ -158,9 +186,10 @@ def test_a_copy_of_the_state_continues_alike(epochs: int) -> None:
         np.testing.assert_array_equal(value, copy.state_dict()[name])
 
 
-def test_on_the_way_it_tracks_better_than_feedback() -> None:
+@both_spaces
+def test_on_the_way_it_tracks_better_than_feedback(models: Any) -> None:
     env = load("ymca", arms="kinematic")
-    agent = make_agent(env, HAMMERConfig(nodes=50), kind="hammer")
+    agent = make_agent(env, HAMMERConfig(models=models), kind="hammer")
     errors = []
     for epoch in range(9):
         trace = record_epoch(env, agent, epoch)

@@ -1,12 +1,14 @@
 """Spaces of the models, compared with the equations."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mpma_mj.agents import AgentSpec
-from mpma_mj.agents.model_space import JointSpace, PostureSpace, module_action
+from mpma_mj.agents import AgentSpec, HAMMERConfig, MOSAICConfig, MPMAConfig
+from mpma_mj.agents.model_space import JointSpace, PostureSpace, model_space, module_action
 from mpma_mj.kinematics import posture_from_angles
 
 SPEED = np.array([12.0, 12.0, 20.0, 15.0] * 2)
@@ -159,3 +161,16 @@ def test_module_actions_are_bounded_outputs_or_bounded_residuals() -> None:
     np.testing.assert_array_equal(module_action(outputs, None), [[0.5, -1.0], [0.2, 0.1]])
     command = np.array([0.7, 0.4])
     np.testing.assert_allclose(module_action(outputs, command), [[1.0, -0.6], [0.9, 0.5]])
+
+
+@pytest.mark.parametrize("config_type", [MPMAConfig, MOSAICConfig, HAMMERConfig])
+def test_a_config_names_its_space(config_type: Any) -> None:
+    plain, longer = (model_space(config_type(history=long), SPEC) for long in (False, True))
+    assert isinstance(plain, JointSpace)
+    assert longer.state_size == plain.state_size + 16
+    posture = {"models": "posture"} | ({"rule": "gated"} if config_type is MPMAConfig else {})
+    sensing, blind = (
+        model_space(config_type(**posture, proprioception=sensed), SPEC) for sensed in (True, False)
+    )
+    assert isinstance(sensing, PostureSpace)
+    assert (sensing.state_size, blind.state_size) == (28, 12)

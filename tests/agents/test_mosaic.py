@@ -1,17 +1,22 @@
 from typing import Any
 
 import numpy as np
+import pytest
 
 from mpma_mj import load, make_agent
 from mpma_mj.agents import MOSAIC, AgentSpec, MOSAICConfig
+from mpma_mj.agents.gating import likelihood, prediction_errors, responsibilities
 from mpma_mj.esn import PRECISION
 from mpma_mj.training.rollout import record_epoch
 
 SPEED = np.array([12.0, 12.0, 20.0, 15.0] * 2)
 
 
-def mosaic(modules: int = 3, **rates: float) -> MOSAIC:
-    return MOSAIC(MOSAICConfig(modules=modules, nodes=20, **rates), AgentSpec(4, SPEED, 0.05))
+both_spaces = pytest.mark.parametrize("models", ["joint", "posture"])
+
+
+def mosaic(modules: int = 3, **options: Any) -> MOSAIC:
+    return MOSAIC(MOSAICConfig(modules=modules, nodes=20, **options), AgentSpec(4, SPEED, 0.05))
 
 
 def dance(agent: Any, epochs: int, **options: Any) -> Any:
@@ -22,8 +27,9 @@ def dance(agent: Any, epochs: int, **options: Any) -> Any:
     return trace
 
 
-def test_every_step_changes_every_readout_along_its_gated_error() -> None:
-    agent = mosaic(forward_rate=0.3, inverse_rate=0.4, predictor_rate=0.6)
+@both_spaces
+def test_every_step_changes_every_readout_along_its_gated_error(models: str) -> None:
+    agent = mosaic(models=models, forward_rate=0.3, inverse_rate=0.4, predictor_rate=0.6)
     dance(agent, 3)
     gain = agent.gains.feedback
     assert gain < 1.0
@@ -32,19 +38,23 @@ def test_every_step_changes_every_readout_along_its_gated_error() -> None:
     timestep = env.reset()
     for _ in range(4):
         before = {n: r.weights.copy() for n, r in vars(agent._readouts).items()}
+        angles = timestep.observation["joint_angles"]
         timestep = env.step(agent.act(timestep.observation))
         agent.observe(timestep)
         step = agent._step()
         feedback = agent.spec.feedback(
             timestep.observation["joint_angles"], timestep.observation["reference"]
         )
+        outcome = timestep.observation["posture"]
+        if models == "joint":
+            outcome = agent.spec.move(angles, timestep.observation["joint_angles"])
         for i in range(3):
             share = step.responsibility[i]
             forward, inverse, predictor = (
                 getattr(step, f"{n}_features")[i] for n in ("forward", "inverse", "predictor")
             )
             errors = {
-                "forward": share * (timestep.observation["posture"] - step.predictions[i]),
+                "forward": share * (outcome - step.predictions[i]),
                 "inverse": share * gain * feedback,
                 "predictor": share - before["predictor"][i] @ predictor,
             }
@@ -65,8 +75,28 @@ def test_forward_models_receive_the_total_command() -> None:
     np.testing.assert_array_equal(heard, total.astype(PRECISION))
 
 
-def test_responsibilities_sum_to_one_and_mix_the_command() -> None:
-    agent = mosaic()
+@both_spaces
+def test_likelihoods_compare_predicted_postures_in_either_space(models: str) -> None:
+    agent = mosaic(models=models, sigma=0.1)
+    trace = dance(agent, 3)
+    modules = trace.modules
+    assert np.ptp(modules.responsibility / modules.prior) > 0.1
+    for t in range(1, 20):
+        errors = prediction_errors(modules.predictions[t - 1], trace.posture[t])
+        expected = responsibilities(modules.prior[t], likelihood(errors, 0.1))
+        np.testing.assert_allclose(modules.responsibility[t], expected, atol=1e-12)
+
+
+def test_the_inverse_models_rate_depends_on_the_models_if_not_given() -> None:
+    rates = {"joint": 0.02, "posture": 0.2}
+    for models, rate in rates.items():
+        assert vars(mosaic(models=models)._rule)["inverse_rate"] == rate
+        assert vars(mosaic(models=models, inverse_rate=0.1)._rule)["inverse_rate"] == 0.1
+
+
+@both_spaces
+def test_responsibilities_sum_to_one_and_mix_the_command(models: str) -> None:
+    agent = mosaic(models=models)
     dance(agent, 3)
     inverse = agent.gains.inverse
     trace = dance(agent, 1)
@@ -88,8 +118,9 @@ def test_without_observing_nothing_is_learned() -> None:
         np.testing.assert_array_equal(agent.state_dict()[name], value)
 
 
-def test_a_copy_of_the_state_continues_alike() -> None:
-    trained, copy = mosaic(), mosaic()
+@both_spaces
+def test_a_copy_of_the_state_continues_alike(models: str) -> None:
+    trained, copy = mosaic(models=models), mosaic(models=models)
     dance(trained, 3)
     copy.load_state_dict(trained.state_dict())
     np.testing.assert_array_equal(dance(trained, 1).action, dance(copy, 1).action)
@@ -108,9 +139,10 @@ def test_learning_does_not_change_a_state_that_was_returned() -> None:
     assert not np.array_equal(agent.state_dict()["forward.weights"], kept["forward.weights"])
 
 
-def test_with_control_it_tracks_better_than_feedback() -> None:
+@both_spaces
+def test_with_control_it_tracks_better_than_feedback(models: Any) -> None:
     env = load("ymca", arms="kinematic")
-    agent = make_agent(env, MOSAICConfig(nodes=50, modules=2), kind="mosaic")
+    agent = make_agent(env, MOSAICConfig(modules=2, models=models), kind="mosaic")
     for epoch in range(30):
         trace = record_epoch(env, agent, epoch)
         logged = agent.learn()

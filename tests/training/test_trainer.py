@@ -25,6 +25,7 @@ RULED = ("mpma", "single")  # agents that learn by a rule
 SETTINGS: list[dict[str, Any]] = [
     *({"agent": agent} for agent in AGENTS),
     *({"agent": agent, "models": "posture", "rule": "gated"} for agent in RULED),
+    *({"agent": agent, "models": "posture"} for agent in ("mosaic", "hammer")),
     *({"context_signal": signal} for signal in ("nothing", "constant", "shuffled", "halves")),
     {"agent": "mosaic", "context_signal": "shuffled"},
     {"responsibility_predictors": False},
