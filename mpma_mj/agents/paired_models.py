@@ -15,7 +15,7 @@ from mpma_mj.agents.config import JOINTS, AgentConfig
 from mpma_mj.agents.episode_buffer import EpisodeBuffer
 from mpma_mj.agents.gain_schedule import FINAL_GAINS, Gains, performance
 from mpma_mj.agents.gating import Gate, learned_part, mixed_outputs
-from mpma_mj.agents.learning_rules import Epoch, LearningRule, Readouts, Step, desired_command
+from mpma_mj.agents.learning_rules import Epoch, LearningRule, Readouts, Step
 from mpma_mj.agents.model_space import Before, JointSpace, ModelSpace, module_action
 from mpma_mj.agents.networks import NetworkFactory, RunIndex
 from mpma_mj.agents.senses import Senses
@@ -32,10 +32,6 @@ __all__ = ["PairedModels"]
 Array = NDArray[np.float64]
 
 _NEEDED_LAST = ("posture", "joint_angles", "joint_velocities", "reference")
-_OF_EPOCH = (
-    *("context", "state", "prior", "responsibility", "module_actions", "predictions"),
-    *("action", "feedback"),
-)
 
 
 class PairedModels(Agent):
@@ -320,18 +316,11 @@ class PairedModels(Agent):
         feedback = self.spec.feedback(last["joint_angles"][run], last["reference"][run])
         next_feedback = np.concatenate([steps["feedback"][1:], feedback[None]])
         angles, after = steps["joint_angles"], steps["next_joint_angles"]
-        none = np.empty((*steps["prior"].shape, 0))
-        return Epoch(
-            **{name: steps[name] for name in _OF_EPOCH},
-            inverse_features=none,
-            forward_features=none,
-            predictor_features=none,
+        return Epoch.without_features(
+            steps,
             outcome=self._space.outcome(angles, after, steps["next_posture"]),
             next_feedback=next_feedback,
             feedback_gain=float(Gains(self._progress[run]).feedback),
-            assignment=steps["responsibility"],
-            desired=desired_command(steps["action"], next_feedback),
-            usable=np.ones(len(next_feedback), bool),
         )
 
     def _step(self) -> Step:
