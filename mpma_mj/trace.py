@@ -22,7 +22,7 @@ OBSERVED = ("posture", "reference", "context", "joint_angles", "joint_velocities
 
 _ROUNDING = 1e-6  # far above rounding errors, far below what a picture shows
 
-_OPTIONAL = ("feedback", "learned", "plant")
+_OPTIONAL = ("feedback", "learned", "plant", "latency")
 
 SIGNALS = (*OBSERVED, "action", "reward")
 """Names of the signals that every trace has."""
@@ -46,6 +46,8 @@ class Trace:
         modules: Signals of the modules; None for an agent without modules.
         plant: Index of the plant that each action met, shape (T, …); None in an environment
             without plants.
+        latency: Latency that each action met, shape (T, …), control steps; None in an environment
+            where it is one number.
     """
 
     posture: Array
@@ -59,6 +61,7 @@ class Trace:
     learned: Array | None = None
     modules: ModuleSignals | None = None
     plant: NDArray[np.intp] | None = None
+    latency: NDArray[np.intp] | None = None
 
     def __repr__(self) -> str:
         """Return the size of the trace, in place of all its numbers."""

@@ -35,11 +35,16 @@ class AgentSpec:
         context_size: Size of the observation's context, C.
         max_joint_speed: Joint speeds that action 1 commands, shape (8,), rad/s.
         control_timestep: Time between two actions, s.
+        latency: Control steps from an action to its effect; None where it is drawn from a range,
+            so that nobody knows it.
+        lookahead: Number of targets in the observation `lookahead`; 0 where there is none.
     """
 
     context_size: int
     max_joint_speed: Array
     control_timestep: float
+    latency: int | None = 0
+    lookahead: int = 0
 
     def feedback(self, joint_angles: Array, reference: Array) -> Array:
         """Return the feedback controller's action, u_fb, before its gain; see `feedback_action`.

@@ -59,7 +59,7 @@ RULE_MEMBERS = (
 _BUILT_IN_MODELS = {"weighted": "joint", "gated": "posture"}
 _OWN_OPTIONS = {
     "joint": (
-        *("history", "inverse_ridge"),
+        *("history", "inverse_ridge", "max_latency", "state_estimate"),
         *("max_plants", "temperature", "novelty", "switching_probability"),
     ),
     "posture": ("proprioception", "efference_copy"),
@@ -167,6 +167,9 @@ class SingleConfig(PairedConfig):
             paper's; or the path of a class, such as my_rules.py:MyRule.
         inverse_ridge: Ridge of joint inverse models, as a share of each feature's own second moment
             (choice).
+        max_latency: Largest latency that joint models make up for, control steps; 0 for none.
+        state_estimate: Whether observation and prediction share the state that joint models
+            receive, against noise on the observations.
         ridge: Ridge ρ of all other readouts, per step; with 0.1 or more a motion of posture models
             continues without its demonstration (choice).
         efference_copy: Command that posture forward models receive: the total, or each module's own
@@ -176,6 +179,8 @@ class SingleConfig(PairedConfig):
     nodes: Annotated[int, Bounds(1, 20000)] = 200
     rule: Rule = "weighted"
     inverse_ridge: _Ridge = 0.03
+    max_latency: Annotated[int, Bounds(0, 100)] = 5
+    state_estimate: bool = False
     ridge: _Ridge = 1e-4
     efference_copy: EfferenceCopy = "total"
 

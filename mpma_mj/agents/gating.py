@@ -168,6 +168,14 @@ class Gate(ABC):
         """
         return None
 
+    @property
+    def likely_plant(self) -> NDArray[np.intp] | int:
+        """Index of the plant that is most probably on, shape (...)."""
+        return 0
+
+    def learn_context(self, run: RunIndex, context: Array) -> None:  # noqa: B027, a hook
+        """Learn from the context of one run's whole episode, shape (T, C)."""
+
     def plants_of(self, run: RunIndex) -> int:
         """Return the number of plants that a run has recruited."""
         return 1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,6 +27,12 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
+
+
+_RECORDED = (
+    *("context", "state", "prior", "responsibility", "module_actions", "predictions"),
+    *("action", "feedback"),
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,6 +100,37 @@ class Epoch:
     assignment: Array
     desired: Array
     usable: NDArray[np.bool_]
+
+    @classmethod
+    def without_features(
+        cls,
+        steps: Mapping[str, Array],
+        *,
+        outcome: Array,
+        next_feedback: Array,
+        feedback_gain: float,
+    ) -> Epoch:
+        """Return an epoch of recorded steps, from which inverse models learn by feedback error.
+
+        Args:
+            steps: Steps by name, each of shape (T, ...).
+            outcome: What forward models should have predicted, shape (T, K).
+            next_feedback: Feedback action one step later, shape (T, 8).
+            feedback_gain: Gain K.
+        """
+        none = np.empty((*steps["prior"].shape, 0))
+        return cls(
+            **{name: steps[name] for name in _RECORDED},
+            inverse_features=none,
+            forward_features=none,
+            predictor_features=none,
+            outcome=outcome,
+            next_feedback=next_feedback,
+            feedback_gain=feedback_gain,
+            assignment=steps["responsibility"],
+            desired=desired_command(steps["action"], next_feedback),
+            usable=np.ones(len(next_feedback), bool),
+        )
 
     def mixed(self, signal: Array) -> Array:
         """Return the modules' common output, Σ_i λ^i (...)^i, of (T, M, D) shape (T, D)."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -15,8 +16,14 @@ from mpma_mj.agents.model_space import model_space
 from mpma_mj.agents.networks import NetworkFactory
 from mpma_mj.agents.paired_models import PairedModels
 from mpma_mj.agents.plant_gate import PlantGate
+from mpma_mj.agents.senses import LateSenses, Senses
+from mpma_mj.errors import BadOptionError
 
 __all__ = ["MPMA", "Single"]
+
+# Ridge of the inverse models where a latency is made up for: with less, residuals that were fitted
+# to a quiet epoch let the arms swing in the next (choice).
+_LATE_RIDGE = 1.0
 
 Array = NDArray[np.float64]
 
@@ -52,7 +59,7 @@ class MPMA(PairedModels):
             modules=config.modules,
             forgetting=rule.forgetting,
             ridge=config.ridge,
-            inverse_ridge=config.inverse_ridge if joint else 0.0,
+            inverse_ridge=_inverse_ridge(config, spec) if joint else 0.0,
             max_plants=config.max_plants if joint else 1,
         )
         gate: Gate
@@ -73,6 +80,7 @@ class MPMA(PairedModels):
             gate=gate,
             rule=rule,
             space=model_space(config, spec),
+            senses=_senses(config, spec, seed) if joint else None,
             efference_copy=config.efference_copy,
         )
 
@@ -84,6 +92,45 @@ class MPMA(PairedModels):
         """
         logged = super().learn()
         return logged | self._gate.logged() if isinstance(self._gate, PlantGate) else logged
+
+
+def _is_late(config: MPMAConfig, spec: AgentSpec) -> bool:
+    """Return whether a latency is made up for."""
+    return config.max_latency > 0 and spec.latency != 0
+
+
+def _inverse_ridge(config: MPMAConfig, spec: AgentSpec) -> float:
+    """Return the ridge of inverse models, a larger one where a latency is made up for."""
+    return (
+        max(config.inverse_ridge, _LATE_RIDGE) if _is_late(config, spec) else config.inverse_ridge
+    )
+
+
+def _senses(config: MPMAConfig, spec: AgentSpec, seed: Seeds) -> Senses | None:
+    """Return the senses of joint models; None where they receive what is observed.
+
+    Raises:
+        BadOptionError: The latency is beyond the largest that is made up for, or the history of
+            moves, which is late, is among the inputs.
+    """
+    late = _is_late(config, spec)
+    if not (late or config.state_estimate):
+        return None
+    if late and spec.latency is not None and spec.latency > config.max_latency:
+        expected = f"at least {spec.latency}, the latency of the environment, or 0"
+        raise BadOptionError(option="max_latency", value=config.max_latency, expected=expected)
+    if config.history:
+        remedy = "leave it out, or take {max_latency=0} without {state_estimate}"
+        raise BadOptionError(option="history", value=True, remedy=remedy)
+    known = spec.latency if late else 0
+    return LateSenses(
+        replace(spec, latency=known),
+        np.shape(seed),
+        plants=config.max_plants,
+        max_latency=config.max_latency,
+        estimates=config.state_estimate,
+        seed=seed,
+    )
 
 
 class Single(MPMA):

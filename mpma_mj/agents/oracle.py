@@ -54,7 +54,8 @@ class _ToldGate(PlantGate):
     ) -> Array:
         """Return which plant was on in each step of one run, shape (T, W)."""
         models.epochs[...] += 1
-        told = np.array([step[run] for step in self._told])
+        # Where senses are late, no command acted in the first steps.
+        told = np.array([step[run] for step in self._told])[-len(outcome) :]
         return (told[:, None] == np.arange(models.most)).astype(float)
 
     def _believed(self, before: Array, move: Array) -> Array:

@@ -15,9 +15,10 @@ from mpma_mj.agents.config import JOINTS, AgentConfig
 from mpma_mj.agents.episode_buffer import EpisodeBuffer
 from mpma_mj.agents.gain_schedule import FINAL_GAINS, Gains, performance
 from mpma_mj.agents.gating import Gate, learned_part, mixed_outputs
-from mpma_mj.agents.learning_rules import Epoch, LearningRule, Readouts, Step, desired_command
+from mpma_mj.agents.learning_rules import Epoch, LearningRule, Readouts, Step
 from mpma_mj.agents.model_space import Before, JointSpace, ModelSpace, module_action
 from mpma_mj.agents.networks import NetworkFactory, RunIndex
+from mpma_mj.agents.senses import Senses
 from mpma_mj.agents.signals import MODULE_SIGNALS, AgentSignals, ModuleSignals
 from mpma_mj.errors import BadOptionError, StateError
 from mpma_mj.options import EfferenceCopy
@@ -30,11 +31,7 @@ __all__ = ["PairedModels"]
 
 Array = NDArray[np.float64]
 
-_NEEDED_LAST = ("posture", "joint_angles", "reference")
-_OF_EPOCH = (
-    *("context", "state", "prior", "responsibility", "module_actions", "predictions"),
-    *("action", "feedback"),
-)
+_NEEDED_LAST = ("posture", "joint_angles", "joint_velocities", "reference")
 
 
 class PairedModels(Agent):
@@ -63,6 +60,7 @@ class PairedModels(Agent):
         gate: Gate,
         rule: LearningRule,
         space: ModelSpace,
+        senses: Senses | None = None,
         efference_copy: EfferenceCopy = "total",
     ) -> None:
         """Draw the reservoirs.
@@ -74,16 +72,17 @@ class PairedModels(Agent):
             gate: Decides which modules control.
             rule: Decides what is learned.
             space: What models sense, command and predict.
+            senses: State that models receive; as it is observed if not given.
             efference_copy: Command that forward models receive, "total" or "module".
         """
         super().__init__(config, spec, seed=networks.seed)
         self._gate, self._rule, self._efference_copy = gate, rule, efference_copy
         self._batch_shape = np.shape(networks.seed)
         self._modules = networks.modules
-        self._space = space
+        self._space, self._senses = space, senses or Senses()
         self._inverse = networks.make("inverse", space.inverse_inputs, JOINTS)
         self._forward = networks.make("forward", JOINTS + space.state_size, space.outputs)
-        self._parts = (self._inverse, self._forward, gate)
+        self._parts = (self._inverse, self._forward, gate, self._senses)
         self._readouts = Readouts(
             inverse=self._inverse.readouts,
             forward=self._forward.readouts,
@@ -107,6 +106,7 @@ class PairedModels(Agent):
     def reset(self, episode: int) -> None:
         """Begin an episode with reservoirs at rest and that episode's noise."""
         self._gate.reset(episode)
+        self._senses.reset(episode)
         for network in (self._inverse, self._forward):
             network.set_plants(self._gate.plants)
             network.reset(episode)
@@ -120,11 +120,13 @@ class PairedModels(Agent):
 
     def act(self, observation: Observation) -> Array:
         """Return the action, shape (..., 8), in [-1, 1]."""
-        prior, responsibility = self._gate(observation, self._predictions)
-        space, angles = self._space, observation["joint_angles"]
-        state = space.state(observation, self._before)
-        feedback, command = space.commands(observation)
-        inputs = space.inverse_input(state, observation["target"], command)
+        space, senses = self._space, self._senses
+        expected = senses(observation, self._gate.likely_plant)
+        predictions = senses.of_last_move(self._predictions)
+        prior, responsibility = self._gate(senses.present(observation), predictions)
+        angles, state = expected["joint_angles"], space.state(expected, self._before)
+        feedback, command = space.commands(expected)
+        inputs = space.inverse_input(state, expected["target"], command)
         module_actions = module_action(self._inverse.step(inputs), command)
         planned = mixed_outputs(responsibility, module_actions, self._modules)
         action = clip(self._inverse_gain * planned + self._feedback_gain * feedback)
@@ -133,7 +135,11 @@ class PairedModels(Agent):
         self._predictions = (
             space.predicted_posture(outputs, angles) if self._gate.compares_postures else outputs
         )
-        self._gate.observe_action(angles, state, action)
+        if senses.late:
+            present, acting = senses.acting(observation, action)
+            self._gate.observe_action(present["joint_angles"], space.state(present, None), acting)
+        else:
+            self._gate.observe_action(angles, state, action)
         self._before = angles, action
         step = {
             "context": observation["context"],
@@ -197,9 +203,8 @@ class PairedModels(Agent):
         for run in np.ndindex(self._batch_shape):
             absent = slice(self._gate.plants_of(run) * self._modules, None)
             modules["prior"][(slice(None), *run, absent)] = np.nan
-        modules["predictions"] = self._space.predicted_posture(
-            modules["predictions"], steps["joint_angles"]
-        )
+        predicted = self._space.predicted_posture(modules["predictions"], steps["joint_angles"])
+        modules["predictions"] = self._senses.effects(predicted)
         learned = learned_part(
             steps["responsibility"], steps["module_actions"], steps.get("command"), self._modules
         )
@@ -257,15 +262,18 @@ class PairedModels(Agent):
         self._gate.enabled[:present] = mask
 
     def _learn_run(self, run: RunIndex) -> None:
-        epoch = self._epoch(run)
-        angles = self._own_steps(run)["joint_angles"]
-        predicted = self._space.predicted_posture(epoch.predictions, angles)
-        error = metrics.posture_error_percent(epoch.mixed(predicted), self._reached(run))
+        steps, epoch = self._own_steps(run), self._epoch(run)
+        predicted = self._space.predicted_posture(epoch.predictions, steps["joint_angles"])
+        error = metrics.posture_error_percent(epoch.mixed(predicted), steps["next_posture"])
         if np.isnan(self._untrained_error[run]):
             self._untrained_error[run] = error
+        own: tuple[Any, ...] = (slice(None), *run)
+        self._gate.learn_context(run, self._steps.episode()["context"][own])
         assigned = self._gate.assign(run, epoch)
         if assigned is not None:
             epoch = replace(epoch, assignment=assigned)
+            plants = assigned.reshape(len(assigned), -1, self._modules).sum(axis=2)
+            self._senses.learn(steps, plants, run)
         epoch = replace(epoch, **self._features(run))
         readouts = self._readouts.of_run(run)
         if not self._rule.online:
@@ -275,52 +283,44 @@ class PairedModels(Agent):
         gains = FINAL_GAINS if self._rule.immediate else Gains(self._progress[run]).after(performed)
         self._progress[run] = gains.progress
 
-    def _reached(self, run: RunIndex) -> Array:
-        """Return the postures that one run reached, shape (T, 12)."""
-        steps = self._own_steps(run)["posture"]
-        return np.concatenate([steps[1:], self._last["posture"][run][None]])
-
     def _own_steps(self, run: RunIndex) -> dict[str, Array]:
-        """Return the steps of one run by name, each of shape (T, ...)."""
+        """Return the steps of one run by name, each of shape (T, ...), as causes and effects."""
         own: tuple[Any, ...] = (slice(None), *run)
-        return {name: rows[own] for name, rows in self._steps.episode().items()}
+        recorded = {name: rows[own] for name, rows in self._steps.episode().items()}
+        last = {name: value[run] for name, value in self._last.items()}
+        steps = self._senses.aligned(recorded, last, run)
+        return steps | {"state": self._space.state(steps, None)} if self._senses.late else steps
 
     def _features(self, run: RunIndex) -> dict[str, Any]:
         """Return the features of one run's epoch, and the examples of the inverse models."""
-        plants = self._gate.plants_of(run)
+        plants, steps = self._gate.plants_of(run), self._own_steps(run)
         for network in (self._inverse, self._forward):
             network.set_plants(max(plants, network.plants))
         predictor, modules = self._gate.predictor, plants * self._modules
         features: dict[str, Any] = {"forward_features": self._forward.episode(run, modules)}
+        if self._senses.late:
+            efference = self._space.forward_input(steps["action"], steps["state"])
+            features["forward_features"] = self._forward.replay(run, efference)
         if predictor is not None:
             features["predictor_features"] = predictor.episode(run, modules)
         if not isinstance(self._space, JointSpace):
             return features | {"inverse_features": self._inverse.episode(run, modules)}
-        steps = self._own_steps(run)
         state, angles, action = steps["state"], steps["joint_angles"], steps["action"]
-        inputs, desired, usable = self._space.hindsight(state, angles, action, self._reached(run))
-        features["inverse_features"] = self._inverse.replay(run, inputs)
-        return features | {"desired": desired, "usable": usable}
+        examples = self._space.hindsight(state, angles, action, steps["next_posture"])
+        inputs, features["desired"], features["usable"] = examples
+        return features | {"inverse_features": self._inverse.replay(run, inputs)}
 
     def _epoch(self, run: RunIndex) -> Epoch:
         """Return the steps of one run, without features."""
-        steps = self._own_steps(run)
-        last = {name: value[run] for name, value in self._last.items()}
-        feedback = self.spec.feedback(last["joint_angles"], last["reference"])
+        steps, last = self._own_steps(run), self._last
+        feedback = self.spec.feedback(last["joint_angles"][run], last["reference"][run])
         next_feedback = np.concatenate([steps["feedback"][1:], feedback[None]])
-        after = np.concatenate([steps["joint_angles"][1:], last["joint_angles"][None]])
-        none = _none(steps["prior"])
-        return Epoch(
-            **{name: steps[name] for name in _OF_EPOCH},
-            inverse_features=none,
-            forward_features=none,
-            predictor_features=none,
-            outcome=self._space.outcome(steps["joint_angles"], after, self._reached(run)),
+        angles, after = steps["joint_angles"], steps["next_joint_angles"]
+        return Epoch.without_features(
+            steps,
+            outcome=self._space.outcome(angles, after, steps["next_posture"]),
             next_feedback=next_feedback,
             feedback_gain=float(Gains(self._progress[run]).feedback),
-            assignment=steps["responsibility"],
-            desired=desired_command(steps["action"], next_feedback),
-            usable=np.ones(len(next_feedback), bool),
         )
 
     def _step(self) -> Step:
@@ -330,7 +330,9 @@ class PairedModels(Agent):
         return Step(
             inverse_features=self._inverse.features,
             forward_features=self._forward.features,
-            predictor_features=predictor.features if predictor else _none(responsibility),
+            predictor_features=predictor.features
+            if predictor
+            else np.empty((*responsibility.shape, 0)),
             responsibility=responsibility,
             predictions=steps.last("predictions"),
             outcome=self._space.outcome(
@@ -339,8 +341,3 @@ class PairedModels(Agent):
             next_feedback=self.spec.feedback(last["joint_angles"], last["reference"]),
             feedback_gain=np.asarray(self.gains.feedback),
         )
-
-
-def _none(prior: Array) -> Array:
-    """Return no features, shape (..., M, 0), for priors (..., M)."""
-    return np.empty((*prior.shape, 0))

@@ -166,8 +166,6 @@ class PlantGate(Gate):
             sharing[:, :count] = self._sharing(errors, self._variance[run])
         inputs = plant_inputs(epoch.action, epoch.state)
         posterior = self._posterior(run, models, inputs, epoch.outcome)
-        decoders = self._predictor.readouts.of_run(run)
-        decoders.fit(self._predictor.episode(run, modules), context[:, None, :])
         weights, enabled = np.zeros_like(sharing), self.enabled.reshape(-1, modules)
         for plant in np.flatnonzero(posterior.sum(axis=0) >= 1.0).tolist():
             own = posterior[:, plant, None]
@@ -177,6 +175,16 @@ class PlantGate(Gate):
             taking_part = sharing[:, plant] * enabled[plant]
             weights[:, plant] = own * _led(context, preferences, taking_part)
         return weights.reshape(len(weights), -1)
+
+    @property
+    def likely_plant(self) -> NDArray[np.intp]:
+        """Index of the plant that is most probably on, shape (...)."""
+        return np.asarray(self._belief.argmax(axis=-1))
+
+    def learn_context(self, run: RunIndex, context: Array) -> None:
+        """Fit the decoders of one run to the context of its whole episode, shape (T, C)."""
+        features = self._predictor.episode(run, self._modules)
+        self._predictor.readouts.of_run(run).fit(features, context[:, None, :])
 
     def logged(self) -> dict[str, Array]:
         """Return what is logged of each run: whether it calibrates, and its number of plants."""

@@ -12,6 +12,7 @@ import tyro
 from tyro.constructors import ConstructorRegistry, StructConstructorSpec, StructTypeInfo
 
 from mpma_mj.agents.config import CONFIG_TYPES, AgentConfig
+from mpma_mj.commands.latency_words import latency_words
 from mpma_mj.commands.plant_words import plant_words
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import BadOptionError
@@ -124,6 +125,7 @@ def registry(hidden: Collection[str] = ()) -> ConstructorRegistry:
     """
     rules = ConstructorRegistry()
     rules.primitive_rule(plant_words)
+    rules.primitive_rule(latency_words)
     under_way: list[StructTypeInfo] = []
 
     @rules.struct_rule

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj import kinematics
+from mpma_mj.envs.latency_schedule import LatencySchedule
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.plant_schedule import PlantSchedule
 from mpma_mj.envs.step_rules import top_speeds
@@ -38,6 +39,7 @@ class Episode:
             angles in rad, joint velocities in rad/s; None without noise.
         perturbations: Forces on left and right hand, shape (T, 2, 3), N; None without forces.
         plant: Index of the plant that is on, shape (T,); None without plants.
+        latency: Latency in force, shape (T,), control steps; None where it is one number.
     """
 
     start: int
@@ -45,6 +47,7 @@ class Episode:
     sensor_noise: Array | None
     perturbations: Array | None
     plant: NDArray[np.intp] | None
+    latency: NDArray[np.intp] | None
 
     def repeated(self, count: int) -> Episode:
         """Return a batch of copies, its arrays with an axis in front.
@@ -67,7 +70,7 @@ class Episode:
 
     def _arrays(self) -> Iterator[tuple[str, NDArray[Any]]]:
         """Yield names and arrays, of those that there are."""
-        for name in ("reference", "sensor_noise", "perturbations", "plant"):
+        for name in ("reference", "sensor_noise", "perturbations", "plant", "latency"):
             array = getattr(self, name)
             if array is not None:
                 yield name, array
@@ -90,6 +93,7 @@ class Demonstration:
         self._max_joint_speed = max_joint_speed
         self._top_speeds = top_speeds(max_joint_speed, options.locked_joint)
         self._plants = PlantSchedule(options, motion.rate)
+        self._latencies = LatencySchedule(options, motion.rate)
         repeats = options.repeats
         self._clean, self.context = repeat(motion, repeats, max_joint_speed)
         between = len(self._clean) - repeats * len(motion)  # postures of all return moves
@@ -119,6 +123,7 @@ class Demonstration:
             sensor_noise=self._sensor_noise(seed, number),
             perturbations=self._draw_perturbations(seed, number),
             plant=self._plants.draw(seed, number, start, len(self._clean)),
+            latency=self._latencies.draw(seed, number, start, len(self._clean)),
         )
 
     def start_of(self, episode: Episode) -> tuple[Array, Array]:

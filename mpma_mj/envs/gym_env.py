@@ -47,7 +47,9 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
     - `reward_terms`: the terms of the reward by name, each in [0, 1];
     - `clipped`: the number of entries of the action outside [-1, 1], which were clipped;
     - `termination_reason`: why the episode has ended; empty while it goes on;
-    - `plant`: with the option `plants`, the index of the plant that the next action meets.
+    - `plant`: with the option `plants`, the index of the plant that the next action meets;
+    - `latency`: where this option is a range, the latency that the next action meets, in control
+      steps.
 
     Episodes follow from the seed: `reset(seed=s)` starts the first episode of seed s, and
     `reset()` the next one. Before any `reset(seed=…)` it is the argument `seed`. In Gymnasium's
@@ -227,11 +229,12 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
 
     def _info(self) -> dict[str, Any]:
         task = self._env.task
+        hidden = {"plant": task.plant, "latency": task.latency}
         return {
             "reward_terms": task.reward_terms(self._env.physics),
             "clipped": task.clipped,
             "termination_reason": task.termination_reason,
-        } | ({} if task.plant is None else {"plant": task.plant})
+        } | {name: now for name, now in hidden.items() if now is not None}
 
     def _show(self) -> None:
         if self._viewer is None:

@@ -37,6 +37,7 @@ __all__: list[str] = [
 _WEIGHT = Bounds(0.0, 1e6)
 _RATE, _FORCE = Bounds(0.0, 100.0), Bounds(0.0, 10_000.0)  # 1/s, N
 _DWELL = Bounds(0.0, 1e6, above=True)  # s
+_LATENCY = Bounds(0, 100)  # control steps
 MASS_OPTIONS = (
     *("gravity_compensation", "payload", "actuator_strength", "damping"),
     *("perturbation", "collisions"),
@@ -65,7 +66,10 @@ class EnvironmentOptions:
         damping: Damping that is added to each joint, N m s/rad.
         locked_joint: Joint that is held fixed where an episode begins; none if not given.
         collisions: Whether arms and body collide, as the model's geoms say; else they pass through.
-        latency: Control steps from an action to its effect; no motion is commanded before.
+        latency: Control steps from an action to its effect; no motion is commanded before. A range
+            of them, lowest and highest, is drawn from uniformly for each episode.
+        latency_every: Lowest and highest time after which the latency jumps to another of its
+            range within an episode, s; drawn uniformly. If not given, an episode has one latency.
         observation_noise: Standard deviation of the noise on the observed state of the arms: on
             each coordinate of `posture`, whose vectors are normalised again, on `joint_angles`
             in rad, and on `joint_velocities` as a fraction of the joints' top speeds.
@@ -105,7 +109,8 @@ class EnvironmentOptions:
     damping: Damping = 0.0
     locked_joint: str | None = None
     collisions: bool = False
-    latency: Annotated[int, Bounds(0, 100)] = 0
+    latency: int | tuple[int, int] = 0
+    latency_every: tuple[float, float] | None = None
     observation_noise: Annotated[float, Bounds(0.0, 1.0, hint="such as 0.01")] = 0.0
     perturbation: tuple[float, float] = (0.0, 0.0)
     random_start: bool = False
@@ -136,10 +141,17 @@ class EnvironmentOptions:
                 remedy = f"leave {{{option.name}}} out, or take {{arms=physics}}"
                 remedy = f"ideal arms have no mass: {remedy}"
                 raise BadOptionError(option=option.name, value=value, remedy=remedy)
+        self._check_latency()
         object.__setattr__(self, "plants", plants_from(self.plants))
         if self.switch_every is not None:
-            object.__setattr__(self, "switch_every", _checked_dwell(self.switch_every))
+            dwell = _checked_dwell("switch_every", self.switch_every)
+            object.__setattr__(self, "switch_every", dwell)
         self._check_plants()
+
+    @property
+    def longest_latency(self) -> int:
+        """Longest latency that there may be, control steps."""
+        return self.latency if isinstance(self.latency, int) else self.latency[1]
 
     @property
     def perturbed(self) -> bool:
@@ -161,6 +173,17 @@ class EnvironmentOptions:
             return dataclasses.replace(self, **changes)
         except BadOptionError as error:
             raise error.with_context(f"plants[{number}]") from None
+
+    def _check_latency(self) -> None:
+        """Check latency and times between its jumps, and keep plain copies."""
+        object.__setattr__(self, "latency", _checked_latency(self.latency))
+        if self.latency_every is None:
+            return
+        dwell = _checked_dwell("latency_every", self.latency_every)
+        object.__setattr__(self, "latency_every", dwell)
+        if isinstance(self.latency, int) or self.latency[0] == self.latency[1]:
+            remedy = "that needs a range: give {latency} two numbers that differ, or leave it out"
+            raise BadOptionError(option="latency_every", value=dwell, remedy=remedy)
 
     def _check_plants(self) -> None:
         """Check that the arms can be all plants, and that no option of plants is without them."""
@@ -271,12 +294,24 @@ def _checked_perturbation(given: Any) -> tuple[float, float]:
     return float(rate), float(size)
 
 
-def _checked_dwell(given: Any) -> tuple[float, float]:
+def _checked_latency(given: Any) -> int | tuple[int, int]:
+    """Return control steps, or lowest and highest number of them, as plain integers."""
+    if is_integer(given) and _is_within(_LATENCY, given):
+        return int(given)
+    low, high = _pair(given)
+    whole = is_integer(low) and is_integer(high)
+    if not (whole and _is_within(_LATENCY, low) and _is_within(_LATENCY, high) and low <= high):
+        expected = f"{_LATENCY.describe(whole=True)}, or a range of two, the lowest first"
+        raise BadOptionError(option="latency", value=given, expected=expected)
+    return int(low), int(high)
+
+
+def _checked_dwell(option: str, given: Any) -> tuple[float, float]:
     """Return lowest and highest time between two switches, s, as plain numbers."""
     low, high = _pair(given)
     if not (_is_within(_DWELL, low) and _is_within(_DWELL, high) and low <= high):
         expected = f"two times, 0 < low <= high <= {_DWELL.high:g} s, such as (1.0, 3.0)"
-        raise BadOptionError(option="switch_every", value=given, expected=expected)
+        raise BadOptionError(option=option, value=given, expected=expected)
     return float(low), float(high)
 
 

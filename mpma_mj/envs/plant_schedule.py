@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.envs.options import EnvironmentOptions
-from mpma_mj.errors import BadOptionError
+from mpma_mj.envs.switch_schedule import SwitchSchedule
 from mpma_mj.utils.seeding import stream
 
 __all__: list[str] = ["PlantSchedule"]
-
-_ROUNDING = 1e-6  # steps
 
 
 class PlantSchedule:
@@ -36,17 +32,9 @@ class PlantSchedule:
         """
         self._number = 0 if options.plants is None else len(options.plants)
         self._epochs = options.epochs_per_plant
-        self._range: tuple[int, int] | None = None
+        self._switches: SwitchSchedule | None = None
         if options.switch_every is not None:
-            low, high = (rate * seconds for seconds in options.switch_every)
-            self._range = math.ceil(low - _ROUNDING), math.floor(high + _ROUNDING)
-            if low < 1.0 - _ROUNDING or self._range[0] > self._range[1]:
-                raise BadOptionError(
-                    option="switch_every",
-                    value=options.switch_every,
-                    expected=f"a range from {1.0 / rate:g} s up, one control step, with a whole"
-                    " number of control steps in it",
-                )
+            self._switches = SwitchSchedule("switch_every", options.switch_every, rate)
 
     def draw(self, seed: int, episode: int, start: int, steps: int) -> NDArray[np.intp] | None:
         """Return the index of the plant that is on at each step; None without plants.
@@ -62,12 +50,6 @@ class PlantSchedule:
         """
         if not self._number:
             return None
-        if self._range is None:
+        if self._switches is None:
             return np.full(steps, episode // self._epochs % self._number, np.intp)
-        rng = stream(seed, "plants", episode)
-        low, high = self._range
-        switches = -(-steps // low)
-        ends = start + rng.integers(low, high, switches, endpoint=True).cumsum()
-        to_next = rng.integers(1, self._number, switches)
-        plants = (rng.integers(self._number) + np.append(0, to_next.cumsum())) % self._number
-        return plants[np.searchsorted(ends, np.arange(steps), side="right")]
+        return self._switches.draw(stream(seed, "plants", episode), self._number, start, steps)

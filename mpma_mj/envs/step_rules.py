@@ -171,17 +171,24 @@ def top_speeds(max_joint_speed: Array, locked_joint: str | None) -> Array:
     return np.where([name == locked_joint for name in JOINT_NAMES], 0.0, max_joint_speed)
 
 
-def delayed(pending: Array, action: Array) -> tuple[Array, Array]:
-    """Return the action that takes effect now, and those that are pending after it.
+def delayed(pending: Array, action: Array, latency: Steps | None = None) -> tuple[Array, Array]:
+    """Return the action that takes effect now, and those that may do so after it.
+
+    Where the latency rises by some steps, as many actions take effect again; where it falls, as
+    many are skipped.
 
     Args:
-        pending: Actions that have not taken effect, oldest first, shape (latency, ..., 8).
+        pending: Last actions before the latest, oldest first, shape (longest latency, ..., 8).
         action: Latest action, shape (..., 8).
+        latency: How many steps ago the action that takes effect was given, shape (...); the
+            longest if not given.
     """
     if not len(pending):
         return action, pending
     queue = np.concatenate([pending, action[None]])
-    return queue[0], queue[1:]
+    if latency is None:
+        return queue[0], queue[1:]
+    return queue[(len(pending) - latency, *np.indices(np.shape(latency)))], queue[1:]
 
 
 def count_clipped(action: Array) -> NDArray[np.intp]:

@@ -37,6 +37,7 @@ class TwoArmImitation(control.Task):
 
     Attributes:
         motion: The motion.
+        options: Options of the environment.
         max_joint_speed: Joint speeds that action 1 commands, shape (8,), rad/s.
         steps: Number of steps of an episode that starts at the beginning.
         period: Number of steps from one repetition to the next.
@@ -51,7 +52,7 @@ class TwoArmImitation(control.Task):
         self, motion: Motion, options: EnvironmentOptions, physics: PhysicsArms, seed: int = 0
     ) -> None:
         """Prepare the demonstration of a motion that the arms can follow."""
-        self.motion = motion
+        self.motion, self.options = motion, options
         self.max_joint_speed = physics.max_joint_speed
         self.episode = 0
         self.seed = seed
@@ -61,7 +62,7 @@ class TwoArmImitation(control.Task):
         self.context = self._demonstration.context
         self._observer = Observer(self._demonstration, options)
         self._rules = StepRules(options, self.steps, self.max_joint_speed, physics.segment_lengths)
-        self._pending: Array = np.zeros((options.latency, 8))
+        self._pending: Array = np.zeros((options.longest_latency, 8))
         self._begin(physics)
         self._evaluate(physics)
 
@@ -74,6 +75,11 @@ class TwoArmImitation(control.Task):
     def plant(self) -> int | None:
         """Index of the plant that is on, which the next action meets; None without plants."""
         return None if self._drawn.plant is None else int(self._drawn.plant[self._step])
+
+    @property
+    def latency(self) -> int | None:
+        """Latency that the next action meets, control steps; None where it is one number."""
+        return None if self._latency is None else int(self._latency)
 
     @property
     def clipped(self) -> int:
@@ -94,7 +100,7 @@ class TwoArmImitation(control.Task):
             BadOptionError: The action is no array of eight finite numbers; names the entry.
         """
         self.last_action = check_action(action).copy()
-        due, self._pending = delayed(self._pending, self.last_action)
+        due, self._pending = delayed(self._pending, self.last_action, self._latency)
         physics.set_control(self._rules.joint_velocities(due))
         if self._drawn.perturbations is not None:
             physics.apply_perturbation(self._drawn.perturbations[self._step])
@@ -141,6 +147,10 @@ class TwoArmImitation(control.Task):
         """Return the specifications of the observation's arrays."""
         shapes = self._observer.shapes
         return {name: specs.Array(shape, np.float64, name) for name, shape in shapes.items()}
+
+    @property
+    def _latency(self) -> np.intp | None:
+        return None if self._drawn.latency is None else self._drawn.latency[self._step]
 
     def _begin(self, physics: PhysicsArms) -> None:
         """Draw the next episode, whose first action is yet to come."""

@@ -43,6 +43,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
 
     Attributes:
         motion: The motion.
+        options: Options of the environments.
         max_joint_speed: Joint speeds that action 1 commands, shape (8,), rad/s.
         control_timestep: Time between two actions, s.
         last_observation: The last observations as a dictionary, also of flat environments.
@@ -90,6 +91,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
             expected = "None, as a vector of environments draws no pictures"
             raise BadOptionError(option="render_mode", value=render_mode, expected=expected)
         chosen, seed = options_from(options), check_seed(seed)
+        self.options = chosen
         self.motion, self.arms, nstep = prepare(motion, chosen)
         self.num_envs = num_envs = int(num_envs)
         self.max_joint_speed = self.arms.max_joint_speed
@@ -114,7 +116,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         self._step = np.zeros(num_envs, int)
         self._over: Mask = np.ones(num_envs, bool)
         self._termination_reason = np.full(num_envs, "", object)
-        self._pending = np.zeros((chosen.latency, num_envs, 8))
+        self._pending = np.zeros((chosen.longest_latency, num_envs, 8))
         self._drawn = self._demonstration.episode(seed, 0).repeated(num_envs)
         self.closed = False
         super().reset(seed=seed)
@@ -124,6 +126,12 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         """Index of the plant that is on, which the next action meets, (N,); None without plants."""
         plants = self._drawn.plant
         return None if plants is None else plants[self._rows, self._step]
+
+    @property
+    def latency(self) -> NDArray[np.intp] | None:
+        """Latency that the next action meets, (N,), control steps; None where it is one number."""
+        latencies = self._drawn.latency
+        return None if latencies is None else latencies[self._rows, self._step]
 
     def reset(
         self,
@@ -183,7 +191,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
             raise gymnasium.error.ResetNeeded("no episode is under way; call reset()")
         actions = check_action(actions, (self.num_envs, 8))
         begins = self._over
-        due, self._pending = delayed(self._pending, actions)
+        due, self._pending = delayed(self._pending, actions, self.latency)
         perturbations = self._drawn.perturbations
         forces = None if perturbations is None else perturbations[self._rows, self._step]
         if (plant := self.plant) is not None:
@@ -261,9 +269,9 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         """Return `info` in Gymnasium's layout: a mask of the environments that have each entry."""
         terms = dict(zip(kinematics.SEGMENT_NAMES, outcome.reward_terms.T, strict=True))
         info = {"reward_terms": self._masked(terms), "clipped": clipped}
-        plant = {} if self.plant is None else {"plant": self.plant}
-        reasons = {"termination_reason": self._termination_reason.copy()}
-        return self._masked(info | reasons | plant)
+        info["termination_reason"] = self._termination_reason.copy()
+        hidden = {"plant": self.plant, "latency": self.latency}
+        return self._masked(info | {name: now for name, now in hidden.items() if now is not None})
 
     def _masked(self, info: dict[str, Any]) -> dict[str, Any]:
         return info | {f"_{name}": np.ones(self.num_envs, bool) for name in info}
@@ -298,7 +306,8 @@ def make_vec(  # noqa: D417 # the fields of `EnvironmentOptions` are documented 
     damping: float = 0.0,
     locked_joint: str | None = None,
     collisions: bool = False,
-    latency: int = 0,
+    latency: int | tuple[int, int] = 0,
+    latency_every: tuple[float, float] | None = None,
     observation_noise: float = 0.0,
     perturbation: tuple[float, float] = (0.0, 0.0),
     random_start: bool = False,

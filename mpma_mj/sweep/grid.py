@@ -62,7 +62,8 @@ def _axis(word: str, hints: dict[str, Any]) -> tuple[str, list[Any]]:
         raise BadOptionError(
             "grid has seed", remedy="give the first with {seed}, their number with {runs}"
         )
-    if not all(_has_text(choice) for choice in _choices(hints[name])):
+    choices = _choices(hints[name])
+    if not all(map(_has_text, choices)) or choices == (types.NoneType,):
         raise BadOptionError(
             f"grid has {typed}, whose values are not single", remedy=f"give it with {{{name}}}"
         )
@@ -102,10 +103,14 @@ def _parsed(text: str, hint: Any) -> Any:
 
 
 def _choices(hint: Any) -> tuple[Any, ...]:
-    """Return the types of a union, None first, so that "none" is not taken for a text."""
+    """Return the types of a union but for tuples, which are no texts between commas.
+
+    None is the first, so that "none" is not taken for a text.
+    """
     if get_origin(hint) not in (Union, types.UnionType):
         return (hint,)
-    return tuple(sorted(get_args(hint), key=lambda choice: choice is not types.NoneType))
+    single = (choice for choice in get_args(hint) if get_origin(choice) is not tuple)
+    return tuple(sorted(single, key=lambda choice: choice is not types.NoneType))
 
 
 def _has_text(choice: Any) -> bool:

@@ -150,14 +150,19 @@ def _spec(env: Environments) -> AgentSpec:
     if isinstance(env, FlatVectorImitationEnv):
         raise BadOptionError("env is flat, but agents need observations by name; leave flat out")
     if isinstance(env, VectorImitationEnv):
-        context_size = len(env.motion.labels)
-        return AgentSpec(context_size, env.max_joint_speed, env.control_timestep)
-    if not isinstance(getattr(env, "task", None), TwoArmImitation):
+        context_size, options = len(env.motion.labels), env.options
+        max_joint_speed, control_timestep = env.max_joint_speed, env.control_timestep
+    elif not isinstance(getattr(env, "task", None), TwoArmImitation):
         raise BadOptionError(
             f"env is {env}; expected what mpma_mj.load or mpma_mj.make_vec returned, not flat"
         )
+    else:
+        context_size, options = len(env.task.motion.labels), env.task.options
+        max_joint_speed, control_timestep = env.task.max_joint_speed, env.control_timestep()
     return AgentSpec(
-        context_size=env.observation_spec()["context"].shape[0],
-        max_joint_speed=env.task.max_joint_speed,
-        control_timestep=env.control_timestep(),
+        context_size=context_size,
+        max_joint_speed=max_joint_speed,
+        control_timestep=control_timestep,
+        latency=options.latency if isinstance(options.latency, int) else None,
+        lookahead=options.lookahead,
     )

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from mpma_mj.agents import Agent
 from mpma_mj.agents.base import Observation
 from mpma_mj.agents.episode_buffer import EpisodeBuffer
+from mpma_mj.envs.task import TwoArmImitation
 from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.errors import DivergedError
 from mpma_mj.trace import OBSERVED, Trace
@@ -60,15 +61,14 @@ def rollout(env: Environments, agent: Agent, epoch: int) -> Rollout:
     moments.append(_observed(timestep.observation, envs.posture()))
     failures: dict[int, str] = {}
     for step in range(1, envs.steps + 1):
-        plant = envs.plant()
+        hidden = envs.hidden()
         if agent.is_told_plant:
-            agent.tell_plant(plant)
+            agent.tell_plant(hidden.get("plant"))
         action = agent.act(timestep.observation)
         timestep, failed = envs.step(action)
         agent.observe(timestep)
         moments.append(_observed(timestep.observation, envs.posture()))
-        acted = {"action": action, "reward": np.asarray(timestep.reward)}
-        steps.append(acted if plant is None else acted | {"plant": plant})
+        steps.append({"action": action, "reward": np.asarray(timestep.reward)} | hidden)
         for run, reason in failed.items():
             failures.setdefault(run, f"{reason} at step {step}")
         if len(failures) == envs.runs:
@@ -123,10 +123,9 @@ class _Single:
     def posture(self) -> Array:
         return self._env.physics.posture()
 
-    def plant(self) -> NDArray[np.intp] | None:
-        """Return the index of the plant that the next action meets; None without plants."""
-        plant = self._env.task.plant
-        return None if plant is None else np.asarray(plant, np.intp)
+    def hidden(self) -> dict[str, NDArray[np.intp]]:
+        """Return what the next action meets and no observation contains, by name."""
+        return _hidden(self._env.task)
 
 
 class _Batch:
@@ -154,9 +153,14 @@ class _Batch:
     def posture(self) -> Array:
         return self._envs.posture
 
-    def plant(self) -> NDArray[np.intp] | None:
-        """Return the indices of the plants that the next actions meet; None without plants."""
-        return self._envs.plant
+    def hidden(self) -> dict[str, NDArray[np.intp]]:
+        """Return what the next actions meet and no observation contains, by name."""
+        return _hidden(self._envs)
+
+
+def _hidden(envs: TwoArmImitation | VectorImitationEnv) -> dict[str, NDArray[np.intp]]:
+    found = {"plant": envs.plant, "latency": envs.latency}
+    return {name: np.asarray(now, np.intp) for name, now in found.items() if now is not None}
 
 
 def _observed(observation: Observation, posture: Array) -> dict[str, Array]:

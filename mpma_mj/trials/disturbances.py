@@ -77,6 +77,10 @@ def _option(name: str, value: Callable[[Any], Any] = float) -> Callable[..., Any
     return change
 
 
+def _late(motion: Motion, level: float) -> tuple[Motion, dict[str, Any]]:
+    return motion, {"latency": _whole(level), "latency_every": None}
+
+
 def _whole(level: float) -> float | int:
     """Return a whole number as such; another is for the option to refuse."""
     return int(level) if level.is_integer() else level
@@ -123,7 +127,7 @@ _ALL = (
         name="latency",
         title="latency, steps",
         levels=(0.0, 1.0, 2.0, 3.0),
-        change=_option("latency", _whole),
+        change=_late,
     ),
     Disturbance(
         name="noise",

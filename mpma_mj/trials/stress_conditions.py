@@ -137,10 +137,9 @@ def _world(
             f"the run has learned {level}", remedy="name another dance with {unseen}"
         )
     motion, changed = _changed(disturbance, level, own.motion)
-    options = {n: value for n, value in changed.items() if value != _DEFAULTS[n]}
-    if motion is own.motion and not options:
+    if motion is own.motion and all(value == _DEFAULTS[n] for n, value in changed.items()):
         return undisturbed
-    condition = EvalCondition(f"{disturbance.name} {level}", motion, _ARMS | options)
+    condition = EvalCondition(f"{disturbance.name} {level}", motion, _ARMS | changed)
     try:
         prepare(motion, dataclasses.replace(config.env, **condition.options))
     except BadOptionError as error:

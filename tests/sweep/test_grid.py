@@ -47,7 +47,8 @@ def test_values_have_the_type_of_their_setting(word: str, values: list[object]) 
 
 
 # None of one word, or not varied.
-PLAIN = ("perturbation", "reward_weights", "model", "plants", "switch_every", "seed")
+PLAIN = ("perturbation", "reward_weights", "model", "plants", "switch_every", "latency_every")
+PLAIN += ("seed",)
 
 
 @pytest.mark.parametrize("name", [name for name in option_types("mpma") if name not in PLAIN])

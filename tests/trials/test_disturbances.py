@@ -89,6 +89,14 @@ def test_a_run_of_ideal_arms_is_tried_with_simulated_ones(tiny: TrainedAgents) -
     assert none.condition.options["arms"] == "physics"
 
 
+def test_a_run_of_jumping_latencies_is_tried_with_steady_ones(tiny: TrainedAgents) -> None:
+    config = tiny.configs[0].replace(latency=(0, 3), latency_every=(0.2, 0.5))
+    (late,) = trials(["latency"], ["2"], [], dataclasses.replace(tiny, configs=(config,)))
+    assert late.condition is not None
+    options = dataclasses.replace(config.env, **late.condition.options)
+    assert (options.latency, options.latency_every) == (2, None)
+
+
 @pytest.mark.parametrize(
     ("name", "level", "said"),
     [

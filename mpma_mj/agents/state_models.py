@@ -1,0 +1,139 @@
+"""State models: linear predictors of joint angles and velocities, one for each plant."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.agents.base import AgentSpec
+from mpma_mj.agents.config import JOINTS
+from mpma_mj.agents.plant_models import PLANT_INPUTS
+
+__all__ = ["StateModels", "kinematic_prior", "state_inputs"]
+
+Array = NDArray[np.float64]
+
+STATE_OUTPUTS = 2 * JOINTS
+"""Length of a state model's output: move and relative joint velocities."""
+
+# Choices of the prototype.
+_FORGETTING = 0.7  # φ
+_RIDGE = 1e-3  # a step; it leads back to the kinematic prior
+_FIRST_VARIANCE, _LEAST_VARIANCE = 0.05, 2e-4  # of moves
+_LEAST_STEPS = 20.0  # of a plant in an epoch from which its model learns
+
+
+def kinematic_prior() -> Array:
+    """Return the state model of joints that move as commanded, A_0, shape (16, 33)."""
+    prior = np.zeros((STATE_OUTPUTS, PLANT_INPUTS))
+    prior[:JOINTS, :JOINTS] = prior[JOINTS:, :JOINTS] = np.eye(JOINTS)
+    return prior
+
+
+def state_inputs(command: Array, angles: Array, speed: Array) -> Array:
+    """Return a state model's input, o = [u; sin q; cos q; q̇ / v; 1], shape (..., 33).
+
+    Args:
+        command: Command u that acts, shape (..., 8).
+        angles: Joint angles q, shape (..., 8), rad.
+        speed: Joint velocities over top speeds, shape (..., 8).
+    """
+    one = np.ones((*command.shape[:-1], 1))
+    return np.concatenate([command, np.sin(angles), np.cos(angles), speed, one], axis=-1)
+
+
+class StateModels:
+    """Linear models of the arms' state, of R runs and W plants; "..." is () or (R,).
+
+        [move ; q̇ / v]_{s+1} = A^w o(u_s, q_s, q̇_s)           A^w = A_0 + [(G_w + ρ n I)⁻¹ B_w]ᵀ
+
+    A_0 is the kinematic prior. After each epoch
+
+        G_w ← φ G_w + Σ_s g^w_s o oᵀ        B_w ← φ B_w + Σ_s g^w_s o ([move ; q̇ / v] - A_0 o)ᵀ
+
+    Attributes:
+        variance: Width s² of moves under the best plant's model, twice the median, shape (..., 8).
+    """
+
+    def __init__(self, spec: AgentSpec, batch_shape: tuple[int, ...], plants: int) -> None:
+        """Begin with the kinematic prior.
+
+        Args:
+            spec: Description of the arms.
+            batch_shape: Shape of the runs.
+            plants: Largest number of plants, W.
+        """
+        self._spec, self._prior = spec, kinematic_prior()
+        self._weights = np.tile(self._prior, (*batch_shape, plants, 1, 1))
+        self._gram = np.zeros((*batch_shape, plants, PLANT_INPUTS, PLANT_INPUTS))
+        self._moment = np.zeros((*batch_shape, plants, PLANT_INPUTS, STATE_OUTPUTS))
+        self.variance = np.full((*batch_shape, JOINTS), _FIRST_VARIANCE)
+
+    def of_plant(self, plant: NDArray[np.intp] | int) -> Array:
+        """Return the models A of one plant of each run, shape (..., 16, 33)."""
+        index = np.asarray(plant)[..., None, None, None]
+        return np.take_along_axis(self._weights, index, axis=-3)[..., 0, :, :]
+
+    def following(
+        self, model: Array, command: Array, angles: Array, speed: Array
+    ) -> tuple[Array, Array]:
+        """Return joint angles, rad, and relative velocities after a command, each (..., 8).
+
+        Args:
+            model: Model A, shape (..., 16, 33).
+            command: Command that acts, shape (..., 8).
+            angles: Joint angles, shape (..., 8), rad.
+            speed: Joint velocities over top speeds, shape (..., 8).
+        """
+        outputs = (model @ state_inputs(command, angles, speed)[..., None])[..., 0]
+        reach = self._spec.control_timestep * self._spec.max_joint_speed
+        return angles + reach * outputs[..., :JOINTS], outputs[..., JOINTS:]
+
+    def learn(self, steps: Mapping[str, Array], shares: Array, run: tuple[int, ...]) -> Array:
+        """Refit the models of the plants that were on, and return the mean squared error.
+
+        Args:
+            steps: Steps of one run as `Senses.aligned` returns them.
+            shares: Which plant was on, shape (T, W').
+            run: Index of the run.
+
+        Returns:
+            Mean squared error of the best model's joint angles, shape (8,), rad².
+        """
+        top = self._spec.max_joint_speed
+        angles, after = steps["joint_angles"], steps["next_joint_angles"]
+        inputs = state_inputs(steps["action"], angles, steps["joint_velocities"] / top)
+        move = self._spec.move(angles, after)
+        targets = np.concatenate([move, steps["next_joint_velocities"] / top], axis=-1)
+        rest = targets - inputs @ self._prior.T
+        weights, gram, moment = self._weights[run], self._gram[run], self._moment[run]
+        ridge = _RIDGE * len(inputs) * np.eye(PLANT_INPUTS)
+        for plant in np.flatnonzero(shares.sum(axis=0) > _LEAST_STEPS).tolist():
+            weighted = shares[:, plant, None] * inputs
+            gram[plant] = _FORGETTING * gram[plant] + weighted.T @ inputs
+            moment[plant] = _FORGETTING * moment[plant] + weighted.T @ rest
+            weights[plant] = self._prior + np.linalg.solve(gram[plant] + ridge, moment[plant]).T
+        moves = inputs @ np.swapaxes(weights[:, :JOINTS], -1, -2)  # (W, T, 8)
+        least = ((moves - move) ** 2)[: shares.shape[1]].min(axis=0)
+        self.variance[run] = np.maximum(2.0 * np.median(least, axis=0), _LEAST_VARIANCE)
+        error: Array = least.mean(axis=0) * (self._spec.control_timestep * top) ** 2
+        return error
+
+    def select_runs(self, runs: NDArray[np.intp]) -> None:
+        """Continue with some runs only, (R',) of R, from the next reset."""
+        for name in _LEARNED:
+            setattr(self, name, getattr(self, name)[runs])
+
+    def state_dict(self) -> dict[str, Array]:
+        """Return copies of all arrays that learning changes, by name."""
+        return {f"state_models.{name.strip('_')}": getattr(self, name).copy() for name in _LEARNED}
+
+    def load_state_dict(self, state: Mapping[str, Array]) -> None:
+        """Continue from the arrays that `state_dict` returned; others are left out."""
+        for name in _LEARNED:
+            getattr(self, name)[...] = state[f"state_models.{name.strip('_')}"]
+
+
+_LEARNED = ("_weights", "_gram", "_moment", "variance")
