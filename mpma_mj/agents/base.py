@@ -85,7 +85,7 @@ class Agent(ABC):
         trainable: Whether it learns.
         fine_tunable: Whether a trained one can learn on.
         has_modules: Whether several modules share control.
-        is_told_plant: Whether it is told which plant is on, which no observation contains.
+        observes_plant: Whether it receives the plant that is on, which no observation contains.
         config: Config.
         spec: Description of arms and observations.
         seed: Seed of everything random, or one for each run, shape (R,).
@@ -95,7 +95,7 @@ class Agent(ABC):
     trainable: bool = False
     fine_tunable: bool = False
     has_modules: bool = False
-    is_told_plant: bool = False
+    observes_plant: bool = False
 
     def __init__(self, config: AgentConfig, spec: AgentSpec, *, seed: Seeds = 0) -> None:
         """Keep config, spec and seed.
@@ -110,7 +110,7 @@ class Agent(ABC):
     def reset(self, episode: int) -> None:  # noqa: B027, a hook
         """Begin an episode; its random numbers depend on the seed and on its number alone."""
 
-    def tell_plant(self, plant: NDArray[np.intp] | None) -> None:  # noqa: B027, a hook
+    def observe_plant(self, plant: NDArray[np.intp] | None) -> None:  # noqa: B027, a hook
         """Receive the index of the plant that is on, shape (...), before each action.
 
         Args:

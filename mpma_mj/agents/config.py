@@ -258,7 +258,7 @@ class MPMAConfig(SingleConfig):
 
 @dataclass(frozen=True, kw_only=True)
 class OracleConfig(MPMAConfig):
-    """Config of MPMA that is told which plant is on."""
+    """Config of MPMA that observes which plant is on."""
 
 
 @dataclass(frozen=True, kw_only=True)

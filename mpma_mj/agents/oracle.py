@@ -1,4 +1,4 @@
-"""MPMA that is told which plant is on: the best that telling plants apart could reach."""
+"""MPMA that observes which plant is on: the best that telling plants apart could reach."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ __all__ = ["Oracle"]
 Array = NDArray[np.float64]
 
 
-class _ToldGate(PlantGate):
+class _ObservingGate(PlantGate):
     """`PlantGate` that receives the plant instead of a belief, and has modules for all of them.
 
     Attributes:
-        told: Index of the plant that is on, shape (...); of the first until it is told.
+        true_plant: Index of the plant that is on, shape (...); the first until it is given.
     """
 
-    told: NDArray[np.intp]
+    true_plant: NDArray[np.intp]
 
     def __init__(self, networks: NetworkFactory, config: MPMAConfig, spec: AgentSpec) -> None:
         """Draw the responsibility predictors, and let all plants prefer alike."""
@@ -39,13 +39,13 @@ class _ToldGate(PlantGate):
     def reset(self, episode: int) -> None:
         """Begin an episode."""
         super().reset(episode)
-        self.told = np.zeros_like(self.models.recruited)
-        self._told: list[NDArray[np.intp]] = []
+        self.true_plant = np.zeros_like(self.models.recruited)
+        self._true_plants: list[NDArray[np.intp]] = []
 
     def __call__(self, observation: Observation, predictions: Array | None) -> tuple[Array, Array]:
         """Return priors and responsibilities of a step, each of shape (..., W · M)."""
-        self._told.append(self.told)
-        self._possible = self.told[..., None] == np.arange(self.plants)
+        self._true_plants.append(self.true_plant)
+        self._possible = self.true_plant[..., None] == np.arange(self.plants)
         self._belief = self._possible.astype(float)
         return super().__call__(observation, predictions)
 
@@ -55,8 +55,8 @@ class _ToldGate(PlantGate):
         """Return which plant was on in each step of one run, shape (T, W)."""
         models.epochs[...] += 1
         # Where senses are late, no command acted in the first steps.
-        told = np.array([step[run] for step in self._told])[-len(outcome) :]
-        return (told[:, None] == np.arange(models.most)).astype(float)
+        plants = np.array([step[run] for step in self._true_plants])[-len(outcome) :]
+        return (plants[:, None] == np.arange(models.most)).astype(float)
 
     def _believed(self, before: Array, move: Array) -> Array:
         """Return the belief b, which no move changes."""
@@ -64,22 +64,22 @@ class _ToldGate(PlantGate):
 
 
 class Oracle(MPMA):
-    """`MPMA` that is told which plant is on, and has a set of modules for each."""
+    """`MPMA` that observes which plant is on, and has a set of modules for each."""
 
     config_type: ClassVar[type[AgentConfig]] = OracleConfig
-    gate_type: ClassVar[type[PlantGate]] = _ToldGate
-    is_told_plant: bool = True
-    _gate: _ToldGate
+    gate_type: ClassVar[type[PlantGate]] = _ObservingGate
+    observes_plant: bool = True
+    _gate: _ObservingGate
 
-    def tell_plant(self, plant: NDArray[np.intp] | None) -> None:
+    def observe_plant(self, plant: NDArray[np.intp] | None) -> None:
         """Receive the index of the plant that is on, shape (...), before each action.
 
         Raises:
             BadOptionError: There are more plants than the agent may have.
         """
-        told = np.zeros(self._batch_shape, np.intp) if plant is None else np.asarray(plant)
-        most = self._gate.models.most
-        if told.max() >= most:
-            expected = f"at least {int(told.max()) + 1}, one for each plant of the environment"
+        true_plant = np.zeros(self._batch_shape, np.intp) if plant is None else np.asarray(plant)
+        number, most = int(true_plant.max()) + 1, self._gate.models.most
+        if number > most:
+            expected = f"at least {number}, one for each plant of the environment"
             raise BadOptionError(option="max_plants", value=most, expected=expected)
-        self._gate.told = told
+        self._gate.true_plant = true_plant

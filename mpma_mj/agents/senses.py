@@ -256,7 +256,7 @@ class LateSenses(Senses):
     def _given(self, delays: NDArray[np.intp]) -> NDArray[np.intp]:
         """Return the step at which the command of each step was given, below 0 if none was.
 
-        The delay that is believed at a step was told by the move before it.
+        The belief in a delay at a step follows from the move before it.
         """
         steps = np.arange(len(delays)).reshape(-1, *[1] * (delays.ndim - 1))
         return steps - np.concatenate([delays[1:], delays[-1:]])

@@ -44,15 +44,15 @@ class AgentWrapper(Agent):
         super().__init__(agent.config, agent.spec, seed=agent.seed)
         self.agent = agent
         self.trainable, self.fine_tunable = agent.trainable, agent.fine_tunable
-        self.has_modules, self.is_told_plant = agent.has_modules, agent.is_told_plant
+        self.has_modules, self.observes_plant = agent.has_modules, agent.observes_plant
 
     def reset(self, episode: int) -> None:
         """Begin an episode."""
         self.agent.reset(episode)
 
-    def tell_plant(self, plant: NDArray[np.intp] | None) -> None:
+    def observe_plant(self, plant: NDArray[np.intp] | None) -> None:
         """Pass on which plant is on."""
-        self.agent.tell_plant(plant)
+        self.agent.observe_plant(plant)
 
     def act(self, observation: Observation) -> Array:
         """Return the agent's action, shape (..., 8)."""

@@ -142,7 +142,7 @@ class SwitchingJob(StudyJob):
 
     def _plants(self, agent: Agent) -> Indices | None:
         """Return the number of plants found, (R,); None for an agent that looks for none."""
-        looks = (self.configs[0].option("max_plants") or 1) > 1 and not agent.is_told_plant
+        looks = (self.configs[0].option("max_plants") or 1) > 1 and not agent.observes_plant
         return agent.state_dict()["plants.recruited"].astype(int) if looks else None
 
     def _record(

@@ -62,8 +62,8 @@ def rollout(env: Environments, agent: Agent, epoch: int) -> Rollout:
     failures: dict[int, str] = {}
     for step in range(1, envs.steps + 1):
         hidden = envs.hidden()
-        if agent.is_told_plant:
-            agent.tell_plant(hidden.get("plant"))
+        if agent.observes_plant:
+            agent.observe_plant(hidden.get("plant"))
         action = agent.act(timestep.observation)
         timestep, failed = envs.step(action)
         agent.observe(timestep)

@@ -98,8 +98,8 @@ def test_each_run_of_a_batch_is_told_its_own_plant() -> None:
     env, envs = load("ymca", **IDEAL), make_vec(3, "ymca", **IDEAL)
     batch, alone = oracle(envs, seed=[4, 5, 6]), oracle(env, seed=5)
     told = np.array([0, 1, 0])
-    batch.tell_plant(told)
-    alone.tell_plant(np.array(1))
+    batch.observe_plant(told)
+    alone.observe_plant(np.array(1))
     observation, _ = envs.reset()
     action = batch.act(observation)
     own = {name: value[1] for name, value in observation.items()}
