@@ -11,19 +11,16 @@ from numpy.typing import NDArray
 from mpma_mj.agents.base import AgentSpec, Seeds
 from mpma_mj.agents.config import AgentConfig, MPMAConfig, SingleConfig, check_models
 from mpma_mj.agents.gating import Gate, ResponsibilityGate
+from mpma_mj.agents.late_senses import LateSenses
 from mpma_mj.agents.learning_rules import learning_rule
 from mpma_mj.agents.model_space import model_space
 from mpma_mj.agents.networks import NetworkFactory
 from mpma_mj.agents.paired_models import PairedModels
 from mpma_mj.agents.plant_gate import PlantGate
-from mpma_mj.agents.senses import LateSenses, Senses
+from mpma_mj.agents.senses import ModelledSenses, Senses
 from mpma_mj.errors import BadOptionError
 
 __all__ = ["MPMA", "Single"]
-
-# Ridge of the inverse models where a latency is made up for: with less, residuals that were fitted
-# to a quiet epoch let the arms swing in the next (choice).
-_LATE_RIDGE = 1.0
 
 Array = NDArray[np.float64]
 
@@ -59,7 +56,7 @@ class MPMA(PairedModels):
             modules=config.modules,
             forgetting=rule.forgetting,
             ridge=config.ridge,
-            inverse_ridge=_inverse_ridge(config, spec) if joint else 0.0,
+            inverse_ridge=config.inverse_ridge if joint else 0.0,
             max_plants=config.max_plants if joint else 1,
         )
         gate: Gate
@@ -84,6 +81,11 @@ class MPMA(PairedModels):
             efference_copy=config.efference_copy,
         )
 
+    @property
+    def senses(self) -> Senses:
+        """State that the models receive."""
+        return self._senses
+
     def learn(self) -> dict[str, Array]:
         """Let every run learn from its episode.
 
@@ -99,15 +101,8 @@ def _is_late(config: MPMAConfig, spec: AgentSpec) -> bool:
     return config.max_latency > 0 and spec.latency != 0
 
 
-def _inverse_ridge(config: MPMAConfig, spec: AgentSpec) -> float:
-    """Return the ridge of inverse models, a larger one where a latency is made up for."""
-    return (
-        max(config.inverse_ridge, _LATE_RIDGE) if _is_late(config, spec) else config.inverse_ridge
-    )
-
-
 def _senses(config: MPMAConfig, spec: AgentSpec, seed: Seeds) -> Senses | None:
-    """Return the senses of joint models; None where they receive what is observed.
+    """Return the senses of joint models; None where they learn nothing of the state.
 
     Raises:
         BadOptionError: The latency is beyond the largest that is made up for, or the history of
@@ -115,7 +110,9 @@ def _senses(config: MPMAConfig, spec: AgentSpec, seed: Seeds) -> Senses | None:
     """
     late = _is_late(config, spec)
     if not (late or config.state_estimate):
-        return None
+        modelled = config.max_latency > 0 and not config.history
+        shape = np.shape(seed)
+        return ModelledSenses(spec, shape, config.max_plants) if modelled else None
     if late and spec.latency is not None and spec.latency > config.max_latency:
         expected = f"at least {spec.latency}, the latency of the environment, or 0"
         raise BadOptionError(option="max_latency", value=config.max_latency, expected=expected)

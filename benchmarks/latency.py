@@ -1,0 +1,212 @@
+"""Imitate YMCA with late and noisy senses, and print p_e as Markdown.
+
+python benchmarks/latency.py --runs 10 --recording dance.tsv
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+from unittest import mock
+
+import numpy as np
+import tyro
+from numpy.typing import NDArray
+
+import mpma_mj
+from mpma_mj.agents import Agent
+from mpma_mj.agents.anticipation import Anticipation
+from mpma_mj.agents.late_senses import LateSenses
+from mpma_mj.agents.mpma import MPMA
+from mpma_mj.agents.state_models import StateModels
+from mpma_mj.agents.wrappers import Frozen
+from mpma_mj.evaluation.evaluate import EVALUATION_EPISODE, tracking_errors
+from mpma_mj.evaluation.statistics import interval
+from mpma_mj.motions.motion import Motion
+from mpma_mj.motions.variants import with_music_of
+from mpma_mj.trace import Trace
+from mpma_mj.training.config import RunConfig
+from mpma_mj.training.factory import agent_of, make_environments, one_thread
+from mpma_mj.training.rollout import rollout
+from mpma_mj.training.trainer import Trainer
+
+Options = Mapping[str, Any]
+Array = NDArray[np.float64]
+
+PLANTS = [{}, {"payload": 3.0}, {"actuator_gain": 0.6}, {"actuator_gain": 1.5}]
+NAMES = ("empty", "3 kg", "gain 0.6", "gain 1.5")
+EPOCHS = 6
+THREE: Options = {"latency": 3, "lookahead": 4}
+SHOWN: Options = {"lookahead": 6}  # enough for the largest delay that is made up for
+JUMPING: Options = {"latency": (0, 5), "latency_every": (1.5, 4.0), **SHOWN}
+
+
+def main(runs: int = 10, recording: Path | None = None) -> None:
+    """Train and evaluate every row.
+
+    Args:
+        runs: Number of seeds.
+        recording: A dance never seen; its row is left out without it.
+    """
+    with one_thread():
+        bench = Bench(list(range(runs)))
+        _latencies(bench, recording)
+        _prompt(bench)
+        _noise(bench)
+        _plants(bench)
+
+
+class Bench:
+    """Seeds and motion that all rows have in common."""
+
+    def __init__(self, seeds: list[int]) -> None:
+        """Read YMCA."""
+        self.seeds, self.motion = seeds, mpma_mj.read_motion("ymca")
+
+    def trained(self, env: Options, epochs: int = EPOCHS, **options: Any) -> Agent:
+        """Return agents that were trained in an environment, as a batch."""
+        config = RunConfig.of("ymca", **options)
+        configs = [config.replace(seed=seed) for seed in self.seeds]
+        trainer = Trainer(configs, self.motion, env, keep_states=False)
+        with contextlib.closing(trainer):
+            trainer.run(epochs, stop=False)
+        if trainer.failed:
+            raise SystemExit(f"diverged: {trainer.failed}")
+        return trainer.agent
+
+    def traces(
+        self,
+        agent: Agent,
+        env: Options,
+        episode: int = EVALUATION_EPISODE,
+        motion: Motion | None = None,
+    ) -> list[Trace]:
+        """Return the traces of an episode without learning."""
+        envs = make_environments(RunConfig(), self.seeds, motion or self.motion, env)
+        with contextlib.closing(envs):
+            recorded = rollout(envs, Frozen(agent), episode)
+        traces = [recorded.of_run(run) for run in range(len(self.seeds))]
+        return [trace for trace in traces if trace is not None]
+
+    def errors(self, *args: Any, **options: Any) -> Array:
+        """Return p_e of an episode without learning, shape (R,), percent."""
+        return tracking_errors(self.traces(*args, **options))
+
+    def loaded(self, agent: Agent, env: Options) -> Agent:
+        """Return the agents as they are, made for another environment."""
+        envs = make_environments(RunConfig(), self.seeds, self.motion, env)
+        with contextlib.closing(envs):
+            other = agent_of(RunConfig(), envs, self.seeds)
+        other.load_state_dict(agent.state_dict())
+        return other
+
+
+def _latencies(bench: Bench, recording: Path | None) -> None:
+    """Print latencies to train with, and what happens without a part."""
+    print("| senses | p_e, % | right delay |\n|---|---|---|", flush=True)
+    known = {f"{50 * k} ms, known": {"latency": k, "lookahead": k + 1} for k in (1, 2, 3, 5)}
+    rows: dict[str, Options] = {
+        "no latency": {},
+        **known,
+        "150 ms, not known": {"latency": (3, 3), **SHOWN},
+        "0 to 250 ms, drawn for each episode": {"latency": (0, 5), **SHOWN},
+        "0 to 250 ms, jumps every 1.5 to 4 s": JUMPING,
+        "150 ms, known, one step shown": {"latency": 3},
+    }
+    for name, env in rows.items():
+        agent = bench.trained(env)
+        traces = bench.traces(agent, env)
+        right = _right_delay(agent, env, traces)
+        print(f"| {name} | {_cell(tracking_errors(traces))} | {right} |", flush=True)
+        if env == THREE and recording is not None:
+            music = with_music_of(mpma_mj.read_motion(str(recording)), bench.motion)
+            unseen = _cell(bench.errors(agent, env, motion=music))
+            print(f"| 150 ms, known, a dance never seen | {unseen} | |", flush=True)
+    ablations: dict[str, tuple[Options, Options, Any]] = {
+        "150 ms, known, kinematic prior alone": (THREE, {}, _without(StateModels)),
+        "150 ms, known, target held": ({"latency": 3}, {}, _without(Anticipation)),
+        "150 ms, no compensation": (THREE, {"max_latency": 0}, contextlib.nullcontext()),
+    }
+    for name, (env, options, without) in ablations.items():
+        with without:
+            agent = bench.trained(env, **options)
+        print(f"| {name} | {_cell(bench.errors(agent, env))} | |", flush=True)
+    print(flush=True)
+
+
+def _prompt(bench: Bench) -> None:
+    """Print latencies of agents that have learned without one."""
+    print("| trained without latency, then | shown as far | one step |\n|---|---|---|", flush=True)
+    agent = bench.trained({}, epochs=4)
+    for k in range(4):
+        cells = []
+        for lookahead in (k + 1, 0):
+            env = {"latency": k, "lookahead": lookahead}
+            cells.append(_cell(bench.errors(bench.loaded(agent, env), env)))
+        print(f"| {50 * k} ms | {' | '.join(cells)} |", flush=True)
+    print(flush=True)
+
+
+def _noise(bench: Bench) -> None:
+    """Print noise on the observations of agents that have learned without it."""
+    print("| observation noise, % | without | with a state estimate |\n|---|---|---|", flush=True)
+    agents = [bench.trained({}, epochs=4, state_estimate=estimate) for estimate in (False, True)]
+    for noise in (0.0, 0.02, 0.05, 0.1):
+        env = {"observation_noise": noise}
+        cells = [_cell(bench.errors(agent, env)) for agent in agents]
+        print(f"| {100 * noise:g} | {' | '.join(cells)} |", flush=True)
+    print(flush=True)
+
+
+def _plants(bench: Bench) -> None:
+    """Print four plants, three epochs each, with late and noisy senses."""
+    print(f"| four plants | {' | '.join(NAMES)} | mean | switched | plants found |")
+    print("|---|" + "---|" * (len(NAMES) + 3), flush=True)
+    late: Options = {"latency": 2, "lookahead": 3}
+    noisy: Options = {"observation_noise": 0.02}
+    estimate = {"state_estimate": True}
+    rows: dict[str, tuple[Options, Options]] = {
+        "undisturbed": ({}, {}),
+        "100 ms": (late, {}),
+        "2 % noise": (noisy, {}),
+        "2 % noise, state estimate": (noisy, estimate),
+        "100 ms and 2 % noise, state estimate": ({**late, **noisy}, estimate),
+        "100 ms, told the plant": (late, {"agent": "oracle"}),
+    }
+    for name, (env, options) in rows.items():
+        agent = bench.trained({"plants": PLANTS, "epochs_per_plant": 3, **env}, 12, **options)
+        each = [
+            bench.errors(agent, {"plants": PLANTS, "epochs_per_plant": 1, **env}, episode)
+            for episode in range(1000, 1000 + len(PLANTS))
+        ]
+        switching = {"plants": PLANTS, "switch_every": (1.0, 3.0), **env}
+        switched = np.mean([bench.errors(agent, switching, k) for k in (1001, 1002)], axis=0)
+        cells = [_cell(one) for one in (*each, np.mean(each, axis=0), switched)]
+        found = agent.state_dict()["plants.recruited"]
+        print(f"| {name} | {' | '.join(cells)} | {found.tolist()} |", flush=True)
+
+
+def _without(kind: type[StateModels] | type[Anticipation]) -> Any:
+    """Return a context in which instances of a class learn nothing."""
+    return mock.patch.object(kind, "learn", return_value=np.zeros(8))
+
+
+def _right_delay(agent: Agent, env: Options, traces: list[Trace]) -> str:
+    """Return the share of steps at which the most probable delay was right."""
+    if not (isinstance(agent, MPMA) and isinstance(agent.senses, LateSenses)):
+        return ""
+    if not isinstance(env["latency"], tuple):
+        return ""
+    true = np.stack([trace.latency for trace in traces if trace.latency is not None], axis=1)
+    return f"{100 * np.mean(np.stack(agent.senses.delays) == true):.0f} %"
+
+
+def _cell(errors: Array) -> str:
+    """Return mean and 95 % interval over seeds."""
+    return interval(errors.tolist()).text(3)
+
+
+if __name__ == "__main__":
+    tyro.cli(main)
