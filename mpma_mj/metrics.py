@@ -33,6 +33,8 @@ _ACTIVE_LEVEL, _ACTIVE_SHARE = 0.1, 0.25
 
 _LONGEST_LAG = 0.5  # largest lag of the search, s (choice)
 
+_TINY = np.finfo(np.float64).tiny  # where every module is switched off
+
 _CONSTANT = 1e-12  # variances below this are rounding errors
 
 
@@ -74,7 +76,7 @@ def rp_error_percent(prior: Array, responsibility: Array) -> float:
         prior: Outputs p of the predictors, shape (T, M), above 0.
         responsibility: Responsibilities λ, shape (T, M).
     """
-    share = prior / prior.sum(axis=1, keepdims=True)
+    share = prior / np.maximum(prior.sum(axis=1, keepdims=True), _TINY)
     return float(100.0 * np.mean(np.abs(share - responsibility)))
 
 

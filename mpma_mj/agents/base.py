@@ -37,6 +37,7 @@ class AgentSpec:
         control_timestep: Time between two actions, s.
         latency: Control steps from an action to its effect; None where it is drawn from a range,
             so that nobody knows it.
+        longest_latency: Largest latency, control steps.
         lookahead: Number of targets in the observation `lookahead`; 0 where there is none.
     """
 
@@ -44,6 +45,7 @@ class AgentSpec:
     max_joint_speed: Array
     control_timestep: float
     latency: int | None = 0
+    longest_latency: int = 0
     lookahead: int = 0
 
     def feedback(self, joint_angles: Array, reference: Array) -> Array:

@@ -81,11 +81,6 @@ class MPMA(PairedModels):
             efference_copy=config.efference_copy,
         )
 
-    @property
-    def senses(self) -> Senses:
-        """State that the models receive."""
-        return self._senses
-
     def learn(self) -> dict[str, Array]:
         """Let every run learn from its episode.
 
@@ -113,8 +108,8 @@ def _senses(config: MPMAConfig, spec: AgentSpec, seed: Seeds) -> Senses | None:
         modelled = config.max_latency > 0 and not config.history
         shape = np.shape(seed)
         return ModelledSenses(spec, shape, config.max_plants) if modelled else None
-    if late and spec.latency is not None and spec.latency > config.max_latency:
-        expected = f"at least {spec.latency}, the latency of the environment, or 0"
+    if late and spec.longest_latency > config.max_latency:
+        expected = f"at least {spec.longest_latency}, the latency of the environment, or 0"
         raise BadOptionError(option="max_latency", value=config.max_latency, expected=expected)
     if config.history:
         remedy = "leave it out, or take {max_latency=0} without {state_estimate}"

@@ -44,7 +44,8 @@ class PairedModels(Agent):
         x̂^i = FM_i([efference copy ; s])
 
     with state s, command m and prediction of a `ModelSpace`. The efference copy is u, or each
-    module's own u^i. After an epoch the readouts learn (`LearningRule`), and the gains follow.
+    module's own u^i. After an epoch the readouts learn (`LearningRule`), and the gains follow;
+    `senses` makes up for late or noisy observations.
     """
 
     trainable: bool = True
@@ -79,10 +80,10 @@ class PairedModels(Agent):
         self._gate, self._rule, self._efference_copy = gate, rule, efference_copy
         self._batch_shape = np.shape(networks.seed)
         self._modules = networks.modules
-        self._space, self._senses = space, senses or Senses()
+        self._space, self.senses = space, senses or Senses()
         self._inverse = networks.make("inverse", space.inverse_inputs, JOINTS)
         self._forward = networks.make("forward", JOINTS + space.state_size, space.outputs)
-        self._parts = (self._inverse, self._forward, gate, self._senses)
+        self._parts = (self._inverse, self._forward, gate, self.senses)
         self._readouts = Readouts(
             inverse=self._inverse.readouts,
             forward=self._forward.readouts,
@@ -106,7 +107,7 @@ class PairedModels(Agent):
     def reset(self, episode: int) -> None:
         """Begin an episode with reservoirs at rest and that episode's noise."""
         self._gate.reset(episode)
-        self._senses.reset(episode)
+        self.senses.reset(episode)
         for network in (self._inverse, self._forward):
             network.set_plants(self._gate.plants)
             network.reset(episode)
@@ -120,7 +121,7 @@ class PairedModels(Agent):
 
     def act(self, observation: Observation) -> Array:
         """Return the action, shape (..., 8), in [-1, 1]."""
-        space, senses = self._space, self._senses
+        space, senses = self._space, self.senses
         expected = senses(observation, self._gate.likely_plant)
         predictions = senses.of_last_move(self._predictions)
         prior, responsibility = self._gate(senses.present(observation), predictions)
@@ -204,7 +205,7 @@ class PairedModels(Agent):
             absent = slice(self._gate.plants_of(run) * self._modules, None)
             modules["prior"][(slice(None), *run, absent)] = np.nan
         predicted = self._space.predicted_posture(modules["predictions"], steps["joint_angles"])
-        modules["predictions"] = self._senses.effects(predicted)
+        modules["predictions"] = self.senses.effects(predicted)
         learned = learned_part(
             steps["responsibility"], steps["module_actions"], steps.get("command"), self._modules
         )
@@ -262,18 +263,20 @@ class PairedModels(Agent):
         self._gate.enabled[:present] = mask
 
     def _learn_run(self, run: RunIndex) -> None:
-        steps, epoch = self._own_steps(run), self._epoch(run)
+        steps = self._own_steps(run)
+        if not len(steps["action"]):  # the latency is as long as the episode
+            return
+        epoch = self._epoch(run)
         predicted = self._space.predicted_posture(epoch.predictions, steps["joint_angles"])
         error = metrics.posture_error_percent(epoch.mixed(predicted), steps["next_posture"])
         if np.isnan(self._untrained_error[run]):
             self._untrained_error[run] = error
-        own: tuple[Any, ...] = (slice(None), *run)
-        self._gate.learn_context(run, self._steps.episode()["context"][own])
+        self._gate.learn_context(run, _of_run(self._steps.episode()["context"], run))
         assigned = self._gate.assign(run, epoch)
         if assigned is not None:
             epoch = replace(epoch, assignment=assigned)
             plants = assigned.reshape(len(assigned), -1, self._modules).sum(axis=2)
-            self._senses.learn(steps, plants, run)
+            self.senses.learn(steps, plants, run)
         epoch = replace(epoch, **self._features(run))
         readouts = self._readouts.of_run(run)
         if not self._rule.online:
@@ -285,11 +288,10 @@ class PairedModels(Agent):
 
     def _own_steps(self, run: RunIndex) -> dict[str, Array]:
         """Return the steps of one run by name, each of shape (T, ...), as causes and effects."""
-        own: tuple[Any, ...] = (slice(None), *run)
-        recorded = {name: rows[own] for name, rows in self._steps.episode().items()}
+        recorded = {name: _of_run(rows, run) for name, rows in self._steps.episode().items()}
         last = {name: value[run] for name, value in self._last.items()}
-        steps = self._senses.aligned(recorded, last, run)
-        return steps | {"state": self._space.state(steps, None)} if self._senses.late else steps
+        steps = self.senses.aligned(recorded, last, run)
+        return steps | {"state": self._space.state(steps, None)} if self.senses.late else steps
 
     def _features(self, run: RunIndex) -> dict[str, Any]:
         """Return the features of one run's epoch, and the examples of the inverse models."""
@@ -298,7 +300,7 @@ class PairedModels(Agent):
             network.set_plants(max(plants, network.plants))
         predictor, modules = self._gate.predictor, plants * self._modules
         features: dict[str, Any] = {"forward_features": self._forward.episode(run, modules)}
-        if self._senses.late:
+        if self.senses.late:
             efference = self._space.forward_input(steps["action"], steps["state"])
             features["forward_features"] = self._forward.replay(run, efference)
         if predictor is not None:
@@ -341,3 +343,8 @@ class PairedModels(Agent):
             next_feedback=self.spec.feedback(last["joint_angles"], last["reference"]),
             feedback_gain=np.asarray(self.gains.feedback),
         )
+
+
+def _of_run(rows: Array, run: RunIndex) -> Array:
+    """Return the rows of one run, shape (T, ...), of those of all."""
+    return rows[(slice(None), *run)]  # type: ignore[arg-type] # an index

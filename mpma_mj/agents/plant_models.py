@@ -89,7 +89,7 @@ def novelty(errors: Array, variance: Array, gram: Array, inputs: Array) -> Array
     ignorance = np.einsum("ti,wij,tj->tw", inputs, inverse, inputs, optimize=True)
     expected = variance * (1.0 + _IGNORANCE * ignorance)[:, :, None]
     least = np.minimum((errors**2 / expected).mean(axis=2).min(axis=1), _MOST_NOVEL)
-    return np.convolve(least, np.full(_WINDOW, 1.0 / _WINDOW), "same")
+    return np.convolve(least, np.full(_WINDOW, 1.0 / _WINDOW), "same")[: len(least)]
 
 
 class PlantModels:

@@ -129,10 +129,13 @@ class FreeRunning(Frozen):
             warmup_steps: Steps of an episode with the demonstration, at least 1.
 
         Raises:
-            BadOptionError: The agent has no forward models.
+            BadOptionError: The agent has no forward models, or makes up for a latency.
         """
         super().__init__(agent)
         self._pairs = paired_models_of(agent)
+        if self._pairs.senses.late:
+            expected = "an agent without latency, as predictions are of the next step"
+            raise BadOptionError(option="latency", value=agent.spec.latency, expected=expected)
         self._warmup_steps = warmup_steps
         self._step = 0
 

@@ -140,7 +140,7 @@ class PhysicsBatch(Batch):
 
     def set_plants(self, plants: NDArray[np.intp]) -> None:
         """Choose the model of each pair; see `Batch.set_plants`."""
-        models = self._arms.plant_models.models
+        models = self._arms.compiled_plants.models
         self._models = [models[plant] for plant in plants.tolist()]
 
     def step(self, control: Array, forces: Array | None = None) -> NDArray[np.bool_]:

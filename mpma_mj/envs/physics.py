@@ -11,10 +11,10 @@ from dm_control import mujoco as dm_mujoco
 from dm_control.mujoco.wrapper import MjModel
 from numpy.typing import NDArray
 
+from mpma_mj.envs.compiled_plants import CompiledPlants
 from mpma_mj.envs.model import make_models
 from mpma_mj.envs.model_validation import HANDS
 from mpma_mj.envs.options import EnvironmentOptions
-from mpma_mj.envs.plant_models import PlantModels
 from mpma_mj.kinematics import JOINT_NAMES, SIDES
 
 __all__: list[str] = ["KinematicArms", "PhysicsArms", "ideal_move"]
@@ -35,12 +35,12 @@ class PhysicsArms(dm_mujoco.Physics):
 
     Attributes:
         divergence: Why the simulation diverged since the last reset; empty if it did not.
-        plant_models: Models of the plants; one where there are no plants.
+        compiled_plants: Models of the plants; one where there are no plants.
         plant_gains: Actuator gain of each plant.
     """
 
     divergence = ""
-    plant_models: PlantModels
+    compiled_plants: CompiledPlants
     plant_gains: tuple[float, ...]
 
     @classmethod
@@ -54,9 +54,9 @@ class PhysicsArms(dm_mujoco.Physics):
             BadOptionError: A user's model cannot be read, or is incomplete.
         """
         options = options or EnvironmentOptions()
-        models = PlantModels(make_models(options))
+        models = CompiledPlants(make_models(options))
         arms: Self = cls.from_model(MjModel(models.live))
-        arms.plant_models = models
+        arms.compiled_plants = models
         arms.plant_gains = tuple(plant.actuator_gain for plant in options.of_plants())
         return arms
 
@@ -175,7 +175,7 @@ class PhysicsArms(dm_mujoco.Physics):
         Args:
             plant: Index of the plant.
         """
-        self.plant_models.use(plant)
+        self.compiled_plants.use(plant)
 
     def step(self, nstep: int = 1) -> None:
         """Simulate a number of physics steps; `divergence` says afterwards if they failed.

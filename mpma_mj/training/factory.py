@@ -164,5 +164,6 @@ def _spec(env: Environments) -> AgentSpec:
         max_joint_speed=max_joint_speed,
         control_timestep=control_timestep,
         latency=options.latency if isinstance(options.latency, int) else None,
+        longest_latency=options.longest_latency,
         lookahead=options.lookahead,
     )

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mpma_mj.agents.base import AgentSpec
-from mpma_mj.agents.late_senses import LateSenses
+from mpma_mj.agents.late_senses import LateSenses, eased_target
 from mpma_mj.agents.state_models import StateModels, kinematic_prior
 from mpma_mj.kinematics import posture_from_angles
 
@@ -105,7 +105,17 @@ def test_targets_are_those_of_the_step_at_which_the_command_acts(latency: int) -
     _, expected, _ = dance(senses(latency), Arms(), commands(3), [latency] * 3)
     for t, seen in enumerate(expected):
         assert (seen["reference"] == t + latency).all()
-        assert (seen["target"] == t + latency + 1).all()
+
+
+def test_an_eased_target_keeps_the_motion_and_corrects_half_of_the_error() -> None:
+    rng = np.random.default_rng(0)
+    angles = rng.uniform(0.3, 0.6, (5, 8))
+    error, moved = rng.uniform(-0.1, 0.1, (2, 5, 8))
+    shown, following = (posture_from_angles(q) for q in (angles + error, angles + error + moved))
+    eased = eased_target(angles, shown, following)
+    np.testing.assert_allclose(eased, posture_from_angles(angles + moved + 0.5 * error), atol=1e-12)
+    right = eased_target(angles + error, shown, following)
+    np.testing.assert_allclose(right, following, atol=1e-12)
 
 
 def test_where_the_future_is_not_shown_the_target_is_held_before_learning() -> None:
@@ -120,8 +130,9 @@ def test_where_the_future_is_not_shown_the_target_is_held_before_learning() -> N
     arms = Arms()
     shown = arms.observation(0) | {"target": posture_from_angles(np.full(8, 0.5))}
     seen = made(shown, 0)
-    for name in ("reference", "target"):
-        np.testing.assert_allclose(seen[name], shown["target"], atol=1e-12)
+    np.testing.assert_allclose(seen["reference"], shown["target"], atol=1e-12)
+    eased = eased_target(seen["joint_angles"], shown["target"], shown["target"])
+    np.testing.assert_allclose(seen["target"], eased, atol=1e-12)
 
 
 @pytest.mark.parametrize("delay", range(MOST + 1))

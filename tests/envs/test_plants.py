@@ -163,7 +163,7 @@ def test_a_switch_leaves_state_and_positions_as_they_are() -> None:
 
 
 def test_a_live_model_becomes_each_plant_in_all_its_numbers() -> None:
-    models = load("ymca", plants=PLANTS, collisions=True).physics.plant_models
+    models = load("ymca", plants=PLANTS, collisions=True).physics.compiled_plants
     sizes = mujoco.mj_sizeModel(models.live)
     for plant in (3, 1, 2, 0):
         models.use(plant)

@@ -9,10 +9,10 @@ from typing import Any
 import mujoco
 import numpy as np
 
-__all__: list[str] = ["PlantModels"]
+__all__: list[str] = ["CompiledPlants"]
 
 
-class PlantModels:
+class CompiledPlants:
     """One compiled model for each plant, and a live model that becomes any of them.
 
     The models have the same sizes and differ in numbers only, which are copied into the live model.
