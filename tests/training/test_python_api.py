@@ -85,7 +85,7 @@ def test_the_environment_of_training_can_be_changed() -> None:
         mpma_mj.imitate("ymca", agent=SMALL, env=env, epochs=1).summary["p_e_percent"]
         for env in (hard, easy)
     ]
-    assert errors[0] > 2 * errors[1]
+    assert errors[0] > 1.5 * errors[1]
 
 
 def test_a_motion_and_the_name_of_an_agent_are_taken_too() -> None:
