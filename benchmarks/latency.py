@@ -19,7 +19,7 @@ import mpma_mj
 from mpma_mj.agents import Agent
 from mpma_mj.agents.anticipation import Anticipation
 from mpma_mj.agents.late_senses import LateSenses
-from mpma_mj.agents.mpma import MPMA
+from mpma_mj.agents.paired_models import PairedModels
 from mpma_mj.agents.state_models import StateModels
 from mpma_mj.agents.wrappers import Frozen
 from mpma_mj.evaluation.evaluate import EVALUATION_EPISODE, tracking_errors
@@ -173,7 +173,7 @@ def _plants(bench: Bench) -> None:
         "2 % noise": (noisy, {}),
         "2 % noise, state estimate": (noisy, estimate),
         "100 ms and 2 % noise, state estimate": ({**late, **noisy}, estimate),
-        "100 ms, told the plant": (late, {"agent": "oracle"}),
+        "100 ms, oracle": (late, {"agent": "oracle"}),
     }
     for name, (env, options) in rows.items():
         agent = bench.trained({"plants": PLANTS, "epochs_per_plant": 3, **env}, 12, **options)
@@ -195,7 +195,7 @@ def _without(kind: type[StateModels] | type[Anticipation]) -> Any:
 
 def _right_delay(agent: Agent, env: Options, traces: list[Trace]) -> str:
     """Return the share of steps at which the most probable delay was right."""
-    if not (isinstance(agent, MPMA) and isinstance(agent.senses, LateSenses)):
+    if not (isinstance(agent, PairedModels) and isinstance(agent.senses, LateSenses)):
         return ""
     if not isinstance(env["latency"], tuple):
         return ""

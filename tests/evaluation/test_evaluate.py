@@ -78,6 +78,16 @@ def test_learning_on_brings_agents_of_ideal_arms_to_heavy_ones() -> None:
     assert tracking_errors(evaluate(agents, heavy)) == at_once  # the others are as they were
 
 
+def test_agents_that_learned_without_latency_learn_on_with_one() -> None:
+    agents = train_agents([SMALL], ymca(), 4, {})
+    late = EvalCondition("late", ymca(), {"latency": 2})
+    at_once = tracking_errors(evaluate(agents, late))
+    adapted, _ = fine_tune(agents, late, 6)
+    assert tracking_errors(evaluate(adapted, late)) < 0.5 * at_once
+    home = tracking_errors(evaluate(adapted, HOME))  # what is added for a latency is left out
+    assert home < 2.0 * tracking_errors(evaluate(agents, HOME))
+
+
 def test_a_checkpoint_of_other_settings_is_refused_by_its_folder(
     small_run: Path, tmp_path: Path
 ) -> None:

@@ -17,7 +17,9 @@ from mpma_mj.sweep.grid import points
 from mpma_mj.trace import Trace
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.rollout import record_epoch
+from mpma_mj.training.run import resume, train
 from mpma_mj.training.run_folder import RunFolder
+from tests.training.test_run import RESULTS
 
 OPTIONS: dict[str, Any] = {"repeats": 1, "latency": (0, 5), "latency_every": (0.1, 0.5)}
 
@@ -91,6 +93,27 @@ def test_the_command_line_takes_a_range_and_its_run_is_resumed(
         [*resume, "--latency", "0", "4"], "latency is 0 4, but the run to resume has 0 5; leave"
     )
     refused([*resume, *typed[:3], "--latency-every", "1", "2"], "latency-every is 1.0 2.0, but the")
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"latency": (0, 3), "lookahead": 6},
+        {"latency": (0, 3), "latency_every": (0.2, 0.6)},
+        {"latency": 2, "observation_noise": 0.02, "state_estimate": True},
+    ],
+    ids=["drawn", "jumping, not shown", "noisy"],
+)
+def test_a_resumed_run_that_makes_up_for_latency_equals_an_uninterrupted_one(
+    options: dict[str, Any], tmp_path: Path
+) -> None:
+    config = RunConfig.of(nodes=10, modules=2, repeats=1, reference_noise=0.25, **options)
+    whole, parts = RunFolder(tmp_path / "whole"), RunFolder(tmp_path / "parts")
+    train(config, 5, folder=whole)
+    train(config, 2, folder=parts)
+    resume(parts, 3)
+    for name in RESULTS:
+        assert (whole.path / name).read_bytes() == (parts.path / name).read_bytes(), name
 
 
 def test_the_command_line_takes_one_number_as_before(tmp_path: Path) -> None:
