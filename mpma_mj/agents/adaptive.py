@@ -1,4 +1,4 @@
-"""One inverse model that adapts at every step: recursive least squares with forgetting."""
+"""One inverse model that adapts at every step: least squares with forgetting (Åström & Wittenmark)."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ __all__ = ["Anticipation"]
 
 Array = NDArray[np.float64]
 
-# Choices of the prototype: a longer memory than the models', and little noise.
+# Choices: a longer memory than the models', and little noise.
 _CONFIG = NetworkConfig(nodes=200, spectral_radius=0.9, reservoir_noise=0.02)
 _RIDGE, _SPEED = 1e-4, 5.0
 

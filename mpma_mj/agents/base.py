@@ -35,8 +35,8 @@ class AgentSpec:
         context_size: Size of the observation's context, C.
         max_joint_speed: Joint speeds that action 1 commands, shape (8,), rad/s.
         control_timestep: Time between two actions, s.
-        latency: Control steps from an action to its effect; None where it is drawn from a range,
-            so that nobody knows it.
+        latency: Control steps from an action to its effect; None where it is drawn from a range
+            and unknown.
         longest_latency: Largest latency, control steps.
         lookahead: Number of targets in the observation `lookahead`; 0 where there is none.
     """

@@ -22,7 +22,7 @@ __all__ = ["LateSenses", "eased_target"]
 
 Array = NDArray[np.float64]
 
-# The first is the prototype's (choices).
+# Choices.
 _SWITCHING_PROBABILITY = 0.02  # of the delay, a step
 _CORRECTION = 0.5  # α: part of the present error that a late command corrects
 _ERROR = 4.0  # variances of the state model's error that a state estimate expects: it is not white

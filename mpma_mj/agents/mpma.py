@@ -30,7 +30,7 @@ class MPMA(PairedModels):
 
     With joint models (ours) `PairedModels` in a `JointSpace` with a `PlantGate` and the weighted
     rule; with posture models (the paper's) in a `PostureSpace` with a `ResponsibilityGate` and the
-    gated rule. Rules from outside say which models they are made for.
+    gated rule. Rules from outside declare which models they are made for.
     """
 
     config_type: ClassVar[type[AgentConfig]] = MPMAConfig

@@ -1,4 +1,4 @@
-"""MPMA that observes which plant is on: the best that telling plants apart could reach."""
+"""MPMA with the true plant: an upper bound of telling plants apart."""
 
 from __future__ import annotations
 

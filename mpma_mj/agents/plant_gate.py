@@ -1,4 +1,4 @@
-"""Gate in two levels: predictions tell plants apart, the context divides a motion inside one."""
+"""Gate in two levels: plants by prediction errors, modules inside a plant by the context."""
 
 from __future__ import annotations
 
@@ -122,7 +122,7 @@ class PlantGate(Gate):
         self._possible = recruited & allowed.any(axis=-1)  # (..., W')
         number = np.maximum(self._possible.sum(axis=-1, keepdims=True), 1)
         self._belief = self._possible / number
-        # Before the first epoch predictions say nothing.
+        # Before the first epoch predictions carry no information.
         self._compares = self._config.forward_gating and int(self.models.epochs.min()) > 0
         self._angles: Array | None = None  # of the step before, as the plant models' inputs
         self._inputs: Array | None = None

@@ -28,7 +28,7 @@ PLANT_INPUTS = 4 * JOINTS + 1
 CALIBRATION = 2
 """Epochs that calibrate the first plant: one led by feedback, one in own control (choice)."""
 
-# All choices of the prototype; docs/design_choices.md says how results depend on them.
+# Choices; those that results depend on most are in docs/design_choices.md.
 _RIDGE = 1e-4  # of A, a step and divided by the largest number of plants
 _FIRST_VARIANCE, _LEAST_VARIANCE = 0.05, 2e-4  # of moves
 _IGNORANCE = 10.0  # κ: how much a model's ignorance of a place widens what it expects there
@@ -60,7 +60,7 @@ def gaussian_log_likelihood(errors: Array, variance: Array, cap: float = np.inf)
     Args:
         errors: Errors e of moves, shape (..., 8).
         variance: Variances s², shape (..., 8).
-        cap: Squared error, in variances, beyond which a larger one tells nothing more.
+        cap: Squared error, in variances, beyond which larger errors count alike.
 
     Returns:
         Log likelihood up to a constant, shape (...).
@@ -70,7 +70,7 @@ def gaussian_log_likelihood(errors: Array, variance: Array, cap: float = np.inf)
 
 
 def novelty(errors: Array, variance: Array, gram: Array, inputs: Array) -> Array:
-    """Compute how far moves are from what every plant model expects (normalised innovation).
+    """Compute how far moves are from what every plant model expects (normalised innovation squared; Bar-Shalom).
 
         d_t = min_w mean_d e²_{w,d} / [ s²_{w,d} (1 + κ oᵀ (G_w + 1e-3 I)⁻¹ o) ]
 

@@ -14,7 +14,7 @@ __all__ = ["StateEstimate"]
 
 Array = NDArray[np.float64]
 
-# Choices of the prototype, but for the last two, which keep an estimate from running away.
+# Choices; the last two keep an estimate from running away.
 _FIRST = 1e-3  # P_0 and S_0, rad²
 _RATE = 0.02  # of the running mean square of innovations
 _LEAST_NOISE = 1e-8  # Q, rad²

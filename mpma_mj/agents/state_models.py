@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 STATE_OUTPUTS = 2 * JOINTS
 """Length of a state model's output: move and relative joint velocities."""
 
-# Choices of the prototype.
+# Choices.
 _FORGETTING = 0.7  # φ
 _RIDGE = 1e-3  # a step; it leads back to the kinematic prior
 _FIRST_VARIANCE, _LEAST_VARIANCE = 0.05, 2e-4  # of moves

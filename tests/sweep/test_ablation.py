@@ -61,7 +61,7 @@ def test_differences_are_taken_seed_by_seed_and_marked_if_they_exclude_0() -> No
     assert row(table, "no responsibility predictors", 0)["p_e, %"] == "2.75 ± 1.58"
     # Seeds differ by more than the change does; compared with themselves they all agree.
     assert row(table, "no responsibility predictors", 1)["p_e, %"] == "**+0.250**"
-    assert row(table, "hears nothing", 1)["nmi"].startswith("**-0.600 [-0.7")
+    assert row(table, "no context", 1)["nmi"].startswith("**-0.600 [-0.7")
     assert row(table, "one module", 1)["p_e, %"] == "+0.000"
     assert table.count("the whole |") == 1
     assert "Nothing is in bold" not in table
@@ -71,7 +71,7 @@ def test_fewer_than_5_runs_mark_nothing_and_it_is_said() -> None:
     spec = ablation.spec_of(RunConfig(), 4)
     table = ablation.as_markdown(spec, some_runs(spec))
     assert row(table, "no responsibility predictors", 1)["p_e, %"] == "+0.250"
-    assert row(table, "hears nothing", 1)["nmi"].startswith("-0.650 [-0.7")
+    assert row(table, "no context", 1)["nmi"].startswith("-0.650 [-0.7")
     assert "**" not in table
     assert "\n\nNothing is in bold: intervals of fewer than 5 runs are too narrow" in table
 
@@ -83,7 +83,7 @@ def test_a_difference_of_which_fewer_than_5_runs_are_left_is_not_marked() -> Non
     runs[5] = RunResult(runs[5].config, {"failed": "diverged"}, 1, 0.5)
     table = ablation.as_markdown(spec, runs)
     assert row(table, "no responsibility predictors", 1)["p_e, %"] == "+0.250"
-    assert "**" in "".join(row(table, "hears nothing", 1).values())
+    assert "**" in "".join(row(table, "no context", 1).values())
 
 
 def test_active_modules_are_the_mean_over_labels() -> None:
@@ -96,16 +96,16 @@ def test_what_a_run_does_not_have_is_in_no_difference() -> None:
     spec = ablation.spec_of(RunConfig(), 2)
     runs = some_runs(spec)
     lost = {
-        "hears nothing": RunResult(runs[6].config, {"failed": "diverged"}, 1, 0.5),
-        "hears one constant sound": finished(runs[8].config, nmi=None),
+        "no context": RunResult(runs[6].config, {"failed": "diverged"}, 1, 0.5),
+        "constant context": finished(runs[8].config, nmi=None),
     }
     runs[6], runs[8] = lost.values()
     assert [ablation.title(spec, run.config) for run in lost.values()] == list(lost)
     table = ablation.as_markdown(spec, runs)
-    one = row(table, "hears nothing", 0)
+    one = row(table, "no context", 0)
     assert (one["converged"], one["p_e, %"]) == ("1 of 2", "1.50 ± –")
-    assert row(table, "hears nothing", 1)["p_e, %"] == "+0.000"
-    assert row(table, "hears one constant sound", 1)["nmi"] == "-0.700"  # of the other seed
+    assert row(table, "no context", 1)["p_e, %"] == "+0.000"
+    assert row(table, "constant context", 1)["nmi"] == "-0.700"  # of the other seed
     assert "1 of 24 runs diverged" in table
 
 
