@@ -1,4 +1,4 @@
-"""One inverse model that adapts at every step: least squares with forgetting (Åström & Wittenmark)."""
+"""One inverse model that adapts at every step, by least squares with forgetting (Åström)."""
 
 from __future__ import annotations
 

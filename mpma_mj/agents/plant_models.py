@@ -70,7 +70,9 @@ def gaussian_log_likelihood(errors: Array, variance: Array, cap: float = np.inf)
 
 
 def novelty(errors: Array, variance: Array, gram: Array, inputs: Array) -> Array:
-    """Compute how far moves are from what every plant model expects (normalised innovation squared; Bar-Shalom).
+    """Compute how far moves are from what every plant model expects.
+
+    It is the normalised innovation squared (Bar-Shalom):
 
         d_t = min_w mean_d e²_{w,d} / [ s²_{w,d} (1 + κ oᵀ (G_w + 1e-3 I)⁻¹ o) ]
 

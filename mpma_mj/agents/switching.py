@@ -46,7 +46,9 @@ def filtered(prior: Array, log_likelihood: Array) -> Array:
 
 
 def smoothed(log_likelihood: Array, h: float) -> Array:
-    """Compute the belief at each step, given the evidence of all steps (forward-backward; Rabiner 1989).
+    """Compute the belief at each step, given the evidence of all steps.
+
+    This is forward-backward (Rabiner 1989).
 
     Args:
         log_likelihood: log ℓ of the evidence, shape (T, W).
