@@ -26,11 +26,13 @@ class StateEstimate:
     """Share of observation and prediction in the state, for each joint.
 
         q̃ = q̂ + κ (q - q̂),   q̇̃ likewise with the same κ
-        P⁻ = P + Q,   κ = P⁻ / (P⁻ + max(S - P⁻, 0)),   P = (1 - κ) P⁻
+        P⁻ = P + Q,   κ = max(P⁻ / (P⁻ + max(S - P⁻, 0)), C / S),   P = (1 - κ) P⁻
 
     Q is the variance of the state model's error, S the running mean square of the innovations
-    q - q̂. Without noise κ is 1. It is bounded from below, and a joint whose innovation is
-    beyond five widths is taken as observed.
+    q - q̂, C that of each times the one before. Innovations of the right gain are white (Mehra
+    1970): where they are alike from step to step, the model is wrong, as in a plant never met, and
+    the observation counts more. Without noise κ is 1. It is bounded from below, and a joint whose
+    innovation is beyond five widths is taken as observed.
     """
 
     def __init__(self, batch_shape: tuple[int, ...]) -> None:
@@ -46,6 +48,8 @@ class StateEstimate:
         """Begin an episode with no prediction."""
         self._variance = np.full(self._noise.shape, _FIRST)
         self._innovation = np.full(self._noise.shape, _FIRST)
+        self._repeated = np.zeros(self._noise.shape)  # C
+        self._last = np.zeros(self._noise.shape)
         self._predicted: tuple[Array, Array] | None = None
         self._steps = 0
 
@@ -64,8 +68,12 @@ class StateEstimate:
         self._steps += 1
         rate = max(1.0 / self._steps, _RATE)
         self._innovation += rate * (innovation**2 - self._innovation)
+        self._repeated += rate * (innovation * self._last - self._repeated)
+        self._last = innovation
         before = self._variance + self._noise
         gain = before / np.maximum(self._innovation, before)
+        alike = self._repeated / np.maximum(self._innovation, _LEAST_NOISE)
+        gain = np.maximum(gain, np.minimum(alike, 1.0))
         gain = np.where(far, 1.0, np.maximum(gain, _LEAST_GAIN))
         self._variance = (1.0 - gain) * before
         return predicted + gain * innovation, then + gain * (speed - then)

@@ -53,7 +53,7 @@ class Arms:
             "joint_angles": self.angles,
             "joint_velocities": self.speed * SPEC.max_joint_speed,
             "posture": posture_from_angles(self.angles),
-            "reference": np.full((*shape, 12), float(t)),
+            "reference": np.full((*shape, 12), t + 0.5),
             "target": np.full((*shape, 12), t + 1.0),
             "lookahead": np.broadcast_to(coming, (*shape, SPEC.lookahead, 12)),
             "context": np.ones((*shape, 2)),

@@ -88,6 +88,15 @@ def test_a_turn_of_a_joint_is_no_innovation() -> None:
     np.testing.assert_allclose(found, angles + 2 * np.pi, atol=1e-12)
 
 
+def test_where_the_model_is_wrong_in_the_same_way_the_observation_counts() -> None:
+    rng = np.random.default_rng(0)
+    noise = 0.01 * rng.normal(size=(800, 8))
+    white = gains(learned(error=1e-8), noise, np.zeros((800, 8)))
+    assert white[100:].mean() < 0.15
+    wrong = gains(learned(error=1e-8), noise + 0.03, np.zeros((800, 8)))
+    np.testing.assert_allclose(wrong[200:].mean(), 0.9, atol=0.05)  # 0.03² / (0.03² + 0.01²)
+
+
 def test_the_gain_stays_between_a_twentieth_and_1() -> None:
     rng = np.random.default_rng(0)
     estimate = learned(error=0.0)
