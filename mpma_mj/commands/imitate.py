@@ -9,7 +9,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Generic, Self, TypeVar
+from typing import TYPE_CHECKING, Annotated, Generic, Self, TypeVar
 
 import tyro
 
@@ -19,6 +19,9 @@ from mpma_mj.commands.render import missing_opengl, write_dance_video
 from mpma_mj.commands.run_options import Motions, RunOptions, typed_options
 from mpma_mj.errors import BadOptionError
 from mpma_mj.utils.text import option_name
+
+if TYPE_CHECKING:
+    from mpma_mj.training.run import Run
 
 __all__ = ["Imitate"]
 
@@ -35,8 +38,8 @@ class Imitate(Generic[AgentT]):
     options: Annotated[tyro.conf.OmitArgPrefixes[RunOptions[AgentT]], tyro.conf.arg(name="")]
     """Options that determine the result."""
     epochs: int = 30
-    """Largest number of epochs, with --resume of further epochs; training ends when the run has
-    converged."""
+    """Largest number of epochs, with --resume of further epochs; without plants training
+    ends when the run has converged."""
     out: Path | None = None
     """Folder of the run; runs/MOTION-TIME if not given."""
     video: bool = True
@@ -81,7 +84,7 @@ class Imitate(Generic[AgentT]):
             ):
                 trained = train(on_epoch=show)
             trained.write_figures(folder)
-            _print_summary(trained.summary)
+            _print_summary(trained)
             if missing_gl is not None:
                 print(missing_gl, file=sys.stderr)
             elif self.video:
@@ -134,16 +137,20 @@ def _text(value: object) -> str:
     return " ".join(map(str, value)) if isinstance(value, tuple) else str(value)
 
 
-def _print_summary(summary: dict[str, Any]) -> None:
+def _print_summary(run: Run) -> None:
     """Print the summary of a run in one line."""
+    from mpma_mj.agents.registry import agent_class
+
+    summary, of_plants = run.summary, run.config.env.plants is not None
     state = "converged" if summary["converged"] else "not converged"
     epochs = f"{summary['epochs']} epoch{'s' if summary['epochs'] > 1 else ''}"
     results = [f"p_e {summary['p_e_percent']:.2f} %"]
     if "feedback_ratio" in summary:
         results.append(f"feedback ratio {summary['feedback_ratio']:.3f}")
-    if summary.get("plants", 1.0) > 1.0:
+    if summary.get("plants", 1.0) > 1.0 and not agent_class(run.config.agent_name).observes_plant:
         results.append(f"{summary['plants']:.0f} plants found")
     if "dominant_module" in summary:
         modules = (f"{k} → {v or '–'}" for k, v in summary["dominant_module"].items())
         results.append(f"label → dominant module: {', '.join(modules)}")
-    print(f"{state} after {epochs}; best epoch {summary['best_epoch']:.0f}: {', '.join(results)}")
+    which = f"{'latest' if of_plants else 'best'} epoch {summary['best_epoch']:.0f}"
+    print(f"{state} after {epochs}; {which}: {', '.join(results)}")

@@ -44,8 +44,8 @@ def _parsed(words: Sequence[str]) -> int | tuple[int, int]:
         (second,) = others
     except ValueError:
         raise BadOptionError(
-            f"latency has '{' '.join(words)}'; expected one whole number, such as 3, or a range of"
-            " two, such as 0 5",
+            f"--latency has '{' '.join(words)}'; expected one whole number, such as 3, or a range"
+            " of two, such as 0 5",
             remedy="motions stand before {latency}",
         ) from None
     return first, second

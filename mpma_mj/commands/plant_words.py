@@ -40,7 +40,7 @@ def _parsed(words: Sequence[str]) -> tuple[Plant, ...] | None:
         BadOptionError: There are no words, one describes no plant, or an option is out of bounds.
     """
     if not words:
-        raise BadOptionError(f"plants has no plant; expected {_EXPECTED}")
+        raise BadOptionError(f"--plants has no plant; expected {_EXPECTED}")
     return plants_from([{} if word == _DEFAULT else _options(word) for word in words])
 
 
@@ -52,7 +52,7 @@ def _options(word: str) -> dict[str, Any]:
         name = typed.replace("-", "_")
         if not equals or name in options:
             raise BadOptionError(
-                f"plants has '{word}'; expected {_EXPECTED}",
+                f"--plants has '{word}'; expected {_EXPECTED}",
                 remedy="motions stand before {plants}",
             )
         try:

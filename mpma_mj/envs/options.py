@@ -26,6 +26,7 @@ from mpma_mj.utils.text import did_you_mean
 from mpma_mj.utils.validation import Bounds, check_fields, is_integer, is_number
 
 __all__: list[str] = [
+    "FIELDS_OF_PLANTS",
     "MASS_OPTIONS",
     "EnvironmentOptions",
     "check_seed",
@@ -43,6 +44,8 @@ MASS_OPTIONS = (
     *("perturbation", "collisions"),
 )
 """Options that act by forces, which ideal arms do not have."""
+FIELDS_OF_PLANTS = ("plants", "switch_every", "epochs_per_plant")
+"""Options that say which plants may be on, and when."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -197,7 +200,15 @@ class EnvironmentOptions:
             remedy = "that needs two plants or more: add some to {plants}, or leave it out"
             raise BadOptionError(option="switch_every", value=self.switch_every, remedy=remedy)
         else:
-            self.of_plants()
+            self._check_differences(self.of_plants())
+
+    def _check_differences(self, plants: tuple[EnvironmentOptions, ...]) -> None:
+        """Check that no two plants are the same; those of the environment included."""
+        for number, plant in enumerate(plants):
+            if plant in plants[:number]:
+                problem = f"plants[{plants.index(plant)}] and plants[{number}] are the same"
+                remedy = "leave one out of {plants}; options not given are the environment's own"
+                raise BadOptionError(problem, remedy=remedy)
 
 
 _NAMES = [option.name for option in dataclasses.fields(EnvironmentOptions)]
@@ -205,8 +216,8 @@ _NAMES = [option.name for option in dataclasses.fields(EnvironmentOptions)]
 
 def _fields_of_plants() -> tuple[dataclasses.Field[Any], ...]:
     """Return the fields that say which plants may be on, and when."""
-    names = ("plants", "switch_every", "epochs_per_plant")
-    return tuple(f for f in dataclasses.fields(EnvironmentOptions) if f.name in names)
+    fields = dataclasses.fields(EnvironmentOptions)
+    return tuple(option for option in fields if option.name in FIELDS_OF_PLANTS)
 
 
 def options_from(given: Mapping[str, Any]) -> EnvironmentOptions:

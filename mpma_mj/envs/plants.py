@@ -96,11 +96,11 @@ def _plant_from(number: int, given: Any) -> Plant:
         )
     for option in given:
         if option not in PLANT_OPTIONS:
-            options = ", ".join(f"{{{known}}}" for known in PLANT_OPTIONS)
-            meant = did_you_mean(str(option), PLANT_OPTIONS, "{{{}}}")
-            remedy = meant or f"expected some of {options}"
+            meant = did_you_mean(str(option), PLANT_OPTIONS)
+            remedy = meant or f"expected some of {', '.join(PLANT_OPTIONS)}"
             raise BadOptionError(f"{name} has no option '{option}'", remedy=remedy)
     try:
         return Plant(**given)
     except BadOptionError as error:
-        raise error.with_context(name) from None
+        # As text, since inside of plants options are written alike everywhere.
+        raise BadOptionError(f"{name}: {error}") from None

@@ -147,9 +147,9 @@ def jobs(
     for name, value in {"epochs": epochs, "adaptation": adaptation}.items():
         if value < 1:
             raise BadOptionError(option=name, value=value, expected="at least 1")
-    if (plants := configs[0].env.plants) is not None:
-        expected = "none: kinds of arms are compared, each without plants"
-        raise BadOptionError(option="plants", value=plants, expected=expected)
+    if configs[0].env.plants is not None:
+        problem = "kinds of arms are compared, each without plants"
+        raise BadOptionError(problem, remedy="leave {plants} out")
     check_trainable(configs[0].agent_name)
     check(configs[0], motion)
     return [

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from mpma_mj.envs.load import prepare
-from mpma_mj.envs.options import EnvironmentOptions
+from mpma_mj.envs.options import FIELDS_OF_PLANTS, EnvironmentOptions
 from mpma_mj.errors import BadOptionError, MotionFileError, MotionReachError, MpmaError
 from mpma_mj.evaluation.evaluate import EvalCondition
 from mpma_mj.motions import Motion
@@ -21,8 +21,9 @@ from mpma_mj.trials.disturbances import DISTURBANCES, Disturbance, Level
 
 __all__ = ["Trial", "trials"]
 
-_ARMS = {"arms": "physics"}  # what disturbs them are forces
 _DEFAULTS = {option.name: option.default for option in fields(EnvironmentOptions)}
+# What disturbs the arms are forces, and a plant would stand in for the level of a disturbance.
+_ARMS = {"arms": "physics"} | {name: _DEFAULTS[name] for name in FIELDS_OF_PLANTS}
 _DANCES = 8  # invented ones that are tried (choice)
 
 

@@ -57,7 +57,8 @@ def dwells(schedule: NDArray[np.intp]) -> NDArray[np.intp]:
 def schedule(
     number: int = 4, low: float = 0.1, high: float = 0.4, seed: int = 0, episode: int = 0
 ) -> NDArray[np.intp]:
-    options = EnvironmentOptions(plants=tuple([Plant()] * number), switch_every=(low, high))
+    plants = tuple(Plant(payload=float(mass)) for mass in range(number))
+    options = EnvironmentOptions(plants=plants, switch_every=(low, high))
     drawn = PlantSchedule(options, RATE).draw(seed, episode, 0, 4000)
     assert drawn is not None
     return drawn
@@ -318,6 +319,11 @@ TWO: list[dict[str, float]] = [{}, {"payload": 3.0}]
         ({"plants": [{}, {"payload": -1}]}, "plants[1]: payload is -1; expected 0 to 1000, in kg"),
         ({"plants": [{"damping": True}]}, "plants[0]: damping is True; expected 0 to 1000, in N"),
         ({"plants": [{"actuator_gain": 0}]}, "plants[0]: actuator_gain is 0; expected 0.01 to 100"),
+        ({"plants": [{}, {}]}, "plants[0] and plants[1] are the same; leave one out of plants"),
+        (
+            {"payload": 3.0, "plants": [{"damping": 1.0}, *TWO]},
+            "plants[1] and plants[2] are the same; leave one out of plants; options not given are",
+        ),
         ({"plants": TWO, "switch_every": 2}, "switch_every is 2; expected two times, 0 < low <= h"),
         ({"plants": TWO, "switch_every": (3, 1)}, "switch_every is (3, 1); expected two times"),
         ({"plants": TWO, "switch_every": (0, 1)}, "switch_every is (0, 1); expected two times"),

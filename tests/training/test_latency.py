@@ -126,10 +126,13 @@ def test_the_command_line_takes_one_number_as_before(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("typed", "message"),
     [
-        ("--latency", "latency has ''; expected one whole number, such as 3, or a range of two"),
-        ("--latency 0.5", "latency has '0.5'; expected one whole number, such as 3, or a range of"),
-        ("--latency 1 2 3", "latency has '1 2 3'; expected one whole number"),
-        ("--latency 3 ymca", "latency has '3 ymca'; expected one whole number"),
+        ("--latency", "--latency has ''; expected one whole number, such as 3, or a range of two"),
+        (
+            "--latency 0.5",
+            "--latency has '0.5'; expected one whole number, such as 3, or a range of",
+        ),
+        ("--latency 1 2 3", "--latency has '1 2 3'; expected one whole number"),
+        ("--latency 3 ymca", "--latency has '3 ymca'; expected one whole number"),
         ("--latency 3 ymca", "such as 0 5; motions stand before --latency"),
         ("--latency 5 0", "--latency is (5, 0); expected a whole number from 0 to 100, or a range"),
         ("--latency -1 5", "--latency is (-1, 5); expected a whole number from 0 to 100, or a"),

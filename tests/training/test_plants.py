@@ -105,12 +105,15 @@ def test_the_command_line_takes_plants_and_their_run_is_resumed(
 @pytest.mark.parametrize(
     ("typed", "message"),
     [
-        ("--plants", "plants has no plant; expected default, or each option once, such as payload"),
-        ("--plants default ymca", "plants has 'ymca'; expected default, or each option once, such"),
+        (
+            "--plants",
+            "--plants has no plant; expected default, or each option once, such as payload",
+        ),
+        ("--plants default ymca", "--plants has 'ymca'; expected default, or each option once, s"),
         ("--plants payload=1,payload=2", "motions stand before --plants"),
-        ("--plants payloat=1", "plants[0] has no option 'payloat'; did you mean --payload?"),
-        ("--plants default payload=x", "plants[1]: --payload is 'x'; expected 0 to 1000, in kg"),
-        ("--plants default actuator-gain=0", "plants[1]: --actuator-gain is 0.0; expected 0.01 to"),
+        ("--plants payloat=1", "plants[0] has no option 'payloat'; did you mean payload?"),
+        ("--plants default payload=x", "plants[1]: payload is 'x'; expected 0 to 1000, in kg"),
+        ("--plants default actuator-gain=0", "plants[1]: actuator_gain is 0.0; expected 0.01 to"),
         ("--switch-every 1 3", "give --plants too, or leave --switch-every out"),
         ("--epochs-per-plant 5", "give --plants too, or leave --epochs-per-plant out"),
         ("--plants default payload=1 --switch-every 3 1", "--switch-every is (3.0, 1.0); expected"),

@@ -83,6 +83,19 @@ def test_the_runs_own_agent_is_that_of_its_seed_and_workers_change_nothing(
     assert (out / "adapt.png").exists()
 
 
+def test_levels_of_a_run_with_plants_are_those_of_its_arms(
+    tmp_path: Path,
+) -> None:
+    words = (
+        f"imitate ymca --repeats 1 --epochs 1 --no-video --plants payload=1 --out {tmp_path}/run"
+    )
+    assert main(words.split()) == 0
+    assert main(["stress", str(tmp_path / "run"), "--runs", "0", *QUICK]) == 0
+    (folder,) = (tmp_path / "run" / "stress").iterdir()
+    light, heavy = (float(row["p_e_percent"]) for row in rows(folder / "stress.csv"))
+    assert light < heavy
+
+
 def test_each_look_has_a_folder_and_replaces_what_is_in_one_that_is_named(
     run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
