@@ -49,8 +49,8 @@ class Imitate(Generic[AgentT]):
     resume: Path | None = None
     """Folder of a run to resume, with its config."""
     init: Path | None = None
-    """Folder of a run with whose agent the new run begins, as it was before its best epoch; agent,
-    seed and arms are those of that run."""
+    """Folder of a run with whose agent the new run begins, in the state of its best epoch (with
+    plants: after the latest); agent, seed and arms are those of that run."""
     given: Annotated[frozenset[str], tyro.conf.Fixed, tyro.conf.Suppress] = frozenset()
     """Options that the command line contains, by their names in Python."""
 

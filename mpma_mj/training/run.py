@@ -75,7 +75,7 @@ class Run:
 
     @property
     def agent(self) -> Agent:
-        """A new agent in the state before the best epoch, ready to act."""
+        """A new agent in the state of the best epoch, ready to act; see `load_agent`."""
         return _agent(self.config, self.motion, self.history.best.state, None)
 
     def save(self, folder: str | Path, *, overwrite: bool = False) -> Path:
@@ -151,8 +151,8 @@ def imitate(
         agent_name: Path of the agent's class, where its config is given and is not built in.
         env: Options of the environment; the defaults if not given.
         reading: How recordings are read; the defaults if not given.
-        init: Folder of an earlier run with whose agent the run begins, as it was before its best
-            epoch. Agent, seed and arms are those of that run, and what is given has to agree.
+        init: Folder of an earlier run with whose agent the run begins, in the state of its best
+            epoch (with plants: after the latest). Agent, seed and arms are those of that run, and what is given has to agree.
         epochs: Largest number of epochs; training ends earlier when it has converged.
         on_epoch: Called with the metrics of every epoch.
 
@@ -268,7 +268,10 @@ def resume(folder: RunFolder, epochs: int, *, on_epoch: OnEpoch = lambda row: No
 
 
 def load_agent(folder: str | Path, *, agent: str | None = None, rule: str | None = None) -> Agent:
-    """Return the trained agent of a run, as it was before its best epoch, ready to act.
+    """Return the trained agent of a run, in the state of its best epoch, ready to act.
+
+    With plants that is the state after the latest epoch. The agent expects the latency of its run;
+    of what is not observed, it can tell plants apart, and a latency if it was trained with a range.
 
     Args:
         folder: The run folder.
