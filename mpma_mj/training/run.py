@@ -152,7 +152,8 @@ def imitate(
         env: Options of the environment; the defaults if not given.
         reading: How recordings are read; the defaults if not given.
         init: Folder of an earlier run with whose agent the run begins, in the state of its best
-            epoch (with plants: after the latest). Agent, seed and arms are those of that run, and what is given has to agree.
+            epoch (with plants: after the latest). Agent, seed and arms are those of that run, and
+            what is given has to agree.
         epochs: Largest number of epochs; training ends earlier when it has converged.
         on_epoch: Called with the metrics of every epoch.
 
