@@ -112,7 +112,9 @@ def _senses(config: MPMAConfig, spec: AgentSpec, seed: Seeds) -> Senses | None:
         expected = f"at least {spec.longest_latency}, the latency of the environment, or 0"
         raise BadOptionError(option="max_latency", value=config.max_latency, expected=expected)
     if config.history:
-        remedy = "leave it out, or take {max_latency=0} without {state_estimate}"
+        remedy = (
+            "its moves are late: leave it out, or take {max_latency=0} without {state_estimate}"
+        )
         raise BadOptionError(option="history", value=True, remedy=remedy)
     known = spec.latency if late else 0
     return LateSenses(
