@@ -117,6 +117,11 @@ class LateSenses(Senses):
             self._anticipation.reset(episode)
 
     @property
+    def known(self) -> bool:
+        """Whether the delay is known."""
+        return self._known is not None
+
+    @property
     def delay(self) -> NDArray[np.intp]:
         """Delay k that is most probable now, shape (...)."""
         if self._known is not None:

@@ -95,18 +95,36 @@ class Unseen(_Options):
         return unseen.Unseen(motions=motions, runs=self.runs, seed=self.seed, arms=self.arms)
 
 
-_STUDIES = (Switching, Unseen)
+@dataclass(frozen=True, kw_only=True)
+class Latency(_Options):
+    """Learn a motion with late senses, and imitate it with them.
+
+    Repeat the command with the same --out to resume.
+    """
+
+    name: ClassVar[str] = "latency"
+    motion: str = "ymca"
+    """Built-in motion, or path of a recording."""
+
+    def _study(self) -> study.Study:
+        from mpma_mj.experiments import latency
+
+        return latency.Latency(motion=self.motion, runs=self.runs, seed=self.seed, arms=self.arms)
+
+
+_STUDIES = (Switching, Unseen, Latency)
 _NAMES = tuple(one.name for one in _STUDIES)
 
 
 @dataclass(frozen=True)
 class Study:
-    """Study over many runs, with table and figure: switching, unseen."""
+    """Study over many runs, with table and figure: switching, unseen, latency."""
 
     study: tyro.conf.OmitArgPrefixes[
         tyro.conf.OmitSubcommandPrefixes[
             Annotated[Switching, tyro.conf.subcommand(Switching.name)]
             | Annotated[Unseen, tyro.conf.subcommand(Unseen.name)]
+            | Annotated[Latency, tyro.conf.subcommand(Latency.name)]
         ]
     ]
 

@@ -106,8 +106,11 @@ def test_the_command_runs_a_study_and_resumes_it(
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["study"], "no study given; expected one of switching, unseen"),
-        (["study", "switchin"], "expected one of switching, unseen; did you mean switching?"),
+        (["study"], "no study given; expected one of switching, unseen, latency"),
+        (
+            ["study", "switchin"],
+            "expected one of switching, unseen, latency; did you mean switching?",
+        ),
         (["study", "--runs", "1"], "expected one of switching, unseen"),
         (["study", "switching", "--runs", "0"], "--runs is 0; expected at least 1"),
         (["study", "switching", "--workers", "0"], "workers is 0; expected at least 1"),
