@@ -6,11 +6,10 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.ticker import LogLocator, NullLocator
 
 from mpma_mj.bench.scaling import AXES, Axis, Scaling
 from mpma_mj.visualization.colours import module_colours
-from mpma_mj.visualization.figure_file import figure_file
+from mpma_mj.visualization.figure_file import figure_file, label_decades
 
 __all__ = ["write_figure"]
 
@@ -55,9 +54,7 @@ def _panel(left: Axes, scaling: Scaling, axis: Axis) -> None:
         middle = np.exp(np.mean(np.log(values[half:])) - fitted * np.mean(np.log(amounts[half:])))
         side.plot(amounts[half:], middle * amounts[half:] ** fitted, "--", color=colour, lw=1.0)
         side.set_yscale("log")
-        side.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        side.yaxis.set_major_formatter("{x:g}")
-        side.yaxis.set_minor_locator(NullLocator())
+        label_decades(side.yaxis)
         side.set_ylabel(name, color=colour, fontsize="small")
         side.tick_params(labelsize="small")
         side.spines["top"].set_visible(False)

@@ -6,12 +6,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-from matplotlib.ticker import FuncFormatter, LogLocator
 
 from mpma_mj.evaluation.statistics import Interval
 from mpma_mj.experiments.points import draw_points
 from mpma_mj.visualization.colours import module_colours
-from mpma_mj.visualization.figure_file import figure_file
+from mpma_mj.visualization.figure_file import figure_file, label_decades
 
 __all__ = ["write_figure"]
 
@@ -36,9 +35,7 @@ def write_figure(path: Path, p_e: Mapping[str, Sequence[Interval]], titles: Sequ
         axis.set_xlabel("latency, control steps")
         axis.set_ylabel("p_e, %")
         axis.set_yscale("log")
-        axis.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        axis.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        axis.minorticks_off()
+        label_decades(axis.yaxis)
         axis.grid(axis="y", color="0.9")
         axis.set_axisbelow(True)
         axis.spines[["top", "right"]].set_visible(False)

@@ -10,13 +10,12 @@ from typing import Any, get_args
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from mpma_mj.options import Arms
 from mpma_mj.sweep.benchmark import Line
 from mpma_mj.sweep.measures import values
 from mpma_mj.visualization.colours import module_colours
-from mpma_mj.visualization.figure_file import figure_file
+from mpma_mj.visualization.figure_file import figure_file, label_decades
 
 __all__ = ["write_figure"]
 
@@ -82,9 +81,7 @@ def _draw(axis: Axes, lines: Sequence[Line]) -> None:
         range(len(agents)), [agent if ":" in agent else agent.replace("_", " ") for agent in agents]
     )
     axis.set_ylim(len(agents) - 0.5, -0.5)
-    axis.xaxis.set_major_formatter(FuncFormatter(lambda p_e, _: f"{p_e:g}"))
-    axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axis.xaxis.set_minor_locator(NullLocator())
+    label_decades(axis.xaxis)
     axis.grid(axis="x", color="0.92")
     axis.set_axisbelow(True)
     axis.set_title(lines[0].motion, fontsize="medium", loc="left")

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 from numpy.typing import NDArray
 
 from mpma_mj.trials.disturbances import DISTURBANCES, Disturbance, Level
@@ -16,7 +15,7 @@ from mpma_mj.trials.stress import THIS_RUN
 from mpma_mj.trials.stress_results import RECOVERED, Results, Tally
 from mpma_mj.utils.text import printable
 from mpma_mj.visualization.colours import INK, module_colours
-from mpma_mj.visualization.figure_file import figure_file
+from mpma_mj.visualization.figure_file import figure_file, label_decades
 
 __all__ = ["write_figure"]
 
@@ -102,9 +101,7 @@ def _draw(axis: Axes, results: Results, name: str, agents: Sequence[str], measur
             axis.axvline(between, color="0.9", linewidth=0.8)
     axis.axhline(RECOVERED, color="0.75", linewidth=0.8, linestyle="--", zorder=1)
     axis.set_yscale("log")
-    axis.yaxis.set_major_formatter(FuncFormatter(lambda p_e, _: f"{p_e:g}"))
-    axis.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axis.yaxis.set_minor_locator(NullLocator())
+    label_decades(axis.yaxis)
     axis.grid(axis="y", color="0.94")
     axis.set_axisbelow(True)
     axis.set_title(disturbance.title, fontsize="medium", loc="left")

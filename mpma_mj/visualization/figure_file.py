@@ -10,13 +10,15 @@ from pathlib import Path
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 from numpy.typing import NDArray
 
 from mpma_mj.utils.atomic_files import atomic_write
 from mpma_mj.visualization.responsibility_strip import label_runs
 
-__all__ = ["MOST_NAMED_RUNS", "draw_labels", "figure_file"]
+__all__ = ["MOST_NAMED_RUNS", "draw_labels", "figure_file", "label_decades"]
 
 Array = NDArray[np.float64]
 
@@ -33,7 +35,7 @@ def figure_file(path: Path, width: float, height: float) -> Iterator[Figure]:
     """Yield an empty figure, and save it on success.
 
     Text is drawn literally and never parsed as mathematics, because names of files and labels may
-    contain "$". A logarithmic axis therefore needs its own formatter, as matplotlib's writes
+    contain "$". A logarithmic axis therefore needs `label_decades`, as matplotlib's labels are
     mathematics. All other parameters are those of the user's matplotlibrc; all are restored.
 
     Args:
@@ -57,6 +59,13 @@ def figure_file(path: Path, width: float, height: float) -> Iterator[Figure]:
         yield figure
         with atomic_write(path) as temporary:
             figure.savefig(temporary, dpi=_DPI)
+
+
+def label_decades(axis: Axis) -> None:
+    """Label 1, 2 and 5 of each decade of a logarithmic axis, as plain numbers."""
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_locator(NullLocator())
 
 
 def draw_labels(axes: Sequence[Axes], context: Array, labels: Sequence[str], rate: float) -> None:
