@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import abc
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,7 +23,7 @@ __all__ = ["Study", "check_study"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Options:
+class _Options(abc.ABC):
     """Options of all studies."""
 
     name: ClassVar[str]
@@ -47,8 +48,9 @@ class _Options:
             print(run_study(self._study(), folder, self.workers))
         return folder
 
+    @abc.abstractmethod
     def _study(self) -> study.Study:
-        raise NotImplementedError
+        """Return the study."""
 
 
 @dataclass(frozen=True, kw_only=True)

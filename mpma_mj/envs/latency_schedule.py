@@ -31,9 +31,7 @@ class LatencySchedule:
             BadOptionError: No whole number of control steps is in the range `latency_every`.
         """
         self._range = None if isinstance(options.latency, int) else options.latency
-        self._switches: SwitchSchedule | None = None
-        if options.latency_every is not None:
-            self._switches = SwitchSchedule("latency_every", options.latency_every, rate)
+        self._switches = SwitchSchedule.if_given("latency_every", options.latency_every, rate)
 
     def draw(self, seed: int, episode: int, start: int, steps: int) -> NDArray[np.intp] | None:
         """Return the latency in force at each step; None where the option is one number.

@@ -32,9 +32,7 @@ class PlantSchedule:
         """
         self._number = 0 if options.plants is None else len(options.plants)
         self._epochs = options.epochs_per_plant
-        self._switches: SwitchSchedule | None = None
-        if options.switch_every is not None:
-            self._switches = SwitchSchedule("switch_every", options.switch_every, rate)
+        self._switches = SwitchSchedule.if_given("switch_every", options.switch_every, rate)
 
     def draw(self, seed: int, episode: int, start: int, steps: int) -> NDArray[np.intp] | None:
         """Return the index of the plant that is on at each step; None without plants.

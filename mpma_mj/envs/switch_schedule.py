@@ -42,6 +42,13 @@ class SwitchSchedule:
                 " number of control steps in it",
             )
 
+    @classmethod
+    def if_given(
+        cls, option: str, seconds: tuple[float, float] | None, rate: float
+    ) -> SwitchSchedule | None:
+        """Return the schedule of an option; None where the option is not given."""
+        return None if seconds is None else cls(option, seconds, rate)
+
     def draw(
         self, rng: np.random.Generator, number: int, start: int, steps: int
     ) -> NDArray[np.intp]:

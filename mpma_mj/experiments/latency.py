@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,11 +10,10 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents import Agent, agent_class
+from mpma_mj.agents import Agent
 from mpma_mj.agents.late_senses import LateSenses
 from mpma_mj.agents.paired_models import PairedModels
-from mpma_mj.agents.wrappers import Frozen
-from mpma_mj.evaluation.evaluate import EVALUATION_EPISODE, learn_episodes, tracking_errors
+from mpma_mj.evaluation.evaluate import tracking_errors
 from mpma_mj.evaluation.statistics import Interval
 from mpma_mj.experiments.study import (
     Agents,
@@ -32,8 +30,6 @@ from mpma_mj.options import Arms
 from mpma_mj.trace import Trace
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.dataset import read_motions
-from mpma_mj.training.factory import agent_of, make_environments, one_thread
-from mpma_mj.training.rollout import rollout
 from mpma_mj.utils.text import markdown_table
 
 __all__ = ["AGENTS", "SENSES", "Latency"]
@@ -146,20 +142,11 @@ class LatencyJob(StudyJob):
 
     def do(self) -> list[Record]:
         """Learn with the latency, and imitate without learning."""
-        config, seeds = self.configs[0], [config.seed for config in self.configs]
-        learns = agent_class(config.agent_name).trainable
-        with (
-            one_thread(),
-            contextlib.closing(make_environments(config, seeds, self.motion)) as envs,
-        ):
-            agent = agent_of(config, envs, seeds)
-            course = learn_episodes(envs, agent, range(self.epochs if learns else 0))
-            recorded = rollout(envs, Frozen(agent), EVALUATION_EPISODE)
-        traces = [recorded.of_run(run) for run in range(len(seeds))]
+        agent, course, traces = self.learn_and_imitate(self.motion, self.motion, self.epochs)
         p_e = tracking_errors(traces)
         records: list[Record] = []
-        for run, (seed, trace) in enumerate(zip(seeds, traces, strict=True)):
-            own: Record = {"agent": self.agent, "seed": seed, "latency": self.part}
+        for run, (config, trace) in enumerate(zip(self.configs, traces, strict=True)):
+            own: Record = {"agent": self.agent, "seed": config.seed, "latency": self.part}
             own["diverged"] = bool(np.isnan([*course[:, run], p_e[run]]).any())
             if trace is not None and not own["diverged"]:
                 own["p_e"] = float(p_e[run])

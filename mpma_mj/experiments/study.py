@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import abc
+import contextlib
 import dataclasses
 import json
 import math
@@ -11,13 +12,23 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.agents import Agent, agent_class
+from mpma_mj.agents.wrappers import Frozen
 from mpma_mj.errors import RunFolderError, WorkerError
+from mpma_mj.evaluation.evaluate import EVALUATION_EPISODE, learn_episodes
 from mpma_mj.evaluation.statistics import Interval, interval
+from mpma_mj.motions import Motion
 from mpma_mj.sweep.backend import Work, get_done, open_backend
 from mpma_mj.sweep.batching import cut
 from mpma_mj.sweep.folder import check_folder, flat, read_json
 from mpma_mj.sweep.spec import seeds, without_seed
+from mpma_mj.trace import Trace
 from mpma_mj.training.config import RunConfig, versions
+from mpma_mj.training.factory import agent_of, make_environments, one_thread
+from mpma_mj.training.rollout import rollout
 from mpma_mj.utils.atomic_files import FORMAT, csv_text, write_json, write_text
 from mpma_mj.utils.folder_lock import locked
 from mpma_mj.utils.progress import show_runs
@@ -36,6 +47,7 @@ __all__ = [
     "run_study",
 ]
 
+Array = NDArray[np.float64]
 Record = dict[str, Any]
 """What JSON can hold of one run: `agent`, `seed`, and measures by name, perhaps nested."""
 
@@ -71,6 +83,32 @@ class StudyJob(Work):
     @abc.abstractmethod
     def do(self) -> list[Record]:
         """Train and measure the runs, and return the record of each."""
+
+    def learn_and_imitate(
+        self, learned: Motion, imitated: Motion, epochs: int
+    ) -> tuple[Agent, Array, list[Trace | None]]:
+        """Let agents learn a motion, and then imitate one without learning.
+
+        Args:
+            learned: What agents learn, if they can.
+            imitated: What they imitate then.
+            epochs: Number of epochs E of learning.
+
+        Returns:
+            The R agents; p_e of each epoch, shape (E, R), percent; and each agent's trace without
+            learning, None where it diverged.
+        """
+        config, seeds = self.configs[0], [config.seed for config in self.configs]
+        learns = agent_class(config.agent_name).trainable
+        with one_thread(), contextlib.ExitStack() as stack:
+            envs, others = (
+                stack.enter_context(contextlib.closing(make_environments(config, seeds, motion)))
+                for motion in (learned, imitated)
+            )
+            agent = agent_of(config, envs, seeds)
+            course = learn_episodes(envs, agent, range(epochs if learns else 0))
+            recorded = rollout(others, Frozen(agent), EVALUATION_EPISODE)
+        return agent, course, [recorded.of_run(run) for run in range(len(seeds))]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -11,12 +10,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from mpma_mj.agents import agent_class
-from mpma_mj.agents.wrappers import Frozen
 from mpma_mj.context import equal_segments
 from mpma_mj.envs.load import arm_limits
 from mpma_mj.errors import BadOptionError
-from mpma_mj.evaluation.evaluate import EVALUATION_EPISODE, learn_episodes, tracking_errors
+from mpma_mj.evaluation.evaluate import tracking_errors
 from mpma_mj.evaluation.statistics import Interval
 from mpma_mj.experiments.study import (
     Agents,
@@ -34,8 +31,6 @@ from mpma_mj.motions.repertoire import join
 from mpma_mj.options import Arms
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.dataset import read_motions
-from mpma_mj.training.factory import agent_of, make_environments, one_thread
-from mpma_mj.training.rollout import rollout
 from mpma_mj.utils.text import markdown_table, printable
 
 __all__ = ["AGENTS", "REFERENCE", "Unseen"]
@@ -167,24 +162,15 @@ class UnseenJob(StudyJob):
 
     def do(self) -> list[Record]:
         """Learn the others, and imitate the one left out."""
-        config, seeds = self.configs[0], [config.seed for config in self.configs]
-        with one_thread(), contextlib.ExitStack() as stack:
-            envs, others = (
-                stack.enter_context(contextlib.closing(make_environments(config, seeds, motion)))
-                for motion in (self.learned, self.unseen)
-            )
-            agent = agent_of(config, envs, seeds)
-            learns = agent_class(config.agent_name).trainable
-            course = learn_episodes(envs, agent, range(self.epochs if learns else 0))
-            recorded = rollout(others, Frozen(agent), EVALUATION_EPISODE)
-            p_e = tracking_errors([recorded.of_run(run) for run in range(len(seeds))])
+        _, course, traces = self.learn_and_imitate(self.learned, self.unseen, self.epochs)
+        p_e = tracking_errors(traces)
         records: list[Record] = []
-        for run, seed in enumerate(seeds):
-            own: Record = {"agent": self.agent, "seed": seed}
+        for run, config in enumerate(self.configs):
+            own: Record = {"agent": self.agent, "seed": config.seed}
             own |= {"number": self.number, "unseen": self.title}
             diverged = bool(np.isnan([*course[:, run], p_e[run]]).any())
             own |= {"diverged": diverged}
-            if learns and not diverged:
+            if len(course) and not diverged:
                 own["learned_p_e"] = float(course[-1, run])
             if not diverged:
                 own["p_e"] = float(p_e[run])
