@@ -65,9 +65,9 @@ def test_a_repertoire_of_such_names_is_learned_and_examined(
     assert all(line.startswith("epoch") for line in result.stderr.splitlines())
     assert tuple(json.loads((run / "summary.json").read_text())["dominant_module"]) == SHOWN
     assert len(list((run / "figures").glob("*.png"))) == 3
-    for command, *words in (["capture"], ["attractor"], ["lesion", "--retrain", "0"]):
+    for command, *words in (["capture"], ["free-running"], ["lesion", "--retrain", "0"]):
         assert main([command, str(run), *words]) == 0
-        assert (run / "figures" / f"{command}.png").exists()
+        assert (run / "figures" / f"{command.replace('-', '_')}.png").exists()
     told = capsys.readouterr().err.splitlines()
     assert told[-1] == "[run]\\udcff$1_$2: switching modules off"
     assert not any("warning" in line for line in told)

@@ -170,5 +170,5 @@ def test_a_class_is_named_only_for_runs_that_were_trained_with_it(
     named: tuple[str, str], here: Path, refused: Refused, small_run: Path
 ) -> None:
     message = f"{named[0]} is '{named[1]}'; expected the path of a class from outside with which a"
-    for command in ("lesion", "attractor", "stress"):
+    for command in ("lesion", "free-running", "stress"):
         refused([command, str(small_run), *named], message)

@@ -3,11 +3,11 @@
 from typing import Any
 
 from mpma_mj.commands.ablate import Ablate
-from mpma_mj.commands.attractor import Attractor
 from mpma_mj.commands.bench import Bench
 from mpma_mj.commands.benchmark import Benchmark
 from mpma_mj.commands.capture import Capture
 from mpma_mj.commands.compare import Compare
+from mpma_mj.commands.free_running import FreeRunningCommand
 from mpma_mj.commands.identify import Identify
 from mpma_mj.commands.imitate import Imitate
 from mpma_mj.commands.lesion import Lesion
@@ -35,7 +35,7 @@ COMMANDS: dict[str, Any] = {
     "study": Study,
     "bench": Bench,
     "capture": Capture,
-    "attractor": Attractor,
+    "free-running": FreeRunningCommand,
     "lesion": Lesion,
     "stress": Stress,
     "compare": Compare,

@@ -33,7 +33,7 @@ _CONTENTS = (
     "metrics.csv",
     "summary.json",
     "capture.json",
-    "attractor.json",
+    "free_running.json",
     "lesion.json",
     "trace.npz",
     "checkpoint",
@@ -73,7 +73,7 @@ class RunFolder:
     @property
     def free_running(self) -> Path:
         """Results of free-running, without the demonstration."""
-        return self.path / "attractor.json"
+        return self.path / "free_running.json"
 
     @property
     def lesion(self) -> Path:

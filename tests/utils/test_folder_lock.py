@@ -86,7 +86,7 @@ COMMANDS = [
     "imitate ymca --no-video --overwrite --out FOLDER",
     "imitate --no-video --resume FOLDER",
     "capture FOLDER",
-    "attractor FOLDER",
+    "free-running FOLDER",
     "lesion FOLDER",
     "stress FOLDER",
     "stress RUN --runs 0 --out FOLDER",
@@ -189,7 +189,7 @@ def test_a_run_that_is_given_twice_is_locked_once(
     run: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (run.parent / "link").symlink_to(run)
-    assert main(["attractor", str(run), str(run.parent / "link")]) == 0
+    assert main(["free-running", str(run), str(run.parent / "link")]) == 0
     assert main(["lesion", str(run), str(run)]) == 2
     assert "is there twice; leave one out" in capsys.readouterr().err
 

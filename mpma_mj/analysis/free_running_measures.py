@@ -10,15 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj import metrics
-from mpma_mj.analysis.attractor import FreeDance
+from mpma_mj.analysis.free_running import FreeRun
 from mpma_mj.utils.text import markdown_table
 
 __all__ = [
     "LOST",
     "WINDOWS",
-    "Freedom",
+    "FreeRunMeasures",
     "as_markdown",
-    "judge",
+    "measure",
     "nearest_over_time",
 ]
 
@@ -36,7 +36,7 @@ _REPEATS = 0.5  # change between repetitions, of the amplitude, below which it i
 
 
 @dataclass(frozen=True)
-class Freedom:
+class FreeRunMeasures:
     """How long and how well; errors in percent of a coordinate's range.
 
     Attributes:
@@ -73,7 +73,7 @@ class Freedom:
         return asdict(self)
 
 
-def judge(free: FreeDance) -> Freedom:
+def measure(free: FreeRun) -> FreeRunMeasures:
     """Measure what was danced.
 
     Args:
@@ -85,7 +85,7 @@ def judge(free: FreeDance) -> Freedom:
     before, last = free.posture[-2 * free.period : -free.period], free.posture[-free.period :]
     change = _rms(last - before) / max(amplitude, np.finfo(float).tiny)
     moved = amplitude / _deviation(free.reference[-free.period :])
-    return Freedom(
+    return FreeRunMeasures(
         held_s=_first(metrics.error_over_time(free.posture, free.reference) > LOST) / free.rate,
         near_s=_first(nearest > LOST) / free.rate,
         p_e_percent=_windows(free, free.posture),
@@ -100,7 +100,7 @@ def judge(free: FreeDance) -> Freedom:
     )
 
 
-def as_markdown(found: Mapping[str, Freedom]) -> str:
+def as_markdown(found: Mapping[str, FreeRunMeasures]) -> str:
     """Return a table with a row for each run, by its name.
 
     Behind a number stands in brackets that of arms that stay where they are.
@@ -109,12 +109,14 @@ def as_markdown(found: Mapping[str, Freedom]) -> str:
     head = ["run", "held, s", "near, s", *(f"p_e {window}, %" for window in windows)]
     head += ["chance, %", "nearest, %", "speed", "amplitude", "ends in"]
     rows = []
-    for name, freedom in found.items():
-        times = [f"{freedom.held_s:.2f}", f"{freedom.near_s:.2f}"]
-        errors = [_beside(freedom.p_e_percent, freedom.still_percent, window) for window in windows]
-        chance = f"{freedom.chance_percent:.1f}"
-        nearest = f"{freedom.nearest_percent:.1f} ({freedom.still_nearest_percent:.1f})"
-        moved = [f"{freedom.speed:.2f}", f"{freedom.amplitude:.2f}", freedom.ending]
+    for name, measures in found.items():
+        times = [f"{measures.held_s:.2f}", f"{measures.near_s:.2f}"]
+        errors = [
+            _beside(measures.p_e_percent, measures.still_percent, window) for window in windows
+        ]
+        chance = f"{measures.chance_percent:.1f}"
+        nearest = f"{measures.nearest_percent:.1f} ({measures.still_nearest_percent:.1f})"
+        moved = [f"{measures.speed:.2f}", f"{measures.amplitude:.2f}", measures.ending]
         rows.append([name, *times, *errors, chance, nearest, *moved])
     return f"{markdown_table(head, rows)}\n\nin brackets: arms that stay where they are"
 
@@ -123,7 +125,7 @@ def _beside(errors: Mapping[str, float], still: Mapping[str, float], window: str
     return f"{errors[window]:.1f} ({still[window]:.1f})" if window in errors else "–"
 
 
-def nearest_over_time(free: FreeDance, posture: Array) -> Array:
+def nearest_over_time(free: FreeRun, posture: Array) -> Array:
     """Return how far postures are from the nearest demonstrated one of the same label.
 
     Args:
@@ -141,7 +143,7 @@ def nearest_over_time(free: FreeDance, posture: Array) -> Array:
     return nearest
 
 
-def _windows(free: FreeDance, posture: Array) -> dict[str, float]:
+def _windows(free: FreeRun, posture: Array) -> dict[str, float]:
     """Return the error over the windows that are not longer than the dance, and over all."""
     steps = {f"{window:g} s": round(window * free.rate) for window in WINDOWS}
     inside = {name: count for name, count in steps.items() if count <= len(posture)}

@@ -1,4 +1,4 @@
-"""Command `mpma attractor`."""
+"""Command `mpma free-running`."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from pathlib import Path
 from mpma_mj.commands.folders import locked_runs, write_result
 from mpma_mj.commands.run_options import Outside, OutsideClasses, RunFolders
 
-__all__ = ["Attractor"]
+__all__ = ["FreeRunningCommand"]
 
 
 @dataclass(frozen=True)
-class Attractor:
+class FreeRunningCommand:
     """Free-running: continue trained runs without the demonstration, with the context alone.
 
-    Reports for how long and how precisely they continue, and writes attractor.json and
-    figures/attractor.png to the folder of each run.
+    Reports for how long and how precisely they continue, and writes free_running.json and
+    figures/free_running.png to the folder of each run.
     """
 
     run_folders: RunFolders
@@ -27,24 +27,24 @@ class Attractor:
 
     def run(self) -> Path:
         """Run all agents without demonstration and return the path of the last figure."""
-        from mpma_mj.analysis.attractor import dance_freely
-        from mpma_mj.analysis.attractor_figure import write_figure
         from mpma_mj.analysis.danced import read_danced
-        from mpma_mj.analysis.freedom import as_markdown, judge
+        from mpma_mj.analysis.free_running import run_freely
+        from mpma_mj.analysis.free_running_figure import write_figure
+        from mpma_mj.analysis.free_running_measures import as_markdown, measure
         from mpma_mj.utils.progress import show_range
 
-        with locked_runs(self.run_folders, self.outside, "attractor") as folders:
+        with locked_runs(self.run_folders, self.outside, "free-running") as folders:
             for folder in folders:
                 # Raises for modules without output, which predict no posture.
                 read_danced(folder)
             results = {}
-            for number in show_range(range(len(folders)), "dancing without demonstration"):
+            for number in show_range(range(len(folders)), "running without demonstration"):
                 folder = folders[number]
-                free, motion = dance_freely(folder)
-                freedom = judge(free)
-                results[str(folder.path)] = freedom
-                write_result(folder.free_running, motion.name, freedom.as_json())
-                picture = folder.figures / "attractor.png"
+                free, motion = run_freely(folder)
+                measures = measure(free)
+                results[str(folder.path)] = measures
+                write_result(folder.free_running, motion.name, measures.as_json())
+                picture = folder.figures / "free_running.png"
                 write_figure(picture, free, motion)
             print(as_markdown(results))
             return picture

@@ -15,7 +15,7 @@ from mpma_mj.training.factory import agent_of, make_environments, one_thread
 from mpma_mj.training.rollout import record_epoch
 from mpma_mj.training.run_folder import RunFolder
 
-__all__ = ["REPEATS", "FreeDance", "dance_freely"]
+__all__ = ["REPEATS", "FreeRun", "run_freely"]
 
 Array = NDArray[np.float64]
 
@@ -24,7 +24,7 @@ REPEATS = 3
 
 
 @dataclass(frozen=True, eq=False)
-class FreeDance:
+class FreeRun:
     """What was danced from the moment of release on, and what would have been demonstrated.
 
     Attributes:
@@ -42,7 +42,7 @@ class FreeDance:
     rate: float
 
 
-def dance_freely(folder: RunFolder) -> tuple[FreeDance, Motion]:
+def run_freely(folder: RunFolder) -> tuple[FreeRun, Motion]:
     """Let the agent of a run's kept epoch dance on.
 
     The demonstration has no noise here, which would add to speeds and errors (choice).
@@ -66,7 +66,7 @@ def dance_freely(folder: RunFolder) -> tuple[FreeDance, Motion]:
     load_state(agent, state, folder.path)
     with one_thread():
         trace = record_epoch(env, agent, epoch)  # the reservoirs' noise is of the epoch after
-    free = FreeDance(
+    free = FreeRun(
         trace.posture[period:],
         trace.reference[period:],
         active_label(trace.context[period:]),

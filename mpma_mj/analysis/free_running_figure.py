@@ -10,8 +10,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from mpma_mj.analysis.attractor import FreeDance
-from mpma_mj.analysis.freedom import LOST, nearest_over_time
+from mpma_mj.analysis.free_running import FreeRun
+from mpma_mj.analysis.free_running_measures import LOST, nearest_over_time
 from mpma_mj.kinematics import SEGMENT_NAMES
 from mpma_mj.metrics import error_over_time
 from mpma_mj.motions import Motion
@@ -28,7 +28,7 @@ _PALE = 0.3  # opacity of what would be demonstrated
 _LONG = 20.0  # s; of a dance of more only the first and the last repetition are drawn (choice)
 
 
-def write_figure(path: Path, free: FreeDance, motion: Motion) -> None:
+def write_figure(path: Path, free: FreeRun, motion: Motion) -> None:
     """Draw all segments' directions, demonstrated and danced, and the errors over time.
 
     Args:
@@ -70,7 +70,7 @@ def write_figure(path: Path, free: FreeDance, motion: Motion) -> None:
         figure.suptitle(f"Dancing without the demonstration ({motion.name})", fontsize="medium")
 
 
-def drawn_spans(free: FreeDance) -> list[slice]:
+def drawn_spans(free: FreeRun) -> list[slice]:
     """Return which steps are drawn side by side: all, or of a long dance its first and last."""
     steps = len(free.posture)
     if steps <= _LONG * free.rate or steps < 2 * free.period:
@@ -78,7 +78,7 @@ def drawn_spans(free: FreeDance) -> list[slice]:
     return [slice(0, free.period), slice(steps - free.period, steps)]
 
 
-def _directions(axes: Sequence[Axes], free: FreeDance, span: slice) -> None:
+def _directions(axes: Sequence[Axes], free: FreeRun, span: slice) -> None:
     """Draw a segment an axis."""
     time = np.arange(span.start, span.stop) / free.rate
     looks: tuple[tuple[Array, str, dict[str, Any]], ...] = (
@@ -92,7 +92,7 @@ def _directions(axes: Sequence[Axes], free: FreeDance, span: slice) -> None:
                 axis.plot(time, line, color=colour, **look, label=f"{'xyz'[part]} {said}")
 
 
-def _errors(axis: Axes, free: FreeDance, span: slice) -> None:
+def _errors(axis: Axes, free: FreeRun, span: slice) -> None:
     time = np.arange(span.start, span.stop) / free.rate
     error_colour, nearest_colour = module_colours(2)
     errors = error_over_time(free.posture[span], free.reference[span])
@@ -102,7 +102,7 @@ def _errors(axis: Axes, free: FreeDance, span: slice) -> None:
     axis.axhline(LOST, color=INK, linestyle="--", linewidth=0.8, label=f"{LOST:g} %: lost")
 
 
-def _starts(axis: Axes, free: FreeDance, span: slice) -> None:
+def _starts(axis: Axes, free: FreeRun, span: slice) -> None:
     """Mark where the next repetitions start."""
     starts = np.arange(span.start + free.period, span.stop, free.period) / free.rate
     if len(starts):

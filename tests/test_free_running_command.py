@@ -1,4 +1,4 @@
-"""The command `mpma attractor` as a user types it."""
+"""The command `mpma free-running` as a user types it."""
 
 import json
 import shutil
@@ -13,7 +13,7 @@ from mpma_mj.cli import main
 from mpma_mj.utils import atomic_files
 from tests.conftest import Refused
 
-TITLE = "dancing without demonstration"
+TITLE = "running without demonstration"
 
 
 @pytest.fixture
@@ -23,16 +23,16 @@ def run(small_run: Path, tmp_path: Path) -> Path:
 
 
 def test_a_run_gets_a_table_json_and_a_figure(run: Path) -> None:
-    words = [sys.executable, "-m", "mpma_mj.cli", "attractor", str(run)]
+    words = [sys.executable, "-m", "mpma_mj.cli", "free-running", str(run)]
     result = subprocess.run(words, capture_output=True, text=True, check=False)
     assert result.returncode == 0, result.stderr
-    assert result.stderr == "dancing without demonstration\n"
+    assert result.stderr == "running without demonstration\n"
     lines = result.stdout.splitlines()
-    assert lines[-1] == str(run / "figures" / "attractor.png")
+    assert lines[-1] == str(run / "figures" / "free_running.png")
     assert lines[0].startswith("| run | held, s | near, s | p_e 1 s, % |")
     assert lines[2].startswith(f"| {run} | ")
-    assert (run / "figures" / "attractor.png").read_bytes().startswith(b"\x89PNG")
-    content = json.loads((run / "attractor.json").read_text())
+    assert (run / "figures" / "free_running.png").read_bytes().startswith(b"\x89PNG")
+    content = json.loads((run / "free_running.json").read_text())
     assert list(content["p_e_percent"]) == ["1 s", "2 s", "5 s", "all"]
     assert content["ending"] in ("standstill", "cycle", "wandering")
     assert 0.0 < content["held_s"] <= content["near_s"] <= 3 * 3.8
@@ -45,17 +45,17 @@ def test_several_runs_have_a_row_each_and_a_later_look_tells_the_same(
 ) -> None:
     again = shutil.copytree(run, run.parent / "again")
     capsys.readouterr()
-    assert main(["attractor", str(run), str(again)]) == 0
+    assert main(["free-running", str(run), str(again)]) == 0
     rows = capsys.readouterr().out.splitlines()[2:4]
     assert rows[0].replace(str(run), "") == rows[1].replace(str(again), "")
-    assert (run / "attractor.json").read_bytes() == (again / "attractor.json").read_bytes()
+    assert (run / "free_running.json").read_bytes() == (again / "free_running.json").read_bytes()
 
 
 def test_overwriting_a_run_removes_what_was_told_about_it(run: Path) -> None:
-    atomic_files.write_json(run / "attractor.json", {})
+    atomic_files.write_json(run / "free_running.json", {})
     words = "imitate ymca --nodes 10 --epochs 1 --no-video --overwrite --out"
     assert main([*words.split(), str(run)]) == 0
-    assert not (run / "attractor.json").exists()
+    assert not (run / "free_running.json").exists()
 
 
 @pytest.mark.parametrize(
@@ -63,8 +63,8 @@ def test_overwriting_a_run_removes_what_was_told_about_it(run: Path) -> None:
 )
 def test_a_damaged_run_is_one_line_and_exit_2(run: Path, name: str, refused: Refused) -> None:
     (run / name).write_bytes(b"rubbish")
-    refused(["attractor", str(run)], f"{name}: damaged", title=TITLE)
-    assert not (run / "attractor.json").exists()
+    refused(["free-running", str(run)], f"{name}: damaged", title=TITLE)
+    assert not (run / "free_running.json").exists()
 
 
 def test_a_checkpoint_that_lacks_something_is_one_line_and_exit_2(
@@ -75,7 +75,7 @@ def test_a_checkpoint_that_lacks_something_is_one_line_and_exit_2(
     del arrays["forward.weights"]
     atomic_files.write_arrays(path, "checkpoint", arrays, meta)
     refused(
-        ["attractor", str(run)], "the checkpoint lacks forward.weights; train again", title=TITLE
+        ["free-running", str(run)], "the checkpoint lacks forward.weights; train again", title=TITLE
     )
 
 
@@ -85,7 +85,9 @@ def test_a_checkpoint_of_other_sizes_is_one_line_and_exit_2(run: Path, refused: 
     arrays["forward.weights"] = np.zeros((2, 3))
     atomic_files.write_arrays(path, "checkpoint", arrays, meta)
     refused(
-        ["attractor", str(run)], "the checkpoint does not fit its config; train again", title=TITLE
+        ["free-running", str(run)],
+        "the checkpoint does not fit its config; train again",
+        title=TITLE,
     )
 
 
@@ -99,7 +101,7 @@ def test_an_agent_without_forward_models_is_one_line_and_exit_2(
     arrays, meta = atomic_files.read_arrays(path, "checkpoint")
     atomic_files.write_arrays(path, "checkpoint", arrays, meta | {"config": config["config"]})
     message = "--agent is 'FeedbackOnly'; expected an agent with forward models"
-    refused(["attractor", str(run)], message, title=TITLE)
+    refused(["free-running", str(run)], message, title=TITLE)
 
 
 def test_a_run_whose_modules_do_nothing_yet_is_named_before_any_other_dances(
@@ -112,12 +114,12 @@ def test_a_run_whose_modules_do_nothing_yet_is_named_before_any_other_dances(
         f"{early}: its modules put out nothing in the kept epoch; go on with"
         f" mpma imitate --resume {early}"
     )
-    refused(["attractor", str(early)], message)
-    refused(["attractor", str(run), str(early)], message)
-    assert not (run / "attractor.json").exists()
+    refused(["free-running", str(early)], message)
+    refused(["free-running", str(run), str(early)], message)
+    assert not (run / "free_running.json").exists()
 
 
 def test_no_run_is_one_line_and_exit_2(tmp_path: Path, refused: Refused) -> None:
-    refused(["attractor", str(tmp_path / "gone")], "no run there")
-    refused(["attractor"], "no run given; try: mpma attractor runs/ymca")
+    refused(["free-running", str(tmp_path / "gone")], "no run there")
+    refused(["free-running"], "no run given; try: mpma free-running runs/ymca")
     assert list(tmp_path.iterdir()) == []
