@@ -30,14 +30,36 @@ def test_a_run_gets_a_table_json_and_a_figure(run: Path) -> None:
     lines = result.stdout.splitlines()
     assert lines[-1] == str(run / "figures" / "free_running.png")
     assert lines[0].startswith("| run | held, s | near, s | p_e 1 s, % |")
-    assert lines[2].startswith(f"| {run} | ")
+    assert lines[2].startswith(f"| {run}, own prediction | ")
+    assert lines[3].startswith(f"| {run}, anticipation | ")
     assert (run / "figures" / "free_running.png").read_bytes().startswith(b"\x89PNG")
     content = json.loads((run / "free_running.json").read_text())
-    assert list(content["p_e_percent"]) == ["1 s", "2 s", "5 s", "all"]
-    assert content["ending"] in ("standstill", "cycle", "wandering")
-    assert 0.0 < content["held_s"] <= content["near_s"] <= 3 * 3.8
-    # It has learned the dance: freed, it is for a moment where the demonstration is.
-    assert content["held_s"] > 0.1
+    own, anticipated = content["own prediction"], content["anticipation"]
+    for found in (own, anticipated):
+        assert list(found["p_e_percent"]) == ["1 s", "2 s", "5 s", "all"]
+        assert found["ending"] in ("standstill", "cycle", "wandering")
+    # It has learned the motion: released, it is for a moment where the demonstration is.
+    assert 0.1 < own["held_s"] <= own["near_s"] < 5.0
+    assert content["beat_s"] is None
+    assert anticipated["held_s"] == pytest.approx(15 * 3.8)
+    assert anticipated["p_e_percent"]["all"] < 1.0
+    assert anticipated["ending"] == "cycle"
+
+
+def test_a_finer_clock_has_as_many_parts_as_beats(run: Path) -> None:
+    assert main(["free-running", str(run), "--beat", "0.5"]) == 0
+    content = json.loads((run / "free_running.json").read_text())
+    assert content["beat_s"] == 0.5
+    assert content["anticipation"]["held_s"] == pytest.approx(15 * 3.8)
+
+
+@pytest.mark.parametrize("beat", ["0.04", "3.9", "nan"])
+def test_a_beat_is_a_step_at_least_and_a_repetition_at_most(
+    run: Path, beat: str, refused: Refused
+) -> None:
+    message = f"--beat is {beat}; expected 0.05 to 3.8 s, a control step to a repetition"
+    refused(["free-running", str(run), "--beat", beat], message, title=TITLE)
+    assert not (run / "free_running.json").exists()
 
 
 def test_several_runs_have_a_row_each_and_a_later_look_tells_the_same(
@@ -46,8 +68,10 @@ def test_several_runs_have_a_row_each_and_a_later_look_tells_the_same(
     again = shutil.copytree(run, run.parent / "again")
     capsys.readouterr()
     assert main(["free-running", str(run), str(again)]) == 0
-    rows = capsys.readouterr().out.splitlines()[2:4]
-    assert rows[0].replace(str(run), "") == rows[1].replace(str(again), "")
+    rows = capsys.readouterr().out.splitlines()[2:6]
+    assert [row.replace(f"{run}, ", "") for row in rows[:2]] == [
+        row.replace(f"{again}, ", "") for row in rows[2:]
+    ]
     assert (run / "free_running.json").read_bytes() == (again / "free_running.json").read_bytes()
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.base import AgentSpec, Observation, Seeds
+from mpma_mj.agents.base import Observation, Seeds
 from mpma_mj.agents.config import POSTURE, NetworkConfig
 from mpma_mj.agents.networks import NetworkFactory, RunIndex
 
@@ -17,7 +17,7 @@ __all__ = ["Anticipation"]
 Array = NDArray[np.float64]
 
 # Choices: a longer memory than the models', and little noise.
-_CONFIG = NetworkConfig(nodes=200, spectral_radius=0.9, reservoir_noise=0.02)
+_NODES, _SPECTRAL_RADIUS, _NOISE = 200, 0.9, 0.02
 _RIDGE, _SPEED = 1e-4, 5.0
 
 
@@ -30,17 +30,21 @@ class Anticipation:
     all episodes so far by ridge regression.
     """
 
-    def __init__(self, spec: AgentSpec, seed: Seeds, most: int) -> None:
+    def __init__(self, context_size: int, seed: Seeds, most: int, nodes: int = _NODES) -> None:
         """Draw the reservoir.
 
         Args:
-            spec: Description of arms and observations.
+            context_size: Number of the context's entries.
             seed: Seed of weights and noise; several are a batch of runs.
             most: Largest number of steps ahead.
+            nodes: Number of its neurons.
         """
         self._most = most
-        factory = NetworkFactory(_CONFIG, seed, 1, forgetting=1.0, ridge=_RIDGE)
-        inputs = 2 * POSTURE + spec.context_size
+        config = NetworkConfig(
+            nodes=nodes, spectral_radius=_SPECTRAL_RADIUS, reservoir_noise=_NOISE
+        )
+        factory = NetworkFactory(config, seed, 1, forgetting=1.0, ridge=_RIDGE)
+        inputs = 2 * POSTURE + context_size
         self._network = factory.make("anticipation", inputs, most * POSTURE)
         self.reset(0)
 

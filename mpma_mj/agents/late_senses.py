@@ -96,7 +96,9 @@ class LateSenses(Senses):
         self._estimate = StateEstimate(batch_shape) if estimates else None
         anticipates = 0 < self._most >= spec.lookahead
         # As many targets for every latency, so that an agent can meet another one.
-        self._anticipation = Anticipation(spec, seed, max_latency) if anticipates else None
+        self._anticipation = (
+            Anticipation(spec.context_size, seed, max_latency) if anticipates else None
+        )
         parts = (self._models, self._estimate, self._anticipation)
         self._parts = [part for part in parts if part is not None]
         self.reset(0)

@@ -1,4 +1,4 @@
-"""Wrappers of agents: learning switched off, free-running, and an altered context."""
+"""Wrappers of agents: learning switched off, and an altered context."""
 
 from __future__ import annotations
 
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 __all__ = [
     "AgentWrapper",
     "AlteredContext",
-    "FreeRunning",
     "Frozen",
     "altered_context",
     "altered_context_size",
@@ -111,46 +110,6 @@ class Frozen(AgentWrapper):
     def learn(self) -> dict[str, Array]:
         """Learn nothing."""
         return {}
-
-
-class FreeRunning(Frozen):
-    """An agent that after a warm-up receives its own prediction as demonstration.
-
-        x'_t = x'_{t+1} = Σ_i λ^i x̂^i        of the step before
-
-    That is the inverse models' target and the feedback controller's reference. The context stays.
-    """
-
-    def __init__(self, agent: Agent, warmup_steps: int) -> None:
-        """Wrap an agent.
-
-        Args:
-            agent: A trained agent.
-            warmup_steps: Steps of an episode with the demonstration, at least 1.
-
-        Raises:
-            BadOptionError: The agent has no forward models, or makes up for a latency.
-        """
-        super().__init__(agent)
-        self._pairs = paired_models_of(agent)
-        if self._pairs.senses.late:
-            expected = "an agent without latency, as predictions are of the next step"
-            raise BadOptionError(option="latency", value=agent.spec.latency, expected=expected)
-        self._warmup_steps = warmup_steps
-        self._step = 0
-
-    def reset(self, episode: int) -> None:
-        """Begin an episode."""
-        super().reset(episode)
-        self._step = 0
-
-    def act(self, observation: Observation) -> Array:
-        """Return the action for the demonstration, or after the warm-up for the prediction."""
-        if self._step >= self._warmup_steps:
-            predicted = self._pairs.predicted_posture()
-            observation = dict(observation) | {"target": predicted, "reference": predicted}
-        self._step += 1
-        return super().act(observation)
 
 
 class AlteredContext(AgentWrapper):

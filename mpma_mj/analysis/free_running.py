@@ -1,37 +1,52 @@
-"""How a trained agent dances on when the demonstration is taken away."""
+"""Free-running: a trained agent continues when the demonstration is taken away."""
 
 from __future__ import annotations
 
+import dataclasses
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.wrappers import FreeRunning
-from mpma_mj.context import active_label
+from mpma_mj.agents.anticipation import Anticipation
+from mpma_mj.agents.free_running import (
+    ClosedLoop,
+    DemonstrationSource,
+    FreeRunning,
+    OwnPrediction,
+)
+from mpma_mj.context import active_label, equal_segments
+from mpma_mj.envs.demonstration import Demonstration
+from mpma_mj.errors import BadOptionError
 from mpma_mj.motions import Motion
 from mpma_mj.training.checkpoints import load_state
+from mpma_mj.training.config import RunConfig
 from mpma_mj.training.factory import agent_of, make_environments, one_thread
 from mpma_mj.training.rollout import record_epoch
 from mpma_mj.training.run_folder import RunFolder
 
-__all__ = ["REPEATS", "FreeRun", "run_freely"]
+__all__ = ["ANTICIPATION", "OWN_PREDICTION", "FreeRun", "run_freely"]
 
 Array = NDArray[np.float64]
 
-REPEATS = 3
-"""Repetitions without the demonstration, after one with it."""
+OWN_PREDICTION, ANTICIPATION = "own prediction", "anticipation"
+
+# Choices.
+_REPETITIONS, _DURATION = 3, 57.0  # at least, and s; without the demonstration
+_NODES = 400  # of the anticipation
+_LESSONS = 4  # epochs of the demonstration from which it learns
 
 
 @dataclass(frozen=True, eq=False)
 class FreeRun:
-    """What was danced from the moment of release on, and what would have been demonstrated.
+    """Postures from the moment of release on, and what would have been demonstrated.
 
     Attributes:
-        posture: Danced postures, shape (T, 12).
+        posture: Postures of the arms, shape (T, 12).
         reference: Demonstrated postures that were not shown, shape (T, 12).
-        label: Which label's music is on, shape (T,); -1 for none.
-        period: Steps of one repetition; T is at most `REPEATS` times as many.
+        label: Index of the active label, shape (T,); -1 for none.
+        period: Steps of one repetition.
         rate: Steps per second, Hz.
     """
 
@@ -42,16 +57,20 @@ class FreeRun:
     rate: float
 
 
-def run_freely(folder: RunFolder) -> tuple[FreeRun, Motion]:
-    """Let the agent of a run's kept epoch dance on.
+def run_freely(folder: RunFolder, beat: float | None = None) -> tuple[dict[str, FreeRun], Motion]:
+    """Let the agent of a run's best epoch run without the demonstration, after one repetition.
 
-    The demonstration has no noise here, which would add to speeds and errors (choice).
+    It receives its own prediction in place of the demonstration, or what a reservoir anticipates
+    that has learned the demonstration and runs in closed loop. The demonstration has no noise
+    here, which would add to speeds and errors (choice).
 
     Args:
         folder: Folder of the run.
+        beat: Length of the parts into which the reservoir's context divides a repetition, s; the
+            motion's labels are its context if not given.
 
     Returns:
-        What it danced, and the movement that it had learned.
+        What the arms did with each of the two, and the motion.
 
     Raises:
         MpmaError: There is no run, or it is damaged, or its agent has no forward models.
@@ -59,18 +78,67 @@ def run_freely(folder: RunFolder) -> tuple[FreeRun, Motion]:
     """
     config, motion = folder.read_config(), folder.read_motion()
     state, epoch = folder.read_best(config)
-    options = {"repeats": 1 + REPEATS, "reference_noise": 0.0}
+    period = make_environments(config, config.seed, motion).task.period
+    repetitions = max(_REPETITIONS, math.ceil(_DURATION * motion.rate / period))
+    options = {"repeats": 1 + repetitions, "reference_noise": 0.0, "random_start": False}
     env = make_environments(config, config.seed, motion, options)
-    period = env.task.period
-    agent = FreeRunning(agent_of(config, env, config.seed), period)
-    load_state(agent, state, folder.path)
-    with one_thread():
-        trace = record_epoch(env, agent, epoch)  # the reservoirs' noise is of the epoch after
-    free = FreeRun(
-        trace.posture[period:],
-        trace.reference[period:],
-        active_label(trace.context[period:]),
-        period,
-        motion.rate,
-    )
-    return free, motion
+    clock = env.task.context[:period] if beat is None else _beats(period, motion.rate, beat)
+    agent = load_state(agent_of(config, env, config.seed), state, folder.path)
+    anticipation = _learned(config, motion, env.task.max_joint_speed, clock)
+    sources: dict[str, DemonstrationSource] = {
+        OWN_PREDICTION: OwnPrediction(agent),
+        ANTICIPATION: ClosedLoop(anticipation, clock),
+    }
+    runs = {}
+    for name, source in sources.items():
+        with one_thread():
+            # The reservoirs' noise is of the epoch after the best one.
+            trace = record_epoch(env, FreeRunning(agent, source, period), epoch)
+        runs[name] = FreeRun(
+            trace.posture[period:],
+            trace.reference[period:],
+            active_label(trace.context[period:]),
+            period,
+            motion.rate,
+        )
+    return runs, motion
+
+
+def _beats(period: int, rate: float, beat: float) -> Array:
+    """Return a context that divides a repetition into parts of equal length, shape (P, C).
+
+    Args:
+        period: Steps of a repetition, P.
+        rate: Steps per second, Hz.
+        beat: Length of a part, s, about.
+
+    Raises:
+        BadOptionError: A part is shorter than a step or longer than a repetition.
+    """
+    if not 1.0 <= beat * rate <= period:
+        expected = f"{1 / rate:g} to {period / rate:g} s, a control step to a repetition"
+        raise BadOptionError(option="beat", value=beat, expected=expected)
+    return equal_segments(period, round(period / rate / beat))[0]
+
+
+def _learned(config: RunConfig, motion: Motion, speeds: Array, clock: Array) -> Anticipation:
+    """Return a reservoir that has learned to anticipate the demonstration of a run.
+
+    Args:
+        config: Config of the run, with the noise of its demonstration.
+        motion: The motion.
+        speeds: Top speed of each joint, shape (8,), rad/s.
+        clock: Context of one repetition, shape (P, C).
+    """
+    options = dataclasses.replace(config.env, random_start=False)
+    demonstration = Demonstration(motion, options, speeds)
+    anticipation = Anticipation(clock.shape[1], config.seed, 1, _NODES)
+    for number in range(_LESSONS):
+        reference = demonstration.episode(config.seed, number).reference
+        anticipation.reset(number)
+        for t in range(demonstration.steps):
+            context = clock[t % len(clock)]
+            shown = {"reference": reference[t], "target": reference[t + 1], "context": context}
+            anticipation(shown)
+        anticipation.learn(())
+    return anticipation

@@ -122,7 +122,7 @@ def as_markdown(found: Mapping[str, FreeRunMeasures]) -> str:
 
 
 def _beside(errors: Mapping[str, float], still: Mapping[str, float], window: str) -> str:
-    return f"{errors[window]:.1f} ({still[window]:.1f})" if window in errors else "–"
+    return f"{errors[window]:.2f} ({still[window]:.1f})" if window in errors else "–"
 
 
 def nearest_over_time(free: FreeRun, posture: Array) -> Array:

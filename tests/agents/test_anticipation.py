@@ -5,12 +5,11 @@ from typing import Any
 import numpy as np
 
 from mpma_mj.agents.anticipation import Anticipation
-from mpma_mj.agents.base import AgentSpec
 from mpma_mj.kinematics import posture_from_angles
 
 Array = np.ndarray
 
-SPEC = AgentSpec(2, np.full(8, 12.0), 0.05)
+LABELS = 2
 MOST, STEPS, PERIOD = 3, 160, 40
 
 
@@ -43,14 +42,14 @@ def error(found: Array) -> float:
 
 
 def test_before_learning_the_target_is_held() -> None:
-    found = episode(Anticipation(SPEC, 0, MOST), 0)
+    found = episode(Anticipation(LABELS, 0, MOST), 0)
     assert found.shape == (STEPS, MOST + 1, 12)
     expected = np.repeat(postures()[1 : STEPS + 1, None], MOST + 1, axis=1)
     np.testing.assert_allclose(found, expected, atol=1e-12)
 
 
 def test_a_periodic_demonstration_is_learned() -> None:
-    agent = Anticipation(SPEC, 0, MOST)
+    agent = Anticipation(LABELS, 0, MOST)
     held = error(episode(agent, 0))
     agent.learn(())
     for number in range(1, 3):
@@ -63,7 +62,7 @@ def test_a_periodic_demonstration_is_learned() -> None:
 
 
 def test_an_episode_that_is_too_short_is_not_learned_from() -> None:
-    agent = Anticipation(SPEC, 0, MOST)
+    agent = Anticipation(LABELS, 0, MOST)
     for t in range(MOST):
         agent(observation(t))
     agent.learn(())
@@ -71,21 +70,21 @@ def test_an_episode_that_is_too_short_is_not_learned_from() -> None:
 
 
 def test_runs_of_a_batch_learn_as_alone_and_selected_ones_stay() -> None:
-    batch = Anticipation(SPEC, [0, 1, 2], MOST)
+    batch = Anticipation(LABELS, [0, 1, 2], MOST)
     episode(batch, 0, (3,))
     for run in range(3):
         batch.learn((run,))
     batch.select_runs(np.array([2, 0]))
     together = episode(batch, 1, (2,))
     for row, seed in enumerate((2, 0)):
-        alone = Anticipation(SPEC, seed, MOST)
+        alone = Anticipation(LABELS, seed, MOST)
         episode(alone, 0)
         alone.learn(())
         np.testing.assert_array_equal(episode(alone, 1), together[:, row])
 
 
 def test_a_state_dict_round_trip_continues_to_the_bit() -> None:
-    agents: list[Any] = [Anticipation(SPEC, 0, MOST) for _ in range(2)]
+    agents: list[Any] = [Anticipation(LABELS, 0, MOST) for _ in range(2)]
     episode(agents[0], 0)
     agents[0].learn(())
     agents[1].load_state_dict(agents[0].state_dict())

@@ -1,4 +1,4 @@
-"""Wrappers of agents: an altered context, and free-running."""
+"""Wrappers of agents: an altered context, and learning switched off."""
 
 import dataclasses
 import itertools
@@ -15,7 +15,6 @@ from mpma_mj.agents import Agent, AgentConfig, AgentSpec
 from mpma_mj.agents.wrappers import (
     AgentWrapper,
     AlteredContext,
-    FreeRunning,
     Frozen,
     altered_context,
     altered_context_size,
@@ -176,86 +175,18 @@ def test_selected_runs_keep_their_contexts() -> None:
     assert together.agent.best == [0, 2]
 
 
-SMALL = MPMAConfig(nodes=10, modules=2)
-WARMUP_STEPS = 20
-
-
-class RecordingFreeRunning(FreeRunning):
-    """A free agent that notes what its pairs are shown."""
-
-    def __init__(self, *arguments: Any) -> None:
-        super().__init__(*arguments)
-        self.shown: list[dict[str, np.ndarray]] = []
-        act = self._pairs.act
-        self._pairs.act = lambda seen: (self.shown.append(seen), act(seen))[1]  # type: ignore[method-assign]
-
-
-def trained(kind: str = "mpma") -> tuple[Any, Any]:
-    env = load("ymca", arms="kinematic", repeats=1)
-    agent = make_agent(env, SMALL, kind=kind)
-    for epoch in range(2):
-        record_epoch(env, agent, epoch)
-        agent.learn()
-    return env, agent
-
-
-@pytest.mark.parametrize("kind", ["mpma", "mosaic", "hammer", "single"])
-def test_after_the_warm_up_its_prediction_replaces_the_demonstration(kind: str) -> None:
-    env, agent = trained(kind)
-    free = RecordingFreeRunning(agent, WARMUP_STEPS)
-    trace = record_epoch(env, free, 2)
-    expected = np.einsum("tm,tmd->td", trace.modules.responsibility, trace.modules.predictions)
-    for step, seen in enumerate(free.shown):
-        np.testing.assert_array_equal(seen["posture"], trace.posture[step])
-        np.testing.assert_array_equal(seen["context"], trace.context[step])
-        if step < WARMUP_STEPS:
-            np.testing.assert_array_equal(seen["reference"], trace.reference[step])
-        else:
-            np.testing.assert_allclose(seen["reference"], expected[step - 1], atol=1e-12)
-            np.testing.assert_array_equal(seen["target"], seen["reference"])
-
-
-def test_the_warm_up_equals_an_episode_with_the_demonstration() -> None:
-    env, agent = trained()
-    free = record_epoch(env, FreeRunning(agent, WARMUP_STEPS), 2)
-    held = record_epoch(env, agent, 2)
-    np.testing.assert_array_equal(free.action[:WARMUP_STEPS], held.action[:WARMUP_STEPS])
-    assert not np.array_equal(free.action, held.action)
-
-
 @pytest.mark.parametrize("kind", ["mosaic", "adaptive"])
 def test_a_frozen_agent_learns_nothing_not_even_at_every_step(kind: str) -> None:
-    env, agent = trained(kind)
+    env = load("ymca", arms="kinematic", repeats=1)
+    agent = make_agent(env, MPMAConfig(nodes=10, modules=2), kind=kind)
+    record_epoch(env, agent, 0)
+    agent.learn()
     before = agent.state_dict()
     frozen = Frozen(agent)
-    record_epoch(env, frozen, 2)
+    record_epoch(env, frozen, 1)
     assert frozen.learn() == {}
     for name, value in agent.state_dict().items():
         np.testing.assert_array_equal(value, before[name], err_msg=name)
-
-
-def test_a_free_running_agent_learns_nothing_not_even_at_every_step() -> None:
-    env, agent = trained("mosaic")
-    before = agent.state_dict()
-    record_epoch(env, FreeRunning(agent, WARMUP_STEPS), 2)
-    for name, value in agent.state_dict().items():
-        np.testing.assert_array_equal(value, before[name], err_msg=name)
-
-
-def test_an_agent_with_an_altered_context_can_run_free() -> None:
-    env, agent = trained()
-    free = FreeRunning(
-        AlteredContext(agent, "constant", env.task.context, env.task.period, 0), WARMUP_STEPS
-    )
-    assert record_epoch(env, free, 2).action.shape == (env.task.steps, 8)
-
-
-def test_agents_without_forward_models_cannot_run_free() -> None:
-    agent = make_agent(load("ymca"), kind="feedback_only")
-    with pytest.raises(
-        BadOptionError, match=r"agent is 'FeedbackOnly'; expected .* forward models"
-    ):
-        FreeRunning(agent, WARMUP_STEPS)
 
 
 def test_a_wrapper_is_trainable_as_the_agent_inside_and_a_frozen_one_is_not() -> None:

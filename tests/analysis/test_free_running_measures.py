@@ -90,6 +90,6 @@ def test_a_dance_shorter_than_a_window_has_none() -> None:
     measures = measure(short)
     assert set(measures.p_e_percent) == {"1 s", "all"}
     row = as_markdown({"a run": measures}).splitlines()[2]
-    assert row.startswith("| a run | 1.50 | 1.50 | 0.0 (")
+    assert row.startswith("| a run | 1.50 | 1.50 | 0.00 (")
     assert row.count("| – |") == 1
     assert row.count("–") == 2
