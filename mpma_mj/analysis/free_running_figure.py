@@ -1,4 +1,4 @@
-"""The figure of a dance that goes on without its demonstration."""
+"""The figure of free-running."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ Array = NDArray[np.float64]
 _COLOURS = ("C3", "C2", "C0")  # of x, y and z, as in trajectory.png
 _STARTS = "a repetition starts"
 _PALE = 0.3  # opacity of what would be demonstrated
-_LONG = 20.0  # s; of a dance of more only the first and the last repetition are drawn (choice)
+_LONG = 20.0  # s; of a longer one only the first and the last repetition are drawn (choice)
 
 
 def write_figure(path: Path, free: FreeRun, motion: Motion) -> None:
-    """Draw all segments' directions, demonstrated and danced, and the errors over time.
+    """Draw all segments' directions, demonstrated and imitated, and the errors over time.
 
     Args:
         path: The PNG file.
-        free: What was danced.
+        free: What the arms did.
         motion: The movement that had been learned.
     """
     spans = drawn_spans(free)
@@ -67,11 +67,11 @@ def write_figure(path: Path, free: FreeRun, motion: Motion) -> None:
             ncols=-(-len(entries) // 3),  # x, y and z below each other
             fontsize="small",
         )
-        figure.suptitle(f"Dancing without the demonstration ({motion.name})", fontsize="medium")
+        figure.suptitle(f"Free-running with anticipation ({motion.name})", fontsize="medium")
 
 
 def drawn_spans(free: FreeRun) -> list[slice]:
-    """Return which steps are drawn side by side: all, or of a long dance its first and last."""
+    """Return which steps are drawn side by side: all, or the first and the last repetition where there are many."""
     steps = len(free.posture)
     if steps <= _LONG * free.rate or steps < 2 * free.period:
         return [slice(0, steps)]
@@ -83,7 +83,7 @@ def _directions(axes: Sequence[Axes], free: FreeRun, span: slice) -> None:
     time = np.arange(span.start, span.stop) / free.rate
     looks: tuple[tuple[Array, str, dict[str, Any]], ...] = (
         (free.reference, "would be demonstrated", {"alpha": _PALE, "linewidth": 3.0}),
-        (free.posture, "danced", {"linewidth": 1.2}),
+        (free.posture, "imitated", {"linewidth": 1.2}),
     )
     for number, axis in enumerate(axes):
         for posture, said, look in looks:

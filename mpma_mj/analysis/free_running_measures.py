@@ -1,4 +1,4 @@
-"""How long and how well a dance goes on without its demonstration."""
+"""How long and how well an agent continues without the demonstration."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 Ending = Literal["standstill", "cycle", "wandering"]
 
 LOST = 10.0
-"""Error at which the dance is lost, percent of a coordinate's range (choice)."""
+"""Error at which the motion is lost, percent of a coordinate's range (choice)."""
 
 WINDOWS = (1.0, 2.0, 5.0)
 """Times from the release over which p_e is told, s."""
@@ -74,10 +74,10 @@ class FreeRunMeasures:
 
 
 def measure(free: FreeRun) -> FreeRunMeasures:
-    """Measure what was danced.
+    """Measure what the arms did.
 
     Args:
-        free: The dance from the release on, two repetitions or more.
+        free: Postures from the release on, two repetitions or more.
     """
     still = np.broadcast_to(free.posture[0], free.posture.shape)
     nearest = nearest_over_time(free, free.posture)
@@ -144,7 +144,7 @@ def nearest_over_time(free: FreeRun, posture: Array) -> Array:
 
 
 def _windows(free: FreeRun, posture: Array) -> dict[str, float]:
-    """Return the error over the windows that are not longer than the dance, and over all."""
+    """Return the error over the windows that are not longer than the run, and over all."""
     steps = {f"{window:g} s": round(window * free.rate) for window in WINDOWS}
     inside = {name: count for name, count in steps.items() if count <= len(posture)}
     return {
