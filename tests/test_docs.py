@@ -15,7 +15,7 @@ from mpma_mj.cli import main
 from mpma_mj.motions.readers import table
 
 DOCS = Path(__file__).parent.parent / "docs"
-PAGES = sorted(DOCS.glob("*.md"))
+PAGES = sorted(DOCS.rglob("*.md"))
 EXAMPLES = {
     f"{page.stem} {number}": code
     for page in PAGES
@@ -115,14 +115,14 @@ def test_the_reader_of_the_page_reads_a_motion_where_the_page_puts_it(
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_links_lead_somewhere(page: Path) -> None:
     for path in re.findall(r"\]\((?!http)([^)#]+)", page.read_text(encoding="utf-8")):
-        assert (DOCS / path).exists(), path
+        assert (page.parent / path).exists(), path
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_links_lead_to_headings_that_exist(page: Path) -> None:
     links = re.findall(r"\]\((?!http)([^)#]*)#([^)]+)\)", page.read_text(encoding="utf-8"))
     for path, anchor in links:
-        text = (DOCS / path if path else page).read_text(encoding="utf-8")
+        text = (page.parent / path if path else page).read_text(encoding="utf-8")
         headings = re.findall(r"^#+ (.+)$", text, re.MULTILINE)
         anchors = {re.sub(r"[^\w -]", "", h.lower()).replace(" ", "-") for h in headings}
         assert anchor in anchors, f"{path}#{anchor}"

@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 
 class Anticipating(Agent):
-    """The hand-written agent of docs/your_own_agent.md."""
+    """The hand-written agent of docs/guides/own_agent.md."""
 
     def act(self, observation: Observation) -> Array:
         """Return the action, shape (8,)."""

@@ -28,7 +28,7 @@ PLANT_INPUTS = 4 * JOINTS + 1
 CALIBRATION = 2
 """Epochs that calibrate the first plant: one led by feedback, one in own control (choice)."""
 
-# Choices; those that results depend on most are in docs/design_choices.md.
+# Choices; those that results depend on most are in docs/science/design_choices.md.
 _RIDGE = 1e-4  # of A, a step and divided by the largest number of plants
 _FIRST_VARIANCE, _LEAST_VARIANCE = 0.05, 2e-4  # of moves
 _IGNORANCE = 10.0  # κ: how much a model's ignorance of a place widens what it expects there

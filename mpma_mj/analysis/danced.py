@@ -23,7 +23,7 @@ class Danced:
     """A kept epoch.
 
     Attributes:
-        trace: Its signals, see docs/formats.md.
+        trace: Its signals, see docs/reference/formats.md.
         motion: The movement that was imitated.
         period: Steps from one repetition to the next.
     """

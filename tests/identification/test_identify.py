@@ -31,7 +31,7 @@ def test_noise_leaves_parameters_near(noise: float, off: float, tmp_path: Path) 
             assert one.determined
             low, high = one.interval
             inside.append(low <= true[one.name] <= high)
-    assert np.mean(inside) >= 0.6  # of intervals that should hold 95 %; docs/identify.md
+    assert np.mean(inside) >= 0.6  # of intervals that should hold 95 %; docs/guides/identify.md
 
 
 @pytest.mark.slow
