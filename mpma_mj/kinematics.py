@@ -88,7 +88,7 @@ def angles_from_posture(posture: Array, near: Array | None = None) -> Array:
         posture: Posture, shape (..., 12); its four vectors may have any length but 0.
         near: Joint angles, shape (..., 8), rad, which select the nearest branch and multiple of
             2π, and replace undefined angles. Without them the solution is on the branch of
-            |flexion| ≤ π/2, and undefined angles are 0.
+            a flexion of at most π/2, and undefined angles are 0.
 
     Returns:
         Joint angles, shape (..., 8), rad.
