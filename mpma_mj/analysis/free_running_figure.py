@@ -71,7 +71,7 @@ def write_figure(path: Path, free: FreeRun, motion: Motion) -> None:
 
 
 def drawn_spans(free: FreeRun) -> list[slice]:
-    """Return which steps are drawn side by side: all, or the first and the last repetition where there are many."""
+    """Return which steps are drawn: all, or of many repetitions the first and the last."""
     steps = len(free.posture)
     if steps <= _LONG * free.rate or steps < 2 * free.period:
         return [slice(0, steps)]
