@@ -4,7 +4,7 @@ import mpma_mj
 
 project = "mpma-mj"
 author = "The mpma-mj developers"
-copyright = f"2026, {author}"  # noqa: A001 - Sphinx reads this name
+copyright = f"2026, {author}"
 release = version = mpma_mj.__version__
 
 extensions = [

@@ -28,7 +28,7 @@ np.savetxt(
     "lifts.csv", np.stack([*columns.values()], axis=1), header=header, comments="", delimiter=","
 )
 
-motion = mpma_mj.read_motion("lifts.csv")
+motion = mpma_mj.read_motion("lifts.csv", up="z")  # the file does not say which axis is up
 print(motion)
 run = mpma_mj.imitate(motion, epochs=4)
 print(f"p_e {run.summary['p_e_percent']:.2f} %")

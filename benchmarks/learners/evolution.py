@@ -39,7 +39,7 @@ class EvolutionSettings:
     population: int = 0
 
 
-# The best of those that docs/results/index.md lists, without the feedback controller's help and with it.
+# The best in docs/results/index.md, without the feedback controller's help and with it.
 ALONE = EvolutionSettings(sigma=0.01)
 ASSISTED = EvolutionSettings(sigma=0.003, diagonal=True)
 

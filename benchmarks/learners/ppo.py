@@ -45,7 +45,7 @@ class PPOSettings:
     rate: float = 3e-4
 
 
-# The best of those that docs/results/index.md lists, without the feedback controller's help and with it.
+# The best in docs/results/index.md, without the feedback controller's help and with it.
 ALONE = PPOSettings(gamma=0.8, log_std=-1.0, rate=1e-3)
 ASSISTED = PPOSettings(gamma=0.5, log_std=-2.0)
 

@@ -150,7 +150,7 @@ class Agent(ABC):
             )
 
     def state_dict(self) -> dict[str, Array]:
-        """Return copies of all arrays that learning changes, by name; the first axis is the runs."""
+        """Return copies of all arrays that learning changes, by name; runs are the first axis."""
         return {}
 
     def load_state_dict(self, state: Mapping[str, Array]) -> None:  # noqa: B027, a hook

@@ -103,7 +103,7 @@ def analyse(
     """Find out which module captures what.
 
     Args:
-        trace: Signals of an epoch of T steps, see docs/reference/formats.md; not all motor outputs 0.
+        trace: Signals of an epoch of T steps (docs/reference/formats.md); not all motor outputs 0.
         labels: Names of the context's entries.
         period: Steps of one repetition.
         progress: Wraps the numbers of synergies that are tried, to show how far it is.

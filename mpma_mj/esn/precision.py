@@ -1,7 +1,8 @@
 """Floating-point precision of reservoirs and readouts.
 
 A reservoir's speed is the bandwidth at which its weights are read, which single precision halves,
-as it halves the time for sums of features; docs/results/performance.md has the differences in results.
+as it halves the time for sums of features; docs/results/performance.md has what
+results differ by.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Our own file of a movement: a NumPy archive (.npz) of named arrays; see docs/reference/formats.md."""
+"""Own file of a motion: a NumPy archive (.npz) of named arrays; see docs/reference/formats.md."""
 
 from __future__ import annotations
 
