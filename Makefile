@@ -6,7 +6,7 @@ PYTHON ?= $(shell for name in python3.12 python3.11 python3 python; do \
   $$name -c '$(FITS)' >/dev/null 2>&1 && echo $$name && break; done)
 BIN := .venv/bin
 
-.PHONY: help dance test test-slow test-lowest check format build clean
+.PHONY: help dance test test-slow test-lowest coverage check format docs build clean
 
 dance: .venv/installed  ## train the built-in dance and make its video
 	$(BIN)/mpma imitate ymca --out runs/ymca --overwrite
@@ -22,6 +22,9 @@ test-lowest: .venv/installed-dev  ## quick tests with the lowest versions that p
 	$(BIN)/uv pip install --quiet --python .venv-lowest --resolution lowest-direct --editable '.[dev]'
 	.venv-lowest/bin/python -m pytest -n 2 -q -rs
 
+coverage: .venv/installed-dev  ## which lines the quick tests reach, as text and in htmlcov/
+	$(BIN)/pytest -n 2 -q --cov=mpma_mj --cov-report=term:skip-covered --cov-report=html
+
 check: .venv/installed-dev  ## formatting, lint, types
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
@@ -31,6 +34,9 @@ format: .venv/installed-dev  ## rewrite to the house style
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
+docs: .venv/installed-docs  ## the site, docs/_build/index.html; warnings are errors
+	MUJOCO_GL=disable $(BIN)/sphinx-build --fail-on-warning --keep-going -q -b html docs docs/_build
+
 build: .venv/installed-dev  ## wheel and sdist into dist/
 	$(BIN)/python -m build
 
@@ -38,7 +44,7 @@ help:  ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' Makefile | expand -t 12
 
 clean:  ## everything that can be made again, except runs
-	rm -rf .venv .venv-lowest build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf .venv .venv-lowest build dist docs/_build htmlcov .coverage *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
 
 .venv/installed: .venv/made pyproject.toml
 	$(BIN)/pip install --quiet --editable .
@@ -47,6 +53,10 @@ clean:  ## everything that can be made again, except runs
 .venv/installed-dev: .venv/made pyproject.toml
 	$(BIN)/pip install --quiet --editable '.[dev]'
 	touch $@ .venv/installed
+
+.venv/installed-docs: .venv/made pyproject.toml
+	$(BIN)/pip install --quiet --editable '.[docs]'
+	touch $@
 
 .venv/made:
 	@$(or $(PYTHON),false) -c '$(FITS)' || { \
