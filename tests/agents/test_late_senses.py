@@ -248,6 +248,19 @@ def test_the_arms_are_learned_from_late_commands() -> None:
     assert np.abs(away).mean() < np.abs(untrained).mean() / 5
 
 
+@pytest.mark.parametrize("latency", [3, None])
+def test_arms_never_met_are_expected_better_in_the_course_of_an_episode(
+    latency: int | None,
+) -> None:
+    made = senses(latency, exact=False)
+    observed, expected, _ = dance(made, Arms(), commands(600), [3] * 600)
+    away = [
+        np.abs(expected[t]["joint_angles"] - observed[t + 3]["joint_angles"]).mean()
+        for t in range(590)
+    ]
+    assert np.mean(away[-100:]) < 0.5 * np.mean(away[20:120])
+
+
 def test_an_episode_begins_with_no_command_under_way() -> None:
     made = senses(None)
     dance(made, Arms(), commands(STEPS), [3] * STEPS)
