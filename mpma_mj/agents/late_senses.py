@@ -272,8 +272,11 @@ class LateSenses(Senses):
         }
 
     def _adapt(self, angles: Array, speed: Array) -> None:
-        """Let the state models take up the move to this state, by the command that acted."""
-        if self._now is None:
+        """Let the state models take up the move to this state, by the command that acted.
+
+        With noise and no latency it would cost more in one plant than it brings: inputs are noisy.
+        """
+        if self._now is None or self._most == 0:
             return
         before, then = self._now
         place = self.delay[None, ..., None]

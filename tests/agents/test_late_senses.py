@@ -261,6 +261,12 @@ def test_arms_never_met_are_expected_better_in_the_course_of_an_episode(
     assert np.mean(away[-100:]) < 0.5 * np.mean(away[20:120])
 
 
+def test_without_a_latency_state_models_stay_as_they_were_learned() -> None:
+    made = senses(0, exact=False, estimates=True)
+    dance(made, Arms(), commands(STEPS), [0] * STEPS)
+    np.testing.assert_array_equal(made._models.of_plant(0), kinematic_prior())
+
+
 def test_an_episode_begins_with_no_command_under_way() -> None:
     made = senses(None)
     dance(made, Arms(), commands(STEPS), [3] * STEPS)
