@@ -1,4 +1,4 @@
-"""Imitate YMCA with late and noisy senses, beyond `mpma study latency`; print p_e as Markdown.
+"""Imitate a motion with late and noisy senses, beyond `mpma study latency`; print p_e as Markdown.
 
 python benchmarks/latency.py --runs 10 --recording dance.tsv
 """
@@ -39,17 +39,21 @@ EPOCHS = 6
 THREE: Options = {"latency": 3, "lookahead": 4}
 
 
-def main(runs: int = 10, recording: Path | None = None) -> None:
+def main(
+    runs: int = 10, seed: int = 0, motion: str = "ymca", recording: Path | None = None
+) -> None:
     """Train and evaluate every row.
 
     Args:
         runs: Number of seeds, at least 2.
-        recording: A dance never seen; its row is left out without it.
+        seed: First seed.
+        motion: What is learned: a built-in motion, or the path of a recording.
+        recording: A motion never seen; its row is left out without it.
     """
     if runs < 2:
         raise SystemExit(f"--runs is {runs}; expected at least 2, which are trained as a batch")
     with one_thread():
-        bench = Bench(list(range(runs)))
+        bench = Bench([*range(seed, seed + runs)], motion)
         _parts(bench, recording)
         _prompt(bench)
         _noise(bench)
@@ -59,9 +63,9 @@ def main(runs: int = 10, recording: Path | None = None) -> None:
 class Bench:
     """Seeds and motion that all rows have in common."""
 
-    def __init__(self, seeds: list[int]) -> None:
-        """Read YMCA."""
-        self.seeds, self.motion = seeds, mpma_mj.read_motion("ymca")
+    def __init__(self, seeds: list[int], motion: str) -> None:
+        """Read the motion."""
+        self.seeds, self.motion = seeds, mpma_mj.read_motion(motion)
 
     def trained(self, env: Options, epochs: int = EPOCHS, **options: Any) -> Agent:
         """Return agents that were trained in an environment, as a batch."""

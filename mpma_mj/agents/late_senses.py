@@ -54,10 +54,10 @@ class LateSenses(Senses):
     """The state that is expected when a command acts, k steps after it was given.
 
     Commands under way run through a model of the state (Smith 1957), that of the plant which is
-    most probably on (`StateModels`). It learns from the command that acted. Targets are those of
-    the observation `lookahead`, or anticipated where that does not reach far enough. If k is not
-    known, delays from 0 to a largest one are rival hypotheses that share the model and differ in
-    the command that they assume,
+    most probably on (`StateModels`). It learns from the command that acted, at every step for the
+    episode and after it for good. Targets are those of the observation `lookahead`, or anticipated
+    where that does not reach far enough. If k is not known, delays from 0 to a largest one are
+    rival hypotheses that share the model and differ in the command that they assume,
 
         log ℓ_j = -½ Σ_d (move_{t-1} - A o(u_{t-1-j}, q_{t-1}, q̇_{t-1}))²_d / s²_d
 
@@ -108,6 +108,7 @@ class LateSenses(Senses):
         count = self._most + 1
         self._commands = np.zeros((count, *self._shape, JOINTS))  # u_{t-1}, u_{t-2}, …
         self._belief = np.full((*self._shape, count), 1.0 / count)
+        self._models.reset()
         self._model = self._models.of_plant(np.zeros(self._shape, np.intp))
         self._now: tuple[Array, Array] | None = None  # q and q̇ / v
         self._states: list[tuple[Array, Array]] = []
@@ -138,6 +139,7 @@ class LateSenses(Senses):
             angles, speed = self._estimate(angles, speed)
         if self._known is None and self._now is not None:
             self._find_delay(angles)
+        self._adapt(angles, speed)
         self._now = angles, speed
         self._states.append(self._now)
         self.delays.append(self.delay)
@@ -270,6 +272,20 @@ class LateSenses(Senses):
             "joint_velocities": speed * self._spec.max_joint_speed,
             "posture": posture_from_angles(angles),
         }
+
+    def _adapt(self, angles: Array, speed: Array) -> None:
+        """Let the state models take up the move to this state, by the command that acted.
+
+        With noise and no latency it would cost more in one plant than it brings: inputs are noisy.
+        """
+        if self._now is None or self._most == 0:
+            return
+        before, then = self._now
+        place = self.delay[None, ..., None]
+        command = np.take_along_axis(self._commands, place, axis=0)[0]
+        outputs = np.concatenate([self._spec.move(before, angles), speed], axis=-1)
+        acted = len(self._states) > self.delay
+        self._models.observe(state_inputs(command, before, then), outputs, acted)
 
     def _find_delay(self, angles: Array) -> None:
         """Let the rival hypotheses of the delay account for the move to these joint angles."""

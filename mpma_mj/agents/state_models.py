@@ -23,6 +23,7 @@ _FORGETTING = 0.7  # φ
 _RIDGE = 1e-3  # a step; it leads back to the kinematic prior
 _FIRST_VARIANCE, _LEAST_VARIANCE = 0.05, 2e-4  # of moves
 _LEAST_STEPS = 20.0  # of a plant in an epoch from which its model learns
+_EPISODE_RIDGE = 10.0  # against what an episode adds to a model: without it few steps decide
 
 
 def kinematic_prior() -> Array:
@@ -53,6 +54,11 @@ class StateModels:
 
         G_w ← φ G_w + Σ_s g^w_s o oᵀ        B_w ← φ B_w + Σ_s g^w_s o ([move ; q̇ / v] - A_0 o)ᵀ
 
+    Inside an episode a model takes up the steps so far, as in a plant or a motion never met it is
+    wrong, and arms swing. Where the model has learned much, they change little:
+
+        A = A^w + [(G_w + G + 10 I)⁻¹ Σ_s o ([move ; q̇ / v] - A^w o)ᵀ]ᵀ        G = Σ_s o oᵀ
+
     Attributes:
         variance: Width s² of moves under the best plant's model, twice the median, shape (..., 8).
     """
@@ -70,11 +76,37 @@ class StateModels:
         self._gram = np.zeros((*batch_shape, plants, PLANT_INPUTS, PLANT_INPUTS))
         self._moment = np.zeros((*batch_shape, plants, PLANT_INPUTS, STATE_OUTPUTS))
         self.variance = np.full((*batch_shape, JOINTS), _FIRST_VARIANCE)
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin an episode with what was learned alone."""
+        self._recent_gram = np.zeros_like(self._gram[..., 0, :, :])
+        self._recent_moment = np.zeros_like(self._moment[..., 0, :, :])
+
+    def observe(self, inputs: Array, outputs: Array, acted: NDArray[np.bool_]) -> None:
+        """Take up a step of the episode.
+
+        Args:
+            inputs: Inputs o, shape (..., 33).
+            outputs: Move and relative velocities that followed, shape (..., 16).
+            acted: Whether a command acted on it, shape (...).
+        """
+        weighted = (acted[..., None] * inputs)[..., :, None]
+        self._recent_gram += weighted * inputs[..., None, :]
+        self._recent_moment += weighted * outputs[..., None, :]
 
     def of_plant(self, plant: NDArray[np.intp] | int) -> Array:
         """Return the models A of one plant of each run, shape (..., 16, 33)."""
         index = np.asarray(plant)[..., None, None, None]
-        return np.take_along_axis(self._weights, index, axis=-3)[..., 0, :, :]
+        weights, gram = (
+            np.take_along_axis(array, index, axis=-3)[..., 0, :, :]
+            for array in (self._weights, self._gram)
+        )
+        rest = self._recent_moment - self._recent_gram @ np.swapaxes(weights, -1, -2)
+        ridge = _EPISODE_RIDGE * np.eye(PLANT_INPUTS)
+        change = np.linalg.solve(gram + self._recent_gram + ridge, rest)
+        adapted: Array = weights + np.swapaxes(change, -1, -2)
+        return adapted
 
     def following(
         self, model: Array, command: Array, angles: Array, speed: Array

@@ -248,6 +248,25 @@ def test_the_arms_are_learned_from_late_commands() -> None:
     assert np.abs(away).mean() < np.abs(untrained).mean() / 5
 
 
+@pytest.mark.parametrize("latency", [3, None])
+def test_arms_never_met_are_expected_better_in_the_course_of_an_episode(
+    latency: int | None,
+) -> None:
+    made = senses(latency, exact=False)
+    observed, expected, _ = dance(made, Arms(), commands(600), [3] * 600)
+    away = [
+        np.abs(expected[t]["joint_angles"] - observed[t + 3]["joint_angles"]).mean()
+        for t in range(590)
+    ]
+    assert np.mean(away[-100:]) < 0.5 * np.mean(away[20:120])
+
+
+def test_without_a_latency_state_models_stay_as_they_were_learned() -> None:
+    made = senses(0, exact=False, estimates=True)
+    dance(made, Arms(), commands(STEPS), [0] * STEPS)
+    np.testing.assert_array_equal(made._models.of_plant(0), kinematic_prior())
+
+
 def test_an_episode_begins_with_no_command_under_way() -> None:
     made = senses(None)
     dance(made, Arms(), commands(STEPS), [3] * STEPS)

@@ -105,6 +105,56 @@ def test_each_plant_learns_its_own_arm_and_the_error_is_that_of_the_best() -> No
         np.testing.assert_allclose(models.of_plant(plant), true, atol=0.02)
 
 
+def observe(models: StateModels, true: Array, seed: int, steps: int = STEPS) -> tuple[Array, Array]:
+    """Let models take up steps of an arm; return their inputs and outputs."""
+    rng = np.random.default_rng(seed)
+    inputs = state_inputs(*rng.uniform(-1, 1, (3, steps, 8)))
+    outputs = inputs @ true.T
+    for o, y in zip(inputs, outputs, strict=True):
+        models.observe(o, y, np.array(True))
+    return inputs, outputs
+
+
+def test_the_steps_of_an_episode_are_added_to_what_was_learned() -> None:
+    models = StateModels(SPEC, (), 2)
+    models.learn(episode(arm(1), 0), shares(), ())
+    learned, gram = models.of_plant(0), models.state_dict()["state_models.gram"][0]
+    inputs, outputs = observe(models, arm(2), 1)
+    rest = inputs.T @ (outputs - inputs @ learned.T)
+    change = np.linalg.solve(gram + inputs.T @ inputs + 10.0 * np.eye(33), rest).T
+    np.testing.assert_allclose(models.of_plant(0), learned + change, atol=1e-12)
+
+
+def test_an_episode_changes_a_plant_never_met_more_than_one_that_was_learned() -> None:
+    models = StateModels(SPEC, (), 2)
+    for seed in range(5):
+        models.learn(episode(arm(1), seed), shares(), ())
+    before = models.of_plant(0), models.of_plant(1)
+    observe(models, arm(2), 9, 60)
+    changes = [np.abs(models.of_plant(w) - before[w]).mean() for w in (0, 1)]
+    assert changes[0] < 0.5 * changes[1]
+    errors = [np.abs(model - arm(2)).mean() for model in (before[1], models.of_plant(1))]
+    assert errors[1] < 0.7 * errors[0]
+
+
+def test_an_episode_of_the_arm_that_was_learned_brings_its_model_no_further_off() -> None:
+    models, true = StateModels(SPEC, (), 1), arm(1)
+    models.learn(episode(true, 0), shares(plants=1), ())
+    before = np.abs(models.of_plant(0) - true).mean()
+    observe(models, true, 1)
+    assert np.abs(models.of_plant(0) - true).mean() <= before
+
+
+def test_steps_on_which_no_command_acted_and_earlier_episodes_do_not_count() -> None:
+    models = StateModels(SPEC, (2,), 1)
+    models.observe(np.ones((2, 33)), np.zeros((2, 16)), np.array([True, False]))
+    adapted = models.of_plant(np.zeros(2, int))
+    np.testing.assert_array_equal(adapted[1], kinematic_prior())
+    assert np.abs(adapted[0] - kinematic_prior()).max() > 0.0
+    models.reset()
+    np.testing.assert_array_equal(models.of_plant(np.zeros(2, int))[0], kinematic_prior())
+
+
 def test_widths_are_twice_the_median_squared_error_of_moves() -> None:
     models, rng = StateModels(SPEC, (), 1), np.random.default_rng(3)
     steps = episode(arm(1), 0, 3000)
