@@ -6,7 +6,7 @@ PYTHON ?= $(shell for name in python3.12 python3.11 python3 python; do \
   $$name -c '$(FITS)' >/dev/null 2>&1 && echo $$name && break; done)
 BIN := .venv/bin
 
-.PHONY: help dance test test-slow test-lowest check format build clean
+.PHONY: help dance test test-slow test-lowest check bench format build clean
 
 dance: .venv/installed  ## train the built-in dance and make its video
 	$(BIN)/mpma imitate ymca --out runs/ymca --overwrite
@@ -26,6 +26,9 @@ check: .venv/installed-dev  ## formatting, lint, types
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
+
+bench: .venv/installed-dev  ## speed beside bare physics and peers; ARGS="environment" is part of it
+	$(BIN)/python -m benchmarks.speed $(ARGS)
 
 format: .venv/installed-dev  ## rewrite to the house style
 	$(BIN)/ruff format .
