@@ -27,13 +27,13 @@ class Attractor:
 
     def run(self) -> Path:
         """Run all agents without demonstration and return the path of the last figure."""
-        from mpma_mj.analysis.attractor import dance_freely
-        from mpma_mj.analysis.attractor_figure import write_figure
-        from mpma_mj.analysis.danced import read_danced
-        from mpma_mj.analysis.freedom import as_markdown, judge
-        from mpma_mj.utils.progress import show_range
-
         with locked_runs(self.run_folders, self.outside, "attractor") as folders:
+            from mpma_mj.analysis.attractor import dance_freely
+            from mpma_mj.analysis.attractor_figure import write_figure
+            from mpma_mj.analysis.danced import read_danced
+            from mpma_mj.analysis.freedom import as_markdown, judge
+            from mpma_mj.utils.progress import show_range
+
             for folder in folders:
                 # Raises for modules without output, which predict no posture.
                 read_danced(folder)
