@@ -15,7 +15,6 @@ CHAIN = (
     ("commands",),
     ("trials", "analysis", "experiments"),
     ("sweep", "identification"),
-    ("bench",),
     ("evaluation",),
     ("training",),
     ("visualization",),

@@ -97,7 +97,6 @@ COMMANDS = [
     "scale --out FOLDER",
     "compare ymca --no-video --out FOLDER",
     "identify LOG --out FOLDER",
-    "bench scaling --out FOLDER",
 ]
 
 

@@ -12,7 +12,7 @@ import pytest
 
 import mpma_mj
 
-LEARNERS = Path(__file__).parent.parent / "benchmarks" / "learners"
+LEARNERS = Path(__file__).parents[2] / "benchmarks" / "learners"
 
 
 def module(name: str, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
