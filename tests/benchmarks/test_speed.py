@@ -97,7 +97,7 @@ def test_a_part_is_told_as_tables(
     monkeypatch.setattr(peers.importlib.util, "find_spec", lambda name: None)
     main((part,), TINY)
     out = capsys.readouterr().out
-    assert len(re.findall(r"^\| [^|]+ \| [\d.e+]+ [µm]?s \|", out, re.MULTILINE)) == times
+    assert len(re.findall(r"^\| [^|]+ \| [-\d.e+]+ [µm]?s \|", out, re.MULTILINE)) == times
     assert out.count("| ≤ ") + out.count("| ≥ ") == targets
     assert ("ReservoirPy is not installed" in out) == (part == "peers")
 
