@@ -19,9 +19,9 @@ from rich.console import Console
 from rich.progress import track
 
 import mpma_mj
-from mpma_mj.identification import RobotLog, identify, record, write_model
-from mpma_mj.identification.identified import REFERENCE
-from mpma_mj.identification.parameters import UNITS
+from mpma_mj.sysid import RobotLog, identify, record, write_model
+from mpma_mj.sysid.identified import REFERENCE
+from mpma_mj.sysid.parameters import UNITS
 
 Array = NDArray[np.float64]
 Act = Callable[[Mapping[str, Array]], Array]

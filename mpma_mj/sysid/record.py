@@ -8,7 +8,7 @@ import numpy as np
 from dm_control.rl import control
 from numpy.typing import NDArray
 
-from mpma_mj.identification.log import RobotLog
+from mpma_mj.sysid.log import RobotLog
 from mpma_mj.utils.clipping import clip
 
 __all__ = ["record"]

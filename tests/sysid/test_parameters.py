@@ -12,10 +12,10 @@ import mpma_mj
 from mpma_mj.envs.model import MODEL_PATH, make_model
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import RunFolderError
-from mpma_mj.identification import RobotLog, write_model
-from mpma_mj.identification.parameters import UNITS, changed, values
-from mpma_mj.identification.simulate import FeatureReplay, threads
-from tests.identification.conftest import LATENCY, perturbed
+from mpma_mj.sysid import RobotLog, write_model
+from mpma_mj.sysid.parameters import UNITS, changed, values
+from mpma_mj.sysid.simulate import FeatureReplay, threads
+from tests.sysid.conftest import LATENCY, perturbed
 
 MODEL = make_model(EnvironmentOptions())
 FIELDS = ("actuator_gainprm", "actuator_biasprm", "dof_damping", "dof_armature", "body_mass")

@@ -12,13 +12,13 @@ import mpma_mj
 from mpma_mj.envs.model import make_model
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import DivergedError
-from mpma_mj.identification import RobotLog, record
-from mpma_mj.identification.fit import robust_loss
-from mpma_mj.identification.misfit import Misfit
-from mpma_mj.identification.parameters import UNITS, changed
-from mpma_mj.identification.simulate import FeatureReplay, threads
-from mpma_mj.identification.uncertainty import Evidence, evidence
-from tests.identification.conftest import LATENCY
+from mpma_mj.sysid import RobotLog, record
+from mpma_mj.sysid.fit import robust_loss
+from mpma_mj.sysid.misfit import Misfit
+from mpma_mj.sysid.parameters import UNITS, changed
+from mpma_mj.sysid.simulate import FeatureReplay, threads
+from mpma_mj.sysid.uncertainty import Evidence, evidence
+from tests.sysid.conftest import LATENCY
 
 MODEL = make_model(EnvironmentOptions())
 NAMES = list(UNITS)

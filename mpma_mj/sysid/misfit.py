@@ -8,8 +8,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.identification.parameters import changed
-from mpma_mj.identification.simulate import FeatureReplay
+from mpma_mj.sysid.parameters import changed
+from mpma_mj.sysid.simulate import FeatureReplay
 
 __all__ = ["Misfit"]
 

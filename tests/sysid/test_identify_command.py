@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from mpma_mj.cli import main
-from mpma_mj.identification import RobotLog, write_log
-from tests.identification.conftest import LATENCY, dance_of
+from mpma_mj.sysid import RobotLog, write_log
+from tests.sysid.conftest import LATENCY, dance_of
 
 
 def test_a_log_gives_a_table_and_a_model_that_dances_like_the_robot(

@@ -11,8 +11,8 @@ import mujoco
 import numpy as np
 
 from mpma_mj.envs.model import MODEL_PATH
-from mpma_mj.identification.parameters import changed
 from mpma_mj.kinematics import JOINT_NAMES
+from mpma_mj.sysid.parameters import changed
 from mpma_mj.utils.atomic_files import atomic_write
 
 __all__ = ["write_model"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.identification.identified import (
+from mpma_mj.sysid.identified import (
     DETERMINED,
     LONGEST,
     REFERENCE,
@@ -14,7 +14,7 @@ from mpma_mj.identification.identified import (
     Identified,
     Latency,
 )
-from mpma_mj.identification.parameters import LATENCY, UNITS
+from mpma_mj.sysid.parameters import LATENCY, UNITS
 from mpma_mj.utils.text import markdown_table
 
 __all__ = ["as_markdown"]

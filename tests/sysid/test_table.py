@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mpma_mj.identification import Identified
-from mpma_mj.identification.identified import Estimate, Latency
-from mpma_mj.identification.table import as_markdown
+from mpma_mj.sysid import Identified
+from mpma_mj.sysid.identified import Estimate, Latency
+from mpma_mj.sysid.table import as_markdown
 from mpma_mj.utils.atomic_files import write_json
 
 ANGLES = np.zeros((2, 3, 8))

@@ -14,15 +14,15 @@ from numpy.typing import NDArray
 from mpma_mj.envs.model_validation import check_geometry
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.physics import PhysicsArms
-from mpma_mj.identification.check import check_log
-from mpma_mj.identification.fit import FARTHEST, fit
-from mpma_mj.identification.latency import latency_interval
-from mpma_mj.identification.log import RobotLog
-from mpma_mj.identification.misfit import Misfit
-from mpma_mj.identification.parameters import UNITS, changed, values
-from mpma_mj.identification.simulate import FeatureReplay, threads
-from mpma_mj.identification.uncertainty import evidence
 from mpma_mj.kinematics import JOINT_NAMES
+from mpma_mj.sysid.check import check_log
+from mpma_mj.sysid.fit import FARTHEST, fit
+from mpma_mj.sysid.latency import latency_interval
+from mpma_mj.sysid.log import RobotLog
+from mpma_mj.sysid.misfit import Misfit
+from mpma_mj.sysid.parameters import UNITS, changed, values
+from mpma_mj.sysid.simulate import FeatureReplay, threads
+from mpma_mj.sysid.uncertainty import evidence
 from mpma_mj.utils.atomic_files import FORMAT
 
 __all__ = [

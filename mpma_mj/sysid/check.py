@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.errors import RobotLogError
-from mpma_mj.identification.log import FIRST_ROW, RobotLog
 from mpma_mj.kinematics import JOINT_NAMES
+from mpma_mj.sysid.log import FIRST_ROW, RobotLog
 
 __all__ = ["check_log"]
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.identification.misfit import Misfit
+from mpma_mj.sysid.misfit import Misfit
 
 __all__ = ["NORMAL", "Evidence", "evidence"]
 

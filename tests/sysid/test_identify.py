@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 import mpma_mj
 from mpma_mj.envs.model import MODEL_PATH
-from mpma_mj.identification import identify, record, write_model
-from tests.identification.conftest import LATENCY, dance_of, perturbed
+from mpma_mj.sysid import identify, record, write_model
+from tests.sysid.conftest import LATENCY, dance_of, perturbed
 
 
 @pytest.mark.slow

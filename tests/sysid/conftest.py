@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import mpma_mj
-from mpma_mj.identification import RobotLog, record, write_model
-from mpma_mj.identification.parameters import UNITS
+from mpma_mj.sysid import RobotLog, record, write_model
+from mpma_mj.sysid.parameters import UNITS
 
 LATENCY = 2  # control steps
 

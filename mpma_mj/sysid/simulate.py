@@ -11,8 +11,8 @@ from mujoco import rollout
 from numpy.typing import NDArray
 
 from mpma_mj.errors import DivergedError
-from mpma_mj.identification.log import FIRST_ROW, RobotLog
 from mpma_mj.kinematics import JOINT_NAMES
+from mpma_mj.sysid.log import FIRST_ROW, RobotLog
 from mpma_mj.utils.system import processors
 
 __all__ = ["FeatureReplay", "threads"]

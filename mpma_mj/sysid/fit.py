@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from mpma_mj.identification.misfit import Misfit
-from mpma_mj.identification.uncertainty import evidence
+from mpma_mj.sysid.misfit import Misfit
+from mpma_mj.sysid.uncertainty import evidence
 
 __all__ = ["FARTHEST", "Fit", "fit", "refit", "robust_loss"]
 

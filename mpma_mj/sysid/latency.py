@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.identification.fit import Fit, refit, robust_loss
-from mpma_mj.identification.misfit import Misfit
-from mpma_mj.identification.uncertainty import NORMAL
+from mpma_mj.sysid.fit import Fit, refit, robust_loss
+from mpma_mj.sysid.misfit import Misfit
+from mpma_mj.sysid.uncertainty import NORMAL
 
 __all__ = ["latency_interval"]
 
