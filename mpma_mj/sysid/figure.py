@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.kinematics import JOINT_NAMES, SIDES
-from mpma_mj.sysid.identified import SHOWN_WINDOW, Identified
+from mpma_mj.sysid.report import SHOWN_WINDOW, Identified
 from mpma_mj.visualization.colours import DEMONSTRATED, module_colours
 from mpma_mj.visualization.figure_file import figure_file
 

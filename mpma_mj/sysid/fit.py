@@ -1,143 +1,235 @@
-"""The parameters with which simulated arms do what a log shows."""
+"""Fit of parameters and latency to a log, with `mujoco.sysid`.
+
+Parameters, least squares and intervals are those of mujoco.sysid. Its own residual misses: it
+delays what is measured, not what is commanded, and squares the jumps of saturated actuators.
+`Replay.residual` takes its place, a robust loss that of squares (figures in docs/identify.md).
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import contextlib
+import io
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
+import mujoco
 import numpy as np
+from mujoco import rollout, sysid
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 
-from mpma_mj.sysid.misfit import Misfit
-from mpma_mj.sysid.uncertainty import evidence
+from mpma_mj.envs.model_validation import check_geometry
+from mpma_mj.envs.options import EnvironmentOptions
+from mpma_mj.envs.physics import PhysicsArms
+from mpma_mj.errors import BadOptionError
+from mpma_mj.kinematics import JOINT_NAMES
+from mpma_mj.sysid.log import RobotLog, check_log
+from mpma_mj.sysid.parameters import LATENCY, REFERENCE, UNITS, scaled, values
+from mpma_mj.sysid.replay import Replay
+from mpma_mj.sysid.report import (
+    FARTHEST,
+    LONGEST,
+    SHOWN_WINDOW,
+    Estimate,
+    Identified,
+    Latency,
+    is_determined,
+)
+from mpma_mj.utils.system import processors
 
-__all__ = ["FARTHEST", "Fit", "fit", "refit", "robust_loss"]
+__all__ = ["half_widths", "identify"]
 
 Array = NDArray[np.float64]
+Residual = Callable[[sysid.ParameterDict], Array]
 
-FARTHEST = float(np.log(4.0))
-"""How far a parameter may be from the model's, as a logarithm (choice)."""
-
-_FINEST = 1e-5  # rad; what simulations of the same are apart, and least scale (choice)
+_WINDOW = 0.25  # s; of the fit (choice: where actuators saturate, longer ones go astray)
+_SEARCHED = 60  # windows of the first search (choice)
+_STEP = 1e-4  # relative, of derivatives
 _COARSE, _FINE = 1e-3, 1e-4  # relative changes at which a search ends
-_INSIDE = 0.999 * FARTHEST  # where a search may begin
-_MOST, _FEW = 30, 5  # evaluations of a search, and of one that begins near (choice)
-_HOPS, _DRAWS = 2, 40  # searches after random steps, and steps before each (choice)
-_LONGEST_STEP = 0.05  # of such a step, as a logarithm (choice)
-_NEAR = 3  # physics steps of latency that are looked at to both sides (choice)
+_SEARCHES = ((_COARSE, _STEP), (_FINE, -_STEP), (_FINE, _STEP), (_FINE, -_STEP))
+"""Tolerance and step of each search over all windows. A difference across a jump is no derivative
+and ends a search early; one to the other side goes on from there."""
+_MOST_ITERATIONS = 30
+_NEAR = 3  # physics steps of latency that are tried on both sides (choice)
+_FINEST = 1e-5  # rad; least scale of the loss (choice)
+_RESOLUTION = 1e-4  # rad; no log is taken to be more exact (choice)
 
 
-@dataclass(frozen=True, eq=False)
-class Fit:
-    """What was found.
+def identify(
+    log: RobotLog,
+    *,
+    model: str | Path | None = None,
+    gravity_compensation: bool = False,
+    tick: Callable[[], None] = lambda: None,
+) -> Identified:
+    """Find the parameters with which simulated arms reproduce a log.
 
-    Attributes:
-        logs: Logarithms of the factors on the P parameters, shape (P,).
-        latency: Physics steps until a command acts.
-        scale: Residual, rad, beyond which an entry counts less.
-    """
-
-    logs: Array
-    latency: int
-    scale: float
-
-
-def fit(coarse: Misfit, fine: Misfit, parameters: int, longest: int) -> Fit:
-    """Find parameters and latency.
-
-    Latency is searched over whole physics steps, the parameters by least squares with a robust
-    loss (soft L1): first with the model's own parameters, then in turns.
+    Where the log does not show their common scale, `REFERENCE` is left as in the model.
 
     Args:
-        coarse: Some windows of the log, for the search.
-        fine: All windows.
-        parameters: Number P of parameters.
-        longest: Longest latency, physics steps.
+        log: Commands and measurements.
+        model: MJCF file of your arms; the package's if not given.
+        gravity_compensation: Whether the robot compensates for gravity.
+        tick: Called after each simulation of the log.
+
+    Raises:
+        BadOptionError: The model cannot be read or lacks something, or the extra `sysid` is not
+            installed.
+        RobotLogError: The log is too short, too coarse, or shows no movement.
+        DivergedError: A simulation diverged.
     """
-    logs = np.zeros(parameters)
-    latency = _best_latency(coarse, logs, range(longest + 1))
+    if not hasattr(sysid, "optimize"):  # which imports without what it needs
+        raise BadOptionError(
+            "identification needs libraries that are not installed; in the checkout, pip install"
+            " -e '.[sysid]'"
+        )
+    physics = PhysicsArms.make(
+        EnvironmentOptions(model=model, gravity_compensation=gravity_compensation)
+    )
+    if model is not None:
+        check_geometry(Path(model), physics)
+    arms: mujoco.MjModel = physics.model.ptr
+    timestep = float(arms.opt.timestep)
+    steps = check_log(log, arms)
+    longest = round(LONGEST / timestep)
+    own = values(arms)
+    names = [name for name in UNITS if own[name].any()]
+    with rollout.Rollout(nthread=processors()) as pool:
+
+        def replay(seconds: float, most: int | None = None) -> Replay:
+            length = max(1, round(seconds / log.period))
+            starts = np.arange(longest // steps + 2, len(log) - length, length)
+            stride = 1 if most is None else max(1, len(starts) // most)
+            return Replay(pool, arms, log, starts[::stride], length, steps)
+
+        def model_of(parameters: sysid.ParameterDict) -> mujoco.MjModel:
+            return scaled(arms, {name: parameters[name].value.item() for name in names})
+
+        def residual_of(windows: Replay) -> Residual:
+            def residual(parameters: sysid.ParameterDict) -> Array:
+                tick()
+                late = longest * parameters[LATENCY].value.item()
+                return windows.residual(model_of(parameters), late)
+
+            return residual
+
+        found, widths, ratio_widths = _fit(
+            names, longest, residual_of(replay(_WINDOW, _SEARCHED)), residual_of(replay(_WINDOW))
+        )
+        if not is_determined(widths[names.index(REFERENCE)]):  # a common factor moves nothing
+            common = found[REFERENCE].value.item()
+            for name in names:
+                found[name].value = found[name].value / common
+        late = longest * float(np.clip(found[LATENCY].value.item(), 0.0, 1.0))
+        shown = replay(SHOWN_WINDOW)
+        before = shown.simulate(arms, 0.0)[..., : len(JOINT_NAMES)]
+        after = shown.simulate(model_of(found), late)[..., : len(JOINT_NAMES)]
+    return Identified(
+        tuple(
+            Estimate(name, own[name], found[name].value.item(), width, ratio_width)
+            for name, width, ratio_width in zip(
+                names, widths[:-1].tolist(), ratio_widths[:-1].tolist(), strict=True
+            )
+        ),
+        tuple(name for name in UNITS if name not in names),
+        Latency(timestep * late, timestep * max(0.5, longest * widths[-1]), timestep * steps),
+        log.time[shown.rows],
+        log.angle[shown.rows],
+        before,
+        after,
+    )
+
+
+def _fit(
+    names: list[str], longest: int, coarse: Residual, fine: Residual
+) -> tuple[sysid.ParameterDict, Array, Array]:
+    """Fit factors on parameters, and the latency.
+
+    Latency is searched over whole physics steps, in turns with the parameters; then all are fitted
+    together.
+
+    Args:
+        names: Names of P parameters.
+        longest: Longest latency, physics steps.
+        coarse: Residual of some windows, for the search.
+        fine: Residual of all windows.
+
+    Returns:
+        Factors, and the latency as a part of the longest; half widths of their 95 % intervals,
+        shape (P + 1,), of factors relative to these; the same of ratios to `REFERENCE`.
+    """
+    parameters = sysid.ParameterDict()
+    for name in names:
+        parameters.add(sysid.Parameter(name, 1.0, 1.0 / FARTHEST, FARTHEST))
+    margin = 1.0 / longest  # a physics step, as a search may not start at a bound
+    parameters.add(sysid.Parameter(LATENCY, 0.0, -margin, 1.0 + margin, frozen=True))
+
+    def best(latencies: range) -> int:
+        sizes = []
+        for late in latencies:
+            parameters[LATENCY].value = np.array([late / longest])
+            sizes.append(np.abs(coarse(parameters)).mean())
+        best = latencies[int(np.argmin(sizes))]
+        parameters[LATENCY].value = np.array([best / longest])
+        return best
+
     seen: set[int] = set()
+    latency = best(range(longest + 1))
     while latency not in seen:
         seen.add(latency)
-        logs = _search(coarse, logs, latency, _scale(coarse, logs, latency), _COARSE)
-        near = range(max(0, latency - _NEAR), min(longest, latency + _NEAR) + 1)
-        latency = _best_latency(coarse, logs, near)
-    for tolerance in (_COARSE, _FINE):  # each with the scale that the one before leads to
-        scale = _scale(fine, logs, latency)
-        logs = _search(fine, logs, latency, scale, tolerance)
-    for _ in range(_HOPS if scale > _FINEST else 0):  # else nothing is left to be found
-        logs = _hop(fine, logs, latency, scale)
-    return Fit(logs, latency, scale)
+        parameters, _ = _optimize(parameters, coarse, _COARSE, _STEP)
+        latency = best(range(max(0, latency - _NEAR), min(longest, latency + _NEAR) + 1))
+    parameters[LATENCY].frozen = False
+    for tolerance, step in _SEARCHES:
+        parameters, result = _optimize(parameters, fine, tolerance, step)
+    widths, ratio_widths = half_widths(fine(parameters), result.jac, names.index(REFERENCE))
+    sizes = np.append(parameters.as_vector()[:-1], 1.0)
+    return parameters, widths / sizes, ratio_widths / sizes
 
 
-def _hop(misfit: Misfit, logs: Array, latency: int, scale: float) -> Array:
-    """Return what fits best after random steps of the size of what is uncertain, and a search.
+def _optimize(
+    parameters: sysid.ParameterDict, residual: Residual, tolerance: float, step: float
+) -> tuple[sysid.ParameterDict, Any]:
+    """Return the parameters that minimise the soft L1 loss, and SciPy's result.
 
-    Where the simulated movement jumps, as `Misfit.jacobian` says, a search ends too early.
+    The scale of the loss is the standard deviation that the residual's median size suggests.
     """
 
-    def loss(tried: Array) -> float:
-        return float(robust_loss(misfit.residual(tried, latency), scale).sum())
+    def vary(x: Array, varied: sysid.ParameterDict) -> tuple[list[Array], None, None]:
+        varied.update_from_vector(x)
+        return [residual(varied)], None, None
 
-    said = evidence(misfit, logs, latency, scale).covariance()
-    sizes, ways = np.linalg.eigh(np.nan_to_num(said, posinf=1.0))
-    steps = ways * np.minimum(np.sqrt(np.maximum(sizes, 0.0)), _LONGEST_STEP)
-    best, least = logs, loss(logs)
-    for draw in np.random.default_rng(0).standard_normal((_DRAWS, len(logs))):
-        tried = np.clip(best + steps @ draw, -_INSIDE, _INSIDE)
-        if (now := loss(tried)) < least:
-            best, least = tried, now
-    found = _search(misfit, best, latency, scale, _FINE, most=_FEW)
-    return found if loss(found) < least else best
+    start = parameters.copy().move_off_bounds()
+    scale = 1.4826 * float(np.median(np.abs(residual(start))))
+    with contextlib.redirect_stdout(io.StringIO()):  # SciPy's iterations; no option hides them
+        return sysid.optimize(
+            start,
+            vary,
+            "scipy",
+            verbose=False,
+            loss="soft_l1",
+            f_scale=max(scale, _FINEST),
+            diff_step=step,
+            xtol=tolerance,
+            ftol=tolerance,
+            max_iters=_MOST_ITERATIONS,
+        )
 
 
-def refit(misfit: Misfit, found: Fit, latency: int) -> Array:
-    """Return the logarithms that fit best with another latency, starting from what was found."""
-    return _search(misfit, found.logs, latency, found.scale, _COARSE, most=_FEW)
+def half_widths(residual: Array, jacobian: Array, reference: int) -> tuple[Array, Array]:
+    """Return half widths of 95 % intervals: of parameters, and if one of them were known.
 
+    As the common scale of parameters may be open, the latter are those of ratios to it.
 
-def robust_loss(residual: Array, scale: float) -> Array:
-    """Return the loss of residuals, any shape: their squares, but beyond a scale their size.
+    Args:
+        residual: Residual at the optimum, shape (N,), rad.
+        jacobian: Its derivatives, shape (N, P).
+        reference: Number of the parameter that is taken as known; its half width is 0.
 
-    ρ = 2 s² (√(1 + (r / s)²) - 1)
+    Returns:
+        Half widths, each shape (P,); infinite where the residual does not depend on a parameter.
     """
-    return 2.0 * scale**2 * (np.sqrt(1.0 + (residual / scale) ** 2) - 1.0)
-
-
-def _scale(misfit: Misfit, logs: Array, latency: int) -> float:
-    """Return the residuals' standard deviation as their median size tells it."""
-    sizes = np.abs(misfit.residual(logs, latency))
-    return max(1.4826 * float(np.median(sizes)), _FINEST)
-
-
-def _best_latency(misfit: Misfit, logs: Array, latencies: range) -> int:
-    return min(latencies, key=lambda steps: float(np.abs(misfit.residual(logs, steps)).mean()))
-
-
-def _search(
-    misfit: Misfit,
-    logs: Array,
-    latency: int,
-    scale: float,
-    tolerance: float,
-    *,
-    most: int = _MOST,
-) -> Array:
-    def residual(tried: Array) -> Array:
-        return misfit.residual(tried, latency).ravel()
-
-    def jacobian(tried: Array) -> Array:
-        return misfit.jacobian(tried, latency)
-
-    found = least_squares(
-        residual,
-        logs,
-        jac=jacobian,
-        bounds=(-FARTHEST, FARTHEST),
-        loss="soft_l1",
-        f_scale=scale,
-        xtol=tolerance,
-        ftol=tolerance,
-        max_nfev=most,
-    )
-    return found.x
+    blurred = [np.hypot(residual, _RESOLUTION)]
+    _, widths = sysid.calculate_intervals(blurred, jacobian)
+    _, others = sysid.calculate_intervals(blurred, np.delete(jacobian, reference, axis=1))
+    return widths, np.insert(others, reference, 0.0)

@@ -1,21 +1,25 @@
-"""Logs of commands and of what arms did: a table with a header."""
+"""Logs of a robot: commands and measurements as CSV files, from simulation, and their checks."""
 
 from __future__ import annotations
 
 import csv
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+import mujoco
 import numpy as np
+from dm_control.rl import control
 from numpy.typing import NDArray
 
 from mpma_mj.errors import RobotLogError
 from mpma_mj.kinematics import JOINT_NAMES
 from mpma_mj.motions.readers.text import TextFile, is_number, printable
 from mpma_mj.utils.atomic_files import atomic_write
+from mpma_mj.utils.clipping import clip
 
-__all__ = ["COLUMNS", "FIRST_ROW", "RobotLog", "read_log", "write_log"]
+__all__ = ["COLUMNS", "FIRST_ROW", "RobotLog", "check_log", "read_log", "record", "write_log"]
 
 Array = NDArray[np.float64]
 
@@ -24,21 +28,27 @@ COLUMNS = ("time", *(f"{what}_{joint}" for what in _QUANTITIES for joint in JOIN
 """Names of the columns."""
 
 FIRST_ROW = 2
-"""Line of a file in which the first numbers stand, after the header."""
+"""Line of a file with the first numbers, after the header."""
 
+_HEADER = ", ".join(("time", *(f"{what}_{JOINT_NAMES[0]}" for what in _QUANTITIES), "…"))
 _SHOWN = 40  # letters of a cell in a message
+_SHORTEST = 5.5  # s (choice)
+_LONGEST_PERIOD = 0.1  # s (choice)
+_UNEVEN = 0.05  # part of a period that a row may come early or late (choice)
+_OFF = 1e-3  # part of a period that may be missing to a whole number of physics steps (choice)
+_STILL = 1e-3  # rad/s or rad; less variation is no movement (choice)
 
 
 @dataclass(frozen=True, eq=False)
 class RobotLog:
-    """What was commanded, and what arms did.
+    """Commands to a robot's arms, and measurements of them.
 
     Attributes:
         time: Time of each row, shape (T,), s.
         command: Joint velocities commanded from this time on until the next, shape (T, 8), rad/s.
         angle: Joint angles at this time, before the command acts, shape (T, 8), rad.
         velocity: Joint velocities at this time, shape (T, 8), rad/s.
-        source: Where it comes from, for messages.
+        source: Name for messages.
     """
 
     time: Array
@@ -57,48 +67,32 @@ class RobotLog:
         return float((self.time[-1] - self.time[0]) / (len(self) - 1))
 
 
-def read_log(path: str | Path) -> RobotLog:
-    """Read a log; whether it is fit for the arms' model, `check_log` says.
+def record(
+    env: control.Environment, act: Callable[[Mapping[str, Array]], Array], seconds: float
+) -> RobotLog:
+    """Return the log of an episode with simulated arms.
 
     Args:
-        path: The CSV file, with the columns `COLUMNS` in any order; others are left out.
-
-    Raises:
-        RobotLogError: There is no such file, it is no table, columns are missing, or a cell is no
-            finite number; names row and column.
+        env: An environment of `mpma_mj.load`, which is reset; its `latency` and
+            `observation_noise` affect the log as they would a robot's.
+        act: Returns the action, shape (8,), for an observation.
+        seconds: Longest duration, s; the end of the episode ends the log.
     """
-    path = Path(path)
-    if not path.is_file():
-        found = "this is a folder" if path.is_dir() else "there is none"
-        raise RobotLogError(f"{path}: expected a CSV file of a robot's log, and {found}")
-    file = TextFile.open(path)
-    if file is None:
-        raise RobotLogError(f"{path}: is no text; expected a CSV file, its header {_header()}")
-    head = next(file.lines(), "")
-    titles = [cell.strip() for cell in head.replace('"', "").split(",")]
-    missing = [column for column in COLUMNS if column not in titles]
-    if len(missing) == len(COLUMNS):
-        raise RobotLogError(
-            f"{path}: is no log of a robot; expected a first row with the columns {_header()},"
-            " a comma between them"
-        )
-    if missing:
-        raise RobotLogError(f"{path}: lacks {', '.join(missing)}; name the columns so, or add them")
-    twice = next((column for column in COLUMNS if titles.count(column) > 1), None)
-    if twice:
-        raise RobotLogError(f"{path}: has {twice} twice; rename or remove one")
-    table = _numbers(file, titles)
-    command, angle, velocity = np.split(table[:, 1:], len(_QUANTITIES), axis=1)
-    return RobotLog(table[:, 0], command, angle, velocity, str(path))
+    timestep = env.reset()
+    period = env.control_timestep()
+    rows: list[tuple[Array, Array, Array]] = []
+    while not timestep.last() and len(rows) < round(seconds / period):
+        observation = timestep.observation
+        action = act(observation)
+        command = clip(action) * env.task.max_joint_speed
+        rows.append((command, observation["joint_angles"], observation["joint_velocities"]))
+        timestep = env.step(action)
+    command, angle, velocity = map(np.array, zip(*rows, strict=True))
+    return RobotLog(np.arange(len(rows)) * period, command, angle, velocity)
 
 
 def write_log(path: str | Path, log: RobotLog) -> None:
-    """Write a log.
-
-    Args:
-        path: The CSV file.
-        log: The log.
-    """
+    """Write a log to a CSV file."""
     table = np.column_stack([log.time, log.command, log.angle, log.velocity])
     with (
         atomic_write(Path(path)) as temporary,
@@ -109,8 +103,39 @@ def write_log(path: str | Path, log: RobotLog) -> None:
         writer.writerows(table.tolist())
 
 
-def _header() -> str:
-    return ", ".join(("time", *(f"{what}_{JOINT_NAMES[0]}" for what in _QUANTITIES), "…"))
+def read_log(path: str | Path) -> RobotLog:
+    """Read a log; `check_log` says whether it fits the arms' model.
+
+    Args:
+        path: CSV file with the columns `COLUMNS` in any order; others are ignored.
+
+    Raises:
+        RobotLogError: The file does not exist, is no table, lacks columns, or has a cell that is
+            no finite number; names row and column.
+    """
+    path = Path(path)
+    if not path.is_file():
+        found = "this is a folder" if path.is_dir() else "there is none"
+        raise RobotLogError(f"{path}: expected a CSV file of a robot's log, and {found}")
+    file = TextFile.open(path)
+    if file is None:
+        raise RobotLogError(f"{path}: is no text; expected a CSV file, its header {_HEADER}")
+    head = next(file.lines(), "")
+    titles = [cell.strip() for cell in head.replace('"', "").split(",")]
+    missing = [column for column in COLUMNS if column not in titles]
+    if len(missing) == len(COLUMNS):
+        raise RobotLogError(
+            f"{path}: is no log of a robot; expected a first row with the columns {_HEADER},"
+            " a comma between them"
+        )
+    if missing:
+        raise RobotLogError(f"{path}: lacks {', '.join(missing)}; name the columns so, or add them")
+    twice = next((column for column in COLUMNS if titles.count(column) > 1), None)
+    if twice:
+        raise RobotLogError(f"{path}: has {twice} twice; rename or remove one")
+    table = _numbers(file, titles)
+    command, angle, velocity = np.split(table[:, 1:], len(_QUANTITIES), axis=1)
+    return RobotLog(table[:, 0], command, angle, velocity, str(path))
 
 
 def _numbers(file: TextFile, titles: list[str]) -> Array:
@@ -139,3 +164,98 @@ def _numbers(file: TextFile, titles: list[str]) -> Array:
                 )
             table[row, column] = float(cell)
     return table
+
+
+def check_log(log: RobotLog, model: mujoco.MjModel) -> int:
+    """Return the physics steps from row to row of a log that fits the arms' model.
+
+    Raises:
+        RobotLogError: Times are uneven, too few or too far apart, commands exceed the model's
+            bounds, or nothing moves; names row and column.
+    """
+    _check_times(log)
+    steps = _physics_steps(log, float(model.opt.timestep))
+    _check_commands(log, model)
+    _check_angles(log)
+    return steps
+
+
+def _check_times(log: RobotLog) -> None:
+    length = float(log.time[-1] - log.time[0])
+    steps = np.diff(log.time)
+    falling = np.flatnonzero(steps <= 0.0)
+    if len(falling):
+        row = int(falling[0])
+        raise RobotLogError(
+            f"{log.source}: row {row + 1 + FIRST_ROW}: time is {log.time[row + 1]:g} s after"
+            f" {log.time[row]:g} s; expected times that ascend, so sort the rows, or remove that"
+            " one"
+        )
+    if length < _SHORTEST:
+        raise RobotLogError(
+            f"{log.source}: is {length:.3g} s long; expected at least {_SHORTEST:g} s, better a"
+            " minute, in seconds"
+        )
+    usual = float(np.median(steps))
+    uneven = np.flatnonzero(np.abs(steps - usual) > _UNEVEN * usual)
+    if len(uneven):
+        row = int(uneven[0])
+        raise RobotLogError(
+            f"{log.source}: row {row + 1 + FIRST_ROW} comes {steps[row]:.4g} s after the one"
+            f" before; expected {usual:.4g} s ± {100 * _UNEVEN:g} %, so fill in what is missing, or"
+            " cut the log there"
+        )
+    if log.period > _LONGEST_PERIOD:
+        raise RobotLogError(
+            f"{log.source}: has a row every {log.period:.3g} s; expected at most"
+            f" {_LONGEST_PERIOD:g} s, so record it faster"
+        )
+
+
+def _physics_steps(log: RobotLog, timestep: float) -> int:
+    exact = log.period / timestep
+    steps = round(exact)
+    if steps < 1 or abs(exact - steps) > _OFF * steps:
+        fewer = max(1, int(exact))
+        raise RobotLogError(
+            f"{log.source}: has a row every {1000 * log.period:.5g} ms; expected a whole number of"
+            f" physics steps of {1000 * timestep:g} ms, such as {1000 * fewer * timestep:g} or"
+            f" {1000 * (fewer + 1) * timestep:g} ms",
+            remedy="record it so, or give a {model} with another timestep",
+        )
+    return steps
+
+
+def _check_commands(log: RobotLog, model: mujoco.MjModel) -> None:
+    most = np.array([model.actuator(name).ctrlrange[1] for name in JOINT_NAMES])
+    beyond = np.argwhere(np.abs(log.command) > most * (1.0 + 1e-9))
+    if len(beyond):
+        row, joint = map(int, beyond[0])
+        raise RobotLogError(
+            f"{log.source}: row {row + FIRST_ROW}, column command_{JOINT_NAMES[joint]}:"
+            f" {log.command[row, joint]:g} rad/s, but the model takes {most[joint]:g} at most",
+            remedy="check the unit, or give a {model} with a wider ctrlrange",
+        )
+    if np.ptp(log.command, axis=0).max() < _STILL:
+        raise RobotLogError(
+            f"{log.source}: no command ever changes; expected commands that move all joints, now"
+            " fast, now slowly"
+        )
+
+
+def _check_angles(log: RobotLog) -> None:
+    if np.ptp(log.angle, axis=0).max() < _STILL:
+        raise RobotLogError(
+            f"{log.source}: no angle ever changes, whatever is commanded; are brakes on, or columns"
+            " taken for others?"
+        )
+    expected = 0.5 * (log.velocity[1:] + log.velocity[:-1]) * np.diff(log.time)[:, None]
+    jumps = np.argwhere(np.abs(np.diff(log.angle, axis=0) - expected) > np.pi)
+    if len(jumps):
+        row, joint = map(int, jumps[0])
+        step = log.angle[row + 1, joint] - log.angle[row, joint]
+        raise RobotLogError(
+            f"{log.source}: row {row + 1 + FIRST_ROW}, column angle_{JOINT_NAMES[joint]}: jumps by"
+            f" {step:.3g}, which its velocity does not explain; expected rad without steps of 2π,"
+            " so unwrap the angles, or check their unit"
+        )

@@ -12,7 +12,7 @@ import numpy as np
 
 from mpma_mj.envs.model import MODEL_PATH
 from mpma_mj.kinematics import JOINT_NAMES
-from mpma_mj.sysid.parameters import changed
+from mpma_mj.sysid.parameters import scaled
 from mpma_mj.utils.atomic_files import atomic_write
 
 __all__ = ["write_model"]
@@ -33,7 +33,7 @@ def write_model(
     """
     base = MODEL_PATH if base is None else Path(base)
     spec = mujoco.MjSpec.from_file(os.fsencode(base))  # a name may be no UTF-8
-    model = changed(spec.compile(), factors)
+    model = scaled(spec.compile(), factors)
     for name in JOINT_NAMES:
         kind = name.partition("_")[2]
         actuator, joint = spec.actuator(name), spec.joint(name)
