@@ -51,7 +51,6 @@ _SEARCHES = ((_COARSE, _STEP), (_FINE, -_STEP), (_FINE, _STEP), (_FINE, -_STEP))
 and ends a search early; one to the other side goes on from there."""
 _MOST_ITERATIONS = 30
 _NEAR = 3  # physics steps of latency that are tried on both sides (choice)
-_FINEST = 1e-5  # rad; least scale of the loss (choice)
 _RESOLUTION = 1e-4  # rad; no log is taken to be more exact (choice)
 
 
@@ -96,53 +95,60 @@ def identify(
     names = [name for name in UNITS if own[name].any()]
     with rollout.Rollout(nthread=processors()) as pool:
 
-        def replay(seconds: float, most: int | None = None) -> Replay:
+        def windows(seconds: float, most: int) -> Replay:
             length = max(1, round(seconds / log.period))
             starts = np.arange(longest // steps + 2, len(log) - length, length)
-            stride = 1 if most is None else max(1, len(starts) // most)
-            return Replay(pool, arms, log, starts[::stride], length, steps)
+            starts = starts[:: max(1, len(starts) // most)]
+            return Replay(pool, arms, log, starts, length, steps)
 
-        def model_of(parameters: sysid.ParameterDict) -> mujoco.MjModel:
-            return scaled(arms, {name: parameters[name].value.item() for name in names})
+        def simulated(parameters: sysid.ParameterDict) -> tuple[mujoco.MjModel, float]:
+            factors = {name: parameters[name].value.item() for name in names}
+            return scaled(arms, factors), longest * parameters[LATENCY].value.item()
 
-        def residual_of(windows: Replay) -> Residual:
+        def residual_of(replay: Replay) -> Residual:
             def residual(parameters: sysid.ParameterDict) -> Array:
                 tick()
-                late = longest * parameters[LATENCY].value.item()
-                return windows.residual(model_of(parameters), late)
+                return replay.residual(*simulated(parameters))
 
             return residual
 
-        found, widths, ratio_widths = _fit(
-            names, longest, residual_of(replay(_WINDOW, _SEARCHED)), residual_of(replay(_WINDOW))
+        found, jacobian = _fit(
+            names,
+            longest,
+            residual_of(windows(_WINDOW, _SEARCHED)),
+            residual := residual_of(windows(_WINDOW, len(log))),
         )
-        if not is_determined(widths[names.index(REFERENCE)]):  # a common factor moves nothing
-            common = found[REFERENCE].value.item()
-            for name in names:
-                found[name].value = found[name].value / common
-        late = longest * float(np.clip(found[LATENCY].value.item(), 0.0, 1.0))
-        shown = replay(SHOWN_WINDOW)
-        before = shown.simulate(arms, 0.0)[..., : len(JOINT_NAMES)]
-        after = shown.simulate(model_of(found), late)[..., : len(JOINT_NAMES)]
+        reference = names.index(REFERENCE)
+        widths, ratio_widths = half_widths(residual(found), jacobian, reference)
+        factors = found.as_vector()[:-1]
+        widths[:-1], ratio_widths = widths[:-1] / factors, ratio_widths[:-1] / factors
+        if not is_determined(widths[reference]):  # a common factor moves nothing
+            factors = factors / factors[reference]
+        latency = min(max(found[LATENCY].value.item(), 0.0), 1.0)
+        found.update_from_vector(np.append(factors, latency))
+        shown = windows(SHOWN_WINDOW, len(log))
+        before, after = shown.simulate(arms, 0.0), shown.simulate(*simulated(found))
     return Identified(
         tuple(
-            Estimate(name, own[name], found[name].value.item(), width, ratio_width)
-            for name, width, ratio_width in zip(
-                names, widths[:-1].tolist(), ratio_widths[:-1].tolist(), strict=True
+            Estimate(name, own[name], *numbers)
+            for name, *numbers in zip(
+                names, factors.tolist(), widths[:-1].tolist(), ratio_widths.tolist(), strict=True
             )
         ),
         tuple(name for name in UNITS if name not in names),
-        Latency(timestep * late, timestep * max(0.5, longest * widths[-1]), timestep * steps),
+        Latency(
+            timestep * longest * latency,
+            timestep * max(0.5, longest * float(widths[-1])),
+            timestep * steps,
+        ),
         log.time[shown.rows],
-        log.angle[shown.rows],
-        before,
-        after,
+        *(angles[..., : len(JOINT_NAMES)] for angles in (shown.logged, before, after)),
     )
 
 
 def _fit(
     names: list[str], longest: int, coarse: Residual, fine: Residual
-) -> tuple[sysid.ParameterDict, Array, Array]:
+) -> tuple[sysid.ParameterDict, Array]:
     """Fit factors on parameters, and the latency.
 
     Latency is searched over whole physics steps, in turns with the parameters; then all are fitted
@@ -152,11 +158,10 @@ def _fit(
         names: Names of P parameters.
         longest: Longest latency, physics steps.
         coarse: Residual of some windows, for the search.
-        fine: Residual of all windows.
+        fine: Residual of all windows, shape (N,).
 
     Returns:
-        Factors, and the latency as a part of the longest; half widths of their 95 % intervals,
-        shape (P + 1,), of factors relative to these; the same of ratios to `REFERENCE`.
+        Factors, and the latency as a part of the longest; derivatives by them, shape (N, P + 1).
     """
     parameters = sysid.ParameterDict()
     for name in names:
@@ -164,27 +169,23 @@ def _fit(
     margin = 1.0 / longest  # a physics step, as a search may not start at a bound
     parameters.add(sysid.Parameter(LATENCY, 0.0, -margin, 1.0 + margin, frozen=True))
 
-    def best(latencies: range) -> int:
-        sizes = []
-        for late in latencies:
-            parameters[LATENCY].value = np.array([late / longest])
-            sizes.append(np.abs(coarse(parameters)).mean())
-        best = latencies[int(np.argmin(sizes))]
-        parameters[LATENCY].value = np.array([best / longest])
-        return best
+    def size(latency: int) -> float:
+        parameters[LATENCY].value[:] = latency / longest
+        return float(np.abs(coarse(parameters)).mean())
 
-    seen: set[int] = set()
-    latency = best(range(longest + 1))
-    while latency not in seen:
-        seen.add(latency)
+    tried: set[int] = set()
+    latency = min(range(longest + 1), key=size)
+    while latency not in tried:
+        tried.add(latency)
+        parameters[LATENCY].value[:] = latency / longest
         parameters, _ = _optimize(parameters, coarse, _COARSE, _STEP)
-        latency = best(range(max(0, latency - _NEAR), min(longest, latency + _NEAR) + 1))
+        near = range(max(0, latency - _NEAR), min(longest, latency + _NEAR) + 1)
+        latency = min(near, key=size)
+    parameters[LATENCY].value[:] = latency / longest
     parameters[LATENCY].frozen = False
     for tolerance, step in _SEARCHES:
         parameters, result = _optimize(parameters, fine, tolerance, step)
-    widths, ratio_widths = half_widths(fine(parameters), result.jac, names.index(REFERENCE))
-    sizes = np.append(parameters.as_vector()[:-1], 1.0)
-    return parameters, widths / sizes, ratio_widths / sizes
+    return parameters, result.jac
 
 
 def _optimize(
@@ -208,7 +209,7 @@ def _optimize(
             "scipy",
             verbose=False,
             loss="soft_l1",
-            f_scale=max(scale, _FINEST),
+            f_scale=max(scale, _RESOLUTION),
             diff_step=step,
             xtol=tolerance,
             ftol=tolerance,

@@ -173,67 +173,49 @@ def check_log(log: RobotLog, model: mujoco.MjModel) -> int:
         RobotLogError: Times are uneven, too few or too far apart, commands exceed the model's
             bounds, or nothing moves; names row and column.
     """
-    _check_times(log)
-    steps = _physics_steps(log, float(model.opt.timestep))
-    _check_commands(log, model)
-    _check_angles(log)
-    return steps
 
+    def row(index: int) -> str:
+        return f"{log.source}: row {index + FIRST_ROW}"
 
-def _check_times(log: RobotLog) -> None:
+    elapsed = np.diff(log.time)
+    usual = float(np.median(elapsed))
     length = float(log.time[-1] - log.time[0])
-    steps = np.diff(log.time)
-    falling = np.flatnonzero(steps <= 0.0)
-    if len(falling):
-        row = int(falling[0])
+    for i in np.flatnonzero(elapsed <= 0.0)[:1] + 1:
         raise RobotLogError(
-            f"{log.source}: row {row + 1 + FIRST_ROW}: time is {log.time[row + 1]:g} s after"
-            f" {log.time[row]:g} s; expected times that ascend, so sort the rows, or remove that"
-            " one"
+            f"{row(i)}: time is {log.time[i]:g} s after {log.time[i - 1]:g} s; expected times that"
+            " ascend, so sort the rows, or remove that one"
         )
     if length < _SHORTEST:
         raise RobotLogError(
             f"{log.source}: is {length:.3g} s long; expected at least {_SHORTEST:g} s, better a"
             " minute, in seconds"
         )
-    usual = float(np.median(steps))
-    uneven = np.flatnonzero(np.abs(steps - usual) > _UNEVEN * usual)
-    if len(uneven):
-        row = int(uneven[0])
+    for i in np.flatnonzero(np.abs(elapsed - usual) > _UNEVEN * usual)[:1] + 1:
         raise RobotLogError(
-            f"{log.source}: row {row + 1 + FIRST_ROW} comes {steps[row]:.4g} s after the one"
-            f" before; expected {usual:.4g} s ± {100 * _UNEVEN:g} %, so fill in what is missing, or"
-            " cut the log there"
+            f"{row(i)} comes {elapsed[i - 1]:.4g} s after the one before; expected {usual:.4g} s"
+            f" ± {100 * _UNEVEN:g} %, so fill in what is missing, or cut the log there"
         )
     if log.period > _LONGEST_PERIOD:
         raise RobotLogError(
             f"{log.source}: has a row every {log.period:.3g} s; expected at most"
             f" {_LONGEST_PERIOD:g} s, so record it faster"
         )
-
-
-def _physics_steps(log: RobotLog, timestep: float) -> int:
-    exact = log.period / timestep
+    timestep = 1000.0 * float(model.opt.timestep)  # ms
+    exact = 1000.0 * log.period / timestep
     steps = round(exact)
     if steps < 1 or abs(exact - steps) > _OFF * steps:
         fewer = max(1, int(exact))
         raise RobotLogError(
-            f"{log.source}: has a row every {1000 * log.period:.5g} ms; expected a whole number of"
-            f" physics steps of {1000 * timestep:g} ms, such as {1000 * fewer * timestep:g} or"
-            f" {1000 * (fewer + 1) * timestep:g} ms",
+            f"{log.source}: has a row every {1000.0 * log.period:.5g} ms; expected a whole number"
+            f" of physics steps of {timestep:g} ms, such as {fewer * timestep:g} or"
+            f" {(fewer + 1) * timestep:g} ms",
             remedy="record it so, or give a {model} with another timestep",
         )
-    return steps
-
-
-def _check_commands(log: RobotLog, model: mujoco.MjModel) -> None:
     most = np.array([model.actuator(name).ctrlrange[1] for name in JOINT_NAMES])
-    beyond = np.argwhere(np.abs(log.command) > most * (1.0 + 1e-9))
-    if len(beyond):
-        row, joint = map(int, beyond[0])
+    for i, joint in np.argwhere(np.abs(log.command) > most * (1.0 + 1e-9))[:1]:
         raise RobotLogError(
-            f"{log.source}: row {row + FIRST_ROW}, column command_{JOINT_NAMES[joint]}:"
-            f" {log.command[row, joint]:g} rad/s, but the model takes {most[joint]:g} at most",
+            f"{row(i)}, column command_{JOINT_NAMES[joint]}: {log.command[i, joint]:g} rad/s, but"
+            f" the model takes {most[joint]:g} at most",
             remedy="check the unit, or give a {model} with a wider ctrlrange",
         )
     if np.ptp(log.command, axis=0).max() < _STILL:
@@ -241,21 +223,17 @@ def _check_commands(log: RobotLog, model: mujoco.MjModel) -> None:
             f"{log.source}: no command ever changes; expected commands that move all joints, now"
             " fast, now slowly"
         )
-
-
-def _check_angles(log: RobotLog) -> None:
     if np.ptp(log.angle, axis=0).max() < _STILL:
         raise RobotLogError(
             f"{log.source}: no angle ever changes, whatever is commanded; are brakes on, or columns"
             " taken for others?"
         )
-    expected = 0.5 * (log.velocity[1:] + log.velocity[:-1]) * np.diff(log.time)[:, None]
-    jumps = np.argwhere(np.abs(np.diff(log.angle, axis=0) - expected) > np.pi)
-    if len(jumps):
-        row, joint = map(int, jumps[0])
-        step = log.angle[row + 1, joint] - log.angle[row, joint]
+    turns = np.diff(log.angle, axis=0)
+    expected = 0.5 * (log.velocity[1:] + log.velocity[:-1]) * elapsed[:, None]
+    for i, joint in np.argwhere(np.abs(turns - expected) > np.pi)[:1]:
         raise RobotLogError(
-            f"{log.source}: row {row + 1 + FIRST_ROW}, column angle_{JOINT_NAMES[joint]}: jumps by"
-            f" {step:.3g}, which its velocity does not explain; expected rad without steps of 2π,"
-            " so unwrap the angles, or check their unit"
+            f"{row(i + 1)}, column angle_{JOINT_NAMES[joint]}: jumps by {turns[i, joint]:.3g},"
+            " which its velocity does not explain; expected rad without steps of 2π, so unwrap the"
+            " angles, or check their unit"
         )
+    return steps

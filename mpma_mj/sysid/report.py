@@ -35,7 +35,7 @@ SHOWN_WINDOW = 1.0
 """Length of the windows over which errors are reported, s (choice)."""
 
 _DETERMINED = 0.2  # half width of the 95 % interval, as a part of the parameter (choice)
-_EDGE = 0.99  # part of the range of a search, beyond which its end is meant
+_EDGE = 0.99  # part of the range of a search from which on its end is meant
 _WIDEST = math.log(10.0)  # half width of an interval that is still shown
 _TITLES = ("parameter", "unit", "in the model", "found", "95 % interval", "remark")
 
