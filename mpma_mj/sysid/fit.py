@@ -44,11 +44,10 @@ Residual = Callable[[sysid.ParameterDict], Array]
 
 _WINDOW = 0.25  # s; of the fit (choice: where actuators saturate, longer ones go astray)
 _SEARCHED = 60  # windows of the first search (choice)
-_STEP = 1e-4  # relative, of derivatives
 _COARSE, _FINE = 1e-3, 1e-4  # relative changes at which a search ends
-_SEARCHES = ((_COARSE, _STEP), (_FINE, -_STEP), (_FINE, _STEP), (_FINE, -_STEP))
-"""Tolerance and step of each search over all windows. A difference across a jump is no derivative
-and ends a search early; one to the other side goes on from there."""
+_STEPS = (1e-4, -1e-4, 1e-3, -1e-3, 3e-3, -3e-3, 1e-4, -1e-4)
+"""Relative steps of derivatives, of one search after the other (choice). A difference across a
+jump is no derivative and ends a search early; another step goes on from there."""
 _MOST_ITERATIONS = 30
 _NEAR = 3  # physics steps of latency that are tried on both sides (choice)
 _RESOLUTION = 1e-4  # rad; no log is taken to be more exact (choice)
@@ -178,13 +177,13 @@ def _fit(
     while latency not in tried:
         tried.add(latency)
         parameters[LATENCY].value[:] = latency / longest
-        parameters, _ = _optimize(parameters, coarse, _COARSE, _STEP)
+        parameters, _ = _optimize(parameters, coarse, _COARSE, _STEPS[0])
         near = range(max(0, latency - _NEAR), min(longest, latency + _NEAR) + 1)
         latency = min(near, key=size)
     parameters[LATENCY].value[:] = latency / longest
     parameters[LATENCY].frozen = False
-    for tolerance, step in _SEARCHES:
-        parameters, result = _optimize(parameters, fine, tolerance, step)
+    for step in _STEPS:
+        parameters, result = _optimize(parameters, fine, _FINE, step)
     return parameters, result.jac
 
 

@@ -51,14 +51,10 @@ def write_model(
             setattr(spec, folder, os.fsencode((base.parent / getattr(spec, folder)).resolve()))
     spec.compile()  # which `to_file` writes from
     with atomic_write(Path(path)) as temporary:
-        _write(spec, temporary)
-
-
-def _write(spec: mujoco.MjSpec, path: Path) -> None:
-    try:
-        spec.to_file(os.fsencode(path))
-    except mujoco.FatalError as error:  # such as a full disk
-        raise OSError(error) from None
+        try:
+            spec.to_file(os.fsencode(temporary))
+        except mujoco.FatalError as error:  # such as a full disk
+            raise OSError(error) from None
 
 
 def _weigh(body: mujoco.MjsBody, model: mujoco.MjModel) -> None:
