@@ -11,7 +11,7 @@ import contextlib
 import io
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import mujoco
 import numpy as np
@@ -40,7 +40,7 @@ from mpma_mj.utils.system import processors
 __all__ = ["half_widths", "identify"]
 
 Array = NDArray[np.float64]
-Residual = Callable[[sysid.ParameterDict], Array]
+Residual: TypeAlias = "Callable[[sysid.ParameterDict], Array]"
 
 _WINDOW = 0.25  # s; of the fit (choice: where actuators saturate, longer ones go astray)
 _SEARCHED = 60  # windows of the first search (choice)
