@@ -45,9 +45,10 @@ Residual: TypeAlias = "Callable[[sysid.ParameterDict], Array]"
 _WINDOW = 0.25  # s; of the fit (choice: where actuators saturate, longer ones go astray)
 _SEARCHED = 60  # windows of the first search (choice)
 _COARSE, _FINE = 1e-3, 1e-4  # relative changes at which a search ends
-_STEPS = (1e-4, -1e-4, 1e-3, -1e-3, 3e-3, -3e-3, 1e-4, -1e-4)
+_STEPS = (1e-4, -1e-4, 1e-3, -1e-3, 1e-4, -1e-4, 3e-3, -3e-3)
 """Relative steps of derivatives, of one search after the other (choice). A difference across a
-jump is no derivative and ends a search early; another step goes on from there."""
+jump is no derivative and ends a search early; another step goes on from there. The last ones are
+those of the intervals: the longer the step, the less a jump counts."""
 _MOST_ITERATIONS = 30
 _NEAR = 3  # physics steps of latency that are tried on both sides (choice)
 _RESOLUTION = 1e-4  # rad; no log is taken to be more exact (choice)

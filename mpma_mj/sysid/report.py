@@ -86,6 +86,18 @@ class Estimate:
         found = is_determined(self.ratio_half_width) and not self.at_bound
         return found and self.name != REFERENCE
 
+    def as_json(self) -> dict[str, Any]:
+        """Return the parameter's part of `identified.json`."""
+        return {
+            "unit": UNITS[self.name],
+            "model": self.model.tolist(),
+            "found": (self.factor * self.model).tolist(),
+            "factor": self.factor,
+            "interval": list(self.interval),
+            "determined": self.determined,
+            "ratio_determined": self.ratio_determined,
+        }
+
 
 @dataclass(frozen=True)
 class Latency:
@@ -159,28 +171,21 @@ class Identified:
 
     def as_json(self) -> dict[str, Any]:
         """Return the content of `identified.json`."""
+        before, after = (
+            dict(zip(JOINT_NAMES, self.rms(simulated).tolist(), strict=True))
+            for simulated in (self.before, self.after)
+        )
         return {
             "format": FORMAT,
-            "parameters": {
-                one.name: {
-                    "unit": UNITS[one.name],
-                    "model": one.model.tolist(),
-                    "found": (one.factor * one.model).tolist(),
-                    "factor": one.factor,
-                    "interval": list(one.interval),
-                    "determined": one.determined,
-                    "ratio_determined": one.ratio_determined,
-                }
-                for one in self.estimates
-            },
+            "parameters": {one.name: one.as_json() for one in self.estimates},
             "zero_in_the_model": list(self.missing),
             "latency": {
                 "seconds": self.latency.seconds,
                 "interval": list(self.latency.interval),
                 "control_steps": self.latency.control_steps,
             },
-            "rms_before": dict(zip(JOINT_NAMES, self.rms(self.before).tolist(), strict=True)),
-            "rms_after": dict(zip(JOINT_NAMES, self.rms(self.after).tolist(), strict=True)),
+            "rms_before": before,
+            "rms_after": after,
         }
 
 
