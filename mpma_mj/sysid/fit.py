@@ -43,6 +43,7 @@ Array = NDArray[np.float64]
 Residual: TypeAlias = "Callable[[sysid.ParameterDict], Array]"
 
 _WINDOW = 0.25  # s; of the fit (choice: where actuators saturate, longer ones go astray)
+_FEWEST_ROWS = 3  # of a window, as the mean of its angles is taken out
 _SEARCHED = 60  # windows of the first search (choice)
 _COARSE, _FINE = 1e-3, 1e-4  # relative changes at which a search ends
 _STEPS = (1e-4, -1e-4, 1e-3, -1e-3, 1e-4, -1e-4, 3e-3, -3e-3)
@@ -96,7 +97,7 @@ def identify(
     with rollout.Rollout(nthread=processors()) as pool:
 
         def windows(seconds: float, most: int) -> Replay:
-            length = max(1, round(seconds / log.period))
+            length = max(_FEWEST_ROWS, round(seconds / log.period))
             starts = np.arange(longest // steps + 2, len(log) - length, length)
             starts = starts[:: max(1, len(starts) // most)]
             return Replay(pool, arms, log, starts, length, steps)

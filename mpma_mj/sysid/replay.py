@@ -51,7 +51,6 @@ class Replay:
             steps: Physics steps from row to row.
         """
         self._pool = pool
-        self._model = model
         self._commands = np.zeros((len(log), model.nu))
         self._commands[:, [int(model.actuator(name).id) for name in JOINT_NAMES]] = log.command
         self._starts = starts
