@@ -11,12 +11,13 @@ import contextlib
 import io
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import mujoco
 import numpy as np
 from mujoco import rollout, sysid
 from numpy.typing import NDArray
+from scipy.optimize import OptimizeResult
 
 from mpma_mj.envs.model_validation import check_geometry
 from mpma_mj.envs.options import EnvironmentOptions
@@ -113,14 +114,10 @@ def identify(
 
             return residual
 
-        found, jacobian = _fit(
-            names,
-            longest,
-            residual_of(windows(_WINDOW, _SEARCHED)),
-            residual := residual_of(windows(_WINDOW, len(log))),
-        )
+        coarse, fine = (residual_of(windows(_WINDOW, most)) for most in (_SEARCHED, len(log)))
+        found, result = _fit(names, longest, coarse, fine)
         reference = names.index(REFERENCE)
-        widths, ratio_widths = half_widths(residual(found), jacobian, reference)
+        widths, ratio_widths = half_widths(result.fun, result.jac, reference)
         factors = found.as_vector()[:-1]
         widths[:-1], ratio_widths = widths[:-1] / factors, ratio_widths[:-1] / factors
         if not is_determined(widths[reference]):  # a common factor moves nothing
@@ -149,7 +146,7 @@ def identify(
 
 def _fit(
     names: list[str], longest: int, coarse: Residual, fine: Residual
-) -> tuple[sysid.ParameterDict, Array]:
+) -> tuple[sysid.ParameterDict, OptimizeResult]:
     """Fit factors on parameters, and the latency.
 
     Latency is searched over whole physics steps, in turns with the parameters; then all are fitted
@@ -159,10 +156,11 @@ def _fit(
         names: Names of P parameters.
         longest: Longest latency, physics steps.
         coarse: Residual of some windows, for the search.
-        fine: Residual of all windows, shape (N,).
+        fine: Residual of all windows.
 
     Returns:
-        Factors, and the latency as a part of the longest; derivatives by them, shape (N, P + 1).
+        Factors, and the latency as a part of the longest; SciPy's result, with residual and
+        derivatives.
     """
     parameters = sysid.ParameterDict()
     for name in names:
@@ -186,12 +184,14 @@ def _fit(
     parameters[LATENCY].frozen = False
     for step in _STEPS:
         parameters, result = _optimize(parameters, fine, _FINE, step)
-    return parameters, result.jac
+        if np.median(np.abs(result.fun)) < _RESOLUTION:  # nothing is left to be found
+            break
+    return parameters, result
 
 
 def _optimize(
     parameters: sysid.ParameterDict, residual: Residual, tolerance: float, step: float
-) -> tuple[sysid.ParameterDict, Any]:
+) -> tuple[sysid.ParameterDict, OptimizeResult]:
     """Return the parameters that minimise the soft L1 loss, and SciPy's result.
 
     The scale of the loss is the standard deviation that the residual's median size suggests.
