@@ -1,8 +1,9 @@
 """Fit of parameters and latency to a log, with `mujoco.sysid`.
 
-Parameters, least squares and intervals are those of mujoco.sysid. Its own residual misses: it
-delays what is measured, not what is commanded, and squares the jumps of saturated actuators.
-`Replay.residual` takes its place, a robust loss that of squares (figures in docs/identify.md).
+Parameters, least squares and intervals are those of mujoco.sysid. Its residual delays what is
+measured, not what is commanded, and its squares follow the jumps of saturated actuators: with
+them damping is 4 to 54 % off (docs/identify.md). `Replay.residual` and a Cauchy loss take their
+place.
 """
 
 from __future__ import annotations
@@ -47,10 +48,9 @@ _WINDOW = 0.25  # s; of the fit (choice: where actuators saturate, longer ones g
 _FEWEST_ROWS = 3  # of a window, as the mean of its angles is taken out
 _SEARCHED = 60  # windows of the first search (choice)
 _COARSE, _FINE = 1e-3, 1e-4  # relative changes at which a search ends
-_STEPS = (1e-4, -1e-4, 1e-3, -1e-3, 1e-4, -1e-4, 3e-3, -3e-3)
+_STEPS = (1e-4, -1e-4, 1e-4)
 """Relative steps of derivatives, of one search after the other (choice). A difference across a
-jump is no derivative and ends a search early; another step goes on from there. The last ones are
-those of the intervals: the longer the step, the less a jump counts."""
+jump is no derivative and ends a search early; one to the other side goes on from there."""
 _MOST_ITERATIONS = 30
 _NEAR = 3  # physics steps of latency that are tried on both sides (choice)
 _RESOLUTION = 1e-4  # rad; no log is taken to be more exact (choice)
@@ -192,7 +192,7 @@ def _fit(
 def _optimize(
     parameters: sysid.ParameterDict, residual: Residual, tolerance: float, step: float
 ) -> tuple[sysid.ParameterDict, OptimizeResult]:
-    """Return the parameters that minimise the soft L1 loss, and SciPy's result.
+    """Return the parameters that minimise the Cauchy loss, and SciPy's result.
 
     The scale of the loss is the standard deviation that the residual's median size suggests.
     """
@@ -209,7 +209,7 @@ def _optimize(
             vary,
             "scipy",
             verbose=False,
-            loss="soft_l1",
+            loss="cauchy",
             f_scale=max(scale, _RESOLUTION),
             diff_step=step,
             xtol=tolerance,
