@@ -14,7 +14,7 @@ CHAIN = (
     ("cli",),
     ("commands",),
     ("trials", "analysis", "experiments"),
-    ("sweep", "identification"),
+    ("sweep", "sysid"),
     ("evaluation",),
     ("training",),
     ("visualization",),

@@ -9,15 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mpma_mj.identification import Identified
-from mpma_mj.identification.identified import Estimate, Latency
-from mpma_mj.identification.table import as_markdown
+from mpma_mj.sysid import Identified
+from mpma_mj.sysid.report import Estimate, Latency, as_markdown
 from mpma_mj.utils.atomic_files import write_json
 
 ANGLES = np.zeros((2, 3, 8))
 ELBOW = Estimate("kv_elbow", np.array([20.0, 20.0]), 1.1, 0.01, 0.01)
 FOREARM = Estimate("forearm_mass", np.array([1.6]), 1.25, 0.01, 0.0)
-LATE = Latency(20, 20, 20, 0.005, 10)
+LATE = Latency(0.1, 0.0025, 0.05)
 
 
 def result(*estimates: Estimate, late: Latency = LATE, missing: tuple[str, ...] = ()) -> Identified:
@@ -70,19 +69,20 @@ def test_the_edge_of_the_search_is_no_result() -> None:
     edge = dataclasses.replace(ELBOW, factor=4.0)
     assert not edge.determined
     assert line(result(edge, FOREARM), "kv_elbow")[5].endswith("as far off the model as is looked")
-    late = Latency(60, 60, 60, 0.005, 10)
+    late = Latency(0.3, 0.0025, 0.05)
     assert line(result(ELBOW, late=late), "latency")[5].endswith("as long as is looked")
 
 
 def test_a_latency_between_control_steps_is_told_with_the_nearest() -> None:
-    between = Latency(13, 12, 14, 0.005, 10)
+    between = Latency(0.065, 0.0075, 0.05)
     assert not between.is_integer
     assert line(result(ELBOW, late=between), "latency")[3:] == [
         "65",
         "57.5 to 72.5",
         "1.3 × the control step of 50 ms; load() takes whole ones, latency=1",
     ]
-    assert Latency(0, 0, 0, 0.005, 10).interval == (0.0, 0.5)
+    assert Latency(0.001, 0.0025, 0.05).interval == (0.0, 0.0035)
+    assert Latency(0.099, 0.0025, 0.05).is_integer
 
 
 def test_parameters_that_are_0_in_the_model_are_told() -> None:

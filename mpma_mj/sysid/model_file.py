@@ -11,8 +11,8 @@ import mujoco
 import numpy as np
 
 from mpma_mj.envs.model import MODEL_PATH
-from mpma_mj.identification.parameters import changed
 from mpma_mj.kinematics import JOINT_NAMES
+from mpma_mj.sysid.parameters import scaled
 from mpma_mj.utils.atomic_files import atomic_write
 
 __all__ = ["write_model"]
@@ -33,7 +33,7 @@ def write_model(
     """
     base = MODEL_PATH if base is None else Path(base)
     spec = mujoco.MjSpec.from_file(os.fsencode(base))  # a name may be no UTF-8
-    model = changed(spec.compile(), factors)
+    model = scaled(spec.compile(), factors)
     for name in JOINT_NAMES:
         kind = name.partition("_")[2]
         actuator, joint = spec.actuator(name), spec.joint(name)
@@ -51,14 +51,10 @@ def write_model(
             setattr(spec, folder, os.fsencode((base.parent / getattr(spec, folder)).resolve()))
     spec.compile()  # which `to_file` writes from
     with atomic_write(Path(path)) as temporary:
-        _write(spec, temporary)
-
-
-def _write(spec: mujoco.MjSpec, path: Path) -> None:
-    try:
-        spec.to_file(os.fsencode(path))
-    except mujoco.FatalError as error:  # such as a full disk
-        raise OSError(error) from None
+        try:
+            spec.to_file(os.fsencode(temporary))
+        except mujoco.FatalError as error:  # such as a full disk
+            raise OSError(error) from None
 
 
 def _weigh(body: mujoco.MjsBody, model: mujoco.MjModel) -> None:

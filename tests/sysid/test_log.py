@@ -12,9 +12,8 @@ import mpma_mj
 from mpma_mj.envs.model import make_model
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import RobotLogError
-from mpma_mj.identification import RobotLog, read_log, record, write_log
-from mpma_mj.identification.check import check_log
-from mpma_mj.identification.log import COLUMNS
+from mpma_mj.sysid import RobotLog, read_log, record, write_log
+from mpma_mj.sysid.log import COLUMNS, check_log
 
 MODEL = make_model(EnvironmentOptions())
 

@@ -1,14 +1,13 @@
-"""The figure of a fit: logged and simulated angles."""
+"""Figure of an identification: logged and simulated angles."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mpma_mj.identification.identified import SHOWN_WINDOW, Identified
 from mpma_mj.kinematics import JOINT_NAMES, SIDES
+from mpma_mj.sysid.report import SHOWN_WINDOW, Identified
 from mpma_mj.visualization.colours import DEMONSTRATED, module_colours
 from mpma_mj.visualization.figure_file import figure_file
 
@@ -22,7 +21,7 @@ def write_figure(path: Path, found: Identified) -> None:
 
     Args:
         path: The PNG file.
-        found: What was found.
+        found: The result.
     """
     before, after = module_colours(2)[::-1]
     looks = (
@@ -36,7 +35,8 @@ def write_figure(path: Path, found: Identified) -> None:
         )
         for joint, (axis, name) in enumerate(zip(axes.T.ravel(), JOINT_NAMES, strict=True)):
             for angles, label, look in looks:
-                axis.plot(*_joined(found.times, angles[..., joint]), label=label, **look)
+                lines = axis.plot(found.times[:_WINDOWS].T, angles[:_WINDOWS, :, joint].T, **look)
+                lines[0].set_label(label)
             errors = (np.degrees(found.rms(s)[joint]) for s in (found.before, found.after))
             title = "{} (rms error {:.3g}° → {:.2g}°)".format(name.replace("_", " "), *errors)
             axis.set_title(title, fontsize="small", loc="left")
@@ -50,13 +50,3 @@ def write_figure(path: Path, found: Identified) -> None:
         figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize="small")
         title = f"Every {SHOWN_WINDOW:g} s the simulated arms begin as in the log"
         figure.suptitle(title, fontsize="medium")
-
-
-def _joined(
-    times: NDArray[np.float64], angles: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the first windows as a line that is interrupted between them."""
-    gap = np.full((len(times), 1), np.nan)
-    parts = (np.hstack([part, gap])[:_WINDOWS].ravel() for part in (times, angles))
-    first, second = parts
-    return first, second
