@@ -6,9 +6,10 @@ PYTHON ?= $(shell for name in python3.12 python3.11 python3 python; do \
   $$name -c '$(FITS)' >/dev/null 2>&1 && echo $$name && break; done)
 BIN := .venv/bin
 
-.PHONY: help dance test test-slow test-lowest coverage check format docs build clean
+.PHONY: help dance test test-slow test-lowest coverage check format bench docs build clean
 
 dance: .venv/installed  ## train the built-in dance and make its video
+	@echo "Training two arms to dance, and drawing the video"
 	$(BIN)/mpma imitate ymca --out runs/ymca --overwrite
 
 test: .venv/installed-dev  ## quick tests, under 3 minutes on two cores
@@ -18,8 +19,9 @@ test-slow: .venv/installed-dev  ## what takes longer
 	$(BIN)/pytest -n 2 -q -m slow
 
 test-lowest: .venv/installed-dev  ## quick tests with the lowest versions that pyproject.toml declares
-	$(BIN)/uv venv --quiet --clear --seed --python $(BIN)/python .venv-lowest
-	$(BIN)/uv pip install --quiet --python .venv-lowest --resolution lowest-direct --editable '.[dev]'
+	@echo "Installing the lowest versions into .venv-lowest"
+	$(BIN)/uv venv --clear --seed --python $(BIN)/python .venv-lowest
+	$(BIN)/uv pip install --python .venv-lowest --resolution lowest-direct --editable '.[dev]'
 	.venv-lowest/bin/python -m pytest -n 2 -q -rs
 
 coverage: .venv/installed-dev  ## which lines the quick tests reach, as text and in htmlcov/
@@ -29,6 +31,9 @@ check: .venv/installed-dev  ## formatting, lint, types
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
+
+bench: .venv/installed-dev  ## speed beside bare physics and peers; ARGS="environment" is part of it
+	$(BIN)/python -m benchmarks.speed $(ARGS)
 
 format: .venv/installed-dev  ## rewrite to the house style
 	$(BIN)/ruff format .
@@ -47,11 +52,13 @@ clean:  ## everything that can be made again, except runs
 	rm -rf .venv .venv-lowest build dist docs/_build htmlcov .coverage *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis
 
 .venv/installed: .venv/made pyproject.toml
-	$(BIN)/pip install --quiet --editable .
+	@echo "Installing mpma-mj and the packages that it needs into .venv"
+	$(BIN)/pip install --disable-pip-version-check --editable .
 	touch $@
 
 .venv/installed-dev: .venv/made pyproject.toml
-	$(BIN)/pip install --quiet --editable '.[dev]'
+	@echo "Installing mpma-mj, the packages that it needs and those of developers into .venv"
+	$(BIN)/pip install --disable-pip-version-check --editable '.[dev]'
 	touch $@ .venv/installed
 
 .venv/installed-docs: .venv/made pyproject.toml
@@ -61,6 +68,7 @@ clean:  ## everything that can be made again, except runs
 .venv/made:
 	@$(or $(PYTHON),false) -c '$(FITS)' || { \
 	  echo "Needs Python 3.11 or 3.12: install one, or say make PYTHON=/path/to/python3.11"; exit 1; }
+	@echo "Creating a virtual environment for $$($(PYTHON) --version) in .venv"
 	@$(PYTHON) -m venv .venv || { \
 	  echo "No virtual environment: on Debian and Ubuntu, apt install python3-venv"; rm -rf .venv; exit 1; }
 	@touch $@

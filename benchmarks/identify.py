@@ -19,9 +19,8 @@ from rich.console import Console
 from rich.progress import track
 
 import mpma_mj
-from mpma_mj.identification import RobotLog, identify, record, write_model
-from mpma_mj.identification.identified import REFERENCE
-from mpma_mj.identification.parameters import UNITS
+from mpma_mj.sysid import RobotLog, identify, record, write_model
+from mpma_mj.sysid.parameters import REFERENCE, UNITS
 
 Array = NDArray[np.float64]
 Act = Callable[[Mapping[str, Array]], Array]
@@ -147,7 +146,7 @@ def _one(name: str, noise: float, seconds: float, seed: int, off: float) -> dict
     inside = [one.interval[0] <= true[one.name] <= one.interval[1] for one in found.estimates]
     return {
         "errors": {g: max(e for n, e in errors.items() if n.startswith(g)) for g in GROUPS},
-        "latency": found.latency.steps == LATENCY * found.latency.per_row,
+        "latency": found.latency.control_steps == LATENCY and found.latency.is_integer,
         "inside": np.mean(inside),
         "open": sum(not one.determined for one in found.estimates),
         "seconds": took,

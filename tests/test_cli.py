@@ -370,3 +370,29 @@ def test_an_option_that_a_command_would_refuse_is_not_listed(
     with pytest.raises(SystemExit):
         main([words[0], "--help"])
     assert f"{option} " not in capsys.readouterr().out
+
+
+REFUSED_EARLY = """
+import sys
+from mpma_mj.cli import main
+folder, words = sys.argv[1], sys.argv[2:]
+assert main([*words, folder]) == 2
+heavy = {"mujoco", "dm_control", "scipy", "sklearn", "matplotlib"} & set(sys.modules)
+assert not heavy, heavy
+"""
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        *("capture", "free-running", "lesion", "stress", "render", "view"),
+        *("imitate --resume", "imitate ymca --init"),
+    ],
+)
+def test_a_folder_that_is_no_run_is_refused_before_anything_large_is_imported(
+    command: str, tmp_path: Path
+) -> None:
+    program = [sys.executable, "-c", REFUSED_EARLY, str(tmp_path), *command.split()]
+    result = subprocess.run(program, capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stderr
+    assert result.stderr == f"mpma: {tmp_path}: no run there (no readable config.json)\n"

@@ -9,7 +9,7 @@ from pathlib import Path
 import matplotlib
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 
 from mpma_mj.cli import main
@@ -133,13 +133,13 @@ def test_a_figure_is_free_of_mathematics_whatever_the_user_has_set(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     drawn: list[Text] = []
-    save = Figure.savefig
+    save = FigureCanvasAgg.print_png
 
-    def look(figure: Figure, *arguments: object, **options: object) -> None:
-        save(figure, *arguments, **options)
-        drawn.extend(text for text in figure.findobj(Text) if isinstance(text, Text))
+    def look(canvas: FigureCanvasAgg, path: Path) -> None:
+        save(canvas, path)
+        drawn.extend(text for text in canvas.figure.findobj(Text) if isinstance(text, Text))
 
-    monkeypatch.setattr(Figure, "savefig", look)
+    monkeypatch.setattr(FigureCanvasAgg, "print_png", look)
     users = {"text.usetex": True, "axes.formatter.use_mathtext": True}
     with matplotlib.rc_context(users):
         with figure_file(tmp_path / "a.png", 3.0, 2.0) as figure:

@@ -3,7 +3,6 @@
 from typing import Any
 
 from mpma_mj.commands.ablate import Ablate
-from mpma_mj.commands.bench import Bench
 from mpma_mj.commands.benchmark import Benchmark
 from mpma_mj.commands.capture import Capture
 from mpma_mj.commands.compare import Compare
@@ -33,7 +32,6 @@ COMMANDS: dict[str, Any] = {
     "ablate": Ablate,
     "scale": Scale,
     "study": Study,
-    "bench": Bench,
     "capture": Capture,
     "free-running": FreeRunningCommand,
     "lesion": Lesion,

@@ -22,15 +22,16 @@ class Capture:
 
     def run(self) -> Path:
         """Analyse the run and return the path of the figure."""
-        from mpma_mj.analysis.captured import analyse
-        from mpma_mj.analysis.danced import read_danced
-        from mpma_mj.analysis.figure import write_figure
-        from mpma_mj.analysis.tables import tables
         from mpma_mj.training.run_folder import RunFolder
-        from mpma_mj.utils.progress import show_range
 
         folder = RunFolder(self.run_folder)
         with folder.locked():
+            from mpma_mj.analysis.captured import analyse
+            from mpma_mj.analysis.danced import read_danced
+            from mpma_mj.analysis.figure import write_figure
+            from mpma_mj.analysis.tables import tables
+            from mpma_mj.utils.progress import show_range
+
             danced = read_danced(folder)
             captured = analyse(
                 danced.trace,

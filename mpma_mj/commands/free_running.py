@@ -32,13 +32,13 @@ class FreeRunningCommand:
 
     def run(self) -> Path:
         """Run all agents without demonstration and return the path of the last figure."""
-        from mpma_mj.analysis.danced import read_danced
-        from mpma_mj.analysis.free_running import ANTICIPATION, run_freely
-        from mpma_mj.analysis.free_running_figure import write_figure
-        from mpma_mj.analysis.free_running_measures import FreeRunMeasures, as_markdown, measure
-        from mpma_mj.utils.progress import show_range
-
         with locked_runs(self.run_folders, self.outside, "free-running") as folders:
+            from mpma_mj.analysis.danced import read_danced
+            from mpma_mj.analysis.free_running import ANTICIPATION, run_freely
+            from mpma_mj.analysis.free_running_figure import write_figure
+            from mpma_mj.analysis.free_running_measures import FreeRunMeasures, as_markdown, measure
+            from mpma_mj.utils.progress import show_range
+
             for folder in folders:
                 # Raises for modules without output, which predict no posture.
                 read_danced(folder)

@@ -33,9 +33,9 @@ class Identify:
 
     def run(self) -> Path:
         """Identify the parameters and return the folder."""
-        from mpma_mj.identification import identify, read_log, write_model
-        from mpma_mj.identification.figure import write_figure
-        from mpma_mj.identification.table import as_markdown
+        from mpma_mj.sysid import identify, read_log, write_model
+        from mpma_mj.sysid.figure import write_figure
+        from mpma_mj.sysid.report import as_markdown
         from mpma_mj.utils.atomic_files import write_json
         from mpma_mj.utils.progress import show_count
 

@@ -35,16 +35,16 @@ class Lesion:
 
     def run(self) -> Path:
         """Evaluate all lesions and return the path of the last figure."""
-        from mpma_mj.analysis.danced import read_danced
-        from mpma_mj.training.checkpoints import TrainedAgents
-        from mpma_mj.trials.lesion import Lesions, dance_without, what_can_be_lost
-        from mpma_mj.trials.lesion_figure import write_figure
-        from mpma_mj.trials.lesion_table import matrix, summary
-        from mpma_mj.utils.progress import show_range
-
         if self.retrain < 0:
             raise BadOptionError(f"retrain is {self.retrain}; expected 0 or more epochs")
         with locked_runs(self.run_folders, self.outside, "lesion") as folders:
+            from mpma_mj.analysis.danced import read_danced
+            from mpma_mj.training.checkpoints import TrainedAgents
+            from mpma_mj.trials.lesion import Lesions, dance_without, what_can_be_lost
+            from mpma_mj.trials.lesion_figure import write_figure
+            from mpma_mj.trials.lesion_table import matrix, summary
+            from mpma_mj.utils.progress import show_range
+
             _check_comparable(folders)
             runs = []
             for folder in folders:

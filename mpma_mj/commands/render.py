@@ -28,11 +28,11 @@ class Render:
 
     def run(self) -> Path:
         """Write the video and return its path."""
-        require_backend()
         from mpma_mj.training.run_folder import RunFolder
 
         folder = RunFolder(self.run_folder)
         with folder.locked():
+            require_backend()
             write_dance_video(folder, self.camera)
         return folder.video
 

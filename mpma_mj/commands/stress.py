@@ -62,9 +62,12 @@ class Stress:
 
     def run(self) -> Path:
         """Run the stress test and return its folder."""
-        from mpma_mj.sweep.backend import open_backend
+        from mpma_mj.training.run_folder import open_runs
 
         self._check_numbers()
+        (folder,) = open_runs([self.run_folder], **vars(self.outside))
+        from mpma_mj.sweep.backend import open_backend
+
         agents = self._chosen_agents()
         adapts = (self.adapt_epochs or _ADAPT_EPOCHS) if self.adapt else 0
         with (
@@ -75,14 +78,12 @@ class Stress:
             from mpma_mj.agents.registry import agent_class
             from mpma_mj.sweep.backend import get_done
             from mpma_mj.training.checkpoints import TrainedAgents
-            from mpma_mj.training.run_folder import open_runs
             from mpma_mj.trials.disturbances import DISTURBANCES
             from mpma_mj.trials.stress import THIS_RUN, jobs
             from mpma_mj.trials.stress_conditions import trials
             from mpma_mj.trials.stress_results import Results
             from mpma_mj.utils.progress import show_runs
 
-            (folder,) = open_runs([self.run_folder], **vars(self.outside))
             if self.out is None:
                 stack.enter_context(folder.locked())
             own = TrainedAgents.of_run(folder)

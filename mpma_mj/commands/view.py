@@ -44,7 +44,6 @@ class View:
 
     def _of_run(self) -> Dance:
         from mpma_mj.training.run_folder import RunFolder
-        from mpma_mj.visualization.playback import Dance
 
         folder = RunFolder(Path(self.dance))
         options = folder.read_config().env
@@ -54,14 +53,17 @@ class View:
                 f"{option_name(min(reading_options))} is for a recording, and {self.dance} is a"
                 " run; leave it out"
             )
+        from mpma_mj.visualization.playback import Dance
+
         return Dance.of_run(folder.read_trace(), folder.read_motion(), options)
 
     def _of_recording(self) -> Dance:
         from mpma_mj.motions.read import read_with_findings
-        from mpma_mj.visualization.playback import Dance
 
         reading = read_with_findings(self.dance, self.reading)
         reading.findings.tell(self.dance)
+        from mpma_mj.visualization.playback import Dance
+
         return Dance.of_reading(reading)
 
 

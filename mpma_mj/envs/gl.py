@@ -49,6 +49,7 @@ with mujoco.Renderer(model, 16, 16) as renderer:
 _CONTEXTS = {
     "dm_control._render.pyopengl.egl_renderer": "EGLContext",
     "dm_control._render.pyopengl.osmesa_renderer": "OSMesaContext",
+    "mujoco.egl": "GLContext",
     "mujoco.osmesa": "GLContext",
 }
 

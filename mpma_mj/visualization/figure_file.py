@@ -6,19 +6,23 @@ import contextlib
 import warnings
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any, Literal
 
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
+from matplotlib.textpath import text_to_path
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 from numpy.typing import NDArray
 
 from mpma_mj.utils.atomic_files import atomic_write
 from mpma_mj.visualization.responsibility_strip import label_runs
 
-__all__ = ["MOST_NAMED_RUNS", "draw_labels", "figure_file", "label_decades"]
+__all__ = ["MOST_NAMED_RUNS", "draw_labels", "figure_file", "fitting", "label_decades"]
 
 Array = NDArray[np.float64]
 
@@ -26,12 +30,15 @@ MOST_NAMED_RUNS = 40
 """Number of stretches of labels beyond which their names would overlap."""
 
 _DPI = 110
+_SHARE_OF_AXES = 0.85  # of a figure's width, at least
 # A character that the font lacks is drawn as a box; the warning's text depends on the version.
 _MISSING_GLYPH = r"Glyph \d+|Matplotlib currently does not support"
 
 
 @contextlib.contextmanager
-def figure_file(path: Path, width: float, height: float) -> Iterator[Figure]:
+def figure_file(
+    path: Path, width: float, height: float, layout: Literal["constrained"] | None = "constrained"
+) -> Iterator[Figure]:
     """Yield an empty figure, and save it on success.
 
     Text is drawn literally and never parsed as mathematics, because names of files and labels may
@@ -42,6 +49,7 @@ def figure_file(path: Path, width: float, height: float) -> Iterator[Figure]:
         path: The PNG file.
         width: Width, inches.
         height: Height, inches.
+        layout: Whether matplotlib finds the margins, which takes as long as drawing; None if not.
 
     Yields:
         The figure, created without pyplot.
@@ -55,10 +63,11 @@ def figure_file(path: Path, width: float, height: float) -> Iterator[Figure]:
     )
     with literal, warnings.catch_warnings():
         warnings.filterwarnings("ignore", _MISSING_GLYPH)
-        figure = Figure(figsize=(width, height), layout="constrained")
+        figure = Figure(figsize=(width, height), dpi=_DPI, layout=layout)
         yield figure
+        canvas: Any = FigureCanvasAgg(figure)
         with atomic_write(path) as temporary:
-            figure.savefig(temporary, dpi=_DPI)
+            canvas.print_png(temporary)  # savefig draws all of it twice
 
 
 def label_decades(axis: Axis) -> None:
@@ -79,13 +88,24 @@ def draw_labels(axes: Sequence[Axes], context: Array, labels: Sequence[str], rat
     """
     runs = label_runs(context)
     for axis in axes:
-        for _, start, end in runs[1::2]:
-            axis.axvspan(start / rate, end / rate, color="0.92", zorder=0)
+        bands = [(start / rate, (end - start) / rate) for _, start, end in runs[1::2]]
+        across = axis.get_xaxis_transform()
+        axis.broken_barh(bands, (0, 1), transform=across, color="0.92", zorder=0)
         axis.margins(x=0)
         axis.spines[["top", "right"]].set_visible(False)
     if len(runs) > MOST_NAMED_RUNS:
         return
-    top = axes[0].get_xaxis_transform()
+    figure, top = axes[0].get_figure(root=True), axes[0].get_xaxis_transform()
+    assert figure is not None
+    width = _SHARE_OF_AXES * figure.get_figwidth()
     for label, start, end in runs:
-        middle = 0.5 * (start + end) / rate
-        axes[0].text(middle, 1.02, labels[label], transform=top, ha="center", va="bottom")
+        middle, share = 0.5 * (start + end) / rate, (end - start) / len(context)
+        text = fitting(labels[label], share * width)
+        axes[0].text(middle, 1.02, text, transform=top, ha="center", va="bottom")
+
+
+def fitting(text: str, width: float) -> str:
+    """Return a text, cut where in the usual font it would be wider than so many inches."""
+    points, _, _ = text_to_path.get_text_width_height_descent(text, FontProperties(), False)
+    share = 72.0 * width / points if text else 1.0
+    return text if share >= 1.0 else f"{text[: max(0, int(share * len(text)) - 2)]}…"

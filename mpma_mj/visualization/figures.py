@@ -6,19 +6,25 @@ import contextlib
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from mpma_mj.kinematics import JOINT_NAMES, SEGMENT_NAMES
 from mpma_mj.motions import Motion
 from mpma_mj.trace import Trace
 from mpma_mj.visualization.colours import DEMONSTRATED, module_colours
-from mpma_mj.visualization.figure_file import draw_labels, figure_file
+from mpma_mj.visualization.figure_file import draw_labels, figure_file, fitting
 
 __all__ = ["write_figures"]
 
 Array = NDArray[np.float64]
+
+_WIDTH, _TITLE = 9.0, 7.6  # inches; a title is as wide as axes at most
+_COLUMNS = 4  # of a legend
+_TICKS = 12.0 / 72.0  # inches of ticks and the space around their labels, in any size of font
 
 
 def write_figures(folder: Path, trace: Trace, motion: Motion, *, plants: int = 1) -> None:
@@ -103,11 +109,31 @@ def _rows(
     path: Path, count: int, height: float, trace: Trace, motion: Motion, title: str
 ) -> Iterator[list[Axes]]:
     """Yield axes over time in rows; then add labels, title and legend, and save the figure."""
-    with figure_file(path, 9.0, 1.2 + height * count) as figure:
+    with figure_file(path, _WIDTH, 1.2 + height * count, layout=None) as figure:
         axes = list(figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0])
         yield axes
         draw_labels(axes, trace.context[:-1], motion.labels, motion.rate)
-        axes[0].set_title(f"{title} ({motion.name})", pad=20, fontsize="medium")
+        size = matplotlib.rcParams["font.size"]
+        whole = fitting(f"{title} ({motion.name})", _TITLE)
+        axes[0].set_title(whole, pad=2 * size, fontsize="medium")
         axes[-1].set_xlabel("time, s")
         handles, names = axes[0].get_legend_handles_labels()
-        figure.legend(handles, names, loc="outside lower center", ncols=4, fontsize="small")
+        figure.legend(handles, names, loc="lower center", ncols=_COLUMNS, fontsize="small")
+        _set_margins(figure, axes, -(-len(names) // _COLUMNS))
+
+
+def _set_margins(figure: Figure, axes: Sequence[Axes], legend_rows: int) -> None:
+    """Make room around rows of axes for their texts and for the legend."""
+    em = matplotlib.rcParams["font.size"] / 72.0  # inches
+    width, height = figure.get_size_inches()
+    label_rows = max(axis.get_ylabel().count("\n") for axis in axes)
+    left, right = _TICKS + (4.6 + 1.2 * label_rows) * em, 1.0 * em
+    bottom, top, gap = _TICKS + (3.4 + 1.1 * legend_rows) * em, 3.2 * em, 0.9 * em
+    row = (height - bottom - top + gap) / len(axes) - gap
+    figure.subplots_adjust(
+        left=left / width,
+        right=1.0 - right / width,
+        bottom=bottom / height,
+        top=1.0 - top / height,
+        hspace=gap / row,
+    )

@@ -9,7 +9,6 @@ import imageio.v3 as iio
 import numpy as np
 import pytest
 
-from mpma_mj.bench.timing import Case
 from mpma_mj.cli import main
 from mpma_mj.errors import BadOptionError
 from mpma_mj.sweep import floor, table1
@@ -120,8 +119,9 @@ def test_bare_physics_is_of_as_many_steps(monkeypatch: pytest.MonkeyPatch) -> No
     spec = table1.spec_of([50], 2, BASE)
     runs = [finished(config, epochs=5, environment_steps=500) for config in spec.configs]
     runs.append(RunResult(spec.configs[0], {"failed": "diverged"}, 1, 0.5))
-    monkeypatch.setattr(floor, "bare_rollout", lambda threads: Case(lambda: 1))
-    monkeypatch.setattr(floor, "in_turn", lambda cases, rounds: {"bare": np.array([1e-3, 2e-3])})
+    times = iter([1e-3, 2e-3])
+    monkeypatch.setattr(floor, "bare_rollout", lambda threads: lambda: 1)
+    monkeypatch.setattr(floor, "_seconds_of_a_step", lambda simulate: next(times))
     said = floor.beside_bare_physics(3.0, runs, 2, range(2))
     assert "3 s, 300 ms an epoch" in said
     assert "the same 10 epochs, `mujoco.rollout` on 2 thread(s), takes 1.5 s, 150 ms" in said

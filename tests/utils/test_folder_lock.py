@@ -16,10 +16,10 @@ from mpma_mj.cli import main
 from mpma_mj.commands import folders
 from mpma_mj.commands.folders import output_folder
 from mpma_mj.errors import RunFolderError
-from mpma_mj.identification import write_log
+from mpma_mj.sysid import write_log
 from mpma_mj.utils.folder_lock import is_empty, locked
 from tests.conftest import Refused
-from tests.identification.conftest import dance_of
+from tests.sysid.conftest import dance_of
 
 LOCK = ".mpma.lock"
 BUSY = "another command is writing into it; wait until that has ended, or choose another folder"
@@ -97,7 +97,6 @@ COMMANDS = [
     "scale --out FOLDER",
     "compare ymca --no-video --out FOLDER",
     "identify LOG --out FOLDER",
-    "bench scaling --out FOLDER",
 ]
 
 

@@ -1,12 +1,16 @@
 """Figures, strip and video: that they show what they should, not their exact pixels."""
 
+import itertools
 from dataclasses import replace
 from pathlib import Path
 
 import imageio.v3 as iio
+import matplotlib
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.transforms import Bbox
 
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.kinematics import posture_from_angles
@@ -50,6 +54,41 @@ def test_rows_are_named_by_module_and_by_plant_where_there_are_several(
     write_figures(tmp_path, replace(trace, modules=modules), motion, plants=2)
     two_plants = ["module 1\nplant 1", "module 2\nplant 1", "module 3\nplant 2"]
     assert names[-4:] == [*two_plants, "module 4\nplant 2"]
+
+
+@pytest.mark.parametrize(
+    ("length", "plants", "font_size"), [(1, 1, 10.0), (60, 1, 7.0), (60, 2, 11.0)]
+)
+def test_no_text_is_cut_off_or_lies_over_another(
+    length: int,
+    plants: int,
+    font_size: float,
+    small_run: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    folder = RunFolder(small_run)
+    trace, motion = folder.read_trace(), folder.read_motion()
+    motion = replace(motion, labels=tuple(length * label for label in LABELS), name=length * "dan")
+    checked: list[FigureCanvasAgg] = []
+    save = FigureCanvasAgg.print_png
+
+    def look(canvas: FigureCanvasAgg, path: Path) -> None:
+        save(canvas, path)
+        (legend,), axes = canvas.figure.legends, canvas.figure.axes
+        whole = Bbox.union([part.get_tightbbox() for part in (*axes, legend)])
+        assert min(whole.x0, whole.y0) >= 0
+        assert (canvas.get_width_height() >= whole.max).all()
+        texts = [*axes[0].texts, axes[0].title, axes[-1].xaxis.label, legend]
+        boxes = [text.get_window_extent() for text in texts]
+        assert len(boxes) > 4
+        assert not any(one.overlaps(other) for one, other in itertools.combinations(boxes, 2))
+        checked.append(canvas)
+
+    monkeypatch.setattr(FigureCanvasAgg, "print_png", look)
+    with matplotlib.rc_context({"font.size": font_size}):
+        write_figures(tmp_path, trace, motion, plants=plants)
+    assert len(checked) == 3
 
 
 def test_the_strip_has_the_colour_of_the_responsible_module() -> None:

@@ -1,0 +1,70 @@
+"""That the learners of benchmarks/learners learn in the environment that they are measured in."""
+
+import importlib
+import importlib.util
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+import mpma_mj
+
+LEARNERS = Path(__file__).parents[2] / "benchmarks" / "learners"
+
+
+def module(name: str, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    """Return a module of the benchmark, which is no package."""
+    monkeypatch.syspath_prepend(str(LEARNERS))
+    return importlib.import_module(name)
+
+
+def trained(out: Path, *arguments: str) -> str:
+    command = [sys.executable, str(LEARNERS / "train.py"), *arguments, "--out", str(out)]
+    result = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stderr
+    return out.read_text(encoding="utf-8")
+
+
+def test_the_same_seed_gives_the_same_curve(tmp_path: Path) -> None:
+    pytest.importorskip("cma")
+    learners = ("random", "MPMA", "CMA-ES + feedback")
+    budget = ("--arms", "kinematic", "--seeds", "1", "--mpma-steps", "500", "--cma-steps", "9000")
+    first = trained(tmp_path / "a.csv", *learners, *budget)
+    assert first == trained(tmp_path / "b.csv", *learners, *budget)
+    assert {line.split(",")[0] for line in first.splitlines()[1:]} == set(learners)
+
+
+def test_a_run_takes_the_place_of_an_earlier_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    curves = module("curves", monkeypatch)
+    old = [curves.Row("PPO", 0, 100, 9.0), curves.Row("PPO", 1, 100, 8.0)]
+    new = [curves.Row("PPO", 0, 200, 1.0)]
+    assert curves.replace_curves(old, new) == [old[1], *new]
+
+
+def test_what_was_not_trained_for_is_not_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    curves = module("curves", monkeypatch)
+    rows = [curves.Row("PPO", 0, steps, p_e) for steps, p_e in ((100, 9.0), (1000, 2.0))]
+    assert curves.p_e_after(rows, 50) is None
+    assert curves.p_e_after(rows, 900) == 9.0
+    assert curves.p_e_after(rows, 995) == 2.0  # a whole episode more
+    assert curves.p_e_after(rows, 5000) is None
+    assert curves.p_e_after([curves.Row("random", 0, 0, 34.0)], 5000) == 34.0
+
+
+def test_stable_baselines_begins_episodes_at_the_last_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("stable_baselines3")
+    wrapped = module("stable_vec", monkeypatch).StableVecEnv(
+        mpma_mj.make_vec(2, "ymca", arms="kinematic", repeats=1)
+    )
+    plain = mpma_mj.make_vec(2, "ymca", arms="kinematic", repeats=1)
+    first = wrapped.reset()
+    for _ in range(plain.steps):
+        seen, _, over, infos = wrapped.step(np.zeros((2, 8)))
+    assert over.all()
+    assert all(info["TimeLimit.truncated"] for info in infos)
+    posture = slice(0, 12)
+    np.testing.assert_allclose(seen[:, posture], first[:, posture], atol=0.1)  # at the beginning
+    assert np.abs(infos[0]["terminal_observation"] - seen[0]).max() > 0.1
