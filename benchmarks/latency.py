@@ -113,7 +113,7 @@ def _parts(bench: Bench, recording: Path | None) -> None:
         unseen = _cell(bench.errors(bench.trained(THREE), THREE, motion=music))
         print(f"| a dance never seen | {unseen} |", flush=True)
     ablations: dict[str, tuple[Options, Any]] = {
-        "kinematic prior alone": (THREE, _without(StateModels)),
+        "kinematic prior, and the episode's own steps": (THREE, _without(StateModels)),
         "one step shown, target held": ({"latency": 3}, _without(Anticipation)),
     }
     for name, (env, without) in ablations.items():

@@ -59,9 +59,11 @@ class MPMA(PairedModels):
             inverse_ridge=config.inverse_ridge if joint else 0.0,
             max_plants=config.max_plants if joint else 1,
         )
+        senses = _senses(config, spec, seed) if joint else None
         gate: Gate
         if joint:
-            gate = self.gate_type(networks, config, spec)
+            late = senses is not None and senses.late
+            gate = self.gate_type(networks, config, spec, guarded_recruitment=late)
         else:
             gate = ResponsibilityGate(
                 networks,
@@ -77,7 +79,7 @@ class MPMA(PairedModels):
             gate=gate,
             rule=rule,
             space=model_space(config, spec),
-            senses=_senses(config, spec, seed) if joint else None,
+            senses=senses,
             efference_copy=config.efference_copy,
         )
 

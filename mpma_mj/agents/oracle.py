@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.base import AgentSpec, Observation
-from mpma_mj.agents.config import AgentConfig, MPMAConfig, OracleConfig
+from mpma_mj.agents.base import Observation
+from mpma_mj.agents.config import AgentConfig, OracleConfig
 from mpma_mj.agents.mpma import MPMA
-from mpma_mj.agents.networks import NetworkFactory, RunIndex
+from mpma_mj.agents.networks import RunIndex
 from mpma_mj.agents.plant_gate import PlantGate
 from mpma_mj.agents.plant_models import PlantModels
 from mpma_mj.errors import BadOptionError
@@ -29,9 +29,9 @@ class _ObservingGate(PlantGate):
 
     true_plant: NDArray[np.intp]
 
-    def __init__(self, networks: NetworkFactory, config: MPMAConfig, spec: AgentSpec) -> None:
+    def __init__(self, *args: Any, **options: Any) -> None:
         """Draw the responsibility predictors, and let all plants prefer alike."""
-        super().__init__(networks, config, spec)
+        super().__init__(*args, **options)
         self.models.recruited[...] = self.models.most
         self._preferences[...] = self._preferences[..., :1, :, :]
         self.reset(0)

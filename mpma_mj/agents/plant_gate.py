@@ -72,7 +72,8 @@ class PlantGate(Gate):
     model of module k; both are Gaussians with measured widths. Priors p come from responsibility
     predictors, clipped to [0.01, 1] and normalised: reservoirs that M modules of all plants share,
     whose readouts decode the context, D z ≈ y, and preferences of each plant for its labels,
-    p^{w,k} = P^w(:, k)ᵀ D^k z. A plant inherits the preferences of the plant that was taken for it.
+    p^{w,k} = P^w(:, k)ᵀ D^k z. A plant inherits the preferences of the plant that was taken for it,
+    and where recruitment is guarded, modules of others learn nothing in that epoch (`PlantModels`).
 
     Attributes:
         models: Plant models.
@@ -80,13 +81,21 @@ class PlantGate(Gate):
 
     compares_postures: ClassVar[bool] = False
 
-    def __init__(self, networks: NetworkFactory, config: MPMAConfig, spec: AgentSpec) -> None:
+    def __init__(
+        self,
+        networks: NetworkFactory,
+        config: MPMAConfig,
+        spec: AgentSpec,
+        *,
+        guarded_recruitment: bool = False,
+    ) -> None:
         """Draw the responsibility predictors.
 
         Args:
             networks: What the agent's networks have in common.
             config: Config of the agent.
             spec: Description of arms and observations.
+            guarded_recruitment: Whether a new plant inherits sums and learns alone.
         """
         self._config, self._spec = config, spec
         modules, labels, most = networks.modules, spec.context_size, networks.max_plants
@@ -101,6 +110,7 @@ class PlantGate(Gate):
             most=most,
             novelty=config.novelty,
             switching_probability=config.switching_probability,
+            guarded_recruitment=guarded_recruitment,
         )
         self._preferences = np.zeros((*shape, most, labels, modules))
         for run in np.ndindex(shape):
@@ -156,7 +166,7 @@ class PlantGate(Gate):
 
         Returns:
             Weights, shape (T, W · M), that sum to 1 over the modules; 0 where one is switched
-            off.
+            off, or of another plant than one whose recruitment is guarded.
         """
         models, modules, context = self.models.of_run(run), self._modules, epoch.context
         sharing = np.ones((len(context), models.most, modules))
@@ -200,10 +210,13 @@ class PlantGate(Gate):
     def _posterior(
         self, run: RunIndex, models: PlantModels, inputs: Array, outcome: Array
     ) -> Array:
-        """Return which plant was on in each step of one run, shape (T, W), and learn from it."""
+        """Let the plant models of one run learn; return who learns from each step, (T, W)."""
         posterior, is_new = models.learn(inputs, outcome)
         if is_new:
-            self._inherit(run, posterior, int(models.recruited) - 1)
+            new = int(models.recruited) - 1
+            self._inherit(run, posterior, new)
+            if models.guarded_recruitment:
+                posterior[:, :new] = 0.0
         return posterior
 
     def _inherit(self, run: RunIndex, posterior: Array, new: int) -> None:

@@ -36,6 +36,7 @@ _MOST_NOVEL = 100.0
 _WINDOW = 9  # steps over which novelty is averaged, 0.45 s
 _LEAST_STEPS, _LEAST_SHARE = 20, 0.1  # of an epoch that a new plant needs
 _ROUNDS = 3  # of posterior and refit
+_INHERITED_STEPS = 20.0  # n: enough to guide a new model, few enough to be outweighed
 
 _LEARNED = ("weights", "variance", "gram", "moment", "recruited", "epochs")
 
@@ -108,8 +109,17 @@ class PlantModels:
     plant are those of its second epoch, the first in its own control; of others those of the
     epoch in which they were recruited. They then stay.
 
+    Where recruitment is guarded, a new plant begins with n steps' worth of the sums of its parent
+    p, which was taken for it in most of these steps, and learns alone in that epoch (choices):
+
+        G_w = n G_p / N_p    B_w = n B_p / N_p        n = 20, N_p: steps of the parent
+
+    With late senses arms swing in that epoch, in states of which models know little: the few steps
+    that are told apart make a poor model, and others would learn the steps that are not.
+
     Attributes:
         most: Largest number of plants, W.
+        guarded_recruitment: Whether a new plant inherits sums and learns alone.
         weights: A, shape (..., W, 8, 33).
         variance: s², shape (..., W, 8).
         gram: G, shape (..., W, 33, 33).
@@ -125,6 +135,7 @@ class PlantModels:
         most: int,
         novelty: float,
         switching_probability: float,
+        guarded_recruitment: bool,
     ) -> None:
         """Begin with the first plant, of which nothing was learned.
 
@@ -133,8 +144,10 @@ class PlantModels:
             most: Largest number of plants.
             novelty: Novelty above which no plant model accounts for a step.
             switching_probability: Probability of a switch of plants, a step.
+            guarded_recruitment: Whether a new plant inherits sums and learns alone.
         """
         self.most, self._novelty, self._h = most, novelty, switching_probability
+        self.guarded_recruitment = guarded_recruitment
         shape = (*batch_shape, most)
         self.weights = np.zeros((*shape, JOINTS, PLANT_INPUTS))
         self.variance = np.full((*shape, JOINTS), _FIRST_VARIANCE)
@@ -193,24 +206,34 @@ class PlantModels:
         count = int(self.recruited)
         if calibrating:
             posterior[:, 0] = 1.0
-            self._refit(posterior, inputs, moves, calibrating=True)
+            self._refit(posterior, inputs, moves, measured=0)
             self._accumulate(posterior, inputs, moves)
             return posterior, False
         errors = self._errors(inputs, moves, count)
         posterior[:, :count] = self._posterior(errors)
         new = novelty(errors, self.variance[:count], self.gram[:count], inputs) > self._novelty
         enough = max(_LEAST_STEPS, _LEAST_SHARE * len(inputs))
-        recruits = new.sum() >= enough and count < self.most
-        if recruits:
+        recruit = count if new.sum() >= enough and count < self.most else None
+        learns = np.ones(self.most)
+        if recruit is not None:
+            if self.guarded_recruitment:
+                learns[:recruit] = 0.0
+                self._inherit(recruit, parent=int(posterior[new].sum(axis=0).argmax()))
             self.recruited[...] = count = count + 1
             posterior[new] = 0.0
-            posterior[new, count - 1] = 1.0
+            posterior[new, recruit] = 1.0
         for _ in range(_ROUNDS):
-            self._refit(posterior, inputs, moves, calibrating=False)
+            self._refit(learns * posterior, inputs, moves, measured=recruit)
             errors = self._errors(inputs, moves, count)
             posterior[:, :count] = self._posterior(errors)
-        self._accumulate(posterior, inputs, moves)
-        return posterior, bool(recruits)
+        self._accumulate(learns * posterior, inputs, moves)
+        return posterior, recruit is not None
+
+    def _inherit(self, recruit: int, parent: int) -> None:
+        """Let a new plant begin with n steps' worth of its parent's sums."""
+        steps = self.gram[parent, -1, -1]  # of the input that is 1
+        for sums in (self.gram, self.moment):
+            sums[recruit] = _INHERITED_STEPS / max(steps, 1.0) * sums[parent]
 
     def _posterior(self, errors: Array) -> Array:
         """Return the posterior of plants whose models have errors of shape (T, W', 8)."""
@@ -222,15 +245,17 @@ class PlantModels:
         predicted = np.einsum("ti,wki->twk", inputs, self.weights[:count], optimize=True)
         return predicted - moves[:, None]
 
-    def _refit(self, posterior: Array, inputs: Array, moves: Array, *, calibrating: bool) -> None:
-        """Refit the models of plants that were on for long enough, on top of their own sums."""
+    def _refit(
+        self, posterior: Array, inputs: Array, moves: Array, *, measured: int | None
+    ) -> None:
+        """Refit plants that were on for long enough, on top of their sums; measure one's s²."""
         ridge = _RIDGE * len(inputs) / self.most * np.eye(PLANT_INPUTS)
         for w in np.flatnonzero(posterior.sum(axis=0) > _LEAST_STEPS):
             weight = posterior[:, w, None]
             gram = self.gram[w] + inputs.T @ (weight * inputs) + ridge
             moment = self.moment[w] + inputs.T @ (weight * moves)
             self.weights[w] = np.linalg.solve(gram, moment).T
-            if calibrating or not self.gram[w].any():
+            if w == measured:
                 errors = inputs @ self.weights[w].T - moves
                 variance = (weight * errors**2).sum(axis=0) / weight.sum()
                 self.variance[w] = np.maximum(variance, _LEAST_VARIANCE)

@@ -49,8 +49,16 @@ def episode(
     return inputs, moves + width * rng.normal(size=moves.shape)
 
 
-def models(most: int = 3, batch_shape: tuple[int, ...] = (), limit: float = 3.0) -> PlantModels:
-    return PlantModels(batch_shape, most=most, novelty=limit, switching_probability=0.03)
+def models(
+    most: int = 3, batch_shape: tuple[int, ...] = (), limit: float = 3.0, guarded: bool = False
+) -> PlantModels:
+    return PlantModels(
+        batch_shape,
+        most=most,
+        novelty=limit,
+        switching_probability=0.03,
+        guarded_recruitment=guarded,
+    )
 
 
 def learned(
@@ -190,6 +198,63 @@ def test_a_second_plant_is_recruited_once_and_has_its_steps() -> None:
     inputs, moves = episode(9, SECOND)
     np.testing.assert_allclose(made.moves(inputs, 2)[:, 1], moves, atol=WIDTH)
     np.testing.assert_allclose(made.variance[1], WIDTH**2, rtol=0.6)
+
+
+def recruited(guarded: bool, *plants: Array) -> tuple[PlantModels, PlantModels, Array]:
+    """Return models before and after an epoch in which a plant is recruited, and its posterior."""
+    after = models(guarded=guarded)
+    for seed in range(2):
+        after.learn(*episode(seed, FIRST, width=WIDTH))
+    before = models()
+    for name, array in after.arrays().items():
+        before.arrays()[name][...] = array
+    posterior, recruits = after.learn(*episode(2, *plants, width=WIDTH))
+    assert recruits
+    return before, after, posterior
+
+
+def test_where_recruitment_is_guarded_other_plants_learn_nothing_in_that_epoch() -> None:
+    before, after, posterior = recruited(True, FIRST, SECOND)
+    assert posterior[:, 0].sum() > 0.4 * STEPS  # steps that it would have learned from
+    for name in ("weights", "variance", "gram", "moment"):
+        np.testing.assert_array_equal(after.arrays()[name][0], before.arrays()[name][0])
+    after.learn(*episode(3, FIRST, SECOND, width=WIDTH))
+    assert np.abs(after.gram[0] - before.gram[0]).max() > 10.0
+
+
+def test_where_recruitment_is_not_guarded_other_plants_learn_in_that_epoch() -> None:
+    before, after, posterior = recruited(False, FIRST, SECOND)
+    inputs, _ = episode(2, FIRST, SECOND)
+    for w in (0, 1):
+        own = inputs.T @ (posterior[:, w, None] * inputs)
+        np.testing.assert_allclose(after.gram[w], before.gram[w] + own)
+
+
+def test_a_plant_whose_recruitment_is_guarded_begins_with_twenty_steps_of_its_parent() -> None:
+    before, after, posterior = recruited(True, FIRST, SECOND)
+    inputs, moves = episode(2, FIRST, SECOND, width=WIDTH)
+    own, share = posterior[:, 1, None] * inputs, 20.0 / (2 * STEPS)
+    gram = share * before.gram[0] + own.T @ inputs
+    moment = share * before.moment[0] + own.T @ moves
+    np.testing.assert_allclose(after.gram[1], gram)
+    np.testing.assert_allclose(after.moment[1], moment)
+    np.testing.assert_allclose(after.weights[1], np.linalg.solve(gram, moment).T, atol=0.01)
+    errors = posterior[:, 1, None] * (after.moves(inputs, 2)[:, 1] - moves) ** 2
+    np.testing.assert_allclose(after.variance[1], errors.sum(axis=0) / own[:, -1].sum(), rtol=0.1)
+
+
+def test_the_parent_is_the_plant_that_was_taken_for_it() -> None:
+    made = models(guarded=True)
+    for seed, plants in enumerate([(FIRST,), (FIRST,), (SECOND,), (SECOND,)]):
+        made.learn(*episode(seed, *plants, width=WIDTH))
+    assert made.recruited == 2
+    likewise = 1.5 * SECOND - 0.5 * FIRST  # nearer to the second
+    gram = made.gram.copy()
+    posterior, recruits = made.learn(*episode(4, likewise, width=WIDTH))
+    assert recruits
+    inputs, _ = episode(4, likewise)
+    inherited = made.gram[2] - inputs.T @ (posterior[:, 2, None] * inputs)
+    np.testing.assert_allclose(inherited, 20.0 * gram[1] / gram[1, -1, -1], atol=1e-8)
 
 
 def test_a_plant_of_too_few_steps_is_not_recruited() -> None:

@@ -1,5 +1,6 @@
 """Recruitment of plants in training: what the modules of each learn, in batches and alone."""
 
+import dataclasses
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,15 @@ State = dict[str, Array]
 
 SMALL = MPMAConfig(nodes=10, modules=3, max_plants=3)
 ONE: dict[str, Any] = {"arms": "kinematic", "repeats": 1}
+OF_PLANTS = {  # how many each plant has
+    "plants.gram": 1,
+    "plants.moment": 1,
+    "plants.weights": 1,
+    "state_models.weights": 1,
+    "inverse.weights": 3,
+    "forward.weights": 3,
+    "variance": 3,
+}
 TWO: dict[str, Any] = ONE | {"plants": [{}, {"actuator_gain": 0.5}], "epochs_per_plant": 3}
 
 
@@ -22,6 +32,13 @@ def trained(env: Any, epochs: int, config: MPMAConfig = SMALL, **options: Any) -
         record_epoch(env, agent, epoch)
         agent.learn()
     return agent
+
+
+def made(options: dict[str, Any]) -> tuple[Any, dict[str, Any]]:
+    """Return an agent and the environment for which it is made, of options of both."""
+    own = {name: value for name, value in options.items() if name != "latency"}
+    env = ONE | {"lookahead": 2, "latency": options.get("latency", 0)}
+    return make_agent(load("ymca", **env), dataclasses.replace(SMALL, **own)), env
 
 
 @pytest.fixture(scope="module")
@@ -38,6 +55,44 @@ def test_a_second_plant_has_modules_for_the_same_labels(two_plants: State) -> No
     assert len(set(division[0].tolist())) == 3
     np.testing.assert_allclose(two_plants["preferences"][:2].sum(axis=2), 1.0)
     assert not two_plants["preferences"][2].any()
+
+
+@pytest.mark.parametrize(
+    ("options", "late"),
+    [({}, False), ({"state_estimate": True}, True), ({"latency": 1}, True)],
+)
+def test_where_senses_are_late_only_a_plant_that_is_recruited_learns_in_that_epoch(
+    options: dict[str, Any], late: bool
+) -> None:
+    agent, env = made(options)
+    for epoch in range(2):
+        record_epoch(load("ymca", **env), agent, epoch)
+        agent.learn()
+    both = {"plants": [{}, {"actuator_gain": 0.3}], "switch_every": (1.0, 2.0)}
+    record_epoch(load("ymca", **env, **both), agent, 2)
+    before = agent.state_dict()
+    agent.learn()
+    after = agent.state_dict()
+    assert (before["plants.recruited"], after["plants.recruited"]) == (1, 2)
+    for name, count in OF_PLANTS.items():
+        same = [np.array_equal(after[name][k], before[name][k]) for k in range(count)]
+        assert same == count * [late], name
+        if name != "variance":  # modules of the new plant have predicted nothing yet
+            assert not np.array_equal(after[name][count:], before[name][count:]), name
+
+
+@pytest.mark.parametrize(
+    ("options", "late"),
+    [
+        ({"latency": (0, 1)}, True),
+        ({"latency": 1, "max_latency": 0}, False),
+        ({"latency": 1, "max_latency": 0, "state_estimate": True}, True),
+    ],
+)
+def test_recruitment_is_guarded_where_a_latency_is_made_up_for_or_the_state_is_estimated(
+    options: dict[str, Any], late: bool
+) -> None:
+    assert made(options)[0]._gate.models.guarded_recruitment is late
 
 
 def test_each_plants_modules_learn_in_their_plant_only(two_plants: State) -> None:
