@@ -12,13 +12,13 @@ from mpma_mj.commands.identify import Identify
 from mpma_mj.commands.imitate import Imitate
 from mpma_mj.commands.lesion import Lesion
 from mpma_mj.commands.motion import InspectMotion
+from mpma_mj.commands.play import View
 from mpma_mj.commands.render import Render
 from mpma_mj.commands.scale import Scale
 from mpma_mj.commands.stress import Stress
 from mpma_mj.commands.study import Study
 from mpma_mj.commands.sweep import Sweep
 from mpma_mj.commands.table1 import Table1
-from mpma_mj.commands.view import View
 
 __all__ = ["COMMANDS"]
 

@@ -13,7 +13,7 @@ from tyro.constructors import ConstructorRegistry, StructConstructorSpec, Struct
 
 from mpma_mj.agents.config import CONFIG_TYPES, AgentConfig
 from mpma_mj.commands.latency_words import latency_words
-from mpma_mj.commands.plant_words import plant_words
+from mpma_mj.commands.typed_values import plant_words
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions.options import ReadingOptions
