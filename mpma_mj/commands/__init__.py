@@ -12,8 +12,7 @@ from mpma_mj.commands.identify import Identify
 from mpma_mj.commands.imitate import Imitate
 from mpma_mj.commands.lesion import Lesion
 from mpma_mj.commands.motion import InspectMotion
-from mpma_mj.commands.play import View
-from mpma_mj.commands.render import Render
+from mpma_mj.commands.play import Play
 from mpma_mj.commands.scale import Scale
 from mpma_mj.commands.stress import Stress
 from mpma_mj.commands.study import Study
@@ -25,8 +24,7 @@ __all__ = ["COMMANDS"]
 COMMANDS: dict[str, Any] = {
     "imitate": Imitate,
     "motion": InspectMotion,
-    "render": Render,
-    "view": View,
+    "play": Play,
     "table1": Table1,
     "sweep": Sweep,
     "benchmark": Benchmark,

@@ -15,7 +15,7 @@ import tyro
 
 from mpma_mj.agents.config import AgentConfig
 from mpma_mj.commands.folders import hint_at_resuming, output_folder
-from mpma_mj.commands.render import missing_opengl, write_dance_video
+from mpma_mj.commands.play import missing_opengl, write_run_video
 from mpma_mj.commands.run_options import Motions, RunOptions, typed_options
 from mpma_mj.errors import BadOptionError
 from mpma_mj.utils.text import option_name
@@ -88,7 +88,7 @@ class Imitate(Generic[AgentT]):
             if missing_gl is not None:
                 print(missing_gl, file=sys.stderr)
             elif self.video:
-                write_dance_video(folder, "front")
+                write_run_video(folder)
             return folder.path
 
     def with_words(self, words: Sequence[str]) -> Self:

@@ -1,7 +1,8 @@
-"""Command `mpma view`."""
+"""Command `mpma play`, and videos of runs for the commands that train."""
 
 from __future__ import annotations
 
+import re
 import shlex
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,63 +10,161 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
+from mpma_mj.commands.folders import check_new_file
 from mpma_mj.commands.run_options import Reading
-from mpma_mj.errors import BadOptionError
+from mpma_mj.envs.gl import require_backend
+from mpma_mj.errors import BadOptionError, RenderingError
 from mpma_mj.motions.options import ReadingOptions, given
-from mpma_mj.utils.text import option_name
 
 if TYPE_CHECKING:
-    from mpma_mj.visualization.playback import Dance
+    import numpy as np
+    from numpy.typing import NDArray
 
-__all__ = ["View"]
+    from mpma_mj.envs.options import EnvironmentOptions
+    from mpma_mj.motions import Motion
+    from mpma_mj.trace import Trace
+    from mpma_mj.training.run_folder import RunFolder
+
+__all__ = ["Play", "missing_opengl", "write_run_video"]
+
+_SIZES = (160, 240), (3840, 2160)  # smallest and largest width and height of a video, pixels
 
 
 @dataclass(frozen=True)
-class View:
-    """Play a trained run, or arms that follow a recording ideally, in a window."""
+class Play:
+    """Play a trained run, or arms that follow a motion ideally, in a window or as a video file."""
 
-    dance: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|MOTION")]
+    source: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|MOTION")]
     """Folder of a run; or "ymca", or a recording: C3D, BVH, AMC, TRC, TSV, CSV, npz."""
+    out: Path | None = None
+    """Video to write, in place of the window: .mp4, .gif or .webp."""
+    size: Annotated[str | None, tyro.conf.arg(metavar="WIDTHxHEIGHT")] = None
+    """Size of the video, pixels; 640x576 if not given."""
+    camera: Annotated[str | None, tyro.conf.arg(metavar="NAME")] = None
+    """Camera of the video: front, side or three_quarter, or one of the run's own model; front if
+    not given."""
+    overwrite: bool = False
+    """Replace the video if it exists."""
     reading: Reading = ReadingOptions()
     """Options of reading a recording."""
 
-    def run(self) -> None:
-        """Play until the window is closed."""
+    def run(self) -> Path | None:
+        """Play until the window is closed, or write the video and return its path."""
+        size = self._check()
+        if self.out is not None:
+            require_backend()
+        trace, motion, times, options = self._of_run() if self._is_run else self._of_motion()
+        if self.out is not None:
+            _write_video(self.out, trace, motion, options, self.camera or "front", size)
+            return self.out
+        from mpma_mj.visualization.playback import KEYS, play
+
+        play(
+            trace,
+            motion,
+            times=times,
+            options=options,
+            instead=f"write a file: mpma play {shlex.quote(self.source)} --out dance.mp4",
+            on_open=lambda: print(
+                "; ".join(f"{key}: {action}" for key, action in KEYS.items()), flush=True
+            ),
+        )
+        return None
+
+    def _check(self) -> tuple[int, int] | None:
+        """Check the options of the video and return its size, None for the default."""
+        if self.out is None:
+            for option in ("size", "camera"):
+                if getattr(self, option) is not None:
+                    remedy = "give {out=dance.mp4}, or turn the view in the window with the mouse"
+                    raise BadOptionError(f"--{option} is for a video file", remedy=remedy)
+            return None
+        from mpma_mj.envs.frame_writer import VIDEO_FORMATS
+
+        check_new_file("out", self.out, VIDEO_FORMATS, overwrite=self.overwrite)
+        return None if self.size is None else _checked_size(self.size)
+
+    @property
+    def _is_run(self) -> bool:
         from mpma_mj.motions.read import BUILT_IN
 
-        is_run = self.dance not in BUILT_IN and Path(self.dance).is_dir()
-        dance = self._of_run() if is_run else self._of_recording()
-        word = shlex.quote(self.dance)
-        video = f"mpma render {word}" if is_run else f"mpma motion {word} --video"
+        return self.source not in BUILT_IN and Path(self.source).is_dir()
 
-        from mpma_mj.visualization.playback import play
-
-        play(dance, instead=f"make a video: {video}", on_open=_print_keys)
-
-    def _of_run(self) -> Dance:
+    def _of_run(self) -> tuple[Trace, Motion, None, EnvironmentOptions]:
         from mpma_mj.training.run_folder import RunFolder
-        from mpma_mj.visualization.playback import Dance
 
-        folder = RunFolder(Path(self.dance))
+        folder = RunFolder(Path(self.source))
         options = folder.read_config().env
-        reading_options = given(self.reading)
-        if reading_options:
+        for option in sorted(given(self.reading)):
             raise BadOptionError(
-                f"{option_name(min(reading_options))} is for a recording, and {self.dance} is a"
-                " run; leave it out"
+                f"{self.source} is a run", remedy=f"leave {{{option}}} out: it is for a recording"
             )
-        return Dance.of_run(folder.read_trace(), folder.read_motion(), options)
+        return folder.read_trace(), folder.read_motion(), None, options
 
-    def _of_recording(self) -> Dance:
+    def _of_motion(self) -> tuple[Trace, Motion, NDArray[np.float64], None]:
         from mpma_mj.motions.read import read_with_findings
-        from mpma_mj.visualization.playback import Dance
+        from mpma_mj.visualization.episode import ideal_trace
 
-        reading = read_with_findings(self.dance, self.reading)
-        reading.findings.tell(self.dance)
-        return Dance.of_reading(reading)
+        reading = read_with_findings(self.source, self.reading)
+        reading.findings.tell(self.source)
+        return ideal_trace(reading.motion), reading.motion, reading.times, None
 
 
-def _print_keys() -> None:
-    from mpma_mj.visualization.playback import KEYS
+def missing_opengl() -> str | None:
+    """Look for OpenGL before a long computation; return the message to print after it, if any."""
+    try:
+        require_backend()
+    except RenderingError as error:
+        return f"mpma: {error}"
+    return None
 
-    print("; ".join(f"{key}: {action}" for key, action in KEYS.items()), flush=True)
+
+def write_run_video(folder: RunFolder) -> None:
+    """Write the video of a run to its folder.
+
+    Raises:
+        RenderingError: OpenGL does not draw.
+        VideoError: The encoder is missing, or fails.
+        MpmaError: The run is damaged.
+    """
+    options = folder.read_config().env
+    _write_video(folder.video, folder.read_trace(), folder.read_motion(), options)
+
+
+def _write_video(
+    path: Path,
+    trace: Trace,
+    motion: Motion,
+    options: EnvironmentOptions | None,
+    camera: str = "front",
+    size: tuple[int, int] | None = None,
+) -> None:
+    from mpma_mj.utils.progress import show_frames
+    from mpma_mj.visualization.video import VIDEO_SIZE, write_video
+
+    write_video(
+        path,
+        trace,
+        motion,
+        options=options,
+        camera=camera,
+        size=size or VIDEO_SIZE,
+        progress=show_frames,
+    )
+
+
+def _checked_size(typed: str) -> tuple[int, int]:
+    """Return width and height as typed.
+
+    Raises:
+        BadOptionError: They are no two even numbers, or too small or large.
+    """
+    low, high = _SIZES
+    found = re.fullmatch(r"(\d{1,5})x(\d{1,5})", typed)
+    if found:
+        width, height = size = int(found[1]), int(found[2])
+        within = low[0] <= width <= high[0] and low[1] <= height <= high[1]
+        if within and width % 2 == height % 2 == 0:
+            return size
+    expected = "WIDTHxHEIGHT, such as 1280x720; both even, {}x{} to {}x{}".format(*low, *high)
+    raise BadOptionError(option="size", value=typed, expected=expected)

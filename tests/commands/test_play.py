@@ -1,7 +1,9 @@
-"""`mpma view`: with a stand-in for the window, without a display, and in a real window."""
+"""`mpma play`: in a stand-in for the window, in a real one, and as a file."""
 
 import dataclasses
+import json
 import os
+import resource
 import shutil
 import subprocess
 import sys
@@ -9,17 +11,23 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NoReturn
 
+import imageio.v2 as imageio
 import numpy as np
 import pytest
+from numpy.typing import NDArray
+from PIL import Image, ImageSequence
 
 from mpma_mj.cli import main
-from mpma_mj.envs import viewer
+from mpma_mj.envs import gl, viewer
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.kinematics import posture_from_angles
 from mpma_mj.motions import Motion, motion_file, ymca
+from mpma_mj.trace import OBSERVED, Trace
 from mpma_mj.training.run_folder import RunFolder
-from mpma_mj.visualization.playback import KEYS, LEFT, RIGHT, SPACE, Dance, play
+from mpma_mj.visualization.episode import EpisodeArms
+from mpma_mj.visualization.playback import KEYS, LEFT, RIGHT, SPACE, play
+from tests.conftest import DISK_FULL, FAILED, Encoder, Refused
 from tests.envs.test_gl import environment
 from tests.envs.window import Window
 
@@ -75,7 +83,7 @@ def test_a_run_is_shown_as_it_was_danced(
     seat: Seat, small_run: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     audience = seat([NONE] * 4 + [LEFT] * 5)
-    assert main(["view", str(small_run)]) == 0
+    assert main(["play", str(small_run)]) == 0
     trace = RunFolder(small_run).read_trace()
     last = len(trace.joint_angles) - 1
     np.testing.assert_array_equal(audience.angles[:5], trace.joint_angles[:5])
@@ -92,21 +100,24 @@ def test_a_run_is_shown_without_the_noise_of_observation(small_run: Path) -> Non
     trace = folder.read_trace()
     noise = np.random.default_rng(0).normal(0.0, 0.05, trace.joint_angles.shape)
     noisy = dataclasses.replace(trace, joint_angles=trace.joint_angles + noise)
-    shown = posture_from_angles(Dance.of_run(noisy, folder.read_motion()).joint_angles)
-    np.testing.assert_allclose(shown, trace.posture, atol=1e-9)
+    arms, shown = EpisodeArms(noisy), []
+    for step in range(len(trace.posture)):
+        arms.pose(step)
+        shown.append(arms.physics.data.qpos.copy())
+    np.testing.assert_allclose(posture_from_angles(np.array(shown)), trace.posture, atol=1e-9)
 
 
 def test_the_arms_of_a_run_are_shown(seat: Seat, small_run: Path) -> None:
     folder, audience = RunFolder(small_run), seat([NONE])
     options = EnvironmentOptions(payload=2.0)
-    dance = Dance.of_run(folder.read_trace(), folder.read_motion(), options)
-    play(dance, instead="", on_open=lambda: None)
+    trace, motion = folder.read_trace(), folder.read_motion()
+    play(trace, motion, options=options, instead="", on_open=lambda: None)
     assert audience.window.model.body("left_hand_payload").mass > 0
 
 
 def test_a_recording_is_followed_ideally_over_and_over(seat: Seat) -> None:
     audience = seat([NONE] * 8)
-    assert main(["view", "ymca", "--from", "1", "--to", "1.3"]) == 0
+    assert main(["play", "ymca", "--from", "1", "--to", "1.3"]) == 0
     expected = ymca()
     np.testing.assert_allclose(
         audience.angles[:6], expected.joint_angles[20:26], rtol=0, atol=1e-12
@@ -117,7 +128,7 @@ def test_a_recording_is_followed_ideally_over_and_over(seat: Seat) -> None:
 
 def test_keys_pause_step_and_go_on(seat: Seat) -> None:
     audience = seat([NONE, SPACE, NONE, RIGHT, RIGHT, LEFT, SPACE, RIGHT, NONE, SPACE, NONE])
-    assert main(["view", "ymca", "--to", "0.3"]) == 0
+    assert main(["play", "ymca", "--to", "0.3"]) == 0
     shown = [step.replace(" / 5", "").replace(", paused", "p") for step in audience.steps]
     assert shown == ["0", "1", "1p", "1p", "2p", "3p", "2p", "3", "4p", "4p", "5"]
 
@@ -128,7 +139,7 @@ def test_a_label_of_other_letters_and_no_label_are_shown(seat: Seat, tmp_path: P
     labelled = Motion(motion.posture, context, ("Fuß",), motion.rate, "dance", "test")
     motion_file.write(tmp_path / "dance.npz", labelled)
     audience = seat([NONE] * 2)
-    assert main(["view", str(tmp_path / "dance.npz")]) == 0
+    assert main(["play", str(tmp_path / "dance.npz")]) == 0
     assert audience.labels == ["Fu?", ""]
 
 
@@ -152,7 +163,7 @@ def test_what_is_neither_run_nor_recording_is_one_line(
     monkeypatch.chdir(tmp_path)
     Path("folder").mkdir()
     Path("text.csv").write_text("not a recording\n")
-    assert main(["view", *words]) == 2
+    assert main(["play", *words]) == 2
     printed = capsys.readouterr()
     assert printed.out == ""
     assert len(printed.err.splitlines()) == 1
@@ -162,22 +173,23 @@ def test_what_is_neither_run_nor_recording_is_one_line(
 def test_how_to_read_is_refused_for_a_run(
     small_run: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["view", str(small_run), "--from", "2"]) == 2
-    assert f"from is for a recording, and {small_run} is a run" in capsys.readouterr().err
+    assert main(["play", str(small_run), "--from", "2"]) == 2
+    message = f"{small_run} is a run; leave --from out: it is for a recording"
+    assert message in capsys.readouterr().err
 
 
 def test_a_run_without_an_epoch_is_one_line(
     small_run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     shutil.copy(small_run / "config.json", tmp_path)
-    assert main(["view", str(tmp_path)]) == 2
+    assert main(["play", str(tmp_path)]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert "the run stopped before its first epoch" in line
 
 
 def test_the_window_looks_from_the_front(seat: Seat) -> None:
     audience = seat([NONE])
-    assert main(["view", "ymca"]) == 0
+    assert main(["play", "ymca"]) == 0
     model, camera = PhysicsArms.make().model, audience.window.cam
     azimuth, elevation = np.radians([camera.azimuth, camera.elevation])
     level = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
@@ -192,7 +204,7 @@ def test_ctrl_c_closes_the_window(seat: Seat, capsys: pytest.CaptureFixture[str]
 
     audience = seat([NONE])
     audience.see = interrupted
-    assert main(["view", "ymca"]) == 130
+    assert main(["play", "ymca"]) == 130
     assert capsys.readouterr().err == "mpma: interrupted\n"
     assert not audience.window.open
 
@@ -205,15 +217,15 @@ def test_without_mjpython_the_error_names_it(
 
     monkeypatch.setattr(viewer, "_missing_display", lambda: None)
     monkeypatch.setattr("mujoco.viewer.launch_passive", refuse)
-    assert main(["view", "ymca"]) == 1
+    assert main(["play", "ymca"]) == 1
     (line,) = capsys.readouterr().err.splitlines()
     assert "mjpython -m mpma_mj" in line
-    assert line.endswith("make a video: mpma motion ymca --video")
+    assert line.endswith("write a file: mpma play ymca --out dance.mp4")
 
 
-def view(*words: object, **variables: str) -> subprocess.CompletedProcess[str]:
+def play_outside(*words: object, **variables: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, "-m", "mpma_mj", "view", *map(str, words)],
+        [sys.executable, "-m", "mpma_mj", "play", *map(str, words)],
         env=environment(**variables),
         capture_output=True,
         text=True,
@@ -227,13 +239,10 @@ def test_without_a_display_it_says_what_to_do_instead(
 ) -> None:
     spaced = tmp_path / "a dance.npz"
     motion_file.write(spaced, ymca())
-    for dance, instead in {
-        small_run: f"mpma render {small_run}",
-        Path("ymca"): "mpma motion ymca --video",
-        spaced: f"mpma motion '{spaced}' --video",
-    }.items():
-        result = view(dance, **display)
-        expected = f"mpma: no window: there is no display here; make a video: {instead}\n"
+    for source, typed in {small_run: small_run, "ymca": "ymca", spaced: f"'{spaced}'"}.items():
+        result = play_outside(source, **display)
+        instead = f"write a file: mpma play {typed} --out dance.mp4"
+        expected = f"mpma: no window: there is no display here; {instead}\n"
         assert (result.returncode, result.stdout, result.stderr) == (1, "", expected)
 
 
@@ -268,7 +277,7 @@ def show_and_end(viewer, *arguments, **options):
     if len(shown) == 5:
         {end}
 ArmViewer.show = show_and_end
-sys.exit(main(["view", "ymca"]))
+sys.exit(main(["play", "ymca"]))
 """
 
 
@@ -292,3 +301,152 @@ def test_a_real_window_opens_and_ends(display: str, end: str, code: int, error: 
         pytest.skip(f"no window was opened: {result.stderr.strip()}")
     assert (result.returncode, result.stderr) == (code, error)
     assert result.stdout.startswith("space: pause")
+
+
+@pytest.fixture
+def short_run(small_run: Path, tmp_path: Path) -> Path:
+    """Return a copy of a run, of whose epoch the first second is left."""
+    copy = RunFolder(shutil.copytree(small_run, tmp_path / "run"))
+    arrays = copy.read_trace().to_arrays()
+    trace = Trace.from_arrays(
+        {name: signal[: 21 if name in OBSERVED else 20] for name, signal in arrays.items()}
+    )
+    copy.write_trace(trace, int(json.loads((copy.path / "summary.json").read_text())["best_epoch"]))
+    return copy.path
+
+
+def frames_of(path: Path) -> NDArray[np.uint8]:
+    """Return the frames of a video or of an animated picture."""
+    if path.suffix == ".mp4":
+        with imageio.get_reader(path) as reader:
+            return np.stack([np.asarray(frame) for frame in reader])
+    with Image.open(path) as image:
+        return np.stack([np.asarray(f.convert("RGB")) for f in ImageSequence.Iterator(image)])
+
+
+@pytest.mark.usefixtures("opengl")
+@pytest.mark.parametrize("ending", [".mp4", ".gif", ".webp"])
+def test_a_run_becomes_a_file_of_the_size_that_is_given(
+    ending: str, short_run: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = short_run / f"new/dance{ending}"
+    words = ["--out", str(out), "--size", "320x240", "--camera", "three_quarter"]
+    assert main(["play", str(short_run), *words]) == 0
+    assert capsys.readouterr().out.splitlines() == [str(out)]
+    frames = frames_of(out)
+    assert frames.shape == (20, 240, 320, 3)
+    moved = np.abs(frames[0].astype(float) - frames[10])
+    assert moved[:144].max() > 50
+    assert moved[144:].max() > 50  # the mark of the current step
+
+
+@pytest.mark.usefixtures("opengl")
+def test_a_motion_becomes_a_file_read_as_its_options_say(tmp_path: Path) -> None:
+    first, later = tmp_path / "first.gif", tmp_path / "later.gif"
+    words = ["play", "ymca", "--size", "320x240"]
+    assert main([*words, "--to", "0.5", "--out", str(first)]) == 0
+    assert main([*words, "--from", "1", "--to", "1.5", "--out", str(later)]) == 0
+    first_frames, later_frames = frames_of(first), frames_of(later)
+    assert len(first_frames) == len(later_frames)
+    assert (first_frames[0] != later_frames[0]).any()
+
+
+@pytest.mark.usefixtures("opengl")
+def test_pictures_may_be_larger_than_the_models_buffer(tmp_path: Path) -> None:
+    out = tmp_path / "wide.webp"
+    words = ["--to", "0.2", "--out", str(out), "--size", "2000x240"]
+    assert main(["play", "ymca", *words]) == 0
+    assert frames_of(out).shape[1:] == (240, 2000, 3)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--out", "dance.avi"], "--out is 'dance.avi'; expected a name that ends in .mp4 or .gif"),
+        (["--out", "old.mp4"], "old.mp4: is there already; --overwrite replaces it"),
+        (["--size", "640x480"], "--size is for a video file; give --out dance.mp4"),
+        (["--camera", "side"], "--camera is for a video file; give --out dance.mp4"),
+        (["--size", "12x12", "--out", "a.mp4"], "--size is '12x12'; expected WIDTHxHEIGHT, such"),
+        (["--size", "641x480", "--out", "a.mp4"], "--size is '641x480'; expected"),
+        (["--size", "9999x480", "--out", "a.mp4"], "--size is '9999x480'; expected"),
+        (["--size", "big", "--out", "a.mp4"], "--size is 'big'; expected WIDTHxHEIGHT"),
+    ],
+)
+def test_a_file_that_cannot_be_written_so_is_refused_at_once(
+    words: list[str],
+    message: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    refused: Refused,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("old.mp4").write_text("old")
+    refused(["play", "ymca", *words], message)
+    assert names(tmp_path) == {"old.mp4"}
+
+
+@pytest.mark.usefixtures("opengl")
+def test_an_unknown_camera_is_one_line(tmp_path: Path, refused: Refused) -> None:
+    words = ["play", "ymca", "--camera", "top", "--out", str(tmp_path / "a.mp4")]
+    refused(words, "--camera is 'top'; expected one of the model's cameras: front, side")
+
+
+def test_a_file_without_opengl_fails_in_one_line(
+    small_run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, refused: Refused
+) -> None:
+    monkeypatch.setattr(gl, "_draws", lambda backend: False)
+    refused(["play", str(small_run), "--out", str(tmp_path / "a.mp4")], "libosmesa6", code=1)
+
+
+def names(folder: Path) -> set[str]:
+    return {path.name for path in folder.iterdir()}
+
+
+@pytest.fixture
+def old_video(short_run: Path) -> Path:
+    """Return the path of a video in the folder of a short run."""
+    path = short_run / "dance.mp4"
+    path.write_text("old")
+    return path
+
+
+@pytest.mark.usefixtures("opengl")
+def test_the_old_video_stays_if_the_disk_is_full(
+    old_video: Path, encoder: Encoder, refused: Refused
+) -> None:
+    run, there = old_video.parent, names(old_video.parent)
+    encoder(DISK_FULL)
+    words = ["play", str(run), "--out", str(old_video), "--overwrite"]
+    refused(words, f"{old_video}: {FAILED}", code=1, title="drawing 20 frames")
+    assert old_video.read_text() == "old"
+    assert names(run) == there
+
+
+@pytest.mark.usefixtures("opengl")
+def test_the_old_video_stays_if_its_encoder_is_stopped(old_video: Path) -> None:
+    """By the limit of a file's size, as by a quota; Python itself gets an error there instead."""
+    run, there = old_video.parent, names(old_video.parent)
+    words = ["play", str(run), "--out", str(old_video), "--overwrite"]
+    result = subprocess.run(
+        [sys.executable, "-m", "mpma_mj.cli", *words],
+        capture_output=True,
+        text=True,
+        check=False,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, 10_000)),
+    )
+    assert result.returncode == 1
+    title, line = result.stderr.splitlines()
+    assert title == "drawing 20 frames"
+    assert line.startswith(f"mpma: {old_video}: no new video, ffmpeg was stopped: File size")
+    assert old_video.read_text() == "old"
+    assert names(run) == there
+
+
+@pytest.mark.usefixtures("opengl")
+def test_without_an_encoder_it_says_so(
+    short_run: Path, monkeypatch: pytest.MonkeyPatch, refused: Refused
+) -> None:
+    monkeypatch.setenv("IMAGEIO_FFMPEG_EXE", "/nowhere")
+    said = "/nowhere cannot be started (No such file or directory); let IMAGEIO_FFMPEG_EXE name"
+    words = ["play", str(short_run), "--out", str(short_run / "new.mp4")]
+    refused(words, said, code=1, title="drawing 20 frames")
