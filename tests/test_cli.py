@@ -2,6 +2,7 @@
 
 import io
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -9,10 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from mpma_mj import __version__
+from mpma_mj import __version__, cli
 from mpma_mj.cli import main
-from mpma_mj.commands import COMMANDS
+from mpma_mj.commands import COMMANDS, GROUPS
 from mpma_mj.commands.imitate import Imitate
+from tests.conftest import Refused
 
 TINY = ("--nodes", 5, "--modules", 2, "--repeats", 1, "--epochs", 1, "--no-video")
 SMALL_COMPARISON = (
@@ -33,13 +35,60 @@ def mpma(*words: object, **environment: str) -> subprocess.CompletedProcess[str]
     )
 
 
+def test_a_command_that_is_not_there_is_one_line(refused: Refused) -> None:
+    refused(["imitat"], "mpma: no command 'imitat'; did you mean mpma imitate?")
+    refused(["--imitate"], "mpma: no command '--imitate'; did you mean mpma imitate?")
+    refused(["dance"], "mpma: no command 'dance'; mpma alone lists all")
+
+
+@pytest.mark.parametrize("words", [[], ["help"], ["--help"], ["-h"]])
+def test_mpma_alone_lists_all_commands_by_group_with_an_example(
+    words: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(words) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line for line in lines if line in GROUPS] == list(GROUPS)
+    assert [line.split()[0] for line in lines if line.startswith("  ") and line[2] != " "] == list(
+        COMMANDS
+    )
+    assert max(map(len, lines)) <= 88
+
+
 @pytest.mark.parametrize(
-    "words", [["imitate", "ymca", "--arms", "rubber"], ["imitate", "--bogus"], ["dance"], []]
+    "example", [example for group in GROUPS.values() for _, example in group.values()]
 )
-def test_words_that_are_no_command_exit_2_without_a_traceback(words: list[str]) -> None:
-    result = mpma(*words)
-    assert result.returncode == 2
-    assert "Traceback" not in result.stderr
+def test_examples_are_understood(example: str) -> None:
+    mpma, *words = example.split()
+    assert mpma == "mpma"
+    assert isinstance(cli._parse(words), COMMANDS[words[0]])
+
+
+def test_help_with_a_command_is_its_help(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["help", "play"])
+    assert capsys.readouterr().out.startswith("usage: mpma play ")
+
+
+def test_bash_completes_commands_options_and_choices(tmp_path: Path) -> None:
+    script = tmp_path / "mpma.bash"
+    with pytest.raises(SystemExit):
+        main(["--tyro-write-completion", "bash", str(script)])
+    ask = (
+        'source "$0"; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _tyro_mpma; echo "${COMPREPLY[@]}"'
+    )
+    for words, completed in {
+        "mpma im": "imitate",
+        "mpma imitate --nod": "--nodes",
+        "mpma play --o": "--out --overwrite",
+    }.items():
+        bash = ["bash", "-c", ask, str(script), *words.split()]
+        result = subprocess.run(bash, capture_output=True, text=True, check=False)
+        assert result.stdout.split() == completed.split(), result.stderr
+
+
+@pytest.mark.parametrize("words", [[], ["klingon"], ["bash", "one", "more"]])
+def test_completion_for_no_shell_is_one_line(words: list[str], refused: Refused) -> None:
+    refused(["--tyro-print-completion", *words], "try: mpma --tyro-print-completion bash")
 
 
 @pytest.mark.parametrize(
@@ -123,6 +172,8 @@ def test_help_shows_no_empty_default_and_no_none(
     assert "--help" in printed
     assert "(default: )" not in printed
     assert "None" not in printed
+    assert "STR|PATH" not in printed
+    assert not re.search(r"`\w+`", printed)
 
 
 @pytest.mark.parametrize(

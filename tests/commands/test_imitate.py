@@ -105,6 +105,10 @@ def test_resume_goes_on_in_the_runs_folder(
         (["ymca", "--repeats", "0"], "repeats is 0"),
         (["ymca", "--reference-noise", "-0.1"], "--reference-noise is -0.1"),
         (["ymca", "--resume", "nowhere"], "nowhere: no run there"),
+        (
+            ["ymca", "--plants", "default", "payload=1", "--switch-every", "3", "1"],
+            "--switch-every is 3.0 1.0; expected two times",
+        ),
         (["ymca", "--out", "x" * 300], "File name too long; check path and rights"),
     ],
 )
@@ -159,9 +163,9 @@ def test_a_run_that_exists_is_not_replaced(
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["ymca", "--nodes", "77"], "nodes is 77, but the run to resume has 30"),
-        (["ymca", "--nodes=200"], "nodes is 200, but the run to resume has 30"),
-        (["dance.tsv"], "motions is dance.tsv, but the run to resume has ymca"),
+        (["ymca", "--nodes", "77"], "mpma: --nodes is 77, but the run to resume has 30"),
+        (["ymca", "--nodes=200"], "mpma: --nodes is 200, but the run to resume has 30"),
+        (["dance.tsv"], "mpma: motions is dance.tsv, but the run to resume has ymca"),
         (["--overwrite"], "leave --overwrite out"),
         (["--out", "elsewhere"], "leave --out out"),
     ],
@@ -171,6 +175,26 @@ def test_a_resumed_run_keeps_its_settings(
 ) -> None:
     assert main(["imitate", *words, "--no-video", "--resume", str(small_run)]) == 2
     assert message in capsys.readouterr().err
+
+
+def test_a_run_that_has_converged_says_so_and_how_to_train_on(
+    small_run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = shutil.copytree(small_run, tmp_path / "run")
+    before = (run / "metrics.csv").read_bytes()
+    assert main(["imitate", "--resume", str(run), "--no-video"]) == 0
+    first, *_ = capsys.readouterr().out.splitlines()
+    assert first.startswith(f"{run}: has converged, and no epoch was added")
+    assert first.endswith(f"mpma imitate MOTION --init {run}")
+    assert (run / "metrics.csv").read_bytes() == before
+
+
+def test_a_run_with_plants_goes_on_though_it_has_converged(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = "--nodes 20 --repeats 1 --plants default payload=1 --epochs 2 --no-video --out run"
+    assert main(["imitate", "ymca", *words.split()]) == 0
+    assert capsys.readouterr().out.startswith("trained for 2 epochs; in the latest: p_e ")
 
 
 def test_a_corrupt_checkpoint_is_refused(
