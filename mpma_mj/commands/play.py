@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Play", "missing_opengl", "write_run_video"]
 
-_SIZES = (160, 240), (3840, 2160)  # smallest and largest width and height of a video, pixels
+_SIZES = (160, 3840), (240, 2160)  # smallest and largest width and height of a video, pixels
 
 
 @dataclass(frozen=True)
@@ -50,39 +50,62 @@ class Play:
 
     def run(self) -> Path | None:
         """Play until the window is closed, or write the video and return its path."""
-        size = self._check()
+        size = self._checked_size()
         if self.out is not None:
+            from mpma_mj.envs.frame_writer import VIDEO_FORMATS
+
+            check_new_file("out", self.out, VIDEO_FORMATS, overwrite=self.overwrite)
             require_backend()
         trace, motion, times, options = self._of_run() if self._is_run else self._of_motion()
         if self.out is not None:
-            _write_video(self.out, trace, motion, options, self.camera or "front", size)
+            from mpma_mj.utils.progress import show_frames
+            from mpma_mj.visualization.video import VIDEO_SIZE, write_video
+
+            write_video(
+                self.out,
+                trace,
+                motion,
+                options=options,
+                camera=self.camera or "front",
+                size=size or VIDEO_SIZE,
+                progress=show_frames,
+            )
             return self.out
         from mpma_mj.visualization.playback import KEYS, play
 
+        keys = "; ".join(f"{key}: {action}" for key, action in KEYS.items())
         play(
             trace,
             motion,
             times=times,
             options=options,
             instead=f"write a file: mpma play {shlex.quote(self.source)} --out dance.mp4",
-            on_open=lambda: print(
-                "; ".join(f"{key}: {action}" for key, action in KEYS.items()), flush=True
-            ),
+            on_open=lambda: print(keys, flush=True),
         )
         return None
 
-    def _check(self) -> tuple[int, int] | None:
-        """Check the options of the video and return its size, None for the default."""
-        if self.out is None:
-            for option in ("size", "camera"):
-                if getattr(self, option) is not None:
-                    remedy = "give {out=dance.mp4}, or turn the view in the window with the mouse"
-                    raise BadOptionError(f"--{option} is for a video file", remedy=remedy)
-            return None
-        from mpma_mj.envs.frame_writer import VIDEO_FORMATS
+    def _checked_size(self) -> tuple[int, int] | None:
+        """Return width and height of the video, None for the default.
 
-        check_new_file("out", self.out, VIDEO_FORMATS, overwrite=self.overwrite)
-        return None if self.size is None else _checked_size(self.size)
+        Raises:
+            BadOptionError: They are no two even numbers, or too small or large; or an option of
+                videos is given for the window.
+        """
+        for option in ("size", "camera"):
+            if self.out is None and getattr(self, option) is not None:
+                remedy = "give {out=dance.mp4}, or turn the view in the window with the mouse"
+                raise BadOptionError(f"--{option} is for a video file", remedy=remedy)
+        if self.size is None:
+            return None
+        (low_width, high_width), (low_height, high_height) = _SIZES
+        found = re.fullmatch(r"(\d{1,5})x(\d{1,5})", self.size)
+        if found:
+            width, height = int(found[1]), int(found[2])
+            within = low_width <= width <= high_width and low_height <= height <= high_height
+            if within and width % 2 == height % 2 == 0:
+                return width, height
+        expected = f"two even numbers from {low_width}x{low_height} to {high_width}x{high_height}"
+        raise BadOptionError(option="size", value=self.size, expected=expected)
 
     @property
     def _is_run(self) -> bool:
@@ -127,44 +150,8 @@ def write_run_video(folder: RunFolder) -> None:
         VideoError: The encoder is missing, or fails.
         MpmaError: The run is damaged.
     """
-    options = folder.read_config().env
-    _write_video(folder.video, folder.read_trace(), folder.read_motion(), options)
-
-
-def _write_video(
-    path: Path,
-    trace: Trace,
-    motion: Motion,
-    options: EnvironmentOptions | None,
-    camera: str = "front",
-    size: tuple[int, int] | None = None,
-) -> None:
     from mpma_mj.utils.progress import show_frames
-    from mpma_mj.visualization.video import VIDEO_SIZE, write_video
+    from mpma_mj.visualization.video import write_video
 
-    write_video(
-        path,
-        trace,
-        motion,
-        options=options,
-        camera=camera,
-        size=size or VIDEO_SIZE,
-        progress=show_frames,
-    )
-
-
-def _checked_size(typed: str) -> tuple[int, int]:
-    """Return width and height as typed.
-
-    Raises:
-        BadOptionError: They are no two even numbers, or too small or large.
-    """
-    low, high = _SIZES
-    found = re.fullmatch(r"(\d{1,5})x(\d{1,5})", typed)
-    if found:
-        width, height = size = int(found[1]), int(found[2])
-        within = low[0] <= width <= high[0] and low[1] <= height <= high[1]
-        if within and width % 2 == height % 2 == 0:
-            return size
-    expected = "WIDTHxHEIGHT, such as 1280x720; both even, {}x{} to {}x{}".format(*low, *high)
-    raise BadOptionError(option="size", value=typed, expected=expected)
+    trace, motion, options = folder.read_trace(), folder.read_motion(), folder.read_config().env
+    write_video(folder.video, trace, motion, options=options, progress=show_frames)
