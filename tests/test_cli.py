@@ -112,12 +112,10 @@ def test_what_stops_a_run_from_outside_is_one_line(
     assert len(printed.splitlines()) == 1
 
 
-@pytest.mark.parametrize("words", [["capture", "RUN"], ["imitate", "--help"], ["--version"]])
+@pytest.mark.parametrize("words", [["motion", "ymca"], ["imitate", "--help"], ["--version"]])
 def test_output_that_nobody_reads_any_more_ends_the_command_quietly(
-    words: list[str], small_run: Path, tmp_path: Path
+    words: list[str], tmp_path: Path
 ) -> None:
-    run = shutil.copytree(small_run, tmp_path / "run")
-    words = [str(run) if word == "RUN" else word for word in words]
     reader, writer = os.pipe()
     os.close(reader)
     try:
@@ -125,13 +123,14 @@ def test_output_that_nobody_reads_any_more_ends_the_command_quietly(
             [sys.executable, "-m", "mpma_mj.cli", *words],
             stdout=writer,
             stderr=subprocess.PIPE,
+            cwd=tmp_path,
             text=True,
             check=False,
         )
     finally:
         os.close(writer)
     assert result.returncode == 141
-    assert result.stderr in ("", "looking for synergies\n")
+    assert result.stderr == ""
 
 
 def test_version(capsys: pytest.CaptureFixture[str]) -> None:
