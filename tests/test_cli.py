@@ -69,7 +69,7 @@ def test_help_with_a_command_is_its_help(capsys: pytest.CaptureFixture[str]) -> 
     assert capsys.readouterr().out.startswith("usage: mpma play ")
 
 
-def test_bash_completes_commands_options_and_choices(tmp_path: Path) -> None:
+def test_bash_completes_commands_and_options(tmp_path: Path) -> None:
     script = tmp_path / "mpma.bash"
     with pytest.raises(SystemExit):
         main(["--tyro-write-completion", "bash", str(script)])
@@ -78,7 +78,7 @@ def test_bash_completes_commands_options_and_choices(tmp_path: Path) -> None:
     )
     for words, completed in {
         "mpma im": "imitate",
-        "mpma imitate --nod": "--nodes",
+        "mpma imitate --over": "--overwrite",
         "mpma play --o": "--out --overwrite",
     }.items():
         bash = ["bash", "-c", ask, str(script), *words.split()]

@@ -47,6 +47,8 @@ Reading = Annotated[
 ]
 
 _METAVARS = {
+    "agent": "NAME",
+    "agents": "[NAME ...]",
     **dict.fromkeys(("audio", "labels", "model", "skeleton"), "PATH"),
     **dict.fromkeys(("latency_every", "switch_every"), "LOW HIGH"),
     "locked_joint": "JOINT",
@@ -55,6 +57,7 @@ _METAVARS = {
     "perturbation": "RATE SIZE",
     "reward_weights": "[TERM WEIGHT ...]",
     "rule": "NAME",
+    "unseen": "[PATH ...]",
 }
 
 
@@ -71,7 +74,7 @@ class RunOptions(Generic[AgentT]):
         reading: How recordings are read.
     """
 
-    agent: Annotated[str, tyro.conf.arg(metavar="NAME")] = "mpma"
+    agent: str = "mpma"
     seed: int = 0
     config: Annotated[tyro.conf.OmitArgPrefixes[AgentT], tyro.conf.arg(name="agent")]
     env: Annotated[
