@@ -7,23 +7,25 @@ import io
 import os
 import sys
 import warnings
-from collections.abc import Callable, Iterator, Sequence
-from typing import Protocol
+from collections.abc import Iterator, Sequence
+from typing import Any, NoReturn, Protocol
 
 import tyro
 
 from mpma_mj import __version__
-from mpma_mj.agents.config import MPMAConfig
 from mpma_mj.commands import COMMANDS
 from mpma_mj.commands.imitate import Imitate
+from mpma_mj.commands.overview import overview
+from mpma_mj.commands.parser_errors import parser_error
 from mpma_mj.commands.run_options import REFUSED_OPTIONS, config_type, registry
 from mpma_mj.commands.study import check_study
 from mpma_mj.errors import BadOptionError, MpmaError, RecordingWarning
-from mpma_mj.utils.text import as_flag
+from mpma_mj.utils.text import as_flag, did_you_mean
 
 __all__ = ["main"]
 
 _INTERRUPTED = 130  # exit code that shells expect after Ctrl-C
+_COMPLETION = {"--tyro-print-completion": 2, "--tyro-write-completion": 3}  # number of words
 _NO_READER = 141  # exit code after a closed pipe, as in `mpma ... | head -1`
 
 
@@ -84,8 +86,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run(words: Sequence[str]) -> None:
     """Parse the words, run the command and print its last line."""
-    if words == ["--version"]:
-        print(f"mpma {__version__}")
+    if words[:1] == ["help"]:
+        words = [*words[1:], "--help"]
+    first = words[0] if words else "--help"
+    if first in ("--help", "-h", "--version"):
+        print(f"mpma {__version__}" if first == "--version" else overview())
         _flush()
         return
     for word in words:
@@ -104,38 +109,56 @@ def _run(words: Sequence[str]) -> None:
 
 
 def _parse(words: Sequence[str]) -> Command:
-    """Return the command that the words describe; help and parser errors end the process.
+    """Return the command that the words describe; help ends the process.
 
     Raises:
-        MpmaError: The value of an option is refused.
+        MpmaError: There is no such command or option, or a value is refused.
     """
-    parser_errors, rules = io.StringIO(), registry(REFUSED_OPTIONS)
+    name, *options = words
+    if name in _COMPLETION:
+        _print_completion(words)
+    if name not in COMMANDS:
+        remedy = did_you_mean(name, COMMANDS, "mpma {}") or "mpma alone lists all"
+        raise BadOptionError(f"no command '{name}'", remedy=remedy)
+    parser_errors = io.StringIO()
     try:
         # The parser reports any ValueError of an option in a box without the reason.
-        with contextlib.redirect_stderr(parser_errors), rules:
-            return tyro.extras.subcommand_cli_from_dict(
-                _commands(words),
-                prog="mpma",
-                description="Two simulated arms learn to imitate motion-capture recordings.",
-                args=words,
-            )
+        with contextlib.redirect_stderr(parser_errors), registry(REFUSED_OPTIONS):
+            return tyro.cli(_dataclass(name, words), prog=f"mpma {name}", args=options)
     except SystemExit as end:
         cause: BaseException | None = end
         while cause is not None and not isinstance(cause, MpmaError):
             cause = cause.__context__
         if cause is not None:
             raise cause from None
-        print(parser_errors.getvalue(), end="", file=sys.stderr)
+        if end.code:
+            message = parser_error(parser_errors.getvalue(), f"mpma {name}")
+            raise BadOptionError(message) from None
         raise
     finally:
         _flush()  # help ends the process here
 
 
-def _commands(words: Sequence[str]) -> dict[str, Callable[..., Command]]:
-    """Return all commands, with the options of the agent that the words name."""
-    generic = [name for name, command in COMMANDS.items() if hasattr(command, "__parameters__")]
-    kind = config_type(words) if words and words[0] in generic else MPMAConfig
-    return COMMANDS | {name: COMMANDS[name][kind] for name in generic}
+def _print_completion(words: Sequence[str]) -> NoReturn:
+    """Print or write a shell's script for completion, which ends the process.
+
+    Raises:
+        BadOptionError: The words name no shell, or not the file to write.
+    """
+    every = {name: _dataclass(name, [name]) for name in COMMANDS}
+    with contextlib.suppress(AssertionError), registry(REFUSED_OPTIONS):
+        if len(words) == _COMPLETION[words[0]]:
+            tyro.extras.subcommand_cli_from_dict(every, prog="mpma", args=words)
+    raise BadOptionError(
+        f"no completion by '{' '.join(words)}'",
+        remedy="try: mpma --tyro-print-completion bash",
+    )
+
+
+def _dataclass(name: str, words: Sequence[str]) -> Any:
+    """Return the dataclass of a command, with the options of the agent that the words name."""
+    command = COMMANDS[name]
+    return command[config_type(words)] if hasattr(command, "__parameters__") else command
 
 
 def _flush() -> None:

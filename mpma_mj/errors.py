@@ -128,7 +128,9 @@ class BadOptionError(MpmaError, ValueError):
     def _problem(self, write: WriteOption) -> str:
         if not self.option:
             return super()._problem(write)
-        problem = f"{write(self.option, None)} is {self.value!r}"
+        typed = isinstance(self.value, tuple) and write is not as_keyword
+        value = " ".join(map(str, self.value)) if typed else repr(self.value)
+        problem = f"{write(self.option, None)} is {value}"
         return f"{problem}; expected {self.expected}" if self.expected else problem
 
 

@@ -30,6 +30,11 @@ WriteTsv = Callable[..., Path]
 Refused = Callable[..., None]
 Encoder = Callable[[str], None]
 
+DISK_FULL = """
+cat > /dev/null; echo half > "$video"; echo "[mp4 @ 0x1] No space left on device" >&2; exit 228
+"""
+FAILED = "no new video, ffmpeg failed: exit code 228 (No space left on device); mend that"
+
 QUALISYS_NAMES = {
     f"{side}_{point}": tuple(f"{name}_{side[0].upper()}" for name in names)
     for side in SIDES

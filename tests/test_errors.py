@@ -97,3 +97,9 @@ def test_the_library_does_not_speak_the_command_line(folder: str) -> None:
                 text = re.sub("`[^`]*`", "", node.value)  # another program's command is quoted
                 flags += [f"{path.name}: {text}"] * bool(re.search(r"(?<!\w)--[a-z]", text))
     assert not flags
+
+
+def test_a_range_is_written_as_it_is_typed_and_in_python_as_a_tuple() -> None:
+    error = BadOptionError(option="switch_every", value=(3.0, 1.0), expected="two times")
+    assert str(error) == "switch_every is (3.0, 1.0); expected two times"
+    assert error.describe(as_flag) == "--switch-every is 3.0 1.0; expected two times"

@@ -155,7 +155,7 @@ def test_a_config_of_an_earlier_format_names_its_writer(tmp_path: Path, refused:
     content = {"format": 3, "versions": {"mpma-mj": "0.0.9"}, "config": {"arms": "physics"}}
     atomic_files.write_json(tmp_path / "config.json", content)
     message = "config.json: format 3, written by mpma-mj 0.0.9; this is"
-    refused(["render", str(tmp_path)], message)
+    refused(["play", str(tmp_path)], message)
     refused(["imitate", "--resume", str(tmp_path)], message)
 
 

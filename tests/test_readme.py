@@ -27,12 +27,11 @@ def test_python_examples_run(code: str, tmp_path: Path) -> None:
         "benchmark",
         "imitate",
         "motion",
-        "render",
+        "play",
         "scale",
         "stress",
         "sweep",
         "table1",
-        "view",
     ],
 )
 def test_options_that_are_shown_exist(command: str, capsys: pytest.CaptureFixture[str]) -> None:

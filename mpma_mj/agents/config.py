@@ -111,8 +111,8 @@ class NetworkConfig(AgentConfig):
         nodes: Neurons of each reservoir, N.
         spectral_radius: Spectral radius of the reservoirs; 0.1 in the paper.
         reservoir_noise: Noise level ν of the reservoirs; 0.2 in the paper.
-        context_signal: What the agent receives as context: the motion's labels; or, to find out
-            what they are good for, nothing, a constant, the labels in random order, or each
+        context_signal: What the agent receives as context: the motion's labels; or, to measure
+            their effect, nothing, a constant, the labels in random order, or each
             stretch of a label in two halves.
     """
 
@@ -167,7 +167,7 @@ class SingleConfig(PairedConfig):
             paper's; or the path of a class, such as my_rules.py:MyRule.
         inverse_ridge: Ridge of joint inverse models, as a share of each feature's own second moment
             (choice).
-        max_latency: Largest latency that joint models make up for, control steps; 0 for none.
+        max_latency: Largest latency that joint models compensate, control steps; 0 for none.
         state_estimate: Whether observation and prediction share the state that joint models
             receive, against noise on the observations.
         ridge: Ridge ρ of all other readouts, per step; with 0.1 or more a motion of posture models
@@ -236,7 +236,7 @@ class MPMAConfig(SingleConfig):
     Attributes:
         nodes: Neurons of each reservoir, N.
         modules: Number of modules, M; of joint models, for each plant.
-        max_plants: Largest number of plants that joint models tell apart.
+        max_plants: Largest number of plants that joint models distinguish.
         temperature: Exponent τ of the modules' likelihood inside a plant: at 0 the context alone
             divides the motion, at 1 prediction noise would (choice).
         novelty: Novelty above which a plant is new; about 1 where a plant model is right (choice).

@@ -12,7 +12,7 @@ import tyro
 
 from mpma_mj.agents.config import AgentConfig
 from mpma_mj.commands.folders import output_folder, write_tables
-from mpma_mj.commands.render import missing_opengl
+from mpma_mj.commands.play import missing_opengl
 from mpma_mj.commands.run_options import Motions, RunOptions
 from mpma_mj.training.config import versions
 

@@ -1,4 +1,4 @@
-"""Folders that commands write, and results in them."""
+"""Files and folders that commands write."""
 
 from __future__ import annotations
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from mpma_mj.training.run_folder import RunFolder
 
 __all__ = [
+    "check_new_file",
     "free_folder",
     "hint_at_resuming",
     "locked_runs",
@@ -27,6 +28,29 @@ __all__ = [
     "write_result",
     "write_tables",
 ]
+
+
+def check_new_file(
+    option: str, path: Path | None, endings: Sequence[str], *, overwrite: bool
+) -> None:
+    """Check the file that an option names before a command computes what it will contain.
+
+    Args:
+        option: Name of the option in Python.
+        path: The file; nothing is checked if None.
+        endings: Endings of names that the command can write.
+        overwrite: Whether a file that exists may be replaced.
+
+    Raises:
+        BadOptionError: The name has another ending, or the file exists.
+    """
+    if path is None:
+        return
+    if path.suffix not in endings:
+        expected = f"a name that ends in {' or '.join(endings)}"
+        raise BadOptionError(option=option, value=str(path), expected=expected)
+    if path.exists() and not overwrite:
+        raise BadOptionError(f"{path}: is there already", remedy="{overwrite} replaces it")
 
 
 @contextlib.contextmanager

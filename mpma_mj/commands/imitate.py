@@ -15,7 +15,7 @@ import tyro
 
 from mpma_mj.agents.config import AgentConfig
 from mpma_mj.commands.folders import hint_at_resuming, output_folder
-from mpma_mj.commands.render import missing_opengl, write_dance_video
+from mpma_mj.commands.play import missing_opengl, write_run_video
 from mpma_mj.commands.run_options import Motions, RunOptions, typed_options
 from mpma_mj.errors import BadOptionError
 from mpma_mj.utils.text import option_name
@@ -33,24 +33,24 @@ class Imitate(Generic[AgentT]):
     """Train an agent to imitate a motion; save the run, figures and a video."""
 
     motions: Motions = ()
-    """"ymca", or a recording: C3D, BVH, AMC, TRC, TSV, CSV, npz; several, or a folder, form a
-    repertoire that is learned together."""
+    """"ymca", or a recording: C3D, BVH, AMC, TRC, TSV, CSV, npz; several, or a folder of them, are
+    learned together as a repertoire."""
     options: Annotated[tyro.conf.OmitArgPrefixes[RunOptions[AgentT]], tyro.conf.arg(name="")]
     """Options that determine the result."""
     epochs: int = 30
-    """Largest number of epochs, with --resume of further epochs; without plants training
-    ends when the run has converged."""
+    """Largest number of epochs, with --resume of further ones; without --plants a run ends when it
+    has converged."""
     out: Path | None = None
     """Folder of the run; runs/MOTION-TIME if not given."""
     video: bool = True
-    """Write a video of the trained arms; needs OpenGL."""
+    """Write a video of the trained arms, which needs OpenGL."""
     overwrite: bool = False
     """Replace the run in the folder."""
     resume: Path | None = None
     """Folder of a run to resume, with its config."""
     init: Path | None = None
-    """Folder of a run with whose agent the new run begins, in the state of its best epoch (with
-    plants: after the latest); agent, seed and arms are those of that run."""
+    """Folder of a run whose agent goes on learning in a new run, from its best epoch (with plants:
+    from the latest), with its seed and arms."""
     given: Annotated[frozenset[str], tyro.conf.Fixed, tyro.conf.Suppress] = frozenset()
     """Options that the command line contains, by their names in Python."""
 
@@ -78,17 +78,28 @@ class Imitate(Generic[AgentT]):
                     run.train, config, self.epochs, folder=folder, overwrite=self.overwrite
                 )
             resume = f"mpma imitate --resume {folder.path}"
+            new_epochs: list[dict[str, float]] = []
             with (
                 hint_at_resuming(lambda: folder.can_go_on, resume),
                 show_epochs(self.epochs) as show,
             ):
-                trained = train(on_epoch=show)
+
+                def on_epoch(row: dict[str, float]) -> None:
+                    new_epochs.append(row)
+                    show(row)
+
+                trained = train(on_epoch=on_epoch)
+            if not new_epochs:
+                print(
+                    f"{folder.path}: has converged, and no epoch was added; to train its agent on:"
+                    f" mpma imitate MOTION --init {folder.path}"
+                )
             trained.write_figures(folder)
             _print_summary(trained)
             if missing_gl is not None:
                 print(missing_gl, file=sys.stderr)
             elif self.video:
-                write_dance_video(folder, "front")
+                write_run_video(folder)
             return folder.path
 
     def with_words(self, words: Sequence[str]) -> Self:
@@ -126,8 +137,9 @@ class Imitate(Generic[AgentT]):
         typed = self.given | ({"motions"} if self.motions else set())
         for name in sorted(typed & given.keys()):
             if given[name] != saved.get(name):
+                flag = name if name == "motions" else f"--{option_name(name)}"
                 raise BadOptionError(
-                    f"{option_name(name)} is {_text(given[name])}, but the run to resume has"
+                    f"{flag} is {_text(given[name])}, but the run to resume has"
                     f" {_text(saved.get(name))}; leave it out, or start another run"
                 )
 
@@ -142,8 +154,12 @@ def _print_summary(run: Run) -> None:
     from mpma_mj.agents.registry import agent_class
 
     summary, of_plants = run.summary, run.config.env.plants is not None
-    state = "converged" if summary["converged"] else "not converged"
     epochs = f"{summary['epochs']} epoch{'s' if summary['epochs'] > 1 else ''}"
+    state = "converged" if summary["converged"] else "not converged"
+    if of_plants:  # a run that goes on, whatever has converged
+        head = f"trained for {epochs}; in the latest"
+    else:
+        head = f"{state} after {epochs}; best epoch {summary['best_epoch']:.0f}"
     results = [f"p_e {summary['p_e_percent']:.2f} %"]
     if "feedback_ratio" in summary:
         results.append(f"feedback ratio {summary['feedback_ratio']:.3f}")
@@ -152,5 +168,4 @@ def _print_summary(run: Run) -> None:
     if "dominant_module" in summary:
         modules = (f"{k} → {v or '–'}" for k, v in summary["dominant_module"].items())
         results.append(f"label → dominant module: {', '.join(modules)}")
-    which = f"{'latest' if of_plants else 'best'} epoch {summary['best_epoch']:.0f}"
-    print(f"{state} after {epochs}; {which}: {', '.join(results)}")
+    print(f"{head}: {', '.join(results)}")

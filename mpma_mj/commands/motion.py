@@ -8,9 +8,9 @@ from typing import Annotated
 
 import tyro
 
+from mpma_mj.commands.folders import check_new_file
 from mpma_mj.commands.run_options import Reading
 from mpma_mj.envs.gl import require_backend
-from mpma_mj.errors import BadOptionError
 from mpma_mj.motions.options import ReadingOptions
 
 __all__ = ["InspectMotion"]
@@ -18,47 +18,48 @@ __all__ = ["InspectMotion"]
 
 @dataclass(frozen=True)
 class InspectMotion:
-    """Inspect a recording and the demands that it makes on the arms, as text and figures."""
+    """Inspect or convert a motion: its report as text and figures, the motion itself as a file."""
 
     motion: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="MOTION")]
     """"ymca", or a recording: C3D, BVH, AMC, TRC, TSV, CSV, npz."""
-    reading: Reading = ReadingOptions()
-    """Options of reading the recording."""
     picture: Path | None = None
-    """File of the page of figures; NAME-motion.png if not given."""
+    """File of the page of figures, .png; NAME-motion.png if not given."""
     video: bool = False
     """Write a video of arms that follow the motion ideally, next to the page, as .mp4."""
     out: Path | None = None
-    """Write the motion as an npz file, which all commands can read."""
+    """Write the motion as an .npz file, which all commands can read."""
     overwrite: bool = False
-    """Replace the npz file if it exists."""
+    """Replace the .npz file if it exists."""
+    reading: Reading = ReadingOptions()
+    """Options of reading the recording."""
 
     def run(self) -> Path:
-        """Inspect the recording and return the path of the page."""
+        """Inspect the motion and return the path of the page."""
         if self.video:
             require_backend()
-        for option, path, ending in (("out", self.out, ".npz"), ("picture", self.picture, ".png")):
-            if path is not None and path.suffix != ending:
-                raise BadOptionError(f"{option} is {path}; expected a name that ends in {ending}")
-        if self.out is not None and self.out.exists() and not self.overwrite:
-            raise BadOptionError(f"{self.out}: is there already; --overwrite replaces it")
+        check_new_file("out", self.out, (".npz",), overwrite=self.overwrite)
+        check_new_file("picture", self.picture, (".png",), overwrite=True)
         from mpma_mj.envs.load import arm_limits
         from mpma_mj.motions import motion_file
         from mpma_mj.motions.read import read_with_findings
         from mpma_mj.motions.report import report_lines
         from mpma_mj.utils.progress import show_frames
         from mpma_mj.utils.text import as_flag
-        from mpma_mj.visualization.motion_page import write_ideal_video, write_page
+        from mpma_mj.visualization.episode import ideal_trace
+        from mpma_mj.visualization.motion_page import write_page
+        from mpma_mj.visualization.video import write_video
 
         reading = read_with_findings(self.motion, self.reading)
+        motion = reading.motion
         reading.findings.tell(self.motion)
         limits = arm_limits("physics")
         if self.out is not None:
-            motion_file.write(self.out, reading.motion)
-        picture = self.picture or Path(f"{reading.motion.name}-motion.png")
+            motion_file.write(self.out, motion)
+        picture = self.picture or Path(f"{motion.name}-motion.png")
         write_page(picture, reading, limits[0])
         print("\n".join(report_lines(reading, *limits, as_flag)))
         if self.video:
-            write_ideal_video(picture.with_suffix(".mp4"), reading, show_frames)
-            print(picture.with_suffix(".mp4"))
+            video = picture.with_suffix(".mp4")
+            write_video(video, ideal_trace(motion), motion, progress=show_frames)
+            print(video)
         return picture

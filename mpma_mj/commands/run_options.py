@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Collection, Sequence
+import functools
+import re
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Annotated, Any, Generic, TypeVar
@@ -12,8 +14,7 @@ import tyro
 from tyro.constructors import ConstructorRegistry, StructConstructorSpec, StructTypeInfo
 
 from mpma_mj.agents.config import CONFIG_TYPES, AgentConfig
-from mpma_mj.commands.latency_words import latency_words
-from mpma_mj.commands.plant_words import plant_words
+from mpma_mj.commands.typed_values import typed_value
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions.options import ReadingOptions
@@ -38,9 +39,26 @@ AgentT = TypeVar("AgentT", bound=AgentConfig)
 _AGENT = "--agent"
 _WHOLE = "training imitates whole episodes"
 
-Motions = Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="MOTION")]
+Motions = Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="MOTION...")]
 RunFolders = Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="RUN...")]
-Reading = tyro.conf.OmitArgPrefixes[ReadingOptions]
+Reading = Annotated[
+    tyro.conf.OmitArgPrefixes[ReadingOptions],
+    tyro.conf.arg(name="recording", help="How a recording is read, cleaned and labelled."),
+]
+
+_METAVARS = {
+    "agent": "NAME",
+    "agents": "[NAME ...]",
+    **dict.fromkeys(("audio", "labels", "model", "skeleton"), "PATH"),
+    **dict.fromkeys(("latency_every", "switch_every"), "LOW HIGH"),
+    "locked_joint": "JOINT",
+    "map": "POINTS|PATH",
+    "motion": "MOTION",
+    "perturbation": "RATE SIZE",
+    "reward_weights": "[TERM WEIGHT ...]",
+    "rule": "NAME",
+    "unseen": "[PATH ...]",
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,18 +69,18 @@ class RunOptions(Generic[AgentT]):
         agent: mpma, mosaic, hammer, single, adaptive or oracle; or the path of a class, such as
             my_agents.py:MyAgent.
         seed: Seed of all random numbers.
-        config: Options of the agent.
-        env: Options of the environment.
-        reading: Options of reading recordings.
+        config: Each --agent has its own; --agent mosaic --help lists those of MOSAIC.
+        env: Arms, demonstration, delays and disturbances, the same for all agents.
+        reading: How recordings are read.
     """
 
-    agent: Annotated[str, tyro.conf.arg(metavar="NAME")] = "mpma"
+    agent: str = "mpma"
     seed: int = 0
     config: Annotated[tyro.conf.OmitArgPrefixes[AgentT], tyro.conf.arg(name="agent")]
     env: Annotated[
         tyro.conf.OmitArgPrefixes[EnvironmentOptions], tyro.conf.arg(name="environment")
     ] = EnvironmentOptions()
-    reading: Annotated[Reading, tyro.conf.arg(name="recording")] = ReadingOptions()
+    reading: Reading = ReadingOptions()
 
     def run_config(self, motions: tuple[str, ...], command: str) -> RunConfig:
         """Return the config of a run.
@@ -118,14 +136,14 @@ Outside = Annotated[tyro.conf.OmitArgPrefixes[OutsideClasses], tyro.conf.arg(nam
 def registry(hidden: Collection[str] = ()) -> ConstructorRegistry:
     """Return the rules by which fields of dataclasses become options.
 
-    Help texts leave out None, which cannot be typed, and empty defaults.
+    Help texts leave out None, which cannot be typed, and empty defaults; fields of other options
+    that they name are written as flags.
 
     Args:
         hidden: Names of fields that are no options of the command.
     """
     rules = ConstructorRegistry()
-    rules.primitive_rule(plant_words)
-    rules.primitive_rule(latency_words)
+    rules.primitive_rule(typed_value)
     under_way: list[StructTypeInfo] = []
 
     @rules.struct_rule
@@ -142,11 +160,27 @@ def registry(hidden: Collection[str] = ()) -> ConstructorRegistry:
             notes = [tyro.conf.DisallowNone, tyro.conf.arg(help_behavior_hint=_default)]
             notes += [tyro.conf.Suppress] * (one.name in hidden)
             notes += [tyro.conf.arg(name=option_name(one.name))] * (info.type is ReadingOptions)
+            if one.name in _METAVARS:
+                notes.append(tyro.conf.arg(metavar=_METAVARS[one.name]))
             kind: Any = Annotated[(one.type, *notes)]
-            fields.append(dataclasses.replace(one, type=kind))
+            others = _names(info.type) - {one.name}
+            text = functools.partial(_help, one.helptext, others)
+            fields.append(dataclasses.replace(one, type=kind, helptext=text))
         return dataclasses.replace(spec, fields=tuple(fields))
 
     return rules
+
+
+def _help(text: str | Callable[[], str | None] | None, fields: Collection[str]) -> str | None:
+    """Return a help text on one line, with fields of the dataclass as flags, without backticks."""
+    text = text() if callable(text) else text
+    if text is None:
+        return None
+    return re.sub(
+        r"`(\w+)`",
+        lambda found: f"--{option_name(found[1])}" if found[1] in fields else found[1],
+        " ".join(text.split()),
+    )
 
 
 def _default(value: str) -> str:

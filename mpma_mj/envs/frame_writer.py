@@ -18,22 +18,30 @@ from numpy.typing import NDArray
 from mpma_mj.errors import VideoError
 from mpma_mj.utils.atomic_files import atomic_write
 
-__all__: list[str] = ["WriteFrame", "frame_writer"]
+__all__: list[str] = ["VIDEO_FORMATS", "WriteFrame", "frame_writer"]
 
 Picture = NDArray[np.uint8]
 WriteFrame = Callable[[Picture], None]
 
-_QUALITY = "15"  # constant rate factor, from 0, the best, to 51 (choice)
+# Options of ffmpeg by the ending of the file. Rate factor: from 0, the best, to 51 (choice).
+_ENCODERS = {
+    ".mp4": ["-vcodec", "libx264", "-pix_fmt", "yuv420p", "-crf", "15"],
+    ".gif": ["-vf", "split[a][b];[a]palettegen[p];[b][p]paletteuse=dither=none"],
+    ".webp": ["-vcodec", "libwebp_anim", "-quality", "90", "-loop", "0"],
+}
+VIDEO_FORMATS = tuple(_ENCODERS)
+"""Endings of the files that can be written; `.gif` and `.webp` repeat for ever."""
+
 _SPEAKER = re.compile(r"^\[[^]]*\] ")  # the part of ffmpeg that reports: "[out#0/mp4 @ 0x55e9] "
 
 
 @contextlib.contextmanager
 def frame_writer(path: Path, size: tuple[int, int], rate: float) -> Iterator[WriteFrame]:
-    """Open an H.264 video, which replaces a file of its name once the encoder has succeeded.
+    """Open a video, which replaces a file of its name once the encoder has succeeded.
 
     Args:
-        path: The `.mp4` file; missing folders are created.
-        size: Height and width of frames, pixels; even.
+        path: The file, whose ending is one of `VIDEO_FORMATS`; missing folders are created.
+        size: Height and width of frames, pixels; even for an `.mp4`, which is H.264.
         rate: Frames per second, Hz.
 
     Yields:
@@ -61,7 +69,7 @@ class _Encoder:
         height, width = size
         frames = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}"]
         frames += ["-r", str(Fraction(rate).limit_denominator()), "-i", "-", "-an"]
-        video = ["-vcodec", "libx264", "-pix_fmt", "yuv420p", "-crf", _QUALITY, str(temporary)]
+        video = [*_ENCODERS[path.suffix], str(temporary)]
         try:
             program = imageio_ffmpeg.get_ffmpeg_exe()
             self._process = subprocess.Popen(

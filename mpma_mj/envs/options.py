@@ -68,7 +68,7 @@ class EnvironmentOptions:
         actuator_gain: Factor on the joint velocities at which the actuators aim.
         damping: Damping that is added to each joint, N m s/rad.
         locked_joint: Joint that is held fixed where an episode begins; none if not given.
-        collisions: Whether arms and body collide, as the model's geoms say; else they pass through.
+        collisions: Whether arms and body collide, as their geoms define; else they pass through.
         latency: Control steps from an action to its effect; no motion is commanded before. A range
             of them, lowest and highest, is drawn from uniformly for each episode.
         latency_every: Lowest and highest time after which the latency jumps to another of its
@@ -87,8 +87,8 @@ class EnvironmentOptions:
         lookahead: Number of targets in the observation `lookahead`, the first being `target`; 0
             leaves it out.
         phase: Whether to observe `phase`: sine and cosine of the progress of the repetition.
-        plants: Plants that may be on, which is never observed: options of `Plant` for each, in
-            place of those above; only these if not given.
+        plants: Plants, one of which is on at a time, unobserved: for each its options of `Plant`,
+            in place of those above; a single plant, with those above, if not given.
         switch_every: Lowest and highest time after which the plant changes to another one within
             an episode, s; drawn uniformly. If not given, each episode has one plant.
         epochs_per_plant: Number of episodes with a plant before the next one follows, without
@@ -300,7 +300,7 @@ def _checked_perturbation(given: Any) -> tuple[float, float]:
         raise BadOptionError(
             option="perturbation",
             value=given,
-            expected="rate (0 to 100 a second) and size (0 to 10000 N), such as (0.5, 30)",
+            expected="rate (0 to 100 a second) and size (0 to 10000 N), such as 0.5 and 30",
         )
     return float(rate), float(size)
 
@@ -321,7 +321,7 @@ def _checked_dwell(option: str, given: Any) -> tuple[float, float]:
     """Return lowest and highest time between two switches, s, as plain numbers."""
     low, high = _pair(given)
     if not (_is_within(_DWELL, low) and _is_within(_DWELL, high) and low <= high):
-        expected = f"two times, 0 < low <= high <= {_DWELL.high:g} s, such as (1.0, 3.0)"
+        expected = f"two times, 0 < low <= high <= {_DWELL.high:g} s, such as 1 and 3"
         raise BadOptionError(option=option, value=given, expected=expected)
     return float(low), float(high)
 

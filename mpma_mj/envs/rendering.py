@@ -57,6 +57,12 @@ class ArmRenderer:
                 value=camera,
                 expected=f"one of the model's cameras: {', '.join(cameras) or 'none'}",
             )
+        # Larger pictures than the model's buffer are refused by MuJoCo.
+        buffer = model.ptr.vis.global_
+        buffer.offwidth, buffer.offheight = (
+            max(buffer.offwidth, width),
+            max(buffer.offheight, height),
+        )
         self._physics = physics
         self._size = (height, width)
         self._camera = camera

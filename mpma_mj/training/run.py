@@ -79,7 +79,7 @@ class Run:
         return _agent(self.config, self.motion, self.history.best.state, None)
 
     def save(self, folder: str | Path, *, overwrite: bool = False) -> Path:
-        """Write the run folder, with figures; `mpma render` adds the video.
+        """Write the run folder, with figures; `mpma play` makes the video.
 
         Args:
             folder: The folder.

@@ -1,8 +1,7 @@
-"""Page of figures of a recording, and video of arms that follow it ideally."""
+"""Page of figures of a recording."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -13,13 +12,11 @@ from numpy.typing import NDArray
 from mpma_mj import kinematics
 from mpma_mj.motions.reach import joint_speeds
 from mpma_mj.motions.reading import Reading
-from mpma_mj.trace import Trace
 from mpma_mj.visualization.colours import DEMONSTRATED, INK, module_colours
 from mpma_mj.visualization.figure_file import MOST_NAMED_RUNS, figure_file
 from mpma_mj.visualization.responsibility_strip import label_runs
-from mpma_mj.visualization.video import write_video
 
-__all__ = ["write_ideal_video", "write_page"]
+__all__ = ["write_page"]
 
 Array = NDArray[np.float64]
 
@@ -72,34 +69,6 @@ def write_page(path: Path, reading: Reading, max_joint_speed: Array) -> None:
         rows[0].legend(**_ABOVE, ncols=4)
         rows[-1].set_xlabel("time in the recording, s" + ("; grey: gaps" if reading.gaps else ""))
         figure.suptitle(f"{motion.name}: {motion.source}", fontsize="medium")
-
-
-def write_ideal_video(
-    path: Path, reading: Reading, progress: Callable[[range], Iterable[int]]
-) -> None:
-    """Write a video of the robot in exactly the demonstrated postures.
-
-    Args:
-        path: The `.mp4` file.
-        reading: The motion with the times and gaps of its recording.
-        progress: Wraps the range of frames to show progress.
-
-    Raises:
-        RenderingError: OpenGL does not draw.
-        VideoError: The encoder is missing, or fails.
-    """
-    motion = reading.motion
-    steps = len(motion) - 1
-    trace = Trace(
-        posture=motion.posture,
-        reference=motion.posture,
-        context=motion.context,
-        joint_angles=motion.joint_angles,
-        joint_velocities=np.zeros_like(motion.joint_angles),
-        action=np.zeros((steps, 8)),
-        reward=np.zeros(steps),
-    )
-    write_video(path, trace, motion, progress=progress)
 
 
 def _draw_story(axis: Axes, posture: Array, times: Array) -> None:

@@ -11,7 +11,7 @@ from PIL import Image, ImageDraw, ImageFont
 from mpma_mj.context import active_label
 from mpma_mj.visualization.colours import INK, PAPER, hex_to_rgb, module_colours
 
-__all__ = ["LABEL_SIZE", "Strip", "label_runs"]
+__all__ = ["LABEL_SIZE", "STRIP_HEIGHT", "Strip", "label_runs"]
 
 Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
@@ -19,6 +19,9 @@ Picture = NDArray[np.uint8]
 _BAND = 22  # height of the row of labels, pixels
 _LEGEND = 18  # height of the legend of modules, pixels
 _MOST_NAMED_MODULES = 7  # with more modules the legend has numbers only
+STRIP_HEIGHT = 96
+"""Height of the strip, pixels."""
+
 LABEL_SIZE = 72
 """Size of the label in the corner of a frame, pixels."""
 
@@ -37,7 +40,7 @@ class Strip:
         *,
         bands: tuple[str, ...] = (),
         width: int = 640,
-        height: int = 96,
+        height: int = STRIP_HEIGHT,
     ) -> None:
         """Draw the whole epoch.
 

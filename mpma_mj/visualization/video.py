@@ -1,4 +1,4 @@
-"""Video of a trained run."""
+"""Videos of episodes."""
 
 from __future__ import annotations
 
@@ -12,17 +12,19 @@ from numpy.typing import NDArray
 
 from mpma_mj.envs.frame_writer import frame_writer
 from mpma_mj.envs.options import EnvironmentOptions
-from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.envs.rendering import ArmRenderer
 from mpma_mj.motions import Motion
 from mpma_mj.trace import Trace
-from mpma_mj.visualization.responsibility_strip import Strip
+from mpma_mj.visualization.episode import EpisodeArms
+from mpma_mj.visualization.responsibility_strip import STRIP_HEIGHT, Strip
 
-__all__ = ["Progress", "dance_frames", "write_frames", "write_video"]
+__all__ = ["VIDEO_SIZE", "Progress", "dance_frames", "write_frames", "write_video"]
 
-Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
 Progress = Callable[[range], Iterable[int]]
+
+VIDEO_SIZE = 640, 480 + STRIP_HEIGHT
+"""Width and height of videos, pixels."""
 
 
 def write_video(
@@ -32,18 +34,20 @@ def write_video(
     *,
     options: EnvironmentOptions | None = None,
     camera: str = "front",
+    size: tuple[int, int] = VIDEO_SIZE,
     progress: Progress = iter,
 ) -> None:
-    """Write the video of an epoch: arms, ghost of the demonstration, labels, responsibilities.
+    """Write the video of an episode: arms, ghost of the demonstration, labels, responsibilities.
 
     Frames are encoded one by one, and the video plays in real time.
 
     Args:
-        path: The `.mp4` file.
-        trace: Trace of the epoch.
+        path: The `.mp4`, `.gif` or `.webp` file.
+        trace: Trace of the episode.
         motion: The motion that was imitated.
         options: Options of the environment, whose arms are drawn; the defaults if not given.
         camera: Camera of the model.
+        size: Width and height of the video, pixels; even for an `.mp4`.
         progress: Wraps the range of frames to show progress.
 
     Raises:
@@ -51,7 +55,10 @@ def write_video(
         RenderingError: OpenGL does not draw.
         VideoError: The encoder is missing, or fails.
     """
-    frames = dance_frames(trace, motion, options=options, camera=camera, progress=progress)
+    arms_size = size[0], size[1] - STRIP_HEIGHT
+    frames = dance_frames(
+        trace, motion, options=options, camera=camera, size=arms_size, progress=progress
+    )
     write_frames(path, frames, motion.rate)
 
 
@@ -59,8 +66,9 @@ def write_frames(path: Path, frames: Iterable[Picture], rate: float) -> None:
     """Write pictures as a video.
 
     Args:
-        path: The `.mp4` file.
-        frames: Pictures of one size, shape (H, W, 3) each, even H and W; taken one by one.
+        path: The `.mp4`, `.gif` or `.webp` file.
+        frames: Pictures of one size, shape (H, W, 3) each, taken one by one; even H and W for an
+            `.mp4`.
         rate: Pictures per second, Hz.
 
     Raises:
@@ -82,23 +90,20 @@ def dance_frames(
     size: tuple[int, int] = (640, 480),
     progress: Progress = iter,
 ) -> Generator[Picture, None, None]:
-    """Draw an epoch frame by frame, a frame for each control step.
+    """Draw an episode frame by frame, a frame for each control step.
 
     As `write_video`, but for the size: width and height of the picture of the arms, pixels.
 
     Yields:
-        Pictures, shape (height + 96, width, 3).
+        Pictures, shape (height + STRIP_HEIGHT, width, 3).
     """
     width, height = size
     strip = _strip(trace, motion, width)
-    joint_angles = trace.true_joint_angles()
-    physics = PhysicsArms.make(options)
-    renderer = ArmRenderer(physics, width=width, height=height, camera=camera)
+    arms = EpisodeArms(trace, options)
+    renderer = ArmRenderer(arms.physics, width=width, height=height, camera=camera)
     with contextlib.closing(renderer):
         for step in progress(range(len(trace))):
-            physics.set_joint_state(joint_angles[step], np.zeros(8))
-            if trace.plant is not None:
-                physics.set_plant(int(trace.plant[step]))
+            arms.pose(step)
             yield strip.under(renderer.picture(ghost=trace.reference[step]), step)
 
 

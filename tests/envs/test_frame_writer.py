@@ -7,6 +7,7 @@ import imageio.v2 as imageio
 import imageio_ffmpeg
 import numpy as np
 import pytest
+from PIL import Image
 
 from mpma_mj.envs.frame_writer import frame_writer
 from mpma_mj.errors import RunFolderError, VideoError
@@ -117,3 +118,18 @@ def test_a_video_that_is_broken_off_leaves_the_old_one_and_does_not_wait(
     assert time.monotonic() - began < 50
     assert path.read_text() == "old"
     assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("ending", [".gif", ".webp"])
+def test_an_animated_picture_has_all_frames_and_repeats_for_ever(
+    ending: str, tmp_path: Path
+) -> None:
+    with frame_writer(tmp_path / f"a{ending}", SIZE, 20.0) as write_frame:
+        for shade in range(0, 250, 50):
+            write_frame(np.full((*SIZE, 3), shade, np.uint8))
+    with Image.open(tmp_path / f"a{ending}") as image:
+        assert (image.n_frames, image.info["loop"]) == (5, 0)
+        assert image.size == SIZE[::-1]
+        for number, shade in enumerate(range(0, 250, 50)):
+            image.seek(number)
+            assert np.abs(np.asarray(image.convert("RGB"), float) - shade).max() < 10

@@ -111,12 +111,6 @@ def test_every_command_that_writes_a_folder_is_refused_while_another_does(
     assert {path: path.stat().st_mtime_ns for path in run.rglob("*")} == before
 
 
-@pytest.mark.usefixtures("opengl")
-def test_render_is_refused_while_another_command_writes(run: Path, refused: Refused) -> None:
-    with held(run):
-        refused(["render", str(run)], f"{run}: {BUSY}")
-
-
 def test_a_run_is_read_while_a_command_writes_it(
     run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -1,6 +1,5 @@
-"""`mpma motion`, and repertoires, through the real command line."""
+"""`mpma motion`: the report, the converted file, the video."""
 
-import json
 from collections.abc import Callable
 from pathlib import Path
 
@@ -12,7 +11,7 @@ from mpma_mj import kinematics
 from mpma_mj.cli import main
 from mpma_mj.motions import read_motion, ymca
 from mpma_mj.motions.report import near_singularity
-from tests.conftest import dancer, markers_of
+from tests.conftest import DISK_FULL, FAILED, Encoder, dancer, markers_of
 
 WriteTsv = Callable[..., Path]
 
@@ -99,52 +98,22 @@ def test_the_share_of_time_near_a_singularity() -> None:
     assert near_singularity(np.tile(angles[4], (5, 1))) == (0.0, 0.0)
 
 
-def test_several_movements_are_learned_together(write_tsv: WriteTsv) -> None:
-    slow = write_tsv(markers_of(dancer(ymca(rate=60.0, tempo=0.8).posture[:200])))
-    words = f"imitate ymca {slow} --nodes 30 --repeats 1 --epochs 3 --no-video --out run"
-    assert main(words.split()) == 0
-    summary = json.loads(Path("run/summary.json").read_text())
-    assert [row["name"] for row in summary["motions"]] == ["ymca", "dance"]
-    assert set(summary["active_modules"]) == {"ymca", "dance"}
-    steps = [row["steps"] for row in summary["motions"]]
-    mean = np.average([row["p_e_percent"] for row in summary["motions"]], weights=steps)
-    assert mean == pytest.approx(summary["p_e_percent"])
-    assert main(["imitate", "--resume", "run", "--epochs", "1", "--no-video"]) == 0
-    assert main(["imitate", "ymca", "--resume", "run", "--epochs", "1", "--no-video"]) == 2
-
-
-def test_a_folder_is_the_recordings_in_it(
-    write_tsv: WriteTsv, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    folder = tmp_path / "dances"
-    folder.mkdir()
-    markers = markers_of(dancer(ymca(rate=60.0).posture[:200]))
-    for name in ("b.tsv", "a.tsv"):
-        write_tsv(markers).rename(folder / name)
-    (folder / "notes.txt").write_text("not a recording")
-    words = ["--nodes", "20", "--repeats", "1", "--epochs", "1", "--no-video", "--out", "run"]
-    assert main(["imitate", str(folder), *words]) == 0
-    summary = json.loads(Path("run/summary.json").read_text())
-    assert [row["name"] for row in summary["motions"]] == ["a", "b"]
-    empty = tmp_path / "empty"
-    empty.mkdir()
-    assert main(["imitate", str(empty), "--no-video"]) == 2
-    assert "holds no recording" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("words", [["--to", "3"], ["--labels", "x.csv"], ["--audio", "x.wav"]])
-def test_what_is_for_one_recording_is_refused_for_several(
-    words: list[str], write_tsv: WriteTsv, capsys: pytest.CaptureFixture[str]
-) -> None:
-    Path("x.csv").write_text("0,2,a\n")
-    assert main(["imitate", str(write_tsv()), "ymca", *words, "--no-video"]) == 2
-    (line,) = capsys.readouterr().err.splitlines()
-    assert "is for one recording" in line
-
-
 def test_the_joints_of_the_report_are_those_of_the_arms(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     assert main(["motion", "ymca"]) == 0
     printed = capsys.readouterr().out
     assert all(name in printed for name in kinematics.JOINT_NAMES)
+
+
+@pytest.mark.usefixtures("opengl")
+def test_a_video_that_fails_leaves_the_old_one(
+    tmp_path: Path, encoder: Encoder, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "page.mp4").write_text("old")
+    encoder(DISK_FULL)
+    assert main(["motion", "ymca", "--video", "--picture", str(tmp_path / "page.png")]) == 1
+    line = capsys.readouterr().err.splitlines()[-1]
+    assert line.startswith(f"mpma: {tmp_path / 'page.mp4'}: {FAILED}")
+    assert (tmp_path / "page.mp4").read_text() == "old"
+    assert {path.name for path in tmp_path.iterdir()} == {"here", "page.mp4", "page.png"}

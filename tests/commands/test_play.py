@@ -1,4 +1,4 @@
-"""`mpma view`: with a stand-in for the window, without a display, and in a real window."""
+"""`mpma play`: in a stand-in for the window, without a display, and in a real window."""
 
 import dataclasses
 import os
@@ -19,7 +19,8 @@ from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.kinematics import posture_from_angles
 from mpma_mj.motions import Motion, motion_file, ymca
 from mpma_mj.training.run_folder import RunFolder
-from mpma_mj.visualization.playback import KEYS, LEFT, RIGHT, SPACE, Dance, play
+from mpma_mj.visualization.episode import EpisodeArms
+from mpma_mj.visualization.playback import KEYS, LEFT, RIGHT, SPACE, play
 from tests.envs.test_gl import environment
 from tests.envs.window import Window
 
@@ -75,7 +76,7 @@ def test_a_run_is_shown_as_it_was_danced(
     seat: Seat, small_run: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     audience = seat([NONE] * 4 + [LEFT] * 5)
-    assert main(["view", str(small_run)]) == 0
+    assert main(["play", str(small_run)]) == 0
     trace = RunFolder(small_run).read_trace()
     last = len(trace.joint_angles) - 1
     np.testing.assert_array_equal(audience.angles[:5], trace.joint_angles[:5])
@@ -92,21 +93,24 @@ def test_a_run_is_shown_without_the_noise_of_observation(small_run: Path) -> Non
     trace = folder.read_trace()
     noise = np.random.default_rng(0).normal(0.0, 0.05, trace.joint_angles.shape)
     noisy = dataclasses.replace(trace, joint_angles=trace.joint_angles + noise)
-    shown = posture_from_angles(Dance.of_run(noisy, folder.read_motion()).joint_angles)
-    np.testing.assert_allclose(shown, trace.posture, atol=1e-9)
+    arms, shown = EpisodeArms(noisy), []
+    for step in range(len(trace.posture)):
+        arms.pose(step)
+        shown.append(arms.physics.data.qpos.copy())
+    np.testing.assert_allclose(posture_from_angles(np.array(shown)), trace.posture, atol=1e-9)
 
 
 def test_the_arms_of_a_run_are_shown(seat: Seat, small_run: Path) -> None:
     folder, audience = RunFolder(small_run), seat([NONE])
     options = EnvironmentOptions(payload=2.0)
-    dance = Dance.of_run(folder.read_trace(), folder.read_motion(), options)
-    play(dance, instead="", on_open=lambda: None)
+    trace, motion = folder.read_trace(), folder.read_motion()
+    play(trace, motion, options=options, instead="", on_open=lambda: None)
     assert audience.window.model.body("left_hand_payload").mass > 0
 
 
 def test_a_recording_is_followed_ideally_over_and_over(seat: Seat) -> None:
     audience = seat([NONE] * 8)
-    assert main(["view", "ymca", "--from", "1", "--to", "1.3"]) == 0
+    assert main(["play", "ymca", "--from", "1", "--to", "1.3"]) == 0
     expected = ymca()
     np.testing.assert_allclose(
         audience.angles[:6], expected.joint_angles[20:26], rtol=0, atol=1e-12
@@ -117,7 +121,7 @@ def test_a_recording_is_followed_ideally_over_and_over(seat: Seat) -> None:
 
 def test_keys_pause_step_and_go_on(seat: Seat) -> None:
     audience = seat([NONE, SPACE, NONE, RIGHT, RIGHT, LEFT, SPACE, RIGHT, NONE, SPACE, NONE])
-    assert main(["view", "ymca", "--to", "0.3"]) == 0
+    assert main(["play", "ymca", "--to", "0.3"]) == 0
     shown = [step.replace(" / 5", "").replace(", paused", "p") for step in audience.steps]
     assert shown == ["0", "1", "1p", "1p", "2p", "3p", "2p", "3", "4p", "4p", "5"]
 
@@ -128,7 +132,7 @@ def test_a_label_of_other_letters_and_no_label_are_shown(seat: Seat, tmp_path: P
     labelled = Motion(motion.posture, context, ("Fuß",), motion.rate, "dance", "test")
     motion_file.write(tmp_path / "dance.npz", labelled)
     audience = seat([NONE] * 2)
-    assert main(["view", str(tmp_path / "dance.npz")]) == 0
+    assert main(["play", str(tmp_path / "dance.npz")]) == 0
     assert audience.labels == ["Fu?", ""]
 
 
@@ -152,7 +156,7 @@ def test_what_is_neither_run_nor_recording_is_one_line(
     monkeypatch.chdir(tmp_path)
     Path("folder").mkdir()
     Path("text.csv").write_text("not a recording\n")
-    assert main(["view", *words]) == 2
+    assert main(["play", *words]) == 2
     printed = capsys.readouterr()
     assert printed.out == ""
     assert len(printed.err.splitlines()) == 1
@@ -162,22 +166,23 @@ def test_what_is_neither_run_nor_recording_is_one_line(
 def test_how_to_read_is_refused_for_a_run(
     small_run: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["view", str(small_run), "--from", "2"]) == 2
-    assert f"from is for a recording, and {small_run} is a run" in capsys.readouterr().err
+    assert main(["play", str(small_run), "--from", "2"]) == 2
+    message = f"{small_run} is a run; leave --from out: it is for a recording"
+    assert message in capsys.readouterr().err
 
 
 def test_a_run_without_an_epoch_is_one_line(
     small_run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     shutil.copy(small_run / "config.json", tmp_path)
-    assert main(["view", str(tmp_path)]) == 2
+    assert main(["play", str(tmp_path)]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert "the run stopped before its first epoch" in line
 
 
 def test_the_window_looks_from_the_front(seat: Seat) -> None:
     audience = seat([NONE])
-    assert main(["view", "ymca"]) == 0
+    assert main(["play", "ymca"]) == 0
     model, camera = PhysicsArms.make().model, audience.window.cam
     azimuth, elevation = np.radians([camera.azimuth, camera.elevation])
     level = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
@@ -192,7 +197,7 @@ def test_ctrl_c_closes_the_window(seat: Seat, capsys: pytest.CaptureFixture[str]
 
     audience = seat([NONE])
     audience.see = interrupted
-    assert main(["view", "ymca"]) == 130
+    assert main(["play", "ymca"]) == 130
     assert capsys.readouterr().err == "mpma: interrupted\n"
     assert not audience.window.open
 
@@ -205,15 +210,15 @@ def test_without_mjpython_the_error_names_it(
 
     monkeypatch.setattr(viewer, "_missing_display", lambda: None)
     monkeypatch.setattr("mujoco.viewer.launch_passive", refuse)
-    assert main(["view", "ymca"]) == 1
+    assert main(["play", "ymca"]) == 1
     (line,) = capsys.readouterr().err.splitlines()
     assert "mjpython -m mpma_mj" in line
-    assert line.endswith("make a video: mpma motion ymca --video")
+    assert line.endswith("write a file: mpma play ymca --out dance.mp4")
 
 
-def view(*words: object, **variables: str) -> subprocess.CompletedProcess[str]:
+def play_outside(*words: object, **variables: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, "-m", "mpma_mj", "view", *map(str, words)],
+        [sys.executable, "-m", "mpma_mj", "play", *map(str, words)],
         env=environment(**variables),
         capture_output=True,
         text=True,
@@ -227,13 +232,10 @@ def test_without_a_display_it_says_what_to_do_instead(
 ) -> None:
     spaced = tmp_path / "a dance.npz"
     motion_file.write(spaced, ymca())
-    for dance, instead in {
-        small_run: f"mpma render {small_run}",
-        Path("ymca"): "mpma motion ymca --video",
-        spaced: f"mpma motion '{spaced}' --video",
-    }.items():
-        result = view(dance, **display)
-        expected = f"mpma: no window: there is no display here; make a video: {instead}\n"
+    for source, typed in {small_run: small_run, "ymca": "ymca", spaced: f"'{spaced}'"}.items():
+        result = play_outside(source, **display)
+        instead = f"write a file: mpma play {typed} --out dance.mp4"
+        expected = f"mpma: no window: there is no display here; {instead}\n"
         assert (result.returncode, result.stdout, result.stderr) == (1, "", expected)
 
 
@@ -268,7 +270,7 @@ def show_and_end(viewer, *arguments, **options):
     if len(shown) == 5:
         {end}
 ArmViewer.show = show_and_end
-sys.exit(main(["view", "ymca"]))
+sys.exit(main(["play", "ymca"]))
 """
 
 

@@ -1,0 +1,96 @@
+"""Options that are typed in a form of their own: latencies and plants.
+
+`--latency 3`, or `--latency 0 5` for a range; `--plants default payload=3 payload=1,damping=2`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+from tyro.constructors import PrimitiveConstructorSpec, PrimitiveTypeInfo
+
+from mpma_mj.envs.plants import Plant, plants_from
+from mpma_mj.errors import BadOptionError
+
+__all__ = ["typed_value"]
+
+_DEFAULT = str(Plant())
+_PLANTS = f"{_DEFAULT}, or each option once, such as payload=3,actuator_gain=0.6"
+
+
+def typed_value(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
+    """Return how an option is typed, by its type; None for types that are typed as usual."""
+    form = _FORMS.get(info.type)
+    if form is None:
+        return None
+    return PrimitiveConstructorSpec(
+        nargs="*",
+        metavar=form.metavar,
+        instance_from_str=form.parse,
+        is_instance=lambda value: value is None or isinstance(value, int | tuple),
+        str_from_instance=lambda value: list(
+            map(str, value if isinstance(value, tuple) else [value])
+        ),
+    )
+
+
+def _latency(words: Sequence[str]) -> int | tuple[int, int]:
+    """Return the latency that the words are; its bounds are for the option to check.
+
+    Raises:
+        BadOptionError: They are neither one whole number nor two.
+    """
+    try:
+        first, *others = map(int, words)
+        if not others:
+            return first
+        (second,) = others
+    except ValueError:
+        raise BadOptionError(
+            f"--latency has '{' '.join(words)}'; expected one whole number, such as 3, or a range"
+            " of two, such as 0 5",
+            remedy="motions stand before {latency}",
+        ) from None
+    return first, second
+
+
+def _plants(words: Sequence[str]) -> tuple[Plant, ...] | None:
+    """Return the plants that the words describe.
+
+    Raises:
+        BadOptionError: There are no words, one describes no plant, or an option is out of bounds.
+    """
+    if not words:
+        raise BadOptionError(f"--plants has no plant; expected {_PLANTS}")
+    return plants_from([{} if word == _DEFAULT else _plant(word) for word in words])
+
+
+def _plant(word: str) -> dict[str, Any]:
+    """Return the options of a plant as they are typed, numbers where they are numbers."""
+    options: dict[str, Any] = {}
+    for part in word.split(","):
+        typed, equals, text = part.partition("=")
+        name = typed.replace("-", "_")
+        if not equals or name in options:
+            raise BadOptionError(
+                f"--plants has '{word}'; expected {_PLANTS}",
+                remedy="motions stand before {plants}",
+            )
+        try:
+            options[name] = float(text)
+        except ValueError:
+            options[name] = text  # for the option to refuse
+    return options
+
+
+class _Form(NamedTuple):
+    metavar: str
+    parse: Callable[[Sequence[str]], Any]
+
+
+_FORMS: dict[Any, _Form] = {
+    int | tuple[int, int]: _Form("STEPS|{LOW HIGH}", _latency),
+    tuple[Plant, ...]: _Form(f"[{_DEFAULT}|OPTION=NUMBER,… …]", _plants),
+    tuple[Plant, ...] | None: _Form(f"[{_DEFAULT}|OPTION=NUMBER,… …]", _plants),
+}

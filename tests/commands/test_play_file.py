@@ -1,0 +1,172 @@
+"""`mpma play --out`: runs and motions as files."""
+
+import json
+import resource
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import imageio.v2 as imageio
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PIL import Image, ImageSequence
+
+from mpma_mj.cli import main
+from mpma_mj.envs import gl
+from mpma_mj.trace import OBSERVED, Trace
+from mpma_mj.training.run_folder import RunFolder
+from tests.conftest import DISK_FULL, FAILED, Encoder, Refused
+
+
+@pytest.fixture
+def short_run(small_run: Path, tmp_path: Path) -> Path:
+    """Return a copy of a run, of whose epoch the first second is left."""
+    copy = RunFolder(shutil.copytree(small_run, tmp_path / "run"))
+    arrays = copy.read_trace().to_arrays()
+    trace = Trace.from_arrays(
+        {name: signal[: 21 if name in OBSERVED else 20] for name, signal in arrays.items()}
+    )
+    copy.write_trace(trace, int(json.loads((copy.path / "summary.json").read_text())["best_epoch"]))
+    return copy.path
+
+
+def frames_of(path: Path) -> NDArray[np.uint8]:
+    """Return the frames of a video or of an animated picture."""
+    if path.suffix == ".mp4":
+        with imageio.get_reader(path) as reader:
+            return np.stack([np.asarray(frame) for frame in reader])
+    with Image.open(path) as image:
+        return np.stack([np.asarray(f.convert("RGB")) for f in ImageSequence.Iterator(image)])
+
+
+@pytest.mark.usefixtures("opengl")
+@pytest.mark.parametrize("ending", [".mp4", ".gif", ".webp"])
+def test_a_run_becomes_a_file_of_the_size_that_is_given(
+    ending: str, short_run: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = short_run / f"new/dance{ending}"
+    words = ["--out", str(out), "--size", "320x240", "--camera", "three_quarter"]
+    assert main(["play", str(short_run), *words]) == 0
+    assert capsys.readouterr().out.splitlines() == [str(out)]
+    frames = frames_of(out)
+    assert frames.shape == (20, 240, 320, 3)
+    moved = np.abs(frames[0].astype(float) - frames[10])
+    assert moved[:144].max() > 50
+    assert moved[144:].max() > 50  # the mark of the current step
+
+
+@pytest.mark.usefixtures("opengl")
+def test_a_motion_becomes_a_file_read_as_its_options_say(tmp_path: Path) -> None:
+    first, later = tmp_path / "first.gif", tmp_path / "later.gif"
+    words = ["play", "ymca", "--size", "320x240"]
+    assert main([*words, "--to", "0.5", "--out", str(first)]) == 0
+    assert main([*words, "--from", "1", "--to", "1.5", "--out", str(later)]) == 0
+    first_frames, later_frames = frames_of(first), frames_of(later)
+    assert len(first_frames) == len(later_frames)
+    assert (first_frames[0] != later_frames[0]).any()
+
+
+@pytest.mark.usefixtures("opengl")
+def test_pictures_may_be_larger_than_the_models_buffer(tmp_path: Path) -> None:
+    out = tmp_path / "wide.webp"
+    words = ["--to", "0.2", "--out", str(out), "--size", "2000x240"]
+    assert main(["play", "ymca", *words]) == 0
+    assert frames_of(out).shape[1:] == (240, 2000, 3)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--out", "dance.avi"], "--out is 'dance.avi'; expected a name that ends in .mp4 or .gif"),
+        (["--out", "old.mp4"], "old.mp4: is there already; --overwrite replaces it"),
+        (["--size", "640x480"], "--size is for a video file; give --out dance.mp4"),
+        (["--camera", "side"], "--camera is for a video file; give --out dance.mp4"),
+        (
+            ["--size", "12x12", "--out", "a.mp4"],
+            "--size is '12x12'; expected two even numbers",
+        ),
+        (["--size", "641x480", "--out", "a.mp4"], "--size is '641x480'; expected"),
+        (["--size", "9999x480", "--out", "a.mp4"], "--size is '9999x480'; expected"),
+        (["--size", "big", "--out", "a.mp4"], "--size is 'big'; expected two even"),
+    ],
+)
+def test_a_file_that_cannot_be_written_so_is_refused_at_once(
+    words: list[str],
+    message: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    refused: Refused,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("old.mp4").write_text("old")
+    refused(["play", "ymca", *words], message)
+    assert names(tmp_path) == {"old.mp4"}
+
+
+@pytest.mark.usefixtures("opengl")
+def test_an_unknown_camera_is_one_line(tmp_path: Path, refused: Refused) -> None:
+    words = ["play", "ymca", "--camera", "top", "--out", str(tmp_path / "a.mp4")]
+    refused(words, "--camera is 'top'; expected one of the model's cameras: front, side")
+
+
+def test_a_file_without_opengl_fails_in_one_line(
+    small_run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, refused: Refused
+) -> None:
+    monkeypatch.setattr(gl, "_draws", lambda backend: False)
+    refused(["play", str(small_run), "--out", str(tmp_path / "a.mp4")], "libosmesa6", code=1)
+
+
+def names(folder: Path) -> set[str]:
+    return {path.name for path in folder.iterdir()}
+
+
+@pytest.fixture
+def old_video(short_run: Path) -> Path:
+    """Return the path of a video in the folder of a short run."""
+    path = short_run / "dance.mp4"
+    path.write_text("old")
+    return path
+
+
+@pytest.mark.usefixtures("opengl")
+def test_the_old_video_stays_if_the_disk_is_full(
+    old_video: Path, encoder: Encoder, refused: Refused
+) -> None:
+    run, there = old_video.parent, names(old_video.parent)
+    encoder(DISK_FULL)
+    words = ["play", str(run), "--out", str(old_video), "--overwrite"]
+    refused(words, f"{old_video}: {FAILED}", code=1, title="drawing 20 frames")
+    assert old_video.read_text() == "old"
+    assert names(run) == there
+
+
+@pytest.mark.usefixtures("opengl")
+def test_the_old_video_stays_if_its_encoder_is_stopped(old_video: Path) -> None:
+    """By the limit of a file's size, as by a quota; Python itself gets an error there instead."""
+    run, there = old_video.parent, names(old_video.parent)
+    words = ["play", str(run), "--out", str(old_video), "--overwrite"]
+    result = subprocess.run(
+        [sys.executable, "-m", "mpma_mj.cli", *words],
+        capture_output=True,
+        text=True,
+        check=False,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, 10_000)),
+    )
+    assert result.returncode == 1
+    title, line = result.stderr.splitlines()
+    assert title == "drawing 20 frames"
+    assert line.startswith(f"mpma: {old_video}: no new video, ffmpeg was stopped: File size")
+    assert old_video.read_text() == "old"
+    assert names(run) == there
+
+
+@pytest.mark.usefixtures("opengl")
+def test_without_an_encoder_it_says_so(
+    short_run: Path, monkeypatch: pytest.MonkeyPatch, refused: Refused
+) -> None:
+    monkeypatch.setenv("IMAGEIO_FFMPEG_EXE", "/nowhere")
+    said = "/nowhere cannot be started (No such file or directory); let IMAGEIO_FFMPEG_EXE name"
+    words = ["play", str(short_run), "--out", str(short_run / "new.mp4")]
+    refused(words, said, code=1, title="drawing 20 frames")
