@@ -27,8 +27,8 @@ from numpy.typing import NDArray
 import mpma_mj
 from mpma_mj.envs.load import arm_limits
 from mpma_mj.errors import MpmaError
+from mpma_mj.motions.loader import BUILT_IN, import_motion
 from mpma_mj.motions.options import ReadingOptions
-from mpma_mj.motions.read import BUILT_IN, read_with_findings
 from mpma_mj.motions.report import report_lines
 from mpma_mj.training import run as runs
 from mpma_mj.training.config import RunConfig
@@ -235,7 +235,7 @@ def reading_entries(folder: Path) -> Iterator[tuple[str, str]]:
                 with warnings.catch_warnings(record=True) as caught:
                     warnings.simplefilter("always")
                     motion = mpma_mj.read_motion(source, **options)
-                reading = read_with_findings(source, ReadingOptions(**others), **rate)
+                reading = import_motion(source, ReadingOptions(**others), **rate)
             except MpmaError as error:
                 message = str(error).replace(str(folder), "")
                 yield f"{key}/{title}/refusal", f"{type(error).__name__}: {message}"

@@ -100,9 +100,9 @@ def test_the_reader_of_the_page_reads_a_motion_where_the_page_puts_it(
     exec(example("def is_frames"), reader)
     read_table = table.read_table
 
-    def read_frames_or_table(text: Any, findings: Any) -> Any:
+    def read_frames_or_table(text: Any, report: Any) -> Any:
         frames = reader["is_frames"](text.head(1))
-        return reader["read_frames"](text) if frames else read_table(text, findings)
+        return reader["read_frames"](text) if frames else read_table(text, report)
 
     monkeypatch.setattr(table, "read_table", read_frames_or_table)
 

@@ -44,14 +44,14 @@ class InspectMotion:
             raise BadOptionError(f"{self.out}: is there already; --overwrite replaces it")
         from mpma_mj.envs.load import arm_limits
         from mpma_mj.motions import motion_file
-        from mpma_mj.motions.read import read_with_findings
+        from mpma_mj.motions.loader import import_motion
         from mpma_mj.motions.report import report_lines
         from mpma_mj.utils.progress import show_frames
         from mpma_mj.utils.text import as_flag
         from mpma_mj.visualization.motion_page import write_ideal_video, write_page
 
-        reading = read_with_findings(self.motion, self.reading)
-        reading.findings.tell(self.motion)
+        reading = import_motion(self.motion, self.reading)
+        reading.report.tell(self.motion)
         limits = arm_limits("physics")
         if self.out is not None:
             motion_file.write(self.out, reading.motion)

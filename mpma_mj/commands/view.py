@@ -31,7 +31,7 @@ class View:
 
     def run(self) -> None:
         """Play until the window is closed."""
-        from mpma_mj.motions.read import BUILT_IN
+        from mpma_mj.motions.loader import BUILT_IN
 
         is_run = self.dance not in BUILT_IN and Path(self.dance).is_dir()
         dance = self._of_run() if is_run else self._of_recording()
@@ -57,11 +57,11 @@ class View:
         return Dance.of_run(folder.read_trace(), folder.read_motion(), options)
 
     def _of_recording(self) -> Dance:
-        from mpma_mj.motions.read import read_with_findings
+        from mpma_mj.motions.loader import import_motion
         from mpma_mj.visualization.playback import Dance
 
-        reading = read_with_findings(self.dance, self.reading)
-        reading.findings.tell(self.dance)
+        reading = import_motion(self.dance, self.reading)
+        reading.report.tell(self.dance)
         return Dance.of_reading(reading)
 
 

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from mpma_mj.errors import BadOptionError
-from mpma_mj.motions.findings import Findings
-from mpma_mj.motions.labelling import label
+from mpma_mj.motions.context import label
+from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.loop import close_loop
 from mpma_mj.motions.motion import Motion
 from mpma_mj.motions.options import ReadingOptions, given
@@ -25,7 +25,7 @@ _OF_CONTEXT = {"context", "segments", "labels", "audio"}
 
 
 def read_finished(
-    motion: Motion, kind: str, options: ReadingOptions, findings: Findings
+    motion: Motion, kind: str, options: ReadingOptions, report: ImportReport
 ) -> Reading:
     """Cut, close and label a movement as the options say.
 
@@ -33,7 +33,7 @@ def read_finished(
         motion: The movement, at the wanted rate and tempo.
         kind: What the reading calls its format.
         options: How to read it.
-        findings: Is told what is done.
+        report: Is told what is done.
 
     Raises:
         BadOptionError: An option is given that only a recording of a dancer has a use for, or
@@ -54,23 +54,23 @@ def read_finished(
             f" {kept.sum()} postures; expected a longer time"
         )
     if options.end is not None and end > times[-1] + 1.0 / motion.rate:
-        findings.warn(
+        report.warn(
             f"{motion.name} ends at {times[-1]:.2f} s", remedy=f"{{end={end:g}}} asks for more"
         )
     if not kept.all():
-        findings.note(f"cut to {times[kept][0]:g}-{times[kept][-1]:.2f} s, as requested")
+        report.note(f"cut to {times[kept][0]:g}-{times[kept][-1]:.2f} s, as requested")
     times, posture, context = times[kept], motion.posture[kept], motion.context[kept]
     if options.loop:
         posture = close_loop(posture, motion.rate)
     if given(options) & _OF_CONTEXT:
-        context, labels = label(posture, times, (), options, motion.name, findings)
+        context, labels = label(posture, times, (), options, motion.name, report)
     else:
         # Labels whose frames were all cut off are left out.
         present = np.flatnonzero(context.any(axis=0) | ~motion.context.any(axis=0))
         context, labels = context[:, present], tuple(motion.labels[i] for i in present)
     return Reading(
         motion=replace(motion, posture=posture, context=context, labels=labels),
-        findings=findings,
+        report=report,
         format=kind,
         groups={},
         names=(),

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mpma_mj.errors import MotionFileError
-from mpma_mj.motions.filtering import anti_alias, resample
+from mpma_mj.motions.cleaning.filtering import anti_alias, resample
 from mpma_mj.motions.motion import Motion
 from mpma_mj.motions.readers.npz import is_archive, read_archive
 from mpma_mj.utils import atomic_files

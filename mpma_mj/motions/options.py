@@ -9,7 +9,7 @@ from pathlib import PurePath
 from typing import Literal, get_args
 
 from mpma_mj.errors import BadOptionError
-from mpma_mj.motions.recording import RATES, Unit, Up
+from mpma_mj.motions.readers.recording import RATES, Unit, Up
 
 __all__ = ["ContextName", "ReadingOptions", "given"]
 

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.body import segments, trunk
-from mpma_mj.motions.findings import Findings
-from mpma_mj.motions.recording import UNITS, UPS, Up
+from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.readers.recording import UNITS, UPS, Up
 
 __all__ = ["arm_length", "find_unit", "find_up", "turn_z_up"]
 
@@ -31,7 +31,7 @@ def arm_length(points: dict[str, Array]) -> float:
 
 
 def find_unit(
-    arm: float, declared: float | None, given: float | None, findings: Findings
+    arm: float, declared: float | None, given: float | None, report: ImportReport
 ) -> float | None:
     """Find the length of a recording's unit by that of the arms.
 
@@ -39,36 +39,34 @@ def find_unit(
         arm: Length of an arm, in the unit.
         declared: What the file says, m.
         given: What the user says, m.
-        findings: Is told what is taken, and if the file must be wrong.
+        report: Is told what is taken, and if the file must be wrong.
 
     Returns:
         Length of the unit, m; None if no usual one fits arms. Postures do not depend on it.
     """
     if given is not None:
-        findings.note(f"unit {_name(given)}, as given")
+        report.note(f"unit {_name(given)}, as given")
         if not _ARMS[0] <= arm * given <= _ARMS[1]:
-            findings.warn(
+            report.warn(
                 f"unit {_name(given)}, as given, makes arms of {arm * given:.3g} m; the movement"
                 " is the same in any unit"
             )
         return given
     if declared is not None and _ARMS[0] <= arm * declared <= _ARMS[1]:
-        findings.note(f"unit {_name(declared)}, as the file says")
+        report.note(f"unit {_name(declared)}, as the file says")
         return declared
     best = min(_LENGTHS.values(), key=lambda unit: abs(np.log(arm * unit / _ARM)))
     fits = _ARMS[0] <= arm * best <= _ARMS[1]
     if declared is not None:
-        findings.warn(
+        report.warn(
             f"the file says {_name(declared)}, which makes arms of {arm * declared:.3g} m;"
             f" {_name(best) + ' is used' if fits else 'no usual unit fits'}",
             remedy="{unit} overrides it",
         )
     elif fits:
-        findings.note(f"unit {_name(best)}, by the length of the arms")
+        report.note(f"unit {_name(best)}, by the length of the arms")
     else:
-        findings.warn(
-            f"arms are {arm:.3g} long, which fits no usual unit", remedy="{unit} gives one"
-        )
+        report.warn(f"arms are {arm:.3g} long, which fits no usual unit", remedy="{unit} gives one")
     return best if fits else None
 
 
@@ -77,7 +75,7 @@ def find_up(
     declared: Up | None,
     given: Up | None,
     where: str,
-    findings: Findings,
+    report: ImportReport,
     lost_trunk: Array | None = None,
 ) -> Up:
     """Find the axis that points up, by the trunk, else by what the file says or how arms hang.
@@ -88,7 +86,7 @@ def find_up(
         declared: What the file or its format says.
         given: What the user says.
         where: What an error calls the recording.
-        findings: Is told what is taken.
+        report: Is told what is taken.
         lost_trunk: Ways from pelvis to neck, shape (N, 3), of frames in which both are seen,
             where they are not among the points for being seen too rarely.
 
@@ -96,7 +94,7 @@ def find_up(
         MotionFileError: Nothing tells.
     """
     if given is not None:
-        findings.note(f"{given} is up, as given")
+        report.note(f"{given} is up, as given")
         return given
     has_trunk = "pelvis" in points or lost_trunk is not None
     if has_trunk:
@@ -108,7 +106,7 @@ def find_up(
         if shown not in _USUAL:  # then it is rather the arms that do not hang
             shown = None
     if declared is not None and (shown in (declared, None) or not has_trunk):
-        findings.note(f"{declared} is up, as the file or its format says")
+        report.note(f"{declared} is up, as the file or its format says")
         return declared
     if shown is None and "pelvis" in points:
         return "z"  # the trunk's direction is known in every frame, so that none else matters
@@ -119,7 +117,7 @@ def find_up(
             remedy="give it with {up}, such as {up=z}",
         )
     instead = f"; the file or its format says {declared}" if declared is not None else ""
-    findings.note(f"{shown} is up, {how}{instead}")
+    report.note(f"{shown} is up, {how}{instead}")
     return shown
 
 

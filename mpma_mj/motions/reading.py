@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.motions.findings import Findings
+from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.mapping import Groups
 from mpma_mj.motions.motion import Motion
 
@@ -22,7 +22,7 @@ class Reading:
 
     Attributes:
         motion: The movement.
-        findings: What was found and done.
+        report: What was found and done.
         format: Kind of the file.
         groups: Which markers show which point of the body.
         names: All points that the file has.
@@ -36,7 +36,7 @@ class Reading:
     """
 
     motion: Motion
-    findings: Findings
+    report: ImportReport
     format: str
     groups: Groups
     names: tuple[str, ...]

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from mpma_mj import kinematics
 from mpma_mj.errors import MotionReachError, WriteOption, as_keyword
-from mpma_mj.motions.reach import check_reach, joint_speeds
+from mpma_mj.motions.feasibility import check_feasibility, joint_speeds
 from mpma_mj.motions.reading import Reading
 
 __all__ = ["near_singularity", "report_lines"]
@@ -38,7 +38,7 @@ def report_lines(
         + (f", {len(reading.names)} points" if reading.names else "")
     ]
     lines += [f"  {point:<15} {' + '.join(group)}" for point, group in reading.groups.items()]
-    lines += [f"  {step}" for step in reading.findings.steps]
+    lines += [f"  {step}" for step in reading.report.steps]
     labels = ", ".join(motion.labels[:_MOST_RUNS])
     more = f" and {len(motion.labels) - _MOST_RUNS} more" if len(motion.labels) > _MOST_RUNS else ""
     lines.append(
@@ -68,7 +68,7 @@ def report_lines(
         f" of the time, an elbow is straight {100 * straight:.0f} %"
     )
     try:
-        check_reach(motion, max_joint_speed, max_elbow)
+        check_feasibility(motion, max_joint_speed, max_elbow)
         lines.append("the arms can follow it")
     except MotionReachError as error:
         lines.append(f"the arms cannot follow it: {error.describe(write)}")

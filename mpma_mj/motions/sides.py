@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.kinematics import SIDES
-from mpma_mj.motions.findings import Findings
+from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.mapping import Groups, mapping_option
 
 __all__ = ["check_sides"]
@@ -22,7 +22,7 @@ _OFTEN = 0.1  # share of the time in which forearms have to point anywhere
 
 
 def check_sides(
-    points: dict[str, Array], posture: Array, groups: Groups, findings: Findings
+    points: dict[str, Array], posture: Array, groups: Groups, report: ImportReport
 ) -> None:
     """Warn of a file in which left and right seem to be swapped.
 
@@ -30,7 +30,7 @@ def check_sides(
         points: The points of `body.ARM_POINTS`, each shape (T, 3).
         posture: Postures, shape (T', 12).
         groups: Which markers show which point, for what mends it.
-        findings: Is told.
+        report: Is told.
     """
     across = points["left_shoulder"] - points["right_shoulder"]
     middle = 0.5 * (points["left_shoulder"] + points["right_shoulder"])
@@ -40,7 +40,7 @@ def check_sides(
     }
     share = float(np.mean(crossed["left"] & crossed["right"]))
     if share > _MOSTLY:
-        findings.warn(
+        report.warn(
             f"both elbows are beyond the body's midline in {100 * share:.0f} % of the frames: left"
             " and right look swapped",
             remedy=f"{_swapped(groups, ('elbow', 'wrist'))} mends that",
@@ -53,7 +53,7 @@ def check_sides(
     clear = (np.abs(bent) > _CLEARLY) & (segments[:, 0::2, 2] < 0.0)
     backward = float(np.mean(bent[clear] < 0)) if clear.any() else 0.0
     if backward > _MOSTLY_BACKWARD and clear.mean() > _OFTEN:
-        findings.warn(
+        report.warn(
             f"forearms point backwards in {100 * backward:.0f} % of the frames in which they are"
             " bent: left and right look swapped, or up and down, or the file's axes are"
             " left-handed, as in Unity",

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from mpma_mj import kinematics
-from mpma_mj.motions.reach import joint_speeds
+from mpma_mj.motions.feasibility import joint_speeds
 from mpma_mj.motions.reading import Reading
 from mpma_mj.trace import Trace
 from mpma_mj.visualization.colours import DEMONSTRATED, INK, module_colours

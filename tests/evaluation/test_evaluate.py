@@ -12,7 +12,7 @@ from mpma_mj.errors import CheckpointError, DivergedError, RunFolderError
 from mpma_mj.evaluation import evaluate as evaluation
 from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, fine_tune, tracking_errors
 from mpma_mj.motions import motion_file, ymca
-from mpma_mj.motions.variants import mirrored
+from mpma_mj.motions.transforms import mirrored
 from mpma_mj.training.checkpoints import TrainedAgents
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.rollout import Rollout

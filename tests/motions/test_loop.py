@@ -10,9 +10,9 @@ from mpma_mj import kinematics
 from mpma_mj.context import equal_segments
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions import Motion, ymca
+from mpma_mj.motions.loader import import_motion
 from mpma_mj.motions.loop import close_loop
 from mpma_mj.motions.options import ReadingOptions
-from mpma_mj.motions.read import read_with_findings
 from mpma_mj.motions.repeat import repeat
 from tests.conftest import WriteTsv, dancer, markers_of
 
@@ -121,8 +121,8 @@ def test_hardly_any_postures_can_be_closed(frames: int) -> None:
 def test_a_recording_is_closed_if_that_is_asked_for(write_tsv: WriteTsv, tmp_path: Path) -> None:
     angles = REST + 0.4 * np.sin(2 * np.pi * 0.35 * np.arange(400)[:, None] / 60.0 + np.arange(8))
     path = write_tsv(markers_of(dancer(kinematics.posture_from_angles(angles))))
-    plain = read_with_findings(path, ReadingOptions()).motion
-    closed = read_with_findings(path, ReadingOptions(loop=True)).motion
+    plain = import_motion(path, ReadingOptions()).motion
+    closed = import_motion(path, ReadingOptions(loop=True)).motion
     np.testing.assert_allclose(closed.posture[:100], plain.posture[:100], atol=1e-12)
     assert len(repeat(closed, 2, SPEED)[0]) == 2 * len(closed)
     assert len(repeat(plain, 2, SPEED)[0]) > 2 * len(plain)
@@ -135,6 +135,6 @@ def test_a_stored_movement_cut_short_is_closed_or_refused_in_words(frames: int) 
     options = ReadingOptions(loop=True, end=0.05 * frames - 0.01)
     if frames == 1:
         with pytest.raises(BadOptionError, match="has 1 postures"):
-            read_with_findings("ymca", options)
+            import_motion("ymca", options)
     else:
-        assert len(read_with_findings("ymca", options).motion) == 2
+        assert len(import_motion("ymca", options).motion) == 2

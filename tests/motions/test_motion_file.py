@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from mpma_mj import kinematics
 from mpma_mj.errors import BadOptionError, MotionFileError
 from mpma_mj.motions import Motion, motion_file, read_motion, ymca
+from mpma_mj.motions.loader import import_motion
 from mpma_mj.motions.options import ReadingOptions
-from mpma_mj.motions.read import read_with_findings
 
 Array = NDArray[np.float64]
 
@@ -194,8 +194,8 @@ def test_options_that_only_a_recording_has_a_use_for_are_refused(tmp_path: Path)
 def test_a_stored_movement_is_cut_in_its_own_seconds(tmp_path: Path, tempo: float) -> None:
     path = tmp_path / "mine.npz"
     motion_file.write(path, ymca())
-    whole = read_with_findings(path, ReadingOptions(tempo=tempo))
-    cut = read_with_findings(path, ReadingOptions(tempo=tempo, start=1.0, end=2.0))
+    whole = import_motion(path, ReadingOptions(tempo=tempo))
+    cut = import_motion(path, ReadingOptions(tempo=tempo, start=1.0, end=2.0))
     inside = (whole.times >= 1.0) & (whole.times < 2.0)
     np.testing.assert_array_equal(cut.motion.posture, whole.motion.posture[inside])
     heard = whole.motion.context[inside].any(axis=0)

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from mpma_mj import kinematics
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions import ymca
-from mpma_mj.motions.findings import Findings
+from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.loader import Reading, import_motion
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.motions.orientation import arm_length, find_unit, find_up, turn_z_up
-from mpma_mj.motions.read import Reading, read_with_findings
-from mpma_mj.motions.recording import UNITS, UPS, Up
+from mpma_mj.motions.readers.recording import UNITS, UPS, Up
 from tests.conftest import WriteTsv, dancer
 
 Array = NDArray[np.float64]
@@ -49,7 +49,7 @@ def standing(posture: Array, *, torso: bool) -> Points:
 
 def read(path: Path, points: Points, stored: dict[str, object], **options: object) -> Reading:
     np.savez(path, **({"rate": 60.0} | stored), **points)  # type: ignore[arg-type]
-    return read_with_findings(path, ReadingOptions(**options))  # type: ignore[arg-type]
+    return import_motion(path, ReadingOptions(**options))  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("up", UPS)
@@ -82,8 +82,8 @@ def test_the_axis_that_is_up_is_found(tmp_path: Path, up: Up, torso: bool, how: 
         return
     found = read(tmp_path / "turned.npz", turned_to(points, up), {})
     np.testing.assert_allclose(found.motion.posture, plain.motion.posture, atol=1e-9)
-    assert f"{up} is up, {how}" in found.findings.steps
-    assert not found.findings.warnings
+    assert f"{up} is up, {how}" in found.report.steps
+    assert not found.report.warnings
 
 
 @pytest.mark.parametrize("up", UPS)
@@ -95,14 +95,14 @@ def test_what_is_declared_or_given_is_used(tmp_path: Path, up: Up) -> None:
     given_ = read(tmp_path / "b.npz", turned, {"up": "x"}, up=up)
     for reading in (declared, given_):
         np.testing.assert_allclose(reading.motion.posture, plain.motion.posture, atol=1e-9)
-    assert f"{up} is up, as the file or its format says" in declared.findings.steps
-    assert f"{up} is up, as given" in given_.findings.steps
+    assert f"{up} is up, as the file or its format says" in declared.report.steps
+    assert f"{up} is up, as given" in given_.report.steps
 
 
 def test_a_trunk_counts_for_more_than_a_declared_axis(tmp_path: Path) -> None:
     points = standing(POSTURE, torso=True)
     reading = read(tmp_path / "a.npz", turned_to(points, "y"), {"up": "z"})
-    assert "y is up, by the trunk; the file or its format says z" in reading.findings.steps
+    assert "y is up, by the trunk; the file or its format says z" in reading.report.steps
 
 
 def test_where_nothing_tells_what_is_up_it_is_asked_for(tmp_path: Path) -> None:
@@ -122,7 +122,7 @@ def test_with_a_trunk_that_turns_everywhere_no_axis_needs_to_be_up(tmp_path: Pat
     turn[:, 0, 2], turn[:, 2, 0], turn[:, 1, 1] = np.sin(angle), -np.sin(angle), 1.0
     rolling = {name: np.einsum("tij,tj->ti", turn, track) for name, track in points.items()}
     reading = read(tmp_path / "a.npz", rolling, {})
-    assert not reading.findings.warnings
+    assert not reading.report.warnings
     assert np.abs(reading.motion.posture - plain.motion.posture).mean() < 0.01  # filtered
 
 
@@ -130,52 +130,52 @@ def test_with_a_trunk_that_turns_everywhere_no_axis_needs_to_be_up(tmp_path: Pat
 def test_a_fault_in_one_frame_does_not_hide_what_is_up(frame: int) -> None:
     points = dancer(HANGING)
     points["left_elbow"][frame] = points["left_shoulder"][frame]
-    assert find_up(points, None, None, "dance.x", Findings()) == "z"
+    assert find_up(points, None, None, "dance.x", ImportReport()) == "z"
 
 
 @pytest.mark.parametrize("unit", UNITS)
 @pytest.mark.parametrize("arm_m", [0.45, 0.55, 0.65])
 def test_the_unit_is_found_by_the_arms(unit: str, arm_m: float) -> None:
-    findings = Findings()
+    report = ImportReport()
     length = UNITS[unit]
-    assert find_unit(arm_m / length, None, None, findings) == length
-    assert findings.steps == [f"unit {unit}, by the length of the arms"]
+    assert find_unit(arm_m / length, None, None, report) == length
+    assert report.steps == [f"unit {unit}, by the length of the arms"]
 
 
 @given(arm_m=st.floats(0.25, 0.9), unit=st.sampled_from([*UNITS]))
 def test_a_declared_unit_that_fits_any_body_is_used(arm_m: float, unit: str) -> None:
-    findings = Findings()
+    report = ImportReport()
     length = UNITS[unit]
     fits = 0.25 <= arm_m / length * length <= 0.9  # but for rounding
     if fits:
-        assert find_unit(arm_m / length, length, None, findings) == length
-        assert findings.steps == [f"unit {unit}, as the file says"]
-        assert not findings.warnings
+        assert find_unit(arm_m / length, length, None, report) == length
+        assert report.steps == [f"unit {unit}, as the file says"]
+        assert not report.warnings
 
 
 def test_a_declared_unit_that_fits_no_body_is_warned_about() -> None:
-    findings = Findings()
-    assert find_unit(550.0, UNITS["m"], None, findings) == UNITS["mm"]
-    assert findings.warnings == [
+    report = ImportReport()
+    assert find_unit(550.0, UNITS["m"], None, report) == UNITS["mm"]
+    assert report.warnings == [
         "the file says m, which makes arms of 550 m; mm is used; unit overrides it"
     ]
 
 
 def test_arms_that_fit_no_unit_are_warned_about() -> None:
     for declared in (None, 1.0):
-        findings = Findings()
-        assert find_unit(1e6, declared, None, findings) is None
-        assert len(findings.warnings) == 1
-        assert "no usual unit" in findings.warnings[0]
+        report = ImportReport()
+        assert find_unit(1e6, declared, None, report) is None
+        assert len(report.warnings) == 1
+        assert "no usual unit" in report.warnings[0]
 
 
 def test_a_unit_that_is_given_is_used_and_told_if_it_fits_nobody() -> None:
-    findings = Findings()
-    assert find_unit(0.55, UNITS["mm"], UNITS["m"], findings) == 1.0
-    assert findings == Findings(["unit m, as given"], [])
-    assert find_unit(550.0, UNITS["mm"], UNITS["m"], findings) == 1.0
-    assert len(findings.warnings) == 1
-    assert "arms of 550 m" in findings.warnings[0]
+    report = ImportReport()
+    assert find_unit(0.55, UNITS["mm"], UNITS["m"], report) == 1.0
+    assert report == ImportReport(["unit m, as given"], [])
+    assert find_unit(550.0, UNITS["mm"], UNITS["m"], report) == 1.0
+    assert len(report.warnings) == 1
+    assert "arms of 550 m" in report.warnings[0]
 
 
 @settings(max_examples=20)
@@ -211,16 +211,16 @@ def test_lengths_are_told_in_metres(tmp_path: Path, unit: str) -> None:
 
 
 def test_the_rate_is_declared_given_or_asked_for(write_tsv: WriteTsv) -> None:
-    assert read_with_findings(write_tsv(), ReadingOptions()).rate == 60.0
-    reading = read_with_findings(write_tsv(), ReadingOptions(rate_in=120.0))
+    assert import_motion(write_tsv(), ReadingOptions()).rate == 60.0
+    reading = import_motion(write_tsv(), ReadingOptions(rate_in=120.0))
     assert reading.rate == 120.0
     assert reading.motion.duration == pytest.approx(1.9)
-    assert "120 Hz, as given (the file says 60 Hz)" in reading.findings.steps
+    assert "120 Hz, as given (the file says 60 Hz)" in reading.report.steps
     path = write_tsv(edit=lambda text: text.replace("FREQUENCY\t60\n", ""))
     with pytest.raises(MotionFileError, match=r"how many frames a second .* rate_in=50$"):
-        read_with_findings(path, ReadingOptions())
-    reading = read_with_findings(path, ReadingOptions(rate_in=60.0))
-    assert "60 Hz, as given (the file says no rate)" in reading.findings.steps
+        import_motion(path, ReadingOptions())
+    reading = import_motion(path, ReadingOptions(rate_in=60.0))
+    assert "60 Hz, as given (the file says no rate)" in reading.report.steps
 
 
 def test_the_same_dance_at_another_rate_is_the_same(tmp_path: Path) -> None:

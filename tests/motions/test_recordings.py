@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from mpma_mj.envs.load import load
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions import read_motion
+from mpma_mj.motions.loader import Reading, import_motion
 from mpma_mj.motions.options import ReadingOptions
-from mpma_mj.motions.read import Reading, read_with_findings
 
 Array = NDArray[np.float64]
 
@@ -23,7 +23,7 @@ PEOPLE = (
 
 
 def read(path: Path) -> Reading:
-    return read_with_findings(path, ReadingOptions(max_gap=0.3, cutoff=6.0))
+    return import_motion(path, ReadingOptions(max_gap=0.3, cutoff=6.0))
 
 
 @pytest.mark.parametrize("name", PEOPLE)
@@ -47,7 +47,7 @@ def test_people_have_arms_that_bend_forward_and_bodies_of_human_size(
 @pytest.mark.parametrize("name", PEOPLE)
 def test_good_recordings_are_not_warned_about(mocap: Path, name: str) -> None:
     expected = ["AMC files carry no rate; 120 Hz is used; rate_in overrides it"]
-    told = [w for w in read(mocap / name).findings.warnings if "start-up" not in w]
+    told = [w for w in read(mocap / name).report.warnings if "start-up" not in w]
     assert told == expected * (name in WITHOUT_RATE)
 
 
@@ -55,7 +55,7 @@ def test_good_recordings_are_not_warned_about(mocap: Path, name: str) -> None:
 def test_only_the_pose_that_export_puts_first_is_cut(mocap: Path, name: str) -> None:
     poses = {"cmu_amc/01_01.bvh": 1, "cmu_bvh/indian_13.bvh": 4}
     reading = read(mocap / name)
-    cut = [step for step in reading.findings.warnings if "start-up" in step]
+    cut = [step for step in reading.report.warnings if "start-up" in step]
     assert len(cut) == (name in poses)
     assert reading.times[0] == pytest.approx(poses.get(name, 0) / reading.rate)
 
@@ -115,8 +115,8 @@ def test_left_and_right_of_a_dancer_are_told_apart(mocap: Path) -> None:
         for side in ("left", "right")
         for point, group in names.items()
     )
-    reading = read_with_findings(path, ReadingOptions(map=swapped))
-    assert any("left and right look swapped" in line for line in reading.findings.warnings)
+    reading = import_motion(path, ReadingOptions(map=swapped))
+    assert any("left and right look swapped" in line for line in reading.report.warnings)
 
 
 @pytest.mark.parametrize("name", ["dance", "walk"])

@@ -7,7 +7,7 @@ from mpma_mj import kinematics
 from mpma_mj.context import equal_segments
 from mpma_mj.errors import MotionReachError
 from mpma_mj.motions import Motion, ymca
-from mpma_mj.motions.reach import check_reach, joint_speeds
+from mpma_mj.motions.feasibility import check_feasibility, joint_speeds
 from mpma_mj.motions.repeat import repeat
 
 SPEED = np.array([12.0, 12.0, 20.0, 15.0] * 2)
@@ -66,19 +66,19 @@ def test_what_is_too_fast_is_refused_with_joint_frame_and_speed() -> None:
     with pytest.raises(
         MotionReachError, match=r"left_shoulder_abduction .* at frame 6 of 15 .*tempo=0\.\d+"
     ):
-        check_reach(dataclasses.replace(motion, posture=jump), SPEED, 2.8)
+        check_feasibility(dataclasses.replace(motion, posture=jump), SPEED, 2.8)
 
 
 @pytest.mark.parametrize("tempo", [0.5, 1.0, 2.0])
 def test_the_tempo_that_is_proposed_would_do(tempo: float) -> None:
     with pytest.raises(MotionReachError, match="left_shoulder_abduction") as caught:
-        check_reach(dataclasses.replace(raising(20.0), tempo=tempo), SPEED, 2.8)
+        check_feasibility(dataclasses.replace(raising(20.0), tempo=tempo), SPEED, 2.8)
     proposed = float(str(caught.value).partition("tempo=")[2].split()[0])
-    check_reach(raising(20.0 * proposed / tempo), SPEED, 2.8)
+    check_feasibility(raising(20.0 * proposed / tempo), SPEED, 2.8)
 
 
 def test_an_elbow_that_bends_too_far_is_refused_by_name_and_frame() -> None:
     angles = np.tile([0.3, 0.1, 0.2, 0.5] * 2, (10, 1))
     angles[4, 7] = 2.9
     with pytest.raises(MotionReachError, match=r"right_elbow .* by 2\.90 rad at frame 5 of 10"):
-        check_reach(moving(angles), SPEED * 10, 2.8)
+        check_feasibility(moving(angles), SPEED * 10, 2.8)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from mpma_mj import kinematics
 from mpma_mj.context import equal_segments
 from mpma_mj.motions import Motion, ymca
-from mpma_mj.motions.reach import check_reach
+from mpma_mj.motions.feasibility import check_feasibility
 from mpma_mj.motions.repertoire import join
 
 Array = NDArray[np.float64]
@@ -62,7 +62,7 @@ def test_the_ways_between_are_within_the_joints_speed(lengths: list[int], seed: 
     for motion, part in zip(motions[1:], parts(joined)[1:], strict=True):
         way = speed[part.start - 1 : part.stop - len(motion)]
         assert (way <= 0.55 * SPEED).all()
-    check_reach(joined, SPEED, 2.8)
+    check_feasibility(joined, SPEED, 2.8)
 
 
 def test_movements_that_lead_into_each_other_are_joined_as_they_are() -> None:

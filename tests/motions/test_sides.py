@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from mpma_mj import kinematics
 from mpma_mj.motions import ymca
 from mpma_mj.motions.body import posture_from_points
-from mpma_mj.motions.findings import Findings
+from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.loader import import_motion
 from mpma_mj.motions.options import ReadingOptions
-from mpma_mj.motions.read import read_with_findings
 from mpma_mj.motions.sides import check_sides
 from tests.conftest import WriteTsv, dancer, markers_of
 
@@ -38,10 +38,10 @@ def swapped(points: Points, *parts: str) -> Points:
 
 
 def warnings(points: Points) -> list[str]:
-    findings = Findings()
+    report = ImportReport()
     groups = {name: (name.upper(),) for name in points}
-    check_sides(points, posture_from_points(points), groups, findings)
-    return findings.warnings
+    check_sides(points, posture_from_points(points), groups, report)
+    return report.warnings
 
 
 @given(seed=st.integers(0, 999))
@@ -82,14 +82,14 @@ def test_arms_that_cross_now_and_then_are_not_warned_about() -> None:
 
 def test_sides_of_a_file_are_checked(write_tsv: WriteTsv) -> None:
     points = moving(1)
-    assert not read_with_findings(
+    assert not import_motion(
         write_tsv(markers_of(points), name="right.tsv"), ReadingOptions()
-    ).findings.warnings
+    ).report.warnings
     wrong = swapped(points, "shoulder", "elbow", "wrist")
-    reading = read_with_findings(write_tsv(markers_of(wrong)), ReadingOptions())
-    assert len(reading.findings.warnings) == 1
-    mapping = re.findall(r'map="(.*?)" mends', reading.findings.warnings[0])
-    mended = read_with_findings(write_tsv(markers_of(wrong)), ReadingOptions(map=mapping[0]))
-    assert not mended.findings.warnings
-    right = read_with_findings(write_tsv(markers_of(points)), ReadingOptions())
+    reading = import_motion(write_tsv(markers_of(wrong)), ReadingOptions())
+    assert len(reading.report.warnings) == 1
+    mapping = re.findall(r'map="(.*?)" mends', reading.report.warnings[0])
+    mended = import_motion(write_tsv(markers_of(wrong)), ReadingOptions(map=mapping[0]))
+    assert not mended.report.warnings
+    right = import_motion(write_tsv(markers_of(points)), ReadingOptions())
     np.testing.assert_allclose(mended.motion.posture, right.motion.posture, atol=1e-9)

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.errors import MotionFileError
-from mpma_mj.motions.findings import Findings
+from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.readers.recording import Recording, Tracks
 from mpma_mj.motions.readers.skeleton import Joint, ancestry, joint_positions
 from mpma_mj.motions.readers.text import TextFile, is_number, printable, stack
-from mpma_mj.motions.recording import Recording, Tracks
 
 __all__ = ["is_amc", "is_asf", "read_acclaim"]
 
@@ -47,18 +47,18 @@ def is_amc(head: list[str]) -> bool:
     return any(line.strip().upper() in (":FULLY-SPECIFIED", ":DEGREES") for line in head)
 
 
-def read_acclaim(file: TextFile, skeleton: Path | None, findings: Findings) -> Recording:
+def read_acclaim(file: TextFile, skeleton: Path | None, report: ImportReport) -> Recording:
     """Read the skeleton of an AMC.
 
     Args:
         file: The AMC.
         skeleton: Its ASF; looked for beside it if not given.
-        findings: Is told which skeleton is taken, and what is odd.
+        report: Is told which skeleton is taken, and what is odd.
 
     Raises:
         MotionFileError: There is no skeleton, or it is damaged.
     """
-    path = skeleton or _skeleton_beside(file.path, findings)
+    path = skeleton or _skeleton_beside(file.path, report)
     try:
         asf = TextFile.open(path)
     except OSError as error:
@@ -74,30 +74,28 @@ def read_acclaim(file: TextFile, skeleton: Path | None, findings: Findings) -> R
             f"{path}: is damaged or cut short ({error})",
             remedy="give another one with {skeleton}",
         ) from None
-    findings.note(f"skeleton {path.name}")
-    findings.warn(
+    report.note(f"skeleton {path.name}")
+    report.warn(
         f"AMC files carry no rate; {_USUAL_RATE:g} Hz is used", remedy="{rate_in} overrides it"
     )
     return Recording(
         file.path,
         "ASF/AMC",
         tuple(bones.joints),
-        lambda wanted: _load(file, bones, wanted, findings),
+        lambda wanted: _load(file, bones, wanted, report),
         rate=_USUAL_RATE,
         up="y",
     )
 
 
-def _skeleton_beside(path: Path, findings: Findings) -> Path:
+def _skeleton_beside(path: Path, report: ImportReport) -> Path:
     """Return the ASF in the same folder whose name begins the AMC's, or the only one."""
     there = sorted(p for p in path.parent.iterdir() if p.suffix.lower() == ".asf")
     fitting = [p for p in there if re.match(rf"{re.escape(p.stem)}(?![^\W_])", path.stem)]
     if fitting:
         return max(fitting, key=lambda p: len(p.stem))
     if len(there) == 1:
-        findings.warn(
-            f"{there[0].name}, the only skeleton beside it, is used; is it that dancer's?"
-        )
+        report.warn(f"{there[0].name}, the only skeleton beside it, is used; is it that dancer's?")
         return there[0]
     names = f" ({', '.join(p.name for p in there)} are there)" if there else ""
     raise MotionFileError(
@@ -188,7 +186,9 @@ def _frame(angles: Array, order: str) -> Array:
     return Rotation.from_euler(order.lower(), angles, degrees=True).as_matrix()
 
 
-def _load(file: TextFile, skeleton: _Skeleton, names: Sequence[str], findings: Findings) -> Tracks:
+def _load(
+    file: TextFile, skeleton: _Skeleton, names: Sequence[str], report: ImportReport
+) -> Tracks:
     """Compute where joints are, each shape (T, 3)."""
     chain = ancestry(skeleton.joints, names)
     bones = {name: skeleton.channels[name] for name in chain if skeleton.channels.get(name)}
@@ -208,7 +208,7 @@ def _load(file: TextFile, skeleton: _Skeleton, names: Sequence[str], findings: F
         shift = [places["root"][axis] for axis in ("tx", "ty", "tz")]
         return joint_positions(skeleton.joints, names, angles, {"root": block[:, shift]})
 
-    frames = _frames(file, bones, findings)
+    frames = _frames(file, bones, report)
     blocks = iter(lambda: list(itertools.islice(frames, _BLOCK)), [])
     table = stack((positions(block) for block in blocks), 3 * len(names))
     if not len(table):
@@ -217,7 +217,7 @@ def _load(file: TextFile, skeleton: _Skeleton, names: Sequence[str], findings: F
 
 
 def _frames(
-    file: TextFile, bones: dict[str, tuple[str, ...]], findings: Findings
+    file: TextFile, bones: dict[str, tuple[str, ...]], report: ImportReport
 ) -> Iterator[list[float]]:
     """Iterate over the frames' values of some bones."""
     values: dict[str, list[float]] = {}
@@ -230,7 +230,7 @@ def _frames(
                 yield _frame_values(file.path, number, bones, values)
                 bones_a_frame = bones_a_frame or rows
                 if int(words[0]) != int(number) + 1:
-                    findings.warn(
+                    report.warn(
                         f"line {index}: after frame {number} comes frame {words[0]}; frames are"
                         " taken as following one another"
                     )
@@ -247,7 +247,7 @@ def _frames(
     if number and file.ends_whole:
         yield _frame_values(file.path, number, bones, values)
     elif number:
-        findings.warn(
+        report.warn(
             f"the file ends in frame {number} without an end of line, perhaps within a number;"
             " that frame is not used"
         )

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.errors import MotionFileError
-from mpma_mj.motions.findings import Findings
+from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.readers.recording import Recording, Tracks
 from mpma_mj.motions.readers.skeleton import Joint, ancestry, joint_positions
 from mpma_mj.motions.readers.text import Grid, TextFile, is_number, printable, stack
-from mpma_mj.motions.recording import Recording, Tracks
 
 __all__ = ["is_bvh", "read_bvh"]
 
@@ -42,14 +42,14 @@ def is_bvh(head: list[str]) -> bool:
     return next((line.strip() for line in head if line.strip()), "").upper() == "HIERARCHY"
 
 
-def read_bvh(file: TextFile, findings: Findings) -> Recording:
+def read_bvh(file: TextFile, report: ImportReport) -> Recording:
     """Read the hierarchy of a BVH.
 
     The points are the joints; NAME_end is where the bone of the last joint NAME ends.
 
     Args:
         file: The file.
-        findings: Is told what is odd.
+        report: Is told what is odd.
 
     Raises:
         MotionFileError: The hierarchy is damaged.
@@ -77,7 +77,7 @@ def read_bvh(file: TextFile, findings: Findings) -> Recording:
         file.path,
         "BVH",
         tuple(skeleton.names),
-        lambda wanted: _load(file.path, grid if row else None, skeleton, wanted, findings),
+        lambda wanted: _load(file.path, grid if row else None, skeleton, wanted, report),
         rate=_rate(seconds, frame_time[0]),
         up="y",
         frames=int(frames),
@@ -187,7 +187,7 @@ def _load(
     grid: Grid | None,
     skeleton: _Skeleton,
     names: Sequence[str],
-    findings: Findings,
+    report: ImportReport,
 ) -> Tracks:
     """Compute where joints are, each shape (T, 3)."""
     chain = ancestry(skeleton.joints, names)
@@ -215,6 +215,6 @@ def _load(
 
     if grid is None:
         raise MotionFileError(f"{path}: has a hierarchy but no frames; export the motion too")
-    blocks = grid.blocks(columns, findings)
+    blocks = grid.blocks(columns, report)
     rows = stack((positions(block) for block in blocks), 3 * len(names))
     return {name: rows[:, 3 * i : 3 * i + 3] for i, name in enumerate(names)}

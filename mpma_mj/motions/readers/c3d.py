@@ -24,9 +24,9 @@ from numpy.typing import NDArray
 
 from mpma_mj.context import Span
 from mpma_mj.errors import MotionFileError
-from mpma_mj.motions.findings import Findings
+from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.readers.recording import UNITS, UPS, Recording, Tracks
 from mpma_mj.motions.readers.text import printable
-from mpma_mj.motions.recording import UNITS, UPS, Recording, Tracks
 
 __all__ = ["is_c3d", "read_c3d"]
 
@@ -72,12 +72,12 @@ def is_c3d(head: bytes) -> bool:
     return len(head) > 1 and head[1] == _KEY and 0 < head[0] < 128 and b"\0" in head
 
 
-def read_c3d(path: Path, findings: Findings) -> Recording:
+def read_c3d(path: Path, report: ImportReport) -> Recording:
     """Read header and parameters of a C3D.
 
     Args:
         path: The file.
-        findings: Is told what is odd.
+        report: Is told what is odd.
 
     Raises:
         MotionFileError: Header or parameters are damaged.
@@ -93,9 +93,9 @@ def read_c3d(path: Path, findings: Findings) -> Recording:
     processor = section[3]
     try:
         parameters = _read_parameters(section, processor)
-        layout, rate, first = _read_layout(header, parameters, processor, size, findings)
+        layout, rate, first = _read_layout(header, parameters, processor, size, report)
         names = _names(parameters, layout.points)
-        spans = _spans(parameters, (first - 1) / rate if rate else 0.0, findings)
+        spans = _spans(parameters, (first - 1) / rate if rate else 0.0, report)
     except _DAMAGED as error:
         raise MotionFileError(f"{path}: has damaged parameters ({error}); export it anew") from None
     if layout.frame_bytes == 0 or not layout.points:
@@ -182,7 +182,7 @@ def _first(parameters: Parameters, name: str, default: Any) -> Any:
 
 
 def _read_layout(
-    header: bytes, parameters: Parameters, processor: int, size: int, findings: Findings
+    header: bytes, parameters: Parameters, processor: int, size: int, report: ImportReport
 ) -> tuple[_Layout, float | None, int]:
     """Return where the frames lie, their rate and the number of the first."""
     order = ">" if processor == _MIPS else "<"
@@ -202,7 +202,7 @@ def _read_layout(
     if last == _LONG and points:  # the most that the header can say: none of them tells
         held = (size - layout.start) // layout.frame_bytes
         if (held - frames) * layout.frame_bytes > _BLOCK:
-            findings.warn(f"the file cannot say how many frames it has; {held} are there")
+            report.warn(f"the file cannot say how many frames it has; {held} are there")
             layout = replace(layout, frames=held)
     if start < 2 or frames < 1 or scale == 0 or not np.isfinite(scale):
         raise ValueError(f"{frames} frames from block {start}, scale {scale:g}")
@@ -219,7 +219,7 @@ def _names(parameters: Parameters, points: int) -> list[str]:
     return (names + [""] * points)[:points]
 
 
-def _spans(parameters: Parameters, offset: float, findings: Findings) -> tuple[Span, ...]:
+def _spans(parameters: Parameters, offset: float, report: ImportReport) -> tuple[Span, ...]:
     """Return the stretches from each event to the next; the last one ends with the recording."""
     labels = parameters.get("EVENT:LABELS", [])
     contexts = parameters.get("EVENT:CONTEXTS", [])
@@ -230,7 +230,7 @@ def _spans(parameters: Parameters, offset: float, findings: Findings) -> tuple[S
     if not len(times):
         return ()
     if len(labels) < len(times) or not np.isfinite(times).all():
-        findings.warn("its events are damaged; they are not used")
+        report.warn("its events are damaged; they are not used")
         return ()
     sides = (contexts + [""] * len(times))[: len(times)]
     events = sorted(

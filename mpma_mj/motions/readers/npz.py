@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.errors import MotionFileError
+from mpma_mj.motions.readers.recording import UNITS, UPS, Recording, Tracks
 from mpma_mj.motions.readers.text import is_number, printable
-from mpma_mj.motions.recording import UNITS, UPS, Recording, Tracks
 
 __all__ = ["is_archive", "read_archive", "read_points"]
 

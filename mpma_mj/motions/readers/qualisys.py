@@ -10,10 +10,10 @@ from __future__ import annotations
 import numpy as np
 
 from mpma_mj.errors import MotionFileError
-from mpma_mj.motions.findings import Findings
+from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.columns import load_columns
+from mpma_mj.motions.readers.recording import UNITS, Recording
 from mpma_mj.motions.readers.text import Grid, TextFile, is_number
-from mpma_mj.motions.recording import UNITS, Recording
 
 __all__ = ["is_qualisys", "read_qualisys"]
 
@@ -25,12 +25,12 @@ def is_qualisys(head: list[str]) -> bool:
     return any(line.split("\t")[0].strip() in ("NO_OF_FRAMES", "MARKER_NAMES") for line in head)
 
 
-def read_qualisys(file: TextFile, findings: Findings) -> Recording:
+def read_qualisys(file: TextFile, report: ImportReport) -> Recording:
     """Read the header of a Qualisys export.
 
     Args:
         file: The file.
-        findings: Is told what is odd.
+        report: Is told what is odd.
 
     Raises:
         MotionFileError: The header is incomplete.
@@ -64,7 +64,7 @@ def read_qualisys(file: TextFile, findings: Findings) -> Recording:
         path,
         "Qualisys TSV",
         tuple(names),
-        lambda wanted: load_columns(grid, columns, wanted, findings, frame_column=counted),
+        lambda wanted: load_columns(grid, columns, wanted, report, frame_column=counted),
         rate=_number(path, header, "FREQUENCY"),
         unit=UNITS["mm"],
         up="z",
@@ -78,7 +78,7 @@ def _has_number(line: str) -> bool:
 
 def _counts(grid: Grid) -> bool:
     """Tell whether the first column has whole numbers: the frame's, where time has none."""
-    column = next(grid.blocks([0], Findings()), np.empty((0, 1)))
+    column = next(grid.blocks([0], ImportReport()), np.empty((0, 1)))
     return bool((column == np.round(column)).all())
 
 

@@ -14,10 +14,10 @@ import re
 from dataclasses import dataclass
 
 from mpma_mj.errors import MotionFileError
-from mpma_mj.motions.findings import Findings
+from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.columns import load_columns, rate_of_times
+from mpma_mj.motions.readers.recording import UNITS, Recording, Up
 from mpma_mj.motions.readers.text import Grid, TextFile, is_number
-from mpma_mj.motions.recording import UNITS, Recording, Up
 
 __all__ = ["read_table"]
 
@@ -56,12 +56,12 @@ class _Header:
         return any(self.cell(row, column).lower() in words for row in rows)
 
 
-def read_table(file: TextFile, findings: Findings) -> Recording:
+def read_table(file: TextFile, report: ImportReport) -> Recording:
     """Read the header of a table.
 
     Args:
         file: The file.
-        findings: Is told what is odd.
+        report: Is told what is odd.
 
     Raises:
         MotionFileError: No row says which columns are x, y and z.
@@ -87,14 +87,14 @@ def read_table(file: TextFile, findings: Findings) -> Recording:
                 f" {len(header.rows[header.axes])}; export the file anew"
             )
         if timer is not None:
-            rate = rate_of_times(grid, timer, rate, findings)
+            rate = rate_of_times(grid, timer, rate, report)
     frames = _declared(header, re.compile(r"(number of |total )?(exported )?frames", re.I))
     return Recording(
         file.path,
         "table",
         names,
         lambda wanted: load_columns(
-            grid, columns, wanted, findings, frame_column=counter, time_column=timer
+            grid, columns, wanted, report, frame_column=counter, time_column=timer
         ),
         rate=rate,
         unit=_unit(header, columns, first),

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.errors import MotionFileError
-from mpma_mj.motions.findings import Findings
+from mpma_mj.motions.import_report import ImportReport
 
 __all__ = ["Grid", "TextFile", "is_number", "printable", "stack"]
 
@@ -120,13 +120,13 @@ class Grid:
         return cls(file, first, separator, len(cells) - ending, comma)
 
     def blocks(
-        self, columns: Sequence[int], findings: Findings, *, counters: int = 0
+        self, columns: Sequence[int], report: ImportReport, *, counters: int = 0
     ) -> Iterator[Array]:
         """Iterate over blocks of rows.
 
         Args:
             columns: Which cells of each row are wanted, by index.
-            findings: Is told if rows had to be left out.
+            report: Is told if rows had to be left out.
             counters: How many of the columns, the first ones, are no coordinates.
 
         Yields:
@@ -136,7 +136,7 @@ class Grid:
             MotionFileError: A row has too few or too many cells, or a wanted cell is no number;
                 names line and column.
         """
-        rows = self._rows(findings)
+        rows = self._rows(report)
         start = self.first
         while lines := list(itertools.islice(rows, _BLOCK)):
             block = self._numbers(lines, start, columns)
@@ -150,7 +150,7 @@ class Grid:
             yield block
             start += len(lines)
 
-    def _rows(self, findings: Findings) -> Iterator[str]:
+    def _rows(self, report: ImportReport) -> Iterator[str]:
         """Iterate over the rows' lines, checked for their number of cells."""
         held: list[str] = []  # a row that may be the last one, and empty ones after it
         index = self.first
@@ -162,7 +162,7 @@ class Grid:
             if not line.strip():
                 rest = sum(bool(line.strip()) for line in self.file.lines(index))
                 if rest:
-                    findings.warn(
+                    report.warn(
                         f"line {index + 1} is empty; the {rest} lines after it are not read"
                     )
                 yield from held[:1]
@@ -170,11 +170,11 @@ class Grid:
             yield from held
             held = [self._checked(line, index)]
         if len(held) > 1:
-            findings.note(f"the last {len(held) - 1} lines have no numbers; they are not used")
+            report.note(f"the last {len(held) - 1} lines have no numbers; they are not used")
         if self.file.ends_whole or len(held) != 1 or not self._may_be_cut(held[0]):
             yield from held[:1]
         else:
-            findings.warn(
+            report.warn(
                 f"the file ends in line {index + 1} without an end of line, perhaps within a"
                 " number; that row is not used"
             )

@@ -10,10 +10,10 @@ from __future__ import annotations
 import math
 
 from mpma_mj.errors import MotionFileError
-from mpma_mj.motions.findings import Findings
+from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.columns import load_columns, rate_of_times
+from mpma_mj.motions.readers.recording import UNITS, Recording
 from mpma_mj.motions.readers.text import Grid, TextFile, is_number
-from mpma_mj.motions.recording import UNITS, Recording
 
 __all__ = ["is_trc", "read_trc"]
 
@@ -25,12 +25,12 @@ def is_trc(head: list[str]) -> bool:
     return bool(head) and head[0].startswith("PathFileType")
 
 
-def read_trc(file: TextFile, findings: Findings) -> Recording:
+def read_trc(file: TextFile, report: ImportReport) -> Recording:
     """Read the header of a TRC.
 
     Args:
         file: The file.
-        findings: Is told what is odd.
+        report: Is told what is odd.
 
     Raises:
         MotionFileError: The header is incomplete.
@@ -63,12 +63,12 @@ def read_trc(file: TextFile, findings: Findings) -> Recording:
                 f"{path}: line {first + 1} has {grid.width} columns, fewer than x, y, z for each"
                 f" of {len(names)} markers; export the file anew"
             )
-        rate = rate_of_times(grid, 1, rate, findings)
+        rate = rate_of_times(grid, 1, rate, report)
     return Recording(
         path,
         "TRC",
         tuple(names),
-        lambda wanted: load_columns(grid, columns, wanted, findings, frame_column=0, time_column=1),
+        lambda wanted: load_columns(grid, columns, wanted, report, frame_column=0, time_column=1),
         rate=rate,
         unit=UNITS.get(header.get("Units", "").lower()),
         frames=int(frames) if frames else None,

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from mpma_mj.errors import MotionFileError, MpmaError
-from mpma_mj.motions.findings import Findings
+from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.loader import Reading, import_motion
 from mpma_mj.motions.options import ReadingOptions
-from mpma_mj.motions.read import Reading, read_with_findings
-from mpma_mj.motions.readers import open_recording
+from mpma_mj.motions.readers.recognise import open_recording
 from tests.motions.readers import writers
 
 CUTS, FLIPS = 40, 50
@@ -94,7 +94,7 @@ def read(path: Path, kind: str) -> Reading | None:
     reading, message = None, "none"
     begin = time.monotonic()
     try:
-        reading = read_with_findings(path, options)
+        reading = import_motion(path, options)
     except MpmaError as error:
         message = str(error)
     assert time.monotonic() - begin < SLOWEST
@@ -113,7 +113,7 @@ def test_what_is_cut_off_is_told(tmp_path: Path, kind: str) -> None:
     for cut in rng.integers(0, len(data), CUTS):
         path.write_bytes(data[:cut])
         part = read(path, kind)
-        if part is None or set(part.findings.warnings) > set(whole.findings.warnings):
+        if part is None or set(part.report.warnings) > set(whole.report.warnings):
             continue
         at_an_end = bool({cut, cut + 1} & ends) and kind in AT_LINES
         assert at_an_end or (
@@ -129,13 +129,13 @@ def test_what_is_cut_off_is_told(tmp_path: Path, kind: str) -> None:
 def test_a_number_that_is_cut_is_not_used(tmp_path: Path, kind: str) -> None:
     path = FORMATS[kind](tmp_path)
     data = path.read_bytes()
-    whole = open_recording(path, Findings())
+    whole = open_recording(path, ImportReport())
     arms = whole.names[-6:]
     known = whole.load(arms)
     for cut in range(1 + data.rindex(b"\n", 0, -1), len(data) - 1):  # all of the last line
         path.write_bytes(data[:cut])
         try:
-            tracks = open_recording(path, Findings()).load(arms)
+            tracks = open_recording(path, ImportReport()).load(arms)
         except MotionFileError:
             continue
         for name, track in tracks.items():
@@ -176,5 +176,5 @@ def test_rubbish_is_refused_whatever_its_name(tmp_path: Path, head: bytes, exten
     path = tmp_path / f"dance.{extension}"
     path.write_bytes(head + np.random.default_rng(3).bytes(5000))
     with pytest.raises(MotionFileError) as caught:
-        read_with_findings(path, ReadingOptions())
+        import_motion(path, ReadingOptions())
     assert len(str(caught.value).splitlines()) == 1

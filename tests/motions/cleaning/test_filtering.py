@@ -6,9 +6,9 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from mpma_mj.motions import ymca
-from mpma_mj.motions.filtering import data_cutoff, looked_at, low_pass, resample
+from mpma_mj.motions.cleaning.filtering import data_cutoff, looked_at, low_pass, resample
+from mpma_mj.motions.loader import import_motion
 from mpma_mj.motions.options import ReadingOptions
-from mpma_mj.motions.read import read_with_findings
 from tests.conftest import WriteTsv, dancer, markers_of
 
 Array = NDArray[np.float64]
@@ -154,7 +154,7 @@ def test_a_tremor_that_the_new_rate_cannot_show_is_gone(
     write_tsv: WriteTsv, frequency: float, cutoff: float | None
 ) -> None:
     path = write_tsv(trembling(frequency))
-    posture = read_with_findings(path, ReadingOptions(cutoff=cutoff)).motion.posture
+    posture = import_motion(path, ReadingOptions(cutoff=cutoff)).motion.posture
     # 10 mm at a forearm of 250 mm are 0.04 rad; 1.5 % is what is left of 12 Hz.
     assert np.abs(posture[5:-5, 3] - np.median(posture[5:-5, 3])).max() < 0.015 * 0.04
 
@@ -162,7 +162,7 @@ def test_a_tremor_that_the_new_rate_cannot_show_is_gone(
 @pytest.mark.parametrize("tempo", [0.5, 1.0, 2.0])
 def test_what_a_tempo_would_alias_is_filtered(write_tsv: WriteTsv, tempo: float) -> None:
     options = ReadingOptions(tempo=tempo, cutoff=6.0)
-    posture = read_with_findings(write_tsv(trembling(4.5)), options).motion.posture
+    posture = import_motion(write_tsv(trembling(4.5)), options).motion.posture
     ratio = np.tan(np.pi * 4.5 / 60) / np.tan(np.pi * 6.0 / 60)
     # At twice the tempo 4.5 Hz become 9 of 20 Hz, at half of it 30 Hz become 20.
     alias = np.tan(np.pi * 4.5 / 60) / np.tan(np.pi * 8.0 / tempo / 60)
@@ -184,7 +184,7 @@ def test_the_cutoff_is_told_and_where_it_comes_from(write_tsv: WriteTsv) -> None
         3.0: "low-pass filter at 3 Hz, as given",
         50.0: "no low-pass filter",
     }.items():
-        steps = read_with_findings(path, ReadingOptions(cutoff=cutoff)).findings.steps
+        steps = import_motion(path, ReadingOptions(cutoff=cutoff)).report.steps
         assert f"{told}; resampled from 60 Hz to 20 Hz" in steps
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.context import Span, context_of_spans, equal_segments, one_hot
 from mpma_mj.errors import BadOptionError, MotionFileError
-from mpma_mj.motions.findings import Findings
+from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.options import ReadingOptions
 
 __all__ = ["label"]
@@ -26,7 +26,7 @@ def label(
     events: Sequence[Span],
     options: ReadingOptions,
     where: str | Path,
-    findings: Findings,
+    report: ImportReport,
 ) -> tuple[Array, tuple[str, ...]]:
     """Return the context of a movement.
 
@@ -36,7 +36,7 @@ def label(
         events: Labelled stretches that the recording has.
         options: Says where the labels come from.
         where: What an error calls the recording.
-        findings: Is told about the context.
+        report: Is told about the context.
 
     Returns:
         Context, shape (T, C), and its labels.
@@ -56,9 +56,9 @@ def label(
             )
         silent = float(np.mean(context.sum(axis=1) == 0))
         if silent:
-            findings.warn(f"{100 * silent:.0f} % of the movement has no label; its context is 0")
+            report.warn(f"{100 * silent:.0f} % of the movement has no label; its context is 0")
         begin = [span.start for span in spans if times[0] < span.start <= times[-1]]
-        findings.note(
+        report.note(
             f"{len(labels)} label{'s' * (len(labels) != 1)}, which begin at {_listed(begin)} s"
             if begin
             else f"one label throughout: {labels[0]}"
@@ -75,7 +75,7 @@ def label(
 
         index = change_points(posture, options.segments)
         starts = times[np.flatnonzero(np.diff(index)) + 1]
-        findings.note(f"the movement changes at {_listed(starts)} s")
+        report.note(f"the movement changes at {_listed(starts)} s")
         return one_hot(index, options.segments), tuple(str(i + 1) for i in range(options.segments))
     return equal_segments(len(posture), options.segments)
 
@@ -89,9 +89,9 @@ def _spans(
 
         return read_labels(Path(options.labels))
     if options.audio is not None:
-        from mpma_mj.motions import music
+        from mpma_mj.motions import audio_segments
 
-        find = music.sections if options.context == "sections" else music.bars
+        find = audio_segments.sections if options.context == "sections" else audio_segments.bars
         return find(Path(options.audio))
     if options.context == "events":
         if not events:

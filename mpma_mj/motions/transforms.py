@@ -8,7 +8,7 @@ import numpy as np
 
 from mpma_mj.motions.motion import Motion
 
-__all__ = ["mirrored", "with_music_of"]
+__all__ = ["mirrored", "with_context_of"]
 
 _SIDEWAYS = np.array([1.0, -1.0, 1.0])  # y → -y
 
@@ -20,7 +20,7 @@ def mirrored(motion: Motion) -> Motion:
     return dataclasses.replace(motion, posture=posture)
 
 
-def with_music_of(motion: Motion, other: Motion) -> Motion:
+def with_context_of(motion: Motion, other: Motion) -> Motion:
     """Return a motion with the context of another one.
 
     Args:

@@ -9,7 +9,7 @@ from mpma_mj import kinematics
 from mpma_mj.errors import MotionReachError
 from mpma_mj.motions.motion import Motion
 
-__all__ = ["check_ranges", "check_reach", "joint_speeds"]
+__all__ = ["check_feasibility", "check_ranges", "joint_speeds"]
 
 Array = NDArray[np.float64]
 
@@ -34,7 +34,7 @@ def joint_speeds(motion: Motion) -> Array:
     return np.abs(np.diff(angles, axis=0)) * motion.rate * leverage
 
 
-def check_reach(motion: Motion, max_joint_speed: Array, max_elbow: float) -> None:
+def check_feasibility(motion: Motion, max_joint_speed: Array, max_elbow: float) -> None:
     """Check that the arms can follow a motion.
 
     Args:

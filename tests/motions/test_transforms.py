@@ -3,8 +3,8 @@
 import numpy as np
 
 from mpma_mj import kinematics
-from mpma_mj.motions.invented import invented
-from mpma_mj.motions.variants import mirrored, with_music_of
+from mpma_mj.motions.synthetic import invented
+from mpma_mj.motions.transforms import mirrored, with_context_of
 from mpma_mj.motions.ymca import ymca
 
 
@@ -25,10 +25,10 @@ def test_a_mirrored_dance_has_the_joint_angles_of_the_other_arm() -> None:
 
 def test_anothers_music_is_heard_for_the_same_shares_of_the_time() -> None:
     dance, music = invented(dance=3), ymca()
-    danced = with_music_of(dance, music)
+    danced = with_context_of(dance, music)
     np.testing.assert_array_equal(danced.posture, dance.posture)
     assert danced.labels == music.labels
     np.testing.assert_allclose(danced.context.mean(axis=0), music.context.mean(axis=0), atol=0.02)
     assert np.all(np.diff(danced.context.argmax(axis=1)) >= 0)
-    same = with_music_of(music, music)
+    same = with_context_of(music, music)
     np.testing.assert_array_equal(same.context, music.context)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.context import Span
 from mpma_mj.errors import BadOptionError, MotionFileError
-from mpma_mj.motions.music import bars, sections
+from mpma_mj.motions.audio_segments import bars, sections
 
 pytest.importorskip("librosa")
 soundfile = pytest.importorskip("soundfile")

@@ -8,11 +8,11 @@ from pathlib import Path
 
 from mpma_mj.errors import RecordingWarning
 
-__all__ = ["Findings"]
+__all__ = ["ImportReport"]
 
 
 @dataclass
-class Findings:
+class ImportReport:
     """Lines for whoever wants to know what became of their recording.
 
     Attributes:

@@ -13,8 +13,8 @@ from mpma_mj.errors import (
     UnknownMotionError,
 )
 from mpma_mj.motions import read_motion, ymca
+from mpma_mj.motions.loader import import_motion
 from mpma_mj.motions.options import ReadingOptions
-from mpma_mj.motions.read import read_with_findings
 from tests.conftest import dancer, markers_of
 
 WriteTsv = Callable[..., Path]
@@ -201,21 +201,21 @@ def test_a_gap_of_exactly_the_limit_is_bridged(write_tsv: WriteTsv) -> None:
 def test_gaps_at_the_ends_are_cut_off(write_tsv: WriteTsv, frames: slice) -> None:
     holed = markers()
     holed["Elbow_L"][frames] = np.nan
-    reading = read_with_findings(write_tsv(holed), ReadingOptions())
+    reading = import_motion(write_tsv(holed), ReadingOptions())
     assert len(reading.motion) == len(ymca()) - 1
     (first, last) = (3, 0) if frames.start == 0 else (0, 3)
     assert (
         f"cut {first} frames at the start and {last} at the end, where markers of the arms are"
         " missing"
-    ) in reading.findings.steps
+    ) in reading.report.steps
     np.testing.assert_allclose(reading.times, first / 60 + np.arange(75) / 20)
 
 
 def test_rows_after_an_empty_one_are_left_out_and_told(write_tsv: WriteTsv) -> None:
     path = write_tsv(edit=edit_row(105, lambda cells: []))
-    reading = read_with_findings(path, ReadingOptions())
+    reading = import_motion(path, ReadingOptions())
     assert reading.frames == 100
-    assert "line 105 is empty; the 127 lines after it are not read" in reading.findings.warnings
+    assert "line 105 is empty; the 127 lines after it are not read" in reading.report.warnings
 
 
 def test_markers_that_are_not_of_the_arms_may_have_gaps(write_tsv: WriteTsv) -> None:
@@ -277,16 +277,16 @@ def test_from_and_to_count_in_seconds_of_the_recording(
     write_tsv: WriteTsv, start: float | None, end: float | None, first: int, count: int
 ) -> None:
     options = ReadingOptions(start=start, end=end, segments=2, cutoff=30.0)
-    cut = read_with_findings(write_tsv(), options, rate=60.0)
+    cut = import_motion(write_tsv(), options, rate=60.0)
     # Filtered up to what 60 Hz show: close to the truth.
     truth = ymca(rate=60.0).posture[first : first + count]
     assert cut.motion.posture.shape == truth.shape
     assert np.abs(cut.motion.posture - truth).max() < 0.02
     np.testing.assert_allclose(cut.times, np.arange(first, first + count) / 60.0)
     asked = bool(start) or end is not None
-    assert any("as requested" in step for step in cut.findings.steps) == asked
+    assert any("as requested" in step for step in cut.report.steps) == asked
     beyond = end is not None and end > 3.8
-    assert cut.findings.warnings == beyond * ["the recording ends at 3.80 s; end=99 asks for more"]
+    assert cut.report.warnings == beyond * ["the recording ends at 3.80 s; end=99 asks for more"]
 
 
 @pytest.mark.parametrize(
@@ -326,7 +326,7 @@ def test_a_good_recording_is_read_without_a_warning(write_tsv: WriteTsv) -> None
 
 
 def test_a_reading_tells_what_the_file_has(write_tsv: WriteTsv) -> None:
-    reading = read_with_findings(write_tsv(), ReadingOptions())
+    reading = import_motion(write_tsv(), ReadingOptions())
     assert reading.format == "Qualisys TSV"
     assert reading.names == tuple(markers())
     assert reading.groups["left_wrist"] == ("Radius_L", "Ulna_L")

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.motions.body import segments
 
-__all__ = ["startup_frames"]
+__all__ = ["calibration_frames"]
 
 Array = NDArray[np.float64]
 
@@ -19,7 +19,7 @@ _LATEST = 3.0  # s that a pose is held at most (choice)
 _RAMP = 0.25  # s that a ramp lasts at most (choice)
 
 
-def startup_frames(points: dict[str, Array], rate: float) -> int:
+def calibration_frames(points: dict[str, Array], rate: float) -> int:
     """Count the frames before the movement itself.
 
     Start-up shows by arms that leave their first pose, from one frame to the next, faster than

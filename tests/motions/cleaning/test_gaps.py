@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from numpy.typing import NDArray
 
-from mpma_mj.motions.gaps import fill_gaps, missing, runs
+from mpma_mj.motions.cleaning.gaps import fill_gaps, missing, runs
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -9,10 +9,10 @@ import mpma_mj
 from mpma_mj.context import Span
 from mpma_mj.errors import BadOptionError, MotionFileError, RecordingWarning
 from mpma_mj.motions import read_motion, ymca
-from mpma_mj.motions.findings import Findings
-from mpma_mj.motions.labelling import label
+from mpma_mj.motions.context import label
+from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.loader import import_motion
 from mpma_mj.motions.options import ReadingOptions
-from mpma_mj.motions.read import read_with_findings
 from tests.conftest import WriteTsv
 
 Array = NDArray[np.float64]
@@ -34,34 +34,34 @@ def write_labels(tmp_path: Path) -> WriteLabels:
 
 def labelled(
     options: ReadingOptions, events: tuple[Span, ...] = (), times: Array = TIMES
-) -> tuple[Array, tuple[str, ...], Findings]:
-    findings = Findings()
-    return (*label(POSTURE, times, events, options, "dance.x", findings), findings)
+) -> tuple[Array, tuple[str, ...], ImportReport]:
+    report = ImportReport()
+    return (*label(POSTURE, times, events, options, "dance.x", report), report)
 
 
 def test_labels_are_1_where_they_are_danced(write_labels: WriteLabels) -> None:
     path = write_labels("start,end,label\n0,1,Y\n1,2.5,M\n2.5,9,Y\n")
-    context, labels, findings = labelled(ReadingOptions(labels=path))
+    context, labels, report = labelled(ReadingOptions(labels=path))
     assert labels == ("Y", "M")
     middle = (TIMES >= 1.0) & (TIMES < 2.5)
     np.testing.assert_array_equal(context, np.stack([~middle, middle], axis=1))
-    assert findings == Findings(["2 labels, which begin at 1.00, 2.50 s"], [])
+    assert report == ImportReport(["2 labels, which begin at 1.00, 2.50 s"], [])
 
 
 def test_labels_that_overlap_are_both_1(write_labels: WriteLabels) -> None:
     path = write_labels("0,2,Y\n1,9,M\n")
-    context, _, findings = labelled(ReadingOptions(labels=path))
+    context, _, report = labelled(ReadingOptions(labels=path))
     both = (TIMES >= 1.0) & (TIMES < 2.0)
     np.testing.assert_array_equal(context.sum(axis=1), np.where(both, 2.0, 1.0))
-    assert not findings.warnings
+    assert not report.warnings
 
 
 def test_where_no_label_is_the_context_is_0_and_that_is_told(write_labels: WriteLabels) -> None:
     path = write_labels("0,1,Y\n1.95,9,M\n")
-    context, _, findings = labelled(ReadingOptions(labels=path))
+    context, _, report = labelled(ReadingOptions(labels=path))
     silent = (TIMES >= 1.0) & (TIMES < 1.95)
     np.testing.assert_array_equal(context.sum(axis=1) == 0, silent)
-    assert findings.warnings == ["25 % of the movement has no label; its context is 0"]
+    assert report.warnings == ["25 % of the movement has no label; its context is 0"]
 
 
 def test_labels_outside_are_left_out_or_refused(write_labels: WriteLabels) -> None:
@@ -98,12 +98,12 @@ def test_more_parts_than_postures_are_refused(name: str) -> None:
 
 def test_changes_are_those_of_the_movement_and_are_told_in_its_seconds() -> None:
     times = 10.0 + TIMES
-    context, labels, findings = labelled(ReadingOptions(context="changes"), times=times)
+    context, labels, report = labelled(ReadingOptions(context="changes"), times=times)
     np.testing.assert_array_equal(context, ymca().context)
     assert labels == ("1", "2", "3", "4")
     starts = times[np.flatnonzero(np.diff(ymca().context.argmax(axis=1))) + 1]
     told = ", ".join(f"{start:.2f}" for start in starts)
-    assert findings.steps == [f"the movement changes at {told} s"]
+    assert report.steps == [f"the movement changes at {told} s"]
 
 
 def test_events_of_the_recording_label_it_if_that_is_asked_for() -> None:
@@ -143,7 +143,7 @@ def test_labels_count_in_seconds_of_the_recording(
     path = write_labels("0,1.5,before\n1.5,2,Y\n2,9,M\n")
     for tempo in (0.5, 1.0, 2.0):
         options = ReadingOptions(labels=path, start=1.0, end=3.0, tempo=tempo)
-        reading = read_with_findings(write_tsv(), options)
+        reading = import_motion(write_tsv(), options)
         assert reading.motion.labels == ("before", "Y", "M")
         np.testing.assert_allclose(
             reading.times, 1.0 + np.arange(len(reading.motion)) * tempo / 20.0

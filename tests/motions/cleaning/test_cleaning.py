@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions import ymca
 from mpma_mj.motions.cleaning import Cleaner
-from mpma_mj.motions.findings import Findings
-from mpma_mj.motions.gaps import missing, runs
+from mpma_mj.motions.cleaning.gaps import missing, runs
+from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.loader import import_motion
 from mpma_mj.motions.options import ReadingOptions
-from mpma_mj.motions.read import read_with_findings
 from tests.conftest import WriteTsv, dancer, markers_of
 
 Array = NDArray[np.float64]
@@ -36,12 +36,12 @@ def dance(seconds: float = 3.8) -> Tracks:
 def cleaned(tracks: Tracks, **options: object) -> Cleaner:
     groups = {name: (name,) for name in tracks}
     copies = {name: track.copy() for name, track in tracks.items()}
-    cleaner = Cleaner(copies, groups, RATE, "dance.x", Findings())
+    cleaner = Cleaner(copies, groups, RATE, "dance.x", ImportReport())
     cleaner.clean(ReadingOptions(**options))  # type: ignore[arg-type]
     return cleaner
 
 
-def findings_of(cleaner: Cleaner) -> Findings:
+def findings_of(cleaner: Cleaner) -> ImportReport:
     return cleaner._findings
 
 
@@ -208,7 +208,7 @@ def test_ends_are_cut_to_where_all_markers_are_seen() -> None:
 
 def test_a_whole_recording_is_left_alone() -> None:
     cleaner = cleaned(dance())
-    assert findings_of(cleaner) == Findings()
+    assert findings_of(cleaner) == ImportReport()
     assert cleaner.first == 0
     for name, track in dance().items():
         np.testing.assert_array_equal(cleaner.tracks[name], track)
@@ -218,15 +218,15 @@ def test_a_whole_recording_is_left_alone() -> None:
 def test_gaps_in_files_are_empty_cells_or_exact_zeros(write_tsv: WriteTsv, gap: float) -> None:
     tracks = markers_of(dance())
     tracks["Elbow_R"][100:110] = gap
-    reading = read_with_findings(write_tsv(tracks), ReadingOptions())
+    reading = import_motion(write_tsv(tracks), ReadingOptions())
     assert reading.gaps == {"Elbow_R": [(pytest.approx(100 / 60), pytest.approx(110 / 60))]}
 
 
 def test_frames_of_gaps_count_from_the_files_first(write_tsv: WriteTsv) -> None:
     tracks = markers_of(dance())
     tracks["Elbow_R"][100:110] = np.nan
-    reading = read_with_findings(write_tsv(tracks), ReadingOptions(start=1.0))
-    assert any("the longest frames 101 to 110 (0.17 s)" in s for s in reading.findings.steps)
+    reading = import_motion(write_tsv(tracks), ReadingOptions(start=1.0))
+    assert any("the longest frames 101 to 110 (0.17 s)" in s for s in reading.report.steps)
     assert reading.gaps == {"Elbow_R": [(pytest.approx(100 / 60), pytest.approx(110 / 60))]}
 
 
@@ -252,17 +252,17 @@ def without(name: str, frames: slice) -> Change:
     return change
 
 
-def read_bent(path: Path, change: Change = lambda tracks: None) -> tuple[Array, Findings]:
+def read_bent(path: Path, change: Change = lambda tracks: None) -> tuple[Array, ImportReport]:
     tracks = bent()
     change(tracks)
     np.savez(path, rate=RATE, up="z", **tracks)  # type: ignore[arg-type]
-    reading = read_with_findings(path, ReadingOptions(cutoff=6.0))
-    return reading.motion.posture, reading.findings
+    reading = import_motion(path, ReadingOptions(cutoff=6.0))
+    return reading.motion.posture, reading.report
 
 
 def test_a_torso_without_its_neck_is_taken_from_the_shoulders(tmp_path: Path) -> None:
-    _, findings = read_bent(tmp_path / "a.npz", without("neck", slice(100, 140)))
-    (warning,) = findings.warnings
+    _, report = read_bent(tmp_path / "a.npz", without("neck", slice(100, 140)))
+    (warning,) = report.warnings
     assert warning.endswith("from others: pelvis pelvis; neck left_shoulder + right_shoulder")
 
 
@@ -277,10 +277,10 @@ def test_of_a_pelvis_either_pair_will_do(write_tsv: WriteTsv) -> None:
     }.items():
         markers[name] = shoulders + offset
     markers["LASI"][:40] = np.nan
-    reading = read_with_findings(write_tsv(markers), ReadingOptions())
+    reading = import_motion(write_tsv(markers), ReadingOptions())
     assert (
         "LASI is missing for up to 0.67 s; the torso is taken from others"
-        in (reading.findings.warnings[0])
+        in (reading.report.warnings[0])
     )
     assert reading.groups["pelvis"] == ("LPSI", "RPSI")
 
@@ -290,7 +290,7 @@ def test_of_a_pelvis_either_pair_will_do(write_tsv: WriteTsv) -> None:
 def test_a_torso_without_its_markers_is_taken_as_upright(
     tmp_path: Path, name: str, frames: slice
 ) -> None:
-    posture, findings = read_bent(tmp_path / "a.npz", without(name, frames))
+    posture, report = read_bent(tmp_path / "a.npz", without(name, frames))
 
     def drop(tracks: Tracks) -> None:
         del tracks["pelvis"], tracks["neck"]
@@ -300,7 +300,7 @@ def test_a_torso_without_its_markers_is_taken_as_upright(
     np.testing.assert_array_equal(posture, upright)
     assert np.abs(posture - whole).max() > 0.3
     seconds = len(np.arange(228)[frames]) / RATE
-    assert findings.warnings == [
+    assert report.warnings == [
         f"torso marker {name} is missing for up to {seconds:.2f} s; the torso is taken as upright"
         " instead, so that a bend moves the arms"
     ]
@@ -311,9 +311,9 @@ def test_a_torso_without_its_markers_is_taken_as_upright(
 def test_a_torso_marker_may_be_missing_for_a_moment(
     tmp_path: Path, name: str, frames: slice
 ) -> None:
-    posture, findings = read_bent(tmp_path / "a.npz", without(name, frames))
+    posture, report = read_bent(tmp_path / "a.npz", without(name, frames))
     whole, _ = read_bent(tmp_path / "b.npz")
-    assert not findings.warnings
+    assert not report.warnings
     if frames.start is None:
         whole = whole[1:]  # three frames, one posture
     assert np.abs(posture - whole[: len(posture)])[2:-2].max() < 0.02
@@ -335,11 +335,9 @@ def test_a_marker_that_is_never_seen_can_be_done_without_where_it_has_another(
     markers["Ulna_R"][:] = np.nan
     path = write_tsv(markers)
     with pytest.raises(MotionFileError, match="Ulna_R is missing in all") as caught:
-        read_with_findings(path, ReadingOptions())
+        import_motion(path, ReadingOptions())
     mapping = str(caught.value).partition('map="')[2].rstrip('"')
-    assert read_with_findings(path, ReadingOptions(map=mapping)).groups["right_wrist"] == (
-        "Radius_R",
-    )
+    assert import_motion(path, ReadingOptions(map=mapping)).groups["right_wrist"] == ("Radius_R",)
 
 
 @pytest.mark.filterwarnings("error")
@@ -348,7 +346,7 @@ def test_markers_that_are_never_seen_together_are_refused(write_tsv: WriteTsv) -
     markers["Ulna_R"][::2] = np.nan
     markers["Radius_R"][1::2] = np.nan
     with pytest.raises(MotionFileError, match="Radius_R and Ulna_R are never seen together"):
-        read_with_findings(write_tsv(markers), ReadingOptions())
+        import_motion(write_tsv(markers), ReadingOptions())
 
 
 def test_what_a_long_bridge_invents_and_a_segment_that_varies_are_warned_about(
@@ -356,11 +354,11 @@ def test_what_a_long_bridge_invents_and_a_segment_that_varies_are_warned_about(
 ) -> None:
     markers = markers_of(dancer(ymca(rate=60.0).posture))
     markers["Elbow_L"][60:120] = np.nan
-    reading = read_with_findings(write_tsv(markers), ReadingOptions(max_gap=2.0))
-    assert "Elbow_L is bridged over 1.00 s from frame 61 on" in reading.findings.warnings[0]
+    reading = import_motion(write_tsv(markers), ReadingOptions(max_gap=2.0))
+    assert "Elbow_L is bridged over 1.00 s from frame 61 on" in reading.report.warnings[0]
     markers = markers_of(dancer(ymca(rate=60.0).posture))
     markers["Elbow_L"][100:] *= [1.0, 0.5, 1.0]
-    warnings = read_with_findings(write_tsv(markers), ReadingOptions()).findings.warnings
+    warnings = import_motion(write_tsv(markers), ReadingOptions()).report.warnings
     assert any("the left upper arm's length varies by" in warning for warning in warnings)
 
 

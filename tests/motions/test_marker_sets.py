@@ -8,7 +8,7 @@ import pytest
 from mpma_mj.errors import BadOptionError, MotionFileError
 from mpma_mj.motions.body import ARM_POINTS
 from mpma_mj.motions.mapping import Groups, parse_mapping
-from mpma_mj.motions.markers import choose_markers
+from mpma_mj.motions.marker_sets import choose_markers
 
 FILE = Path("dance.c3d")
 _PLUG_IN_GAIT = (

@@ -13,27 +13,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.errors import BadOptionError, MotionFileError, UnknownMotionError
-from mpma_mj.motions import filtering, motion_file
+from mpma_mj.motions import motion_file
 from mpma_mj.motions.body import ARM_POINTS, check_segments, posture_from_points, segments
-from mpma_mj.motions.cleaning import Cleaner
-from mpma_mj.motions.findings import Findings
+from mpma_mj.motions.cleaning import Cleaner, filtering
+from mpma_mj.motions.cleaning.calibration_pose import calibration_frames
+from mpma_mj.motions.context import label
 from mpma_mj.motions.finished import read_finished
-from mpma_mj.motions.invented import DANCES, invented
-from mpma_mj.motions.labelling import label
+from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.loop import close_loop
 from mpma_mj.motions.mapping import parse_mapping
-from mpma_mj.motions.markers import choose_markers
+from mpma_mj.motions.marker_sets import choose_markers
 from mpma_mj.motions.motion import Motion
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.motions.orientation import arm_length, find_unit, find_up, turn_z_up
-from mpma_mj.motions.readers import open_recording
+from mpma_mj.motions.readers.recognise import open_recording
+from mpma_mj.motions.readers.recording import UNITS, Recording, Tracks
 from mpma_mj.motions.reading import Reading
-from mpma_mj.motions.recording import UNITS, Recording, Tracks
 from mpma_mj.motions.sides import check_sides
-from mpma_mj.motions.startup import startup_frames
+from mpma_mj.motions.synthetic import DANCES, invented
 from mpma_mj.motions.ymca import ymca
 
-__all__ = ["BUILT_IN", "read_motion", "read_with_findings"]
+__all__ = ["BUILT_IN", "import_motion", "read_motion"]
 
 Array = NDArray[np.float64]
 
@@ -71,14 +71,12 @@ def read_motion(source: str | Path, *, rate: float = _RATE, **options: Any) -> M
     unknown = [name for name in options if name not in known]
     if unknown:
         raise BadOptionError(f"no option {unknown[0]}; expected {', '.join(known)}")
-    reading = read_with_findings(source, ReadingOptions(**options), rate=rate)
-    reading.findings.tell(source)
+    reading = import_motion(source, ReadingOptions(**options), rate=rate)
+    reading.report.tell(source)
     return reading.motion
 
 
-def read_with_findings(
-    source: str | Path, options: ReadingOptions, *, rate: float = _RATE
-) -> Reading:
+def import_motion(source: str | Path, options: ReadingOptions, *, rate: float = _RATE) -> Reading:
     """Read a movement, and tell what was found and done.
 
     Args:
@@ -93,23 +91,23 @@ def read_with_findings(
     if not _RATES[0] <= rate <= _RATES[1]:
         expected = f"{_RATES[0]:g} to {_RATES[1]:g} Hz"
         raise BadOptionError(option="rate", value=rate, expected=expected)
-    findings = Findings()
+    report = ImportReport()
     if str(source) in BUILT_IN:
         motion = BUILT_IN[str(source)](rate, options.tempo)
-        return read_finished(motion, "built in", options, findings)
+        return read_finished(motion, "built in", options, report)
     path = Path(source)
     _check_file(path)
     stored = motion_file.read(path)
     if stored is not None:
         motion = motion_file.at_rate(stored, rate, options.tempo)
-        return read_finished(motion, "npz", options, findings)
+        return read_finished(motion, "npz", options, report)
     skeleton = None if options.skeleton is None else Path(options.skeleton)
-    recording = open_recording(path, findings, skeleton=skeleton)
-    return _read(recording, options, rate, findings)
+    recording = open_recording(path, report, skeleton=skeleton)
+    return _read(recording, options, rate, report)
 
 
 def _read(
-    recording: Recording, options: ReadingOptions, rate: float, findings: Findings
+    recording: Recording, options: ReadingOptions, rate: float, report: ImportReport
 ) -> Reading:
     """Read the trajectories of a recording and make a movement of them."""
     path, where = recording.path, str(recording.path)
@@ -117,33 +115,33 @@ def _read(
     groups = choose_markers(path, recording.names, mapping)
     names = list(dict.fromkeys(name for group in groups.values() for name in group))
     if "pelvis" not in groups and len(recording.names) > _BODY * len(names):
-        findings.warn(
+        report.warn(
             "no pelvis is known among its points, so that the torso is taken as upright and a bend"
             " moves the arms",
             remedy='name it with {map="pelvis=…"}',
         )
-    own_rate = _source_rate(recording, options, findings)
-    cleaner = Cleaner(recording.load(names), groups, own_rate, where, findings)
+    own_rate = _source_rate(recording, options, report)
+    cleaner = Cleaner(recording.load(names), groups, own_rate, where, report)
     frames = cleaner.frames
     if recording.frames not in (None, frames):
-        findings.warn(
+        report.warn(
             f"the file says {recording.frames} frames and holds {frames}; {frames} are used"
         )
     cleaner.clean(options)
     points = cleaner.points()
-    up = find_up(points, recording.up, options.up, where, findings, cleaner.lost_trunk)
+    up = find_up(points, recording.up, options.up, where, report, cleaner.lost_trunk)
     for name in list(points):
         points[name] = turn_z_up(points[name], up)
     check_segments(points, where, cleaner.first)
-    lengths, metric = _measure(points, recording, options, findings)
-    first = startup_frames(points, own_rate)
+    lengths, metric = _measure(points, recording, options, report)
+    first = calibration_frames(points, own_rate)
     if first:
         frames_cut = "the first frame is" if first == 1 else f"the first {first} frames are"
-        findings.warn(f"{frames_cut} cut: a start-up pose")
+        report.warn(f"{frames_cut} cut: a start-up pose")
         points = {name: track[first:] for name, track in points.items()}
-    _filter_and_resample(points, own_rate, rate, options, findings)
+    _filter_and_resample(points, own_rate, rate, options, report)
     posture = posture_from_points(points)
-    check_sides(points, posture, cleaner.groups, findings)
+    check_sides(points, posture, cleaner.groups, report)
     if len(posture) < 2:
         raise MotionFileError(
             f"{where}: has {len(posture)} posture(s) at {rate:g} Hz; a movement needs at least"
@@ -153,11 +151,11 @@ def _read(
         posture = close_loop(posture, rate)
     begins = (cleaner.first + first) / own_rate
     times = begins + np.arange(len(posture)) / rate * options.tempo
-    context, labels = label(posture, times, recording.spans, options, path, findings)
+    context, labels = label(posture, times, recording.spans, options, path, report)
     source = f"{recording.format} recording {path.name}"
     return Reading(
         motion=Motion(posture, context, labels, rate, path.stem, source, options.tempo),
-        findings=findings,
+        report=report,
         format=recording.format,
         groups=cleaner.groups,
         names=recording.names,
@@ -171,18 +169,18 @@ def _read(
 
 
 def _measure(
-    points: Tracks, recording: Recording, options: ReadingOptions, findings: Findings
+    points: Tracks, recording: Recording, options: ReadingOptions, report: ImportReport
 ) -> tuple[dict[str, tuple[float, float]], bool]:
     """Return mean and standard deviation of the segments' lengths, and whether they are in m."""
     given = None if options.unit is None else UNITS[options.unit]
-    unit = find_unit(arm_length(points), recording.unit, given, findings)
+    unit = find_unit(arm_length(points), recording.unit, given, report)
     lengths = {}
     for name, vectors in segments(points).items():
         length = np.linalg.norm(vectors, axis=1) * (unit or 1.0)
         lengths[name] = (float(length.mean()), float(length.std()))
         varies = length.std() / length.mean()
         if varies > _MOST_VARIED:
-            findings.warn(
+            report.warn(
                 f"the {name}'s length varies by {100 * varies:.0f} %: a marker of it is elsewhere"
                 " for part of the time"
             )
@@ -190,20 +188,20 @@ def _measure(
 
 
 def _filter_and_resample(
-    points: Tracks, own_rate: float, rate: float, options: ReadingOptions, findings: Findings
+    points: Tracks, own_rate: float, rate: float, options: ReadingOptions, report: ImportReport
 ) -> None:
     """Bring points, in place, from their own rate to the one that is wanted, both in Hz."""
-    cutoff = _cutoff(points, own_rate, rate, options, findings)
+    cutoff = _cutoff(points, own_rate, rate, options, report)
     played = own_rate * options.tempo  # frames per second of the movement, Hz
     for name in list(points):
         smooth = filtering.low_pass(points[name], own_rate, cutoff)
         points[name] = filtering.resample(filtering.anti_alias(smooth, played, rate), played, rate)
 
 
-def _source_rate(recording: Recording, options: ReadingOptions, findings: Findings) -> float:
+def _source_rate(recording: Recording, options: ReadingOptions, report: ImportReport) -> float:
     if options.rate_in is not None:
         told = "no rate" if recording.rate is None else f"{recording.rate:g} Hz"
-        findings.note(f"{options.rate_in:g} Hz, as given (the file says {told})")
+        report.note(f"{options.rate_in:g} Hz, as given (the file says {told})")
         return options.rate_in
     if recording.rate is None:
         raise MotionFileError(
@@ -214,7 +212,7 @@ def _source_rate(recording: Recording, options: ReadingOptions, findings: Findin
 
 
 def _cutoff(
-    points: Tracks, own_rate: float, rate: float, options: ReadingOptions, findings: Findings
+    points: Tracks, own_rate: float, rate: float, options: ReadingOptions, report: ImportReport
 ) -> float:
     """Return the cut-off frequency of the low-pass filter: as given, or from the data."""
     if options.cutoff is not None:
@@ -225,7 +223,7 @@ def _cutoff(
         cutoff, how = filtering.data_cutoff(arms, own_rate), "from the data"
     nothing = cutoff >= 0.5 * own_rate
     done = "no low-pass filter" if nothing else f"low-pass filter at {cutoff:.3g} Hz, {how}"
-    findings.note(f"{done}; resampled from {own_rate:g} Hz to {rate:g} Hz")
+    report.note(f"{done}; resampled from {own_rate:g} Hz to {rate:g} Hz")
     return cutoff
 
 

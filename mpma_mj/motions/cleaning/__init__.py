@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 
 from mpma_mj.errors import BadOptionError, MotionFileError, placeholder
 from mpma_mj.motions.body import ARM_POINTS, TORSO_POINTS
-from mpma_mj.motions.findings import Findings
-from mpma_mj.motions.gaps import fill_gaps, missing, runs
-from mpma_mj.motions.jumps import single_frame_jumps
+from mpma_mj.motions.cleaning.gaps import fill_gaps, missing, runs
+from mpma_mj.motions.cleaning.jumps import single_frame_jumps
+from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.mapping import Groups
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.motions.orientation import arm_length
-from mpma_mj.motions.recording import Tracks
+from mpma_mj.motions.readers.recording import Tracks
 
 __all__ = ["Cleaner"]
 
@@ -40,7 +40,7 @@ class Cleaner:
     """
 
     def __init__(
-        self, tracks: Tracks, groups: Groups, rate: float, where: str, findings: Findings
+        self, tracks: Tracks, groups: Groups, rate: float, where: str, report: ImportReport
     ) -> None:
         """Begin with what the file holds.
 
@@ -49,7 +49,7 @@ class Cleaner:
             groups: Which markers show which point.
             rate: Frames per second, Hz.
             where: What an error calls the recording.
-            findings: Is told of every step.
+            report: Is told of every step.
         """
         self.tracks = tracks
         self.groups = groups
@@ -58,7 +58,7 @@ class Cleaner:
         self.gaps: dict[str, list[tuple[int, int]]] = {}
         self._rate = rate
         self._where = where
-        self._findings = findings
+        self._findings = report
 
     def clean(self, options: ReadingOptions) -> None:
         """Cut out the wanted time, flag or repair jumps, and bridge or cut away gaps.

@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from mpma_mj.motions import ymca
-from mpma_mj.motions.jumps import single_frame_jumps
+from mpma_mj.motions.cleaning.jumps import single_frame_jumps
+from mpma_mj.motions.loader import import_motion
 from mpma_mj.motions.options import ReadingOptions
-from mpma_mj.motions.read import read_with_findings
 from tests.conftest import WriteTsv, dancer, markers_of
 
 Array = NDArray[np.float64]
@@ -75,33 +75,33 @@ def test_hardly_any_frames_have_no_jumps(frames: int) -> None:
 
 
 def test_jumps_are_told_with_marker_and_frame(write_tsv: WriteTsv) -> None:
-    reading = read_with_findings(write_tsv(jumping()[1]), ReadingOptions())
-    assert reading.findings.warnings == [
+    reading = import_motion(write_tsv(jumping()[1]), ReadingOptions())
+    assert reading.report.warnings == [
         "3 single-frame jumps (Elbow_L in frame 101; Radius_R in frame 51, 201); repair bridges"
         " them"
     ]
 
 
 def test_frames_of_jumps_count_from_the_files_first(write_tsv: WriteTsv) -> None:
-    reading = read_with_findings(write_tsv(jumping()[1]), ReadingOptions(start=1.0, end=3.0))
-    assert reading.findings.warnings == [
+    reading = import_motion(write_tsv(jumping()[1]), ReadingOptions(start=1.0, end=3.0))
+    assert reading.report.warnings == [
         "1 single-frame jump (Elbow_L in frame 101); repair bridges them"
     ]
 
 
 def test_jumps_are_repaired_only_if_that_is_asked_for(write_tsv: WriteTsv, tmp_path: Path) -> None:
     truth, jumped = jumping()
-    whole = read_with_findings(write_tsv(truth, name="whole.tsv"), ReadingOptions(cutoff=6.0))
+    whole = import_motion(write_tsv(truth, name="whole.tsv"), ReadingOptions(cutoff=6.0))
     path = write_tsv(jumped)
-    left = read_with_findings(path, ReadingOptions(cutoff=6.0))
-    repaired = read_with_findings(path, ReadingOptions(cutoff=6.0, repair=True))
+    left = import_motion(path, ReadingOptions(cutoff=6.0))
+    repaired = import_motion(path, ReadingOptions(cutoff=6.0, repair=True))
     error = np.abs(left.motion.posture - whole.motion.posture).max()
     assert error > 0.1
     assert np.abs(repaired.motion.posture - whole.motion.posture).max() < 0.02 * error
-    assert not repaired.findings.warnings
-    assert any("3 single-frame jumps bridged" in step for step in repaired.findings.steps)
+    assert not repaired.report.warnings
+    assert any("3 single-frame jumps bridged" in step for step in repaired.report.steps)
     assert repaired.gaps["Elbow_L"] == [(pytest.approx(100 / 60), pytest.approx(101 / 60))]
 
 
 def test_a_whole_recording_has_no_jumps(write_tsv: WriteTsv) -> None:
-    assert not read_with_findings(write_tsv(), ReadingOptions()).findings.warnings
+    assert not import_motion(write_tsv(), ReadingOptions()).report.warnings

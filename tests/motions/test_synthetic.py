@@ -6,8 +6,8 @@ import pytest
 from mpma_mj.envs.load import arm_limits
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions import read_motion
-from mpma_mj.motions.invented import DANCES, invented
-from mpma_mj.motions.reach import check_reach
+from mpma_mj.motions.feasibility import check_feasibility
+from mpma_mj.motions.synthetic import DANCES, invented
 
 
 def test_the_dances_in_a_row_are_the_whole() -> None:
@@ -25,7 +25,7 @@ def test_no_two_dances_are_alike() -> None:
 
 
 def test_arms_can_follow_them() -> None:
-    check_reach(invented(), *arm_limits("physics"))
+    check_feasibility(invented(), *arm_limits("physics"))
 
 
 def test_they_are_the_same_always_and_say_that_nobody_danced_them() -> None:
