@@ -46,11 +46,11 @@ def main(hours: float = 10.0) -> None:
         path = write_long_tsv(Path(folder), hours)
         before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
         began = time.perf_counter()
-        reading = import_motion(path, ReadingOptions())
+        _, report = import_motion(path, ReadingOptions())
         grown = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) * 1024
-        own = reading.frames * len(ARM_POINTS) * 3 * 8
+        own = report.frames * len(ARM_POINTS) * 3 * 8
         print(
-            f"\n{hours:g} h, {reading.frames} frames, {path.stat().st_size / MEGABYTE:.0f} MB of"
+            f"\n{hours:g} h, {report.frames} frames, {path.stat().st_size / MEGABYTE:.0f} MB of"
             f" text: {time.perf_counter() - began:.0f} s; memory grew by {grown / MEGABYTE:.0f} MB,"
             f" {grown / own:.2f} times the six points' {own / MEGABYTE:.0f} MB"
         )

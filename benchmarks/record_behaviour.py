@@ -27,9 +27,10 @@ from numpy.typing import NDArray
 import mpma_mj
 from mpma_mj.envs.load import arm_limits
 from mpma_mj.errors import MpmaError
-from mpma_mj.motions.loader import BUILT_IN, import_motion
+from mpma_mj.motions.feasibility import demand_lines
+from mpma_mj.motions.loader import import_motion
 from mpma_mj.motions.options import ReadingOptions
-from mpma_mj.motions.report import report_lines
+from mpma_mj.motions.synthetic import BUILT_IN
 from mpma_mj.training import run as runs
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.dataset import read_motions
@@ -235,7 +236,7 @@ def reading_entries(folder: Path) -> Iterator[tuple[str, str]]:
                 with warnings.catch_warnings(record=True) as caught:
                     warnings.simplefilter("always")
                     motion = mpma_mj.read_motion(source, **options)
-                reading = import_motion(source, ReadingOptions(**others), **rate)
+                same, facts = import_motion(source, ReadingOptions(**others), **rate)
             except MpmaError as error:
                 message = str(error).replace(str(folder), "")
                 yield f"{key}/{title}/refusal", f"{type(error).__name__}: {message}"
@@ -245,7 +246,7 @@ def reading_entries(folder: Path) -> Iterator[tuple[str, str]]:
             for name in ("labels", "rate", "name", "source", "tempo"):
                 yield f"{key}/{title}/{name}", repr(getattr(motion, name))
             messages = [str(warning.message) for warning in caught]
-            report = report_lines(reading, *limits)
+            report = [*facts.lines(same), *demand_lines(same, *limits)]
             for name, lines in (("warnings", messages), ("report", report)):
                 yield f"{key}/{title}/{name}", "\n".join(lines).replace(str(folder), "")
 

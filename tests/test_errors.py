@@ -64,7 +64,7 @@ def test_a_warning_names_options_in_the_language_of_its_reader() -> None:
     assert report.warnings == ["it has no rate; rate_in gives one"]
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        report.tell("{dance}.csv")
+        report.emit_warnings("{dance}.csv")
     (warning,) = (found.message for found in caught)
     assert isinstance(warning, RecordingWarning)
     assert str(warning) == "{dance}.csv: it has no rate; rate_in gives one"

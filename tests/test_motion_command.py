@@ -11,7 +11,7 @@ import pytest
 from mpma_mj import kinematics
 from mpma_mj.cli import main
 from mpma_mj.motions import read_motion, ymca
-from mpma_mj.motions.report import near_singularity
+from mpma_mj.motions.feasibility import near_singularity
 from tests.conftest import dancer, markers_of
 
 WriteTsv = Callable[..., Path]

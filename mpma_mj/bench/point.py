@@ -16,7 +16,7 @@ from typing import Any
 from mpma_mj.bench.scaling import Measured, Point
 from mpma_mj.envs.load import arm_limits
 from mpma_mj.motions import Motion, ymca
-from mpma_mj.motions.repeat import repeat
+from mpma_mj.motions.transforms import repeat
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.factory import one_thread
 from mpma_mj.training.trainer import Trainer

@@ -43,22 +43,22 @@ class InspectMotion:
         if self.out is not None and self.out.exists() and not self.overwrite:
             raise BadOptionError(f"{self.out}: is there already; --overwrite replaces it")
         from mpma_mj.envs.load import arm_limits
-        from mpma_mj.motions import motion_file
+        from mpma_mj.motions.feasibility import demand_lines
         from mpma_mj.motions.loader import import_motion
-        from mpma_mj.motions.report import report_lines
+        from mpma_mj.motions.motion import save_motion
         from mpma_mj.utils.progress import show_frames
         from mpma_mj.utils.text import as_flag
         from mpma_mj.visualization.motion_page import write_ideal_video, write_page
 
-        reading = import_motion(self.motion, self.reading)
-        reading.report.tell(self.motion)
+        motion, report = import_motion(self.motion, self.reading)
+        report.emit_warnings(self.motion)
         limits = arm_limits("physics")
         if self.out is not None:
-            motion_file.write(self.out, reading.motion)
-        picture = self.picture or Path(f"{reading.motion.name}-motion.png")
-        write_page(picture, reading, limits[0])
-        print("\n".join(report_lines(reading, *limits, as_flag)))
+            save_motion(self.out, motion)
+        picture = self.picture or Path(f"{motion.name}-motion.png")
+        write_page(picture, motion, report, limits[0])
+        print("\n".join([*report.lines(motion), *demand_lines(motion, *limits, as_flag)]))
         if self.video:
-            write_ideal_video(picture.with_suffix(".mp4"), reading, show_frames)
+            write_ideal_video(picture.with_suffix(".mp4"), motion, show_frames)
             print(picture.with_suffix(".mp4"))
         return picture

@@ -31,7 +31,7 @@ class View:
 
     def run(self) -> None:
         """Play until the window is closed."""
-        from mpma_mj.motions.loader import BUILT_IN
+        from mpma_mj.motions.synthetic import BUILT_IN
 
         is_run = self.dance not in BUILT_IN and Path(self.dance).is_dir()
         dance = self._of_run() if is_run else self._of_recording()
@@ -60,9 +60,9 @@ class View:
         from mpma_mj.motions.loader import import_motion
         from mpma_mj.visualization.playback import Dance
 
-        reading = import_motion(self.dance, self.reading)
-        reading.report.tell(self.dance)
-        return Dance.of_reading(reading)
+        motion, report = import_motion(self.dance, self.reading)
+        report.emit_warnings(self.dance)
+        return Dance.of_motion(motion, report.times)
 
 
 def _print_keys() -> None:

@@ -27,7 +27,7 @@ from mpma_mj.experiments.study import (
 )
 from mpma_mj.motions import Motion
 from mpma_mj.motions.feasibility import check_feasibility
-from mpma_mj.motions.repertoire import join
+from mpma_mj.motions.transforms import join
 from mpma_mj.options import Arms
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.dataset import read_motions

@@ -1,4 +1,4 @@
-"""What a movement asks of the joints, beside what they can do."""
+"""Feasibility: the joint angles and speeds that a motion demands, and those that arms can do."""
 
 from __future__ import annotations
 
@@ -6,12 +6,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj import kinematics
-from mpma_mj.errors import MotionReachError
+from mpma_mj.errors import MotionReachError, WriteOption, as_keyword
 from mpma_mj.motions.motion import Motion
 
-__all__ = ["check_feasibility", "check_ranges", "joint_speeds"]
+__all__ = ["check_feasibility", "check_ranges", "demand_lines", "joint_speeds", "near_singularity"]
 
 Array = NDArray[np.float64]
+
+# Leverage of a joint over its segment below which a pose counts as near a singularity: within
+# 15° of straight forward or back, or an elbow straighter than that (choice).
+_LITTLE = np.sin(np.radians(15.0))
 
 
 def joint_speeds(motion: Motion) -> Array:
@@ -88,6 +92,54 @@ def check_ranges(motion: Motion, lowest: Array, highest: Array) -> None:
             f" {motion.joint_angles[frame, joint]:.2f} rad at {_place(motion, int(frame))}, its"
             f" range is {lowest[joint]:g} to {highest[joint]:g}; widen the range in the model"
         )
+
+
+def demand_lines(
+    motion: Motion, max_joint_speed: Array, max_elbow: float, write: WriteOption = as_keyword
+) -> list[str]:
+    """Describe what a motion demands of the joints, in lines of text.
+
+    Args:
+        motion: The motion.
+        max_joint_speed: Largest speed of each joint, shape (8,), rad/s.
+        max_elbow: Largest angle of an elbow, rad.
+        write: Writes an option in the reader's language.
+    """
+    lines = ["joints:                      range, rad      top speed of its limit, rad/s"]
+    angles = motion.joint_angles
+    fastest = joint_speeds(motion).max(axis=0)
+    for joint, name in enumerate(kinematics.JOINT_NAMES):
+        low, high = angles[:, joint].min(), angles[:, joint].max()
+        mark = "  too fast" if fastest[joint] > max_joint_speed[joint] else ""
+        lines.append(
+            f"  {name:<25} {low:6.2f} to {high:5.2f}   {fastest[joint]:6.1f} of"
+            f" {max_joint_speed[joint]:g}{mark}"
+        )
+    forward, straight = near_singularity(angles)
+    lines.append(
+        f"near a singularity: an upper arm points straight forward or back {100 * forward:.0f} %"
+        f" of the time, an elbow is straight {100 * straight:.0f} %"
+    )
+    try:
+        check_feasibility(motion, max_joint_speed, max_elbow)
+        lines.append("the arms can follow it")
+    except MotionReachError as error:
+        lines.append(f"the arms cannot follow it: {error.describe(write)}")
+    return lines
+
+
+def near_singularity(joint_angles: Array) -> tuple[float, float]:
+    """Return how much of the time a pose is near a singularity.
+
+    Args:
+        joint_angles: Joint angles, shape (T, 8), rad.
+
+    Returns:
+        Share of the time in which an upper arm points within 15° of straight forward or back,
+        and in which an elbow is within 15° of straight.
+    """
+    little = kinematics.segment_leverage(joint_angles) < _LITTLE
+    return float(little[:, [0, 4]].any(axis=1).mean()), float(little[:, [2, 6]].any(axis=1).mean())
 
 
 def _place(motion: Motion, frame: int) -> str:

@@ -1,20 +1,28 @@
-"""What is imitated: a movement of two arms with its context."""
+"""The motion that is imitated: postures of two arms with their context, and its `.npz` file."""
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj import kinematics
 from mpma_mj.errors import MotionFileError
+from mpma_mj.motions.readers.npz import is_archive, read_archive
+from mpma_mj.utils.atomic_files import atomic_write
 from mpma_mj.utils.text import printable
 
-__all__ = ["Motion"]
+__all__ = ["Motion", "load_motion", "save_motion"]
 
 Array = NDArray[np.float64]
+
+FORMAT = 3
+"""Version of the format of motion files, apart from that of run folders."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -96,3 +104,58 @@ class Motion:
     def duration(self) -> float:
         """Duration, s."""
         return len(self) / self.rate
+
+
+def save_motion(path: Path, motion: Motion) -> None:
+    """Write a movement.
+
+    Raises:
+        RunFolderError: The file cannot be written.
+    """
+    named = {field.name: getattr(motion, field.name) for field in dataclasses.fields(motion)}
+    arrays: dict[str, Any] = {name: np.asarray(value) for name, value in named.items()}
+    arrays["format"] = np.array(FORMAT)
+    with atomic_write(path) as temporary:
+        np.savez(temporary, **arrays)
+
+
+def load_motion(path: Path) -> Motion | None:
+    """Read a movement, of which only `posture` and `rate` have to be there.
+
+    Returns:
+        The movement; None if the file is something else, such as points.
+
+    Raises:
+        MotionFileError: The file is damaged, or what it holds does not fit together.
+    """
+    with path.open("rb") as file:
+        if not is_archive(file.read(4)):
+            return None
+    arrays = read_archive(path)
+    if "posture" not in arrays:
+        return None
+    if str(arrays.get("format", FORMAT)) != str(FORMAT):
+        raise MotionFileError(f"{path}: of another version of this program; make it anew")
+    try:
+        posture = np.asarray(arrays["posture"], np.float64)
+        context = np.asarray(arrays.get("context", np.ones((len(posture), 1))), np.float64)
+        tempo = float(arrays.get("tempo", 1.0))
+        if not 0.0 < tempo < np.inf:
+            raise MotionFileError(f"{path}: tempo is {tempo:g}; expected a number above 0")
+        default = [str(i + 1) for i in range(context.shape[1])]
+        return Motion(
+            posture,
+            context,
+            tuple(map(str, arrays.get("labels", default))),
+            float(arrays["rate"]),
+            str(arrays.get("name", path.stem)),
+            str(arrays.get("source", path.name)),
+            tempo,
+        )
+    except KeyError as error:
+        raise MotionFileError(f"{path}: lacks {error.args[0]}; add it as an array") from None
+    except (ValueError, TypeError, IndexError):
+        raise MotionFileError(
+            f"{path}: expected posture (T, 12), context (T, C), labels (C,) and rate as numbers;"
+            f" it has {', '.join(f'{name} {a.dtype}{a.shape}' for name, a in arrays.items())}"
+        ) from None

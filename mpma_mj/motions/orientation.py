@@ -1,16 +1,20 @@
-"""How long a file's unit is, and which of its axes points up."""
+"""A recording's unit, the axis that points up, and whether left and right are swapped."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.errors import MotionFileError
+from mpma_mj.kinematics import SIDES
 from mpma_mj.motions.body import segments, trunk
 from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.marker_sets import Groups, mapping_option
 from mpma_mj.motions.readers.recording import UNITS, UPS, Up
 
-__all__ = ["arm_length", "find_unit", "find_up", "turn_z_up"]
+__all__ = ["arm_length", "check_sides", "find_unit", "find_up", "turn_z_up"]
 
 Array = NDArray[np.float64]
 
@@ -20,6 +24,11 @@ _ARMS = (0.25, 0.9)  # m: of children and giants
 _LENGTHS = {**UNITS, "inch/0.45": UNITS["inch"] / 0.45}
 _USUAL = ("y", "z")  # axes that point up in nearly every file
 _CLEAR = 0.7  # share of a direction along one axis from which it decides
+# Of left and right:
+_MOSTLY = 0.5  # share of the time
+_FORWARD = 0.2  # of a forearm's length that it has to point forward or backward to count
+_MOSTLY_BACKWARD = 0.75  # share of the time
+_OFTEN = 0.1  # share of the time in which forearms have to point anywhere
 
 
 def arm_length(points: dict[str, Array]) -> float:
@@ -141,3 +150,50 @@ def _axis_of(vectors: Array) -> Up | None:
 
 def _name(unit: float) -> str:
     return next((n for n, length in _LENGTHS.items() if length == unit), f"of {unit:g} m")
+
+
+def check_sides(
+    points: dict[str, Array], posture: Array, groups: Groups, report: ImportReport
+) -> None:
+    """Warn of a file in which left and right seem to be swapped.
+
+    Args:
+        points: The points of `body.ARM_POINTS`, each shape (T, 3).
+        posture: Postures, shape (T', 12).
+        groups: Which markers show which point, for what mends it.
+        report: Is told.
+    """
+    across = points["left_shoulder"] - points["right_shoulder"]
+    middle = 0.5 * (points["left_shoulder"] + points["right_shoulder"])
+    crossed = {
+        side: np.sum((points[f"{side}_elbow"] - middle) * across, axis=1) * sign < 0
+        for side, sign in (("left", 1.0), ("right", -1.0))
+    }
+    share = float(np.mean(crossed["left"] & crossed["right"]))
+    if share > _MOSTLY:
+        report.warn(
+            f"both elbows are beyond the body's midline in {100 * share:.0f} % of the frames: left"
+            " and right look swapped",
+            remedy=f"{_swapped(groups, ('elbow', 'wrist'))} mends that",
+        )
+        return
+    vectors = posture.reshape(-1, 4, 3)
+    # An elbow bends its forearm forwards; with left and right swapped, front is taken for back.
+    bent = vectors[:, 1::2, 0] - vectors[:, 0::2, 0]
+    # Only below the shoulder: over the head a bent elbow may point either way.
+    clear = (np.abs(bent) > _FORWARD) & (vectors[:, 0::2, 2] < 0.0)
+    backward = float(np.mean(bent[clear] < 0)) if clear.any() else 0.0
+    if backward > _MOSTLY_BACKWARD and clear.mean() > _OFTEN:
+        report.warn(
+            f"forearms point backwards in {100 * backward:.0f} % of the frames in which they are"
+            " bent: left and right look swapped, or up and down, or the file's axes are"
+            " left-handed, as in Unity",
+            remedy=f"{_swapped(groups, ('shoulder', 'elbow', 'wrist'))} mends the first, {{up}} the"
+            " second",
+        )
+
+
+def _swapped(groups: Groups, parts: Sequence[str]) -> str:
+    """Return the option with which some points change sides."""
+    other = {f"{a}_{p}": groups[f"{b}_{p}"] for p in parts for a, b in (SIDES, SIDES[::-1])}
+    return mapping_option(groups | other)

@@ -1,8 +1,10 @@
-"""Invented dances: as many and as long as are wanted, where no recordings are at hand."""
+"""Built-in artificial motions: YMCA, and dances of random key poses."""
 
 from __future__ import annotations
 
+import functools
 import itertools
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,11 +12,27 @@ from numpy.typing import NDArray
 from mpma_mj import kinematics
 from mpma_mj.context import one_hot
 from mpma_mj.errors import BadOptionError
-from mpma_mj.motions.minimum_jerk import minimum_jerk
 from mpma_mj.motions.motion import Motion
+from mpma_mj.motions.transforms import minimum_jerk
 from mpma_mj.utils.seeding import stream
 
-__all__ = ["DANCES", "invented"]
+__all__ = ["BUILT_IN", "DANCES", "invented", "ymca"]
+
+Array = NDArray[np.float64]
+
+LETTERS = ("Y", "M", "C", "A")
+BEATS_PER_MINUTE = 127.0  # tempo of the Village People's recording of 1978
+BEATS_PER_LETTER = 2.0
+BEATS_PER_MOVE = 1.5  # the rest of a letter is held (choice)
+
+# Key poses as seen by the audience: for each arm the direction of upper arm and forearm in the
+# torso frame (forward, left, up), not yet of length 1.
+KEY_POSES = {
+    "Y": ((0.10, 0.62, 0.78), (0.12, 0.55, 0.83), (0.10, -0.62, 0.78), (0.12, -0.55, 0.83)),
+    "M": ((0.20, 0.82, 0.53), (0.25, -0.50, -0.83), (0.20, -0.82, 0.53), (0.25, 0.50, -0.83)),
+    "C": ((0.25, 0.55, -0.80), (0.25, 0.94, 0.25), (0.15, -0.45, 0.88), (0.20, 0.88, 0.42)),
+    "A": ((0.12, 0.25, 0.96), (0.10, -0.80, 0.59), (0.12, -0.25, 0.96), (0.10, 0.80, 0.59)),
+}
 
 DANCES = 16
 _POSES = 5  # of a dance
@@ -24,6 +42,46 @@ _MOVING = 0.8  # share of a pose's time that the move to it takes; the rest is h
 # anywhere beside and in front of the body, and out of reach of the joints' singular poses.
 _LEAST = (0.0, -0.6, -0.9, 0.2)
 _MOST = (2.4, 0.9, 0.9, 2.0)
+
+
+def ymca(rate: float = 20.0, tempo: float = 1.0) -> Motion:
+    """Return the YMCA choreography, one pass through the four letters.
+
+    The movement is synthetic, not recorded: the paper's own recording is not public. Four key
+    poses, drawn by hand after the well-known dance, are joined in joint space by minimum-jerk
+    moves, one letter every two beats of the song. The time of a letter is rounded to whole
+    samples, so that repetitions join without a jump. The context is one-hot, a letter's entry
+    being 1 from the start of the move towards it to the end of its hold.
+
+    Args:
+        rate: Postures per second, Hz.
+        tempo: Speed relative to the song.
+
+    Returns:
+        The motion, with labels Y, M, C, A.
+
+    Raises:
+        BadOptionError: So fast or so coarsely sampled that a letter has no two samples.
+    """
+    samples = round(BEATS_PER_LETTER * 60.0 / (BEATS_PER_MINUTE * tempo) * rate)
+    if samples < 2:
+        raise BadOptionError(
+            f"rate {rate:g} and tempo {tempo:g} leave {samples} sample(s) a letter;"
+            " a higher rate or a lower tempo is needed"
+        )
+    keys = _letter_angles()
+    phase = np.arange(samples) / samples * BEATS_PER_LETTER / BEATS_PER_MOVE
+    share = minimum_jerk(phase)[:, None]
+    moves = [keys[i - 1] + share * (keys[i] - keys[i - 1]) for i in range(len(LETTERS))]
+    return Motion(
+        posture=kinematics.posture_from_angles(np.concatenate(moves)),
+        context=one_hot(np.repeat(np.arange(len(LETTERS)), samples), len(LETTERS)),
+        labels=LETTERS,
+        rate=rate,
+        name="ymca",
+        source="synthetic: hand-drawn key poses of the letters Y, M, C, A, minimum-jerk moves",
+        tempo=tempo,
+    )
 
 
 def invented(rate: float = 20.0, tempo: float = 1.0, *, dance: int | None = None) -> Motion:
@@ -51,7 +109,7 @@ def invented(rate: float = 20.0, tempo: float = 1.0, *, dance: int | None = None
             " a higher rate or a lower tempo is needed"
         )
     dances = range(DANCES) if dance is None else range(dance - 1, dance)
-    keys = _key_angles()[dances.start * _POSES : dances.stop * _POSES + 1]
+    keys = _dance_angles()[dances.start * _POSES : dances.stop * _POSES + 1]
     share = minimum_jerk(np.arange(samples) / samples / _MOVING)[:, None]
     moves = [before + share * (key - before) for before, key in itertools.pairwise(keys)]
     danced = np.repeat(np.arange(len(dances)), _POSES * samples)
@@ -66,7 +124,21 @@ def invented(rate: float = 20.0, tempo: float = 1.0, *, dance: int | None = None
     )
 
 
-def _key_angles() -> NDArray[np.float64]:
+BUILT_IN: dict[str, Callable[[float, float], Motion]] = {
+    "ymca": ymca,
+    "invented": invented,
+    **{f"invented-{n}": functools.partial(invented, dance=n) for n in range(1, DANCES + 1)},
+}
+"""Built-in motions by name, given rate in Hz and tempo."""
+
+
+def _letter_angles() -> Array:
+    """Return the joint angles of the letters, shape (4, 8), rad."""
+    poses = np.array([np.ravel(KEY_POSES[letter]) for letter in LETTERS])
+    return kinematics.continuous_angles(poses, start=np.zeros(8))
+
+
+def _dance_angles() -> Array:
     """Return the joint angles of the key poses of all dances, shape (K + 1, 8), rad."""
     shape = (DANCES * _POSES + 1, 2, 4)
     return stream(0, "invented dances").uniform(_LEAST, _MOST, shape).reshape(-1, 8)

@@ -15,7 +15,6 @@ from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.envs.viewer import ArmViewer
 from mpma_mj.motions import Motion
-from mpma_mj.motions.reading import Reading
 from mpma_mj.trace import Trace
 
 __all__ = ["KEYS", "LEFT", "RIGHT", "SPACE", "Dance", "Player", "play"]
@@ -64,13 +63,12 @@ class Dance:
         )
 
     @classmethod
-    def of_reading(cls, reading: Reading) -> Dance:
-        """Return the robot in exactly the demonstrated postures, at the times of the recording."""
-        motion = reading.motion
+    def of_motion(cls, motion: Motion, times: Array) -> Dance:
+        """Return the robot in exactly the demonstrated postures, at times of shape (T,), s."""
         return cls(
             joint_angles=motion.joint_angles,
             reference=motion.posture,
-            times=reading.times,
+            times=times,
             labels=_names(motion.context, motion),
             rate=motion.rate,
         )

@@ -4,8 +4,8 @@ from numpy.typing import NDArray
 
 from mpma_mj import kinematics
 from mpma_mj.errors import BadOptionError
-from mpma_mj.motions.changes import change_points
-from mpma_mj.motions.ymca import ymca
+from mpma_mj.motions.context import change_points
+from mpma_mj.motions.synthetic import ymca
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int_]

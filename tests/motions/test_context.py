@@ -9,7 +9,7 @@ import mpma_mj
 from mpma_mj.context import Span
 from mpma_mj.errors import BadOptionError, MotionFileError, RecordingWarning
 from mpma_mj.motions import read_motion, ymca
-from mpma_mj.motions.context import label
+from mpma_mj.motions.context import label_motion
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.loader import import_motion
 from mpma_mj.motions.options import ReadingOptions
@@ -36,7 +36,7 @@ def labelled(
     options: ReadingOptions, events: tuple[Span, ...] = (), times: Array = TIMES
 ) -> tuple[Array, tuple[str, ...], ImportReport]:
     report = ImportReport()
-    return (*label(POSTURE, times, events, options, "dance.x", report), report)
+    return (*label_motion(POSTURE, times, events, options, "dance.x", report), report)
 
 
 def test_labels_are_1_where_they_are_danced(write_labels: WriteLabels) -> None:
@@ -45,7 +45,8 @@ def test_labels_are_1_where_they_are_danced(write_labels: WriteLabels) -> None:
     assert labels == ("Y", "M")
     middle = (TIMES >= 1.0) & (TIMES < 2.5)
     np.testing.assert_array_equal(context, np.stack([~middle, middle], axis=1))
-    assert report == ImportReport(["2 labels, which begin at 1.00, 2.50 s"], [])
+    assert report.steps == ["2 labels, which begin at 1.00, 2.50 s"]
+    assert not report.warnings
 
 
 def test_labels_that_overlap_are_both_1(write_labels: WriteLabels) -> None:
@@ -143,12 +144,12 @@ def test_labels_count_in_seconds_of_the_recording(
     path = write_labels("0,1.5,before\n1.5,2,Y\n2,9,M\n")
     for tempo in (0.5, 1.0, 2.0):
         options = ReadingOptions(labels=path, start=1.0, end=3.0, tempo=tempo)
-        reading = import_motion(write_tsv(), options)
-        assert reading.motion.labels == ("before", "Y", "M")
+        imported = import_motion(write_tsv(), options)
+        assert imported.motion.labels == ("before", "Y", "M")
         np.testing.assert_allclose(
-            reading.times, 1.0 + np.arange(len(reading.motion)) * tempo / 20.0
+            imported.report.times, 1.0 + np.arange(len(imported.motion)) * tempo / 20.0
         )
-        counts = reading.motion.context.sum(axis=0) / 20.0 * tempo
+        counts = imported.motion.context.sum(axis=0) / 20.0 * tempo
         np.testing.assert_allclose(counts[:2], 0.5, atol=0.051 * tempo)
 
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from mpma_mj.context import Span
 from mpma_mj.errors import MotionFileError
-from mpma_mj.motions.label_file import read_labels
+from mpma_mj.motions.context import read_labels
 
 SPANS = (Span(0.0, 1.5, "Y"), Span(1.5, 2.25, "M"), Span(2.0, 3.0, "Y"))
 

@@ -201,21 +201,21 @@ def test_a_gap_of_exactly_the_limit_is_bridged(write_tsv: WriteTsv) -> None:
 def test_gaps_at_the_ends_are_cut_off(write_tsv: WriteTsv, frames: slice) -> None:
     holed = markers()
     holed["Elbow_L"][frames] = np.nan
-    reading = import_motion(write_tsv(holed), ReadingOptions())
-    assert len(reading.motion) == len(ymca()) - 1
+    imported = import_motion(write_tsv(holed), ReadingOptions())
+    assert len(imported.motion) == len(ymca()) - 1
     (first, last) = (3, 0) if frames.start == 0 else (0, 3)
     assert (
         f"cut {first} frames at the start and {last} at the end, where markers of the arms are"
         " missing"
-    ) in reading.report.steps
-    np.testing.assert_allclose(reading.times, first / 60 + np.arange(75) / 20)
+    ) in imported.report.steps
+    np.testing.assert_allclose(imported.report.times, first / 60 + np.arange(75) / 20)
 
 
 def test_rows_after_an_empty_one_are_left_out_and_told(write_tsv: WriteTsv) -> None:
     path = write_tsv(edit=edit_row(105, lambda cells: []))
-    reading = import_motion(path, ReadingOptions())
-    assert reading.frames == 100
-    assert "line 105 is empty; the 127 lines after it are not read" in reading.report.warnings
+    imported = import_motion(path, ReadingOptions())
+    assert imported.report.frames == 100
+    assert "line 105 is empty; the 127 lines after it are not read" in imported.report.warnings
 
 
 def test_markers_that_are_not_of_the_arms_may_have_gaps(write_tsv: WriteTsv) -> None:
@@ -282,7 +282,7 @@ def test_from_and_to_count_in_seconds_of_the_recording(
     truth = ymca(rate=60.0).posture[first : first + count]
     assert cut.motion.posture.shape == truth.shape
     assert np.abs(cut.motion.posture - truth).max() < 0.02
-    np.testing.assert_allclose(cut.times, np.arange(first, first + count) / 60.0)
+    np.testing.assert_allclose(cut.report.times, np.arange(first, first + count) / 60.0)
     asked = bool(start) or end is not None
     assert any("as requested" in step for step in cut.report.steps) == asked
     beyond = end is not None and end > 3.8
@@ -325,11 +325,11 @@ def test_a_good_recording_is_read_without_a_warning(write_tsv: WriteTsv) -> None
     assert len(read_motion(write_tsv())) == 76
 
 
-def test_a_reading_tells_what_the_file_has(write_tsv: WriteTsv) -> None:
-    reading = import_motion(write_tsv(), ReadingOptions())
-    assert reading.format == "Qualisys TSV"
-    assert reading.names == tuple(markers())
-    assert reading.groups["left_wrist"] == ("Radius_L", "Ulna_L")
-    assert (reading.frames, reading.rate, reading.metric) == (228, 60.0, True)
-    np.testing.assert_allclose(reading.times, np.arange(76) / 20)
-    assert reading.gaps == {}
+def test_the_report_has_what_the_file_has(write_tsv: WriteTsv) -> None:
+    report = import_motion(write_tsv(), ReadingOptions()).report
+    assert report.format == "Qualisys TSV"
+    assert report.names == tuple(markers())
+    assert report.groups["left_wrist"] == ("Radius_L", "Ulna_L")
+    assert (report.frames, report.rate, report.metric) == (228, 60.0, True)
+    np.testing.assert_allclose(report.times, np.arange(76) / 20)
+    assert report.gaps == {}

@@ -11,9 +11,8 @@ from mpma_mj.context import equal_segments
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions import Motion, ymca
 from mpma_mj.motions.loader import import_motion
-from mpma_mj.motions.loop import close_loop
 from mpma_mj.motions.options import ReadingOptions
-from mpma_mj.motions.repeat import repeat
+from mpma_mj.motions.transforms import close_loop, repeat
 from tests.conftest import WriteTsv, dancer, markers_of
 
 Array = NDArray[np.float64]

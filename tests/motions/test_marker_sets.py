@@ -7,8 +7,7 @@ import pytest
 
 from mpma_mj.errors import BadOptionError, MotionFileError
 from mpma_mj.motions.body import ARM_POINTS
-from mpma_mj.motions.mapping import Groups, parse_mapping
-from mpma_mj.motions.marker_sets import choose_markers
+from mpma_mj.motions.marker_sets import Groups, choose_markers, parse_mapping
 
 FILE = Path("dance.c3d")
 _PLUG_IN_GAIT = (

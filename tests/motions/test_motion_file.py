@@ -9,9 +9,11 @@ from numpy.typing import NDArray
 
 from mpma_mj import kinematics
 from mpma_mj.errors import BadOptionError, MotionFileError
-from mpma_mj.motions import Motion, motion_file, read_motion, ymca
+from mpma_mj.motions import Motion, read_motion, ymca
 from mpma_mj.motions.loader import import_motion
+from mpma_mj.motions.motion import load_motion, save_motion
 from mpma_mj.motions.options import ReadingOptions
+from mpma_mj.motions.transforms import at_rate
 
 Array = NDArray[np.float64]
 
@@ -42,12 +44,12 @@ def check_equal(found: Motion | None, expected: Motion) -> None:
 )
 def test_what_is_written_is_read_exactly(tmp_path: Path, motion: Motion) -> None:
     path = tmp_path / "motion.npz"
-    motion_file.write(path, motion)
-    check_equal(motion_file.read(path), motion)
+    save_motion(path, motion)
+    check_equal(load_motion(path), motion)
 
 
 def test_a_written_movement_is_read_as_any_recording(tmp_path: Path) -> None:
-    motion_file.write(tmp_path / "motion.npz", ymca())
+    save_motion(tmp_path / "motion.npz", ymca())
     check_equal(read_motion(tmp_path / "motion.npz"), ymca())
 
 
@@ -66,10 +68,10 @@ def test_context_without_labels_is_numbered(tmp_path: Path) -> None:
 
 
 def test_points_are_no_movement(tmp_path: Path) -> None:
-    assert motion_file.read(save(tmp_path / "a.npz", left_wrist=np.ones((5, 3)), rate=60)) is None
+    assert load_motion(save(tmp_path / "a.npz", left_wrist=np.ones((5, 3)), rate=60)) is None
     text = tmp_path / "a.tsv"
     text.write_text("NO_OF_FRAMES\t1\n")
-    assert motion_file.read(text) is None
+    assert load_motion(text) is None
 
 
 POSTURE = ymca().posture
@@ -112,7 +114,7 @@ def test_bad_files_are_one_line_that_names_them(
 
 def test_a_damaged_file_is_one_line(tmp_path: Path) -> None:
     path = tmp_path / "mine.npz"
-    motion_file.write(path, ymca())
+    save_motion(path, ymca())
     whole = path.read_bytes()
     for damaged in (whole[:100], whole[: len(whole) // 2], whole[:500] + b"xx" + whole[502:]):
         path.write_bytes(damaged)
@@ -135,7 +137,7 @@ def test_at_another_rate_vectors_have_length_1_and_time_is_kept(
     rate: float, own_rate: float, tempo: float
 ) -> None:
     motion = ymca(rate=own_rate)
-    found = motion_file.at_rate(motion, rate, tempo)
+    found = at_rate(motion, rate, tempo)
     assert found.rate == rate
     assert found.tempo == tempo
     lengths = np.linalg.norm(found.posture.reshape(-1, 4, 3), axis=2)
@@ -149,8 +151,8 @@ def test_at_another_rate_vectors_have_length_1_and_time_is_kept(
 
 
 def test_at_the_same_rate_and_tempo_it_is_the_same() -> None:
-    assert motion_file.at_rate(ymca(), 20.0, 1.0) is not None
-    check_equal(motion_file.at_rate(ymca(), 20.0, 1.0), ymca())
+    assert at_rate(ymca(), 20.0, 1.0) is not None
+    check_equal(at_rate(ymca(), 20.0, 1.0), ymca())
 
 
 @pytest.mark.parametrize("own_rate", [40.0, 50.0, 120.0])
@@ -159,19 +161,19 @@ def test_a_tremor_that_the_new_rate_cannot_show_is_gone(own_rate: float) -> None
     angles[:, 3] += 0.1 * np.sin(2 * np.pi * 15.0 * np.arange(len(angles)) / own_rate)
     posture = kinematics.posture_from_angles(angles)
     motion = Motion(posture, np.ones((len(posture), 1)), ("1",), own_rate, "tremor", "a test")
-    elbow = kinematics.angles_from_posture(motion_file.at_rate(motion, 20.0, 1.0).posture)[:, 3]
+    elbow = kinematics.angles_from_posture(at_rate(motion, 20.0, 1.0).posture)[:, 3]
     assert np.abs(elbow[5:-5] - 0.8).max() < 0.1 * 0.1
 
 
 def test_a_slow_movement_is_the_same_at_every_rate() -> None:
     fine = ymca(rate=120.0, tempo=0.25)
-    found = motion_file.at_rate(fine, 20.0, 1.0)
+    found = at_rate(fine, 20.0, 1.0)
     assert np.abs(found.posture - fine.posture[::6]).max() < 0.01
 
 
 def test_options_that_only_a_recording_has_a_use_for_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "mine.npz"
-    motion_file.write(path, ymca())
+    save_motion(path, ymca())
     for options, name in (
         ({"map": "left_wrist=LWRI"}, "map"),
         ({"unit": "mm"}, "unit"),
@@ -193,14 +195,14 @@ def test_options_that_only_a_recording_has_a_use_for_are_refused(tmp_path: Path)
 @pytest.mark.parametrize("tempo", [0.5, 1.0])
 def test_a_stored_movement_is_cut_in_its_own_seconds(tmp_path: Path, tempo: float) -> None:
     path = tmp_path / "mine.npz"
-    motion_file.write(path, ymca())
+    save_motion(path, ymca())
     whole = import_motion(path, ReadingOptions(tempo=tempo))
     cut = import_motion(path, ReadingOptions(tempo=tempo, start=1.0, end=2.0))
-    inside = (whole.times >= 1.0) & (whole.times < 2.0)
+    inside = (whole.report.times >= 1.0) & (whole.report.times < 2.0)
     np.testing.assert_array_equal(cut.motion.posture, whole.motion.posture[inside])
     heard = whole.motion.context[inside].any(axis=0)
     np.testing.assert_array_equal(cut.motion.context, whole.motion.context[inside][:, heard])
     assert cut.motion.labels == tuple(np.array(whole.motion.labels)[heard])
-    np.testing.assert_array_equal(cut.times, whole.times[inside])
+    np.testing.assert_array_equal(cut.report.times, whole.report.times[inside])
     with pytest.raises(BadOptionError, match=r"which lasts 3\.[78]\d* s, has 0 postures"):
         read_motion(path, start=9.0, tempo=tempo)

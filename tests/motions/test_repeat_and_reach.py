@@ -8,7 +8,7 @@ from mpma_mj.context import equal_segments
 from mpma_mj.errors import MotionReachError
 from mpma_mj.motions import Motion, ymca
 from mpma_mj.motions.feasibility import check_feasibility, joint_speeds
-from mpma_mj.motions.repeat import repeat
+from mpma_mj.motions.transforms import repeat
 
 SPEED = np.array([12.0, 12.0, 20.0, 15.0] * 2)
 

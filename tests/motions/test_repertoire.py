@@ -11,7 +11,7 @@ from mpma_mj import kinematics
 from mpma_mj.context import equal_segments
 from mpma_mj.motions import Motion, ymca
 from mpma_mj.motions.feasibility import check_feasibility
-from mpma_mj.motions.repertoire import join
+from mpma_mj.motions.transforms import join
 
 Array = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ from mpma_mj.motions.body import posture_from_points
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.loader import import_motion
 from mpma_mj.motions.options import ReadingOptions
-from mpma_mj.motions.sides import check_sides
+from mpma_mj.motions.orientation import check_sides
 from tests.conftest import WriteTsv, dancer, markers_of
 
 Array = NDArray[np.float64]
@@ -86,9 +86,9 @@ def test_sides_of_a_file_are_checked(write_tsv: WriteTsv) -> None:
         write_tsv(markers_of(points), name="right.tsv"), ReadingOptions()
     ).report.warnings
     wrong = swapped(points, "shoulder", "elbow", "wrist")
-    reading = import_motion(write_tsv(markers_of(wrong)), ReadingOptions())
-    assert len(reading.report.warnings) == 1
-    mapping = re.findall(r'map="(.*?)" mends', reading.report.warnings[0])
+    imported = import_motion(write_tsv(markers_of(wrong)), ReadingOptions())
+    assert len(imported.report.warnings) == 1
+    mapping = re.findall(r'map="(.*?)" mends', imported.report.warnings[0])
     mended = import_motion(write_tsv(markers_of(wrong)), ReadingOptions(map=mapping[0]))
     assert not mended.report.warnings
     right = import_motion(write_tsv(markers_of(points)), ReadingOptions())

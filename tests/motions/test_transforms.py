@@ -3,9 +3,8 @@
 import numpy as np
 
 from mpma_mj import kinematics
-from mpma_mj.motions.synthetic import invented
+from mpma_mj.motions.synthetic import invented, ymca
 from mpma_mj.motions.transforms import mirrored, with_context_of
-from mpma_mj.motions.ymca import ymca
 
 
 def test_mirrored_twice_is_the_same() -> None:

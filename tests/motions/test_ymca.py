@@ -4,8 +4,8 @@ import pytest
 from mpma_mj import kinematics
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions import ymca
-from mpma_mj.motions.minimum_jerk import PEAK_SPEED, minimum_jerk
-from mpma_mj.motions.ymca import KEY_POSES, LETTERS
+from mpma_mj.motions.synthetic import KEY_POSES, LETTERS
+from mpma_mj.motions.transforms import PEAK_SPEED, minimum_jerk
 
 
 def test_every_letter_is_reached_and_held() -> None:

@@ -6,8 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.motions.body import segments
+from mpma_mj.motions.cleaning.trajectories import Trajectories
+from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.options import ReadingOptions
 
-__all__ = ["calibration_frames"]
+__all__ = ["calibration_frames", "cut_calibration_pose"]
 
 Array = NDArray[np.float64]
 
@@ -17,6 +20,18 @@ _SUDDEN = 0.25  # share of that speed at which human arms would already have bee
 _STILL = 0.35  # rad: more than a T-pose sways (choice)
 _LATEST = 3.0  # s that a pose is held at most (choice)
 _RAMP = 0.25  # s that a ramp lasts at most (choice)
+
+
+def cut_calibration_pose(
+    trajectories: Trajectories, options: ReadingOptions, report: ImportReport
+) -> None:
+    """Cut off the frames before the motion itself."""
+    del options
+    count = calibration_frames(trajectories.tracks, trajectories.rate)
+    if count:
+        frames_cut = "the first frame is" if count == 1 else f"the first {count} frames are"
+        report.warn(f"{frames_cut} cut: a start-up pose")
+        trajectories.cut(count, trajectories.frames)
 
 
 def calibration_frames(points: dict[str, Array], rate: float) -> int:

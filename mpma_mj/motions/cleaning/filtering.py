@@ -5,7 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["anti_alias", "data_cutoff", "looked_at", "low_pass", "resample"]
+from mpma_mj.motions.body import ARM_POINTS
+from mpma_mj.motions.cleaning.trajectories import Trajectories
+from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.options import ReadingOptions
+
+__all__ = ["anti_alias", "data_cutoff", "filter_and_resample", "looked_at", "low_pass", "resample"]
 
 Array = NDArray[np.float64]
 
@@ -16,6 +21,26 @@ _PADDING = 2.0  # periods of the cut-off, in which a filter has settled
 _BAND = 0.4  # share of a lower rate up to which resampling lets pass
 _AT_ONCE = 4096  # samples
 _REACH = 40  # frames
+
+
+def filter_and_resample(
+    trajectories: Trajectories, options: ReadingOptions, report: ImportReport
+) -> None:
+    """Filter points and bring them to the rate that is wanted, at the wanted tempo."""
+    points, rate, new_rate = trajectories.tracks, trajectories.rate, trajectories.new_rate
+    if options.cutoff is not None:
+        cutoff, how = options.cutoff, "as given"
+    else:
+        start = slice(looked_at(rate))
+        arms = np.concatenate([points[name][start] for name in ARM_POINTS], axis=1)
+        cutoff, how = data_cutoff(arms, rate), "from the data"
+    nothing = cutoff >= 0.5 * rate
+    done = "no low-pass filter" if nothing else f"low-pass filter at {cutoff:.3g} Hz, {how}"
+    report.note(f"{done}; resampled from {rate:g} Hz to {new_rate:g} Hz")
+    played = rate * options.tempo  # frames per second of the motion, Hz
+    for name in list(points):
+        smooth = low_pass(points[name], rate, cutoff)
+        points[name] = resample(anti_alias(smooth, played, new_rate), played, new_rate)
 
 
 def data_cutoff(points: Array, rate: float) -> float:

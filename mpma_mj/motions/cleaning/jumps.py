@@ -5,7 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["single_frame_jumps"]
+from mpma_mj.motions.body import ARM_POINTS
+from mpma_mj.motions.cleaning.trajectories import Trajectories
+from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.options import ReadingOptions
+from mpma_mj.motions.orientation import arm_length
+
+__all__ = ["repair_jumps", "single_frame_jumps"]
 
 Array = NDArray[np.float64]
 
@@ -13,6 +19,7 @@ Array = NDArray[np.float64]
 # arms move on, a jump comes back.
 _SHARE = 0.1
 _USUAL = 15.0
+_MOST_LISTED = 5
 
 
 def single_frame_jumps(track: Array, arm_length: float) -> NDArray[np.int_]:
@@ -40,3 +47,32 @@ def single_frame_jumps(track: Array, arm_length: float) -> NDArray[np.int_]:
     farthest = away >= np.maximum(beside[:-2], beside[2:])
     far = (away > _SHARE * arm_length) & (away > onward) & (away > _USUAL * usual)
     return np.flatnonzero(far & farthest) + 1
+
+
+def repair_jumps(trajectories: Trajectories, options: ReadingOptions, report: ImportReport) -> None:
+    """Make gaps of single-frame jumps of the arms' markers with `repair`, else warn of them."""
+    arm = arm_length({point: trajectories.mean(point) for point in ARM_POINTS})
+    found = {
+        name: frames
+        for name in trajectories.arm_markers
+        if len(frames := single_frame_jumps(trajectories.tracks[name], arm))
+    }
+    if not found:
+        return
+    count = sum(map(len, found.values()))
+    jumps = f"{count} single-frame jump{'s' * (count != 1)}"
+    listed = "; ".join(
+        f"{name} in frame {_listed(trajectories.first + frames + 1)}"
+        for name, frames in found.items()
+    )
+    if not options.repair:
+        report.warn(f"{jumps} ({listed})", remedy="{repair} bridges them")
+        return
+    for name, frames in found.items():
+        trajectories.tracks[name][frames] = np.nan
+    report.note(f"{jumps} bridged ({listed})")
+
+
+def _listed(frames: NDArray[np.int_]) -> str:
+    more = f" and {len(frames) - _MOST_LISTED} more" if len(frames) > _MOST_LISTED else ""
+    return ", ".join(map(str, frames[:_MOST_LISTED])) + more

@@ -11,11 +11,13 @@ from numpy.typing import NDArray
 
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions import ymca
-from mpma_mj.motions.cleaning import Cleaner
-from mpma_mj.motions.cleaning.gaps import missing, runs
+from mpma_mj.motions.cleaning import MARKER_STAGES
+from mpma_mj.motions.cleaning.gaps import runs
+from mpma_mj.motions.cleaning.trajectories import Trajectories, missing
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.loader import import_motion
 from mpma_mj.motions.options import ReadingOptions
+from mpma_mj.motions.readers.recording import Recording
 from tests.conftest import WriteTsv, dancer, markers_of
 
 Array = NDArray[np.float64]
@@ -33,16 +35,15 @@ def dance(seconds: float = 3.8) -> Tracks:
     return dancer(np.tile(once, (-(-frames // len(once)), 1))[:frames])
 
 
-def cleaned(tracks: Tracks, **options: object) -> Cleaner:
+def cleaned(tracks: Tracks, **options: object) -> tuple[Trajectories, ImportReport]:
+    """Return trajectories after the stages that see markers."""
     groups = {name: (name,) for name in tracks}
     copies = {name: track.copy() for name, track in tracks.items()}
-    cleaner = Cleaner(copies, groups, RATE, "dance.x", ImportReport())
-    cleaner.clean(ReadingOptions(**options))  # type: ignore[arg-type]
-    return cleaner
-
-
-def findings_of(cleaner: Cleaner) -> ImportReport:
-    return cleaner._findings
+    recording = Recording(Path("dance.x"), "points", tuple(tracks), lambda names: copies)
+    trajectories, report = Trajectories(copies, groups, RATE, 20.0, recording), ImportReport()
+    for stage in MARKER_STAGES.values():
+        stage(trajectories, ReadingOptions(**options), report)  # type: ignore[arg-type]
+    return trajectories, report
 
 
 Gaps = list[tuple[str, int, int]]  # of which marker, from which frame, how many
@@ -60,19 +61,20 @@ def holed(gaps: Gaps) -> Tracks:
     return tracks
 
 
-def check_whole(cleaner: Cleaner, tracks: Tracks) -> None:
+def check_whole(cleaned: tuple[Trajectories, ImportReport], tracks: Tracks) -> None:
     """Check that what is kept is whole, as it was where it was seen, and told truly."""
-    frames = len(cleaner.tracks[NAMES[0]])
-    kept = slice(cleaner.first, cleaner.first + frames)
-    notes = "\n".join(findings_of(cleaner).steps)
-    for name, track in cleaner.tracks.items():
+    trajectories, report = cleaned
+    begin = trajectories.first
+    kept = slice(begin, begin + trajectories.frames)
+    notes = "\n".join(report.steps)
+    for name, track in trajectories.tracks.items():
         before = tracks[name][kept]
         gone = missing(before)
         assert not missing(track).any()
         np.testing.assert_array_equal(track[~gone], before[~gone])
         assert not gone[[0, -1]].any()
-        bridged = [(first + cleaner.first, end + cleaner.first) for first, end in runs(gone)]
-        assert cleaner.gaps.get(name, []) == bridged
+        bridged = [(first + begin, end + begin) for first, end in runs(gone)]
+        assert report.gaps.get(name, []) == [(first / RATE, end / RATE) for first, end in bridged]
         told = re.search(
             rf"{name}: (\d+) missing samples? bridged in (\d+) gaps?, the longest frames (\d+) to"
             r" (\d+) \((\S+) s\)",
@@ -121,10 +123,10 @@ def test_gaps_are_bridged_or_refused_with_ways_that_work(gaps: Gaps) -> None:
         check_whole(cleaned(tracks, max_gap=float(wider[1])), tracks)
     kept = re.search(r"stretch \(frames (\d+) to (\d+), (\S+) s\) with longest", message)
     if kept:
-        cleaner = cleaned(tracks, longest=True)
-        check_whole(cleaner, tracks)
-        frames = len(cleaner.tracks[NAMES[0]])
-        assert (cleaner.first + 1, cleaner.first + frames) == (int(kept[1]), int(kept[2]))
+        found = cleaned(tracks, longest=True)
+        check_whole(found, tracks)
+        begin, frames = found[0].first, found[0].frames
+        assert (begin + 1, begin + frames) == (int(kept[1]), int(kept[2]))
         assert float(kept[3]) == pytest.approx(frames / RATE, abs=0.006)
     assert wider or kept or "record it anew" in message
 
@@ -145,7 +147,7 @@ def test_the_longest_clean_stretch_is_kept(gaps: Gaps) -> None:
         with pytest.raises(MotionFileError, match=r"^[^\n]*(record it anew|max_gap=[\d.]+)$"):
             cleaned(tracks, longest=True)
     else:
-        assert len(cleaned(tracks, longest=True).tracks[NAMES[0]]) == best
+        assert cleaned(tracks, longest=True)[0].frames == best
 
 
 def test_nine_seconds_of_gaps_in_thirty_are_bridged_where_they_are_short() -> None:
@@ -153,13 +155,13 @@ def test_nine_seconds_of_gaps_in_thirty_are_bridged_where_they_are_short() -> No
     tracks = {name: track.copy() for name, track in whole.items()}
     for i in range(36):
         tracks["left_wrist"][20 + 49 * i : 35 + 49 * i] = np.nan
-    cleaner = cleaned(tracks)
-    check_whole(cleaner, tracks)
+    trajectories, report = found = cleaned(tracks)
+    check_whole(found, tracks)
     assert any(
         step.startswith("left_wrist: 540 missing samples bridged in 36 gaps")
-        for step in findings_of(cleaner).steps
+        for step in report.steps
     )
-    assert np.abs(cleaner.tracks["left_wrist"] - whole["left_wrist"]).max() < 150.0  # mm
+    assert np.abs(trajectories.tracks["left_wrist"] - whole["left_wrist"]).max() < 150.0  # mm
 
 
 def test_nine_seconds_without_a_marker_are_refused_with_their_frames() -> None:
@@ -198,36 +200,37 @@ def test_ends_are_cut_to_where_all_markers_are_seen() -> None:
     tracks["left_wrist"][:6] = np.nan
     tracks["right_wrist"][3:9] = np.nan  # still missing where the other appears
     tracks["right_elbow"][-4:] = np.nan
-    cleaner = cleaned(tracks)
-    check_whole(cleaner, tracks)
-    assert cleaner.first == 9
-    assert findings_of(cleaner).steps == [
+    trajectories, report = found = cleaned(tracks)
+    check_whole(found, tracks)
+    assert trajectories.first == 9
+    assert report.steps == [
         "cut 9 frames at the start and 4 at the end, where markers of the arms are missing"
     ]
 
 
 def test_a_whole_recording_is_left_alone() -> None:
-    cleaner = cleaned(dance())
-    assert findings_of(cleaner) == ImportReport()
-    assert cleaner.first == 0
+    trajectories, report = cleaned(dance())
+    assert not report.steps + report.doubts
+    assert not report.gaps
+    assert trajectories.first == 0
     for name, track in dance().items():
-        np.testing.assert_array_equal(cleaner.tracks[name], track)
+        np.testing.assert_array_equal(trajectories.tracks[name], track)
 
 
 @pytest.mark.parametrize("gap", [np.nan, 0.0], ids=["NaN", "exact zeros"])
 def test_gaps_in_files_are_empty_cells_or_exact_zeros(write_tsv: WriteTsv, gap: float) -> None:
     tracks = markers_of(dance())
     tracks["Elbow_R"][100:110] = gap
-    reading = import_motion(write_tsv(tracks), ReadingOptions())
-    assert reading.gaps == {"Elbow_R": [(pytest.approx(100 / 60), pytest.approx(110 / 60))]}
+    imported = import_motion(write_tsv(tracks), ReadingOptions())
+    assert imported.report.gaps == {"Elbow_R": [(pytest.approx(100 / 60), pytest.approx(110 / 60))]}
 
 
 def test_frames_of_gaps_count_from_the_files_first(write_tsv: WriteTsv) -> None:
     tracks = markers_of(dance())
     tracks["Elbow_R"][100:110] = np.nan
-    reading = import_motion(write_tsv(tracks), ReadingOptions(start=1.0))
-    assert any("the longest frames 101 to 110 (0.17 s)" in s for s in reading.report.steps)
-    assert reading.gaps == {"Elbow_R": [(pytest.approx(100 / 60), pytest.approx(110 / 60))]}
+    imported = import_motion(write_tsv(tracks), ReadingOptions(start=1.0))
+    assert any("the longest frames 101 to 110 (0.17 s)" in s for s in imported.report.steps)
+    assert imported.report.gaps == {"Elbow_R": [(pytest.approx(100 / 60), pytest.approx(110 / 60))]}
 
 
 def bent() -> Tracks:
@@ -256,8 +259,8 @@ def read_bent(path: Path, change: Change = lambda tracks: None) -> tuple[Array, 
     tracks = bent()
     change(tracks)
     np.savez(path, rate=RATE, up="z", **tracks)  # type: ignore[arg-type]
-    reading = import_motion(path, ReadingOptions(cutoff=6.0))
-    return reading.motion.posture, reading.report
+    imported = import_motion(path, ReadingOptions(cutoff=6.0))
+    return imported.motion.posture, imported.report
 
 
 def test_a_torso_without_its_neck_is_taken_from_the_shoulders(tmp_path: Path) -> None:
@@ -277,12 +280,12 @@ def test_of_a_pelvis_either_pair_will_do(write_tsv: WriteTsv) -> None:
     }.items():
         markers[name] = shoulders + offset
     markers["LASI"][:40] = np.nan
-    reading = import_motion(write_tsv(markers), ReadingOptions())
+    imported = import_motion(write_tsv(markers), ReadingOptions())
     assert (
         "LASI is missing for up to 0.67 s; the torso is taken from others"
-        in (reading.report.warnings[0])
+        in (imported.report.warnings[0])
     )
-    assert reading.groups["pelvis"] == ("LPSI", "RPSI")
+    assert imported.report.groups["pelvis"] == ("LPSI", "RPSI")
 
 
 @pytest.mark.parametrize("name", ["pelvis"])
@@ -323,7 +326,7 @@ def test_gaps_that_are_told_are_apart_and_in_order() -> None:
     tracks = dance()
     for first in (30, 60, 90):
         tracks["left_wrist"][first : first + 5] = np.nan
-    found = cleaned(tracks).gaps["left_wrist"]
+    found = cleaned(tracks)[1].gaps["left_wrist"]
     assert all(a[1] < b[0] for a, b in pairwise(found))
     assert len(found) == 3
 
@@ -337,7 +340,9 @@ def test_a_marker_that_is_never_seen_can_be_done_without_where_it_has_another(
     with pytest.raises(MotionFileError, match="Ulna_R is missing in all") as caught:
         import_motion(path, ReadingOptions())
     mapping = str(caught.value).partition('map="')[2].rstrip('"')
-    assert import_motion(path, ReadingOptions(map=mapping)).groups["right_wrist"] == ("Radius_R",)
+    assert import_motion(path, ReadingOptions(map=mapping)).report.groups["right_wrist"] == (
+        "Radius_R",
+    )
 
 
 @pytest.mark.filterwarnings("error")
@@ -354,8 +359,8 @@ def test_what_a_long_bridge_invents_and_a_segment_that_varies_are_warned_about(
 ) -> None:
     markers = markers_of(dancer(ymca(rate=60.0).posture))
     markers["Elbow_L"][60:120] = np.nan
-    reading = import_motion(write_tsv(markers), ReadingOptions(max_gap=2.0))
-    assert "Elbow_L is bridged over 1.00 s from frame 61 on" in reading.report.warnings[0]
+    imported = import_motion(write_tsv(markers), ReadingOptions(max_gap=2.0))
+    assert "Elbow_L is bridged over 1.00 s from frame 61 on" in imported.report.warnings[0]
     markers = markers_of(dancer(ymca(rate=60.0).posture))
     markers["Elbow_L"][100:] *= [1.0, 0.5, 1.0]
     warnings = import_motion(write_tsv(markers), ReadingOptions()).report.warnings

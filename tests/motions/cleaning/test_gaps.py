@@ -6,7 +6,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 from numpy.typing import NDArray
 
-from mpma_mj.motions.cleaning.gaps import fill_gaps, missing, runs
+from mpma_mj.motions.cleaning.gaps import interpolate, runs
+from mpma_mj.motions.cleaning.trajectories import missing
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -43,7 +44,7 @@ def test_a_straight_line_is_bridged_exactly(gone: Mask, seed: int) -> None:
     start, step = np.random.default_rng(seed).normal(0.0, 1000.0, (2, 3))
     line = start + step * np.arange(len(gone))[:, None]
     track = np.where(gone[:, None], np.nan, line)
-    fill_gaps([track])
+    interpolate(track)
     np.testing.assert_allclose(track, line, atol=1e-8)
 
 
@@ -52,7 +53,7 @@ def test_a_bridge_stays_between_its_ends_and_touches_nothing_else(gone: Mask, se
     assume(gone.any())
     truth = np.cumsum(np.random.default_rng(seed).normal(0.0, 10.0, (len(gone), 3)), axis=0)
     track = np.where(gone[:, None], np.nan, truth)
-    fill_gaps([track])
+    interpolate(track)
     np.testing.assert_array_equal(track[~gone], truth[~gone])
     for first, end in runs(gone):
         ends = truth[[first - 1, end]]
@@ -65,6 +66,6 @@ def test_a_curve_is_bridged_better_than_by_a_line() -> None:
     truth = np.stack([np.cos(3 * time), np.sin(3 * time), time**2], axis=1)
     track = truth.copy()
     track[70:82] = np.nan
-    fill_gaps([track])
+    interpolate(track)
     line = truth[69] + np.arange(1, 13)[:, None] / 13 * (truth[82] - truth[69])
     assert np.abs(track - truth).max() < 0.5 * np.abs(line - truth[70:82]).max()

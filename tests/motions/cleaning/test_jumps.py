@@ -75,16 +75,16 @@ def test_hardly_any_frames_have_no_jumps(frames: int) -> None:
 
 
 def test_jumps_are_told_with_marker_and_frame(write_tsv: WriteTsv) -> None:
-    reading = import_motion(write_tsv(jumping()[1]), ReadingOptions())
-    assert reading.report.warnings == [
+    imported = import_motion(write_tsv(jumping()[1]), ReadingOptions())
+    assert imported.report.warnings == [
         "3 single-frame jumps (Elbow_L in frame 101; Radius_R in frame 51, 201); repair bridges"
         " them"
     ]
 
 
 def test_frames_of_jumps_count_from_the_files_first(write_tsv: WriteTsv) -> None:
-    reading = import_motion(write_tsv(jumping()[1]), ReadingOptions(start=1.0, end=3.0))
-    assert reading.report.warnings == [
+    imported = import_motion(write_tsv(jumping()[1]), ReadingOptions(start=1.0, end=3.0))
+    assert imported.report.warnings == [
         "1 single-frame jump (Elbow_L in frame 101); repair bridges them"
     ]
 
@@ -100,7 +100,7 @@ def test_jumps_are_repaired_only_if_that_is_asked_for(write_tsv: WriteTsv, tmp_p
     assert np.abs(repaired.motion.posture - whole.motion.posture).max() < 0.02 * error
     assert not repaired.report.warnings
     assert any("3 single-frame jumps bridged" in step for step in repaired.report.steps)
-    assert repaired.gaps["Elbow_L"] == [(pytest.approx(100 / 60), pytest.approx(101 / 60))]
+    assert repaired.report.gaps["Elbow_L"] == [(pytest.approx(100 / 60), pytest.approx(101 / 60))]
 
 
 def test_a_whole_recording_has_no_jumps(write_tsv: WriteTsv) -> None:
