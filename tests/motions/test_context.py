@@ -128,7 +128,7 @@ def test_events_of_the_recording_label_it_if_that_is_asked_for() -> None:
         ({"labels": "a.csv", "segments": 5}, "segments are parts of a movement without labels"),
         ({"audio": "a.wav", "segments": 5}, "segments are parts of a movement without labels"),
         ({"context": "events", "segments": 5}, "segments are parts of a movement without labels"),
-        ({"segments": 0}, "segments is 0; expected at least 1"),
+        ({"segments": 0}, "segments is 0; expected a whole number from 1 to"),
     ],
 )
 def test_options_that_contradict_each_other_are_refused(

@@ -12,10 +12,10 @@ from mpma_mj.motions import Motion, read_motion, ymca
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"tempo": "fast"}, "tempo is 'fast'; expected a number"),
-        ({"rate_in": "fast"}, "rate_in is 'fast'; expected a number"),
-        ({"max_gap": True}, "max_gap is True; expected a number"),
-        ({"start": "1 s"}, "start is '1 s'; expected a number"),
+        ({"tempo": "fast"}, "tempo is 'fast'; expected 0.01 to 100"),
+        ({"rate_in": "fast"}, "rate_in is 'fast'; expected 1 to 10000, Hz"),
+        ({"max_gap": True}, "max_gap is True; expected 0 to"),
+        ({"start": "1 s"}, "start is '1 s'; expected 0 to"),
         ({"segments": 2.5}, "segments is 2.5; expected a whole number"),
         ({"map": {"left_elbow": "E"}}, "map is .*; expected text such as"),
     ],

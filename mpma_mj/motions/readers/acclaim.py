@@ -14,15 +14,14 @@ from numpy.typing import NDArray
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.recording import Recording, Tracks
-from mpma_mj.motions.readers.skeleton import Joint, ancestry, joint_positions
-from mpma_mj.motions.readers.text import TextFile, is_number, printable, stack
+from mpma_mj.motions.readers.skeleton import Joint, ancestry, joint_positions, tracks_of
+from mpma_mj.motions.readers.text import FARTHEST, TextFile, is_number, printable
 
 __all__ = ["is_amc", "is_asf", "read_acclaim"]
 
 Array = NDArray[np.float64]
 
 _USUAL_RATE = 120.0  # Hz: of CMU's and HDM05's recordings; the format has no place for it
-_FARTHEST = 1e9  # what is farther away, in any unit, is no bone
 _CHANNELS = {"tx", "ty", "tz", "rx", "ry", "rz", "l"}
 _BLOCK = 2048  # frames that are turned into places at once
 _MENDED = "export it anew, or give the right {skeleton}"
@@ -174,7 +173,7 @@ def _axes(channels: Sequence[str]) -> str:
 
 def _numbers(words: Sequence[str]) -> Array:
     numbers = np.array(words, float)
-    if not (np.abs(numbers) < _FARTHEST).all():
+    if not (np.abs(numbers) < FARTHEST).all():
         raise ValueError(f"{' '.join(words)} are no lengths or angles")
     return numbers
 
@@ -210,10 +209,10 @@ def _load(
 
     frames = _frames(file, bones, report)
     blocks = iter(lambda: list(itertools.islice(frames, _BLOCK)), [])
-    table = stack((positions(block) for block in blocks), 3 * len(names))
-    if not len(table):
+    tracks = tracks_of(map(positions, blocks), names)
+    if not len(tracks[names[0]]):
         raise MotionFileError(f"{file.path}: has no frames; export the motion anew")
-    return {name: table[:, 3 * i : 3 * i + 3] for i, name in enumerate(names)}
+    return tracks
 
 
 def _frames(

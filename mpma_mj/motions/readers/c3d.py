@@ -75,10 +75,6 @@ def is_c3d(head: bytes) -> bool:
 def read_c3d(path: Path, report: ImportReport) -> Recording:
     """Read header and parameters of a C3D.
 
-    Args:
-        path: The file.
-        report: Is told what is odd.
-
     Raises:
         MotionFileError: Header or parameters are damaged.
     """

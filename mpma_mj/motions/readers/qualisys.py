@@ -13,7 +13,7 @@ from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.columns import load_columns
 from mpma_mj.motions.readers.recording import UNITS, Recording
-from mpma_mj.motions.readers.text import Grid, TextFile, is_number
+from mpma_mj.motions.readers.text import Grid, TextFile, is_number, positive
 
 __all__ = ["is_qualisys", "read_qualisys"]
 
@@ -27,10 +27,6 @@ def is_qualisys(head: list[str]) -> bool:
 
 def read_qualisys(file: TextFile, report: ImportReport) -> Recording:
     """Read the header of a Qualisys export.
-
-    Args:
-        file: The file.
-        report: Is told what is odd.
 
     Raises:
         MotionFileError: The header is incomplete.
@@ -87,6 +83,7 @@ def _number(path: object, header: dict[str, str], key: str) -> float | None:
     value = header.get(key)
     if value is None:
         return None
-    if not (is_number(value) and 0 < float(value) < np.inf):
+    number = positive(value)
+    if number is None:
         raise MotionFileError(f"{path}: {key} is '{value}'; expected a number above 0")
-    return float(value)
+    return number

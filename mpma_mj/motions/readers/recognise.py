@@ -1,7 +1,8 @@
-"""Which reader a file is for."""
+"""Recognition of file formats by content: which reader a file is for."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,7 +12,16 @@ from mpma_mj.motions.readers import acclaim, bvh, c3d, npz, qualisys, table, trc
 from mpma_mj.motions.readers.recording import RATES, Recording
 from mpma_mj.motions.readers.text import TextFile
 
-__all__ = ["open_recording"]
+__all__ = ["TEXT_FORMATS", "open_recording"]
+
+TextReader = Callable[[TextFile, ImportReport], Recording]
+
+TEXT_FORMATS: dict[Callable[[list[str]], bool], TextReader] = {
+    bvh.is_bvh: bvh.read_bvh,
+    trc.is_trc: trc.read_trc,
+    qualisys.is_qualisys: qualisys.read_qualisys,
+}
+"""Readers of text, each by what recognises its format by the first lines of a file."""
 
 _HEAD = 40  # lines in which a text file says what it is
 # Formats that are met and cannot be read, by their first bytes, and the remedy.
@@ -30,8 +40,8 @@ def open_recording(path: Path, report: ImportReport, *, skeleton: Path | None = 
 
     Args:
         path: The file.
-        report: Is told what is odd.
-        skeleton: The ASF of an AMC, where it is not beside it.
+        report: Gets what is odd.
+        skeleton: The ASF of an AMC, if it is in another folder.
 
     Raises:
         BadOptionError: A skeleton is given for a file that has its own.
@@ -69,14 +79,9 @@ def _open(path: Path, head: bytes, report: ImportReport, skeleton: Path | None) 
     if text is None:
         raise MotionFileError(f"{path}: is binary and no C3D or npz; export it as one of those")
     lines = text.head(_HEAD)
-    if bvh.is_bvh(lines):
-        return bvh.read_bvh(text, report)
     if acclaim.is_asf(lines):
         raise MotionFileError(f"{path}: is a skeleton; give the .amc with the motion instead")
     if acclaim.is_amc(lines):
         return acclaim.read_acclaim(text, skeleton, report)
-    if trc.is_trc(lines):
-        return trc.read_trc(text, report)
-    if qualisys.is_qualisys(lines):
-        return qualisys.read_qualisys(text, report)
-    return table.read_table(text, report)
+    readers = (read for recognises, read in TEXT_FORMATS.items() if recognises(lines))
+    return next(readers, table.read_table)(text, report)

@@ -9,7 +9,6 @@ numbers.
 from __future__ import annotations
 
 import itertools
-import math
 import re
 from dataclasses import dataclass
 
@@ -17,7 +16,7 @@ from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.columns import load_columns, rate_of_times
 from mpma_mj.motions.readers.recording import UNITS, Recording, Up
-from mpma_mj.motions.readers.text import Grid, TextFile, is_number
+from mpma_mj.motions.readers.text import Grid, TextFile, is_number, positive
 
 __all__ = ["read_table"]
 
@@ -58,10 +57,6 @@ class _Header:
 
 def read_table(file: TextFile, report: ImportReport) -> Recording:
     """Read the header of a table.
-
-    Args:
-        file: The file.
-        report: Is told what is odd.
 
     Raises:
         MotionFileError: No row says which columns are x, y and z.
@@ -199,13 +194,13 @@ def _declared(header: _Header, title: re.Pattern[str]) -> float | None:
     for row in header.rows[: header.axes]:
         cells = [cell.replace(",", ".") for cell in row]
         for key, value in zip(row, [*cells[1:], ""], strict=True):
-            if title.fullmatch(key.removeprefix("Export ")) and is_number(value):
-                found = float(value) or found
-            elif title.fullmatch(key.removeprefix("Capture ")) and is_number(value):
-                found = found or float(value)
-        if title is _RATE and [c for c in cells if c] == cells[:1] and is_number(cells[0]):
-            found = found or float(cells[0])  # Vicon: a line with nothing but the rate
-    return found if found and 0 < found < math.inf else None
+            if title.fullmatch(key.removeprefix("Export ")):
+                found = positive(value) or found
+            elif title.fullmatch(key.removeprefix("Capture ")):
+                found = found or positive(value)
+        if title is _RATE and [c for c in cells if c] == cells[:1]:
+            found = found or positive(cells[0])  # Vicon: a line with nothing but the rate
+    return found
 
 
 def _unit(header: _Header, columns: dict[str, int], first: int) -> float | None:

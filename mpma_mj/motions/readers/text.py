@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import codecs
 import itertools
+import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -15,14 +16,16 @@ from numpy.typing import NDArray
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
 
-__all__ = ["Grid", "TextFile", "is_number", "printable", "stack"]
+__all__ = ["FARTHEST", "Grid", "TextFile", "is_number", "positive", "printable", "stack"]
 
 Array = NDArray[np.float64]
+
+FARTHEST = 1e9
+"""What is farther away, in any unit, is no coordinate."""
 
 _HEAD = 65536  # bytes from which the encoding is told
 _BLOCK = 4096  # rows that are turned into numbers at once
 _LOOK = 20  # rows from which the way of writing numbers is told
-_FARTHEST = 1e9  # what is farther away, in any unit, is no coordinate
 _QUOTED_COMMA = re.compile(r'"([-+]?\d*),(\d+)"')  # which is decimal: commas separate cells
 _MISSING = {"", "nan", "null", "none", "n/a", "na", "-", "--"}
 _BYTE_ORDER_MARKS = {
@@ -140,7 +143,7 @@ class Grid:
         start = self.first
         while lines := list(itertools.islice(rows, _BLOCK)):
             block = self._numbers(lines, start, columns)
-            wild = np.abs(block[:, counters:]) > _FARTHEST
+            wild = np.abs(block[:, counters:]) > FARTHEST
             if wild.any():
                 row, column = np.argwhere(wild)[0] + [0, counters]
                 raise MotionFileError(
@@ -254,6 +257,12 @@ def is_number(cell: str) -> bool:
     except ValueError:
         return False
     return "_" not in cell  # which Python allows between digits, and no file means
+
+
+def positive(cell: str) -> float | None:
+    """Return the number above 0 in a cell, if there is one."""
+    number = float(cell) if is_number(cell) else 0.0
+    return number if 0.0 < number < math.inf else None
 
 
 def stack(blocks: Iterator[Array], width: int) -> Array:

@@ -7,13 +7,11 @@ and time begin every row. Cells are separated by tabs, in some exports by commas
 
 from __future__ import annotations
 
-import math
-
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.columns import load_columns, rate_of_times
 from mpma_mj.motions.readers.recording import UNITS, Recording
-from mpma_mj.motions.readers.text import Grid, TextFile, is_number
+from mpma_mj.motions.readers.text import Grid, TextFile, positive
 
 __all__ = ["is_trc", "read_trc"]
 
@@ -27,10 +25,6 @@ def is_trc(head: list[str]) -> bool:
 
 def read_trc(file: TextFile, report: ImportReport) -> Recording:
     """Read the header of a TRC.
-
-    Args:
-        file: The file.
-        report: Is told what is odd.
 
     Raises:
         MotionFileError: The header is incomplete.
@@ -53,10 +47,7 @@ def read_trc(file: TextFile, report: ImportReport) -> Recording:
         (i for i in range(_HEADER, len(lines)) if lines[i].strip(f" {separator}")), len(lines)
     )
     grid = Grid.starting(file, first, columns=2 + 3 * len(names))
-    rate, frames = (
-        float(value) if is_number(value) and 0 < float(value) < math.inf else None
-        for value in (header.get(key, "") for key in ("DataRate", "NumFrames"))
-    )
+    rate, frames = (positive(header.get(key, "")) for key in ("DataRate", "NumFrames"))
     if first < len(lines):
         if grid.width < max(columns.values(), default=0) + 3:
             raise MotionFileError(
