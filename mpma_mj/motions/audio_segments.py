@@ -141,7 +141,7 @@ def _silenced() -> Iterator[None]:
 
 
 def _says_truncated(notes: str) -> bool:
-    """Tell whether libsndfile's notes on a WAV or AIFF file say that samples are missing."""
+    """Return whether libsndfile's notes on a WAV or AIFF file say that samples are missing."""
     sizes = re.findall(r"(?:data|SSND) : (\d+) \(should be (\d+)\)", notes)
     return any(int(stated) > int(actual) for stated, actual in sizes)
 

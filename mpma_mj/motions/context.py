@@ -35,7 +35,7 @@ def label_motion(
     where: str | Path,
     report: ImportReport,
 ) -> tuple[Array, tuple[str, ...]]:
-    """Return the context of a movement.
+    """Return the context of a motion.
 
     Args:
         posture: Postures, shape (T, 12).
@@ -43,7 +43,7 @@ def label_motion(
         events: Labelled stretches that the recording has.
         options: Says where the labels come from.
         where: What an error calls the recording.
-        report: Is told about the context.
+        report: Gets a line about the context.
 
     Returns:
         Context, shape (T, C), and its labels.
@@ -88,7 +88,7 @@ def label_motion(
 def _spans(
     events: Sequence[Span], options: ReadingOptions, where: str | Path
 ) -> Sequence[Span] | None:
-    """Return the labelled stretches; None where the movement is to be divided instead."""
+    """Return the labelled stretches; None where the motion is to be divided instead."""
     if options.labels is not None:
         return read_labels(Path(options.labels))
     if options.audio is not None:
@@ -164,7 +164,7 @@ def _cells(line: str) -> list[str]:
 
 
 def change_points(posture: Array, segments: int) -> NDArray[np.int_]:
-    """Cut a movement into parts where it changes.
+    """Cut a motion into parts where it changes.
 
     The parts are those within which postures and velocities are most alike, measured by a
     Gaussian kernel, over all ways to cut (Arlot, Celisse & Harchaoui 2019, JMLR 20(162)). That

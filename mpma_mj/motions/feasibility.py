@@ -19,14 +19,14 @@ _LITTLE = np.sin(np.radians(15.0))
 
 
 def joint_speeds(motion: Motion) -> Array:
-    """Compute the speed that a movement asks of every joint.
+    """Compute the speed that a motion asks of every joint.
 
     Counted is the part of the speed that turns the segment (`kinematics.segment_leverage`): near a
     singular pose a joint may have to whip round to move its segment hardly at all, and is not
     missed there.
 
     Args:
-        motion: The movement, T postures.
+        motion: The motion, T postures.
 
     Returns:
         Speed between each posture and the next, shape (T-1, 8), rad/s.

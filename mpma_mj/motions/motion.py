@@ -27,7 +27,7 @@ FORMAT = 3
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Motion:
-    """A demonstrated movement.
+    """A demonstrated motion.
 
     Its name, source and labels are kept as text that can be shown: see `names.printable`.
 
@@ -37,7 +37,7 @@ class Motion:
         labels: Names of the context's C entries, such as the letters that are danced.
         rate: Postures per second, Hz.
         name: Short name, used for folders and titles.
-        source: Where the movement comes from, one sentence.
+        source: Where the motion comes from, one sentence.
         tempo: Speed relative to the original.
 
     Raises:
@@ -107,7 +107,7 @@ class Motion:
 
 
 def save_motion(path: Path, motion: Motion) -> None:
-    """Write a movement.
+    """Write a motion.
 
     Raises:
         RunFolderError: The file cannot be written.
@@ -120,10 +120,10 @@ def save_motion(path: Path, motion: Motion) -> None:
 
 
 def load_motion(path: Path) -> Motion | None:
-    """Read a movement, of which only `posture` and `rate` have to be there.
+    """Read a motion, of which only `posture` and `rate` have to be there.
 
     Returns:
-        The movement; None if the file is something else, such as points.
+        The motion; None if the file is something else, such as points.
 
     Raises:
         MotionFileError: The file is damaged, or what it holds does not fit together.

@@ -36,8 +36,8 @@ class ReadingOptions:
         repair: Bridge single frames in which a marker jumps away and back.
         cutoff: Cut-off frequency of the low-pass filter, Hz; from the data if not given.
         tempo: Speed relative to the original; 0.5 takes twice as long.
-        loop: Bend the end of the movement so that it leads into its start.
-        context: What labels the movement: equal parts, changes found in the movement, events in
+        loop: Bend the end of the motion so that it leads into its start.
+        context: What labels the motion: equal parts, changes found in the motion, events in
             a C3D, bars or repeated sections of the audio. By default the labels or the bars if
             a file of them is given, else equal parts.
         segments: Number of equal parts, or of parts between changes.
@@ -80,7 +80,7 @@ class ReadingOptions:
         self._check_context()
 
     def _check_context(self) -> None:
-        """Check that one thing only labels the movement."""
+        """Check that one thing only labels the motion."""
         music = self.context in ("bars", "sections")
         if music and self.audio is None:
             raise BadOptionError(

@@ -48,7 +48,7 @@ def find_unit(
         arm: Length of an arm, in the unit.
         declared: What the file says, m.
         given: What the user says, m.
-        report: Is told what is taken, and if the file must be wrong.
+        report: Gets what is taken, and a warning if the file must be wrong.
 
     Returns:
         Length of the unit, m; None if no usual one fits arms. Postures do not depend on it.
@@ -95,7 +95,7 @@ def find_up(
         declared: What the file or its format says.
         given: What the user says.
         where: What an error calls the recording.
-        report: Is told what is taken.
+        report: Gets what is taken.
         lost_trunk: Ways from pelvis to neck, shape (N, 3), of frames in which both are seen,
             where they are not among the points for being seen too rarely.
 
@@ -161,7 +161,7 @@ def check_sides(
         points: The points of `body.ARM_POINTS`, each shape (T, 3).
         posture: Postures, shape (T', 12).
         groups: Which markers show which point, for what mends it.
-        report: Is told.
+        report: Gets the warning.
     """
     across = points["left_shoulder"] - points["right_shoulder"]
     middle = 0.5 * (points["left_shoulder"] + points["right_shoulder"])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,7 +47,7 @@ _MOST = (2.4, 0.9, 0.9, 2.0)
 def ymca(rate: float = 20.0, tempo: float = 1.0) -> Motion:
     """Return the YMCA choreography, one pass through the four letters.
 
-    The movement is synthetic, not recorded: the paper's own recording is not public. Four key
+    The motion is synthetic, not recorded: the paper's own recording is not public. Four key
     poses, drawn by hand after the well-known dance, are joined in joint space by minimum-jerk
     moves, one letter every two beats of the song. The time of a letter is rounded to whole
     samples, so that repetitions join without a jump. The context is one-hot, a letter's entry
@@ -63,18 +63,12 @@ def ymca(rate: float = 20.0, tempo: float = 1.0) -> Motion:
     Raises:
         BadOptionError: So fast or so coarsely sampled that a letter has no two samples.
     """
-    samples = round(BEATS_PER_LETTER * 60.0 / (BEATS_PER_MINUTE * tempo) * rate)
-    if samples < 2:
-        raise BadOptionError(
-            f"rate {rate:g} and tempo {tempo:g} leave {samples} sample(s) a letter;"
-            " a higher rate or a lower tempo is needed"
-        )
-    keys = _letter_angles()
+    beats = BEATS_PER_LETTER * 60.0 / (BEATS_PER_MINUTE * tempo)  # s a letter
+    samples = _samples(beats, "letter", rate, tempo)
     phase = np.arange(samples) / samples * BEATS_PER_LETTER / BEATS_PER_MOVE
-    share = minimum_jerk(phase)[:, None]
-    moves = [keys[i - 1] + share * (keys[i] - keys[i - 1]) for i in range(len(LETTERS))]
+    keys = _letter_angles()
     return Motion(
-        posture=kinematics.posture_from_angles(np.concatenate(moves)),
+        posture=_moves([keys[-1], *keys], phase),
         context=one_hot(np.repeat(np.arange(len(LETTERS)), samples), len(LETTERS)),
         labels=LETTERS,
         rate=rate,
@@ -87,7 +81,7 @@ def ymca(rate: float = 20.0, tempo: float = 1.0) -> Motion:
 def invented(rate: float = 20.0, tempo: float = 1.0, *, dance: int | None = None) -> Motion:
     """Return one of the invented dances, or all of them in a row.
 
-    The movement is synthetic: key poses drawn at random, the same ones always, are joined in
+    The motion is synthetic: key poses drawn at random, the same ones always, are joined in
     joint space by minimum-jerk moves. Nobody danced it, and it has no structure such as
     repetition or symmetry that people's dances have. All numbers of it are choices (choice).
 
@@ -102,19 +96,12 @@ def invented(rate: float = 20.0, tempo: float = 1.0, *, dance: int | None = None
     Raises:
         BadOptionError: So fast or so coarsely sampled that a pose has no two samples.
     """
-    samples = round(_SECONDS_PER_POSE / tempo * rate)
-    if samples < 2:
-        raise BadOptionError(
-            f"rate {rate:g} and tempo {tempo:g} leave {samples} sample(s) a pose;"
-            " a higher rate or a lower tempo is needed"
-        )
+    samples = _samples(_SECONDS_PER_POSE / tempo, "pose", rate, tempo)
     dances = range(DANCES) if dance is None else range(dance - 1, dance)
     keys = _dance_angles()[dances.start * _POSES : dances.stop * _POSES + 1]
-    share = minimum_jerk(np.arange(samples) / samples / _MOVING)[:, None]
-    moves = [before + share * (key - before) for before, key in itertools.pairwise(keys)]
     danced = np.repeat(np.arange(len(dances)), _POSES * samples)
     return Motion(
-        posture=kinematics.posture_from_angles(np.concatenate(moves)),
+        posture=_moves(keys, np.arange(samples) / samples / _MOVING),
         context=one_hot(danced, len(dances)),
         labels=tuple(str(number + 1) for number in dances),
         rate=rate,
@@ -130,6 +117,24 @@ BUILT_IN: dict[str, Callable[[float, float], Motion]] = {
     **{f"invented-{n}": functools.partial(invented, dance=n) for n in range(1, DANCES + 1)},
 }
 """Built-in motions by name, given rate in Hz and tempo."""
+
+
+def _samples(seconds: float, part: str, rate: float, tempo: float) -> int:
+    """Return the number of samples of a part of a dance, at least 2."""
+    samples = round(seconds * rate)
+    if samples < 2:
+        raise BadOptionError(
+            f"rate {rate:g} and tempo {tempo:g} leave {samples} sample(s) a {part};"
+            " a higher rate or a lower tempo is needed"
+        )
+    return samples
+
+
+def _moves(keys: Iterable[Array], phase: Array) -> Array:
+    """Return postures of minimum-jerk moves between joint angles, at phases of each move."""
+    share = minimum_jerk(phase)[:, None]
+    moves = [before + share * (key - before) for before, key in itertools.pairwise(keys)]
+    return kinematics.posture_from_angles(np.concatenate(moves))
 
 
 def _letter_angles() -> Array:

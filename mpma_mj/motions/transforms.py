@@ -76,10 +76,10 @@ def with_context_of(motion: Motion, other: Motion) -> Motion:
 
 
 def at_rate(motion: Motion, rate: float, tempo: float) -> Motion:
-    """Return a movement at another rate and tempo.
+    """Return a motion at another rate and tempo.
 
     Args:
-        motion: The movement.
+        motion: The motion.
         rate: Postures per second that are wanted, Hz.
         tempo: Speed relative to the motion as it is.
     """
@@ -99,11 +99,11 @@ def at_rate(motion: Motion, rate: float, tempo: float) -> Motion:
 
 
 def close_loop(posture: Array, rate: float) -> Array:
-    """Bend the last part of a movement so that repetitions join without a jump.
+    """Bend the last part of a motion so that repetitions join without a jump.
 
     The joint angles are shifted by a share of the way from the end to the start that rises
     along a minimum-jerk curve from 0 to 1, one sample after the end. Elbows keep to how far they
-    bend in the movement, so that none is bent backwards.
+    bend in the motion, so that none is bent backwards.
 
     Args:
         posture: Postures, shape (T, 12).
@@ -114,7 +114,7 @@ def close_loop(posture: Array, rate: float) -> Array:
     """
     angles = kinematics.continuous_angles(posture)
     count = max(1, min(round(_LONGEST_BEND * rate), int(_BENT_SHARE * len(posture))))
-    # Where the movement would be one sample after its end, and where it should be.
+    # Where the motion would be one sample after its end, and where it should be.
     end = 2.0 * angles[-1] - angles[-2]
     way = kinematics.angles_from_posture(posture[0], near=end) - end
     share = minimum_jerk(np.arange(1, count + 1) / (count + 1))[:, None]
@@ -126,15 +126,15 @@ def close_loop(posture: Array, rate: float) -> Array:
 
 
 def repeat(motion: Motion, times: int, max_joint_speed: Array) -> tuple[Array, Array]:
-    """Join repetitions of a movement.
+    """Join repetitions of a motion.
 
     Where it ends elsewhere than it starts, the arms return by a minimum-jerk move, as long as
-    it takes at half the joints' top speed; its context is that of the movement's first posture.
-    A movement whose end leads into its start within one sample, at rest or at the speed that it
+    it takes at half the joints' top speed; its context is that of the motion's first posture.
+    A motion whose end leads into its start within one sample, at rest or at the speed that it
     has there, is joined as it is.
 
     Args:
-        motion: The movement, T postures.
+        motion: The motion, T postures.
         times: How often it is danced.
         max_joint_speed: Fastest that each joint can turn, shape (8,), rad/s.
 
@@ -151,7 +151,7 @@ def repeat(motion: Motion, times: int, max_joint_speed: Array) -> tuple[Array, A
 
 
 def _leads_on(motion: Motion) -> bool:
-    """Tell whether the step from a movement's end to its start is like those around it."""
+    """Return whether the step from a motion's end to its start is like those around it."""
     near = 1 + max(1, round(_AROUND * motion.rate))
     step = motion.posture[0] - motion.posture[-1]
     around = [np.diff(motion.posture[stretch], axis=0) for stretch in (np.s_[:near], np.s_[-near:])]
@@ -163,10 +163,10 @@ def _longest(steps: Array) -> float:
 
 
 def move_between(motion: Motion, after: Array, max_joint_speed: Array) -> Array:
-    """Return a minimum-jerk move from the end of a movement to another posture.
+    """Return a minimum-jerk move from the end of a motion to another posture.
 
     Args:
-        motion: The movement.
+        motion: The motion.
         after: Posture to which the move leads, shape (12,).
         max_joint_speed: Fastest that each joint can turn, shape (8,), rad/s.
 
@@ -184,13 +184,13 @@ def move_between(motion: Motion, after: Array, max_joint_speed: Array) -> Array:
 
 
 def join(motions: Sequence[Motion], max_joint_speed: Array) -> Motion:
-    """Join movements into one, in which each has one label: its name.
+    """Join motions into one, in which each has one label: its name.
 
     From the end of each the arms go to the start of the next by a minimum-jerk move, which has
     the label of where it leads.
 
     Args:
-        motions: The movements, of one rate.
+        motions: The motions, of one rate.
         max_joint_speed: Fastest that each joint can turn, shape (8,), rad/s.
 
     Returns:

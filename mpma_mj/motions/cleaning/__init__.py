@@ -7,9 +7,8 @@ from collections.abc import Callable
 from mpma_mj.motions.cleaning.body_points import average_markers, measure_segments, turn_upright
 from mpma_mj.motions.cleaning.calibration_pose import cut_calibration_pose
 from mpma_mj.motions.cleaning.filtering import filter_and_resample
-from mpma_mj.motions.cleaning.gaps import cut_long_gaps, fill_gaps, refuse_unseen
+from mpma_mj.motions.cleaning.gaps import cut_long_gaps, fill_gaps, refuse_unseen, replace_torso
 from mpma_mj.motions.cleaning.jumps import repair_jumps
-from mpma_mj.motions.cleaning.torso import replace_torso
 from mpma_mj.motions.cleaning.trajectories import Trajectories, cut_time
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.options import ReadingOptions

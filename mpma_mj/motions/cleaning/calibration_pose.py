@@ -1,4 +1,4 @@
-"""Poses that recording and export put before a movement: a T-pose, and a ramp out of it."""
+"""Poses that recording and export put before a motion: a T-pose, and a ramp out of it."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def cut_calibration_pose(
 
 
 def calibration_frames(points: dict[str, Array], rate: float) -> int:
-    """Count the frames before the movement itself.
+    """Count the frames before the motion itself.
 
     Start-up shows by arms that leave their first pose, from one frame to the next, faster than
     any human arm, perhaps go on so for a quarter of a second, and do not come back at once, as

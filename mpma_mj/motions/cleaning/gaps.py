@@ -8,20 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.errors import MotionFileError, placeholder
-from mpma_mj.motions.body import ARM_POINTS
+from mpma_mj.motions.body import ARM_POINTS, TORSO_POINTS
 from mpma_mj.motions.cleaning.trajectories import Trajectories, missing
 from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.marker_sets import Groups
 from mpma_mj.motions.options import ReadingOptions
 
-__all__ = [
-    "cut_long_gaps",
-    "fill_gaps",
-    "interpolate",
-    "long_gaps",
-    "refuse_unseen",
-    "runs",
-    "trim",
-]
+__all__ = ["cut_long_gaps", "fill_gaps", "interpolate", "refuse_unseen", "replace_torso", "runs"]
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -65,11 +58,27 @@ def cut_long_gaps(
     gaps = [
         (*gap, name)
         for name in trajectories.arm_markers
-        for gap in long_gaps(trajectories, name, options.max_gap)
+        for gap in _long_gaps(trajectories, name, options.max_gap)
     ]
     if gaps:
         _cut_to_longest(trajectories, gaps, options, report)
-    trim(trajectories, trajectories.arm_markers, "arms", report)
+    _trim(trajectories, trajectories.arm_markers, "arms", report)
+
+
+def replace_torso(
+    trajectories: Trajectories, options: ReadingOptions, report: ImportReport
+) -> None:
+    """Do without torso markers that are missing for too long; cut gaps at the ends.
+
+    Raises:
+        MotionFileError: At no time all markers that are left are seen.
+    """
+    groups = trajectories.groups
+    names = [name for point in TORSO_POINTS for name in groups.get(point, ())]
+    lost = {name for name in names if _long_gaps(trajectories, name, options.max_gap)}
+    if lost or not trajectories.seen(names).any():
+        _replace_torso(trajectories, names, lost, report)
+    _trim(trajectories, [*trajectories.tracks], "arms and the torso", report)
 
 
 def fill_gaps(trajectories: Trajectories, options: ReadingOptions, report: ImportReport) -> None:
@@ -118,13 +127,15 @@ def runs(mask: Mask) -> list[tuple[int, int]]:
     return [(int(first), int(end)) for first, end in edges.reshape(-1, 2)]
 
 
-def long_gaps(trajectories: Trajectories, name: str, max_gap: float) -> list[tuple[int, int]]:
+def _long_gaps(trajectories: Trajectories, name: str, max_gap: float) -> list[tuple[int, int]]:
     """Return the gaps of a marker that are longer than `max_gap`, s."""
     limit = max_gap * trajectories.rate + 1e-6
     return [run for run in runs(missing(trajectories.tracks[name])) if run[1] - run[0] > limit]
 
 
-def trim(trajectories: Trajectories, names: Sequence[str], what: str, report: ImportReport) -> None:
+def _trim(
+    trajectories: Trajectories, names: Sequence[str], what: str, report: ImportReport
+) -> None:
     """Cut off ends at which a marker is missing: there is nothing to interpolate between.
 
     Raises:
@@ -195,6 +206,50 @@ def _cut_to_longest(
         f"{trajectories.where}: {described}, longer than {options.max_gap:g} s",
         remedy=", or ".join(ways) or "too little is left; record it anew",
     )
+
+
+def _replace_torso(
+    trajectories: Trajectories, names: list[str], lost: set[str], report: ImportReport
+) -> None:
+    """Take the torso from other markers, or as upright where too few are left."""
+    gaps = {name: runs(missing(trajectories.tracks[name])) for name in names}
+    longest = {n: max((end - first for first, end in gaps[n]), default=0) for n in names}
+    name = max(names, key=longest.__getitem__)
+    missed = f"torso marker {name} is missing for up to {longest[name] / trajectories.rate:.2f} s"
+    others = _other_torso(trajectories, lost)
+    if others is None:
+        report.warn(
+            f"{missed}; the torso is taken as upright instead, so that a bend moves the arms"
+        )
+        pelvis, neck = map(trajectories.mean, TORSO_POINTS)
+        seen = ~missing(neck - pelvis)
+        trajectories.lost_trunk = (neck - pelvis)[seen] if seen.any() else None
+    else:
+        used = "; ".join(f"{point} {' + '.join(group)}" for point, group in others.items())
+        report.warn(f"{missed}; the torso is taken from others: {used}")
+    arms = {point: trajectories.groups[point] for point in ARM_POINTS}
+    trajectories.groups = arms | (others or {})
+    kept = {name for group in trajectories.groups.values() for name in group}
+    trajectories.tracks = {n: track for n, track in trajectories.tracks.items() if n in kept}
+
+
+def _other_torso(trajectories: Trajectories, lost: set[str]) -> Groups | None:
+    """Return torso points without some markers, None if too few are left.
+
+    Of four markers of the pelvis, two in front and two behind, either pair will do; for the
+    neck the shoulders.
+    """
+    groups = trajectories.groups
+    pelvis, neck = (groups[point] for point in TORSO_POINTS)
+    pelvises = [pelvis, pelvis[2:], pelvis[:2]] if len(pelvis) == 4 else [pelvis]
+    necks = [neck, (*groups["left_shoulder"], *groups["right_shoulder"])]
+    found: Groups = {}
+    for point, choices in zip(TORSO_POINTS, (pelvises, necks), strict=True):
+        group = next((group for group in choices if not lost & set(group)), None)
+        if group is not None:
+            found[point] = group
+    markers = [name for group in found.values() for name in group]
+    return found if len(found) == 2 and trajectories.seen(markers).any() else None
 
 
 def _trimmed(run: tuple[int, int], seen: Mask) -> tuple[int, int]:

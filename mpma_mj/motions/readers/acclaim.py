@@ -37,12 +37,12 @@ class _Skeleton:
 
 
 def is_asf(head: list[str]) -> bool:
-    """Tell by the first lines whether a file is an ASF."""
+    """Return whether the first lines are those of an ASF."""
     return any(line.split()[:1] in ([":bonedata"], [":units"], [":root"]) for line in head)
 
 
 def is_amc(head: list[str]) -> bool:
-    """Tell by the first lines whether a file is an AMC."""
+    """Return whether the first lines are those of an AMC."""
     return any(line.strip().upper() in (":FULLY-SPECIFIED", ":DEGREES") for line in head)
 
 
@@ -52,7 +52,7 @@ def read_acclaim(file: TextFile, skeleton: Path | None, report: ImportReport) ->
     Args:
         file: The AMC.
         skeleton: Its ASF; looked for beside it if not given.
-        report: Is told which skeleton is taken, and what is odd.
+        report: Gets which skeleton is taken, and what is odd.
 
     Raises:
         MotionFileError: There is no skeleton, or it is damaged.

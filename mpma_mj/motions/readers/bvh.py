@@ -37,7 +37,7 @@ class _Skeleton:
 
 
 def is_bvh(head: list[str]) -> bool:
-    """Tell by the first lines whether a file is a BVH."""
+    """Return whether the first lines are those of a BVH."""
     return next((line.strip() for line in head if line.strip()), "").upper() == "HIERARCHY"
 
 

@@ -40,7 +40,7 @@ def load_columns(
         grid: The rows.
         columns: For each name the column of x; y and z follow.
         names: Points that are wanted.
-        report: Is told what is odd about the rows.
+        report: Gets what is odd about the rows.
         frame_column: Column of the frame's number, if there is one: frames that it leaves out
             are gaps.
         time_column: Column of the frame's time, if there is one: it counts for more than the
@@ -74,7 +74,7 @@ def load_columns(
 
 
 def _usable(times: Array) -> bool:
-    """Tell whether times, shape (T,), rise throughout."""
+    """Return whether times, shape (T,), rise throughout."""
     return len(times) > 2 and bool((np.diff(times) > 0).all())
 
 
@@ -84,7 +84,7 @@ def _by_times(times: Array, grid: Grid, report: ImportReport) -> Callable[[Array
     Args:
         times: Times of the rows, shape (T,), rising, in any unit.
         grid: The rows.
-        report: Is told of missing frames.
+        report: Gets a warning of missing frames.
     """
     steps = np.diff(times)
     usual = _usual_step(times)
@@ -114,7 +114,7 @@ def _frames_of(steps: Array, usual: float) -> Array:
 
 
 def _come_unevenly(times: Array) -> bool:
-    """Tell whether steps between times often differ from whole frames by more than rounding."""
+    """Return whether steps between times often differ from whole frames by more than rounding."""
     steps = np.diff(times)
     usual = _usual_step(times)
     off = np.abs(steps / usual - _frames_of(steps, usual))
@@ -146,7 +146,7 @@ def rate_of_times(
         grid: The rows.
         time_column: Column of the times, s.
         declared: The rate that the header tells, Hz, if it does.
-        report: Is told where the two contradict each other, or frames come unevenly.
+        report: Gets a warning where the two contradict each other, or frames come unevenly.
 
     Returns:
         Frames per second, Hz: that of the times where they are usable, else the declared one.

@@ -26,7 +26,7 @@ _DAMAGED = (
 
 
 def is_archive(head: bytes) -> bool:
-    """Tell by its first bytes whether a file is a NumPy archive."""
+    """Return whether the first bytes are those of a NumPy archive."""
     return head.startswith(b"PK\x03\x04")
 
 

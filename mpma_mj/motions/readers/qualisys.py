@@ -21,7 +21,7 @@ _LONGEST_HEADER = 60  # lines
 
 
 def is_qualisys(head: list[str]) -> bool:
-    """Tell by the first lines whether a file is a Qualisys export."""
+    """Return whether the first lines are those of a Qualisys export."""
     return any(line.split("\t")[0].strip() in ("NO_OF_FRAMES", "MARKER_NAMES") for line in head)
 
 
@@ -73,7 +73,7 @@ def _has_number(line: str) -> bool:
 
 
 def _counts(grid: Grid) -> bool:
-    """Tell whether the first column has whole numbers: the frame's, where time has none."""
+    """Return whether the first column has whole numbers: the frame's, where time has none."""
     column = next(grid.blocks([0], ImportReport()), np.empty((0, 1)))
     return bool((column == np.round(column)).all())
 

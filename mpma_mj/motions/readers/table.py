@@ -135,7 +135,7 @@ def _axis(cell: str) -> str:
 
 
 def _joined(cell: str, found: re.Match[str]) -> bool:
-    """Tell whether the axis is the end of a word, as in "index", and not set off: LWristX."""
+    """Return whether the axis is the end of a word, as in "index", and not set off: LWristX."""
     axis = found.start("axis")
     return (
         axis > 0

@@ -19,7 +19,7 @@ _HEADER = 5  # lines before the first row, which an empty line may follow
 
 
 def is_trc(head: list[str]) -> bool:
-    """Tell by the first lines whether a file is a TRC."""
+    """Return whether the first lines are those of a TRC."""
     return bool(head) and head[0].startswith("PathFileType")
 
 
