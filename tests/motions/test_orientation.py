@@ -1,3 +1,4 @@
+import re
 from pathlib import Path
 
 import numpy as np
@@ -9,17 +10,23 @@ from numpy.typing import NDArray
 from mpma_mj import kinematics
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions import ymca
+from mpma_mj.motions.body import posture_from_points
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.loader import ImportedMotion, import_motion
 from mpma_mj.motions.options import ReadingOptions
-from mpma_mj.motions.orientation import arm_length, find_unit, find_up, turn_z_up
+from mpma_mj.motions.orientation import arm_length, check_sides, find_unit, find_up, turn_z_up
 from mpma_mj.motions.readers.recording import UNITS, UPS, Up
-from tests.conftest import WriteTsv, dancer
+from tests.conftest import WriteTsv, dancer, markers_of
 
 Array = NDArray[np.float64]
+
+
 Points = dict[str, Array]
 
+
 POSTURE = ymca(rate=60.0).posture
+
+
 HANGING = kinematics.posture_from_angles(
     np.tile([0.2, 0.1, 0.0, 0.5], 2) + 0.1 * np.sin(np.arange(240)[:, None] / 20 + np.arange(8))
 )
@@ -236,3 +243,79 @@ def test_the_same_dance_at_another_rate_is_the_same(tmp_path: Path) -> None:
         found.append(read(path, points, {"rate": rate, "up": "z"}, cutoff=6.0).motion.posture)
     for posture in found[1:]:
         np.testing.assert_allclose(posture[10:150], found[0][10:150], atol=1e-3)
+
+
+def moving(seed: int, elbow: float = 1.0) -> Points:
+    """Return a dancer whose elbows bend forearms forward, about as far as is asked."""
+    rng = np.random.default_rng(seed)
+    rest = np.tile([0.5, 0.3, 0.0, elbow], 2)
+    phase = np.arange(200)[:, None] / rng.uniform(8.0, 20.0, 8) + rng.uniform(0, 6, 8)
+    return dancer(kinematics.posture_from_angles(rest + 0.3 * elbow * np.sin(phase)))
+
+
+def swapped(points: Points, *parts: str) -> Points:
+    other = {"left": "right", "right": "left"}
+    found = dict(points)
+    for name in points:
+        side, _, part = name.partition("_")
+        if part in parts:
+            found[name] = points[f"{other[side]}_{part}"]
+    return found
+
+
+def side_warnings(points: Points) -> list[str]:
+    report = ImportReport()
+    groups = {name: (name.upper(),) for name in points}
+    check_sides(points, posture_from_points(points), groups, report)
+    return report.warnings
+
+
+@given(seed=st.integers(0, 999))
+def test_a_dancer_whose_sides_are_right_is_not_warned_about(seed: int) -> None:
+    assert not side_warnings(moving(seed))
+
+
+@given(seed=st.integers(0, 999))
+def test_elbows_and_wrists_of_the_other_side_are_warned_about(seed: int) -> None:
+    (warning,) = side_warnings(swapped(moving(seed), "elbow", "wrist"))
+    assert warning.startswith("both elbows are beyond the body's midline in 100 % of the frames")
+
+
+@given(seed=st.integers(0, 999))
+def test_a_dancer_whose_every_name_is_of_the_other_side_is_warned_about(seed: int) -> None:
+    (warning,) = side_warnings(swapped(moving(seed), "shoulder", "elbow", "wrist"))
+    assert warning.startswith("forearms point backwards in 100 % of the frames in which they are")
+
+
+@given(seed=st.integers(0, 999))
+def test_stretched_arms_tell_nothing(seed: int) -> None:
+    for parts in ((), ("shoulder", "elbow", "wrist")):
+        assert not side_warnings(swapped(moving(seed, elbow=0.05), *parts))
+
+
+@pytest.mark.parametrize("tempo", [0.5, 1.0])
+def test_the_built_in_dance_is_not_warned_about(tempo: float) -> None:
+    assert not side_warnings(dancer(ymca(rate=60.0, tempo=tempo).posture))
+
+
+def test_arms_that_cross_now_and_then_are_not_warned_about() -> None:
+    points = moving(0)
+    crossed = swapped(points, "elbow", "wrist")
+    for name, track in points.items():
+        crossed[name] = np.where(np.arange(200)[:, None] < 80, crossed[name], track)
+    assert not side_warnings(crossed)
+
+
+def test_sides_of_a_file_are_checked(write_tsv: WriteTsv) -> None:
+    points = moving(1)
+    assert not import_motion(
+        write_tsv(markers_of(points), name="right.tsv"), ReadingOptions()
+    ).report.warnings
+    wrong = swapped(points, "shoulder", "elbow", "wrist")
+    imported = import_motion(write_tsv(markers_of(wrong)), ReadingOptions())
+    assert len(imported.report.warnings) == 1
+    mapping = re.findall(r'map="(.*?)" mends', imported.report.warnings[0])
+    mended = import_motion(write_tsv(markers_of(wrong)), ReadingOptions(map=mapping[0]))
+    assert not mended.report.warnings
+    right = import_motion(write_tsv(markers_of(points)), ReadingOptions())
+    np.testing.assert_allclose(mended.motion.posture, right.motion.posture, atol=1e-9)

@@ -15,7 +15,7 @@ from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.motions.readers.recognise import open_recording
 from tests.motions.readers import writers
 
-CUTS, FLIPS = 40, 50
+CUTS, FLIPS = 30, 40
 SLOWEST = 30.0  # s: no damage makes a reader hang
 FRAMES = 40
 
@@ -171,10 +171,10 @@ def test_a_changed_skeleton_is_no_crash(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("head", [b"", b"\x02P", b"PK\x03\x04", b"HIERARCHY\n", b"\xff\xfe"])
-@pytest.mark.parametrize("extension", ["c3d", "bvh", "amc", "asf", "trc", "tsv", "csv", "npz"])
-def test_rubbish_is_refused_whatever_its_name(tmp_path: Path, head: bytes, extension: str) -> None:
-    path = tmp_path / f"dance.{extension}"
-    path.write_bytes(head + np.random.default_rng(3).bytes(5000))
-    with pytest.raises(MotionFileError) as caught:
-        import_motion(path, ReadingOptions())
-    assert len(str(caught.value).splitlines()) == 1
+def test_rubbish_is_refused_whatever_its_name(tmp_path: Path, head: bytes) -> None:
+    for extension in ("c3d", "bvh", "amc", "asf", "trc", "tsv", "csv", "npz"):
+        path = tmp_path / f"dance.{extension}"
+        path.write_bytes(head + np.random.default_rng(3).bytes(5000))
+        with pytest.raises(MotionFileError) as caught:
+            import_motion(path, ReadingOptions())
+        assert len(str(caught.value).splitlines()) == 1

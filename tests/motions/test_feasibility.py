@@ -6,9 +6,8 @@ import pytest
 from mpma_mj import kinematics
 from mpma_mj.context import equal_segments
 from mpma_mj.errors import MotionReachError
-from mpma_mj.motions import Motion, ymca
+from mpma_mj.motions import Motion
 from mpma_mj.motions.feasibility import check_feasibility, joint_speeds
-from mpma_mj.motions.transforms import repeat
 
 SPEED = np.array([12.0, 12.0, 20.0, 15.0] * 2)
 
@@ -22,30 +21,6 @@ def raising(speed: float, joint: int = 0, frames: int = 10) -> Motion:
     angles = np.tile([0.3, 0.1, 0.2, 0.5] * 2, (frames, 1))
     angles[:, joint] += np.arange(frames) * speed / 20.0
     return moving(angles)
-
-
-def test_a_movement_that_ends_where_it_starts_is_joined_as_it_is() -> None:
-    motion = ymca()
-    posture, context = repeat(motion, 3, SPEED)
-    np.testing.assert_array_equal(posture, np.tile(motion.posture, (3, 1)))
-    np.testing.assert_array_equal(context, np.tile(motion.context, (3, 1)))
-
-
-def test_arms_return_within_reach_where_a_movement_ends_elsewhere() -> None:
-    motion = raising(4.0, frames=20)
-    posture, context = repeat(motion, 3, SPEED)
-    assert len(posture) > 60
-    assert len(posture) == len(context)
-    speed = np.abs(np.diff(kinematics.continuous_angles(posture), axis=0)) * 20.0
-    assert (speed.max(axis=0) <= 0.55 * SPEED).all()
-    assert speed[:, 0].max() > 0.4 * SPEED[0]
-    np.testing.assert_array_equal(posture[-20:], motion.posture)
-    np.testing.assert_array_equal(posture[:20], motion.posture)
-    np.testing.assert_array_equal(context[20], motion.context[0])
-
-
-def test_once_is_the_movement_itself() -> None:
-    np.testing.assert_array_equal(repeat(raising(4.0), 1, SPEED)[0], raising(4.0).posture)
 
 
 def test_speed_is_that_of_the_joint() -> None:
