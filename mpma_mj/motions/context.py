@@ -40,8 +40,8 @@ def label_motion(
     Args:
         posture: Postures, shape (T, 12).
         times: When each was taken, shape (T,), s from the recording's first frame.
-        events: Labelled stretches that the recording has.
-        options: Says where the labels come from.
+        events: Labelled stretches of the recording.
+        options: Where the labels come from.
         where: What an error calls the recording.
         report: Gets a line about the context.
 
@@ -50,7 +50,7 @@ def label_motion(
 
     Raises:
         BadOptionError: There are more parts than postures.
-        MotionFileError: There are no labels where they should come from.
+        MotionFileError: The file, recording or audio has no labels for the motion.
     """
     spans = _spans(events, options, where)
     if spans is not None:
@@ -166,10 +166,10 @@ def _cells(line: str) -> list[str]:
 def change_points(posture: Array, segments: int) -> NDArray[np.int_]:
     """Cut a motion into parts where it changes.
 
-    The parts are those within which postures and velocities are most alike, measured by a
-    Gaussian kernel, over all ways to cut (Arlot, Celisse & Harchaoui 2019, JMLR 20(162)). That
-    puts a change in the middle of the move that makes it. Like a label of the music, a part
-    begins with the move instead: where the speed had its last minimum before.
+    Of all ways to cut, that one is taken in which postures and velocities within parts are most
+    alike, measured by a Gaussian kernel (Arlot, Celisse & Harchaoui 2019, JMLR 20(162)). It
+    puts a change in the middle of a move; a part begins with the move instead, at the last
+    minimum of speed before.
 
     Args:
         posture: Postures in the order of time, shape (T, 12), four unit vectors.

@@ -19,17 +19,10 @@ _LITTLE = np.sin(np.radians(15.0))
 
 
 def joint_speeds(motion: Motion) -> Array:
-    """Compute the speed that a motion asks of every joint.
+    """Return the speed that a motion demands of each joint, shape (T-1, 8), rad/s.
 
-    Counted is the part of the speed that turns the segment (`kinematics.segment_leverage`): near a
-    singular pose a joint may have to whip round to move its segment hardly at all, and is not
-    missed there.
-
-    Args:
-        motion: The motion, T postures.
-
-    Returns:
-        Speed between each posture and the next, shape (T-1, 8), rad/s.
+    Only the part that turns the segment counts (`kinematics.segment_leverage`): near a singular
+    pose a joint may have to turn fast to move its segment hardly at all, and may as well lag.
     """
     angles = motion.joint_angles
     leverage = np.minimum(
@@ -103,7 +96,7 @@ def demand_lines(
         motion: The motion.
         max_joint_speed: Largest speed of each joint, shape (8,), rad/s.
         max_elbow: Largest angle of an elbow, rad.
-        write: Writes an option in the reader's language.
+        write: Writes an option as Python or the command line does.
     """
     lines = ["joints:                      range, rad      top speed of its limit, rad/s"]
     angles = motion.joint_angles
@@ -129,14 +122,14 @@ def demand_lines(
 
 
 def near_singularity(joint_angles: Array) -> tuple[float, float]:
-    """Return how much of the time a pose is near a singularity.
+    """Return the shares of the time in which arms are near their two singularities.
 
     Args:
         joint_angles: Joint angles, shape (T, 8), rad.
 
     Returns:
-        Share of the time in which an upper arm points within 15° of straight forward or back,
-        and in which an elbow is within 15° of straight.
+        Share in which an upper arm points within 15° of straight forward or back, and share in
+        which an elbow is within 15° of straight.
     """
     little = kinematics.segment_leverage(joint_angles) < _LITTLE
     return float(little[:, [0, 4]].any(axis=1).mean()), float(little[:, [2, 6]].any(axis=1).mean())

@@ -77,7 +77,7 @@ class ImportReport:
             warnings.warn(doubt.with_context(source), stacklevel=3)
 
     def lines(self, motion: Motion) -> list[str]:
-        """Describe the recording, every step of its import, and the motion that came of it."""
+        """Describe the recording, every step of its import, and the resulting motion."""
         lines = [
             f"{motion.name}: {self.format}, {self.frames} frames at {self.rate:g} Hz"
             f" ({self.frames / self.rate:.2f} s)"

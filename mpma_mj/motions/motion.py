@@ -27,14 +27,12 @@ FORMAT = 3
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Motion:
-    """A demonstrated motion.
-
-    Its name, source and labels are kept as text that can be shown: see `names.printable`.
+    """A demonstrated motion; name, source and labels are made printable.
 
     Attributes:
-        posture: Postures in the order of time, shape (T, 12): four unit vectors, see `arm`.
-        context: Context signal, "the music", shape (T, C), in [0, 1].
-        labels: Names of the context's C entries, such as the letters that are danced.
+        posture: Postures, shape (T, 12): four unit vectors each, see `kinematics`.
+        context: Context signal, shape (T, C), in [0, 1].
+        labels: Names of the C entries of the context, such as letters.
         rate: Postures per second, Hz.
         name: Short name, used for folders and titles.
         source: Where the motion comes from, one sentence.
@@ -120,13 +118,13 @@ def save_motion(path: Path, motion: Motion) -> None:
 
 
 def load_motion(path: Path) -> Motion | None:
-    """Read a motion, of which only `posture` and `rate` have to be there.
+    """Read a motion; only `posture` and `rate` are required.
 
     Returns:
-        The motion; None if the file is something else, such as points.
+        The motion; None if the file contains something else, such as points.
 
     Raises:
-        MotionFileError: The file is damaged, or what it holds does not fit together.
+        MotionFileError: The file is damaged, or its arrays do not fit together.
     """
     with path.open("rb") as file:
         if not is_archive(file.read(4)):

@@ -42,12 +42,12 @@ def arm_length(points: dict[str, Array]) -> float:
 def find_unit(
     arm: float, declared: float | None, given: float | None, report: ImportReport
 ) -> float | None:
-    """Find the length of a recording's unit by that of the arms.
+    """Find the length of a recording's unit by the length of the arms.
 
     Args:
         arm: Length of an arm, in the unit.
-        declared: What the file says, m.
-        given: What the user says, m.
+        declared: Unit in the file, m.
+        given: Unit that the user gives, m.
         report: Gets what is taken, and a warning if the file must be wrong.
 
     Returns:
@@ -87,20 +87,20 @@ def find_up(
     report: ImportReport,
     lost_trunk: Array | None = None,
 ) -> Up:
-    """Find the axis that points up, by the trunk, else by what the file says or how arms hang.
+    """Find the axis that points up: by the trunk, the file, or hanging arms, in this order.
 
     Args:
         points: The points of `body.ARM_POINTS` and perhaps of `body.TORSO_POINTS`, each shape
             (T, 3), without gaps.
-        declared: What the file or its format says.
-        given: What the user says.
+        declared: Axis in the file, or of its format.
+        given: Axis that the user gives.
         where: What an error calls the recording.
         report: Gets what is taken.
-        lost_trunk: Ways from pelvis to neck, shape (N, 3), of frames in which both are seen,
-            where they are not among the points for being seen too rarely.
+        lost_trunk: Vectors from pelvis to neck, shape (N, 3), of frames in which both are seen,
+            if they are seen too rarely to be among the points.
 
     Raises:
-        MotionFileError: Nothing tells.
+        MotionFileError: None of these shows it.
     """
     if given is not None:
         report.note(f"{given} is up, as given")

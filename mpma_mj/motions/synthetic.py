@@ -81,9 +81,9 @@ def ymca(rate: float = 20.0, tempo: float = 1.0) -> Motion:
 def invented(rate: float = 20.0, tempo: float = 1.0, *, dance: int | None = None) -> Motion:
     """Return one of the invented dances, or all of them in a row.
 
-    The motion is synthetic: key poses drawn at random, the same ones always, are joined in
-    joint space by minimum-jerk moves. Nobody danced it, and it has no structure such as
-    repetition or symmetry that people's dances have. All numbers of it are choices (choice).
+    Key poses drawn at random, always the same ones, are joined in joint space by minimum-jerk
+    moves. Unlike people's dances they have no repetition or symmetry. All numbers are choices
+    (choice).
 
     Args:
         rate: Postures per second, Hz.

@@ -42,15 +42,11 @@ _LIKE = 1.2
 
 
 def minimum_jerk(phase: Array) -> Array:
-    """Return the share of the way that is done at a share of the time.
+    """Return the share of a move that is done at phases τ of its time, any shape, in [0, 1].
 
         s(τ) = 10 τ³ - 15 τ⁴ + 6 τ⁵        Flash & Hogan 1985, J. Neuroscience 5(7)
 
-    Args:
-        phase: Share of the time τ, any shape; before 0 and after 1 the move rests.
-
-    Returns:
-        Share of the way, same shape, in [0, 1].
+    Before 0 and after 1 the move rests.
     """
     tau = np.clip(phase, 0.0, 1.0)
     return tau**3 * (10.0 - 15.0 * tau + 6.0 * tau**2)
@@ -64,25 +60,14 @@ def mirrored(motion: Motion) -> Motion:
 
 
 def with_context_of(motion: Motion, other: Motion) -> Motion:
-    """Return a motion with the context of another one.
-
-    Args:
-        motion: The motion, T postures.
-        other: The motion whose context is stretched or compressed to T postures.
-    """
+    """Return a motion with the context of another one, stretched or compressed to its length."""
     frames = len(motion)
     index = np.arange(frames) * len(other) // frames
     return dataclasses.replace(motion, context=other.context[index], labels=other.labels)
 
 
 def at_rate(motion: Motion, rate: float, tempo: float) -> Motion:
-    """Return a motion at another rate and tempo.
-
-    Args:
-        motion: The motion.
-        rate: Postures per second that are wanted, Hz.
-        tempo: Speed relative to the motion as it is.
-    """
+    """Return a motion at another rate, Hz, and at a tempo relative to its own."""
     if rate == motion.rate and tempo == 1.0:
         return motion
     own_rate = motion.rate * tempo
@@ -101,9 +86,9 @@ def at_rate(motion: Motion, rate: float, tempo: float) -> Motion:
 def close_loop(posture: Array, rate: float) -> Array:
     """Bend the last part of a motion so that repetitions join without a jump.
 
-    The joint angles are shifted by a share of the way from the end to the start that rises
-    along a minimum-jerk curve from 0 to 1, one sample after the end. Elbows keep to how far they
-    bend in the motion, so that none is bent backwards.
+    The joint angles are shifted by a share of the difference between end and start that rises
+    along a minimum-jerk curve from 0 to 1, one sample after the end. Elbows stay within their
+    range in the motion, so that none is bent backwards.
 
     Args:
         posture: Postures, shape (T, 12).
@@ -128,15 +113,14 @@ def close_loop(posture: Array, rate: float) -> Array:
 def repeat(motion: Motion, times: int, max_joint_speed: Array) -> tuple[Array, Array]:
     """Join repetitions of a motion.
 
-    Where it ends elsewhere than it starts, the arms return by a minimum-jerk move, as long as
-    it takes at half the joints' top speed; its context is that of the motion's first posture.
-    A motion whose end leads into its start within one sample, at rest or at the speed that it
-    has there, is joined as it is.
+    Where it ends elsewhere than it starts, the arms return by a minimum-jerk move at half the
+    joints' top speed, with the context of the first posture. A motion whose end leads into its
+    start within one sample, at rest or at the speed that it has there, is joined as it is.
 
     Args:
         motion: The motion, T postures.
-        times: How often it is danced.
-        max_joint_speed: Fastest that each joint can turn, shape (8,), rad/s.
+        times: Number of repetitions.
+        max_joint_speed: Largest speed of each joint, shape (8,), rad/s.
 
     Returns:
         Posture, shape (T', 12), and context, shape (T', C).
@@ -168,10 +152,10 @@ def move_between(motion: Motion, after: Array, max_joint_speed: Array) -> Array:
     Args:
         motion: The motion.
         after: Posture to which the move leads, shape (12,).
-        max_joint_speed: Fastest that each joint can turn, shape (8,), rad/s.
+        max_joint_speed: Largest speed of each joint, shape (8,), rad/s.
 
     Returns:
-        The postures in between, shape (N, 12); N is 0 where one sample is enough.
+        The postures in between, shape (N, 12); N is 0 if one sample is enough.
     """
     end = motion.joint_angles[-1]
     way = kinematics.angles_from_posture(after, near=end) - end
@@ -186,15 +170,11 @@ def move_between(motion: Motion, after: Array, max_joint_speed: Array) -> Array:
 def join(motions: Sequence[Motion], max_joint_speed: Array) -> Motion:
     """Join motions into one, in which each has one label: its name.
 
-    From the end of each the arms go to the start of the next by a minimum-jerk move, which has
-    the label of where it leads.
+    A minimum-jerk move leads from the end of each to the start of the next, whose label it has.
 
     Args:
         motions: The motions, of one rate.
-        max_joint_speed: Fastest that each joint can turn, shape (8,), rad/s.
-
-    Returns:
-        The repertoire.
+        max_joint_speed: Largest speed of each joint, shape (8,), rad/s.
     """
     names = _distinct([motion.name for motion in motions])
     postures, labels = [motions[0].posture], [0] * len(motions[0])
@@ -214,7 +194,7 @@ def join(motions: Sequence[Motion], max_joint_speed: Array) -> Motion:
 
 
 def _distinct(names: Sequence[str]) -> tuple[str, ...]:
-    """Number the names that stand more than once."""
+    """Return names, numbered where they are not unique."""
     counts, distinct = Counter(names), list[str]()
     for name in names:
         numbered = (f"{name} {i}" for i in itertools.count(1))

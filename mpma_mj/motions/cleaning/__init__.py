@@ -17,24 +17,24 @@ __all__ = ["MARKER_STAGES", "POINT_STAGES", "Stage", "clean"]
 
 Stage = Callable[[Trajectories, ReadingOptions, ImportReport], None]
 
-MARKER_STAGES: dict[str, Stage] = {
-    "time": cut_time,
-    "markers that are never seen": refuse_unseen,
-    "jumps": repair_jumps,
-    "long gaps": cut_long_gaps,
-    "torso": replace_torso,
-    "short gaps": fill_gaps,
-}
-"""Stages that see markers, in their order; after the last one no sample is missing."""
+MARKER_STAGES: tuple[Stage, ...] = (
+    cut_time,
+    refuse_unseen,
+    repair_jumps,
+    cut_long_gaps,
+    replace_torso,
+    fill_gaps,
+)
+"""Stages that see markers, in order; after the last one no sample is missing."""
 
-POINT_STAGES: dict[str, Stage] = {
-    "points of the body": average_markers,
-    "up axis": turn_upright,
-    "unit and lengths of segments": measure_segments,
-    "calibration pose": cut_calibration_pose,
-    "filter and rate": filter_and_resample,
-}
-"""Stages that see points of the body, in their order."""
+POINT_STAGES: tuple[Stage, ...] = (
+    average_markers,
+    turn_upright,
+    measure_segments,
+    cut_calibration_pose,
+    filter_and_resample,
+)
+"""Stages that see points of the body, in order."""
 
 
 def clean(trajectories: Trajectories, options: ReadingOptions, report: ImportReport) -> None:
@@ -44,10 +44,10 @@ def clean(trajectories: Trajectories, options: ReadingOptions, report: ImportRep
         trajectories: Trajectories by marker; afterwards by point of the body, z up, smooth, at
             the new rate.
         options: How to read the recording.
-        report: Every stage adds what it found and did.
+        report: Every stage adds what it found and did; `mpma motion` prints it.
 
     Raises:
         MpmaError: A stage refuses the recording, or an option does not fit it.
     """
-    for stage in (MARKER_STAGES | POINT_STAGES).values():
+    for stage in MARKER_STAGES + POINT_STAGES:
         stage(trajectories, options, report)

@@ -20,7 +20,6 @@ def average_markers(
     trajectories: Trajectories, options: ReadingOptions, report: ImportReport
 ) -> None:
     """Replace markers by the points of the body that they show."""
-    del options, report
     uses = [name for group in trajectories.groups.values() for name in group]
     points = {}
     for point, group in trajectories.groups.items():

@@ -1,4 +1,4 @@
-"""Poses that recording and export put before a motion: a T-pose, and a ramp out of it."""
+"""Calibration pose before a motion, such as a T-pose, and the ramp out of it."""
 
 from __future__ import annotations
 
@@ -26,7 +26,6 @@ def cut_calibration_pose(
     trajectories: Trajectories, options: ReadingOptions, report: ImportReport
 ) -> None:
     """Cut off the frames before the motion itself."""
-    del options
     count = calibration_frames(trajectories.tracks, trajectories.rate)
     if count:
         frames_cut = "the first frame is" if count == 1 else f"the first {count} frames are"
@@ -37,16 +36,15 @@ def cut_calibration_pose(
 def calibration_frames(points: dict[str, Array], rate: float) -> int:
     """Count the frames before the motion itself.
 
-    Start-up shows by arms that leave their first pose, from one frame to the next, faster than
-    any human arm, perhaps go on so for a quarter of a second, and do not come back at once, as
-    a marker does that jumps.
+    They end where arms leave their first pose, from one frame to the next, faster than any human
+    arm, go on so for up to a quarter of a second, and do not come back at once, as jumps do.
 
     Args:
         points: The points of `body.ARM_POINTS`, each shape (T, 3), without gaps.
         rate: Frames per second, Hz.
 
     Returns:
-        How many frames to leave out.
+        Number of frames to leave out.
     """
     arms = segments(points).values()
     step = np.max([_angles(arm[1:], arm[:-1]) for arm in arms], axis=0)

@@ -1,4 +1,4 @@
-"""From noisy points to smooth ones at another rate."""
+"""Low-pass filter and resampling of trajectories."""
 
 from __future__ import annotations
 
@@ -44,12 +44,12 @@ def filter_and_resample(
 
 
 def data_cutoff(points: Array, rate: float) -> float:
-    """Choose the cut-off frequency by what filtering leaves over.
+    """Choose the cut-off frequency by residual analysis.
 
     The residual R(f) between raw and filtered data falls along a line where only noise is
-    taken away; extended to f = 0 the line shows the noise that movement is mixed with, and the
-    cut-off is where R comes down to that. Residual analysis: Winter (2009), Biomechanics and
-    Motor Control of Human Movement, 4th ed., §3.4.4.3.
+    removed; extended to f = 0 the line gives the noise within the movement, and the cut-off is
+    where R reaches it: Winter (2009), Biomechanics and Motor Control of Human Movement, 4th
+    ed., §3.4.4.3.
 
     Args:
         points: Trajectories, shape (T, D).
@@ -98,29 +98,20 @@ def low_pass(points: Array, rate: float, cutoff: float, *, order: int = 2) -> Ar
 
 
 def anti_alias(points: Array, rate: float, new_rate: float) -> Array:
-    """Filter away what a lower rate could not show: of 12 Hz, at 20 Hz, 1 % is left.
+    """Filter out of trajectories, (T, ...), what a lower rate would alias; rates in Hz.
 
-    Args:
-        points: Trajectories, shape (T, ...).
-        rate: Frames per second that they have, Hz.
-        new_rate: Frames per second that they are to have, Hz; no lower, nothing to do.
-
-    Returns:
-        The filtered trajectories, same shape.
+    Of 12 Hz, at a new rate of 20 Hz, 1 % is left.
     """
     return low_pass(points, rate, _BAND * new_rate, order=6) if new_rate < rate else points
 
 
 def resample(points: Array, rate: float, new_rate: float) -> Array:
-    """Read trajectories at other times, by cubic interpolation.
+    """Return trajectories, (T', ...), at a new rate by cubic interpolation.
 
     Args:
         points: Trajectories, shape (T, ...), without what the new rate would alias.
-        rate: Frames per second that they have, Hz.
-        new_rate: Frames per second that are wanted, Hz.
-
-    Returns:
-        Trajectories, shape (T', ...), over the same time.
+        rate: Their frames per second, Hz.
+        new_rate: New frames per second, Hz.
     """
     if new_rate == rate:
         return points

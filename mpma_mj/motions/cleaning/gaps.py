@@ -31,7 +31,6 @@ def refuse_unseen(
     Raises:
         MotionFileError: There is one; names it, and how to do without it if that is possible.
     """
-    del options, report
     where, groups = trajectories.where, trajectories.groups
     for name in trajectories.arm_markers:
         if not trajectories.seen([name]).any():
@@ -83,7 +82,6 @@ def replace_torso(
 
 def fill_gaps(trajectories: Trajectories, options: ReadingOptions, report: ImportReport) -> None:
     """Fill all gaps that are left."""
-    del options
     rate = trajectories.rate
     for name, track in trajectories.tracks.items():
         gaps = runs(missing(track))

@@ -1,4 +1,4 @@
-"""Frames in which a marker is elsewhere for one frame: a wrong match, or a flicker."""
+"""Jumps of a marker for a single frame: a wrong match, or a flicker."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ _MOST_LISTED = 5
 
 
 def single_frame_jumps(track: Array, arm_length: float) -> NDArray[np.int_]:
-    """Find the frames in which a marker leaves its way and comes back at once.
+    """Find the frames in which a marker leaves its path and comes back at once.
 
-    There it is farther from half-way between its neighbours than these are from each other, and
-    than the frames beside it are, of which one may be between a jump and the way back.
+    There it is farther from the middle of its neighbours than these are from each other, and
+    than the two frames next to it are from the middle of theirs.
 
     Args:
         track: Trajectory, shape (T, 3), NaN where not seen.

@@ -1,4 +1,4 @@
-"""What every file format comes down to: named points and how often they were seen."""
+"""Recording: named points, their trajectories and what a file declares about them."""
 
 from __future__ import annotations
 
@@ -21,24 +21,24 @@ Up = Literal["x", "y", "z", "-x", "-y", "-z"]
 UNITS: dict[str, float] = {"m": 1.0, "cm": 0.01, "mm": 0.001, "inch": 0.0254}
 """Length of each unit, m."""
 RATES = (1.0, 10_000.0)
-"""Rates at which movement is recorded, Hz."""
+"""Lowest and highest rate of recordings, Hz."""
 UPS: tuple[Up, ...] = get_args(Up)
 
 
 @dataclass(frozen=True)
 class Recording:
-    """A file whose header has been read, and whose trajectories wait to be.
+    """A file of which the header has been read, and not yet the trajectories.
 
     Attributes:
         path: The file.
-        format: What kind of file it is.
-        names: The points that it has, in its order.
+        format: Name of its format.
+        names: Its points, in order.
         load: Returns the trajectories of some points, each shape (T, 3), NaN where not seen.
-        rate: Frames per second, Hz, if the file tells.
-        unit: Length of the file's unit, m, if it tells.
-        up: Axis that points up, if the file or its format tells.
-        frames: Number of frames that the file says it has.
-        spans: Labelled stretches of time that the file has.
+        rate: Declared frames per second, Hz.
+        unit: Declared length of the unit, m.
+        up: Axis that points up, declared or that of the format.
+        frames: Declared number of frames.
+        spans: Labelled stretches of time.
     """
 
     path: Path

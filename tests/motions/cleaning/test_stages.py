@@ -41,7 +41,7 @@ def cleaned(tracks: Tracks, **options: object) -> tuple[Trajectories, ImportRepo
     copies = {name: track.copy() for name, track in tracks.items()}
     recording = Recording(Path("dance.x"), "points", tuple(tracks), lambda names: copies)
     trajectories, report = Trajectories(copies, groups, RATE, 20.0, recording), ImportReport()
-    for stage in MARKER_STAGES.values():
+    for stage in MARKER_STAGES:
         stage(trajectories, ReadingOptions(**options), report)  # type: ignore[arg-type]
     return trajectories, report
 
