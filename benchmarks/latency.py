@@ -23,7 +23,7 @@ from mpma_mj.agents.wrappers import Frozen
 from mpma_mj.evaluation.evaluate import EVALUATION_EPISODE, tracking_errors
 from mpma_mj.evaluation.statistics import interval
 from mpma_mj.motions.motion import Motion
-from mpma_mj.motions.variants import with_music_of
+from mpma_mj.motions.transforms import with_context_of
 from mpma_mj.trace import Trace
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.factory import agent_of, make_environments, one_thread
@@ -109,7 +109,7 @@ def _parts(bench: Bench, recording: Path | None) -> None:
     """Print a dance never seen with 150 ms, and what happens without a part."""
     print("| 150 ms | p_e, % |\n|---|---|", flush=True)
     if recording is not None:
-        music = with_music_of(mpma_mj.read_motion(str(recording)), bench.motion)
+        music = with_context_of(mpma_mj.read_motion(str(recording)), bench.motion)
         unseen = _cell(bench.errors(bench.trained(THREE), THREE, motion=music))
         print(f"| a dance never seen | {unseen} |", flush=True)
     ablations: dict[str, tuple[Options, Any]] = {

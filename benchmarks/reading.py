@@ -18,11 +18,11 @@ import tyro
 
 from mpma_mj.kinematics import SIDES
 from mpma_mj.motions.body import ARM_POINTS
-from mpma_mj.motions.findings import Findings
-from mpma_mj.motions.markers import choose_markers
+from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.loader import import_motion
+from mpma_mj.motions.marker_sets import choose_markers
 from mpma_mj.motions.options import ReadingOptions
-from mpma_mj.motions.read import read_with_findings
-from mpma_mj.motions.readers import open_recording
+from mpma_mj.motions.readers.recognise import open_recording
 
 NAMES = [f"{side[0].upper()}{name}" for side in SIDES for name in ("SHO", "ELB", "WRA", "WRB")]
 JOINTS = ("Shoulder", "Arm", "ForeArm", "Hand")
@@ -46,11 +46,11 @@ def main(hours: float = 10.0) -> None:
         path = write_long_tsv(Path(folder), hours)
         before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
         began = time.perf_counter()
-        reading = read_with_findings(path, ReadingOptions())
+        _, report = import_motion(path, ReadingOptions())
         grown = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) * 1024
-        own = reading.frames * len(ARM_POINTS) * 3 * 8
+        own = report.frames * len(ARM_POINTS) * 3 * 8
         print(
-            f"\n{hours:g} h, {reading.frames} frames, {path.stat().st_size / MEGABYTE:.0f} MB of"
+            f"\n{hours:g} h, {report.frames} frames, {path.stat().st_size / MEGABYTE:.0f} MB of"
             f" text: {time.perf_counter() - began:.0f} s; memory grew by {grown / MEGABYTE:.0f} MB,"
             f" {grown / own:.2f} times the six points' {own / MEGABYTE:.0f} MB"
         )
@@ -59,7 +59,7 @@ def main(hours: float = 10.0) -> None:
 def seconds(path: Path) -> float:
     """Return how long it takes to open a file and read the arms."""
     began = time.perf_counter()
-    recording = open_recording(path, Findings())
+    recording = open_recording(path, ImportReport())
     groups = choose_markers(path, recording.names, {})
     recording.load(sorted({name for group in groups.values() for name in group}))
     return time.perf_counter() - began

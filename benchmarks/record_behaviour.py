@@ -1,6 +1,7 @@
 """Record of what runs and environments compute, to the bit, and comparison of two records.
 
     python benchmarks/record_behaviour.py record before.json --recording dance.tsv
+    python benchmarks/record_behaviour.py record before.json --recordings DIR
     python benchmarks/record_behaviour.py compare before.json after.json
 
 A renovation has to leave a record as it was. Names that changed since the first record are in
@@ -14,6 +15,7 @@ import hashlib
 import json
 import sys
 import tempfile
+import warnings
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -23,6 +25,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 import mpma_mj
+from mpma_mj.envs.load import arm_limits
+from mpma_mj.errors import MpmaError
+from mpma_mj.motions.feasibility import demand_lines
+from mpma_mj.motions.loader import import_motion
+from mpma_mj.motions.options import ReadingOptions
+from mpma_mj.motions.synthetic import BUILT_IN
 from mpma_mj.training import run as runs
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.dataset import read_motions
@@ -97,6 +105,15 @@ ENVIRONMENTS: dict[str, dict[str, Any]] = {
     "plants": {"plants": [{}, {"payload": 3.0, "damping": 2.0}], "switch_every": (0.5, 1.5)},
 }
 
+READINGS: dict[str, dict[str, Any]] = {
+    "default": {},
+    "50 Hz": {"rate": 50.0, "cutoff": 6.0, "segments": 3},
+    "given": {"rate_in": 60.0, "unit": "mm", "up": "z", "tempo": 0.7, "loop": True},
+    "mended": {"repair": True, "longest": True, "max_gap": 1.0, "context": "changes"},
+    "events": {"context": "events", "start": 0.1, "end": 1.5},
+}
+"""Ways in which each recording is read."""
+
 
 def main() -> int:
     """Record or compare; return 1 where records differ."""
@@ -105,6 +122,7 @@ def main() -> int:
     recording = verbs.add_parser("record")
     recording.add_argument("out", type=Path)
     recording.add_argument("--recording", help="a recording that is imitated besides ymca")
+    recording.add_argument("--recordings", type=Path, help="read files below a folder, run none")
     recording.add_argument("--quick", action="store_true", help="one seed, physics arms, ymca")
     comparing = verbs.add_parser("compare")
     comparing.add_argument("before", type=Path)
@@ -113,7 +131,12 @@ def main() -> int:
     if given.verb == "compare":
         return compare(_read(given.before), _read(given.after))
     record: Record = {}
-    for key, value in entries(given.recording, quick=given.quick):
+    found = (
+        entries(given.recording, quick=given.quick)
+        if given.recordings is None
+        else reading_entries(given.recordings)
+    )
+    for key, value in found:
         record[_old(key)] = value
     given.out.write_text(json.dumps(record, indent=0) + "\n", encoding="utf-8")
     return 0
@@ -197,6 +220,35 @@ def environment_entries(key: str, options: dict[str, Any]) -> Iterator[tuple[str
             if terminated or truncated:
                 seen.append(alone.reset()[0])
         yield from _episode(f"{key}/gymnasium{kind}", seen, np.array(rewards))
+
+
+def reading_entries(folder: Path) -> Iterator[tuple[str, str]]:
+    """Yield what reading comes to for built-in motions and every file below a folder."""
+    limits = arm_limits("physics")
+    sources = [(name, name) for name in BUILT_IN]
+    paths = sorted(path for path in folder.rglob("*") if path.is_file() and not path.is_symlink())
+    sources += [(f"reading:{path.relative_to(folder)}", str(path)) for path in paths]
+    for key, source in sources:
+        for title, options in READINGS.items():
+            rate = {"rate": options["rate"]} if "rate" in options else {}
+            others = {name: value for name, value in options.items() if name != "rate"}
+            try:
+                with warnings.catch_warnings(record=True) as caught:
+                    warnings.simplefilter("always")
+                    motion = mpma_mj.read_motion(source, **options)
+                same, facts = import_motion(source, ReadingOptions(**others), **rate)
+            except MpmaError as error:
+                message = str(error).replace(str(folder), "")
+                yield f"{key}/{title}/refusal", f"{type(error).__name__}: {message}"
+                continue
+            for name in ("posture", "context"):
+                yield f"{key}/{title}/{name}", _hash(getattr(motion, name))
+            for name in ("labels", "rate", "name", "source", "tempo"):
+                yield f"{key}/{title}/{name}", repr(getattr(motion, name))
+            messages = [str(warning.message) for warning in caught]
+            report = [*facts.lines(same), *demand_lines(same, *limits)]
+            for name, lines in (("warnings", messages), ("report", report)):
+                yield f"{key}/{title}/{name}", "\n".join(lines).replace(str(folder), "")
 
 
 def _episode(

@@ -12,7 +12,7 @@ import pytest
 
 import mpma_mj
 from mpma_mj.cli import main
-from mpma_mj.motions.readers import table
+from mpma_mj.motions.readers.recognise import TEXT_FORMATS
 
 DOCS = Path(__file__).parent.parent / "docs"
 PAGES = sorted(DOCS.rglob("*.md"))
@@ -98,13 +98,7 @@ def test_the_reader_of_the_page_reads_a_motion_where_the_page_puts_it(
     exec(example("def convert"), {})  # writes dance.json, and dance.npz of the same points
     reader: dict[str, Any] = {}
     exec(example("def is_frames"), reader)
-    read_table = table.read_table
-
-    def read_frames_or_table(text: Any, findings: Any) -> Any:
-        frames = reader["is_frames"](text.head(1))
-        return reader["read_frames"](text) if frames else read_table(text, findings)
-
-    monkeypatch.setattr(table, "read_table", read_frames_or_table)
+    monkeypatch.setitem(TEXT_FORMATS, reader["is_frames"], reader["read_frames"])
 
     from_json = mpma_mj.read_motion("dance.json", rate_in=20.0)
     from_npz = mpma_mj.read_motion("dance.npz")

@@ -10,7 +10,7 @@ import pytest
 import mpma_mj
 from mpma_mj.cli import main
 from mpma_mj.errors import BadOptionError, MpmaError, RecordingWarning, placeholder
-from mpma_mj.motions.findings import Findings
+from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.utils.text import as_flag
 
 PACKAGE = Path(mpma_mj.__file__).parent
@@ -59,12 +59,12 @@ def test_what_an_error_is_about_is_put_in_front_and_its_options_are_kept() -> No
 
 
 def test_a_warning_names_options_in_the_language_of_its_reader() -> None:
-    findings = Findings()
-    findings.warn("it has no rate", remedy="{rate_in} gives one")
-    assert findings.warnings == ["it has no rate; rate_in gives one"]
+    report = ImportReport()
+    report.warn("it has no rate", remedy="{rate_in} gives one")
+    assert report.warnings == ["it has no rate; rate_in gives one"]
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        findings.tell("{dance}.csv")
+        report.emit_warnings("{dance}.csv")
     (warning,) = (found.message for found in caught)
     assert isinstance(warning, RecordingWarning)
     assert str(warning) == "{dance}.csv: it has no rate; rate_in gives one"

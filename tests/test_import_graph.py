@@ -93,7 +93,9 @@ def test_no_module_imports_itself_through_others() -> None:
 
 
 def test_no_module_of_the_core_is_longer_than_a_screenful_of_350_lines() -> None:
-    core = ("agents", "envs", "esn", "evaluation", "training", "utils", "visualization")
+    core = (
+        *("agents", "envs", "esn", "evaluation", "motions", "training", "utils", "visualization"),
+    )
     long = {
         name: lines
         for name, path in modules().items()

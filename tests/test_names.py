@@ -13,7 +13,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 
 from mpma_mj.cli import main
-from mpma_mj.motions import Motion, motion_file, ymca
+from mpma_mj.motions import Motion, ymca
+from mpma_mj.motions.motion import load_motion, save_motion
 from mpma_mj.utils.atomic_files import read_arrays, write_arrays, write_text
 from mpma_mj.utils.progress import show_range, show_runs
 from mpma_mj.utils.text import printable
@@ -42,8 +43,8 @@ def test_a_motion_has_names_that_can_be_shown(name: str, tmp_path: Path) -> None
     motion = Motion(one.posture, one.context, (name, *"MCA"), one.rate, name, f"file {name}")
     shown = printable(name)
     assert (motion.name, motion.labels[0], motion.source) == (shown, shown, f"file {shown}")
-    motion_file.write(tmp_path / f"{name}.npz", motion)
-    again = motion_file.read(tmp_path / f"{name}.npz")
+    save_motion(tmp_path / f"{name}.npz", motion)
+    again = load_motion(tmp_path / f"{name}.npz")
     assert again is not None
     assert (again.name, again.labels) == (motion.name, motion.labels)
 

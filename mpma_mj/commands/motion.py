@@ -40,24 +40,23 @@ class InspectMotion:
         check_new_file("out", self.out, (".npz",), overwrite=self.overwrite)
         check_new_file("picture", self.picture, (".png",), overwrite=True)
         from mpma_mj.envs.load import arm_limits
-        from mpma_mj.motions import motion_file
-        from mpma_mj.motions.read import read_with_findings
-        from mpma_mj.motions.report import report_lines
+        from mpma_mj.motions.feasibility import demand_lines
+        from mpma_mj.motions.loader import import_motion
+        from mpma_mj.motions.motion import save_motion
         from mpma_mj.utils.progress import show_frames
         from mpma_mj.utils.text import as_flag
         from mpma_mj.visualization.episode import ideal_trace
         from mpma_mj.visualization.motion_page import write_page
         from mpma_mj.visualization.video import write_video
 
-        reading = read_with_findings(self.motion, self.reading)
-        motion = reading.motion
-        reading.findings.tell(self.motion)
+        motion, report = import_motion(self.motion, self.reading)
+        report.emit_warnings(self.motion)
         limits = arm_limits("physics")
         if self.out is not None:
-            motion_file.write(self.out, motion)
+            save_motion(self.out, motion)
         picture = self.picture or Path(f"{motion.name}-motion.png")
-        write_page(picture, reading, limits[0])
-        print("\n".join(report_lines(reading, *limits, as_flag)))
+        write_page(picture, motion, report, limits[0])
+        print("\n".join([*report.lines(motion), *demand_lines(motion, *limits, as_flag)]))
         if self.video:
             video = picture.with_suffix(".mp4")
             write_video(video, ideal_trace(motion), motion, progress=show_frames)

@@ -109,7 +109,7 @@ class Play:
 
     @property
     def _is_run(self) -> bool:
-        from mpma_mj.motions.read import BUILT_IN
+        from mpma_mj.motions import BUILT_IN
 
         return self.source not in BUILT_IN and Path(self.source).is_dir()
 
@@ -125,12 +125,12 @@ class Play:
         return folder.read_trace(), folder.read_motion(), None, options
 
     def _of_motion(self) -> tuple[Trace, Motion, NDArray[np.float64], None]:
-        from mpma_mj.motions.read import read_with_findings
+        from mpma_mj.motions.loader import import_motion
         from mpma_mj.visualization.episode import ideal_trace
 
-        reading = read_with_findings(self.source, self.reading)
-        reading.findings.tell(self.source)
-        return ideal_trace(reading.motion), reading.motion, reading.times, None
+        motion, report = import_motion(self.source, self.reading)
+        report.emit_warnings(self.source)
+        return ideal_trace(motion), motion, report.times, None
 
 
 def missing_opengl() -> str | None:

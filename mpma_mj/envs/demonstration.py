@@ -17,7 +17,7 @@ from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.plant_schedule import PlantSchedule
 from mpma_mj.envs.step_rules import top_speeds
 from mpma_mj.motions import Motion
-from mpma_mj.motions.repeat import repeat
+from mpma_mj.motions.transforms import repeat
 from mpma_mj.utils.seeding import stream
 
 __all__: list[str] = ["Demonstration", "Episode"]

@@ -17,7 +17,7 @@ from mpma_mj.envs.plants import PlantsLike
 from mpma_mj.envs.task import TwoArmImitation
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions import Motion, read_motion
-from mpma_mj.motions.reach import check_ranges, check_reach
+from mpma_mj.motions.feasibility import check_feasibility, check_ranges
 from mpma_mj.options import Arms
 
 __all__: list[str] = ["arm_limits", "load", "make_environment", "prepare"]
@@ -94,7 +94,7 @@ def prepare(
     physics = _KINDS[options.arms].make(options)
     if options.model is not None:
         check_geometry(Path(options.model), physics)
-    check_reach(motion, physics.max_joint_speed, physics.max_elbow)
+    check_feasibility(motion, physics.max_joint_speed, physics.max_elbow)
     if options.model is not None:
         check_ranges(motion, *physics.joint_range)
     return motion, physics, _physics_steps(motion.rate, physics.timestep())

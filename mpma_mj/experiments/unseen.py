@@ -26,8 +26,8 @@ from mpma_mj.experiments.study import (
     over_seeds,
 )
 from mpma_mj.motions import Motion
-from mpma_mj.motions.reach import check_reach
-from mpma_mj.motions.repertoire import join
+from mpma_mj.motions.feasibility import check_feasibility
+from mpma_mj.motions.transforms import join
 from mpma_mj.options import Arms
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.dataset import read_motions
@@ -90,7 +90,7 @@ class Unseen(Study):
         limits = arm_limits(base.env)
         motions = [read_motions(base.replace(motions=(source,))) for source in self.motions]
         for motion in motions:
-            check_reach(motion, *limits)
+            check_feasibility(motion, *limits)
         jobs = []
         for number, unseen in enumerate(motions):
             others = [motion for motion in motions if motion is not unseen]

@@ -1,7 +1,7 @@
-"""What is imitated: movements of two arms, built in or read from recordings."""
+"""Motions of two arms that are imitated: built in, or read from recordings."""
 
-from mpma_mj.motions.motion import Motion
-from mpma_mj.motions.read import BUILT_IN, read_motion
-from mpma_mj.motions.ymca import ymca
+from mpma_mj.motions.loader import read_motion
+from mpma_mj.motions.motion import Motion, save_motion
+from mpma_mj.motions.synthetic import BUILT_IN, ymca
 
-__all__ = ["BUILT_IN", "Motion", "read_motion", "ymca"]
+__all__ = ["BUILT_IN", "Motion", "read_motion", "save_motion", "ymca"]

@@ -1,4 +1,4 @@
-"""From points on a dancer to postures: directions of the arms' segments in the torso frame."""
+"""Postures from points of the body: directions of the arms' segments in the torso frame."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ _SHORTEST = 0.05
 
 
 def posture_from_points(points: dict[str, Array]) -> Array:
-    """Compute the directions of upper arms and forearms as the dancer's torso sees them.
+    """Compute the directions of upper arms and forearms in the frame of the torso.
 
-    The torso frame has z along the trunk, from pelvis to neck, or upwards where these are not
-    known, y from the right to the left shoulder, made perpendicular to it, and x = y × z
-    forward: a dancer who turns, walks or (with a trunk) bends does not move the robot's arms.
-    Dividing by the segments' lengths removes the dancer's proportions.
+    z points along the trunk, from pelvis to neck, or up where these are not known, y from the
+    right to the left shoulder, made perpendicular to it, and x = y × z forward: turning, walking
+    or (with a trunk) bending does not move the robot's arms. The directions are unit vectors, so
+    that the dancer's proportions do not matter.
 
     Args:
         points: The points of `ARM_POINTS` and perhaps of `TORSO_POINTS`, each shape (T, 3), any
@@ -50,7 +50,7 @@ def posture_from_points(points: dict[str, Array]) -> Array:
 
 
 def check_segments(points: dict[str, Array], where: str, first: int = 0) -> None:
-    """Refuse points that show no arms.
+    """Refuse points that are not those of arms.
 
     Args:
         points: As for `posture_from_points`, frames as in the recording.

@@ -1,35 +1,41 @@
-"""What is imitated: a movement of two arms with its context."""
+"""The motion that is imitated: postures of two arms with their context, and its `.npz` file."""
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj import kinematics
 from mpma_mj.errors import MotionFileError
+from mpma_mj.motions.readers.npz import is_archive, read_archive
+from mpma_mj.utils.atomic_files import atomic_write
 from mpma_mj.utils.text import printable
 
-__all__ = ["Motion"]
+__all__ = ["Motion", "load_motion", "save_motion"]
 
 Array = NDArray[np.float64]
+
+FORMAT = 3
+"""Version of the format of motion files, apart from that of run folders."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Motion:
-    """A demonstrated movement.
-
-    Its name, source and labels are kept as text that can be shown: see `names.printable`.
+    """A demonstrated motion; name, source and labels are made printable.
 
     Attributes:
-        posture: Postures in the order of time, shape (T, 12): four unit vectors, see `arm`.
-        context: Context signal, "the music", shape (T, C), in [0, 1].
-        labels: Names of the context's C entries, such as the letters that are danced.
+        posture: Postures, shape (T, 12): four unit vectors each, see `kinematics`.
+        context: Context signal, shape (T, C), in [0, 1].
+        labels: Names of the C entries of the context, such as letters.
         rate: Postures per second, Hz.
         name: Short name, used for folders and titles.
-        source: Where the movement comes from, one sentence.
+        source: Where the motion comes from, one sentence.
         tempo: Speed relative to the original.
 
     Raises:
@@ -96,3 +102,58 @@ class Motion:
     def duration(self) -> float:
         """Duration, s."""
         return len(self) / self.rate
+
+
+def save_motion(path: Path, motion: Motion) -> None:
+    """Write a motion.
+
+    Raises:
+        RunFolderError: The file cannot be written.
+    """
+    named = {field.name: getattr(motion, field.name) for field in dataclasses.fields(motion)}
+    arrays: dict[str, Any] = {name: np.asarray(value) for name, value in named.items()}
+    arrays["format"] = np.array(FORMAT)
+    with atomic_write(path) as temporary:
+        np.savez(temporary, **arrays)
+
+
+def load_motion(path: Path) -> Motion | None:
+    """Read a motion; only `posture` and `rate` are required.
+
+    Returns:
+        The motion; None if the file contains something else, such as points.
+
+    Raises:
+        MotionFileError: The file is damaged, or its arrays do not fit together.
+    """
+    with path.open("rb") as file:
+        if not is_archive(file.read(4)):
+            return None
+    arrays = read_archive(path)
+    if "posture" not in arrays:
+        return None
+    if str(arrays.get("format", FORMAT)) != str(FORMAT):
+        raise MotionFileError(f"{path}: of another version of this program; make it anew")
+    try:
+        posture = np.asarray(arrays["posture"], np.float64)
+        context = np.asarray(arrays.get("context", np.ones((len(posture), 1))), np.float64)
+        tempo = float(arrays.get("tempo", 1.0))
+        if not 0.0 < tempo < np.inf:
+            raise MotionFileError(f"{path}: tempo is {tempo:g}; expected a number above 0")
+        default = [str(i + 1) for i in range(context.shape[1])]
+        return Motion(
+            posture,
+            context,
+            tuple(map(str, arrays.get("labels", default))),
+            float(arrays["rate"]),
+            str(arrays.get("name", path.stem)),
+            str(arrays.get("source", path.name)),
+            tempo,
+        )
+    except KeyError as error:
+        raise MotionFileError(f"{path}: lacks {error.args[0]}; add it as an array") from None
+    except (ValueError, TypeError, IndexError):
+        raise MotionFileError(
+            f"{path}: expected posture (T, 12), context (T, C), labels (C,) and rate as numbers;"
+            f" it has {', '.join(f'{name} {a.dtype}{a.shape}' for name, a in arrays.items())}"
+        ) from None

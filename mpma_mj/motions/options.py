@@ -1,28 +1,27 @@
-"""How a recording is to be read."""
+"""Options of reading a motion."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, fields
-from numbers import Integral, Real
 from pathlib import PurePath
-from typing import Literal, get_args
+from typing import Annotated, Literal
 
 from mpma_mj.errors import BadOptionError
-from mpma_mj.motions.recording import RATES, Unit, Up
+from mpma_mj.motions.readers.recording import RATES, Unit, Up
+from mpma_mj.utils.validation import Bounds, check_fields
 
 __all__ = ["ContextName", "ReadingOptions", "given"]
 
 ContextName = Literal["auto", "equal", "changes", "events", "bars", "sections"]
 
 _PARTS = 4
-_NUMBERS = ("rate_in", "start", "end", "max_gap", "cutoff", "tempo")
-_TEMPO = (0.01, 100.0)  # beyond, a movement has hardly a sample, or fills the memory
+_SECONDS = Bounds(0.0, 1e6, hint="s")
+_TEMPO = Bounds(0.01, 100.0)  # beyond, a motion has hardly a sample, or fills the memory
 
 
 @dataclass(frozen=True, kw_only=True)
 class ReadingOptions:
-    """How a recording is to be read; what is not given is found out.
+    """Options of reading a motion; what is not given is found in the recording.
 
     Attributes:
         map: Which points show the body: "left_elbow=EPICl+EPICm,…", or a TOML file.
@@ -37,8 +36,8 @@ class ReadingOptions:
         repair: Bridge single frames in which a marker jumps away and back.
         cutoff: Cut-off frequency of the low-pass filter, Hz; from the data if not given.
         tempo: Speed relative to the original; 0.5 takes twice as long.
-        loop: Bend the end of the movement so that it leads into its start.
-        context: What labels the movement: equal parts, changes found in the movement, events in
+        loop: Bend the end of the motion so that it leads into its start.
+        context: What labels the motion: equal parts, changes found in the motion, events in
             a C3D, bars or repeated sections of the audio. By default the labels or the bars if
             a file of them is given, else equal parts.
         segments: Number of equal parts, or of parts between changes.
@@ -50,17 +49,17 @@ class ReadingOptions:
     skeleton: str | None = None
     unit: Unit | None = None
     up: Up | None = None
-    rate_in: float | None = None
-    start: float | None = None
-    end: float | None = None
-    max_gap: float = 0.25
+    rate_in: Annotated[float, Bounds(*RATES, hint="Hz")] | None = None
+    start: Annotated[float, _SECONDS] | None = None
+    end: Annotated[float, _SECONDS] | None = None
+    max_gap: Annotated[float, _SECONDS] = 0.25
     longest: bool = False
     repair: bool = False
-    cutoff: float | None = None
-    tempo: float = 1.0
+    cutoff: Annotated[float, Bounds(0.0, 1e6, above=True, hint="Hz")] | None = None
+    tempo: Annotated[float, _TEMPO] = 1.0
     loop: bool = False
     context: ContextName = "auto"
-    segments: int = _PARTS
+    segments: Annotated[int, Bounds(1, 1e6)] = _PARTS
     labels: str | None = None
     audio: str | None = None
 
@@ -70,44 +69,18 @@ class ReadingOptions:
         Raises:
             BadOptionError: An option is outside what it may be, or contradicts another.
         """
-        self._check_types()
-        if not (math.isfinite(self.max_gap) and self.max_gap >= 0):
-            raise _refused(self, "max_gap", "seconds, 0 or more")
-        low, high = RATES
-        if self.rate_in is not None and not low <= self.rate_in <= high:
-            raise _refused(self, "rate_in", f"{low:g} to {high:g} Hz")
-        for option in ("cutoff", "tempo"):
-            number = getattr(self, option)
-            if number is not None and not (math.isfinite(number) and number > 0):
-                raise _refused(self, option, "a number above 0")
-        if not _TEMPO[0] <= self.tempo <= _TEMPO[1]:
-            raise _refused(self, "tempo", f"{_TEMPO[0]:g} to {_TEMPO[1]:g}")
-        if self.segments < 1:
-            raise _refused(self, "segments", "at least 1")
-        start = 0.0 if self.start is None else self.start
-        if not 0 <= start < math.inf:
-            raise _refused(self, "start", "seconds, 0 or more")
-        if self.end is not None and not self.end > start:
-            raise _refused(self, "end", f"more than {start:g} s, where the movement begins")
+        check_fields(self)
+        if self.map is not None and not isinstance(self.map, str | PurePath):
+            expected = 'text such as "left_elbow=A+B", or a TOML file'
+            raise BadOptionError(option="map", value=self.map, expected=expected)
+        start = self.start or 0.0
+        if self.end is not None and self.end <= start:
+            expected = f"more than {start:g} s, where the movement begins"
+            raise BadOptionError(option="end", value=self.end, expected=expected)
         self._check_context()
 
-    def _check_types(self) -> None:
-        """Check what an option is, whatever its value."""
-        for name in _NUMBERS:
-            number = getattr(self, name)
-            if number is not None and (isinstance(number, bool) or not isinstance(number, Real)):
-                raise _refused(self, name, "a number")
-        if not isinstance(self.segments, Integral):
-            raise _refused(self, "segments", "a whole number")
-        if self.map is not None and not isinstance(self.map, str | PurePath):
-            raise _refused(self, "map", 'text such as "left_elbow=A+B", or a TOML file')
-        for option, allowed in {"unit": Unit, "up": Up, "context": ContextName}.items():
-            value = getattr(self, option)
-            if value is not None and value not in get_args(allowed):
-                raise _refused(self, option, f"one of {', '.join(get_args(allowed))}")
-
     def _check_context(self) -> None:
-        """Check that one thing only labels the movement."""
+        """Check that one thing only labels the motion."""
         music = self.context in ("bars", "sections")
         if music and self.audio is None:
             raise BadOptionError(
@@ -131,10 +104,6 @@ class ReadingOptions:
             )
 
 
-def _refused(options: ReadingOptions, option: str, expected: str) -> BadOptionError:
-    return BadOptionError(option=option, value=getattr(options, option), expected=expected)
-
-
 def given(options: ReadingOptions) -> set[str]:
-    """Return the names of the options that are not as they are without being given."""
+    """Return the names of options that differ from their defaults."""
     return {f.name for f in fields(ReadingOptions) if getattr(options, f.name) != f.default}

@@ -1,16 +1,20 @@
-"""How long a file's unit is, and which of its axes points up."""
+"""A recording's unit, the axis that points up, and whether left and right are swapped."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.errors import MotionFileError
+from mpma_mj.kinematics import SIDES
 from mpma_mj.motions.body import segments, trunk
-from mpma_mj.motions.findings import Findings
-from mpma_mj.motions.recording import UNITS, UPS, Up
+from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.marker_sets import Groups, mapping_option
+from mpma_mj.motions.readers.recording import UNITS, UPS, Up
 
-__all__ = ["arm_length", "find_unit", "find_up", "turn_z_up"]
+__all__ = ["arm_length", "check_sides", "find_unit", "find_up", "turn_z_up"]
 
 Array = NDArray[np.float64]
 
@@ -20,6 +24,11 @@ _ARMS = (0.25, 0.9)  # m: of children and giants
 _LENGTHS = {**UNITS, "inch/0.45": UNITS["inch"] / 0.45}
 _USUAL = ("y", "z")  # axes that point up in nearly every file
 _CLEAR = 0.7  # share of a direction along one axis from which it decides
+# Of left and right:
+_MOSTLY = 0.5  # share of the time
+_FORWARD = 0.2  # of a forearm's length that it has to point forward or backward to count
+_MOSTLY_BACKWARD = 0.75  # share of the time
+_OFTEN = 0.1  # share of the time in which forearms have to point anywhere
 
 
 def arm_length(points: dict[str, Array]) -> float:
@@ -31,44 +40,42 @@ def arm_length(points: dict[str, Array]) -> float:
 
 
 def find_unit(
-    arm: float, declared: float | None, given: float | None, findings: Findings
+    arm: float, declared: float | None, given: float | None, report: ImportReport
 ) -> float | None:
-    """Find the length of a recording's unit by that of the arms.
+    """Find the length of a recording's unit by the length of the arms.
 
     Args:
         arm: Length of an arm, in the unit.
-        declared: What the file says, m.
-        given: What the user says, m.
-        findings: Is told what is taken, and if the file must be wrong.
+        declared: Unit in the file, m.
+        given: Unit that the user gives, m.
+        report: Gets what is taken, and a warning if the file must be wrong.
 
     Returns:
         Length of the unit, m; None if no usual one fits arms. Postures do not depend on it.
     """
     if given is not None:
-        findings.note(f"unit {_name(given)}, as given")
+        report.note(f"unit {_name(given)}, as given")
         if not _ARMS[0] <= arm * given <= _ARMS[1]:
-            findings.warn(
+            report.warn(
                 f"unit {_name(given)}, as given, makes arms of {arm * given:.3g} m; the movement"
                 " is the same in any unit"
             )
         return given
     if declared is not None and _ARMS[0] <= arm * declared <= _ARMS[1]:
-        findings.note(f"unit {_name(declared)}, as the file says")
+        report.note(f"unit {_name(declared)}, as the file says")
         return declared
     best = min(_LENGTHS.values(), key=lambda unit: abs(np.log(arm * unit / _ARM)))
     fits = _ARMS[0] <= arm * best <= _ARMS[1]
     if declared is not None:
-        findings.warn(
+        report.warn(
             f"the file says {_name(declared)}, which makes arms of {arm * declared:.3g} m;"
             f" {_name(best) + ' is used' if fits else 'no usual unit fits'}",
             remedy="{unit} overrides it",
         )
     elif fits:
-        findings.note(f"unit {_name(best)}, by the length of the arms")
+        report.note(f"unit {_name(best)}, by the length of the arms")
     else:
-        findings.warn(
-            f"arms are {arm:.3g} long, which fits no usual unit", remedy="{unit} gives one"
-        )
+        report.warn(f"arms are {arm:.3g} long, which fits no usual unit", remedy="{unit} gives one")
     return best if fits else None
 
 
@@ -77,26 +84,26 @@ def find_up(
     declared: Up | None,
     given: Up | None,
     where: str,
-    findings: Findings,
+    report: ImportReport,
     lost_trunk: Array | None = None,
 ) -> Up:
-    """Find the axis that points up, by the trunk, else by what the file says or how arms hang.
+    """Find the axis that points up: by the trunk, the file, or hanging arms, in this order.
 
     Args:
         points: The points of `body.ARM_POINTS` and perhaps of `body.TORSO_POINTS`, each shape
             (T, 3), without gaps.
-        declared: What the file or its format says.
-        given: What the user says.
+        declared: Axis in the file, or of its format.
+        given: Axis that the user gives.
         where: What an error calls the recording.
-        findings: Is told what is taken.
-        lost_trunk: Ways from pelvis to neck, shape (N, 3), of frames in which both are seen,
-            where they are not among the points for being seen too rarely.
+        report: Gets what is taken.
+        lost_trunk: Vectors from pelvis to neck, shape (N, 3), of frames in which both are seen,
+            if they are seen too rarely to be among the points.
 
     Raises:
-        MotionFileError: Nothing tells.
+        MotionFileError: None of these shows it.
     """
     if given is not None:
-        findings.note(f"{given} is up, as given")
+        report.note(f"{given} is up, as given")
         return given
     has_trunk = "pelvis" in points or lost_trunk is not None
     if has_trunk:
@@ -108,7 +115,7 @@ def find_up(
         if shown not in _USUAL:  # then it is rather the arms that do not hang
             shown = None
     if declared is not None and (shown in (declared, None) or not has_trunk):
-        findings.note(f"{declared} is up, as the file or its format says")
+        report.note(f"{declared} is up, as the file or its format says")
         return declared
     if shown is None and "pelvis" in points:
         return "z"  # the trunk's direction is known in every frame, so that none else matters
@@ -119,7 +126,7 @@ def find_up(
             remedy="give it with {up}, such as {up=z}",
         )
     instead = f"; the file or its format says {declared}" if declared is not None else ""
-    findings.note(f"{shown} is up, {how}{instead}")
+    report.note(f"{shown} is up, {how}{instead}")
     return shown
 
 
@@ -143,3 +150,50 @@ def _axis_of(vectors: Array) -> Up | None:
 
 def _name(unit: float) -> str:
     return next((n for n, length in _LENGTHS.items() if length == unit), f"of {unit:g} m")
+
+
+def check_sides(
+    points: dict[str, Array], posture: Array, groups: Groups, report: ImportReport
+) -> None:
+    """Warn of a file in which left and right seem to be swapped.
+
+    Args:
+        points: The points of `body.ARM_POINTS`, each shape (T, 3).
+        posture: Postures, shape (T', 12).
+        groups: Which markers show which point, for what mends it.
+        report: Gets the warning.
+    """
+    across = points["left_shoulder"] - points["right_shoulder"]
+    middle = 0.5 * (points["left_shoulder"] + points["right_shoulder"])
+    crossed = {
+        side: np.sum((points[f"{side}_elbow"] - middle) * across, axis=1) * sign < 0
+        for side, sign in (("left", 1.0), ("right", -1.0))
+    }
+    share = float(np.mean(crossed["left"] & crossed["right"]))
+    if share > _MOSTLY:
+        report.warn(
+            f"both elbows are beyond the body's midline in {100 * share:.0f} % of the frames: left"
+            " and right look swapped",
+            remedy=f"{_swapped(groups, ('elbow', 'wrist'))} mends that",
+        )
+        return
+    vectors = posture.reshape(-1, 4, 3)
+    # An elbow bends its forearm forwards; with left and right swapped, front is taken for back.
+    bent = vectors[:, 1::2, 0] - vectors[:, 0::2, 0]
+    # Only below the shoulder: over the head a bent elbow may point either way.
+    clear = (np.abs(bent) > _FORWARD) & (vectors[:, 0::2, 2] < 0.0)
+    backward = float(np.mean(bent[clear] < 0)) if clear.any() else 0.0
+    if backward > _MOSTLY_BACKWARD and clear.mean() > _OFTEN:
+        report.warn(
+            f"forearms point backwards in {100 * backward:.0f} % of the frames in which they are"
+            " bent: left and right look swapped, or up and down, or the file's axes are"
+            " left-handed, as in Unity",
+            remedy=f"{_swapped(groups, ('shoulder', 'elbow', 'wrist'))} mends the first, {{up}} the"
+            " second",
+        )
+
+
+def _swapped(groups: Groups, parts: Sequence[str]) -> str:
+    """Return the option with which some points change sides."""
+    other = {f"{a}_{p}": groups[f"{b}_{p}"] for p in parts for a, b in (SIDES, SIDES[::-1])}
+    return mapping_option(groups | other)

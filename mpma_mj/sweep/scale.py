@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from typing import Literal, NamedTuple, TypeAlias
 
 from mpma_mj.errors import BadOptionError
+from mpma_mj.motions.loader import import_motion
 from mpma_mj.motions.options import ReadingOptions
-from mpma_mj.motions.read import read_with_findings
 from mpma_mj.sweep.spec import SweepSpec, seeds
 from mpma_mj.training.config import RunConfig
 
@@ -147,10 +147,10 @@ def materials(motions: Sequence[str], lengths: Sequence[float]) -> tuple[Materia
         if motions.count(motion) > 1:
             raise BadOptionError(f"{motion} is given twice; expected different movements")
     if motions:
-        longest = {m: read_with_findings(m, ReadingOptions()).motion.duration for m in motions}
+        longest = {m: import_motion(m, ReadingOptions()).motion.duration for m in motions}
     else:
         motions = _INVENTED
-        longest = {"invented": read_with_findings("invented", ReadingOptions()).motion.duration}
+        longest = {"invented": import_motion("invented", ReadingOptions()).motion.duration}
     name = max(longest, key=lambda motion: longest[motion])
     counts = [*_doublings(1, len(motions) - 1), len(motions)]
     seconds = lengths or _doublings(_SHORTEST, min(longest[name], _LONGEST))

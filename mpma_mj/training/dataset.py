@@ -8,11 +8,12 @@ from pathlib import Path
 from mpma_mj.envs.load import arm_limits
 from mpma_mj.errors import BadOptionError, MotionFileError
 from mpma_mj.motions import Motion
-from mpma_mj.motions.label_file import read_labels
+from mpma_mj.motions.context import read_labels
+from mpma_mj.motions.feasibility import check_feasibility
+from mpma_mj.motions.loader import import_motion
 from mpma_mj.motions.options import ReadingOptions, given
-from mpma_mj.motions.reach import check_reach
-from mpma_mj.motions.read import BUILT_IN, read_with_findings
-from mpma_mj.motions.repertoire import join
+from mpma_mj.motions.synthetic import BUILT_IN
+from mpma_mj.motions.transforms import join
 from mpma_mj.training.config import RunConfig
 from mpma_mj.utils.text import option_name
 
@@ -82,12 +83,12 @@ def read_motions(config: RunConfig) -> Motion:
         # In a repertoire the options of recordings do not apply to built-in motions.
         all_options = single or source not in BUILT_IN
         options = config.reading if all_options else ReadingOptions(tempo=config.reading.tempo)
-        reading = read_with_findings(source, options, **rate)
-        reading.findings.tell(source)
-        motions.append(reading.motion)
+        motion, report = import_motion(source, options, **rate)
+        report.emit_warnings(source)
+        motions.append(motion)
     if len(motions) == 1:
         return motions[0]
     limits = arm_limits(config.env)
     for motion in motions:
-        check_reach(motion, *limits)
+        check_feasibility(motion, *limits)
     return join(motions, limits[0])

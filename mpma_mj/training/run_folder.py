@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from mpma_mj._version import __version__
 from mpma_mj.agents.signals import MODULE_SIGNALS
 from mpma_mj.errors import BadOptionError, CheckpointError, MotionFileError, RunFolderError
-from mpma_mj.motions import Motion, motion_file
+from mpma_mj.motions import Motion
+from mpma_mj.motions.motion import load_motion, save_motion
 from mpma_mj.trace import SIGNALS, Trace
 from mpma_mj.training.config import RunConfig, versions
 from mpma_mj.training.config_json import OutsideConfig
@@ -132,7 +133,7 @@ class RunFolder:
         if self.path.exists():
             self._remove(overwrite)
         atomic_files.write_json(self.path / "config.json", content)
-        motion_file.write(self.path / "checkpoint" / "motion.npz", motion)
+        save_motion(self.path / "checkpoint" / "motion.npz", motion)
 
     def _remove(self, overwrite: bool) -> None:
         if not self.path.is_dir():
@@ -192,7 +193,7 @@ class RunFolder:
         """
         path = self.path / "checkpoint" / "motion.npz"
         try:
-            motion = motion_file.read(path)
+            motion = load_motion(path)
         except FileNotFoundError:
             raise CheckpointError(f"{path}: missing", remedy=atomic_files.TRAIN_AGAIN) from None
         except MotionFileError:

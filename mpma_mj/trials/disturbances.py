@@ -10,9 +10,8 @@ from typing import Any
 from mpma_mj.errors import BadOptionError
 from mpma_mj.kinematics import JOINT_NAMES
 from mpma_mj.motions import Motion, read_motion
-from mpma_mj.motions.motion_file import at_rate
 from mpma_mj.motions.options import ReadingOptions
-from mpma_mj.motions.variants import mirrored, with_music_of
+from mpma_mj.motions.transforms import at_rate, mirrored, with_context_of
 
 __all__ = ["DISTURBANCES", "Disturbance", "Level"]
 
@@ -100,7 +99,7 @@ def _mirrored(motion: Motion, level: str) -> tuple[Motion, dict[str, Any]]:
 
 
 def _unseen(motion: Motion, source: str) -> tuple[Motion, dict[str, Any]]:
-    return with_music_of(read_motion(source, rate=motion.rate), motion), {}
+    return with_context_of(read_motion(source, rate=motion.rate), motion), {}
 
 
 _ALL = (

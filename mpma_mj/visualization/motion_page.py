@@ -10,8 +10,9 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from mpma_mj import kinematics
-from mpma_mj.motions.reach import joint_speeds
-from mpma_mj.motions.reading import Reading
+from mpma_mj.motions.feasibility import joint_speeds
+from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.motion import Motion
 from mpma_mj.visualization.colours import DEMONSTRATED, INK, module_colours
 from mpma_mj.visualization.figure_file import MOST_NAMED_RUNS, figure_file
 from mpma_mj.visualization.responsibility_strip import label_runs
@@ -31,15 +32,16 @@ _SHOULDERS = np.array([[0.0, 0.18, 0.0], [0.0, -0.18, 0.0]])  # m, of the stick 
 _LENGTHS = (0.3, 0.27)  # m: upper arm, forearm
 
 
-def write_page(path: Path, reading: Reading, max_joint_speed: Array) -> None:
+def write_page(path: Path, motion: Motion, report: ImportReport, max_joint_speed: Array) -> None:
     """Write a page: storyboard, joint angles, joint speeds and their limits, context, gaps.
 
     Args:
         path: The `.png` file.
-        reading: The motion with the times and gaps of its recording.
+        motion: The motion.
+        report: Times and gaps of its recording.
         max_joint_speed: Largest speed of each joint, shape (8,), rad/s.
     """
-    motion, times = reading.motion, reading.times
+    times = report.times
     with figure_file(path, 11.0, 10.5) as figure:
         grid = figure.add_gridspec(6, 1, height_ratios=[1.7, 2.0, 2.0, 2.0, 2.0, 0.9])
         story = figure.add_subplot(grid[0])
@@ -65,9 +67,9 @@ def write_page(path: Path, reading: Reading, max_joint_speed: Array) -> None:
             row.spines[["top", "right"]].set_visible(False)
             if row is not rows[-1]:
                 row.tick_params(labelbottom=False)
-                _shade_gaps(row, reading)
+                _shade_gaps(row, report)
         rows[0].legend(**_ABOVE, ncols=4)
-        rows[-1].set_xlabel("time in the recording, s" + ("; grey: gaps" if reading.gaps else ""))
+        rows[-1].set_xlabel("time in the recording, s" + ("; grey: gaps" if report.gaps else ""))
         figure.suptitle(f"{motion.name}: {motion.source}", fontsize="medium")
 
 
@@ -110,7 +112,7 @@ def _draw_context(axis: Axes, context: Array, labels: tuple[str, ...], times: Ar
     axis.set(ylim=(0, len(labels)), yticks=[], ylabel="context")
 
 
-def _shade_gaps(axis: Axes, reading: Reading) -> None:
-    for gaps in reading.gaps.values():
+def _shade_gaps(axis: Axes, report: ImportReport) -> None:
+    for gaps in report.gaps.values():
         for start, end in gaps:
             axis.axvspan(start, end, color="0.85", zorder=0)

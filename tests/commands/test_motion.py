@@ -10,7 +10,7 @@ import pytest
 from mpma_mj import kinematics
 from mpma_mj.cli import main
 from mpma_mj.motions import read_motion, ymca
-from mpma_mj.motions.report import near_singularity
+from mpma_mj.motions.feasibility import near_singularity
 from tests.conftest import DISK_FULL, FAILED, Encoder, dancer, markers_of
 
 WriteTsv = Callable[..., Path]

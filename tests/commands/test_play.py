@@ -17,7 +17,8 @@ from mpma_mj.envs import viewer
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.kinematics import posture_from_angles
-from mpma_mj.motions import Motion, motion_file, ymca
+from mpma_mj.motions import Motion, ymca
+from mpma_mj.motions.motion import save_motion
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.visualization.episode import EpisodeArms
 from mpma_mj.visualization.playback import KEYS, LEFT, RIGHT, SPACE, play
@@ -130,7 +131,7 @@ def test_a_label_of_other_letters_and_no_label_are_shown(seat: Seat, tmp_path: P
     motion, context = ymca(), np.zeros((len(ymca()), 1))
     context[0] = 1.0
     labelled = Motion(motion.posture, context, ("Fuß",), motion.rate, "dance", "test")
-    motion_file.write(tmp_path / "dance.npz", labelled)
+    save_motion(tmp_path / "dance.npz", labelled)
     audience = seat([NONE] * 2)
     assert main(["play", str(tmp_path / "dance.npz")]) == 0
     assert audience.labels == ["Fu?", ""]
@@ -231,7 +232,7 @@ def test_without_a_display_it_says_what_to_do_instead(
     small_run: Path, tmp_path: Path, display: dict[str, str]
 ) -> None:
     spaced = tmp_path / "a dance.npz"
-    motion_file.write(spaced, ymca())
+    save_motion(spaced, ymca())
     for source, typed in {small_run: small_run, "ymca": "ymca", spaced: f"'{spaced}'"}.items():
         result = play_outside(source, **display)
         instead = f"write a file: mpma play {typed} --out dance.mp4"

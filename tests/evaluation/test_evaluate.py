@@ -11,8 +11,9 @@ from mpma_mj.cli import main
 from mpma_mj.errors import CheckpointError, DivergedError, RunFolderError
 from mpma_mj.evaluation import evaluate as evaluation
 from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, fine_tune, tracking_errors
-from mpma_mj.motions import motion_file, ymca
-from mpma_mj.motions.variants import mirrored
+from mpma_mj.motions import ymca
+from mpma_mj.motions.motion import save_motion
+from mpma_mj.motions.transforms import mirrored
 from mpma_mj.training.checkpoints import TrainedAgents
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.rollout import Rollout
@@ -136,9 +137,7 @@ def test_a_run_folder_of_another_motion_is_refused(
         "elsewhere": {"posture": mirrored(motion).posture[::-1]},
         "other music": {"context": motion.context[::-1]},
     }[other]
-    motion_file.write(
-        folder.path / "checkpoint" / "motion.npz", dataclasses.replace(motion, **changed)
-    )
+    save_motion(folder.path / "checkpoint" / "motion.npz", dataclasses.replace(motion, **changed))
     said = "has 228 moments" if other == "shorter" else "is not the motion of trace.npz"
     with pytest.raises(CheckpointError, match=said):
         TrainedAgents.of_run(folder)

@@ -11,10 +11,10 @@ from mpma_mj import kinematics
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions import ymca
 from mpma_mj.motions.body import check_segments, posture_from_points
+from mpma_mj.motions.loader import import_motion
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.motions.orientation import turn_z_up
-from mpma_mj.motions.read import read_with_findings
-from mpma_mj.motions.recording import UPS, Up
+from mpma_mj.motions.readers.recording import UPS, Up
 from tests.conftest import dancer, markers_of
 
 Array = NDArray[np.float64]
@@ -107,9 +107,9 @@ def test_recordings_with_torso_markers_are_read_the_same_however_the_dancer_lies
     tmp_path: Path, up: Up, bend: list[float]
 ) -> None:
     points = markers_of(dancer(POSTURE)) | torso_markers(len(POSTURE))
-    upright = read_with_findings(save(tmp_path / "upright.npz", points), ReadingOptions())
+    upright = import_motion(save(tmp_path / "upright.npz", points), ReadingOptions())
     lying = moved(points, FACING[up] * Rotation.from_rotvec(bend), np.array([5e3, -2e3, 1e3]))
-    read = read_with_findings(save(tmp_path / "lying.npz", lying), ReadingOptions())
+    read = import_motion(save(tmp_path / "lying.npz", lying), ReadingOptions())
     np.testing.assert_allclose(read.motion.posture, upright.motion.posture, atol=1e-9)
     assert np.abs(read.motion.posture - POSTURE[::3]).mean() < 0.01
 
@@ -119,7 +119,7 @@ def test_a_dancer_who_faces_anywhere_is_read_whatever_axis_is_up(tmp_path: Path)
     turn = FACING["y"] * Rotation.from_euler("z", np.linspace(0.0, 7.0, len(POSTURE))[:, None])
     points = moved(dancer(POSTURE), turn, np.zeros(3))
     path = save(tmp_path / "dance.npz", points, up="y")
-    found = read_with_findings(path, ReadingOptions()).motion.posture
+    found = import_motion(path, ReadingOptions()).motion.posture
     assert np.abs(found - POSTURE[::3]).mean() < 0.02
 
 

@@ -1,3 +1,4 @@
+import re
 from pathlib import Path
 
 import numpy as np
@@ -9,17 +10,23 @@ from numpy.typing import NDArray
 from mpma_mj import kinematics
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions import ymca
-from mpma_mj.motions.findings import Findings
+from mpma_mj.motions.body import posture_from_points
+from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.loader import ImportedMotion, import_motion
 from mpma_mj.motions.options import ReadingOptions
-from mpma_mj.motions.orientation import arm_length, find_unit, find_up, turn_z_up
-from mpma_mj.motions.read import Reading, read_with_findings
-from mpma_mj.motions.recording import UNITS, UPS, Up
-from tests.conftest import WriteTsv, dancer
+from mpma_mj.motions.orientation import arm_length, check_sides, find_unit, find_up, turn_z_up
+from mpma_mj.motions.readers.recording import UNITS, UPS, Up
+from tests.conftest import WriteTsv, dancer, markers_of
 
 Array = NDArray[np.float64]
+
+
 Points = dict[str, Array]
 
+
 POSTURE = ymca(rate=60.0).posture
+
+
 HANGING = kinematics.posture_from_angles(
     np.tile([0.2, 0.1, 0.0, 0.5], 2) + 0.1 * np.sin(np.arange(240)[:, None] / 20 + np.arange(8))
 )
@@ -47,9 +54,11 @@ def standing(posture: Array, *, torso: bool) -> Points:
     return points
 
 
-def read(path: Path, points: Points, stored: dict[str, object], **options: object) -> Reading:
+def read(
+    path: Path, points: Points, stored: dict[str, object], **options: object
+) -> ImportedMotion:
     np.savez(path, **({"rate": 60.0} | stored), **points)  # type: ignore[arg-type]
-    return read_with_findings(path, ReadingOptions(**options))  # type: ignore[arg-type]
+    return import_motion(path, ReadingOptions(**options))  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("up", UPS)
@@ -82,8 +91,8 @@ def test_the_axis_that_is_up_is_found(tmp_path: Path, up: Up, torso: bool, how: 
         return
     found = read(tmp_path / "turned.npz", turned_to(points, up), {})
     np.testing.assert_allclose(found.motion.posture, plain.motion.posture, atol=1e-9)
-    assert f"{up} is up, {how}" in found.findings.steps
-    assert not found.findings.warnings
+    assert f"{up} is up, {how}" in found.report.steps
+    assert not found.report.warnings
 
 
 @pytest.mark.parametrize("up", UPS)
@@ -93,16 +102,16 @@ def test_what_is_declared_or_given_is_used(tmp_path: Path, up: Up) -> None:
     turned = turned_to(points, up)
     declared = read(tmp_path / "a.npz", turned, {"up": up})
     given_ = read(tmp_path / "b.npz", turned, {"up": "x"}, up=up)
-    for reading in (declared, given_):
-        np.testing.assert_allclose(reading.motion.posture, plain.motion.posture, atol=1e-9)
-    assert f"{up} is up, as the file or its format says" in declared.findings.steps
-    assert f"{up} is up, as given" in given_.findings.steps
+    for imported in (declared, given_):
+        np.testing.assert_allclose(imported.motion.posture, plain.motion.posture, atol=1e-9)
+    assert f"{up} is up, as the file or its format says" in declared.report.steps
+    assert f"{up} is up, as given" in given_.report.steps
 
 
 def test_a_trunk_counts_for_more_than_a_declared_axis(tmp_path: Path) -> None:
     points = standing(POSTURE, torso=True)
-    reading = read(tmp_path / "a.npz", turned_to(points, "y"), {"up": "z"})
-    assert "y is up, by the trunk; the file or its format says z" in reading.findings.steps
+    imported = read(tmp_path / "a.npz", turned_to(points, "y"), {"up": "z"})
+    assert "y is up, by the trunk; the file or its format says z" in imported.report.steps
 
 
 def test_where_nothing_tells_what_is_up_it_is_asked_for(tmp_path: Path) -> None:
@@ -121,61 +130,62 @@ def test_with_a_trunk_that_turns_everywhere_no_axis_needs_to_be_up(tmp_path: Pat
     turn[:, 0, 0] = turn[:, 2, 2] = np.cos(angle)
     turn[:, 0, 2], turn[:, 2, 0], turn[:, 1, 1] = np.sin(angle), -np.sin(angle), 1.0
     rolling = {name: np.einsum("tij,tj->ti", turn, track) for name, track in points.items()}
-    reading = read(tmp_path / "a.npz", rolling, {})
-    assert not reading.findings.warnings
-    assert np.abs(reading.motion.posture - plain.motion.posture).mean() < 0.01  # filtered
+    imported = read(tmp_path / "a.npz", rolling, {})
+    assert not imported.report.warnings
+    assert np.abs(imported.motion.posture - plain.motion.posture).mean() < 0.01  # filtered
 
 
 @pytest.mark.parametrize("frame", [0, 30])
 def test_a_fault_in_one_frame_does_not_hide_what_is_up(frame: int) -> None:
     points = dancer(HANGING)
     points["left_elbow"][frame] = points["left_shoulder"][frame]
-    assert find_up(points, None, None, "dance.x", Findings()) == "z"
+    assert find_up(points, None, None, "dance.x", ImportReport()) == "z"
 
 
 @pytest.mark.parametrize("unit", UNITS)
 @pytest.mark.parametrize("arm_m", [0.45, 0.55, 0.65])
 def test_the_unit_is_found_by_the_arms(unit: str, arm_m: float) -> None:
-    findings = Findings()
+    report = ImportReport()
     length = UNITS[unit]
-    assert find_unit(arm_m / length, None, None, findings) == length
-    assert findings.steps == [f"unit {unit}, by the length of the arms"]
+    assert find_unit(arm_m / length, None, None, report) == length
+    assert report.steps == [f"unit {unit}, by the length of the arms"]
 
 
 @given(arm_m=st.floats(0.25, 0.9), unit=st.sampled_from([*UNITS]))
 def test_a_declared_unit_that_fits_any_body_is_used(arm_m: float, unit: str) -> None:
-    findings = Findings()
+    report = ImportReport()
     length = UNITS[unit]
     fits = 0.25 <= arm_m / length * length <= 0.9  # but for rounding
     if fits:
-        assert find_unit(arm_m / length, length, None, findings) == length
-        assert findings.steps == [f"unit {unit}, as the file says"]
-        assert not findings.warnings
+        assert find_unit(arm_m / length, length, None, report) == length
+        assert report.steps == [f"unit {unit}, as the file says"]
+        assert not report.warnings
 
 
 def test_a_declared_unit_that_fits_no_body_is_warned_about() -> None:
-    findings = Findings()
-    assert find_unit(550.0, UNITS["m"], None, findings) == UNITS["mm"]
-    assert findings.warnings == [
+    report = ImportReport()
+    assert find_unit(550.0, UNITS["m"], None, report) == UNITS["mm"]
+    assert report.warnings == [
         "the file says m, which makes arms of 550 m; mm is used; unit overrides it"
     ]
 
 
 def test_arms_that_fit_no_unit_are_warned_about() -> None:
     for declared in (None, 1.0):
-        findings = Findings()
-        assert find_unit(1e6, declared, None, findings) is None
-        assert len(findings.warnings) == 1
-        assert "no usual unit" in findings.warnings[0]
+        report = ImportReport()
+        assert find_unit(1e6, declared, None, report) is None
+        assert len(report.warnings) == 1
+        assert "no usual unit" in report.warnings[0]
 
 
 def test_a_unit_that_is_given_is_used_and_told_if_it_fits_nobody() -> None:
-    findings = Findings()
-    assert find_unit(0.55, UNITS["mm"], UNITS["m"], findings) == 1.0
-    assert findings == Findings(["unit m, as given"], [])
-    assert find_unit(550.0, UNITS["mm"], UNITS["m"], findings) == 1.0
-    assert len(findings.warnings) == 1
-    assert "arms of 550 m" in findings.warnings[0]
+    report = ImportReport()
+    assert find_unit(0.55, UNITS["mm"], UNITS["m"], report) == 1.0
+    assert report.steps == ["unit m, as given"]
+    assert not report.warnings
+    assert find_unit(550.0, UNITS["mm"], UNITS["m"], report) == 1.0
+    assert len(report.warnings) == 1
+    assert "arms of 550 m" in report.warnings[0]
 
 
 @settings(max_examples=20)
@@ -201,26 +211,26 @@ def test_postures_do_not_depend_on_the_unit(tmp_path: Path, scale: float, unit: 
 def test_lengths_are_told_in_metres(tmp_path: Path, unit: str) -> None:
     points = {n: t * 1e-3 / UNITS[unit] for n, t in dancer(POSTURE).items()}
     for stored, options in (({"unit": unit}, {}), ({}, {}), ({}, {"unit": unit})):
-        reading = read(tmp_path / "a.npz", points, {"up": "z"} | stored, **options)
-        assert reading.metric
+        imported = read(tmp_path / "a.npz", points, {"up": "z"} | stored, **options)
+        assert imported.report.metric
         for name, length in (("upper arm", 0.3), ("forearm", 0.25)):
             for side in kinematics.SIDES:
-                mean, deviation = reading.lengths[f"{side} {name}"]
+                mean, deviation = imported.report.lengths[f"{side} {name}"]
                 assert mean == pytest.approx(length)
                 assert deviation == pytest.approx(0.0, abs=1e-9)
 
 
 def test_the_rate_is_declared_given_or_asked_for(write_tsv: WriteTsv) -> None:
-    assert read_with_findings(write_tsv(), ReadingOptions()).rate == 60.0
-    reading = read_with_findings(write_tsv(), ReadingOptions(rate_in=120.0))
-    assert reading.rate == 120.0
-    assert reading.motion.duration == pytest.approx(1.9)
-    assert "120 Hz, as given (the file says 60 Hz)" in reading.findings.steps
+    assert import_motion(write_tsv(), ReadingOptions()).report.rate == 60.0
+    imported = import_motion(write_tsv(), ReadingOptions(rate_in=120.0))
+    assert imported.report.rate == 120.0
+    assert imported.motion.duration == pytest.approx(1.9)
+    assert "120 Hz, as given (the file says 60 Hz)" in imported.report.steps
     path = write_tsv(edit=lambda text: text.replace("FREQUENCY\t60\n", ""))
     with pytest.raises(MotionFileError, match=r"how many frames a second .* rate_in=50$"):
-        read_with_findings(path, ReadingOptions())
-    reading = read_with_findings(path, ReadingOptions(rate_in=60.0))
-    assert "60 Hz, as given (the file says no rate)" in reading.findings.steps
+        import_motion(path, ReadingOptions())
+    imported = import_motion(path, ReadingOptions(rate_in=60.0))
+    assert "60 Hz, as given (the file says no rate)" in imported.report.steps
 
 
 def test_the_same_dance_at_another_rate_is_the_same(tmp_path: Path) -> None:
@@ -233,3 +243,79 @@ def test_the_same_dance_at_another_rate_is_the_same(tmp_path: Path) -> None:
         found.append(read(path, points, {"rate": rate, "up": "z"}, cutoff=6.0).motion.posture)
     for posture in found[1:]:
         np.testing.assert_allclose(posture[10:150], found[0][10:150], atol=1e-3)
+
+
+def moving(seed: int, elbow: float = 1.0) -> Points:
+    """Return a dancer whose elbows bend forearms forward, about as far as is asked."""
+    rng = np.random.default_rng(seed)
+    rest = np.tile([0.5, 0.3, 0.0, elbow], 2)
+    phase = np.arange(200)[:, None] / rng.uniform(8.0, 20.0, 8) + rng.uniform(0, 6, 8)
+    return dancer(kinematics.posture_from_angles(rest + 0.3 * elbow * np.sin(phase)))
+
+
+def swapped(points: Points, *parts: str) -> Points:
+    other = {"left": "right", "right": "left"}
+    found = dict(points)
+    for name in points:
+        side, _, part = name.partition("_")
+        if part in parts:
+            found[name] = points[f"{other[side]}_{part}"]
+    return found
+
+
+def side_warnings(points: Points) -> list[str]:
+    report = ImportReport()
+    groups = {name: (name.upper(),) for name in points}
+    check_sides(points, posture_from_points(points), groups, report)
+    return report.warnings
+
+
+@given(seed=st.integers(0, 999))
+def test_a_dancer_whose_sides_are_right_is_not_warned_about(seed: int) -> None:
+    assert not side_warnings(moving(seed))
+
+
+@given(seed=st.integers(0, 999))
+def test_elbows_and_wrists_of_the_other_side_are_warned_about(seed: int) -> None:
+    (warning,) = side_warnings(swapped(moving(seed), "elbow", "wrist"))
+    assert warning.startswith("both elbows are beyond the body's midline in 100 % of the frames")
+
+
+@given(seed=st.integers(0, 999))
+def test_a_dancer_whose_every_name_is_of_the_other_side_is_warned_about(seed: int) -> None:
+    (warning,) = side_warnings(swapped(moving(seed), "shoulder", "elbow", "wrist"))
+    assert warning.startswith("forearms point backwards in 100 % of the frames in which they are")
+
+
+@given(seed=st.integers(0, 999))
+def test_stretched_arms_tell_nothing(seed: int) -> None:
+    for parts in ((), ("shoulder", "elbow", "wrist")):
+        assert not side_warnings(swapped(moving(seed, elbow=0.05), *parts))
+
+
+@pytest.mark.parametrize("tempo", [0.5, 1.0])
+def test_the_built_in_dance_is_not_warned_about(tempo: float) -> None:
+    assert not side_warnings(dancer(ymca(rate=60.0, tempo=tempo).posture))
+
+
+def test_arms_that_cross_now_and_then_are_not_warned_about() -> None:
+    points = moving(0)
+    crossed = swapped(points, "elbow", "wrist")
+    for name, track in points.items():
+        crossed[name] = np.where(np.arange(200)[:, None] < 80, crossed[name], track)
+    assert not side_warnings(crossed)
+
+
+def test_sides_of_a_file_are_checked(write_tsv: WriteTsv) -> None:
+    points = moving(1)
+    assert not import_motion(
+        write_tsv(markers_of(points), name="right.tsv"), ReadingOptions()
+    ).report.warnings
+    wrong = swapped(points, "shoulder", "elbow", "wrist")
+    imported = import_motion(write_tsv(markers_of(wrong)), ReadingOptions())
+    assert len(imported.report.warnings) == 1
+    mapping = re.findall(r'map="(.*?)" mends', imported.report.warnings[0])
+    mended = import_motion(write_tsv(markers_of(wrong)), ReadingOptions(map=mapping[0]))
+    assert not mended.report.warnings
+    right = import_motion(write_tsv(markers_of(points)), ReadingOptions())
+    np.testing.assert_allclose(mended.motion.posture, right.motion.posture, atol=1e-9)

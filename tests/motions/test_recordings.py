@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from mpma_mj.envs.load import load
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions import read_motion
+from mpma_mj.motions.loader import ImportedMotion, import_motion
 from mpma_mj.motions.options import ReadingOptions
-from mpma_mj.motions.read import Reading, read_with_findings
 
 Array = NDArray[np.float64]
 
@@ -22,42 +22,42 @@ PEOPLE = (
 )
 
 
-def read(path: Path) -> Reading:
-    return read_with_findings(path, ReadingOptions(max_gap=0.3, cutoff=6.0))
+def read(path: Path) -> ImportedMotion:
+    return import_motion(path, ReadingOptions(max_gap=0.3, cutoff=6.0))
 
 
 @pytest.mark.parametrize("name", PEOPLE)
 def test_people_have_arms_that_bend_forward_and_bodies_of_human_size(
     mocap: Path, name: str
 ) -> None:
-    reading = read(mocap / name)
-    segments = reading.motion.posture.reshape(-1, 4, 3)
+    imported = read(mocap / name)
+    segments = imported.motion.posture.reshape(-1, 4, 3)
     bent = segments[:, 1::2, 0] - segments[:, ::2, 0]
     assert bent.mean() > 0.1
-    assert reading.metric
-    for mean, deviation in reading.lengths.values():
+    assert imported.report.metric
+    for mean, deviation in imported.report.lengths.values():
         assert 0.18 < mean < 0.45
         assert deviation < 0.05 * mean
-    duration = reading.frames / reading.rate
-    assert reading.motion.duration == pytest.approx(duration, abs=0.1)
-    assert np.abs(np.diff(reading.motion.posture, axis=0)).max() < 0.75  # 15 rad/s
-    load(reading.motion)
+    duration = imported.report.frames / imported.report.rate
+    assert imported.motion.duration == pytest.approx(duration, abs=0.1)
+    assert np.abs(np.diff(imported.motion.posture, axis=0)).max() < 0.75  # 15 rad/s
+    load(imported.motion)
 
 
 @pytest.mark.parametrize("name", PEOPLE)
 def test_good_recordings_are_not_warned_about(mocap: Path, name: str) -> None:
     expected = ["AMC files carry no rate; 120 Hz is used; rate_in overrides it"]
-    told = [w for w in read(mocap / name).findings.warnings if "start-up" not in w]
+    told = [w for w in read(mocap / name).report.warnings if "start-up" not in w]
     assert told == expected * (name in WITHOUT_RATE)
 
 
 @pytest.mark.parametrize("name", PEOPLE)
 def test_only_the_pose_that_export_puts_first_is_cut(mocap: Path, name: str) -> None:
     poses = {"cmu_amc/01_01.bvh": 1, "cmu_bvh/indian_13.bvh": 4}
-    reading = read(mocap / name)
-    cut = [step for step in reading.findings.warnings if "start-up" in step]
+    imported = read(mocap / name)
+    cut = [step for step in imported.report.warnings if "start-up" in step]
     assert len(cut) == (name in poses)
-    assert reading.times[0] == pytest.approx(poses.get(name, 0) / reading.rate)
+    assert imported.report.times[0] == pytest.approx(poses.get(name, 0) / imported.report.rate)
 
 
 def test_the_same_dance_as_skeleton_and_as_motion_capture_is_the_same(mocap: Path) -> None:
@@ -115,8 +115,8 @@ def test_left_and_right_of_a_dancer_are_told_apart(mocap: Path) -> None:
         for side in ("left", "right")
         for point, group in names.items()
     )
-    reading = read_with_findings(path, ReadingOptions(map=swapped))
-    assert any("left and right look swapped" in line for line in reading.findings.warnings)
+    imported = import_motion(path, ReadingOptions(map=swapped))
+    assert any("left and right look swapped" in line for line in imported.report.warnings)
 
 
 @pytest.mark.parametrize("name", ["dance", "walk"])

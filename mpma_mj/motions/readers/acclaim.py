@@ -12,17 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.errors import MotionFileError
-from mpma_mj.motions.findings import Findings
-from mpma_mj.motions.readers.skeleton import Joint, ancestry, joint_positions
-from mpma_mj.motions.readers.text import TextFile, is_number, printable, stack
-from mpma_mj.motions.recording import Recording, Tracks
+from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.readers.recording import Recording, Tracks
+from mpma_mj.motions.readers.skeleton import Joint, ancestry, joint_positions, tracks_of
+from mpma_mj.motions.readers.text import FARTHEST, TextFile, is_number, printable
 
 __all__ = ["is_amc", "is_asf", "read_acclaim"]
 
 Array = NDArray[np.float64]
 
 _USUAL_RATE = 120.0  # Hz: of CMU's and HDM05's recordings; the format has no place for it
-_FARTHEST = 1e9  # what is farther away, in any unit, is no bone
 _CHANNELS = {"tx", "ty", "tz", "rx", "ry", "rz", "l"}
 _BLOCK = 2048  # frames that are turned into places at once
 _MENDED = "export it anew, or give the right {skeleton}"
@@ -38,27 +37,27 @@ class _Skeleton:
 
 
 def is_asf(head: list[str]) -> bool:
-    """Tell by the first lines whether a file is an ASF."""
+    """Return whether the first lines are those of an ASF."""
     return any(line.split()[:1] in ([":bonedata"], [":units"], [":root"]) for line in head)
 
 
 def is_amc(head: list[str]) -> bool:
-    """Tell by the first lines whether a file is an AMC."""
+    """Return whether the first lines are those of an AMC."""
     return any(line.strip().upper() in (":FULLY-SPECIFIED", ":DEGREES") for line in head)
 
 
-def read_acclaim(file: TextFile, skeleton: Path | None, findings: Findings) -> Recording:
+def read_acclaim(file: TextFile, skeleton: Path | None, report: ImportReport) -> Recording:
     """Read the skeleton of an AMC.
 
     Args:
         file: The AMC.
         skeleton: Its ASF; looked for beside it if not given.
-        findings: Is told which skeleton is taken, and what is odd.
+        report: Gets which skeleton is taken, and what is odd.
 
     Raises:
         MotionFileError: There is no skeleton, or it is damaged.
     """
-    path = skeleton or _skeleton_beside(file.path, findings)
+    path = skeleton or _skeleton_beside(file.path, report)
     try:
         asf = TextFile.open(path)
     except OSError as error:
@@ -74,30 +73,28 @@ def read_acclaim(file: TextFile, skeleton: Path | None, findings: Findings) -> R
             f"{path}: is damaged or cut short ({error})",
             remedy="give another one with {skeleton}",
         ) from None
-    findings.note(f"skeleton {path.name}")
-    findings.warn(
+    report.note(f"skeleton {path.name}")
+    report.warn(
         f"AMC files carry no rate; {_USUAL_RATE:g} Hz is used", remedy="{rate_in} overrides it"
     )
     return Recording(
         file.path,
         "ASF/AMC",
         tuple(bones.joints),
-        lambda wanted: _load(file, bones, wanted, findings),
+        lambda wanted: _load(file, bones, wanted, report),
         rate=_USUAL_RATE,
         up="y",
     )
 
 
-def _skeleton_beside(path: Path, findings: Findings) -> Path:
+def _skeleton_beside(path: Path, report: ImportReport) -> Path:
     """Return the ASF in the same folder whose name begins the AMC's, or the only one."""
     there = sorted(p for p in path.parent.iterdir() if p.suffix.lower() == ".asf")
     fitting = [p for p in there if re.match(rf"{re.escape(p.stem)}(?![^\W_])", path.stem)]
     if fitting:
         return max(fitting, key=lambda p: len(p.stem))
     if len(there) == 1:
-        findings.warn(
-            f"{there[0].name}, the only skeleton beside it, is used; is it that dancer's?"
-        )
+        report.warn(f"{there[0].name}, the only skeleton beside it, is used; is it that dancer's?")
         return there[0]
     names = f" ({', '.join(p.name for p in there)} are there)" if there else ""
     raise MotionFileError(
@@ -176,7 +173,7 @@ def _axes(channels: Sequence[str]) -> str:
 
 def _numbers(words: Sequence[str]) -> Array:
     numbers = np.array(words, float)
-    if not (np.abs(numbers) < _FARTHEST).all():
+    if not (np.abs(numbers) < FARTHEST).all():
         raise ValueError(f"{' '.join(words)} are no lengths or angles")
     return numbers
 
@@ -188,7 +185,9 @@ def _frame(angles: Array, order: str) -> Array:
     return Rotation.from_euler(order.lower(), angles, degrees=True).as_matrix()
 
 
-def _load(file: TextFile, skeleton: _Skeleton, names: Sequence[str], findings: Findings) -> Tracks:
+def _load(
+    file: TextFile, skeleton: _Skeleton, names: Sequence[str], report: ImportReport
+) -> Tracks:
     """Compute where joints are, each shape (T, 3)."""
     chain = ancestry(skeleton.joints, names)
     bones = {name: skeleton.channels[name] for name in chain if skeleton.channels.get(name)}
@@ -208,16 +207,16 @@ def _load(file: TextFile, skeleton: _Skeleton, names: Sequence[str], findings: F
         shift = [places["root"][axis] for axis in ("tx", "ty", "tz")]
         return joint_positions(skeleton.joints, names, angles, {"root": block[:, shift]})
 
-    frames = _frames(file, bones, findings)
+    frames = _frames(file, bones, report)
     blocks = iter(lambda: list(itertools.islice(frames, _BLOCK)), [])
-    table = stack((positions(block) for block in blocks), 3 * len(names))
-    if not len(table):
+    tracks = tracks_of(map(positions, blocks), names)
+    if not len(tracks[names[0]]):
         raise MotionFileError(f"{file.path}: has no frames; export the motion anew")
-    return {name: table[:, 3 * i : 3 * i + 3] for i, name in enumerate(names)}
+    return tracks
 
 
 def _frames(
-    file: TextFile, bones: dict[str, tuple[str, ...]], findings: Findings
+    file: TextFile, bones: dict[str, tuple[str, ...]], report: ImportReport
 ) -> Iterator[list[float]]:
     """Iterate over the frames' values of some bones."""
     values: dict[str, list[float]] = {}
@@ -230,7 +229,7 @@ def _frames(
                 yield _frame_values(file.path, number, bones, values)
                 bones_a_frame = bones_a_frame or rows
                 if int(words[0]) != int(number) + 1:
-                    findings.warn(
+                    report.warn(
                         f"line {index}: after frame {number} comes frame {words[0]}; frames are"
                         " taken as following one another"
                     )
@@ -247,7 +246,7 @@ def _frames(
     if number and file.ends_whole:
         yield _frame_values(file.path, number, bones, values)
     elif number:
-        findings.warn(
+        report.warn(
             f"the file ends in frame {number} without an end of line, perhaps within a number;"
             " that frame is not used"
         )

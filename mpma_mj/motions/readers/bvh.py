@@ -11,17 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.errors import MotionFileError
-from mpma_mj.motions.findings import Findings
-from mpma_mj.motions.readers.skeleton import Joint, ancestry, joint_positions
-from mpma_mj.motions.readers.text import Grid, TextFile, is_number, printable, stack
-from mpma_mj.motions.recording import Recording, Tracks
+from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.readers.recording import Recording, Tracks
+from mpma_mj.motions.readers.skeleton import Joint, ancestry, joint_positions, tracks_of
+from mpma_mj.motions.readers.text import FARTHEST, Grid, TextFile, is_number, printable
 
 __all__ = ["is_bvh", "read_bvh"]
 
 Array = NDArray[np.float64]
 
 _MOST_LINES = 50_000  # of a hierarchy: hands and faces have hundreds of joints
-_FARTHEST = 1e9  # what is farther away, in any unit, is no offset
 _SHORTEST = 1e-6  # s between frames
 
 
@@ -38,18 +37,14 @@ class _Skeleton:
 
 
 def is_bvh(head: list[str]) -> bool:
-    """Tell by the first lines whether a file is a BVH."""
+    """Return whether the first lines are those of a BVH."""
     return next((line.strip() for line in head if line.strip()), "").upper() == "HIERARCHY"
 
 
-def read_bvh(file: TextFile, findings: Findings) -> Recording:
+def read_bvh(file: TextFile, report: ImportReport) -> Recording:
     """Read the hierarchy of a BVH.
 
     The points are the joints; NAME_end is where the bone of the last joint NAME ends.
-
-    Args:
-        file: The file.
-        findings: Is told what is odd.
 
     Raises:
         MotionFileError: The hierarchy is damaged.
@@ -77,7 +72,7 @@ def read_bvh(file: TextFile, findings: Findings) -> Recording:
         file.path,
         "BVH",
         tuple(skeleton.names),
-        lambda wanted: _load(file.path, grid if row else None, skeleton, wanted, findings),
+        lambda wanted: _load(file.path, grid if row else None, skeleton, wanted, report),
         rate=_rate(seconds, frame_time[0]),
         up="y",
         frames=int(frames),
@@ -170,7 +165,7 @@ def _header_value(lines: Iterator[tuple[int, str]], key: str) -> tuple[str, int]
 
 
 def _number(word: str, number: int) -> float:
-    if not is_number(word) or not abs(float(word)) < _FARTHEST:
+    if not is_number(word) or not abs(float(word)) < FARTHEST:
         raise ValueError(f"line {number}: '{word.strip()[:40]}' is not a number")
     return float(word)
 
@@ -187,7 +182,7 @@ def _load(
     grid: Grid | None,
     skeleton: _Skeleton,
     names: Sequence[str],
-    findings: Findings,
+    report: ImportReport,
 ) -> Tracks:
     """Compute where joints are, each shape (T, 3)."""
     chain = ancestry(skeleton.joints, names)
@@ -215,6 +210,4 @@ def _load(
 
     if grid is None:
         raise MotionFileError(f"{path}: has a hierarchy but no frames; export the motion too")
-    blocks = grid.blocks(columns, findings)
-    rows = stack((positions(block) for block in blocks), 3 * len(names))
-    return {name: rows[:, 3 * i : 3 * i + 3] for i, name in enumerate(names)}
+    return tracks_of(map(positions, grid.blocks(columns, report)), names)

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.errors import MotionFileError
-from mpma_mj.motions.findings import Findings
+from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.readers.recording import Tracks
 from mpma_mj.motions.readers.text import Grid, stack
-from mpma_mj.motions.recording import Tracks
 
 __all__ = ["load_columns", "rate_of_times"]
 
@@ -29,7 +29,7 @@ def load_columns(
     grid: Grid,
     columns: dict[str, int],
     names: Sequence[str],
-    findings: Findings,
+    report: ImportReport,
     *,
     frame_column: int | None = None,
     time_column: int | None = None,
@@ -40,7 +40,7 @@ def load_columns(
         grid: The rows.
         columns: For each name the column of x; y and z follow.
         names: Points that are wanted.
-        findings: Is told what is odd about the rows.
+        report: Gets what is odd about the rows.
         frame_column: Column of the frame's number, if there is one: frames that it leaves out
             are gaps.
         time_column: Column of the frame's time, if there is one: it counts for more than the
@@ -54,16 +54,16 @@ def load_columns(
     """
     counter = [column for column in (time_column, frame_column) if column is not None]
     wanted = counter + [columns[name] + axis for name in names for axis in range(3)]
-    rows = stack(grid.blocks(wanted, findings, counters=len(counter)), len(wanted))
+    rows = stack(grid.blocks(wanted, report, counters=len(counter)), len(wanted))
     if not len(rows):
         raise MotionFileError(
             f"{grid.file.path}: has a header but no frames; export the coordinates too"
         )
     arrange = None
     if time_column is not None and _usable(rows[:, 0]):
-        arrange = _by_times(rows[:, 0], grid, findings)
+        arrange = _by_times(rows[:, 0], grid, report)
     elif frame_column is not None:
-        places = _places(rows[:, len(counter) - 1], grid, findings)
+        places = _places(rows[:, len(counter) - 1], grid, report)
         arrange = None if places is None else functools.partial(_placed, places=places)
     tracks = {}
     for i, name in enumerate(names):
@@ -74,24 +74,24 @@ def load_columns(
 
 
 def _usable(times: Array) -> bool:
-    """Tell whether times, shape (T,), rise throughout."""
+    """Return whether times, shape (T,), rise throughout."""
     return len(times) > 2 and bool((np.diff(times) > 0).all())
 
 
-def _by_times(times: Array, grid: Grid, findings: Findings) -> Callable[[Array], Array] | None:
+def _by_times(times: Array, grid: Grid, report: ImportReport) -> Callable[[Array], Array] | None:
     """Return what puts rows, shape (T, 3), to even times; None where they are as they should be.
 
     Args:
         times: Times of the rows, shape (T,), rising, in any unit.
         grid: The rows.
-        findings: Is told of missing frames.
+        report: Gets a warning of missing frames.
     """
     steps = np.diff(times)
     usual = _usual_step(times)
     if _come_unevenly(times):
         return functools.partial(_interpolated, times=times, step=usual)
     numbers = np.concatenate([[0.0], np.cumsum(_frames_of(steps, usual))])
-    places = _places(numbers, grid, findings)
+    places = _places(numbers, grid, report)
     return None if places is None else functools.partial(_placed, places=places)
 
 
@@ -114,7 +114,7 @@ def _frames_of(steps: Array, usual: float) -> Array:
 
 
 def _come_unevenly(times: Array) -> bool:
-    """Tell whether steps between times often differ from whole frames by more than rounding."""
+    """Return whether steps between times often differ from whole frames by more than rounding."""
     steps = np.diff(times)
     usual = _usual_step(times)
     off = np.abs(steps / usual - _frames_of(steps, usual))
@@ -138,7 +138,7 @@ def _interpolated(track: Array, *, times: Array, step: float) -> Array:
 
 
 def rate_of_times(
-    grid: Grid, time_column: int, declared: float | None, findings: Findings
+    grid: Grid, time_column: int, declared: float | None, report: ImportReport
 ) -> float | None:
     """Return the frame rate that a column of times shows.
 
@@ -146,30 +146,30 @@ def rate_of_times(
         grid: The rows.
         time_column: Column of the times, s.
         declared: The rate that the header tells, Hz, if it does.
-        findings: Is told where the two contradict each other, or frames come unevenly.
+        report: Gets a warning where the two contradict each other, or frames come unevenly.
 
     Returns:
         Frames per second, Hz: that of the times where they are usable, else the declared one.
     """
-    blocks = grid.blocks([time_column], Findings(), counters=1)
+    blocks = grid.blocks([time_column], ImportReport(), counters=1)
     times = next(blocks, np.empty((0, 1)))[:, 0]
     steps = np.diff(times)
     if not _usable(times):
-        return _coarse_rate(times, declared, findings)
+        return _coarse_rate(times, declared, report)
     rate = 1.0 / _usual_step(times)
     for unit, scale in _UNITS_OF_TIME.items():
         if rate < 1.0 <= scale * rate <= _FASTEST:
             rate, steps = scale * rate, steps / scale
-            findings.warn(f"the times are taken as {unit}, which makes {rate:.4g} Hz")
+            report.warn(f"the times are taken as {unit}, which makes {rate:.4g} Hz")
             break
     if _come_unevenly(times):
-        findings.warn(f"the frames come unevenly; they are interpolated to an even {rate:.4g} Hz")
+        report.warn(f"the frames come unevenly; they are interpolated to an even {rate:.4g} Hz")
         return rate  # which the interpolation has, whatever the header says
     # Times are rounded, so that only a clear difference is one.
     if declared is not None and abs(rate - declared) < 0.02 * declared:
         return declared
     if declared is not None:
-        findings.warn(
+        report.warn(
             f"the header says {declared:g} Hz, the frames' times {rate:.4g} Hz; {rate:.4g} Hz is"
             " used",
             remedy="{rate_in} overrides it",
@@ -179,31 +179,31 @@ def rate_of_times(
     return rate if declared is not None or drift > _DRIFT else float(round(rate))
 
 
-def _coarse_rate(times: Array, declared: float | None, findings: Findings) -> float | None:
+def _coarse_rate(times: Array, declared: float | None, report: ImportReport) -> float | None:
     """Return the rate where times do not rise from frame to frame."""
     if len(times) < 3:
         return declared
     span = float(times[-1] - times[0])
     if declared is None and span > 0 and (np.diff(times) >= 0).all():
         rate = (len(times) - 1) / span
-        findings.warn(
+        report.warn(
             f"the times are too coarse to tell frames apart; {rate:.4g} Hz is used, by their"
             " first and last",
             remedy="{rate_in} overrides it",
         )
         return rate
-    findings.warn("the column of times does not rise throughout; it is not used")
+    report.warn("the column of times does not rise throughout; it is not used")
     return declared
 
 
-def _places(numbers: Array, grid: Grid, findings: Findings) -> NDArray[np.int_] | None:
+def _places(numbers: Array, grid: Grid, report: ImportReport) -> NDArray[np.int_] | None:
     """Return where each row belongs, from its frame's number, or None for one after another."""
     steps = np.diff(numbers)
     usual = float(np.median(steps)) if len(steps) else 1.0
     even = (steps > 0) & (np.mod(steps, usual or 1.0) == 0)  # not where a number is missing
     if not even.all():
         bad = int(np.argmin(even))
-        findings.warn(
+        report.warn(
             f"the frame numbers jump at line {grid.first + bad + 2}; rows are taken as following"
             " one another"
         )
@@ -213,13 +213,13 @@ def _places(numbers: Array, grid: Grid, findings: Findings) -> NDArray[np.int_] 
     if not missing:
         return None
     if missing > _MOST_MISSING * len(places):
-        findings.warn(
+        report.warn(
             f"the frame numbers leave out {missing} frames of {places[-1] + 1}; rows are taken"
             " as following one another"
         )
         return None
     first = int(np.argmax(np.diff(places) > 1))
-    findings.warn(
+    report.warn(
         f"{missing} frames are missing, the first after line {grid.first + first + 1}; they are"
         " treated as gaps"
     )

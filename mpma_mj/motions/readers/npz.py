@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import struct
 import zipfile
 import zlib
@@ -14,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.errors import MotionFileError
-from mpma_mj.motions.readers.text import is_number, printable
-from mpma_mj.motions.recording import UNITS, UPS, Recording, Tracks
+from mpma_mj.motions.readers.recording import UNITS, UPS, Recording, Tracks
+from mpma_mj.motions.readers.text import positive, printable
 
 __all__ = ["is_archive", "read_archive", "read_points"]
 
@@ -27,7 +26,7 @@ _DAMAGED = (
 
 
 def is_archive(head: bytes) -> bool:
-    """Tell by its first bytes whether a file is a NumPy archive."""
+    """Return whether the first bytes are those of a NumPy archive."""
     return head.startswith(b"PK\x03\x04")
 
 
@@ -76,7 +75,7 @@ def read_points(path: Path, arrays: dict[str, NDArray[Any]]) -> Recording:
         return {name: points[name] for name in names}
 
     rate = text("rate")
-    if rate and not (is_number(rate) and 0 < float(rate) < math.inf):
+    if rate and positive(rate) is None:
         raise MotionFileError(
             f"{path}: rate is '{printable(rate[:40])}'; expected a number above 0"
         )
@@ -91,7 +90,7 @@ def read_points(path: Path, arrays: dict[str, NDArray[Any]]) -> Recording:
         "npz",
         tuple(points),
         load,
-        rate=float(rate) if rate else None,
+        rate=positive(rate),
         unit=UNITS.get(text("unit")),
         up=next((up for up in UPS if up == text("up")), None),
     )

@@ -10,10 +10,10 @@ from __future__ import annotations
 import numpy as np
 
 from mpma_mj.errors import MotionFileError
-from mpma_mj.motions.findings import Findings
+from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.columns import load_columns
-from mpma_mj.motions.readers.text import Grid, TextFile, is_number
-from mpma_mj.motions.recording import UNITS, Recording
+from mpma_mj.motions.readers.recording import UNITS, Recording
+from mpma_mj.motions.readers.text import Grid, TextFile, is_number, positive
 
 __all__ = ["is_qualisys", "read_qualisys"]
 
@@ -21,16 +21,12 @@ _LONGEST_HEADER = 60  # lines
 
 
 def is_qualisys(head: list[str]) -> bool:
-    """Tell by the first lines whether a file is a Qualisys export."""
+    """Return whether the first lines are those of a Qualisys export."""
     return any(line.split("\t")[0].strip() in ("NO_OF_FRAMES", "MARKER_NAMES") for line in head)
 
 
-def read_qualisys(file: TextFile, findings: Findings) -> Recording:
+def read_qualisys(file: TextFile, report: ImportReport) -> Recording:
     """Read the header of a Qualisys export.
-
-    Args:
-        file: The file.
-        findings: Is told what is odd.
 
     Raises:
         MotionFileError: The header is incomplete.
@@ -64,7 +60,7 @@ def read_qualisys(file: TextFile, findings: Findings) -> Recording:
         path,
         "Qualisys TSV",
         tuple(names),
-        lambda wanted: load_columns(grid, columns, wanted, findings, frame_column=counted),
+        lambda wanted: load_columns(grid, columns, wanted, report, frame_column=counted),
         rate=_number(path, header, "FREQUENCY"),
         unit=UNITS["mm"],
         up="z",
@@ -77,8 +73,8 @@ def _has_number(line: str) -> bool:
 
 
 def _counts(grid: Grid) -> bool:
-    """Tell whether the first column has whole numbers: the frame's, where time has none."""
-    column = next(grid.blocks([0], Findings()), np.empty((0, 1)))
+    """Return whether the first column has whole numbers: the frame's, where time has none."""
+    column = next(grid.blocks([0], ImportReport()), np.empty((0, 1)))
     return bool((column == np.round(column)).all())
 
 
@@ -87,6 +83,7 @@ def _number(path: object, header: dict[str, str], key: str) -> float | None:
     value = header.get(key)
     if value is None:
         return None
-    if not (is_number(value) and 0 < float(value) < np.inf):
+    number = positive(value)
+    if number is None:
         raise MotionFileError(f"{path}: {key} is '{value}'; expected a number above 0")
-    return float(value)
+    return number

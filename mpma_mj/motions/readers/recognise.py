@@ -1,17 +1,27 @@
-"""Which reader a file is for."""
+"""Recognition of file formats by content: which reader a file is for."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 from mpma_mj.errors import BadOptionError, MotionFileError
-from mpma_mj.motions.findings import Findings
+from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers import acclaim, bvh, c3d, npz, qualisys, table, trc
+from mpma_mj.motions.readers.recording import RATES, Recording
 from mpma_mj.motions.readers.text import TextFile
-from mpma_mj.motions.recording import RATES, Recording
 
-__all__ = ["open_recording"]
+__all__ = ["TEXT_FORMATS", "open_recording"]
+
+TextReader = Callable[[TextFile, ImportReport], Recording]
+
+TEXT_FORMATS: dict[Callable[[list[str]], bool], TextReader] = {
+    bvh.is_bvh: bvh.read_bvh,
+    trc.is_trc: trc.read_trc,
+    qualisys.is_qualisys: qualisys.read_qualisys,
+}
+"""Readers of text, each by what recognises its format by the first lines of a file."""
 
 _HEAD = 40  # lines in which a text file says what it is
 # Formats that are met and cannot be read, by their first bytes, and the remedy.
@@ -25,13 +35,13 @@ _FOREIGN = {
 }
 
 
-def open_recording(path: Path, findings: Findings, *, skeleton: Path | None = None) -> Recording:
+def open_recording(path: Path, report: ImportReport, *, skeleton: Path | None = None) -> Recording:
     """Read the header of a recording of any known format.
 
     Args:
         path: The file.
-        findings: Is told what is odd.
-        skeleton: The ASF of an AMC, where it is not beside it.
+        report: Gets what is odd.
+        skeleton: The ASF of an AMC, if it is in another folder.
 
     Raises:
         BadOptionError: A skeleton is given for a file that has its own.
@@ -40,7 +50,7 @@ def open_recording(path: Path, findings: Findings, *, skeleton: Path | None = No
     try:
         with path.open("rb") as file:
             head = file.read(64)
-        recording = _open(path, head, findings, skeleton)
+        recording = _open(path, head, report, skeleton)
     except OSError as error:
         raise MotionFileError(f"{path}: cannot be read ({error.strerror or error})") from None
     if skeleton is not None and recording.format != "ASF/AMC":
@@ -48,14 +58,14 @@ def open_recording(path: Path, findings: Findings, *, skeleton: Path | None = No
             f"{path}: is {recording.format}", remedy="leave out {skeleton}, which is for AMC"
         )
     if recording.rate is not None and not RATES[0] <= recording.rate <= RATES[1]:
-        findings.warn(f"{recording.rate:g} Hz, as the file says, cannot be; it is not used")
+        report.warn(f"{recording.rate:g} Hz, as the file says, cannot be; it is not used")
         recording = replace(recording, rate=None)
     if not recording.names:
         raise MotionFileError(f"{path}: names no point at all; export the recording with names")
     return recording
 
 
-def _open(path: Path, head: bytes, findings: Findings, skeleton: Path | None) -> Recording:
+def _open(path: Path, head: bytes, report: ImportReport, skeleton: Path | None) -> Recording:
     if not head.strip():
         raise MotionFileError(f"{path}: is empty; export the recording anew")
     for start, (what, remedy) in _FOREIGN.items():
@@ -64,19 +74,14 @@ def _open(path: Path, head: bytes, findings: Findings, skeleton: Path | None) ->
     if npz.is_archive(head):
         return npz.read_points(path, npz.read_archive(path))
     if c3d.is_c3d(head):
-        return c3d.read_c3d(path, findings)
+        return c3d.read_c3d(path, report)
     text = TextFile.open(path)
     if text is None:
         raise MotionFileError(f"{path}: is binary and no C3D or npz; export it as one of those")
     lines = text.head(_HEAD)
-    if bvh.is_bvh(lines):
-        return bvh.read_bvh(text, findings)
     if acclaim.is_asf(lines):
         raise MotionFileError(f"{path}: is a skeleton; give the .amc with the motion instead")
     if acclaim.is_amc(lines):
-        return acclaim.read_acclaim(text, skeleton, findings)
-    if trc.is_trc(lines):
-        return trc.read_trc(text, findings)
-    if qualisys.is_qualisys(lines):
-        return qualisys.read_qualisys(text, findings)
-    return table.read_table(text, findings)
+        return acclaim.read_acclaim(text, skeleton, report)
+    readers = (read for recognises, read in TEXT_FORMATS.items() if recognises(lines))
+    return next(readers, table.read_table)(text, report)

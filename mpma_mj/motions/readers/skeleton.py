@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Joint", "ancestry", "joint_positions"]
+from mpma_mj.motions.readers.recording import Tracks
+from mpma_mj.motions.readers.text import stack
+
+__all__ = ["Joint", "ancestry", "joint_positions", "tracks_of"]
 
 Array = NDArray[np.float64]
 
@@ -79,6 +82,12 @@ def joint_positions(
             places[name] = places[joint.parent] + step
             turned[name] = before @ turn
     return np.concatenate([places[name] for name in names], axis=1)
+
+
+def tracks_of(blocks: Iterator[Array], names: Sequence[str]) -> Tracks:
+    """Return the trajectories in blocks of positions, each shape (rows, 3 · number of `names`)."""
+    rows = stack(blocks, 3 * len(names))
+    return {name: rows[:, 3 * i : 3 * i + 3] for i, name in enumerate(names)}
 
 
 def _turn(joint: Joint, angles: Array | None) -> Array:

@@ -9,15 +9,14 @@ numbers.
 from __future__ import annotations
 
 import itertools
-import math
 import re
 from dataclasses import dataclass
 
 from mpma_mj.errors import MotionFileError
-from mpma_mj.motions.findings import Findings
+from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.columns import load_columns, rate_of_times
-from mpma_mj.motions.readers.text import Grid, TextFile, is_number
-from mpma_mj.motions.recording import UNITS, Recording, Up
+from mpma_mj.motions.readers.recording import UNITS, Recording, Up
+from mpma_mj.motions.readers.text import Grid, TextFile, is_number, positive
 
 __all__ = ["read_table"]
 
@@ -56,12 +55,8 @@ class _Header:
         return any(self.cell(row, column).lower() in words for row in rows)
 
 
-def read_table(file: TextFile, findings: Findings) -> Recording:
+def read_table(file: TextFile, report: ImportReport) -> Recording:
     """Read the header of a table.
-
-    Args:
-        file: The file.
-        findings: Is told what is odd.
 
     Raises:
         MotionFileError: No row says which columns are x, y and z.
@@ -87,14 +82,14 @@ def read_table(file: TextFile, findings: Findings) -> Recording:
                 f" {len(header.rows[header.axes])}; export the file anew"
             )
         if timer is not None:
-            rate = rate_of_times(grid, timer, rate, findings)
+            rate = rate_of_times(grid, timer, rate, report)
     frames = _declared(header, re.compile(r"(number of |total )?(exported )?frames", re.I))
     return Recording(
         file.path,
         "table",
         names,
         lambda wanted: load_columns(
-            grid, columns, wanted, findings, frame_column=counter, time_column=timer
+            grid, columns, wanted, report, frame_column=counter, time_column=timer
         ),
         rate=rate,
         unit=_unit(header, columns, first),
@@ -140,7 +135,7 @@ def _axis(cell: str) -> str:
 
 
 def _joined(cell: str, found: re.Match[str]) -> bool:
-    """Tell whether the axis is the end of a word, as in "index", and not set off: LWristX."""
+    """Return whether the axis is the end of a word, as in "index", and not set off: LWristX."""
     axis = found.start("axis")
     return (
         axis > 0
@@ -199,13 +194,13 @@ def _declared(header: _Header, title: re.Pattern[str]) -> float | None:
     for row in header.rows[: header.axes]:
         cells = [cell.replace(",", ".") for cell in row]
         for key, value in zip(row, [*cells[1:], ""], strict=True):
-            if title.fullmatch(key.removeprefix("Export ")) and is_number(value):
-                found = float(value) or found
-            elif title.fullmatch(key.removeprefix("Capture ")) and is_number(value):
-                found = found or float(value)
-        if title is _RATE and [c for c in cells if c] == cells[:1] and is_number(cells[0]):
-            found = found or float(cells[0])  # Vicon: a line with nothing but the rate
-    return found if found and 0 < found < math.inf else None
+            if title.fullmatch(key.removeprefix("Export ")):
+                found = positive(value) or found
+            elif title.fullmatch(key.removeprefix("Capture ")):
+                found = found or positive(value)
+        if title is _RATE and [c for c in cells if c] == cells[:1]:
+            found = found or positive(cells[0])  # Vicon: a line with nothing but the rate
+    return found
 
 
 def _unit(header: _Header, columns: dict[str, int], first: int) -> float | None:

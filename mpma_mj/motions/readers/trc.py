@@ -7,13 +7,11 @@ and time begin every row. Cells are separated by tabs, in some exports by commas
 
 from __future__ import annotations
 
-import math
-
 from mpma_mj.errors import MotionFileError
-from mpma_mj.motions.findings import Findings
+from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.columns import load_columns, rate_of_times
-from mpma_mj.motions.readers.text import Grid, TextFile, is_number
-from mpma_mj.motions.recording import UNITS, Recording
+from mpma_mj.motions.readers.recording import UNITS, Recording
+from mpma_mj.motions.readers.text import Grid, TextFile, positive
 
 __all__ = ["is_trc", "read_trc"]
 
@@ -21,16 +19,12 @@ _HEADER = 5  # lines before the first row, which an empty line may follow
 
 
 def is_trc(head: list[str]) -> bool:
-    """Tell by the first lines whether a file is a TRC."""
+    """Return whether the first lines are those of a TRC."""
     return bool(head) and head[0].startswith("PathFileType")
 
 
-def read_trc(file: TextFile, findings: Findings) -> Recording:
+def read_trc(file: TextFile, report: ImportReport) -> Recording:
     """Read the header of a TRC.
-
-    Args:
-        file: The file.
-        findings: Is told what is odd.
 
     Raises:
         MotionFileError: The header is incomplete.
@@ -53,22 +47,19 @@ def read_trc(file: TextFile, findings: Findings) -> Recording:
         (i for i in range(_HEADER, len(lines)) if lines[i].strip(f" {separator}")), len(lines)
     )
     grid = Grid.starting(file, first, columns=2 + 3 * len(names))
-    rate, frames = (
-        float(value) if is_number(value) and 0 < float(value) < math.inf else None
-        for value in (header.get(key, "") for key in ("DataRate", "NumFrames"))
-    )
+    rate, frames = (positive(header.get(key, "")) for key in ("DataRate", "NumFrames"))
     if first < len(lines):
         if grid.width < max(columns.values(), default=0) + 3:
             raise MotionFileError(
                 f"{path}: line {first + 1} has {grid.width} columns, fewer than x, y, z for each"
                 f" of {len(names)} markers; export the file anew"
             )
-        rate = rate_of_times(grid, 1, rate, findings)
+        rate = rate_of_times(grid, 1, rate, report)
     return Recording(
         path,
         "TRC",
         tuple(names),
-        lambda wanted: load_columns(grid, columns, wanted, findings, frame_column=0, time_column=1),
+        lambda wanted: load_columns(grid, columns, wanted, report, frame_column=0, time_column=1),
         rate=rate,
         unit=UNITS.get(header.get("Units", "").lower()),
         frames=int(frames) if frames else None,

@@ -8,9 +8,9 @@ import pytest
 
 from mpma_mj.context import Span
 from mpma_mj.errors import MotionFileError
-from mpma_mj.motions.findings import Findings
-from mpma_mj.motions.readers import open_recording
-from mpma_mj.motions.recording import Recording, Tracks
+from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.readers.recognise import open_recording
+from mpma_mj.motions.readers.recording import Recording, Tracks
 from tests.motions.readers import writers
 
 REAL = {
@@ -21,7 +21,7 @@ REAL = {
 
 
 def read(path: Path) -> tuple[Recording, Tracks]:
-    recording = open_recording(path, Findings())
+    recording = open_recording(path, ImportReport())
     return recording, recording.load(recording.names)
 
 
@@ -110,9 +110,9 @@ def test_events_that_are_damaged_are_told_and_not_used(tmp_path: Path) -> None:
     file.add_parameter("EVENT", "LABELS", ["a"])
     file.add_parameter("EVENT", "TIMES", ["soon"])
     file.write(str(tmp_path / "dance.c3d"))
-    findings = Findings()
-    assert open_recording(tmp_path / "dance.c3d", findings).spans == ()
-    assert findings.warnings == ["its events are damaged; they are not used"]
+    report = ImportReport()
+    assert open_recording(tmp_path / "dance.c3d", report).spans == ()
+    assert report.warnings == ["its events are damaged; they are not used"]
 
 
 def test_events_count_from_the_first_frame_that_is_there(tmp_path: Path) -> None:
@@ -122,7 +122,7 @@ def test_events_count_from_the_first_frame_that_is_there(tmp_path: Path) -> None
     file.add_parameter("EVENT", "LABELS", ["clap"])
     file.add_parameter("EVENT", "TIMES", np.array([[0.0], [40 / rate]]))
     file.write(str(tmp_path / "dance.c3d"))
-    recording = open_recording(tmp_path / "dance.c3d", Findings())
+    recording = open_recording(tmp_path / "dance.c3d", ImportReport())
     assert [span.label for span in recording.spans] == ["start", "clap"]
     assert recording.spans[1].start == pytest.approx(10 / rate)
 
@@ -145,21 +145,21 @@ def test_a_long_recording_that_tells_its_length_is_read_whole(tmp_path: Path) ->
     file.add_parameter("TRIAL", "ACTUAL_START_FIELD", [1, 0])
     file.add_parameter("TRIAL", "ACTUAL_END_FIELD", [70_000 - 65_536, 1])
     file.write(str(path))
-    findings = Findings()
-    recording = open_recording(path, findings)
+    report = ImportReport()
+    recording = open_recording(path, report)
     assert recording.frames == 70_000
-    assert not findings.warnings
+    assert not report.warnings
     np.testing.assert_allclose(recording.load(["LELB"])["LELB"], points["LELB"], rtol=1e-6)
 
 
 def test_a_long_recording_that_cannot_tell_its_length_is_read_whole(tmp_path: Path) -> None:
-    points, findings = long_points(), Findings()
+    points, report = long_points(), ImportReport()
     path = writers.write_c3d(tmp_path / "dance.c3d", points)
-    track = open_recording(path, findings).load(["LELB"])["LELB"]
+    track = open_recording(path, report).load(["LELB"])["LELB"]
     seen = track[: len(points["LELB"])]
     np.testing.assert_allclose(seen, points["LELB"], rtol=1e-6)
     assert np.isnan(track[len(seen) :]).all()  # the last block's rest
-    assert findings.warnings
+    assert report.warnings
 
 
 def test_a_point_with_a_negative_residual_is_missing_in_whole_numbers(tmp_path: Path) -> None:

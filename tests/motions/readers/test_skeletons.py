@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from mpma_mj.errors import BadOptionError, MotionFileError
-from mpma_mj.motions.findings import Findings
-from mpma_mj.motions.readers import open_recording
-from mpma_mj.motions.recording import Recording, Tracks
+from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.readers.recognise import open_recording
+from mpma_mj.motions.readers.recording import Recording, Tracks
 from tests.motions.readers import writers
 
 Array = NDArray[np.float64]
@@ -22,10 +22,10 @@ ORDERS = ["".join(order) for order in permutations("XYZ")]
 FRAMES = 4
 
 
-def read(path: Path, skeleton: Path | None = None) -> tuple[Recording, Tracks, Findings]:
-    findings = Findings()
-    recording = open_recording(path, findings, skeleton=skeleton)
-    return recording, recording.load(recording.names), findings
+def read(path: Path, skeleton: Path | None = None) -> tuple[Recording, Tracks, ImportReport]:
+    report = ImportReport()
+    recording = open_recording(path, report, skeleton=skeleton)
+    return recording, recording.load(recording.names), report
 
 
 def about(axis: str, degrees: float) -> Array:
@@ -71,12 +71,12 @@ def test_joints_are_where_any_order_of_rotations_puts_them(
     angles, places = random_angles(seed)
     path = tmp_path_factory.mktemp("bvh") / "dance"
     path.write_text(writers.bvh_text(angles, places, order=order))
-    recording, tracks, findings = read(path)
+    recording, tracks, report = read(path)
     assert (recording.format, recording.up, recording.frames) == ("BVH", "y", FRAMES)
     assert tuple(tracks) == recording.names
     for name, known in bvh_places(angles, places, order).items():
         np.testing.assert_allclose(tracks[name], known, atol=1e-9)
-    assert not findings.warnings
+    assert not report.warnings
 
 
 def test_without_rotations_joints_are_their_offsets_apart(tmp_path: Path) -> None:
@@ -236,11 +236,11 @@ def random_acclaim(folder: Path, seed: int) -> tuple[Path, Tracks]:
 @pytest.mark.parametrize("seed", range(5))
 def test_bones_are_where_their_angles_put_them(tmp_path: Path, seed: int) -> None:
     path, known = random_acclaim(tmp_path, seed)
-    recording, tracks, findings = read(path)
+    recording, tracks, report = read(path)
     assert (recording.format, recording.up, recording.rate) == ("ASF/AMC", "y", 120.0)
     for name, track in known.items():
         np.testing.assert_allclose(tracks[name], track, atol=1e-9)
-    assert findings.warnings == ["AMC files carry no rate; 120 Hz is used; rate_in overrides it"]
+    assert report.warnings == ["AMC files carry no rate; 120 Hz is used; rate_in overrides it"]
 
 
 def test_angles_may_be_in_radians(tmp_path: Path) -> None:
@@ -300,15 +300,15 @@ def test_the_only_skeleton_is_taken_but_doubted_if_its_name_is_another(
 ) -> None:
     path, _ = random_acclaim(tmp_path, 0)
     path.with_suffix(".asf").rename(tmp_path / f"{skeleton}.asf")
-    _, _, findings = read(path.rename(tmp_path / "10_01.amc"))
-    assert any("the only skeleton" in warning for warning in findings.warnings) == doubted
+    _, _, report = read(path.rename(tmp_path / "10_01.amc"))
+    assert any("the only skeleton" in warning for warning in report.warnings) == doubted
 
 
 def test_frame_numbers_that_jump_are_told(tmp_path: Path) -> None:
     path, tracks = random_acclaim(tmp_path, 0)
     path.write_text(path.read_text().replace("\n3\n", "\n30\n"))
-    _, read_tracks, findings = read(path)
-    assert any("after frame 2 comes frame 30" in warning for warning in findings.warnings)
+    _, read_tracks, report = read(path)
+    assert any("after frame 2 comes frame 30" in warning for warning in report.warnings)
     assert len(read_tracks["root"]) == len(tracks["root"])
 
 
@@ -317,7 +317,7 @@ def test_a_skeleton_for_a_file_that_has_its_own_is_refused(tmp_path: Path) -> No
     path = tmp_path / "dance.bvh"
     path.write_text(writers.bvh_text(angles, places))
     with pytest.raises(BadOptionError, match="leave out skeleton, which is for AMC"):
-        open_recording(path, Findings(), skeleton=path)
+        open_recording(path, ImportReport(), skeleton=path)
 
 
 def test_a_skeleton_in_place_of_the_motion_is_refused(tmp_path: Path) -> None:

@@ -1,0 +1,223 @@
+"""Loading of motions: a name or a file becomes a `Motion`, with a report of its import."""
+
+from __future__ import annotations
+
+import math
+import os
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from mpma_mj.errors import BadOptionError, MotionFileError, UnknownMotionError
+from mpma_mj.motions.body import posture_from_points
+from mpma_mj.motions.cleaning import clean
+from mpma_mj.motions.cleaning.trajectories import Trajectories
+from mpma_mj.motions.context import label_motion
+from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.marker_sets import choose_markers, parse_mapping
+from mpma_mj.motions.motion import Motion, load_motion
+from mpma_mj.motions.options import ReadingOptions, given
+from mpma_mj.motions.orientation import check_sides
+from mpma_mj.motions.readers.recognise import open_recording
+from mpma_mj.motions.readers.recording import Recording
+from mpma_mj.motions.synthetic import BUILT_IN, DANCES
+from mpma_mj.motions.transforms import at_rate, close_loop
+
+__all__ = ["ImportedMotion", "import_motion", "read_motion"]
+
+_RATE = 20.0  # Hz, of the paper's control step
+_RATES = (1.0, 1000.0)  # Hz: at higher ones a motion fills the memory
+_BODY = 1.5  # times as many points as the arms need: then there is more of the body (choice)
+# Options for which a motion of arms, built in or stored, has no use.
+_FOR_RECORDINGS = {
+    *("map", "skeleton", "unit", "up", "rate_in", "max_gap", "longest", "repair", "cutoff"),
+}
+_OF_CONTEXT = {"context", "segments", "labels", "audio"}
+
+
+class ImportedMotion(NamedTuple):
+    """A motion and the report of its import."""
+
+    motion: Motion
+    report: ImportReport
+
+
+def read_motion(source: str | Path, *, rate: float = _RATE, **options: Any) -> Motion:
+    """Read a motion: a built-in one by name, or a recording by its file.
+
+    A `RecordingWarning` is issued for everything that may be wrong with a recording.
+
+    Args:
+        source: "ymca", "invented", or the path of a recording: C3D, BVH, ASF/AMC, TRC, Qualisys
+            TSV, a table with a header, or npz.
+        rate: Postures per second that are wanted, Hz.
+        **options: The fields of `ReadingOptions`, such as tempo=0.5 or max_gap=0.3.
+
+    Returns:
+        The motion.
+
+    Raises:
+        BadOptionError: An option is outside what it may be.
+        UnknownMotionError: No built-in motion and no file of that name.
+        MotionFileError: The file cannot be read as the motion of two arms.
+    """
+    known = [field.name for field in fields(ReadingOptions)]
+    unknown = [name for name in options if name not in known]
+    if unknown:
+        raise BadOptionError(f"no option {unknown[0]}; expected {', '.join(known)}")
+    motion, report = import_motion(source, ReadingOptions(**options), rate=rate)
+    report.emit_warnings(source)
+    return motion
+
+
+def import_motion(
+    source: str | Path, options: ReadingOptions, *, rate: float = _RATE
+) -> ImportedMotion:
+    """Read a motion, and report what was found and done.
+
+    Args:
+        source: As for `read_motion`.
+        options: How to read it.
+        rate: Postures per second that are wanted, Hz.
+
+    Raises:
+        MpmaError: As for `read_motion`.
+    """
+    options.check()
+    if not _RATES[0] <= rate <= _RATES[1]:
+        expected = f"{_RATES[0]:g} to {_RATES[1]:g} Hz"
+        raise BadOptionError(option="rate", value=rate, expected=expected)
+    report = ImportReport()
+    if str(source) in BUILT_IN:
+        motion = BUILT_IN[str(source)](rate, options.tempo)
+        return _import_arms(motion, "built in", options, report)
+    path = Path(source)
+    _check_file(path)
+    stored = load_motion(path)
+    if stored is not None:
+        return _import_arms(at_rate(stored, rate, options.tempo), "npz", options, report)
+    skeleton = None if options.skeleton is None else Path(options.skeleton)
+    recording = open_recording(path, report, skeleton=skeleton)
+    return _import_recording(recording, options, rate, report)
+
+
+def _import_recording(
+    recording: Recording, options: ReadingOptions, rate: float, report: ImportReport
+) -> ImportedMotion:
+    """Clean the trajectories of a recording and make a motion of them."""
+    path = recording.path
+    mapping = parse_mapping(options.map) if options.map else {}
+    groups = choose_markers(path, recording.names, mapping)
+    names = list(dict.fromkeys(name for group in groups.values() for name in group))
+    if "pelvis" not in groups and len(recording.names) > _BODY * len(names):
+        report.warn(
+            "no pelvis is known among its points, so that the torso is taken as upright and a bend"
+            " moves the arms",
+            remedy='name it with {map="pelvis=…"}',
+        )
+    own_rate = _source_rate(recording, options, report)
+    trajectories = Trajectories(recording.load(names), groups, own_rate, rate, recording)
+    report.format, report.names = recording.format, recording.names
+    report.rate, report.frames = own_rate, trajectories.frames
+    if recording.frames not in (None, report.frames):
+        report.warn(
+            f"the file says {recording.frames} frames and holds {report.frames};"
+            f" {report.frames} are used"
+        )
+    clean(trajectories, options, report)
+    report.groups = trajectories.groups
+    posture = posture_from_points(trajectories.tracks)
+    check_sides(trajectories.tracks, posture, trajectories.groups, report)
+    if len(posture) < 2:
+        raise MotionFileError(
+            f"{path}: has {len(posture)} posture(s) at {rate:g} Hz; a movement needs at least"
+            " two, so record for longer"
+        )
+    if options.loop:
+        posture = close_loop(posture, rate)
+    begins = trajectories.first / own_rate
+    report.times = begins + np.arange(len(posture)) / rate * options.tempo
+    context, labels = label_motion(posture, report.times, recording.spans, options, path, report)
+    source = f"{recording.format} recording {path.name}"
+    motion = Motion(posture, context, labels, rate, path.stem, source, options.tempo)
+    return ImportedMotion(motion, report)
+
+
+def _import_arms(
+    motion: Motion, kind: str, options: ReadingOptions, report: ImportReport
+) -> ImportedMotion:
+    """Cut, close and label a motion of arms, built in or stored, as the options say.
+
+    Args:
+        motion: The motion, at the wanted rate and tempo.
+        kind: What the report calls its format.
+        options: How to read it.
+        report: Gets what is done.
+
+    Raises:
+        BadOptionError: An option is given that only a recording of a dancer has a use for, or
+            nothing is left of the motion.
+    """
+    useless = given(options) & _FOR_RECORDINGS
+    if useless:
+        raise BadOptionError(
+            f"{motion.name} is a finished movement",
+            remedy=f"leave out {{{min(useless)}}}, which is for recordings",
+        )
+    times = np.arange(len(motion)) / motion.rate * options.tempo
+    start, end = options.start or 0.0, math.inf if options.end is None else options.end
+    kept = (times >= start) & (times < end)
+    if kept.sum() < 2:
+        raise BadOptionError(
+            f"from {start:g} to {end:g} s {motion.name}, which lasts {times[-1]:.2f} s, has"
+            f" {kept.sum()} postures; expected a longer time"
+        )
+    if options.end is not None and end > times[-1] + 1.0 / motion.rate:
+        report.warn(
+            f"{motion.name} ends at {times[-1]:.2f} s", remedy=f"{{end={end:g}}} asks for more"
+        )
+    if not kept.all():
+        report.note(f"cut to {times[kept][0]:g}-{times[kept][-1]:.2f} s, as requested")
+    report.format, report.frames, report.rate = kind, len(motion), motion.rate
+    report.times, posture, context = times[kept], motion.posture[kept], motion.context[kept]
+    if options.loop:
+        posture = close_loop(posture, motion.rate)
+    if given(options) & _OF_CONTEXT:
+        context, labels = label_motion(posture, report.times, (), options, motion.name, report)
+    else:
+        # Labels whose frames were all cut off are left out.
+        present = np.flatnonzero(context.any(axis=0) | ~motion.context.any(axis=0))
+        context, labels = context[:, present], tuple(motion.labels[i] for i in present)
+    motion = replace(motion, posture=posture, context=context, labels=labels)
+    return ImportedMotion(motion, report)
+
+
+def _source_rate(recording: Recording, options: ReadingOptions, report: ImportReport) -> float:
+    if options.rate_in is not None:
+        declared = "no rate" if recording.rate is None else f"{recording.rate:g} Hz"
+        report.note(f"{options.rate_in:g} Hz, as given (the file says {declared})")
+        return options.rate_in
+    if recording.rate is None:
+        raise MotionFileError(
+            f"{recording.path}: does not say how many frames a second it has",
+            remedy="give it with {rate_in}, such as {rate_in=50}",
+        )
+    return recording.rate
+
+
+def _check_file(path: Path) -> None:
+    if not path.exists():
+        if path.suffix or len(path.parts) > 1:
+            raise UnknownMotionError(f"{path}: no such file; give the path of a recording")
+        raise UnknownMotionError(
+            f"no motion '{path}'; built in: ymca, invented, invented-1 to invented-{DANCES}; or"
+            " give the path of a recording"
+        )
+    if path.is_dir():
+        raise MotionFileError(f"{path}: is a folder; give the path of a recording in it")
+    if not path.is_file():
+        raise MotionFileError(f"{path}: is not a file; give the path of a recording")
+    if not os.access(path, os.R_OK):
+        raise MotionFileError(f"{path}: cannot be read; check its rights")

@@ -1,0 +1,149 @@
+"""Built-in artificial motions: YMCA, and dances of random key poses."""
+
+from __future__ import annotations
+
+import functools
+import itertools
+from collections.abc import Callable, Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj import kinematics
+from mpma_mj.context import one_hot
+from mpma_mj.errors import BadOptionError
+from mpma_mj.motions.motion import Motion
+from mpma_mj.motions.transforms import minimum_jerk
+from mpma_mj.utils.seeding import stream
+
+__all__ = ["BUILT_IN", "DANCES", "invented", "ymca"]
+
+Array = NDArray[np.float64]
+
+LETTERS = ("Y", "M", "C", "A")
+BEATS_PER_MINUTE = 127.0  # tempo of the Village People's recording of 1978
+BEATS_PER_LETTER = 2.0
+BEATS_PER_MOVE = 1.5  # the rest of a letter is held (choice)
+
+# Key poses as seen by the audience: for each arm the direction of upper arm and forearm in the
+# torso frame (forward, left, up), not yet of length 1.
+KEY_POSES = {
+    "Y": ((0.10, 0.62, 0.78), (0.12, 0.55, 0.83), (0.10, -0.62, 0.78), (0.12, -0.55, 0.83)),
+    "M": ((0.20, 0.82, 0.53), (0.25, -0.50, -0.83), (0.20, -0.82, 0.53), (0.25, 0.50, -0.83)),
+    "C": ((0.25, 0.55, -0.80), (0.25, 0.94, 0.25), (0.15, -0.45, 0.88), (0.20, 0.88, 0.42)),
+    "A": ((0.12, 0.25, 0.96), (0.10, -0.80, 0.59), (0.12, -0.25, 0.96), (0.10, 0.80, 0.59)),
+}
+
+DANCES = 16
+_POSES = 5  # of a dance
+_SECONDS_PER_POSE = 1.0
+_MOVING = 0.8  # share of a pose's time that the move to it takes; the rest is held
+# Within these key poses are drawn, uniformly: abduction, flexion, rotation, elbow, rad. Arms are
+# anywhere beside and in front of the body, and out of reach of the joints' singular poses.
+_LEAST = (0.0, -0.6, -0.9, 0.2)
+_MOST = (2.4, 0.9, 0.9, 2.0)
+
+
+def ymca(rate: float = 20.0, tempo: float = 1.0) -> Motion:
+    """Return the YMCA choreography, one pass through the four letters.
+
+    The motion is synthetic, not recorded: the paper's own recording is not public. Four key
+    poses, drawn by hand after the well-known dance, are joined in joint space by minimum-jerk
+    moves, one letter every two beats of the song. The time of a letter is rounded to whole
+    samples, so that repetitions join without a jump. The context is one-hot, a letter's entry
+    being 1 from the start of the move towards it to the end of its hold.
+
+    Args:
+        rate: Postures per second, Hz.
+        tempo: Speed relative to the song.
+
+    Returns:
+        The motion, with labels Y, M, C, A.
+
+    Raises:
+        BadOptionError: So fast or so coarsely sampled that a letter has no two samples.
+    """
+    beats = BEATS_PER_LETTER * 60.0 / (BEATS_PER_MINUTE * tempo)  # s a letter
+    samples = _samples(beats, "letter", rate, tempo)
+    phase = np.arange(samples) / samples * BEATS_PER_LETTER / BEATS_PER_MOVE
+    keys = _letter_angles()
+    return Motion(
+        posture=_moves([keys[-1], *keys], phase),
+        context=one_hot(np.repeat(np.arange(len(LETTERS)), samples), len(LETTERS)),
+        labels=LETTERS,
+        rate=rate,
+        name="ymca",
+        source="synthetic: hand-drawn key poses of the letters Y, M, C, A, minimum-jerk moves",
+        tempo=tempo,
+    )
+
+
+def invented(rate: float = 20.0, tempo: float = 1.0, *, dance: int | None = None) -> Motion:
+    """Return one of the invented dances, or all of them in a row.
+
+    Key poses drawn at random, always the same ones, are joined in joint space by minimum-jerk
+    moves. Unlike people's dances they have no repetition or symmetry. All numbers are choices
+    (choice).
+
+    Args:
+        rate: Postures per second, Hz.
+        tempo: Speed relative to a pose a second.
+        dance: Which of them, from 1 to `DANCES`, 5 s at tempo 1; all, 80 s, if not given.
+
+    Returns:
+        The motion, with a label for each dance, its number.
+
+    Raises:
+        BadOptionError: So fast or so coarsely sampled that a pose has no two samples.
+    """
+    samples = _samples(_SECONDS_PER_POSE / tempo, "pose", rate, tempo)
+    dances = range(DANCES) if dance is None else range(dance - 1, dance)
+    keys = _dance_angles()[dances.start * _POSES : dances.stop * _POSES + 1]
+    danced = np.repeat(np.arange(len(dances)), _POSES * samples)
+    return Motion(
+        posture=_moves(keys, np.arange(samples) / samples / _MOVING),
+        context=one_hot(danced, len(dances)),
+        labels=tuple(str(number + 1) for number in dances),
+        rate=rate,
+        name="invented" if dance is None else f"invented-{dance}",
+        source="synthetic: random key poses, minimum-jerk moves",
+        tempo=tempo,
+    )
+
+
+BUILT_IN: dict[str, Callable[[float, float], Motion]] = {
+    "ymca": ymca,
+    "invented": invented,
+    **{f"invented-{n}": functools.partial(invented, dance=n) for n in range(1, DANCES + 1)},
+}
+"""Built-in motions by name, given rate in Hz and tempo."""
+
+
+def _samples(seconds: float, part: str, rate: float, tempo: float) -> int:
+    """Return the number of samples of a part of a dance, at least 2."""
+    samples = round(seconds * rate)
+    if samples < 2:
+        raise BadOptionError(
+            f"rate {rate:g} and tempo {tempo:g} leave {samples} sample(s) a {part};"
+            " a higher rate or a lower tempo is needed"
+        )
+    return samples
+
+
+def _moves(keys: Iterable[Array], phase: Array) -> Array:
+    """Return postures of minimum-jerk moves between joint angles, at phases of each move."""
+    share = minimum_jerk(phase)[:, None]
+    moves = [before + share * (key - before) for before, key in itertools.pairwise(keys)]
+    return kinematics.posture_from_angles(np.concatenate(moves))
+
+
+def _letter_angles() -> Array:
+    """Return the joint angles of the letters, shape (4, 8), rad."""
+    poses = np.array([np.ravel(KEY_POSES[letter]) for letter in LETTERS])
+    return kinematics.continuous_angles(poses, start=np.zeros(8))
+
+
+def _dance_angles() -> Array:
+    """Return the joint angles of the key poses of all dances, shape (K + 1, 8), rad."""
+    shape = (DANCES * _POSES + 1, 2, 4)
+    return stream(0, "invented dances").uniform(_LEAST, _MOST, shape).reshape(-1, 8)

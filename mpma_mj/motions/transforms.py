@@ -1,0 +1,203 @@
+"""Motions made from motions: mirrored, at another rate, looped, repeated, joined."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from collections import Counter
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj import kinematics
+from mpma_mj.context import one_hot
+from mpma_mj.motions.cleaning.filtering import anti_alias, resample
+from mpma_mj.motions.motion import Motion
+
+__all__ = [
+    "PEAK_SPEED",
+    "at_rate",
+    "close_loop",
+    "join",
+    "minimum_jerk",
+    "mirrored",
+    "move_between",
+    "repeat",
+    "with_context_of",
+]
+
+Array = NDArray[np.float64]
+
+PEAK_SPEED = 15.0 / 8.0  # of a minimum-jerk move of distance 1 in time 1, reached half-way
+
+_SIDEWAYS = np.array([1.0, -1.0, 1.0])  # y → -y
+_BENT_SHARE = 0.25  # of a motion that is bent to close a loop ...
+_LONGEST_BEND = 2.0  # ... at most so many seconds (choice)
+# Share of the joints' top speed at which arms go from one motion to the next (choice).
+_SPEED = 0.5
+# A step is like those within so many seconds if it is up to so many times as long (choice).
+_AROUND = 0.25
+_LIKE = 1.2
+
+
+def minimum_jerk(phase: Array) -> Array:
+    """Return the share of a move that is done at phases τ of its time, any shape, in [0, 1].
+
+        s(τ) = 10 τ³ - 15 τ⁴ + 6 τ⁵        Flash & Hogan 1985, J. Neuroscience 5(7)
+
+    Before 0 and after 1 the move rests.
+    """
+    tau = np.clip(phase, 0.0, 1.0)
+    return tau**3 * (10.0 - 15.0 * tau + 6.0 * tau**2)
+
+
+def mirrored(motion: Motion) -> Motion:
+    """Return a motion with left and right exchanged, and the same context."""
+    arms = motion.posture.reshape(-1, 2, 2, 3)  # (T, arm, segment, xyz)
+    posture = (arms[:, ::-1] * _SIDEWAYS).reshape(-1, 12)
+    return dataclasses.replace(motion, posture=posture)
+
+
+def with_context_of(motion: Motion, other: Motion) -> Motion:
+    """Return a motion with the context of another one, stretched or compressed to its length."""
+    frames = len(motion)
+    index = np.arange(frames) * len(other) // frames
+    return dataclasses.replace(motion, context=other.context[index], labels=other.labels)
+
+
+def at_rate(motion: Motion, rate: float, tempo: float) -> Motion:
+    """Return a motion at another rate, Hz, and at a tempo relative to its own."""
+    if rate == motion.rate and tempo == 1.0:
+        return motion
+    own_rate = motion.rate * tempo
+    vectors = resample(anti_alias(motion.posture, own_rate, rate), own_rate, rate).reshape(-1, 4, 3)
+    vectors = vectors / np.linalg.norm(vectors, axis=2, keepdims=True)
+    nearest = np.round(np.arange(len(vectors)) * own_rate / rate).astype(int)
+    return dataclasses.replace(
+        motion,
+        posture=vectors.reshape(-1, 12),
+        context=motion.context[np.minimum(nearest, len(motion) - 1)],
+        rate=rate,
+        tempo=motion.tempo * tempo,
+    )
+
+
+def close_loop(posture: Array, rate: float) -> Array:
+    """Bend the last part of a motion so that repetitions join without a jump.
+
+    The joint angles are shifted by a share of the difference between end and start that rises
+    along a minimum-jerk curve from 0 to 1, one sample after the end. Elbows stay within their
+    range in the motion, so that none is bent backwards.
+
+    Args:
+        posture: Postures, shape (T, 12).
+        rate: Postures per second, Hz.
+
+    Returns:
+        Postures, shape (T, 12): the first ones as they were.
+    """
+    angles = kinematics.continuous_angles(posture)
+    count = max(1, min(round(_LONGEST_BEND * rate), int(_BENT_SHARE * len(posture))))
+    # Where the motion would be one sample after its end, and where it should be.
+    end = 2.0 * angles[-1] - angles[-2]
+    way = kinematics.angles_from_posture(posture[0], near=end) - end
+    share = minimum_jerk(np.arange(1, count + 1) / (count + 1))[:, None]
+    elbows = angles[:, 3::4]  # a view
+    least, most = elbows.min(axis=0), elbows.max(axis=0)
+    angles[-count:] += share * way
+    np.clip(elbows, least, most, out=elbows)
+    return kinematics.posture_from_angles(angles)
+
+
+def repeat(motion: Motion, times: int, max_joint_speed: Array) -> tuple[Array, Array]:
+    """Join repetitions of a motion.
+
+    Where it ends elsewhere than it starts, the arms return by a minimum-jerk move at half the
+    joints' top speed, with the context of the first posture. A motion whose end leads into its
+    start within one sample, at rest or at the speed that it has there, is joined as it is.
+
+    Args:
+        motion: The motion, T postures.
+        times: Number of repetitions.
+        max_joint_speed: Largest speed of each joint, shape (8,), rad/s.
+
+    Returns:
+        Posture, shape (T', 12), and context, shape (T', C).
+    """
+    way_back = np.empty((0, 12))
+    if not _leads_on(motion):
+        way_back = move_between(motion, motion.posture[0], max_joint_speed)
+    back_context = np.repeat(motion.context[:1], len(way_back), axis=0)
+    posture = [motion.posture, way_back] * times
+    context = [motion.context, back_context] * times
+    return np.concatenate(posture[:-1]), np.concatenate(context[:-1])
+
+
+def _leads_on(motion: Motion) -> bool:
+    """Return whether the step from a motion's end to its start is like those around it."""
+    near = 1 + max(1, round(_AROUND * motion.rate))
+    step = motion.posture[0] - motion.posture[-1]
+    around = [np.diff(motion.posture[stretch], axis=0) for stretch in (np.s_[:near], np.s_[-near:])]
+    return _longest(step) <= _LIKE * max(map(_longest, around))
+
+
+def _longest(steps: Array) -> float:
+    return float(np.linalg.norm(steps.reshape(-1, 3), axis=1).max())
+
+
+def move_between(motion: Motion, after: Array, max_joint_speed: Array) -> Array:
+    """Return a minimum-jerk move from the end of a motion to another posture.
+
+    Args:
+        motion: The motion.
+        after: Posture to which the move leads, shape (12,).
+        max_joint_speed: Largest speed of each joint, shape (8,), rad/s.
+
+    Returns:
+        The postures in between, shape (N, 12); N is 0 if one sample is enough.
+    """
+    end = motion.joint_angles[-1]
+    way = kinematics.angles_from_posture(after, near=end) - end
+    time = PEAK_SPEED * np.max(np.abs(way) / max_joint_speed) / _SPEED  # s
+    count = int(np.ceil(time * motion.rate))
+    if count <= 1:
+        return np.empty((0, 12))
+    share = minimum_jerk(np.arange(1, count) / count)[:, None]
+    return kinematics.posture_from_angles(end + share * way)
+
+
+def join(motions: Sequence[Motion], max_joint_speed: Array) -> Motion:
+    """Join motions into one, in which each has one label: its name.
+
+    A minimum-jerk move leads from the end of each to the start of the next, whose label it has.
+
+    Args:
+        motions: The motions, of one rate.
+        max_joint_speed: Largest speed of each joint, shape (8,), rad/s.
+    """
+    names = _distinct([motion.name for motion in motions])
+    postures, labels = [motions[0].posture], [0] * len(motions[0])
+    for number, (before, motion) in enumerate(itertools.pairwise(motions), start=1):
+        way = move_between(before, motion.posture[0], max_joint_speed)
+        postures += [way, motion.posture] if len(way) else [motion.posture]
+        labels += [number] * (len(way) + len(motion))
+    return Motion(
+        np.concatenate(postures),
+        one_hot(np.array(labels), len(motions)),
+        names,
+        motions[0].rate,
+        "repertoire",
+        "; ".join(motion.source for motion in motions),
+        motions[0].tempo,
+    )
+
+
+def _distinct(names: Sequence[str]) -> tuple[str, ...]:
+    """Return names, numbered where they are not unique."""
+    counts, distinct = Counter(names), list[str]()
+    for name in names:
+        numbered = (f"{name} {i}" for i in itertools.count(1))
+        taken = {*names, *distinct}
+        distinct.append(next(n for n in numbered if n not in taken) if counts[name] > 1 else name)
+    return tuple(distinct)

@@ -1,0 +1,382 @@
+"""Names of points, as many programs give them, are recognised, or can be said by hand."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from mpma_mj.errors import BadOptionError, MotionFileError
+from mpma_mj.motions.body import ARM_POINTS
+from mpma_mj.motions.marker_sets import Groups, choose_markers, parse_mapping
+
+FILE = Path("dance.c3d")
+_PLUG_IN_GAIT = (
+    "LFHD RFHD LBHD RBHD C7 T10 CLAV STRN RBAK LSHO LUPA LELB LFRM LWRA LWRB LFIN RSHO RUPA RELB"
+    " RFRM RWRA RWRB RFIN LASI RASI LPSI RPSI LTHI LKNE LTIB LANK"
+)
+# A file's names; then left shoulder, elbow, wrist, then the right ones, with + between several.
+KNOWN = {
+    "Plug-in Gait": (_PLUG_IN_GAIT, "LSHO LELB LWRA+LWRB RSHO RELB RWRA+RWRB"),
+    "CMU": (
+        "LFWT RFWT LBWT RBWT C7 T8 CLAV STRN LSHO LUPA LELB LWRA LWRB LFIN RSHO RELB RWRA RWRB",
+        "LSHO LELB LWRA+LWRB RSHO RELB RWRA+RWRB",
+    ),
+    "Qualisys": (
+        "Head_L Shoulder_L Elbow_L Radius_L Ulna_L Hip_FL Shoulder_R Elbow_R Radius_R Ulna_R",
+        "Shoulder_L Elbow_L Radius_L+Ulna_L Shoulder_R Elbow_R Radius_R+Ulna_R",
+    ),
+    "ISB": (
+        "L_SAJ L_HLE L_HME L_RSP L_UHE R_SAJ R_HLE R_HME R_RSP R_UHE L_IAS R_IAS",
+        "L_SAJ L_HLE+L_HME L_RSP+L_UHE R_SAJ R_HLE+R_HME R_RSP+R_UHE",
+    ),
+    "ISB, side first": (
+        "LACR LHLE LHME LRSP LUSP RACR RHLE RHME RRSP RUSP",
+        "LACR LHLE+LHME LRSP+LUSP RACR RHLE+RHME RRSP+RUSP",
+    ),
+    "CMU BVH": (
+        "Hips LHipJoint Neck LeftShoulder LeftArm LeftForeArm LeftHand LeftHand_end RightShoulder"
+        " RightArm RightForeArm RightHand",
+        "LeftArm LeftForeArm LeftHand RightArm RightForeArm RightHand",
+    ),
+    "Mixamo": (
+        "mixamorig:Hips mixamorig:LeftShoulder mixamorig:LeftArm mixamorig:LeftForeArm"
+        " mixamorig:LeftHand mixamorig:RightShoulder mixamorig:RightArm mixamorig:RightForeArm"
+        " mixamorig:RightHand",
+        "mixamorig:LeftArm mixamorig:LeftForeArm mixamorig:LeftHand mixamorig:RightArm"
+        " mixamorig:RightForeArm mixamorig:RightHand",
+    ),
+    "Mixamo with a line": (
+        "mixamorig_Hips mixamorig_LeftShoulder mixamorig_LeftArm mixamorig_LeftForeArm"
+        " mixamorig_LeftHand mixamorig_RightArm mixamorig_RightForeArm mixamorig_RightHand",
+        "mixamorig_LeftArm mixamorig_LeftForeArm mixamorig_LeftHand mixamorig_RightArm"
+        " mixamorig_RightForeArm mixamorig_RightHand",
+    ),
+    "Bandai-Namco": (
+        "joint_Root Hips Spine Chest Neck Head Shoulder_L UpperArm_L LowerArm_L Hand_L Shoulder_R"
+        " UpperArm_R LowerArm_R Hand_R UpperLeg_L LowerLeg_L",
+        "UpperArm_L LowerArm_L Hand_L UpperArm_R LowerArm_R Hand_R",
+    ),
+    "MediaPipe": (
+        "NOSE LEFT_SHOULDER RIGHT_SHOULDER LEFT_ELBOW RIGHT_ELBOW LEFT_WRIST RIGHT_WRIST"
+        " LEFT_PINKY RIGHT_PINKY LEFT_HIP RIGHT_HIP",
+        "LEFT_SHOULDER LEFT_ELBOW LEFT_WRIST RIGHT_SHOULDER RIGHT_ELBOW RIGHT_WRIST",
+    ),
+    "Kinect": (
+        "SpineBase SpineMid Neck Head ShoulderLeft ElbowLeft WristLeft HandLeft ShoulderRight"
+        " ElbowRight WristRight HandRight SpineShoulder",
+        "ShoulderLeft ElbowLeft WristLeft ShoulderRight ElbowRight WristRight",
+    ),
+    "Captury": (
+        "CenterOfGravity LWristPositions LElbowPositions LShoulderPositions RWristPositions"
+        " RElbowPositions RShoulderPositions",
+        "LShoulderPositions LElbowPositions LWristPositions RShoulderPositions RElbowPositions"
+        " RWristPositions",
+    ),
+    "Poser": (
+        "hip abdomen chest neck rCollar rShldr rForeArm rHand lCollar lShldr lForeArm lHand",
+        "lShldr lForeArm lHand rShldr rForeArm rHand",
+    ),
+    "Acclaim": (
+        "root root_end thorax lclavicle lhumerus lhumerus_end lradius lradius_end lwrist"
+        " lwrist_end rclavicle rhumerus rradius rwrist rwrist_end",
+        "lhumerus lradius lwrist_end rhumerus rradius rwrist_end",
+    ),
+    "Xsens": (
+        "Pelvis L5 Neck RightShoulder RightUpperArm RightForeArm RightHand LeftShoulder"
+        " LeftUpperArm LeftForeArm LeftHand",
+        "LeftUpperArm LeftForeArm LeftHand RightUpperArm RightForeArm RightHand",
+    ),
+    "Unreal": (
+        "pelvis spine_01 neck_01 clavicle_l upperarm_l lowerarm_l hand_l clavicle_r upperarm_r"
+        " lowerarm_r hand_r",
+        "upperarm_l lowerarm_l hand_l upperarm_r lowerarm_r hand_r",
+    ),
+    "snake case": (
+        "left_shoulder left_elbow left_wrist right_shoulder right_elbow right_wrist",
+        "left_shoulder left_elbow left_wrist right_shoulder right_elbow right_wrist",
+    ),
+}
+
+
+def groups_of(text: str) -> Groups:
+    return dict(zip(ARM_POINTS, (tuple(p.split("+")) for p in text.split()), strict=True))
+
+
+def arms(groups: Groups) -> Groups:
+    return {point: groups[point] for point in ARM_POINTS}
+
+
+@pytest.mark.parametrize("kind", KNOWN)
+def test_known_names_are_recognised(kind: str) -> None:
+    names, expected = KNOWN[kind]
+    assert arms(choose_markers(FILE, names.split(), {})) == groups_of(expected)
+
+
+@pytest.mark.parametrize("kind", KNOWN)
+def test_the_order_of_the_names_does_not_matter(kind: str) -> None:
+    names, expected = KNOWN[kind]
+    assert arms(choose_markers(FILE, names.split()[::-1], {})) == groups_of(expected)
+
+
+@pytest.mark.parametrize("subject", ["Anna:", "Skeleton 001:", "take:Anna:"])
+@pytest.mark.parametrize("kind", ["Plug-in Gait", "CMU", "ISB", "Xsens"])
+def test_a_subject_before_the_names_does_not_matter(kind: str, subject: str) -> None:
+    names, expected = KNOWN[kind]
+    groups = choose_markers(FILE, [subject + name for name in names.split()], {})
+    known = groups_of(expected)
+    assert arms(groups) == {p: tuple(subject + n for n in group) for p, group in known.items()}
+
+
+def test_names_with_spaces_are_recognised() -> None:
+    names = ["Bip01", "Bip01 Pelvis", "Bip01 Neck"] + [
+        f"Bip01 {side} {bone}"
+        for side in "LR"
+        for bone in ("Clavicle", "UpperArm", "Forearm", "Hand", "Finger0")
+    ]
+    groups = choose_markers(FILE, names, {})
+    assert groups["left_shoulder"] == ("Bip01 L UpperArm",)
+    assert groups["right_wrist"] == ("Bip01 R Hand",)
+    assert groups["pelvis"] == ("Bip01 Pelvis",)
+
+
+def test_optitracks_bones_are_recognised() -> None:
+    bones = ("Hip", "Ab", "Chest", "Neck", "LShoulder", "LUArm", "LFArm", "LHand", "LThumb1")
+    bones += ("RShoulder", "RUArm", "RFArm", "RHand")
+    names = [f"Skeleton 001:{bone}" for bone in bones]
+    groups = choose_markers(FILE, names, {})
+    shown = [group[0].removeprefix("Skeleton 001:") for group in arms(groups).values()]
+    assert shown == ["LUArm", "LFArm", "LHand", "RUArm", "RFArm", "RHand"]
+
+
+@pytest.mark.parametrize(
+    ("kind", "pelvis", "neck"),
+    [
+        ("Plug-in Gait", "LASI RASI LPSI RPSI", "C7 CLAV"),
+        ("CMU", "LFWT RFWT LBWT RBWT", "C7 CLAV"),
+        ("CMU BVH", "Hips", "Neck"),
+        ("Kinect", None, None),
+        ("MediaPipe", "LEFT_HIP RIGHT_HIP", "LEFT_SHOULDER RIGHT_SHOULDER"),
+        ("Acclaim", "root", "thorax"),
+        ("snake case", None, None),
+    ],
+)
+def test_the_torso_is_found_where_it_is_shown(
+    kind: str, pelvis: str | None, neck: str | None
+) -> None:
+    groups = choose_markers(FILE, KNOWN[kind][0].split(), {})
+    if pelvis is None or neck is None:
+        assert set(groups) == set(ARM_POINTS)
+    else:
+        assert groups["pelvis"] == tuple(pelvis.split())
+        assert groups["neck"] == tuple(neck.split())
+
+
+ODD = ["ac", "olec", "caput", "dx_ac", "dx_olec", "dx_caput", "knee"]
+WHOLE = (
+    "left_shoulder=ac,left_elbow=olec,left_wrist=caput,right_shoulder=dx_ac,right_elbow=dx_olec,"
+    "right_wrist=dx_caput+knee"
+)
+
+
+def test_a_mapping_names_what_is_not_recognised() -> None:
+    groups = choose_markers(FILE, ODD, parse_mapping(WHOLE))
+    assert groups["left_elbow"] == ("olec",)
+    assert groups["right_wrist"] == ("dx_caput", "knee")
+
+
+@pytest.mark.parametrize("spaces", [False, True])
+def test_a_toml_file_is_a_mapping_too(tmp_path: Path, spaces: bool) -> None:
+    path = tmp_path / "mapping.toml"
+    lines = [entry.replace("=", ' = "') + '"' for entry in WHOLE.split(",")]
+    path.write_text("\n".join(lines).replace("+", " + " if spaces else "+"))
+    assert parse_mapping(str(path)) == parse_mapping(WHOLE)
+
+
+def test_a_toml_mapping_may_hold_lists(tmp_path: Path) -> None:
+    path = tmp_path / "mapping.toml"
+    path.write_text('left_elbow = ["EPICl", "a+b, c"]')
+    assert parse_mapping(str(path)) == {"left_elbow": ("EPICl", "a+b, c")}
+
+
+def test_spaces_in_a_mapping_do_not_matter() -> None:
+    assert parse_mapping(" left_elbow = a + b , ") == {"left_elbow": ("a", "b")}
+
+
+@pytest.mark.parametrize(
+    ("mapping", "message"),
+    [
+        ("left_knee=LKNE", "no point 'left_knee'; expected left_shoulder"),
+        ("left_elbow", "'left_elbow' is not POINT=NAME"),
+        ("left_elbow=", "is not POINT=NAME"),
+        ("left_elbow=a+", "is not POINT=NAME"),
+        ("left_elbow=a,left_elbow=b", "left_elbow stands twice; give all its markers with +"),
+        ("gone.toml", r"gone.toml cannot be read \(No such file"),
+    ],
+)
+def test_bad_mappings_say_what_is_wrong(mapping: str, message: str) -> None:
+    with pytest.raises(BadOptionError, match=message):
+        parse_mapping(mapping)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("left_elbow = 3", "left_elbow is '3'; expected a name or names"),
+        ("left_elbow = []", "expected a name or names"),
+        ("left_elbow = ''", "expected a name or names"),
+        ("left_elbow = 'a+'", "expected a name or names"),
+        ("left_elbow", "is no TOML file"),
+        ("\udcff", "is no TOML file"),
+    ],
+)
+def test_bad_toml_files_say_what_is_wrong(tmp_path: Path, content: str, message: str) -> None:
+    path = tmp_path / "mapping.toml"
+    path.write_bytes(content.encode(errors="surrogateescape"))
+    with pytest.raises(BadOptionError, match=message) as caught:
+        parse_mapping(str(path))
+    assert "\n" not in str(caught.value)
+
+
+def test_a_partial_mapping_goes_before_what_is_recognised() -> None:
+    names = KNOWN["Plug-in Gait"][0].split()
+    groups = choose_markers(FILE, names, parse_mapping("left_wrist=LFIN,pelvis=LASI+RASI"))
+    assert groups["left_wrist"] == ("LFIN",)
+    assert groups["right_wrist"] == ("RWRA", "RWRB")
+    assert groups["pelvis"] == ("LASI", "RASI")
+
+
+def test_a_mapping_need_not_spell_names_as_the_file_does() -> None:
+    names = ["Anna:" + name for name in ODD]
+    groups = choose_markers(FILE, names, parse_mapping(WHOLE.upper().lower()))
+    assert groups["left_shoulder"] == ("Anna:ac",)
+
+
+def test_a_name_that_the_file_has_not_is_told() -> None:
+    with pytest.raises(MotionFileError, match="names olecranon, which the file has not; it has"):
+        choose_markers(FILE, ODD, {"left_elbow": ("olecranon",)})
+
+
+def test_a_name_that_two_dancers_have_is_told() -> None:
+    names = [f"{dancer}:{name}" for dancer in ("Anna", "Ben") for name in ODD]
+    with pytest.raises(MotionFileError, match="map names ac, which the file has twice"):
+        choose_markers(FILE, names, parse_mapping(WHOLE))
+
+
+def two_dancers() -> list[str]:
+    return [f"{dancer}:{name}" for dancer in ("Anna", "Ben") for name in _PLUG_IN_GAIT.split()]
+
+
+def test_of_two_dancers_one_has_to_be_chosen_and_the_message_tells_how() -> None:
+    with pytest.raises(MotionFileError, match="shows 2 dancers; choose one with") as caught:
+        choose_markers(FILE, two_dancers(), {})
+    assert "\n" not in str(caught.value)
+    options = re.findall(r'map="([^"]*)"', str(caught.value))
+    chosen = [choose_markers(FILE, two_dancers(), parse_mapping(option)) for option in options]
+    assert [groups["left_elbow"] for groups in chosen] == [("Anna:LELB",), ("Ben:LELB",)]
+
+
+@pytest.mark.parametrize("dancer", ["Anna", "Ben"])
+def test_the_torso_is_that_of_the_dancer_who_is_chosen(dancer: str) -> None:
+    known = groups_of(KNOWN["Plug-in Gait"][1])
+    mapping = {p: tuple(f"{dancer}:{name}" for name in group) for p, group in known.items()}
+    groups = choose_markers(FILE, two_dancers(), mapping)
+    named = {name.partition(":")[0] for group in groups.values() for name in group}
+    assert named == {dancer}
+    assert "pelvis" in groups
+
+
+def test_a_needed_name_that_stands_twice_is_refused() -> None:
+    names = [*KNOWN["Plug-in Gait"][0].split(), "LELB"]
+    with pytest.raises(MotionFileError, match="LELB stands twice"):
+        choose_markers(FILE, names, {})
+
+
+def test_a_name_that_stands_for_two_is_refused_as_such() -> None:
+    names = KNOWN["Qualisys"][0].replace("Ulna_L", "Radius_L").split()
+    with pytest.raises(MotionFileError, match="Radius_L stands twice"):
+        choose_markers(FILE, names, {})
+
+
+def test_other_names_may_stand_twice() -> None:
+    names = KNOWN["Plug-in Gait"][0].split()
+    assert choose_markers(FILE, [*names, "LKNE"], {}) == choose_markers(FILE, names, {})
+
+
+def test_one_arm_alone_is_refused() -> None:
+    with pytest.raises(MotionFileError, match="has no left arm, and both arms are needed; it has"):
+        choose_markers(FILE, ["RSHO", "RELB", "RWRA", "RWRB", "C7"], {})
+
+
+def test_an_arm_whose_names_say_nothing_can_be_given() -> None:
+    names = ["RSHO", "RELB", "RWRI", "M1", "M2", "M3"]
+    with pytest.raises(MotionFileError, match="has no left arm") as caught:
+        choose_markers(FILE, names, {})
+    (option,) = re.findall(r'map="([^"]*)"', str(caught.value))
+    for name in names[3:]:
+        option = option.replace("?", name, 1)
+    groups = choose_markers(FILE, names, parse_mapping(option))
+    shown = [group[0] for group in arms(groups).values()]
+    assert shown == ["M1", "M2", "M3", "RSHO", "RELB", "RWRI"]
+
+
+@pytest.mark.parametrize(
+    "spelling", ["{}_epicondyle", "{}Epicondyle", "Epicondyle{}", "epicondyle.{}", "{}EPIC"]
+)
+def test_sides_are_guessed_however_they_are_spelled(spelling: str) -> None:
+    names = [spelling.format(side) for side in "LR"]
+    with pytest.raises(MotionFileError) as caught:
+        choose_markers(FILE, names, {})
+    assert f"left_elbow={names[0]}," in str(caught.value)
+    assert f"right_elbow={names[1]}," in str(caught.value)
+
+
+def test_one_arm_without_a_side_is_refused() -> None:
+    with pytest.raises(MotionFileError, match="shows one arm only, none that is named left"):
+        choose_markers(FILE, ["ACRO_tip", "EPICl", "EPICm", "STYLr", "STYLu"], {})
+
+
+@pytest.mark.parametrize("kind", ["Plug-in Gait", "CMU BVH", "Poser", "MediaPipe", "Xsens"])
+@pytest.mark.parametrize("lost", ARM_POINTS)
+def test_the_message_offers_a_mapping_that_works_when_filled_in(kind: str, lost: str) -> None:
+    text, expected = KNOWN[kind]
+    known = groups_of(expected)
+    names = [f"m{name[::-1].lower()}x" if name in known[lost] else name for name in text.split()]
+    renamed = [name for name in names if name not in text.split()]
+    with pytest.raises(MotionFileError) as caught:
+        choose_markers(FILE, names, {})
+    message = str(caught.value)
+    assert "\n" not in message
+    assert f"cannot tell which point is the {lost.replace('_', ' ')}" in message
+    assert all(name in message for name in names)
+    (option,) = re.findall(r'say it with map="([^"]*)"', message)
+    filled = re.sub(rf"{lost}=[^,]*", f"{lost}={'+'.join(renamed)}", option)
+    groups = choose_markers(FILE, names, parse_mapping(filled))
+    assert arms(groups) == known | {lost: tuple(renamed)}
+
+
+def test_names_without_any_sense_are_listed_with_a_mapping_to_fill_in() -> None:
+    names = ["M1", "M2", "M3", "M4", "M5", "M6"]
+    with pytest.raises(MotionFileError) as caught:
+        choose_markers(FILE, names, {})
+    message = str(caught.value)
+    assert "it has M1, M2, M3, M4, M5, M6" in message
+    (option,) = re.findall(r'map="([^"]*)"', message)
+    assert option.count("?") == 6
+    for name in names:
+        option = option.replace("?", name, 1)
+    assert [*choose_markers(FILE, names, parse_mapping(option)).values()] == [(n,) for n in names]
+
+
+def test_guesses_are_of_the_right_side() -> None:
+    names = [f"{part} {side}" for part in ("shoul", "elbo", "handle") for side in ("links", "left")]
+    names += ["my_left_acromium", "my_right_acromium", "olecr", "L_styloid", "R_styloid"]
+    with pytest.raises(MotionFileError) as caught:
+        choose_markers(FILE, names, {})
+    message = str(caught.value)
+    assert "left_shoulder=my_left_acromium," in message
+    assert "right_wrist=R_styloid" in message
+
+
+def test_hundreds_of_names_are_not_all_listed() -> None:
+    with pytest.raises(MotionFileError, match="and 180 more"):
+        choose_markers(FILE, [f"M{i}" for i in range(300)], {})
