@@ -108,7 +108,7 @@ def test_a_run_of_jumping_latencies_is_tried_with_steady_ones(tiny: TrainedAgent
         ("latency", "1.5", "latency is 1.5; expected a whole number from 0 to 100"),
         ("noise", "200", "observation_noise is 2.0; expected 0 to 1"),
         ("pushes", "-5", "perturbation is (1.0, -5.0); expected rate"),
-        ("tempo", "0", "tempo is 0.0; expected a number above 0"),
+        ("tempo", "0", "tempo is 0.0; expected 0.01 to 100"),
         ("mirrored", "maybe", "mirrored has no level 'maybe'; expected some of no, yes"),
         (
             "locked",
