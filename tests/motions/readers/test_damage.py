@@ -16,7 +16,7 @@ from mpma_mj.motions.readers.recognise import open_recording
 from tests.motions.readers import writers
 
 CUTS, FLIPS = 30, 40
-SLOWEST = 30.0  # s: no damage makes a reader hang
+SLOWEST = 10.0  # s: no damage makes a reader hang
 FRAMES = 40
 
 
