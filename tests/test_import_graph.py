@@ -13,7 +13,7 @@ CHAIN = (
     ("__main__",),
     ("cli",),
     ("commands",),
-    ("trials", "analysis", "experiments"),
+    ("analysis", "experiments"),
     ("sweep", "identification"),
     ("bench",),
     ("evaluation",),

@@ -7,6 +7,7 @@ from mpma_mj.commands.bench import Bench
 from mpma_mj.commands.benchmark import Benchmark
 from mpma_mj.commands.capture import Capture
 from mpma_mj.commands.compare import Compare
+from mpma_mj.commands.evaluate import Stress
 from mpma_mj.commands.free_running import FreeRunningCommand
 from mpma_mj.commands.identify import Identify
 from mpma_mj.commands.imitate import Imitate
@@ -14,7 +15,6 @@ from mpma_mj.commands.lesion import Lesion
 from mpma_mj.commands.motion import InspectMotion
 from mpma_mj.commands.render import Render
 from mpma_mj.commands.scale import Scale
-from mpma_mj.commands.stress import Stress
 from mpma_mj.commands.study import Study
 from mpma_mj.commands.sweep import Sweep
 from mpma_mj.commands.table1 import Table1

@@ -22,10 +22,10 @@ class Capture:
 
     def run(self) -> Path:
         """Analyse the run and return the path of the figure."""
-        from mpma_mj.analysis.captured import analyse
-        from mpma_mj.analysis.danced import read_danced
-        from mpma_mj.analysis.figure import write_figure
-        from mpma_mj.analysis.tables import tables
+        from mpma_mj.analysis.epoch_trace import read_danced
+        from mpma_mj.analysis.modules import analyse
+        from mpma_mj.analysis.modules_figure import write_figure
+        from mpma_mj.analysis.modules_table import tables
         from mpma_mj.training.run_folder import RunFolder
         from mpma_mj.utils.progress import show_range
 

@@ -17,8 +17,8 @@ from mpma_mj.commands.run_options import Motions, RunOptions
 from mpma_mj.training.config import versions
 
 if TYPE_CHECKING:
+    from mpma_mj.experiments.compare import Cell
     from mpma_mj.motions import Motion
-    from mpma_mj.trials.compare import Cell
 
 __all__ = ["Compare"]
 
@@ -50,12 +50,12 @@ class Compare(Generic[AgentT]):
     def run(self) -> Path:
         """Run the comparison and return its folder."""
         missing_gl = missing_opengl() if self.video else None
+        from mpma_mj.experiments import compare_figure
+        from mpma_mj.experiments.compare import compare, jobs
+        from mpma_mj.experiments.compare_table import as_csv, as_markdown
         from mpma_mj.sweep.backend import open_backend
         from mpma_mj.sweep.spec import seeds
         from mpma_mj.training.dataset import read_motions
-        from mpma_mj.trials import compare_figure
-        from mpma_mj.trials.compare import compare, jobs
-        from mpma_mj.trials.compare_table import as_csv, as_markdown
         from mpma_mj.utils.atomic_files import FORMAT, write_json
         from mpma_mj.utils.progress import show_runs
 
@@ -90,8 +90,8 @@ class Compare(Generic[AgentT]):
 
 def _write_video(path: Path, cells: Sequence[Cell], motion: Motion) -> None:
     """Write the video of the first seed on all arms."""
-    from mpma_mj.trials.compare_figure import first_dances
-    from mpma_mj.trials.compare_video import write_side_by_side
+    from mpma_mj.experiments.compare_figure import first_dances
+    from mpma_mj.experiments.compare_video import write_side_by_side
     from mpma_mj.utils.progress import show_frames
 
     dances = first_dances(cells)

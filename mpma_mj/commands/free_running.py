@@ -32,7 +32,7 @@ class FreeRunningCommand:
 
     def run(self) -> Path:
         """Run all agents without demonstration and return the path of the last figure."""
-        from mpma_mj.analysis.danced import read_danced
+        from mpma_mj.analysis.epoch_trace import read_danced
         from mpma_mj.analysis.free_running import ANTICIPATION, run_freely
         from mpma_mj.analysis.free_running_figure import write_figure
         from mpma_mj.analysis.free_running_measures import FreeRunMeasures, as_markdown, measure

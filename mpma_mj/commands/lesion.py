@@ -35,11 +35,11 @@ class Lesion:
 
     def run(self) -> Path:
         """Evaluate all lesions and return the path of the last figure."""
-        from mpma_mj.analysis.danced import read_danced
+        from mpma_mj.analysis.epoch_trace import read_danced
+        from mpma_mj.analysis.lesion import Lesions, dance_without, what_can_be_lost
+        from mpma_mj.analysis.lesion_figure import write_figure
+        from mpma_mj.analysis.lesion_table import matrix, summary
         from mpma_mj.training.checkpoints import TrainedAgents
-        from mpma_mj.trials.lesion import Lesions, dance_without, what_can_be_lost
-        from mpma_mj.trials.lesion_figure import write_figure
-        from mpma_mj.trials.lesion_table import matrix, summary
         from mpma_mj.utils.progress import show_range
 
         if self.retrain < 0:

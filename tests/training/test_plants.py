@@ -12,11 +12,11 @@ import mpma_mj
 from mpma_mj.cli import main
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.plants import Plant
+from mpma_mj.experiments.compare import jobs
 from mpma_mj.trace import Trace
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.rollout import record_epoch
 from mpma_mj.training.run_folder import RunFolder
-from mpma_mj.trials.compare import jobs
 
 OPTIONS: dict[str, Any] = {
     "repeats": 1,

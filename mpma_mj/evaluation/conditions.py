@@ -12,12 +12,12 @@ from typing import Any
 from mpma_mj.envs.load import prepare
 from mpma_mj.envs.options import FIELDS_OF_PLANTS, EnvironmentOptions
 from mpma_mj.errors import BadOptionError, MotionFileError, MotionReachError, MpmaError
+from mpma_mj.evaluation.disturbances import DISTURBANCES, Disturbance, Level
 from mpma_mj.evaluation.evaluate import EvalCondition
 from mpma_mj.motions import Motion
 from mpma_mj.motions.read import BUILT_IN
 from mpma_mj.training.checkpoints import TrainedAgents
 from mpma_mj.training.config import RunConfig
-from mpma_mj.trials.disturbances import DISTURBANCES, Disturbance, Level
 
 __all__ = ["Trial", "trials"]
 

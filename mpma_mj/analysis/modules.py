@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj import metrics
-from mpma_mj.analysis import capture
+from mpma_mj.analysis import shares as capture
 from mpma_mj.analysis.information import posture_regions
-from mpma_mj.analysis.posture_space import Told, what_tells
 from mpma_mj.analysis.repetition import laid_over, recurrence
+from mpma_mj.analysis.responsibility_information import Told, what_tells
 from mpma_mj.analysis.synergies import Synergies, find_synergies
 from mpma_mj.context import active_label
 from mpma_mj.kinematics import JOINT_NAMES, SEGMENT_NAMES

@@ -14,6 +14,7 @@ from mpma_mj.agents.registry import check_trainable
 from mpma_mj.envs.options import MASS_OPTIONS, EnvironmentOptions
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.errors import BadOptionError, WorkerError
+from mpma_mj.evaluation.effort import Effort, effort
 from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, fine_tune, tracking_errors
 from mpma_mj.feedback import joint_error
 from mpma_mj.kinematics import JOINT_NAMES
@@ -25,7 +26,6 @@ from mpma_mj.training.checkpoints import TrainedAgents
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.history import epoch_metrics
 from mpma_mj.training.trainer import check, train_agents
-from mpma_mj.trials.effort import Effort, effort
 
 __all__ = ["ARMS", "NOTHING", "Cell", "CompareJob", "Dance", "compare", "jobs"]
 

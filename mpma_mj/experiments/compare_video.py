@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
+from mpma_mj.experiments.compare import Dance
 from mpma_mj.motions import Motion
-from mpma_mj.trials.compare import Dance
 from mpma_mj.visualization.colours import INK, PAPER
 from mpma_mj.visualization.video import Progress, dance_frames, write_frames
 

@@ -10,9 +10,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from mpma_mj.trials.disturbances import DISTURBANCES, Disturbance, Level
-from mpma_mj.trials.stress import THIS_RUN
-from mpma_mj.trials.stress_results import RECOVERED, Results, Tally
+from mpma_mj.evaluation.disturbances import DISTURBANCES, Disturbance, Level
+from mpma_mj.experiments.robustness import THIS_RUN
+from mpma_mj.experiments.robustness_results import RECOVERED, Results, Tally
 from mpma_mj.utils.text import printable
 from mpma_mj.visualization.colours import INK, module_colours
 from mpma_mj.visualization.figure_file import figure_file, label_decades

@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 
 from mpma_mj.agents import AGENTS
-from mpma_mj.trials.stress import THIS_RUN, Found
-from mpma_mj.trials.stress_figure import write_figure
-from mpma_mj.trials.stress_results import MEAN, Results
-from mpma_mj.trials.stress_table import as_csv, as_markdown, courses_as_csv
+from mpma_mj.experiments.robustness import THIS_RUN, Found
+from mpma_mj.experiments.robustness_figure import write_figure
+from mpma_mj.experiments.robustness_results import MEAN, Results
+from mpma_mj.experiments.robustness_table import as_csv, as_markdown, courses_as_csv
 
 NAN = math.nan
 

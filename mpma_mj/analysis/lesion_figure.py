@@ -11,8 +11,8 @@ from matplotlib.colors import LogNorm
 from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
-from mpma_mj.trials.lesion import Dance, Lesion, Lesions
-from mpma_mj.trials.lesion_table import name_of
+from mpma_mj.analysis.lesion import Dance, Lesion, Lesions
+from mpma_mj.analysis.lesion_table import name_of
 from mpma_mj.visualization.colours import INK, module_colours
 from mpma_mj.visualization.figure_file import figure_file
 

@@ -14,8 +14,8 @@ from mpma_mj.commands.run_options import Outside, OutsideClasses
 from mpma_mj.errors import BadOptionError, WorkerError
 
 if TYPE_CHECKING:
-    from mpma_mj.trials.stress import Found
-    from mpma_mj.trials.stress_results import Results
+    from mpma_mj.experiments.robustness import Found
+    from mpma_mj.experiments.robustness_results import Results
 
 __all__ = ["Stress"]
 
@@ -73,13 +73,13 @@ class Stress:
         ):
             # Workers start while these modules are imported.
             from mpma_mj.agents.registry import agent_class
+            from mpma_mj.evaluation.conditions import trials
+            from mpma_mj.evaluation.disturbances import DISTURBANCES
+            from mpma_mj.experiments.robustness import THIS_RUN, jobs
+            from mpma_mj.experiments.robustness_results import Results
             from mpma_mj.sweep.backend import get_done
             from mpma_mj.training.checkpoints import TrainedAgents
             from mpma_mj.training.run_folder import open_runs
-            from mpma_mj.trials.disturbances import DISTURBANCES
-            from mpma_mj.trials.stress import THIS_RUN, jobs
-            from mpma_mj.trials.stress_conditions import trials
-            from mpma_mj.trials.stress_results import Results
             from mpma_mj.utils.progress import show_runs
 
             (folder,) = open_runs([self.run_folder], **vars(self.outside))
@@ -141,8 +141,8 @@ class Stress:
 
 def _write(results: Results, folder: Path) -> Path:
     """Write tables and figures in place of earlier ones, and print the tables."""
-    from mpma_mj.trials.stress_figure import write_figure
-    from mpma_mj.trials.stress_table import as_csv, as_markdown, courses_as_csv
+    from mpma_mj.experiments.robustness_figure import write_figure
+    from mpma_mj.experiments.robustness_table import as_csv, as_markdown, courses_as_csv
     from mpma_mj.utils.atomic_files import write_text
 
     write_figure(folder / "stress.png", results, results.agents, results.p_e, "p_e, %")

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from mpma_mj.errors import BadOptionError, MotionReachError, MpmaError
+from mpma_mj.evaluation.conditions import trials
+from mpma_mj.evaluation.disturbances import DISTURBANCES
 from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, tracking_errors
 from mpma_mj.training.checkpoints import TrainedAgents
-from mpma_mj.trials.disturbances import DISTURBANCES
-from mpma_mj.trials.stress_conditions import trials
 
 NONE = {"payload": 0.0, "strength": 1.0, "gravity": "on", "latency": 0.0, "noise": 0.0}
 NONE |= {"pushes": 0.0, "tempo": 1.0, "mirrored": "no", "locked": "none"}

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
-from mpma_mj.analysis.capture import group_share, joint_share, segment_movement, segment_share
+from mpma_mj.analysis.shares import group_share, joint_share, segment_movement, segment_share
 from mpma_mj.kinematics import posture_from_angles
 
 Array = NDArray[np.float64]

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 from mpma_mj.agents.registry import agent_class
 from mpma_mj.errors import DivergedError
+from mpma_mj.evaluation.conditions import Trial
+from mpma_mj.evaluation.disturbances import Level
 from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, fine_tune, tracking_errors
 from mpma_mj.motions import Motion
 from mpma_mj.sweep.backend import Work
@@ -20,8 +22,6 @@ from mpma_mj.sweep.spec import seeds
 from mpma_mj.training.checkpoints import TrainedAgents
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.trainer import train_agents
-from mpma_mj.trials.disturbances import Level
-from mpma_mj.trials.stress_conditions import Trial
 
 __all__ = ["THIS_RUN", "Found", "Outcome", "StressJob", "jobs"]
 

@@ -16,6 +16,17 @@ from mpma_mj import make_agent
 from mpma_mj.agents.gain_schedule import Gains
 from mpma_mj.agents.signals import ModuleSignals
 from mpma_mj.agents.wrappers import AgentWrapper
+from mpma_mj.analysis.lesion import (
+    Dance,
+    Lesion,
+    Lesions,
+    Lost,
+    _measure,
+    dance_without,
+    what_can_be_lost,
+)
+from mpma_mj.analysis.lesion_figure import drawn, write_figure
+from mpma_mj.analysis.lesion_table import matrix, summary
 from mpma_mj.cli import main
 from mpma_mj.evaluation.evaluate import EVALUATION_EPISODE, EvalCondition, evaluate, tracking_errors
 from mpma_mj.metrics import posture_error_percent
@@ -26,17 +37,6 @@ from mpma_mj.training.config import RunConfig
 from mpma_mj.training.factory import agent_of, make_environments
 from mpma_mj.training.rollout import record_epoch
 from mpma_mj.training.run_folder import RunFolder
-from mpma_mj.trials.lesion import (
-    Dance,
-    Lesion,
-    Lesions,
-    Lost,
-    _measure,
-    dance_without,
-    what_can_be_lost,
-)
-from mpma_mj.trials.lesion_figure import drawn, write_figure
-from mpma_mj.trials.lesion_table import matrix, summary
 from mpma_mj.utils import atomic_files
 from tests.conftest import Refused
 

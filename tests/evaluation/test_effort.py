@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 from mpma_mj.envs.load import load
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.physics import PhysicsArms
+from mpma_mj.evaluation.effort import actuator_torque, effort
 from mpma_mj.motions import ymca
 from mpma_mj.trace import Trace
 from mpma_mj.training.factory import make_agent
 from mpma_mj.training.rollout import record_epoch
-from mpma_mj.trials.effort import actuator_torque, effort
 
 Array = NDArray[np.float64]
 DAMPING = 0.3  # N m s/rad, of each joint of two_arm.xml

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.envs.physics import PhysicsArms
+from mpma_mj.experiments.compare import ARMS, Cell, Dance
 from mpma_mj.kinematics import SIDES
 from mpma_mj.metrics import error_over_time
 from mpma_mj.motions import Motion
 from mpma_mj.trace import Trace
-from mpma_mj.trials.compare import ARMS, Cell, Dance
 from mpma_mj.visualization.colours import DEMONSTRATED, module_colours
 from mpma_mj.visualization.figure_file import draw_labels, figure_file
 

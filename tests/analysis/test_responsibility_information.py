@@ -4,8 +4,8 @@ from numpy.typing import NDArray
 
 from mpma_mj.analysis.chance import beside_chance
 from mpma_mj.analysis.information import entropy_bits, information_bits, posture_regions
-from mpma_mj.analysis.posture_space import Told, what_tells
 from mpma_mj.analysis.readout import readout_r2
+from mpma_mj.analysis.responsibility_information import Told, what_tells
 
 Array = NDArray[np.float64]
 

@@ -9,9 +9,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from mpma_mj.analysis.captured import Captured, Repetition
 from mpma_mj.analysis.chance import BesideChance
-from mpma_mj.analysis.posture_space import Told
+from mpma_mj.analysis.modules import Captured, Repetition
+from mpma_mj.analysis.responsibility_information import Told
 from mpma_mj.analysis.synergies import ENOUGH, Synergies
 from mpma_mj.motions import Motion
 from mpma_mj.visualization.colours import INK, module_colours

@@ -8,9 +8,9 @@ import statistics
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from mpma_mj.evaluation.disturbances import DISTURBANCES, Level
 from mpma_mj.evaluation.statistics import Interval, interval
-from mpma_mj.trials.disturbances import DISTURBANCES, Level
-from mpma_mj.trials.stress import Found
+from mpma_mj.experiments.robustness import Found
 
 __all__ = ["MEAN", "RECOVERED", "Results", "Tally"]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.analysis.captured import Captured, Repetition
-from mpma_mj.analysis.posture_space import Told
+from mpma_mj.analysis.modules import Captured, Repetition
+from mpma_mj.analysis.responsibility_information import Told
 from mpma_mj.analysis.synergies import ENOUGH, Synergies
 from mpma_mj.kinematics import JOINT_NAMES
 from mpma_mj.utils.text import markdown_table

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.evaluation.statistics import interval
+from mpma_mj.experiments.compare import Cell
 from mpma_mj.kinematics import JOINT_NAMES
-from mpma_mj.trials.compare import Cell
 from mpma_mj.utils.atomic_files import csv_text
 from mpma_mj.utils.text import markdown_table
 

@@ -6,9 +6,9 @@ import math
 import statistics
 from collections.abc import Callable, Sequence
 
-from mpma_mj.trials.disturbances import DISTURBANCES, Level
-from mpma_mj.trials.stress import THIS_RUN, Found
-from mpma_mj.trials.stress_results import RECOVERED, Results
+from mpma_mj.evaluation.disturbances import DISTURBANCES, Level
+from mpma_mj.experiments.robustness import THIS_RUN, Found
+from mpma_mj.experiments.robustness_results import RECOVERED, Results
 from mpma_mj.utils.atomic_files import csv_text
 from mpma_mj.utils.text import markdown_table
 

@@ -8,8 +8,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from mpma_mj.analysis.lesion import Dance, Lesion, Lesions
 from mpma_mj.evaluation.statistics import interval
-from mpma_mj.trials.lesion import Dance, Lesion, Lesions
 from mpma_mj.utils.text import markdown_table
 
 __all__ = ["matrix", "name_of", "summary"]
