@@ -50,8 +50,8 @@ class Compare(Generic[AgentT]):
     def run(self) -> Path:
         """Run the comparison and return its folder."""
         missing_gl = missing_opengl() if self.video else None
-        from mpma_mj.sweep.backend import open_backend
-        from mpma_mj.sweep.spec import seeds
+        from mpma_mj.experiments.backend import open_backend
+        from mpma_mj.experiments.spec import seeds
         from mpma_mj.training.dataset import read_motions
         from mpma_mj.trials import compare_figure
         from mpma_mj.trials.compare import compare, jobs

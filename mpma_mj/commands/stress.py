@@ -62,7 +62,7 @@ class Stress:
 
     def run(self) -> Path:
         """Run the stress test and return its folder."""
-        from mpma_mj.sweep.backend import open_backend
+        from mpma_mj.experiments.backend import open_backend
 
         self._check_numbers()
         agents = self._chosen_agents()
@@ -73,7 +73,7 @@ class Stress:
         ):
             # Workers start while these modules are imported.
             from mpma_mj.agents.registry import agent_class
-            from mpma_mj.sweep.backend import get_done
+            from mpma_mj.experiments.backend import get_done
             from mpma_mj.training.checkpoints import TrainedAgents
             from mpma_mj.training.run_folder import open_runs
             from mpma_mj.trials.disturbances import DISTURBANCES

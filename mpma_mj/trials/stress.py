@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from mpma_mj.agents.registry import agent_class
 from mpma_mj.errors import DivergedError
 from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, fine_tune, tracking_errors
+from mpma_mj.experiments.backend import Work
+from mpma_mj.experiments.batching import cut
+from mpma_mj.experiments.spec import seeds
 from mpma_mj.motions import Motion
-from mpma_mj.sweep.backend import Work
-from mpma_mj.sweep.batching import cut
-from mpma_mj.sweep.spec import seeds
 from mpma_mj.training.checkpoints import TrainedAgents
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.trainer import train_agents

@@ -14,8 +14,8 @@ import pytest
 
 from mpma_mj.cli import main
 from mpma_mj.envs.model import MODEL_PATH
+from mpma_mj.experiments.backend import open_backend
 from mpma_mj.motions import ymca
-from mpma_mj.sweep.backend import open_backend
 from mpma_mj.trace import Trace
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.run_folder import RunFolder
