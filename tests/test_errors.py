@@ -15,7 +15,16 @@ from mpma_mj.utils.text import as_flag
 
 PACKAGE = Path(mpma_mj.__file__).parent
 LIBRARY = (
-    *("agents", "analysis", "envs", "esn", "evaluation", "identification", "motions", "sweep"),
+    *(
+        "agents",
+        "analysis",
+        "envs",
+        "esn",
+        "evaluation",
+        "experiments",
+        "identification",
+        "motions",
+    ),
     *("training", "trials", "utils", "visualization"),
 )
 

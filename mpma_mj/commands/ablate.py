@@ -36,7 +36,7 @@ class Ablate:
 
     def run(self) -> Path:
         """Run the ablation study and return its folder."""
-        from mpma_mj.sweep import ablation
+        from mpma_mj.experiments import ablation
 
         whole = RunConfig.of(models=self.models, rule=self.rule, nodes=self.nodes)
         spec = ablation.spec_of(whole, self.runs)

@@ -49,11 +49,11 @@ class Benchmark:
 
     def run(self) -> Path:
         """Run the benchmark and return its folder."""
-        from mpma_mj.sweep import benchmark
+        from mpma_mj.experiments import agents as benchmark
 
         spec = benchmark.spec_of(self._bases(), self.agents, self.runs, self.epochs, stop=self.stop)
         with self.who.trained(spec, self.out, "benchmark", benchmark.title) as folder:
-            from mpma_mj.sweep.benchmark_figure import write_figure
+            from mpma_mj.experiments.agents_figure import write_figure
 
             runs = folder.finished()
             folder.write_rows(runs)

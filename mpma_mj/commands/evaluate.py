@@ -62,7 +62,7 @@ class Stress:
 
     def run(self) -> Path:
         """Run the stress test and return its folder."""
-        from mpma_mj.sweep.backend import open_backend
+        from mpma_mj.experiments.backend import open_backend
 
         self._check_numbers()
         agents = self._chosen_agents()
@@ -75,9 +75,9 @@ class Stress:
             from mpma_mj.agents.registry import agent_class
             from mpma_mj.evaluation.conditions import trials
             from mpma_mj.evaluation.disturbances import DISTURBANCES
+            from mpma_mj.experiments.backend import get_done
             from mpma_mj.experiments.robustness import THIS_RUN, jobs
             from mpma_mj.experiments.robustness_results import Results
-            from mpma_mj.sweep.backend import get_done
             from mpma_mj.training.checkpoints import TrainedAgents
             from mpma_mj.training.run_folder import open_runs
             from mpma_mj.utils.progress import show_runs

@@ -48,7 +48,8 @@ class Scale:
 
     def run(self) -> Path:
         """Run the scaling study and return its folder."""
-        from mpma_mj.sweep import scale, scale_table
+        from mpma_mj.experiments import scaling as scale
+        from mpma_mj.experiments import scaling_table as scale_table
         from mpma_mj.training.dataset import expand_folders
         from mpma_mj.utils.atomic_files import csv_text
 
@@ -62,7 +63,7 @@ class Scale:
         study = scale.Scale(materials, self.modules, self.nodes, base)
         spec = study.spec_of(self.runs)
         with self.who.trained(spec, self.out, "scale") as folder:
-            from mpma_mj.sweep.scale_figure import write_figure
+            from mpma_mj.experiments.scaling_figure import write_figure
 
             runs = folder.finished()
             results = scale_table.Results(study, runs)

@@ -42,9 +42,9 @@ class Sweep(Generic[AgentT]):
 
     def run(self) -> Path:
         """Train all runs and return the folder."""
-        from mpma_mj.sweep.grid import points
-        from mpma_mj.sweep.spec import SweepSpec, seeds
-        from mpma_mj.sweep.table import as_markdown
+        from mpma_mj.experiments.grid import points
+        from mpma_mj.experiments.spec import SweepSpec, seeds
+        from mpma_mj.experiments.table import as_markdown
 
         base = self.options.run_config(self.motions, "sweep")
         configs = [run for point in points(self.grid, base) for run in seeds(point, self.runs)]

@@ -41,12 +41,12 @@ class Table1:
 
     def run(self) -> Path:
         """Train all runs and return the folder."""
-        from mpma_mj.sweep import table1
+        from mpma_mj.experiments import table1
 
         spec = table1.spec_of(self.nodes, self.runs, self._base())
         with self.who.trained(spec, self.out, "table1") as folder:
-            from mpma_mj.sweep import floor
-            from mpma_mj.sweep.table1_figure import write_figure
+            from mpma_mj.experiments import floor
+            from mpma_mj.experiments.table1_figure import write_figure
             from mpma_mj.utils.progress import show_range
 
             runs = folder.finished()

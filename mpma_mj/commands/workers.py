@@ -15,8 +15,8 @@ from mpma_mj.errors import WorkerError
 from mpma_mj.options import BackendName
 
 if TYPE_CHECKING:
-    from mpma_mj.sweep.folder import RunResult, SweepFolder
-    from mpma_mj.sweep.spec import SweepSpec
+    from mpma_mj.experiments.folder import RunResult, SweepFolder
+    from mpma_mj.experiments.spec import SweepSpec
     from mpma_mj.training.config import RunConfig
 
 __all__ = ["SweepWorkers", "Workers", "require_all"]
@@ -59,7 +59,7 @@ class Workers:
         Raises:
             WorkerError: Runs are missing; raised after the results of the others are written.
         """
-        from mpma_mj.sweep.folder import SweepFolder
+        from mpma_mj.experiments.folder import SweepFolder
 
         with output_folder(out, command) as path:
             folder = SweepFolder(path, spec)
@@ -68,7 +68,7 @@ class Workers:
             require_all(folder)
 
     def _train(self, folder: SweepFolder, title: Callable[[RunConfig], str] | None) -> None:
-        from mpma_mj.sweep.backend import open_backend
+        from mpma_mj.experiments.backend import open_backend
         from mpma_mj.utils.progress import show_runs
 
         title_of = title or folder.title
@@ -80,7 +80,7 @@ class Workers:
             open_backend(self.backend, self.workers, self.address) as backend,
         ):
             # Workers start while this module is imported.
-            from mpma_mj.sweep.engine import finish
+            from mpma_mj.experiments.engine import finish
 
             with show_runs(total, total - missing) as show:
 

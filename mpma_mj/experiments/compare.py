@@ -16,11 +16,11 @@ from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.errors import BadOptionError, WorkerError
 from mpma_mj.evaluation.effort import Effort, effort
 from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, fine_tune, tracking_errors
+from mpma_mj.experiments.backend import Backend, Work, get_done
 from mpma_mj.feedback import joint_error
 from mpma_mj.kinematics import JOINT_NAMES
 from mpma_mj.metrics import phase_lag
 from mpma_mj.motions import Motion
-from mpma_mj.sweep.backend import Backend, Work, get_done
 from mpma_mj.trace import Trace
 from mpma_mj.training.checkpoints import TrainedAgents
 from mpma_mj.training.config import RunConfig

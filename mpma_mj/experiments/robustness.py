@@ -15,10 +15,10 @@ from mpma_mj.errors import DivergedError
 from mpma_mj.evaluation.conditions import Trial
 from mpma_mj.evaluation.disturbances import Level
 from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, fine_tune, tracking_errors
+from mpma_mj.experiments.backend import Work
+from mpma_mj.experiments.batching import cut
+from mpma_mj.experiments.spec import seeds
 from mpma_mj.motions import Motion
-from mpma_mj.sweep.backend import Work
-from mpma_mj.sweep.batching import cut
-from mpma_mj.sweep.spec import seeds
 from mpma_mj.training.checkpoints import TrainedAgents
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.trainer import train_agents

@@ -20,11 +20,11 @@ from mpma_mj.agents.wrappers import Frozen
 from mpma_mj.errors import RunFolderError, WorkerError
 from mpma_mj.evaluation.evaluate import EVALUATION_EPISODE, learn_episodes
 from mpma_mj.evaluation.statistics import Interval, interval
+from mpma_mj.experiments.backend import Work, get_done, open_backend
+from mpma_mj.experiments.batching import cut
+from mpma_mj.experiments.folder import check_folder, flat, read_json
+from mpma_mj.experiments.spec import seeds, without_seed
 from mpma_mj.motions import Motion
-from mpma_mj.sweep.backend import Work, get_done, open_backend
-from mpma_mj.sweep.batching import cut
-from mpma_mj.sweep.folder import check_folder, flat, read_json
-from mpma_mj.sweep.spec import seeds, without_seed
 from mpma_mj.trace import Trace
 from mpma_mj.training.config import RunConfig, versions
 from mpma_mj.training.factory import agent_of, make_environments, one_thread

@@ -14,12 +14,12 @@ import pytest
 
 from mpma_mj.cli import main
 from mpma_mj.envs.model import MODEL_PATH
+from mpma_mj.experiments.backend import open_backend
 from mpma_mj.experiments.compare import ARMS, NOTHING, Cell, CompareJob, compare, jobs
 from mpma_mj.experiments.compare_figure import first_dances, write_dances, write_transfer
 from mpma_mj.experiments.compare_table import as_csv, as_markdown
 from mpma_mj.experiments.compare_video import write_side_by_side
 from mpma_mj.motions import ymca
-from mpma_mj.sweep.backend import open_backend
 from mpma_mj.trace import Trace
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.run_folder import RunFolder
@@ -120,7 +120,9 @@ def test_the_command_writes_tables_and_figures(tmp_path: Path) -> None:
     }
 
 
-def test_a_comparison_in_the_folder_of_a_run_leaves_the_run(small_run: Path, tmp_path: Path) -> None:
+def test_a_comparison_in_the_folder_of_a_run_leaves_the_run(
+    small_run: Path, tmp_path: Path
+) -> None:
     folder = RunFolder(shutil.copytree(small_run, tmp_path / "run"))
     before = folder.read_config()
     words = "compare ymca --runs 1 --nodes 5 --modules 2 --epochs 1 --adaptation 1 --no-video"

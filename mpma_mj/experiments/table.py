@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from mpma_mj.sweep.folder import RunResult
-from mpma_mj.sweep.measures import converged, of_point, remarks, spread
-from mpma_mj.sweep.spec import SweepSpec, by_point
+from mpma_mj.experiments.folder import RunResult
+from mpma_mj.experiments.measures import converged, of_point, remarks, spread
+from mpma_mj.experiments.spec import SweepSpec, by_point
 from mpma_mj.utils.text import markdown_table, option_name
 
 __all__ = ["as_markdown"]

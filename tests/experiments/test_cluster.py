@@ -15,11 +15,11 @@ from typing import Any
 import pytest
 
 from mpma_mj.errors import BadOptionError, WorkerError
-from mpma_mj.sweep import cluster
-from mpma_mj.sweep.backend import open_backend
-from mpma_mj.sweep.engine import finish
-from mpma_mj.sweep.folder import SweepFolder
-from tests.sweep.runs import TINY_WORDS, environment, mpma, results, run_files, spec_of
+from mpma_mj.experiments import cluster
+from mpma_mj.experiments.backend import open_backend
+from mpma_mj.experiments.engine import finish
+from mpma_mj.experiments.folder import SweepFolder
+from tests.experiments.runs import TINY_WORDS, environment, mpma, results, run_files, spec_of
 
 ROOT = Path(__file__).parents[2]
 

@@ -9,12 +9,12 @@ from pathlib import Path
 import pytest
 
 from mpma_mj.errors import RunFolderError
-from mpma_mj.sweep import folder as module
-from mpma_mj.sweep.folder import SweepFolder
-from mpma_mj.sweep.spec import SweepSpec
+from mpma_mj.experiments import folder as module
+from mpma_mj.experiments.folder import SweepFolder
+from mpma_mj.experiments.spec import SweepSpec
 from mpma_mj.training.config import RunConfig
 from mpma_mj.utils import atomic_files
-from tests.sweep.runs import finished, run_files, spec_of
+from tests.experiments.runs import finished, run_files, spec_of
 
 
 def begun(path: Path, sweep: SweepSpec) -> SweepFolder:

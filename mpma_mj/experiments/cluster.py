@@ -13,7 +13,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from mpma_mj.errors import BadOptionError, WorkerError
-from mpma_mj.sweep.backend import Work
+from mpma_mj.experiments.backend import Work
 from mpma_mj.utils.system import processors
 
 __all__ = ["Cluster"]

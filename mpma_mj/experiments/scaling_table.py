@@ -6,10 +6,10 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import get_args
 
-from mpma_mj.sweep.folder import RunResult
-from mpma_mj.sweep.measures import remarks, spread
-from mpma_mj.sweep.scale import Growing, Material, Scale, Size, Varying
-from mpma_mj.sweep.spec import without_seed
+from mpma_mj.experiments.folder import RunResult
+from mpma_mj.experiments.measures import remarks, spread
+from mpma_mj.experiments.scaling import Growing, Material, Scale, Size, Varying
+from mpma_mj.experiments.spec import without_seed
 from mpma_mj.utils.text import markdown_table
 
 __all__ = [

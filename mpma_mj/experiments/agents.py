@@ -9,10 +9,10 @@ from typing import get_args
 
 from mpma_mj.agents.registry import agent_class
 from mpma_mj.evaluation.statistics import Interval, interval
+from mpma_mj.experiments.folder import RunResult
+from mpma_mj.experiments.measures import converged, of_point, remarks, values
+from mpma_mj.experiments.spec import SweepSpec, by_point, seeds
 from mpma_mj.options import Arms
-from mpma_mj.sweep.folder import RunResult
-from mpma_mj.sweep.measures import converged, of_point, remarks, values
-from mpma_mj.sweep.spec import SweepSpec, by_point, seeds
 from mpma_mj.training.config import RunConfig
 from mpma_mj.utils.atomic_files import csv_text
 from mpma_mj.utils.text import markdown_table, printable

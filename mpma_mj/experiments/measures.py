@@ -7,8 +7,8 @@ import statistics
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from mpma_mj.sweep.folder import RunResult, flat
-from mpma_mj.sweep.spec import without_seed
+from mpma_mj.experiments.folder import RunResult, flat
+from mpma_mj.experiments.spec import without_seed
 from mpma_mj.training.config import RunConfig
 
 __all__ = ["Spread", "converged", "of_point", "remarks", "spread", "value", "values"]

@@ -5,10 +5,10 @@ import dataclasses
 import pytest
 
 from mpma_mj.errors import BadOptionError
-from mpma_mj.sweep.grid import points
-from mpma_mj.sweep.spec import SweepSpec, by_point, seeds
+from mpma_mj.experiments.grid import points
+from mpma_mj.experiments.spec import SweepSpec, by_point, seeds
 from mpma_mj.training.config import RunConfig, option_types
-from tests.sweep.runs import TINY, spec_of
+from tests.experiments.runs import TINY, spec_of
 
 
 def test_a_grid_is_all_combinations_the_last_axis_running_fastest() -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from mpma_mj.errors import RunFolderError
-from mpma_mj.sweep.spec import SweepSpec
+from mpma_mj.experiments.spec import SweepSpec
 from mpma_mj.training.config import RunConfig, versions
 from mpma_mj.utils import atomic_files
 from mpma_mj.utils.folder_lock import is_empty

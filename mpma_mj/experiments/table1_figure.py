@@ -10,10 +10,10 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from mpma_mj.agents.gain_schedule import CRITERION
-from mpma_mj.sweep.folder import RunResult
-from mpma_mj.sweep.measures import Spread, spread, values
-from mpma_mj.sweep.spec import SweepSpec
-from mpma_mj.sweep.table1 import LETTERS, PAPER, of_size
+from mpma_mj.experiments.folder import RunResult
+from mpma_mj.experiments.measures import Spread, spread, values
+from mpma_mj.experiments.spec import SweepSpec
+from mpma_mj.experiments.table1 import LETTERS, PAPER, of_size
 from mpma_mj.visualization.colours import DEMONSTRATED, INK, module_colours
 from mpma_mj.visualization.figure_file import figure_file
 

@@ -15,7 +15,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from mpma_mj.errors import MpmaError
-from mpma_mj.sweep.backend import Work
+from mpma_mj.experiments.backend import Work
 from mpma_mj.utils.system import processors
 
 __all__ = ["Processes"]
@@ -23,7 +23,7 @@ __all__ = ["Processes"]
 # A forked server forks them: as fast as to fork this process, and safe whatever threads it has.
 _METHODS = ("forkserver", "spawn")
 # What the server imports once for all workers: the work, and what each one's `__main__` imports.
-_PRELOADED = ["mpma_mj.sweep.job", "mpma_mj.commands"]
+_PRELOADED = ["mpma_mj.experiments.job", "mpma_mj.commands"]
 
 
 class Processes:

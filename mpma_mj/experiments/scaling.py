@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from typing import Literal, NamedTuple, TypeAlias
 
 from mpma_mj.errors import BadOptionError
+from mpma_mj.experiments.spec import SweepSpec, seeds
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.motions.read import read_with_findings
-from mpma_mj.sweep.spec import SweepSpec, seeds
 from mpma_mj.training.config import RunConfig
 
 __all__ = ["Growing", "Material", "Scale", "Size", "Varying", "materials"]

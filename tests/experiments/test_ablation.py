@@ -8,12 +8,12 @@ import pytest
 
 from mpma_mj.cli import main
 from mpma_mj.errors import BadOptionError
-from mpma_mj.sweep import ablation
-from mpma_mj.sweep.ablation import changes_of
-from mpma_mj.sweep.folder import RunResult
-from mpma_mj.sweep.spec import SweepSpec, by_point
+from mpma_mj.experiments import ablation
+from mpma_mj.experiments.ablation import changes_of
+from mpma_mj.experiments.folder import RunResult
+from mpma_mj.experiments.spec import SweepSpec, by_point
 from mpma_mj.training.config import RunConfig
-from tests.sweep.runs import TINY, finished
+from tests.experiments.runs import TINY, finished
 
 
 def some_runs(spec: SweepSpec) -> list[RunResult]:

@@ -6,7 +6,7 @@ import itertools
 import math
 from collections.abc import Sequence
 
-from mpma_mj.sweep.spec import by_point
+from mpma_mj.experiments.spec import by_point
 from mpma_mj.training.config import RunConfig
 
 __all__ = ["cut"]

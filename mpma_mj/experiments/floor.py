@@ -8,7 +8,7 @@ import numpy as np
 
 from mpma_mj.bench.environment import bare_rollout
 from mpma_mj.bench.timing import in_turn
-from mpma_mj.sweep.folder import RunResult
+from mpma_mj.experiments.folder import RunResult
 
 __all__ = ["ROUNDS", "beside_bare_physics"]
 

@@ -12,13 +12,13 @@ import pytest
 from mpma_mj.bench.timing import Case
 from mpma_mj.cli import main
 from mpma_mj.errors import BadOptionError
-from mpma_mj.sweep import floor, table1
-from mpma_mj.sweep.folder import RunResult
-from mpma_mj.sweep.measures import Spread, spread, values
-from mpma_mj.sweep.spec import SweepSpec
-from mpma_mj.sweep.table1_figure import write_figure
+from mpma_mj.experiments import floor, table1
+from mpma_mj.experiments.folder import RunResult
+from mpma_mj.experiments.measures import Spread, spread, values
+from mpma_mj.experiments.spec import SweepSpec
+from mpma_mj.experiments.table1_figure import write_figure
 from mpma_mj.training.config import RunConfig
-from tests.sweep.runs import finished
+from tests.experiments.runs import finished
 
 BASE = RunConfig.of(modules=2)
 

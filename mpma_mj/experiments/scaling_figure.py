@@ -10,9 +10,9 @@ from typing import Any, get_args
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from mpma_mj.sweep.measures import Spread, spread
-from mpma_mj.sweep.scale import Growing, Varying
-from mpma_mj.sweep.scale_table import Results, fixed
+from mpma_mj.experiments.measures import Spread, spread
+from mpma_mj.experiments.scaling import Growing, Varying
+from mpma_mj.experiments.scaling_table import Results, fixed
 from mpma_mj.visualization.colours import INK, module_colours
 from mpma_mj.visualization.figure_file import figure_file
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from mpma_mj.errors import WorkerError
+from mpma_mj.experiments.backend import Work
 from mpma_mj.motions import Motion
-from mpma_mj.sweep.backend import Work
 from mpma_mj.training.config import RunConfig, versions
 from mpma_mj.training.trainer import train_batch
 

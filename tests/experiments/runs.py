@@ -8,9 +8,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from mpma_mj.sweep.folder import RunResult, SweepFolder
-from mpma_mj.sweep.grid import points
-from mpma_mj.sweep.spec import SweepSpec, seeds
+from mpma_mj.experiments.folder import RunResult, SweepFolder
+from mpma_mj.experiments.grid import points
+from mpma_mj.experiments.spec import SweepSpec, seeds
 from mpma_mj.training.config import RunConfig
 
 TINY = RunConfig.of(nodes=5, modules=2, repeats=1)

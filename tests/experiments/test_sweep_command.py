@@ -15,7 +15,7 @@ import pytest
 
 from mpma_mj.cli import main
 from mpma_mj.utils import atomic_files
-from tests.sweep.runs import TINY_WORDS, mpma, run_files
+from tests.experiments.runs import TINY_WORDS, mpma, run_files
 
 TINY = [str(word) for word in TINY_WORDS]
 NO_NODES = TINY[2:]

@@ -4,9 +4,9 @@ import hypothesis
 import hypothesis.strategies as st
 import pytest
 
-from mpma_mj.sweep.batching import cut
-from mpma_mj.sweep.spec import by_point, without_seed
-from tests.sweep.runs import spec_of
+from mpma_mj.experiments.batching import cut
+from mpma_mj.experiments.spec import by_point, without_seed
+from tests.experiments.runs import spec_of
 
 GRIDS = st.sampled_from([(), ("nodes=5,6",), ("nodes=5,6,7,8", "modules=1,2,3")])
 

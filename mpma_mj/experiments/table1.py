@@ -8,9 +8,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from mpma_mj.sweep.folder import RunResult
-from mpma_mj.sweep.measures import Spread, converged, remarks, spread
-from mpma_mj.sweep.spec import SweepSpec, seeds
+from mpma_mj.experiments.folder import RunResult
+from mpma_mj.experiments.measures import Spread, converged, remarks, spread
+from mpma_mj.experiments.spec import SweepSpec, seeds
 from mpma_mj.training.config import RunConfig
 from mpma_mj.utils.text import markdown_table
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 
+from mpma_mj.experiments.backend import Backend, get_done
+from mpma_mj.experiments.batching import cut
+from mpma_mj.experiments.folder import RunResult, SweepFolder
+from mpma_mj.experiments.job import Job
+from mpma_mj.experiments.spec import SweepSpec, by_point, without_seed
 from mpma_mj.motions import Motion
-from mpma_mj.sweep.backend import Backend, get_done
-from mpma_mj.sweep.batching import cut
-from mpma_mj.sweep.folder import RunResult, SweepFolder
-from mpma_mj.sweep.job import Job
-from mpma_mj.sweep.spec import SweepSpec, by_point, without_seed
 from mpma_mj.training.config import RunConfig, versions
 from mpma_mj.training.dataset import read_motions
 from mpma_mj.training.trainer import check

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from typing import Any
 
 from mpma_mj.evaluation.statistics import interval
-from mpma_mj.sweep.folder import RunResult
-from mpma_mj.sweep.measures import converged, of_point, remarks, spread, value, values
-from mpma_mj.sweep.spec import SweepSpec, seeds, without_seed
+from mpma_mj.experiments.folder import RunResult
+from mpma_mj.experiments.measures import converged, of_point, remarks, spread, value, values
+from mpma_mj.experiments.spec import SweepSpec, seeds, without_seed
 from mpma_mj.training.config import RunConfig
 from mpma_mj.utils.atomic_files import csv_text
 from mpma_mj.utils.text import markdown_table

@@ -11,9 +11,9 @@ from typing import Any, get_args
 import numpy as np
 from matplotlib.axes import Axes
 
+from mpma_mj.experiments.agents import Line
+from mpma_mj.experiments.measures import values
 from mpma_mj.options import Arms
-from mpma_mj.sweep.benchmark import Line
-from mpma_mj.sweep.measures import values
 from mpma_mj.visualization.colours import module_colours
 from mpma_mj.visualization.figure_file import figure_file, label_decades
 

@@ -11,18 +11,18 @@ import pytest
 
 from mpma_mj.commands.workers import require_all
 from mpma_mj.errors import BadOptionError, RunFolderError, WorkerError
-from mpma_mj.sweep import job
-from mpma_mj.sweep.backend import open_backend
-from mpma_mj.sweep.engine import finish
-from mpma_mj.sweep.folder import RunResult, SweepFolder
-from mpma_mj.sweep.job import Job, JobResult
-from mpma_mj.sweep.measures import remarks
-from mpma_mj.sweep.processes import Processes
+from mpma_mj.experiments import job
+from mpma_mj.experiments.backend import open_backend
+from mpma_mj.experiments.engine import finish
+from mpma_mj.experiments.folder import RunResult, SweepFolder
+from mpma_mj.experiments.job import Job, JobResult
+from mpma_mj.experiments.measures import remarks
+from mpma_mj.experiments.processes import Processes
 from mpma_mj.training.config import versions
 from mpma_mj.training.dataset import read_motions
 from mpma_mj.training.trainer import train_batch
 from mpma_mj.utils import atomic_files
-from tests.sweep.runs import TINY, finished, results, spec_of
+from tests.experiments.runs import TINY, finished, results, spec_of
 
 ROOT = Path(__file__).parents[2]
 
@@ -250,7 +250,7 @@ def test_workers_find_the_modules_that_this_process_finds(tmp_path: Path) -> Non
     program = tmp_path / "program.py"
     program.write_text(
         f"import sys; sys.path[:0] = [{str(library)!r}, {str(ROOT)!r}]\n"
-        "from mpma_mj.sweep import processes, job\n"
+        "from mpma_mj.experiments import processes, job\n"
         "from mpma_mj.training.config import RunConfig\n"
         "from mpma_mj.training.dataset import read_motions\n"
         "if __name__ == '__main__':\n"

@@ -79,14 +79,14 @@ def open_backend(
     if workers is not None and workers < 1:
         raise BadOptionError(option="workers", value=workers, expected="at least 1")
     if name == "ray":
-        from mpma_mj.sweep.cluster import Cluster
+        from mpma_mj.experiments.cluster import Cluster
 
         return Cluster(workers, address)
     if address is not None:
         raise BadOptionError(
             "an address is of a Ray cluster", remedy="add {backend=ray}, or drop it"
         )
-    from mpma_mj.sweep.processes import Processes
+    from mpma_mj.experiments.processes import Processes
 
     return Processes(workers)
 

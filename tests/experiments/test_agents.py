@@ -12,13 +12,13 @@ import pytest
 from mpma_mj.agents import AGENTS
 from mpma_mj.cli import main
 from mpma_mj.errors import BadOptionError
-from mpma_mj.sweep import benchmark
-from mpma_mj.sweep.benchmark_figure import write_figure
-from mpma_mj.sweep.folder import RunResult
-from mpma_mj.sweep.spec import SweepSpec
+from mpma_mj.experiments import agents as benchmark
+from mpma_mj.experiments.agents_figure import write_figure
+from mpma_mj.experiments.folder import RunResult
+from mpma_mj.experiments.spec import SweepSpec
 from mpma_mj.training.config import RunConfig
 from tests.conftest import WriteTsv
-from tests.sweep.runs import finished
+from tests.experiments.runs import finished
 
 BASES = [
     RunConfig(),

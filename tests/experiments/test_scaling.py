@@ -10,11 +10,11 @@ import pytest
 
 from mpma_mj.cli import main
 from mpma_mj.errors import BadOptionError
-from mpma_mj.sweep import scale
-from mpma_mj.sweep.folder import RunResult
-from mpma_mj.sweep.scale import Material, Scale, Size, materials
-from mpma_mj.sweep.scale_figure import write_figure
-from mpma_mj.sweep.scale_table import (
+from mpma_mj.experiments import scaling as scale
+from mpma_mj.experiments.folder import RunResult
+from mpma_mj.experiments.scaling import Material, Scale, Size, materials
+from mpma_mj.experiments.scaling_figure import write_figure
+from mpma_mj.experiments.scaling_table import (
     Results,
     amounts,
     as_markdown,
@@ -26,7 +26,7 @@ from mpma_mj.sweep.scale_table import (
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.dataset import read_motions
 from tests.conftest import Refused
-from tests.sweep.runs import finished, run_files
+from tests.experiments.runs import finished, run_files
 
 NAMES = ["ymca", "invented-1", "invented-2"]
 
