@@ -128,7 +128,9 @@ class BadOptionError(MpmaError, ValueError):
     def _problem(self, write: WriteOption) -> str:
         if not self.option:
             return super()._problem(write)
-        problem = f"{write(self.option, None)} is {self.value!r}"
+        pair = isinstance(self.value, tuple) and len(self.value) == 2  # such as low and high
+        value = f"{self.value[0]!r} and {self.value[1]!r}" if pair else repr(self.value)
+        problem = f"{write(self.option, None)} is {value}"
         return f"{problem}; expected {self.expected}" if self.expected else problem
 
 

@@ -328,7 +328,7 @@ def test_the_real_dance_is_learned_on_both_kinds_of_arms(mocap: Path, tmp_path: 
 
 
 @pytest.mark.parametrize(
-    "words", [["imitate", ""], ["stress", "run", "--out", ""], ["imitate", "--out="]]
+    "words", [["imitate", ""], ["evaluate", "run", "--out", ""], ["imitate", "--out="]]
 )
 def test_an_empty_argument_is_one_line_and_exit_2(
     words: list[str], capsys: pytest.CaptureFixture[str]

@@ -78,8 +78,8 @@ def test_an_outside_agent_is_trained_resumed_and_evaluated(here: Path, refused: 
     assert config["agent"] == {"name": "my_agents.py:Ahead"}
     assert (here / "run" / "figures" / "trajectory.png").exists()
     assert main(["imitate", "--resume", "run", *named, "--epochs", "1", "--no-video"]) == 0
-    stress = ("stress", "run", "--runs", "0", "--disturbances", "payload", "--levels", "1")
-    assert main([*stress, *named]) == 0
+    evaluate = ("evaluate", "run", "--disturbances", "payload", "--levels", "1")
+    assert main([*evaluate, *named]) == 0
 
 
 def test_a_run_folder_imports_no_code_that_is_not_named(here: Path, refused: Refused) -> None:
@@ -88,7 +88,7 @@ def test_a_run_folder_imports_no_code_that_is_not_named(here: Path, refused: Ref
     (here / "my_agents.py").write_text(f"open({str(trap)!r}, 'w')\n" + AGENT)
     message = "code that is not in this package; if you trust it, name it with --agent my_agents.py"
     refused(["imitate", "--resume", "run", "--no-video"], message)
-    refused(["stress", "run", "--runs", "0"], message)
+    refused(["evaluate", "run"], message)
     assert not trap.exists()
 
 
@@ -170,5 +170,5 @@ def test_a_class_is_named_only_for_runs_that_were_trained_with_it(
     named: tuple[str, str], here: Path, refused: Refused, small_run: Path
 ) -> None:
     message = f"{named[0]} is '{named[1]}'; expected the path of a class from outside with which a"
-    for command in ("lesion", "free-running", "stress"):
+    for command in ("lesion", "free-running", "evaluate"):
         refused([command, str(small_run), *named], message)

@@ -25,11 +25,11 @@ def test_python_examples_run(code: str, tmp_path: Path) -> None:
     "command",
     [
         "benchmark",
+        "evaluate",
         "imitate",
         "motion",
         "render",
         "scale",
-        "stress",
         "sweep",
         "table1",
         "view",

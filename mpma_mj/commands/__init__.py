@@ -7,7 +7,7 @@ from mpma_mj.commands.bench import Bench
 from mpma_mj.commands.benchmark import Benchmark
 from mpma_mj.commands.capture import Capture
 from mpma_mj.commands.compare import Compare
-from mpma_mj.commands.evaluate import Stress
+from mpma_mj.commands.evaluate import Evaluate
 from mpma_mj.commands.free_running import FreeRunningCommand
 from mpma_mj.commands.identify import Identify
 from mpma_mj.commands.imitate import Imitate
@@ -37,8 +37,8 @@ COMMANDS: dict[str, Any] = {
     "capture": Capture,
     "free-running": FreeRunningCommand,
     "lesion": Lesion,
-    "stress": Stress,
     "compare": Compare,
+    "evaluate": Evaluate,
     "identify": Identify,
 }
 """Dataclasses of the commands by name; those of a generic one are for the config of an agent."""

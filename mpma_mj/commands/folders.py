@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "free_folder",
+    "given_runs",
     "hint_at_resuming",
     "locked_runs",
     "output_folder",
@@ -52,6 +53,20 @@ def output_folder(out: Path | None, stem: str, parent: Path = Path("runs")) -> I
         yield folder
 
 
+def given_runs(paths: Sequence[Path], outside: OutsideClasses, command: str) -> Sequence[RunFolder]:
+    """Open the runs that a command names, for reading.
+
+    Raises:
+        BadOptionError: No run is given.
+        MpmaError: As of `open_runs`.
+    """
+    from mpma_mj.training.run_folder import open_runs
+
+    if not paths:
+        raise BadOptionError(f"no run given; try: mpma {command} runs/ymca")
+    return open_runs(paths, **vars(outside))
+
+
 @contextlib.contextmanager
 def locked_runs(
     paths: Sequence[Path], outside: OutsideClasses, command: str
@@ -59,14 +74,9 @@ def locked_runs(
     """Open runs for a command and lock them, each once even if it is given several times.
 
     Raises:
-        BadOptionError: No run is given.
-        MpmaError: As of `open_runs` and `RunFolder.locked`.
+        MpmaError: As of `given_runs` and `RunFolder.locked`.
     """
-    from mpma_mj.training.run_folder import open_runs
-
-    if not paths:
-        raise BadOptionError(f"no run given; try: mpma {command} runs/ymca")
-    folders = open_runs(paths, **vars(outside))
+    folders = given_runs(paths, outside, command)
     with contextlib.ExitStack() as stack:
         for folder in {folder.path.resolve(): folder for folder in folders}.values():
             stack.enter_context(folder.locked())

@@ -114,19 +114,45 @@ class Latency(_Options):
         return latency.Latency(motion=self.motion, runs=self.runs, seed=self.seed, arms=self.arms)
 
 
-_STUDIES = (Switching, Unseen, Latency)
+@dataclass(frozen=True, kw_only=True)
+class Robustness(_Options):
+    """Train agents, and evaluate them under disturbances.
+
+    Repeat the command with the same --out to resume.
+    """
+
+    name: ClassVar[str] = "robustness"
+    motion: str = "ymca"
+    """Built-in motion, or path of a recording."""
+    epochs: int = 30
+    """Largest number of epochs of a training, which ends when it has converged."""
+    fine_tune: int = 0
+    """Epochs of fine-tuning in each condition; 0 for none."""
+    disturbances: tuple[str, ...] = ()
+    """Some of payload, strength, gravity, latency, noise, pushes, tempo, mirrored, locked, unseen;
+    all that the arms can have if not given."""
+
+    def _study(self) -> study.Study:
+        from mpma_mj.experiments import robustness
+
+        names = ("motion", "epochs", "fine_tune", "disturbances", "runs", "seed", "arms")
+        return robustness.Robustness(**{name: getattr(self, name) for name in names})
+
+
+_STUDIES = (Switching, Unseen, Latency, Robustness)
 _NAMES = tuple(one.name for one in _STUDIES)
 
 
 @dataclass(frozen=True)
 class Study:
-    """Study over many runs, with table and figure: switching, unseen, latency."""
+    """Study over many runs, with table and figure: switching, unseen, latency, robustness."""
 
     study: tyro.conf.OmitArgPrefixes[
         tyro.conf.OmitSubcommandPrefixes[
             Annotated[Switching, tyro.conf.subcommand(Switching.name)]
             | Annotated[Unseen, tyro.conf.subcommand(Unseen.name)]
             | Annotated[Latency, tyro.conf.subcommand(Latency.name)]
+            | Annotated[Robustness, tyro.conf.subcommand(Robustness.name)]
         ]
     ]
 

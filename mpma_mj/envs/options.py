@@ -300,7 +300,7 @@ def _checked_perturbation(given: Any) -> tuple[float, float]:
         raise BadOptionError(
             option="perturbation",
             value=given,
-            expected="rate (0 to 100 a second) and size (0 to 10000 N), such as (0.5, 30)",
+            expected="rate (0 to 100 a second) and size (0 to 10000 N), such as 0.5 and 30",
         )
     return float(rate), float(size)
 
@@ -321,7 +321,7 @@ def _checked_dwell(option: str, given: Any) -> tuple[float, float]:
     """Return lowest and highest time between two switches, s, as plain numbers."""
     low, high = _pair(given)
     if not (_is_within(_DWELL, low) and _is_within(_DWELL, high) and low <= high):
-        expected = f"two times, 0 < low <= high <= {_DWELL.high:g} s, such as (1.0, 3.0)"
+        expected = f"two times, 0 < low <= high <= {_DWELL.high:g} s, such as 1 and 3"
         raise BadOptionError(option=option, value=given, expected=expected)
     return float(low), float(high)
 

@@ -1,7 +1,8 @@
-"""What a trained agent may meet that it has not learned with, each at several levels."""
+"""Disturbances under which trained agents are evaluated, each at several levels."""
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -24,14 +25,16 @@ _PUSHES_PER_SECOND = 1.0
 
 @dataclass(frozen=True, kw_only=True)
 class Disturbance:
-    """One thing that makes a condition other than that of training.
+    """A change of motion or environment, at several levels.
 
     Attributes:
-        name: What it is called, in files too.
-        title: What it is, with the unit of its levels.
-        levels: Usual levels (choice); of dances never seen none, as that depends on those seen.
-        change: Takes the movement and a level to the movement and the environment's options there.
-        names: What its levels may be; any number if not given. Dances may be anything.
+        name: Name, on the command line and in files.
+        title: Title, with the unit of the levels.
+        levels: Default levels (choice); those of unseen motions depend on the motions learned.
+        change: Function of a motion and a level that returns the motion and the environment's
+            options at that level.
+        names: Names of all levels, empty where any is allowed; levels are numbers if not given.
+        needs_mass: Whether ideal arms, which have no mass, cannot have it.
     """
 
     name: str
@@ -39,6 +42,7 @@ class Disturbance:
     levels: tuple[Level, ...]
     change: Callable[[Motion, Any], tuple[Motion, dict[str, Any]]]
     names: tuple[str, ...] | None = None
+    needs_mass: bool = False
 
     @property
     def is_ordered(self) -> bool:
@@ -51,21 +55,14 @@ class Disturbance:
         Raises:
             BadOptionError: It is no level of this disturbance.
         """
-        if self.names == ():
+        if self.names is None:
+            with contextlib.suppress(ValueError):
+                if math.isfinite(level := float(text)):
+                    return level
+        elif not self.names or text in self.names:
             return text
-        if self.names is not None:
-            if text not in self.names:
-                raise BadOptionError(
-                    f"{self.name} has no level '{text}'; expected some of {', '.join(self.names)}"
-                )
-            return text
-        try:
-            level = float(text)
-        except ValueError:
-            level = math.nan
-        if not math.isfinite(level):
-            raise BadOptionError(f"{self.name} has no level '{text}'; expected numbers")
-        return level
+        expected = "numbers" if self.names is None else f"some of {', '.join(self.names)}"
+        raise BadOptionError(f"{self.name} has no level '{text}'; expected {expected}")
 
 
 def _option(name: str, value: Callable[[Any], Any] = float) -> Callable[..., Any]:
@@ -78,12 +75,8 @@ def _option(name: str, value: Callable[[Any], Any] = float) -> Callable[..., Any
 
 
 def _late(motion: Motion, level: float) -> tuple[Motion, dict[str, Any]]:
-    return motion, {"latency": _whole(level), "latency_every": None}
-
-
-def _whole(level: float) -> float | int:
-    """Return a whole number as such; another is for the option to refuse."""
-    return int(level) if level.is_integer() else level
+    steps = int(level) if level.is_integer() else level  # for the option to refuse
+    return motion, {"latency": steps, "latency_every": None}
 
 
 def _pushes(size: float) -> tuple[float, float]:
@@ -109,12 +102,14 @@ _ALL = (
         title="payload in each hand, kg",
         levels=(0.0, 0.5, 1.0, 2.0, 3.0),
         change=_option("payload"),
+        needs_mass=True,
     ),
     Disturbance(
         name="strength",
         title="strength, share of the whole",
         levels=(1.0, 0.7, 0.5, 0.3, 0.2, 0.1),
         change=_option("actuator_strength"),
+        needs_mass=True,
     ),
     Disturbance(
         name="gravity",
@@ -122,6 +117,7 @@ _ALL = (
         levels=("on", "off"),
         change=_option("gravity_compensation", lambda level: level == "off"),
         names=("on", "off"),
+        needs_mass=True,
     ),
     Disturbance(
         name="latency",
@@ -140,6 +136,7 @@ _ALL = (
         title="pushes once a second, N",
         levels=(0.0, 10.0, 20.0, 50.0, 100.0),
         change=_option("perturbation", _pushes),
+        needs_mass=True,
     ),
     Disturbance(
         name="tempo",
@@ -149,7 +146,7 @@ _ALL = (
     ),
     Disturbance(
         name="mirrored",
-        title="mirrored dance",
+        title="mirrored motion",
         levels=("no", "yes"),
         change=_mirrored,
         names=("no", "yes"),
@@ -163,7 +160,7 @@ _ALL = (
     ),
     Disturbance(
         name="unseen",
-        title="dance never seen",
+        title="unseen motion",
         levels=(),
         change=_unseen,
         names=(),

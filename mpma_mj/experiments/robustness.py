@@ -1,165 +1,133 @@
-"""What each worker does: agents that have learned, tried in disturbed conditions."""
+"""Study `robustness`: agents are trained, and then evaluated under disturbances."""
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
-
-from mpma_mj.agents.registry import agent_class
-from mpma_mj.errors import DivergedError
-from mpma_mj.evaluation.conditions import Trial
-from mpma_mj.evaluation.disturbances import Level
-from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, fine_tune, tracking_errors
-from mpma_mj.experiments.backend import Work
-from mpma_mj.experiments.batching import cut
-from mpma_mj.experiments.spec import seeds
+from mpma_mj.agents import agent_class
+from mpma_mj.errors import BadOptionError, DivergedError
+from mpma_mj.evaluation import robustness
+from mpma_mj.evaluation.conditions import DisturbanceLevel, disturbance_levels
+from mpma_mj.experiments.study import Agents, Record, Study, StudyJob, batches
 from mpma_mj.motions import Motion
-from mpma_mj.training.checkpoints import TrainedAgents
+from mpma_mj.options import Arms
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.trainer import train_agents
+from mpma_mj.training.dataset import read_motions
+from mpma_mj.training.trainer import check, train_agents
 
-__all__ = ["THIS_RUN", "Found", "Outcome", "StressJob", "jobs"]
+__all__ = ["AGENTS", "Robustness"]
 
-THIS_RUN = "this run"
-Outcome = Literal["danced", "diverged", "beyond the arms"]
-
-
-@dataclass(frozen=True)
-class Found:
-    """How one agent did in one trial.
-
-    Attributes:
-        agent: Its name, or `THIS_RUN`.
-        seed: Its seed.
-        disturbance: Name of the disturbance.
-        level: Level of the disturbance.
-        outcome: Whether it danced to the end, without learning.
-        p_e_percent: p_e without learning, percent; NaN where it did not.
-        course: p_e after 0, 1, … epochs of learning there, percent, NaN where the simulation
-            diverged; empty if there was no learning.
-    """
-
-    agent: str
-    seed: int
-    disturbance: str
-    level: Level
-    outcome: Outcome
-    p_e_percent: float
-    course: tuple[float, ...]
+AGENTS: Agents = {
+    "mpma": {"agent": "mpma"},
+    "single": {"agent": "single"},
+    "mosaic": {"agent": "mosaic"},
+    "hammer": {"agent": "hammer"},
+    "resolved rate": {"agent": "resolved_rate"},
+    "feedback only": {"agent": "feedback_only"},
+}
+"""Agents of the study."""
 
 
-@dataclass(frozen=True, eq=False)
-class StressJob(Work):
-    """Agents that are trained side by side and then tried.
+@dataclass(frozen=True, kw_only=True)
+class Robustness(Study):
+    """Agents under disturbances; see `Study`.
 
     Attributes:
-        agent: What the results call them.
-        configs: Settings of the runs, which differ in their seeds only.
-        motion: What they learn.
-        epochs: Most epochs of training.
-        trained: The agents, if they need no training.
-        trials: The trials.
-        adapts: Epochs of learning on in each of them; 0 for none.
+        motion: The motion.
+        arms: Kind of arms.
+        epochs: Largest number of epochs of a training, which ends when it has converged.
+        fine_tune: Epochs of fine-tuning at each level; 0 for none.
+        disturbances: Names of disturbances; all that the arms can have if not given.
+        agents: The agents.
     """
 
-    agent: str
-    configs: tuple[RunConfig, ...]
+    name: ClassVar[str] = "robustness"
+    motion: str = "ymca"
+    arms: Arms = "physics"
+    epochs: int = 30
+    fine_tune: int = 0
+    disturbances: tuple[str, ...] = ()
+    agents: Agents = field(default_factory=lambda: AGENTS)
+
+    def __post_init__(self) -> None:
+        """Check the numbers of epochs."""
+        for option, least in (("epochs", 1), ("fine_tune", 0)):
+            if (value := getattr(self, option)) < least:
+                raise BadOptionError(option=option, value=value, expected=f"{least} or more")
+
+    def jobs(self) -> list[RobustnessJob]:
+        """Return a job for each batch of runs; errors as of `Study`.
+
+        Runs that are fine-tuned have one for each disturbance: training them again costs less.
+        """
+        base = RunConfig.of(self.motion, arms=self.arms, seed=self.seed)
+        motion = read_motions(base)
+        check(base, motion)
+        levels = disturbance_levels(base, motion, disturbances=self.disturbances, arms=self.arms)
+        each = itertools.groupby(levels, key=lambda one: one.disturbance)
+        parts = {name: tuple(group) for name, group in each}
+        jobs = []
+        for agent, configs in batches(self.agents, base, self.runs):
+            tunes = self.fine_tune > 0 and agent_class(configs[0].agent_name).fine_tunable
+            jobs += [
+                RobustnessJob(
+                    agent=agent,
+                    part=part,
+                    configs=configs,
+                    motion=motion,
+                    epochs=self.epochs,
+                    levels=some,
+                    fine_tune=self.fine_tune if tunes else 0,
+                )
+                for part, some in (parts if tunes else {"": levels}).items()
+            ]
+        return jobs
+
+    def table(self, records: Sequence[Record]) -> str:
+        """Return the table of agents and levels."""
+        return robustness.as_markdown(self._results(records))
+
+    def draw(self, path: Path, records: Sequence[Record]) -> None:
+        """Write the figure, and that of fine-tuning."""
+        from mpma_mj.evaluation.robustness_figure import write_figures
+
+        write_figures(path, self._results(records))
+
+    def _results(self, records: Sequence[Record]) -> robustness.Robustness:
+        results = [robustness.LevelResult(**record) for record in records]
+        return robustness.Robustness(results, tuple(self.agents), self.fine_tune)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class RobustnessJob(StudyJob):
+    """Runs of one agent, evaluated at some levels; see `StudyJob`.
+
+    Attributes:
+        motion: The motion.
+        epochs: Largest number of epochs of training.
+        levels: Levels of disturbances.
+        fine_tune: Epochs of fine-tuning at each; 0 for none.
+    """
+
     motion: Motion
     epochs: int
-    trained: TrainedAgents | None
-    trials: tuple[Trial, ...]
-    adapts: int
+    levels: tuple[DisturbanceLevel, ...]
+    fine_tune: int
 
-    @property
-    def size(self) -> int:
-        """How many runs are tried, each in each trial."""
-        return len(self.configs) * len(self.trials)
-
-    def do(self) -> list[Found]:
-        """Train the agents, and try them.
+    def do(self) -> list[Record]:
+        """Train the agents, and evaluate them at each level.
 
         Raises:
-            DivergedError: A simulation did not stay finite in training; names agent and seed.
+            DivergedError: A simulation diverged in training; the error names agent and seed.
         """
-        trained = self.trained or self._train()
-        danced: dict[EvalCondition, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
-        found = []
-        for trial in self.trials:
-            condition = trial.condition
-            if condition is not None and condition not in danced:
-                danced[condition] = self._try(trained, condition)
-            for row, config in enumerate(self.configs):
-                name = (self.agent, config.seed, trial.disturbance, trial.level)
-                if condition is None:
-                    found.append(Found(*name, "beyond the arms", float("nan"), ()))
-                    continue
-                p_e, course = danced[condition]
-                outcome: Outcome = "diverged" if np.isnan(p_e[row]) else "danced"
-                found.append(Found(*name, outcome, float(p_e[row]), tuple(course[:, row].tolist())))
-        return found
-
-    def _train(self) -> TrainedAgents:
         try:
-            return train_agents(self.configs, self.motion, self.epochs, {})
+            trained = train_agents(self.configs, self.motion, self.epochs, {})
         except DivergedError as error:
             raise error.with_context(self.agent) from None
-
-    def _try(
-        self, trained: TrainedAgents, condition: EvalCondition
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return p_e, shape (R,), and its course as they learn, shape (epochs + 1 or 0, R)."""
-        p_e = tracking_errors(evaluate(trained, condition))
-        if self.adapts == 0:
-            return p_e, np.empty((0, len(p_e)))
-        # One epoch more, as each is danced before what is learned from it.
-        return p_e, fine_tune(trained, condition, self.adapts + 1)[1]
-
-
-def jobs(
-    own: TrainedAgents,
-    agents: Sequence[str],
-    runs: int,
-    epochs: int,
-    trials: tuple[Trial, ...],
-    adapts: int,
-    workers: int,
-) -> list[StressJob]:
-    """Return the work to do, what takes longest first.
-
-    Args:
-        own: The run.
-        agents: Agents that are trained beside it.
-        runs: Runs of each, with seeds from the run's up.
-        epochs: Most epochs of training.
-        trials: The trials.
-        adapts: Epochs of learning on, of those that can.
-        workers: How many jobs are done at a time.
-
-    Raises:
-        MpmaError: An agent cannot be trained with the run's settings.
-    """
-    config = own.configs[0]
-    rivals = [run for name in agents for run in seeds(config.replace(agent=name), runs)]
-    batches = [(batch[0].agent_name, batch, None) for batch in cut(rivals, workers)]
-    work = []
-    for agent, configs, trained in [*batches, (THIS_RUN, own.configs, own)]:
-        learns = adapts > 0 and agent_class(configs[0].agent_name).fine_tunable
-        for part in _by_disturbance(trials) if learns else [trials]:
-            work.append(
-                StressJob(
-                    agent, configs, own.motion, epochs, trained, part, adapts if learns else 0
-                )
-            )
-    return work
-
-
-def _by_disturbance(trials: tuple[Trial, ...]) -> list[tuple[Trial, ...]]:
-    """Cut trials into work that is done soon enough to show; training anew costs less."""
-    return [
-        tuple(group) for _, group in itertools.groupby(trials, key=lambda trial: trial.disturbance)
-    ]
+        results = robustness.evaluate_levels(self.agent, trained, self.levels, self.fine_tune)
+        return [dataclasses.asdict(one) for one in results]

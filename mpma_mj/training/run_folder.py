@@ -38,7 +38,7 @@ _CONTENTS = (
     "trace.npz",
     "checkpoint",
     "figures",
-    "stress",
+    "evaluations",
     "dance.mp4",
     "config.json",
 )
@@ -81,9 +81,9 @@ class RunFolder:
         return self.path / "lesion.json"
 
     @property
-    def stress(self) -> Path:
-        """Folder with one folder for each test under disturbances."""
-        return self.path / "stress"
+    def evaluations(self) -> Path:
+        """Folder with a folder for each evaluation."""
+        return self.path / "evaluations"
 
     @property
     def figures(self) -> Path:
@@ -207,8 +207,8 @@ class RunFolder:
         pictures = (self.figures / f"{path.stem}.png" for path in results)
         for path in (self.video, *results, *pictures):
             path.unlink(missing_ok=True)
-        if self.stress.exists():
-            shutil.rmtree(self.stress)
+        if self.evaluations.exists():
+            shutil.rmtree(self.evaluations)
 
     def write_checkpoint(
         self, name: str, config: RunConfig, state: Mapping[str, Array], meta: dict[str, Any]

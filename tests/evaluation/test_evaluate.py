@@ -142,7 +142,7 @@ def test_a_run_folder_of_another_motion_is_refused(
     said = "has 228 moments" if other == "shorter" else "is not the motion of trace.npz"
     with pytest.raises(CheckpointError, match=said):
         TrainedAgents.of_run(folder)
-    assert main(["stress", str(folder.path), "--runs", "0"]) == 2
+    assert main(["evaluate", str(folder.path)]) == 2
 
 
 def test_training_that_diverges_names_the_seed(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -134,10 +134,13 @@ def test_the_command_line_takes_one_number_as_before(tmp_path: Path) -> None:
         ("--latency 1 2 3", "--latency has '1 2 3'; expected one whole number"),
         ("--latency 3 ymca", "--latency has '3 ymca'; expected one whole number"),
         ("--latency 3 ymca", "such as 0 5; motions stand before --latency"),
-        ("--latency 5 0", "--latency is (5, 0); expected a whole number from 0 to 100, or a range"),
-        ("--latency -1 5", "--latency is (-1, 5); expected a whole number from 0 to 100, or a"),
+        (
+            "--latency 5 0",
+            "--latency is 5 and 0; expected a whole number from 0 to 100, or a range",
+        ),
+        ("--latency -1 5", "--latency is -1 and 5; expected a whole number from 0 to 100, or a"),
         ("--latency-every 1 3", "give --latency two numbers that differ, or leave it out"),
-        ("--latency 0 5 --latency-every 3 1", "--latency-every is (3.0, 1.0); expected two times"),
+        ("--latency 0 5 --latency-every 3 1", "--latency-every is 3.0 and 1.0; expected two times"),
         ("--latency 0 5 --latency-every 0.01 1", "expected a range from 0.05 s up, one control"),
     ],
 )

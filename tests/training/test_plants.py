@@ -116,7 +116,10 @@ def test_the_command_line_takes_plants_and_their_run_is_resumed(
         ("--plants default actuator-gain=0", "plants[1]: actuator_gain is 0.0; expected 0.01 to"),
         ("--switch-every 1 3", "give --plants too, or leave --switch-every out"),
         ("--epochs-per-plant 5", "give --plants too, or leave --epochs-per-plant out"),
-        ("--plants default payload=1 --switch-every 3 1", "--switch-every is (3.0, 1.0); expected"),
+        (
+            "--plants default payload=1 --switch-every 3 1",
+            "--switch-every is 3.0 and 1.0; expected",
+        ),
         ("--plants default payload=1 --switch-every 0.01 1", "expected a range from 0.05 s up"),
         ("--arms kinematic --plants default damping=1", "plants[1]: --damping is 1.0; ideal arms"),
     ],
