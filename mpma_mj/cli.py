@@ -15,6 +15,7 @@ import tyro
 from mpma_mj import __version__
 from mpma_mj.agents.config import MPMAConfig
 from mpma_mj.commands import COMMANDS
+from mpma_mj.commands.analyse import with_analysis
 from mpma_mj.commands.imitate import Imitate
 from mpma_mj.commands.run_options import REFUSED_OPTIONS, config_type, registry
 from mpma_mj.commands.study import check_study
@@ -93,6 +94,8 @@ def _run(words: Sequence[str]) -> None:
             raise BadOptionError(f"'{word}' is an empty argument; give it a value, or leave it out")
     if words[:1] == ["study"]:
         check_study(words[1:])
+    if words[:1] == ["analyse"]:
+        words = ["analyse", *with_analysis(words[1:])]
     command = _parse(words)
     if isinstance(command, Imitate):
         command = command.with_words(words)

@@ -278,7 +278,7 @@ def test_an_interrupted_run_says_how_to_go_on_if_there_is_something_to_go_on_wit
         assert main(["imitate", "--resume", str(out), "--no-video", "--epochs", "1"]) == 0
 
 
-@pytest.mark.parametrize("words", [["capture", "RUN"], ["imitate", "--help"], ["--version"]])
+@pytest.mark.parametrize("words", [["analyse", "RUN"], ["imitate", "--help"], ["--version"]])
 def test_output_that_nobody_reads_any_more_ends_the_command_quietly(
     words: list[str], small_run: Path, tmp_path: Path
 ) -> None:

@@ -40,7 +40,7 @@ def test_a_run_is_whole_on_a_terminal_that_lacks_its_characters(
 
 def test_tables_are_shown_on_a_terminal_of_ascii(small_run: Path, tmp_path: Path) -> None:
     run = shutil.copytree(small_run, tmp_path / "run")
-    result = mpma("lesion", run, "--retrain", 0, PYTHONIOENCODING="ascii")
+    result = mpma("analyse", run, "lesion", "--fine-tune", 0, PYTHONIOENCODING="ascii")
     assert result.returncode == 0, result.stderr
     assert "largest ? at once" in result.stdout
 
@@ -70,7 +70,7 @@ def test_errors_name_files_that_a_terminal_cannot_show() -> None:
     [
         (["imitate", "ymca", *TINY, "--out", "run"], ["run/figures/trajectory.png"]),
         (["motion", "ymca", "--out", "a.npz"], ["ymca-motion.png", "a.npz"]),
-        (["capture", "small"], ["small/capture.json", "small/figures/capture.png"]),
+        (["analyse", "small"], ["small/modules.json", "small/figures/modules.png"]),
         (
             ["compare", "ymca", *SMALL_COMPARISON, "--out", "compared"],
             ["compared/transfer.png", "compared/dances.png"],

@@ -65,11 +65,11 @@ def test_a_repertoire_of_such_names_is_learned_and_examined(
     assert all(line.startswith("epoch") for line in result.stderr.splitlines())
     assert tuple(json.loads((run / "summary.json").read_text())["dominant_module"]) == SHOWN
     assert len(list((run / "figures").glob("*.png"))) == 3
-    for command, *words in (["capture"], ["free-running"], ["lesion", "--retrain", "0"]):
-        assert main([command, str(run), *words]) == 0
-        assert (run / "figures" / f"{command.replace('-', '_')}.png").exists()
+    for analysis, *words in (["modules"], ["free-running"], ["lesion", "--fine-tune", "0"]):
+        assert main(["analyse", str(run), analysis, *words]) == 0
+        assert (run / "figures" / f"{analysis.replace('-', '_')}.png").exists()
     told = capsys.readouterr().err.splitlines()
-    assert told[-1] == "[run]\\udcff$1_$2: switching modules off"
+    assert told[-1] == "[run]\\udcff$1_$2: dropping modules"
     assert not any("warning" in line for line in told)
     assert main(["imitate", "--resume", str(run), "--epochs", "1", "--no-video"]) == 0
     assert len((run / "metrics.csv").read_text().splitlines()) == 1 + 3

@@ -95,8 +95,8 @@ def test_a_run_folder_imports_no_code_that_is_not_named(here: Path, refused: Ref
 def test_an_outside_rule_is_trained_and_named_again(here: Path, refused: Refused) -> None:
     words = ("--rule", "my_rules.py:Mine", "--nodes", "5", "--modules", "2")
     assert imitate("ymca", *words, "--epochs", "3", "--out", "run") == 0
-    refused(["lesion", "run", "--retrain", "0"], "name it with --rule my_rules.py:Mine")
-    assert main(["lesion", "run", "--retrain", "0", "--rule", "my_rules.py:Mine"]) == 0
+    refused(["analyse", "run", "lesion"], "name it with --rule my_rules.py:Mine")
+    assert main(["analyse", "run", "lesion", "--fine-tune", "0", "--rule", "my_rules.py:Mine"]) == 0
 
 
 def test_an_outside_agent_stands_in_the_table_of_agents(
@@ -170,5 +170,5 @@ def test_a_class_is_named_only_for_runs_that_were_trained_with_it(
     named: tuple[str, str], here: Path, refused: Refused, small_run: Path
 ) -> None:
     message = f"{named[0]} is '{named[1]}'; expected the path of a class from outside with which a"
-    for command in ("lesion", "free-running", "evaluate"):
-        refused([command, str(small_run), *named], message)
+    for command in (["analyse", "lesion"], ["analyse", "free-running"], ["evaluate"]):
+        refused([*command, str(small_run), *named], message)

@@ -1,4 +1,4 @@
-"""The figure of a dance that goes on without its demonstration."""
+"""Figure of free-running: directions of segments, and errors over time."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from mpma_mj.analysis.free_running import FreeRun
-from mpma_mj.analysis.free_running_measures import LOST, nearest_over_time
+from mpma_mj.analysis.free_running_measures import HOLDING, nearest_over_time
 from mpma_mj.kinematics import SEGMENT_NAMES
 from mpma_mj.metrics import error_over_time
 from mpma_mj.motions import Motion
@@ -25,16 +25,16 @@ Array = NDArray[np.float64]
 _COLOURS = ("C3", "C2", "C0")  # of x, y and z, as in trajectory.png
 _STARTS = "a repetition starts"
 _PALE = 0.3  # opacity of what would be demonstrated
-_LONG = 20.0  # s; of a dance of more only the first and the last repetition are drawn (choice)
+_LONG = 20.0  # s; beyond that only the first and the last repetition are drawn (choice)
 
 
 def write_figure(path: Path, free: FreeRun, motion: Motion) -> None:
-    """Draw all segments' directions, demonstrated and danced, and the errors over time.
+    """Draw all segments' directions, demonstrated and imitated, and the errors over time.
 
     Args:
         path: The PNG file.
-        free: What was danced.
-        motion: The movement that had been learned.
+        free: Postures from the release on.
+        motion: The motion that had been learned.
     """
     spans = drawn_spans(free)
     with figure_file(path, 9.0, 8.6) as figure:
@@ -67,11 +67,11 @@ def write_figure(path: Path, free: FreeRun, motion: Motion) -> None:
             ncols=-(-len(entries) // 3),  # x, y and z below each other
             fontsize="small",
         )
-        figure.suptitle(f"Dancing without the demonstration ({motion.name})", fontsize="medium")
+        figure.suptitle(f"Free-running ({motion.name})", fontsize="medium")
 
 
 def drawn_spans(free: FreeRun) -> list[slice]:
-    """Return which steps are drawn side by side: all, or of a long dance its first and last."""
+    """Return which steps are drawn side by side: all, or of many the first and last repetition."""
     steps = len(free.posture)
     if steps <= _LONG * free.rate or steps < 2 * free.period:
         return [slice(0, steps)]
@@ -79,11 +79,11 @@ def drawn_spans(free: FreeRun) -> list[slice]:
 
 
 def _directions(axes: Sequence[Axes], free: FreeRun, span: slice) -> None:
-    """Draw a segment an axis."""
+    """Draw each segment in its axes."""
     time = np.arange(span.start, span.stop) / free.rate
     looks: tuple[tuple[Array, str, dict[str, Any]], ...] = (
         (free.reference, "would be demonstrated", {"alpha": _PALE, "linewidth": 3.0}),
-        (free.posture, "danced", {"linewidth": 1.2}),
+        (free.posture, "free-running", {"linewidth": 1.2}),
     )
     for number, axis in enumerate(axes):
         for posture, said, look in looks:
@@ -99,7 +99,7 @@ def _errors(axis: Axes, free: FreeRun, span: slice) -> None:
     axis.plot(time, errors, color=error_colour, label="error now")
     nearest = nearest_over_time(free, free.posture)[span]
     axis.plot(time, nearest, color=nearest_colour, label="error to the nearest of the label")
-    axis.axhline(LOST, color=INK, linestyle="--", linewidth=0.8, label=f"{LOST:g} %: lost")
+    axis.axhline(HOLDING, color=INK, linestyle="--", linewidth=0.8, label=f"{HOLDING:g} %")
 
 
 def _starts(axis: Axes, free: FreeRun, span: slice) -> None:

@@ -1,4 +1,4 @@
-"""Trained agents from which modules are taken away: what breaks, and who takes over."""
+"""Lesions: errors and responsibilities of a trained agent without some of its modules."""
 
 from __future__ import annotations
 
@@ -23,26 +23,27 @@ from mpma_mj.trace import Trace
 from mpma_mj.training.checkpoints import TrainedAgents
 from mpma_mj.training.factory import make_environments
 
-__all__ = ["Dance", "Lesion", "Lesions", "Lost", "dance_without", "what_can_be_lost"]
+__all__ = ["Dropped", "LabelMeasures", "Lesion", "Lesions", "apply_lesion", "possible_lesions"]
 
 Array = NDArray[np.float64]
-Lost = tuple[int, ...]  # numbers of modules, from 0
+Dropped = tuple[int, ...]
+"""Indices of the modules that are switched off."""
 
-_TOGETHER = 2  # modules that are switched off at once, at most
+_AT_ONCE = 2  # modules that are switched off together, at most
 
 
 @dataclass(frozen=True, eq=False)
-class Dance:
-    """An episode of C labels danced by some of M modules.
+class LabelMeasures:
+    """Measures of an episode, by label.
 
     Attributes:
         p_e_percent: p_e, percent.
         label_p_e_percent: p_e of the steps that lead to postures of each label, shape (C,),
-            percent; NaN of one that is not danced.
+            percent; NaN of one that does not occur.
         responsibility: Mean responsibility of each module while a label is active, shape (C, M);
-            0 for removed modules, NaN for a label that does not occur.
+            0 for dropped modules, NaN for a label that does not occur.
         dominant: Module that most often has the largest responsibility, shape (C,); -1 of a
-            label that is not danced.
+            label that does not occur.
     """
 
     p_e_percent: float
@@ -53,27 +54,27 @@ class Dance:
 
 @dataclass(frozen=True, eq=False)
 class Lesion:
-    """What became of an agent without some modules.
+    """An agent without some modules.
 
     Attributes:
-        lost: Which are switched off; none of the intact agent.
-        at_once: How it danced then.
-        retrained: How it danced after it had learned on; None where it did not.
+        dropped: The modules that are switched off; none of the intact agent.
+        at_once: Measures without learning.
+        fine_tuned: Measures after fine-tuning; None where there was none.
     """
 
-    lost: Lost
-    at_once: Dance
-    retrained: Dance | None
+    dropped: Dropped
+    at_once: LabelMeasures
+    fine_tuned: LabelMeasures | None
 
 
 @dataclass(frozen=True, eq=False)
 class Lesions:
-    """What became of an agent without each module and each two.
+    """All lesions of an agent.
 
     Attributes:
         labels: Names of the labels.
-        lesions: All of them; the first is of the intact agent, in the last all are silent.
-        epochs: Epochs of learning before they danced again.
+        lesions: The lesions; the first is the intact agent, the last has no module.
+        epochs: Epochs of fine-tuning.
     """
 
     labels: tuple[str, ...]
@@ -82,58 +83,58 @@ class Lesions:
 
     @property
     def intact(self) -> Lesion:
-        """The agent that has lost nothing."""
+        """The agent with all modules."""
         return self.lesions[0]
 
     @property
     def silent(self) -> Lesion:
-        """The agent whose modules are all silent."""
+        """The agent without modules."""
         return self.lesions[-1]
 
     @property
-    def some(self) -> tuple[Lesion, ...]:
-        """Those without some modules, but not all."""
+    def partial(self) -> tuple[Lesion, ...]:
+        """The lesions of some modules, but not all."""
         return self.lesions[1:-1]
 
     @property
-    def retrained(self) -> bool:
-        """Whether the agent learned on."""
-        return self.intact.retrained is not None
+    def fine_tuned(self) -> bool:
+        """Whether the agent was fine-tuned."""
+        return self.intact.fine_tuned is not None
 
     @property
     def modules(self) -> int:
-        """Largest number of modules; an agent that learns on may recruit a plant."""
-        dances = [d for lesion in self.lesions for d in (lesion.at_once, lesion.retrained) if d]
-        return max(dance.responsibility.shape[1] for dance in dances)
+        """Largest number of modules; fine-tuning may recruit those of a plant."""
+        found = [m for one in self.lesions for m in (one.at_once, one.fine_tuned) if m]
+        return max(one.responsibility.shape[1] for one in found)
 
-    def owned(self, lost: Lost) -> NDArray[np.bool_]:
-        """Return which labels are those of some modules, dominant in them before, shape (C,)."""
-        return np.isin(self.intact.at_once.dominant, lost)
+    def owned(self, dropped: Dropped) -> NDArray[np.bool_]:
+        """Return which labels have one of some modules as dominant, if intact, shape (C,)."""
+        return np.isin(self.intact.at_once.dominant, dropped)
 
     def as_json(self) -> dict[str, Any]:
-        """Return it as JSON can hold it."""
+        """Return what JSON can hold."""
         owners = map(metrics.module_number, self.intact.at_once.dominant.tolist())
         return {
-            "retrain_epochs": self.epochs if self.retrained else 0,
+            "fine_tune_epochs": self.epochs if self.fine_tuned else 0,
             "dominant_module": dict(zip(self.labels, owners, strict=True)),
             "lesions": [
                 {
-                    "lost": [metrics.module_number(module) for module in lesion.lost],
-                    "at_once": self._danced(lesion.at_once),
-                    "retrained": lesion.retrained and self._danced(lesion.retrained),
+                    "dropped": [metrics.module_number(module) for module in one.dropped],
+                    "at_once": self._measures(one.at_once),
+                    "fine_tuned": one.fine_tuned and self._measures(one.fine_tuned),
                 }
-                for lesion in self.lesions
+                for one in self.lesions
             ],
         }
 
-    def _danced(self, dance: Dance) -> dict[str, Any]:
+    def _measures(self, measures: LabelMeasures) -> dict[str, Any]:
         by_label = {
-            "p_e_percent": dance.label_p_e_percent.tolist(),
-            "responsibility": dance.responsibility.tolist(),
-            "dominant_module": [metrics.module_number(m) for m in dance.dominant.tolist()],
+            "p_e_percent": measures.label_p_e_percent.tolist(),
+            "responsibility": measures.responsibility.tolist(),
+            "dominant_module": [metrics.module_number(m) for m in measures.dominant.tolist()],
         }
         return {
-            "p_e_percent": dance.p_e_percent,
+            "p_e_percent": measures.p_e_percent,
             "labels": {
                 label: {name: values[number] for name, values in by_label.items()}
                 for number, label in enumerate(self.labels)
@@ -141,15 +142,15 @@ class Lesions:
         }
 
 
-def what_can_be_lost(trained: TrainedAgents) -> list[Lost]:
-    """Return nothing, each module, each two modules that leave another one, and all.
+def possible_lesions(trained: TrainedAgents) -> list[Dropped]:
+    """Return no module, each module, each pair that leaves another one, and all modules.
 
     Args:
         trained: One agent.
 
     Raises:
         BadOptionError: The agent has no modules, or a single one.
-        CheckpointError: What it has learned does not fit its settings.
+        CheckpointError: The agent's state does not fit its config.
     """
     modules = range(len(_pairs(trained).enabled_modules))
     if len(modules) == 1:
@@ -157,38 +158,38 @@ def what_can_be_lost(trained: TrainedAgents) -> list[Lost]:
             f"{trained.source or 'trained agent'}: has one module, and none that could take over",
             remedy="expected a run of {modules=2} or more",
         )
-    sizes = range(1 + min(_TOGETHER, len(modules) - 1))
-    some = [lost for size in sizes for lost in itertools.combinations(modules, size)]
+    sizes = range(1 + min(_AT_ONCE, len(modules) - 1))
+    some = [dropped for size in sizes for dropped in itertools.combinations(modules, size)]
     return [*some, tuple(modules)]
 
 
-def dance_without(trained: TrainedAgents, lost: Lost, retrain: int) -> Lesion:
-    """Switch modules off, and let the agent dance at once and after it has learned on.
+def apply_lesion(trained: TrainedAgents, dropped: Dropped, epochs: int) -> Lesion:
+    """Switch modules off, and measure an episode at once and after fine-tuning.
 
-    Both times it is the same episode, one that no training sees, and nothing is learned from it.
-    HAMMER that has been prepared learns no more, nor does an agent of which all modules are lost:
-    it has only its feedback controller, with the gain K that it has.
+    Both times it is the same episode, which no training contains, without learning. An agent
+    without modules is not fine-tuned, since only its feedback controller is left, nor HAMMER once
+    it has been prepared.
 
     Args:
         trained: One agent.
-        lost: Which modules.
-        retrain: Number of epochs of learning; at 0 it does not learn.
+        dropped: The modules.
+        epochs: Number of epochs of fine-tuning; 0 for none.
 
     Raises:
         DivergedError: The simulation did not stay finite.
     """
     pairs = _pairs(trained)
-    agent: TrainedAgents = _Lesioned(**vars(trained), lost=lost)
+    agent: TrainedAgents = _Lesioned(**vars(trained), dropped=dropped)
     condition = EvalCondition("home", trained.motion, {})
-    at_once = _measure(_danced(agent, condition, lost))
-    silent = len(lost) == len(pairs.enabled_modules)
+    at_once = _measure(_evaluated(agent, condition, dropped))
+    silent = len(dropped) == len(pairs.enabled_modules)
     prepared = isinstance(pairs, HAMMER) and not pairs.is_preparing
-    if silent or prepared or retrain == 0:
-        return Lesion(lost, at_once, None)
-    agent, course = fine_tune(agent, condition, retrain)
+    if silent or prepared or epochs == 0:
+        return Lesion(dropped, at_once, None)
+    agent, course = fine_tune(agent, condition, epochs)
     if np.isnan(course).any():
-        raise _diverged(lost)
-    return Lesion(lost, at_once, _measure(_danced(agent, condition, lost)))
+        raise _diverged(dropped)
+    return Lesion(dropped, at_once, _measure(_evaluated(agent, condition, dropped)))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -196,17 +197,17 @@ class _Lesioned(TrainedAgents):
     """An agent of which some modules are switched off.
 
     Attributes:
-        lost: Which.
+        dropped: The modules.
     """
 
-    lost: Lost
+    dropped: Dropped
 
     def agent(self, envs: VectorImitationEnv) -> Agent:
-        """Return the agent, with what it has learned since."""
+        """Return the agent in its state, without the modules."""
         agent = super().agent(envs)
         pairs = paired_models_of(agent)
         enabled = pairs.enabled_modules
-        enabled[[*self.lost]] = False
+        enabled[[*self.dropped]] = False
         pairs.set_enabled_modules(enabled)
         return agent
 
@@ -218,28 +219,28 @@ def _pairs(trained: TrainedAgents) -> PairedModels:
         return paired_models_of(trained.agent(envs))
 
 
-def _danced(agent: TrainedAgents, condition: EvalCondition, lost: Lost) -> Trace:
+def _evaluated(agent: TrainedAgents, condition: EvalCondition, dropped: Dropped) -> Trace:
     (trace,) = evaluate(agent, condition)
     if trace is None:
-        raise _diverged(lost)
+        raise _diverged(dropped)
     return trace
 
 
-def _diverged(lost: Lost) -> DivergedError:
-    missing = " and ".join(f"module {i + 1}" for i in lost) or "any loss"
+def _diverged(dropped: Dropped) -> DivergedError:
+    missing = " and ".join(f"module {i + 1}" for i in dropped) or "any lesion"
     return DivergedError(
         f"without {missing}: the simulation diverged",
-        remedy="train anew with a slower {tempo} or another {seed}",
+        remedy="train again with a slower {tempo} or another {seed}",
     )
 
 
-def _measure(trace: Trace) -> Dance:
+def _measure(trace: Trace) -> LabelMeasures:
     """Return the measures of an episode."""
     posture, reference = trace.posture[1:], trace.reference[1:]
     context, responsibility = trace.context, trace.with_modules().responsibility
     reached, active = active_label(context[1:]), active_label(context[:-1])
     labels = range(context.shape[1])
-    return Dance(
+    return LabelMeasures(
         p_e_percent=metrics.posture_error_percent(posture, reference),
         label_p_e_percent=np.array(
             [_error(posture[reached == c], reference[reached == c]) for c in labels]

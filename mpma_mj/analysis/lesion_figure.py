@@ -1,4 +1,4 @@
-"""The figure of what breaks without which modules, and who takes over."""
+"""Figure of lesions: p_e and responsibilities in each label."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from matplotlib.colors import LogNorm
 from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
-from mpma_mj.analysis.lesion import Dance, Lesion, Lesions
+from mpma_mj.analysis.lesion import LabelMeasures, Lesion, Lesions
 from mpma_mj.analysis.lesion_table import name_of
 from mpma_mj.visualization.colours import INK, module_colours
 from mpma_mj.visualization.figure_file import figure_file
@@ -33,28 +33,30 @@ _MAP = "YlOrBr"
 _LIGHT = 0.55  # from here on a colour is dark enough for white numbers
 
 
-def drawn(without: Lesions) -> list[Lesion]:
+def drawn(found: Lesions) -> list[Lesion]:
     """Return the lesions that have a row: all, or where those are many all but pairs."""
-    if len(without.lesions) <= _MOST:
-        return list(without.lesions)
-    some = [lesion for lesion in without.some if len(lesion.lost) == 1]
-    return [without.intact, *some, without.silent]
+    if len(found.lesions) <= _MOST:
+        return list(found.lesions)
+    some = [lesion for lesion in found.partial if len(lesion.dropped) == 1]
+    return [found.intact, *some, found.silent]
 
 
-def write_figure(path: Path, without: Lesions, movement: str) -> None:
-    """Write p_e and responsibilities in each label, at once and after learning on.
+def write_figure(path: Path, found: Lesions, motion: str) -> None:
+    """Write p_e and responsibilities in each label, at once and after fine-tuning.
 
     Args:
         path: The PNG file.
-        without: The lesions of a run.
-        movement: What is danced.
+        found: The lesions of a run.
+        motion: Name of the motion.
     """
-    lesions = drawn(without)
-    times: dict[str, list[Dance | None]] = {"at once": [lesion.at_once for lesion in lesions]}
-    if without.retrained:
-        again = f"after {without.epochs} epoch{'s' * (without.epochs != 1)} of learning"
-        times[again] = [lesion.retrained for lesion in lesions]
-    column = max(_NARROWEST, _CELL[0] * (len(without.labels) + 1))
+    lesions = drawn(found)
+    times: dict[str, list[LabelMeasures | None]] = {
+        "at once": [lesion.at_once for lesion in lesions]
+    }
+    if found.fine_tuned:
+        again = f"after {found.epochs} epoch{'s' * (found.epochs != 1)} of fine-tuning"
+        times[again] = [lesion.fine_tuned for lesion in lesions]
+    column = max(_NARROWEST, _CELL[0] * (len(found.labels) + 1))
     width = _AROUND[0] + len(times) * column
     height = _AROUND[1] + 2 * _CELL[1] * len(lesions)
     with figure_file(path, width, height) as figure:
@@ -64,18 +66,18 @@ def write_figure(path: Path, without: Lesions, movement: str) -> None:
             2, len(times), sharey="row", squeeze=False, gridspec_kw={"height_ratios": heights}
         )
         norm = _norm(lesions)
-        for column, (when, dances) in enumerate(times.items()):
-            _errors(axes[0, column], without, lesions, dances, norm)
-            _shares(axes[1, column], without, lesions, dances)
+        for column, (when, episodes) in enumerate(times.items()):
+            _draw_errors(axes[0, column], found, lesions, episodes, norm)
+            _draw_shares(axes[1, column], found, lesions, episodes)
             axes[0, column].set_title(f"p_e, %, {when}", fontsize="medium")
             axes[1, column].set_title(f"responsibility λ, {when}", fontsize="medium")
-        names = [name_of(lesion, without) for lesion in lesions]
+        names = [name_of(lesion, found) for lesion in lesions]
         for axis, count in zip(axes[:, 0], heights, strict=True):
             axis.set_yticks(range(count), names[:count], fontsize=8)
             axis.set_ylim(count - 0.5, -0.5)
-        colours = _colours(without)
-        patches = [Patch(color=colours[i], label=f"module {i + 1}") for i in range(without.modules)]
-        frame = Patch(facecolor="none", edgecolor=INK, label="label of a lost module")
+        colours = _colours(found)
+        patches = [Patch(color=colours[i], label=f"module {i + 1}") for i in range(found.modules)]
+        frame = Patch(facecolor="none", edgecolor=INK, label="label of a dropped module")
         figure.legend(
             handles=[*patches, frame],
             loc="outside lower center",
@@ -83,66 +85,66 @@ def write_figure(path: Path, without: Lesions, movement: str) -> None:
             fontsize=8,
             frameon=False,
         )
-        figure.suptitle(f"What breaks without which modules ({movement})", fontsize="medium")
+        figure.suptitle(f"Lesions ({motion})", fontsize="medium")
 
 
 def _norm(lesions: Sequence[Lesion]) -> LogNorm:
     """Return the scale of the colours, which is that of ratios."""
-    dances = [d for lesion in lesions for d in (lesion.at_once, lesion.retrained) if d]
-    errors = np.concatenate([dance.label_p_e_percent for dance in dances])
+    episodes = [d for lesion in lesions for d in (lesion.at_once, lesion.fine_tuned) if d]
+    errors = np.concatenate([episode.label_p_e_percent for episode in episodes])
     return LogNorm(float(np.nanmin(errors)), float(np.nanmax(errors)))
 
 
-def _errors(
+def _draw_errors(
     axis: Axes,
-    without: Lesions,
+    found: Lesions,
     lesions: Sequence[Lesion],
-    dances: Sequence[Dance | None],
+    episodes: Sequence[LabelMeasures | None],
     norm: LogNorm,
 ) -> None:
-    """Draw a cell for each lesion and label, framed where a lost module was dominant."""
-    labels = len(without.labels)
-    table = np.full((len(dances), labels + 1), np.nan)
-    for row, dance in enumerate(dances):
-        if dance is not None:
-            table[row] = [*dance.label_p_e_percent, dance.p_e_percent]
+    """Draw a cell for each lesion and label, framed where a dropped module was dominant."""
+    labels = len(found.labels)
+    table = np.full((len(episodes), labels + 1), np.nan)
+    for row, episode in enumerate(episodes):
+        if episode is not None:
+            table[row] = [*episode.label_p_e_percent, episode.p_e_percent]
     axis.imshow(table, cmap=_MAP, norm=norm, aspect="auto")
     for (row, column), error in np.ndenumerate(table):
         if not np.isnan(error):
             colour = "white" if norm(error) > _LIGHT else INK
             text = f"{error:.2f}" if error < _ONE_DIGIT else f"{error:.1f}"
             axis.text(column, row, text, ha="center", va="center", color=colour, fontsize=7.5)
-    for row, (lesion, dance) in enumerate(zip(lesions, dances, strict=True)):
-        if dance is not None and lesion is not without.silent:
-            for column in np.flatnonzero(without.owned(lesion.lost)):
+    for row, (lesion, episode) in enumerate(zip(lesions, episodes, strict=True)):
+        if episode is not None and lesion is not found.silent:
+            for column in np.flatnonzero(found.owned(lesion.dropped)):
                 place = (column - 0.47, row - 0.45)
                 axis.add_patch(
                     Rectangle(place, 0.94, 0.9, fill=False, edgecolor=INK, linewidth=1.4)
                 )
     axis.axvline(labels - 0.5, color="white", linewidth=4, zorder=0.5)
-    _columns(axis, without, [*without.labels, "all"])
+    _name_columns(axis, found, [*found.labels, "all"])
 
 
-def _shares(
-    axis: Axes, without: Lesions, lesions: Sequence[Lesion], dances: Sequence[Dance | None]
+def _draw_shares(
+    axis: Axes, found: Lesions, lesions: Sequence[Lesion], episodes: Sequence[LabelMeasures | None]
 ) -> None:
     """Draw a bar for each lesion and label, divided among the modules that are left."""
-    colours = _colours(without)
-    for row, (lesion, dance) in enumerate(zip(lesions, dances, strict=True)):
-        if dance is None or lesion is without.silent:
+    colours = _colours(found)
+    for row, (lesion, episode) in enumerate(zip(lesions, episodes, strict=True)):
+        if episode is None or lesion is found.silent:
             continue
-        left = np.arange(len(without.labels)) - 0.5 * _BAR
-        for share, colour in zip(dance.responsibility.T, colours, strict=False):
+        left = np.arange(len(found.labels)) - 0.5 * _BAR
+        for share, colour in zip(episode.responsibility.T, colours, strict=False):
             axis.barh(row, _BAR * share, 0.74, left, color=colour)
             left = left + _BAR * np.nan_to_num(share)
-    axis.set_xlim(-0.5, len(without.labels) - 0.5)
-    _columns(axis, without, without.labels)
+    axis.set_xlim(-0.5, len(found.labels) - 0.5)
+    _name_columns(axis, found, found.labels)
 
 
-def _columns(axis: Axes, without: Lesions, names: Sequence[str]) -> None:
+def _name_columns(axis: Axes, found: Lesions, names: Sequence[str]) -> None:
     """Name the labels above their columns, over the colour of the module that was dominant."""
-    colours = _colours(without)
-    for column, owner in enumerate(without.intact.at_once.dominant.tolist()):
+    colours = _colours(found)
+    for column, owner in enumerate(found.intact.at_once.dominant.tolist()):
         if owner >= 0:
             place = (column - 0.5 * _BAR, -0.5 - _CHIP)
             chip = Rectangle(place, _BAR, _CHIP, color=colours[owner], clip_on=False, linewidth=0)
@@ -156,5 +158,5 @@ def _columns(axis: Axes, without: Lesions, names: Sequence[str]) -> None:
     axis.spines[:].set_visible(False)
 
 
-def _colours(without: Lesions) -> list[str]:
-    return module_colours(without.modules)
+def _colours(found: Lesions) -> list[str]:
+    return module_colours(found.modules)

@@ -1,4 +1,4 @@
-"""What is told about lesions as tables of text."""
+"""Tables of lesions."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.analysis.lesion import Dance, Lesion, Lesions
+from mpma_mj.analysis.lesion import LabelMeasures, Lesion, Lesions
 from mpma_mj.evaluation.statistics import interval
 from mpma_mj.utils.text import markdown_table
 
@@ -16,43 +16,44 @@ __all__ = ["matrix", "name_of", "summary"]
 
 Array = NDArray[np.float64]
 Part = NDArray[np.bool_]  # labels that count, shape (C,)
-Chosen = Callable[[Lesions, Lesion], Part]
-Measured = Callable[[Dance], Array]  # a value for each label, shape (C,)
-Picked = Callable[[Lesions, Lesion], Dance | None]
+Selection = Callable[[Lesions, Lesion], Part]
+Measure = Callable[[LabelMeasures], Array]  # a value for each label, shape (C,)
+Episode = Callable[[Lesions, Lesion], LabelMeasures | None]
 
 
-def name_of(lesion: Lesion, without: Lesions) -> str:
-    """Return what a row is called; modules are counted from 1."""
-    if lesion is without.silent:
+def name_of(lesion: Lesion, lesions: Lesions) -> str:
+    """Return the name of a row; modules are counted from 1."""
+    if lesion is lesions.silent:
         return "all silent"
-    return f"without {', '.join(str(i + 1) for i in lesion.lost)}" if lesion.lost else "intact"
+    dropped = ", ".join(str(module + 1) for module in lesion.dropped)
+    return f"without {dropped}" if dropped else "intact"
 
 
-def matrix(without: Lesions) -> str:
-    """Return the lesions of a run as two tables: p_e, and who is dominant, in each label."""
-    arrow = " → after learning on" if without.retrained else ""
-    names = [name_of(lesion, without) for lesion in without.lesions]
+def matrix(lesions: Lesions) -> str:
+    """Return p_e, and the dominant module, of each lesion and label as two tables."""
+    arrow = " → after fine-tuning" if lesions.fine_tuned else ""
+    names = [name_of(lesion, lesions) for lesion in lesions.lesions]
     errors, owners = [], []
-    for name, lesion in zip(names, without.lesions, strict=True):
-        dances = [dance for dance in (lesion.at_once, lesion.retrained) if dance]
-        columns = zip(*(_errors(dance) for dance in dances), strict=True)
+    for name, lesion in zip(names, lesions.lesions, strict=True):
+        measures = [one for one in (lesion.at_once, lesion.fine_tuned) if one]
+        columns = zip(*(_errors(one) for one in measures), strict=True)
         errors.append([name, *(" → ".join(column) for column in columns)])
-        if lesion is not without.silent:
-            shares = zip(*(_owners(dance) for dance in dances), strict=True)
+        if lesion is not lesions.silent:
+            shares = zip(*(_owners(one) for one in measures), strict=True)
             owners.append([name, *(" → ".join(column) for column in shares)])
-    head = (f"p_e, %, at once{arrow}", *without.labels, "all")
-    who = (f"dominant module (its mean λ), at once{arrow}", *without.labels)
+    head = (f"p_e, %, at once{arrow}", *lesions.labels, "all")
+    who = (f"dominant module (its mean λ), at once{arrow}", *lesions.labels)
     return f"{markdown_table(head, errors)}\n\n{markdown_table(who, owners)}"
 
 
-def _errors(dance: Dance) -> list[str]:
-    return [_number(error) for error in (*dance.label_p_e_percent, dance.p_e_percent)]
+def _errors(measures: LabelMeasures) -> list[str]:
+    return [_number(error) for error in (*measures.label_p_e_percent, measures.p_e_percent)]
 
 
-def _owners(dance: Dance) -> list[str]:
+def _owners(measures: LabelMeasures) -> list[str]:
     return [
         f"{owner + 1} ({share[owner]:.2f})" if owner >= 0 else "–"
-        for owner, share in zip(dance.dominant.tolist(), dance.responsibility, strict=True)
+        for owner, share in zip(measures.dominant.tolist(), measures.responsibility, strict=True)
     ]
 
 
@@ -63,55 +64,41 @@ def _number(value: float) -> str:
 def summary(runs: Sequence[Lesions]) -> str:
     """Return means over runs, with 95 % intervals, as two tables.
 
-    One has p_e in the labels of lost modules and in others. The other tells who takes over where
-    a module is lost: what part of what modules do for p_e the others do, which is 100 % where it
-    is as of the intact agent and 0 % where it is as if all were silent; and the largest λ that a
-    module has there. Of each run it is the mean over its lesions, and over the labels of each,
-    which count alike (choice).
+    The first has p_e in the labels of dropped modules and in others. The second shows how others
+    take over in the labels of a dropped module: their share of what modules do for p_e, 100 % where
+    p_e is that of the intact agent and 0 % where it is that without modules; and the largest λ of a
+    module there. A run's value is the mean over its lesions, and over the labels of each (choice).
 
     Args:
         runs: The lesions of each run.
     """
-    return f"{_errors_table(runs)}\n\n{_heirs_table(runs)}"
-
-
-def _intact(run: Lesions, lesion: Lesion) -> Dance:
-    return run.intact.at_once
-
-
-def _intact_later(run: Lesions, lesion: Lesion) -> Dance | None:
-    return run.intact.retrained
-
-
-def _at_once(run: Lesions, lesion: Lesion) -> Dance:
-    return lesion.at_once
-
-
-def _later(run: Lesions, lesion: Lesion) -> Dance | None:
-    return lesion.retrained
-
-
-def _silent(run: Lesions, lesion: Lesion) -> Dance:
-    return run.silent.at_once
+    return f"{_errors_table(runs)}\n\n{_takeover_table(runs)}"
 
 
 def _own(run: Lesions, lesion: Lesion) -> Part:
-    return run.owned(lesion.lost)
+    return run.owned(lesion.dropped)
 
 
 def _others(run: Lesions, lesion: Lesion) -> Part:
-    """Return the labels of other modules, where some are of the lost ones."""
-    own = run.owned(lesion.lost)
+    """Return the labels of other modules, where some are of the dropped ones."""
+    own = run.owned(lesion.dropped)
     return ~own & (run.intact.at_once.dominant >= 0) & own.any()
 
 
 def _all(run: Lesions, lesion: Lesion) -> Part:
-    """Return all labels, where none is of the lost modules."""
-    return (run.intact.at_once.dominant >= 0) & ~run.owned(lesion.lost).any()
+    """Return all labels, where none is of the dropped modules."""
+    return (run.intact.at_once.dominant >= 0) & ~run.owned(lesion.dropped).any()
 
 
+_EPISODES: dict[str, Episode] = {
+    "intact": lambda run, lesion: run.intact.at_once,
+    "at once": lambda run, lesion: lesion.at_once,
+    "intact, fine-tuned": lambda run, lesion: run.intact.fine_tuned,
+    "fine-tuned": lambda run, lesion: lesion.fine_tuned,
+    "all silent": lambda run, lesion: run.silent.at_once,
+}
 _SIZES = {1: "one module", 2: "two modules"}
-_PARTS: dict[str, Chosen] = {
+_PARTS: dict[str, Selection] = {
     "in its own labels": _own,
     "in other labels": _others,
     "dominant in none": _all,
@@ -119,34 +106,34 @@ _PARTS: dict[str, Chosen] = {
 
 
 def _errors_table(runs: Sequence[Lesions]) -> str:
-    """Return p_e for each number of modules lost and each part of the labels that there is."""
-    columns: dict[str, Picked] = {"intact": _intact, "at once": _at_once}
-    if learned := _epochs(runs):
-        columns |= {f"intact, {learned} on": _intact_later, f"after {learned}": _later}
-    columns["all silent"] = _silent
+    """Return p_e for each number of dropped modules and each part of the labels."""
+    columns = {"intact": "intact", "at once": "at once"}
+    if epochs := _epochs(runs):
+        columns |= {f"intact, {epochs} on": "intact, fine-tuned", f"after {epochs}": "fine-tuned"}
+    columns["all silent"] = "all silent"
     rows = []
     for (size, modules), (where, part) in itertools.product(_SIZES.items(), _PARTS.items()):
-        found = [_of_runs(runs, size, part, picked, _p_e) for picked in columns.values()]
+        found = [_of_runs(runs, size, part, name, _p_e) for name in columns.values()]
         if not np.isnan(found[0]).all():
             rows.append((f"{modules}, {where}", *(_text(values, 2) for values in found)))
     return markdown_table(("p_e, %, without", *columns), rows)
 
 
-def _heirs_table(runs: Sequence[Lesions]) -> str:
-    """Return how much is taken over in the labels of lost modules, and by how few."""
-    columns: dict[str, tuple[Picked, Picked]] = {"at once": (_intact, _at_once)}
-    if learned := _epochs(runs):
-        columns[f"after {learned}"] = (_intact_later, _later)
+def _takeover_table(runs: Sequence[Lesions]) -> str:
+    """Return how much is taken over in the labels of dropped modules, and the largest λ there."""
+    columns = {"at once": ("intact", "at once")}
+    if epochs := _epochs(runs):
+        columns[f"after {epochs}"] = ("intact, fine-tuned", "fine-tuned")
     rows = []
     for size, modules in _SIZES.items():
-        silent = _of_runs(runs, size, _own, _silent, _p_e)
+        silent = _of_runs(runs, size, _own, "all silent", _p_e)
         if np.isnan(silent).all():
             continue
-        shares, largest = [], [_of_runs(runs, size, _own, _intact, _largest)]
+        shares, largest = [], [_of_runs(runs, size, _own, "intact", _largest)]
         for whole, part in columns.values():
             intact = _of_runs(runs, size, _own, whole, _p_e)
-            lost = _of_runs(runs, size, _own, part, _p_e)
-            shares.append(100.0 * (silent - lost) / (silent - intact))
+            dropped = _of_runs(runs, size, _own, part, _p_e)
+            shares.append(100.0 * (silent - dropped) / (silent - intact))
             largest.append(_of_runs(runs, size, _own, part, _largest))
         cells = [*(_text(share, 0) for share in shares), *(_text(share, 2) for share in largest)]
         rows.append((modules, *cells))
@@ -156,31 +143,31 @@ def _heirs_table(runs: Sequence[Lesions]) -> str:
 
 
 def _epochs(runs: Sequence[Lesions]) -> str:
-    """Return how long agents learned on; nothing where none did."""
-    epochs = max((run.epochs for run in runs if run.retrained), default=0)
+    """Return the epochs of fine-tuning as text; empty without any."""
+    epochs = max((run.epochs for run in runs if run.fine_tuned), default=0)
     return f"{epochs} epoch{'s' * (epochs != 1)}" if epochs else ""
 
 
-def _p_e(dance: Dance) -> Array:
-    return dance.label_p_e_percent
+def _p_e(measures: LabelMeasures) -> Array:
+    return measures.label_p_e_percent
 
 
-def _largest(dance: Dance) -> Array:
-    return dance.responsibility.max(axis=1)
+def _largest(measures: LabelMeasures) -> Array:
+    return measures.responsibility.max(axis=1)
 
 
 def _of_runs(
-    runs: Sequence[Lesions], size: int, part: Chosen, picked: Picked, measure: Measured
+    runs: Sequence[Lesions], size: int, part: Selection, episode: str, measure: Measure
 ) -> Array:
-    """Return the mean of each run, shape (R,); NaN of one without such lesions or dances."""
+    """Return the mean of each run, shape (R,); NaN of one without such lesions or episodes."""
     means = []
     for run in runs:
         values = [
-            float(measure(dance)[labels].mean())
-            for lesion in run.some
-            if len(lesion.lost) == size
+            float(measure(measures)[labels].mean())
+            for lesion in run.partial
+            if len(lesion.dropped) == size
             and (labels := part(run, lesion)).any()
-            and (dance := picked(run, lesion)) is not None
+            and (measures := _EPISODES[episode](run, lesion)) is not None
         ]
         means.append(float(np.mean(values)) if values else np.nan)
     return np.array(means)

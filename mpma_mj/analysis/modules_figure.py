@@ -1,4 +1,4 @@
-"""The figure of which module captures what."""
+"""Figure of the analysis of modules."""
 
 from __future__ import annotations
 
@@ -9,9 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from mpma_mj.analysis.chance import BesideChance
-from mpma_mj.analysis.modules import Captured, Repetition
-from mpma_mj.analysis.responsibility_information import Told
+from mpma_mj.analysis.information import Estimate, ResponsibilityInformation
+from mpma_mj.analysis.modules import ModuleAnalysis, Repetition
 from mpma_mj.analysis.synergies import ENOUGH, Synergies
 from mpma_mj.motions import Motion
 from mpma_mj.visualization.colours import INK, module_colours
@@ -29,32 +28,32 @@ _SMALL: dict[str, Any] = {"fontsize": "x-small", "frameon": False, "borderaxespa
 _CHANCE: dict[str, Any] = {"marker": "|", "color": "#d55e00", "markersize": 11, "mew": 2, "ls": ""}
 
 
-def write_figure(path: Path, captured: Captured, motion: Motion) -> None:
-    """Write the figure: shares, what tells, synergies, repetitions.
+def write_figure(path: Path, analysis: ModuleAnalysis, motion: Motion) -> None:
+    """Write the figure: shares, information, synergies, repetitions.
 
     Args:
-        path: The `.png` file.
-        captured: What was found.
-        motion: The movement that was imitated.
+        path: The PNG file.
+        analysis: The analysis.
+        motion: The motion that was imitated.
     """
-    rows = sum(len(names) for names in captured.shares.values())
+    rows = sum(len(names) for names in analysis.shares.values())
     with figure_file(path, 11.0, max(10.5, 1.5 + _ROW * rows)) as figure:
         grid = figure.add_gridspec(5, 2, width_ratios=[1.0, 1.25], height_ratios=_HEIGHTS)
-        _draw_shares(figure.add_subplot(grid[:, 0]), captured)
+        _draw_shares(figure.add_subplot(grid[:, 0]), analysis)
         panels = [figure.add_subplot(grid[row, 1]) for row in range(5)]
-        _draw_told(panels[0], captured.told)
-        _draw_variance(panels[1], captured.synergies)
-        _draw_loads(panels[2], captured.synergies, captured.output)
-        _draw_repetitions(panels[3], captured.repetition, motion.rate)
-        _draw_recurrence(panels[4], captured.repetition, motion.rate)
+        _draw_information(panels[0], analysis.information)
+        _draw_variance(panels[1], analysis.synergies)
+        _draw_loads(panels[2], analysis.synergies, analysis.output)
+        _draw_repetitions(panels[3], analysis.repetition, motion.rate)
+        _draw_recurrence(panels[4], analysis.repetition, motion.rate)
         for panel in panels:
             panel.spines[["top", "right"]].set_visible(False)
-        figure.suptitle(f"Which module captures what ({motion.name})", fontsize="medium")
+        figure.suptitle(f"Modules ({motion.name})", fontsize="medium")
 
 
-def _draw_shares(axis: Axes, captured: Captured) -> None:
-    """Draw a cell for each thing that is shared and each module."""
-    kinds = captured.shares
+def _draw_shares(axis: Axes, analysis: ModuleAnalysis) -> None:
+    """Draw a cell for each share and module."""
+    kinds = analysis.shares
     table = np.array([share for names in kinds.values() for share in names.values()])
     darkest = max(_DARK, float(np.nanmax(table)))
     axis.imshow(table, cmap="Greys", vmin=0.0, vmax=darkest, aspect="auto")
@@ -80,12 +79,12 @@ def _draw_shares(axis: Axes, captured: Captured) -> None:
     axis.tick_params(length=0)
 
 
-def _draw_told(axis: Axes, told: Told) -> None:
-    """Draw what each source tells, as shares, and a mark at what it tells by chance."""
-    entropy = told.entropy[0] if told.entropy[0] > 0 else np.nan
-    shares: tuple[tuple[str, str, dict[str, BesideChance], float], ...] = (
-        ("R² of a linear readout", "#7f7f7f", told.r2, 1.0),
-        ("bits / entropy of the dominant module", "#d9d9d9", told.bits, entropy),
+def _draw_information(axis: Axes, information: ResponsibilityInformation) -> None:
+    """Draw the information in each source, as a share, and a mark at that by chance."""
+    entropy = information.entropy[0] if information.entropy[0] > 0 else np.nan
+    shares: tuple[tuple[str, str, dict[str, Estimate], float], ...] = (
+        ("R² of a linear readout", "#7f7f7f", information.r2, 1.0),
+        ("bits / entropy of the dominant module", "#d9d9d9", information.bits, entropy),
     )
     for number, (name, colour, measures, whole) in enumerate(shares):
         place = np.arange(len(measures)) + 0.38 * (number - 0.5)
@@ -94,10 +93,10 @@ def _draw_told(axis: Axes, told: Told) -> None:
         axis.barh(place, value, 0.36, color=colour, edgecolor=INK, linewidth=0.5, label=name)
         label = "by chance" if number == 0 else None
         axis.plot(chance, place, label=label, **_CHANCE)
-    axis.set_yticks(range(len(told.r2)), list(told.r2))
-    axis.set_ylim(len(told.r2) - 0.5, -0.5)
+    axis.set_yticks(range(len(information.r2)), list(information.r2))
+    axis.set_ylim(len(information.r2) - 0.5, -0.5)
     axis.axvline(0.0, color=INK, linewidth=0.8)
-    axis.set_title("What tells which module is responsible", fontsize="medium", pad=20)
+    axis.set_title("Information about responsibility", fontsize="medium", pad=20)
     axis.legend(loc="lower center", bbox_to_anchor=(0.4, 0.98), ncols=3, **_SMALL)
     axis.set_xlim(right=1.05)
 
@@ -126,19 +125,19 @@ def _draw_loads(axis: Axes, synergies: Synergies, output: Array) -> None:
 
 
 def _draw_repetitions(axis: Axes, repetition: Repetition, rate: float) -> None:
-    _, period, modules = repetition.laid_over.shape
+    _, period, modules = repetition.repetitions.shape
     time = np.arange(period) / rate
     for module, colour in enumerate(module_colours(modules)):
-        for course in repetition.laid_over[:, :, module]:
+        for course in repetition.repetitions[:, :, module]:
             axis.plot(time, course, color=colour, linewidth=1.0, alpha=0.6)
     axis.set(ylim=(-0.03, 1.05), xlabel="time in a repetition, s", ylabel="λ")
     axis.margins(x=0)
-    axis.set_title("λ of all repetitions laid over each other", fontsize="medium")
+    axis.set_title("λ of all repetitions", fontsize="medium")
 
 
 def _draw_recurrence(axis: Axes, repetition: Repetition, rate: float) -> None:
     lag = np.arange(len(repetition.recurrence)) / rate
     axis.plot(lag, repetition.recurrence, color=INK, linewidth=1.2)
     axis.axvline(repetition.period / rate, color="#d55e00", linestyle="--", linewidth=1.0)
-    axis.set(ylim=(0.0, 1.05), xlabel="lag, s; dashed: one repetition", ylabel="likeness\nof λ")
+    axis.set(ylim=(0.0, 1.05), xlabel="lag, s; dashed: one repetition", ylabel="similarity\nof λ")
     axis.margins(x=0)

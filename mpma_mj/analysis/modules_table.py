@@ -1,17 +1,17 @@
-"""What is told about a run as tables of text."""
+"""Tables of the analysis of modules."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.analysis.modules import Captured, Repetition
-from mpma_mj.analysis.responsibility_information import Told
+from mpma_mj.analysis.information import ResponsibilityInformation
+from mpma_mj.analysis.modules import ModuleAnalysis, Repetition
 from mpma_mj.analysis.synergies import ENOUGH, Synergies
 from mpma_mj.kinematics import JOINT_NAMES
 from mpma_mj.utils.text import markdown_table
 
-__all__ = ["joint_terms", "tables"]
+__all__ = ["as_markdown", "joint_terms"]
 
 Array = NDArray[np.float64]
 
@@ -19,15 +19,15 @@ Array = NDArray[np.float64]
 _DESCRIBED = 0.8
 
 
-def tables(captured: Captured) -> str:
-    """Return what was found as tables in Markdown."""
+def as_markdown(analysis: ModuleAnalysis) -> str:
+    """Return the analysis as tables."""
     return "\n\n".join(
         [
-            _shares(captured),
-            _told(captured.told),
-            _told_of_each(captured.told),
-            _synergies(captured.synergies, captured.output),
-            _repetition(captured.repetition),
+            _shares(analysis),
+            _information(analysis.information),
+            _information_of_each(analysis.information),
+            _synergies(analysis.synergies, analysis.output),
+            _repetition(analysis.repetition),
         ]
     )
 
@@ -44,30 +44,30 @@ def joint_terms(pattern: Array) -> list[str]:
     return [names[i].replace("shoulder ", "") for i in order[:count]]
 
 
-def _shares(captured: Captured) -> str:
+def _shares(analysis: ModuleAnalysis) -> str:
     rows = [
         (f"{kind} {name.replace('_', ' ')}".strip(), *map(_percent, share))
-        for kind, names in captured.shares.items()
+        for kind, names in analysis.shares.items()
         for name, share in names.items()
     ]
-    return markdown_table(("share of, %", *_modules(len(captured.output))), rows)
+    return markdown_table(("share of, %", *_modules(len(analysis.output))), rows)
 
 
-def _told(told: Told) -> str:
-    """Return a row a source, about all modules together."""
-    entropy = told.entropy[0]
+def _information(information: ResponsibilityInformation) -> str:
+    """Return a row for each source, about all modules together."""
+    entropy = information.entropy[0]
     rows = []
-    for source, r2 in told.r2.items():
-        bits = told.bits[source]
+    for source, r2 in information.r2.items():
+        bits = information.bits[source]
         values = (r2.value[0], r2.by_chance[0], bits.value[0], bits.by_chance[0])
         share = bits.value[0] / entropy if entropy > 0 else np.nan
         rows.append((source, *map(_number, values), _percent(share)))
-    head = ("λ is told by", "R²", "by chance", "bits", "by chance", f"% of {entropy:.2f} bits")
+    head = ("λ from", "R²", "by chance", "bits", "by chance", f"% of {entropy:.2f} bits")
     return markdown_table(head, rows)
 
 
-def _told_of_each(told: Told) -> str:
-    """Return what posture and context tell about each module, by chance in brackets."""
+def _information_of_each(information: ResponsibilityInformation) -> str:
+    """Return the information about each module, by chance in brackets."""
     rows = [
         (
             f"{source}, {unit}",
@@ -78,11 +78,11 @@ def _told_of_each(told: Told) -> str:
                 )
             ),
         )
-        for unit, measures in (("R²", told.r2), ("bits", told.bits))
+        for unit, measures in (("R²", information.r2), ("bits", information.bits))
         for source in ("posture", "context")
     ]
-    rows.append(("entropy, bits", *map(_number, told.entropy[1:])))
-    return markdown_table(("each alone (by chance)", *_modules(len(told.entropy) - 1)), rows)
+    rows.append(("entropy, bits", *map(_number, information.entropy[1:])))
+    return markdown_table(("each alone (by chance)", *_modules(len(information.entropy) - 1)), rows)
 
 
 def _synergies(synergies: Synergies, output: Array) -> str:
@@ -116,7 +116,7 @@ def _repetition(repetition: Repetition) -> str:
         return text
     after, usual = course[repetition.period], course[1 : repetition.period + 1].mean()
     return (
-        f"{text}\n\nlikeness of λ to itself one repetition later {after:.2f}, after any time"
+        f"{text}\n\nsimilarity of λ to itself one repetition later {after:.2f}, after any time"
         f" {usual:.2f}"
     )
 

@@ -3,15 +3,13 @@
 from typing import Any
 
 from mpma_mj.commands.ablate import Ablate
+from mpma_mj.commands.analyse import Analyse
 from mpma_mj.commands.bench import Bench
 from mpma_mj.commands.benchmark import Benchmark
-from mpma_mj.commands.capture import Capture
 from mpma_mj.commands.compare import Compare
 from mpma_mj.commands.evaluate import Evaluate
-from mpma_mj.commands.free_running import FreeRunningCommand
 from mpma_mj.commands.identify import Identify
 from mpma_mj.commands.imitate import Imitate
-from mpma_mj.commands.lesion import Lesion
 from mpma_mj.commands.motion import InspectMotion
 from mpma_mj.commands.render import Render
 from mpma_mj.commands.scale import Scale
@@ -34,11 +32,9 @@ COMMANDS: dict[str, Any] = {
     "scale": Scale,
     "study": Study,
     "bench": Bench,
-    "capture": Capture,
-    "free-running": FreeRunningCommand,
-    "lesion": Lesion,
     "compare": Compare,
     "evaluate": Evaluate,
+    "analyse": Analyse,
     "identify": Identify,
 }
 """Dataclasses of the commands by name; those of a generic one are for the config of an agent."""

@@ -102,14 +102,18 @@ def _check(agents: Mapping[str, TrainedAgents], fine_tune: int) -> None:
 
     Raises:
         BadOptionError: Runs differ in motion or environment, or one cannot be fine-tuned.
+        CheckpointError: An agent does not fit its config, or needs code from outside.
     """
     from mpma_mj.agents.registry import agent_class
+    from mpma_mj.training.factory import make_environments
 
-    configs = {name: trained.configs[0] for name, trained in agents.items()}
-    first = next(iter(configs))
-    for name, config in configs.items():
+    first = next(iter(agents))
+    for name, trained in agents.items():
+        (config,) = trained.configs
+        with contextlib.closing(make_environments(config, [config.seed], trained.motion)) as envs:
+            trained.agent(envs)
         for part in ("motions", "reading", "env"):
-            if getattr(config, part) != getattr(configs[first], part):
+            if getattr(config, part) != getattr(agents[first].configs[0], part):
                 raise BadOptionError(
                     f"{name}: differs from {first} in motion or environment",
                     remedy="evaluate each by itself",

@@ -53,23 +53,27 @@ def output_folder(out: Path | None, stem: str, parent: Path = Path("runs")) -> I
         yield folder
 
 
-def given_runs(paths: Sequence[Path], outside: OutsideClasses, command: str) -> Sequence[RunFolder]:
+def given_runs(
+    paths: Sequence[Path], outside: OutsideClasses | None, command: str
+) -> Sequence[RunFolder]:
     """Open the runs that a command names, for reading.
 
     Raises:
         BadOptionError: No run is given.
         MpmaError: As of `open_runs`.
     """
-    from mpma_mj.training.run_folder import open_runs
+    from mpma_mj.training.run_folder import RunFolder, open_runs
 
     if not paths:
         raise BadOptionError(f"no run given; try: mpma {command} runs/ymca")
+    if outside is None:
+        return [RunFolder(path) for path in paths]
     return open_runs(paths, **vars(outside))
 
 
 @contextlib.contextmanager
 def locked_runs(
-    paths: Sequence[Path], outside: OutsideClasses, command: str
+    paths: Sequence[Path], outside: OutsideClasses | None, command: str
 ) -> Iterator[Sequence[RunFolder]]:
     """Open runs for a command and lock them, each once even if it is given several times.
 

@@ -32,9 +32,9 @@ Array = NDArray[np.float64]
 _CONTENTS = (
     "metrics.csv",
     "summary.json",
-    "capture.json",
-    "free_running.json",
+    "modules.json",
     "lesion.json",
+    "free_running.json",
     "trace.npz",
     "checkpoint",
     "figures",
@@ -66,9 +66,9 @@ class RunFolder:
         return self.path / "dance.mp4"
 
     @property
-    def capture(self) -> Path:
-        """Results of the analysis of what each module captures."""
-        return self.path / "capture.json"
+    def modules(self) -> Path:
+        """Results of the analysis of modules."""
+        return self.path / "modules.json"
 
     @property
     def free_running(self) -> Path:
@@ -203,7 +203,7 @@ class RunFolder:
 
     def forget_epoch(self) -> None:
         """Remove results of an epoch that is no longer the best one."""
-        results = (self.capture, self.free_running, self.lesion)
+        results = (self.modules, self.free_running, self.lesion)
         pictures = (self.figures / f"{path.stem}.png" for path in results)
         for path in (self.video, *results, *pictures):
             path.unlink(missing_ok=True)

@@ -85,9 +85,9 @@ COMMANDS = [
     "imitate ymca --no-video --out FOLDER",
     "imitate ymca --no-video --overwrite --out FOLDER",
     "imitate --no-video --resume FOLDER",
-    "capture FOLDER",
-    "free-running FOLDER",
-    "lesion FOLDER",
+    "analyse FOLDER modules",
+    "analyse FOLDER free-running",
+    "analyse FOLDER lesion",
     "evaluate FOLDER",
     "evaluate RUN --out FOLDER",
     "sweep --out FOLDER",
@@ -176,8 +176,8 @@ def test_a_run_that_is_given_twice_is_locked_once(
     run: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (run.parent / "link").symlink_to(run)
-    assert main(["free-running", str(run), str(run.parent / "link")]) == 0
-    assert main(["lesion", str(run), str(run)]) == 2
+    assert main(["analyse", "free-running", str(run), str(run.parent / "link")]) == 0
+    assert main(["analyse", "lesion", str(run), str(run)]) == 2
     assert "is there twice; leave one out" in capsys.readouterr().err
 
 

@@ -2,10 +2,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from mpma_mj.analysis.chance import beside_chance
-from mpma_mj.analysis.information import entropy_bits, information_bits, posture_regions
-from mpma_mj.analysis.readout import readout_r2
-from mpma_mj.analysis.responsibility_information import Told, what_tells
+from mpma_mj.analysis.information import (
+    ResponsibilityInformation,
+    entropy_bits,
+    estimate,
+    information_bits,
+    posture_regions,
+    readout_r2,
+    responsibility_information,
+)
 
 Array = NDArray[np.float64]
 
@@ -71,7 +76,7 @@ def test_the_information_of_equal_labels_is_their_entropy() -> None:
     assert information_bits(label, label // 2) == pytest.approx(1.0)
 
 
-def test_a_constant_tells_nothing() -> None:
+def test_a_constant_has_no_information() -> None:
     assert entropy_bits(np.zeros(10, int)) == pytest.approx(0.0)
     assert information_bits(np.arange(10) % 2, np.zeros(10, int)) == pytest.approx(0.0)
 
@@ -85,7 +90,7 @@ def test_two_signals_can_tell_together_what_neither_tells_alone() -> None:
 
 def test_the_bias_of_the_estimate_is_in_what_chance_gives() -> None:
     symbols, other = RNG.integers(8, size=100), RNG.integers(8, size=100)
-    told = beside_chance(lambda x: np.array(information_bits(symbols, x)), other, 100)
+    told = estimate(lambda x: np.array(information_bits(symbols, x)), other, 100)
     bias = 49 / (2 * 100 * np.log(2))  # Miller (1955)
     assert told.value > 0.2
     assert told.by_chance == pytest.approx(bias, rel=0.25)
@@ -93,7 +98,7 @@ def test_the_bias_of_the_estimate_is_in_what_chance_gives() -> None:
 
 
 def test_chance_is_the_mean_over_other_times() -> None:
-    told = beside_chance(lambda x: x[:1], np.arange(4.0), 4)
+    told = estimate(lambda x: x[:1], np.arange(4.0), 4)
     assert told.value == pytest.approx(0.0)
     assert told.by_chance == pytest.approx(2.0)  # of 3, 2, 1
 
@@ -109,18 +114,22 @@ def test_fewer_postures_than_regions_are_a_region_each() -> None:
     assert posture_regions(np.eye(12)[[0, 0, 3, 3, 3]]).tolist() == [0, 0, 1, 1, 1]
 
 
-def told_of(responsibility: Array, posture: Array, label: NDArray[np.int_]) -> Told:
+def of_signals(
+    responsibility: Array, posture: Array, label: NDArray[np.int_]
+) -> ResponsibilityInformation:
     region = (posture[:, 0] > 0).astype(int)
-    return what_tells(responsibility, posture, np.eye(4)[label], region, label, PERIOD)
+    return responsibility_information(
+        responsibility, posture, np.eye(4)[label], region, label, PERIOD
+    )
 
 
-def test_modules_that_go_by_music_and_modules_that_go_by_posture_are_told_apart() -> None:
+def test_modules_that_go_by_context_and_modules_that_go_by_posture_are_distinguished() -> None:
     label = repeated(np.arange(PERIOD) * 4 // PERIOD)
     posture = repeated(np.sin(2 * np.pi * 7 * np.arange(PERIOD) / PERIOD + 0.1)[:, None])
-    by_music = told_of(np.eye(2)[label // 2], posture, label)
-    by_posture = told_of(np.eye(2)[(posture[:, 0] > 0).astype(int)], posture, label)
+    by_context = of_signals(np.eye(2)[label // 2], posture, label)
+    by_posture = of_signals(np.eye(2)[(posture[:, 0] > 0).astype(int)], posture, label)
     for told, by, other in (
-        (by_music, "context", "posture"),
+        (by_context, "context", "posture"),
         (by_posture, "posture", "context"),
     ):
         assert told.entropy == pytest.approx(np.ones(3), abs=0.01)
