@@ -51,7 +51,7 @@ class Compare(Generic[AgentT]):
         """Run the comparison and return its folder."""
         missing_gl = missing_opengl() if self.video else None
         from mpma_mj.experiments.backend import open_backend
-        from mpma_mj.experiments.spec import seeds
+        from mpma_mj.experiments.batching import seeds
         from mpma_mj.training.dataset import read_motions
         from mpma_mj.trials import compare_figure
         from mpma_mj.trials.compare import compare, jobs

@@ -21,7 +21,6 @@ from mpma_mj.experiments.study import (
     Study,
     StudyJob,
     batches,
-    lost,
     of_agent,
     over_seeds,
 )
@@ -56,11 +55,11 @@ as the largest latency needs."""
 
 @dataclass(frozen=True, kw_only=True)
 class Latency(Study):
-    """A motion with several latencies; see `Study`.
+    """Learn a motion with late senses, and imitate it with them.
 
     Attributes:
-        motion: The motion.
-        arms: Kind of arms.
+        motion: Built-in motion, or path of a recording.
+        arms: Simulated arms, or arms that move ideally.
         epochs: Epochs of learning with each latency.
         agents: The agents.
         senses: Options of the environment, by the name of a column.
@@ -97,17 +96,17 @@ class Latency(Study):
             f"{markdown_table(['agent', *self.senses], rows)}\n\n"
             f"p_e in % with a latency in control steps, after {self.epochs} epochs with it; means"
             f" over {self.runs} seeds with 95 % bootstrap intervals.{self._right(records)}"
-            f"{lost(records)}\n"
         )
 
     def draw(self, path: Path, records: Sequence[Record]) -> None:
         """Write the figure."""
-        from mpma_mj.experiments.latency_figure import write_figure
+        from mpma_mj.experiments.points import write_points
 
         p_e = {
             agent: [self.p_e(records, agent, name) for name in self.senses] for agent in self.agents
         }
-        write_figure(path, p_e, tuple(self.senses))
+        titles = [name.replace(" ", "\n", 1) for name in self.senses]
+        write_points(path, p_e, titles, ("latency, control steps", "p_e, %"), log=True)
 
     def _agents_with(self, options: Mapping[str, Any]) -> Agents:
         """Return the agents with options of the environment, those of the agents first."""

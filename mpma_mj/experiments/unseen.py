@@ -21,7 +21,6 @@ from mpma_mj.experiments.study import (
     Study,
     StudyJob,
     batches,
-    lost,
     of_agent,
     over_seeds,
 )
@@ -30,7 +29,7 @@ from mpma_mj.motions.reach import check_reach
 from mpma_mj.motions.repertoire import join
 from mpma_mj.options import Arms
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.dataset import read_motions
+from mpma_mj.training.dataset import expand_folders, read_motions
 from mpma_mj.utils.text import markdown_table, printable
 
 __all__ = ["AGENTS", "REFERENCE", "Unseen"]
@@ -51,60 +50,64 @@ _LEAST = 3  # motions, so that at least two are learned
 
 @dataclass(frozen=True, kw_only=True)
 class Unseen(Study):
-    """Motions of which each is left out once; see `Study`.
+    """Learn all motions but one together, and imitate that one without learning.
 
     Attributes:
-        motions: The motions.
-        arms: Kind of arms.
+        motions: Recordings, or folders of them, and built-in motions; ymca is one of them anyway.
+        arms: Simulated arms, or arms that move ideally.
         epochs: Epochs in which the others are learned.
         agents: The agents.
     """
 
     name: ClassVar[str] = "unseen"
-    motions: tuple[str, ...]
+    motions: tuple[str, ...] = ()
     arms: Arms = "physics"
     epochs: int = 4
     agents: Agents = field(default_factory=lambda: AGENTS)
 
-    def __post_init__(self) -> None:
-        """Check the number of motions.
+    @property
+    def sources(self) -> tuple[str, ...]:
+        """All motions, each left out once.
 
         Raises:
             BadOptionError: There are fewer than 3.
         """
-        if len(self.motions) < _LEAST:
+        found = tuple(dict.fromkeys(("ymca", *expand_folders(self.motions))))
+        if len(found) < _LEAST:
             raise BadOptionError(
-                f"{len(self.motions)} motions, {', '.join(self.motions)}; expected at least"
+                f"{len(found)} motions, {', '.join(found)}; expected at least"
                 f" {_LEAST}: each is left out once, and the others are learned",
                 remedy="name more recordings",
             )
+        return found
 
     @property
     def titles(self) -> tuple[str, ...]:
         """Names of the motions."""
-        return tuple(printable(Path(motion).stem) for motion in self.motions)
+        return tuple(printable(Path(source).stem) for source in self.sources)
 
     def jobs(self) -> list[UnseenJob]:
         """Return a job for each left-out motion and batch of runs; errors as of `Study`."""
-        base = RunConfig.of(*self.motions, arms=self.arms, repeats=1, seed=self.seed)
+        sources, titles = self.sources, self.titles
+        base = RunConfig.of(*sources, arms=self.arms, repeats=1, seed=self.seed)
         limits = arm_limits(base.env)
-        motions = [read_motions(base.replace(motions=(source,))) for source in self.motions]
+        motions = [read_motions(base.replace(motions=(source,))) for source in sources]
         for motion in motions:
             check_reach(motion, *limits)
         jobs = []
         for number, unseen in enumerate(motions):
             others = [motion for motion in motions if motion is not unseen]
             learned = join(others, limits[0])
-            names = tuple(n for i, n in enumerate(self.motions) if i != number)
+            names = tuple(n for i, n in enumerate(sources) if i != number)
             jobs += [
                 UnseenJob(
                     agent=agent,
-                    part=f"{number + 1} {self.titles[number]}",
+                    part=f"{number + 1} {titles[number]}",
                     number=number,
                     configs=configs,
                     learned=learned,
                     unseen=_relabelled(unseen, learned),
-                    title=self.titles[number],
+                    title=titles[number],
                     epochs=self.epochs,
                 )
                 for agent, configs in batches(self.agents, base.replace(motions=names), self.runs)
@@ -118,28 +121,30 @@ class Unseen(Study):
 
     def table(self, records: Sequence[Record]) -> str:
         """Return the table of agents and motions."""
-        rows = []
+        rows, titles = [], self.titles
         for agent in self.agents:
             cells = []
-            for number in range(len(self.motions)):
+            for number in range(len(titles)):
                 p_e = self.p_e(records, agent, number)
                 apart = p_e.high < self.p_e(records, REFERENCE, number).low
                 cells.append(f"**{p_e.text(3)}**" if apart else p_e.text(3))
             rows.append([agent, *cells])
         return (
-            f"{markdown_table(['agent', *self.titles], rows)}\n\n"
+            f"{markdown_table(['agent', *titles], rows)}\n\n"
             f"p_e in %, of each motion after {self.epochs} epochs of the others, nothing of it"
             f" learned; means over {self.runs} seeds with 95 % bootstrap intervals. Bold: the whole"
-            f" interval is below that of {REFERENCE}.{lost(records)}\n"
+            f" interval is below that of {REFERENCE}."
         )
 
     def draw(self, path: Path, records: Sequence[Record]) -> None:
         """Write the figure."""
-        from mpma_mj.experiments.unseen_figure import write_figure
+        from mpma_mj.experiments.points import write_points
 
-        numbers = range(len(self.motions))
+        titles = self.titles
+        numbers = range(len(titles))
         p_e = {name: [self.p_e(records, name, n) for n in numbers] for name in self.agents}
-        write_figure(path, p_e, self.titles, REFERENCE)
+        labels = ("motion left out", "p_e without learning, %")
+        write_points(path, p_e, titles, labels, reference=REFERENCE)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -14,8 +14,7 @@ from mpma_mj.agents.registry import agent_class
 from mpma_mj.errors import DivergedError
 from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, fine_tune, tracking_errors
 from mpma_mj.experiments.backend import Work
-from mpma_mj.experiments.batching import cut
-from mpma_mj.experiments.spec import seeds
+from mpma_mj.experiments.batching import cut, seeds
 from mpma_mj.motions import Motion
 from mpma_mj.training.checkpoints import TrainedAgents
 from mpma_mj.training.config import RunConfig

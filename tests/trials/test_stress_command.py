@@ -11,8 +11,7 @@ from typing import Any
 import pytest
 
 from mpma_mj.cli import main
-from mpma_mj.experiments.backend import Work
-from mpma_mj.experiments.processes import Processes
+from mpma_mj.experiments.backend import Processes, Work
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.utils import atomic_files
 from tests.conftest import Refused
