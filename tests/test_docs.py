@@ -40,7 +40,9 @@ def example(part: str) -> str:
 def shown_options() -> set[tuple[str, str]]:
     """Return each command that a page shows, with each of its options."""
     lines = "\n".join(page.read_text("utf-8") for page in PAGES)
-    commands = re.findall(r"^mpma (study [a-z]+|[a-z0-9]+)( .*)?$", lines, re.MULTILINE)
+    commands = re.findall(
+        r"^mpma (study [a-z0-9]+(?= |$)|(?!study)[a-z0-9]+)( .*)?$", lines, re.MULTILINE
+    )
     return {
         (command, option)
         for command, rest in commands

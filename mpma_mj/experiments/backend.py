@@ -7,6 +7,7 @@ import contextlib
 import dataclasses
 import multiprocessing
 import os
+import pickle
 import signal
 import sys
 import traceback
@@ -231,12 +232,12 @@ def _serve(pipe: Connection) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all; the command ends the others
     with contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError):
         while True:
-            pipe.send(_answer(pipe.recv()))
+            pipe.send(_answer(pipe.recv_bytes()))
 
 
-def _answer(work: Work) -> Any:
+def _answer(pickled: bytes) -> Any:
     try:
-        return work.do()
+        return pickle.loads(pickled).do()  # here, so that errors of an import are sent back, too
     except MpmaError as error:
         return error
     except Exception as error:

@@ -128,7 +128,7 @@ class Study(abc.ABC):
     """A study; its fields decide its results, and are options of `mpma study NAME`.
 
     Attributes:
-        runs: Runs of each row, with seeds from --seed up.
+        runs: Runs of each row, with seeds from `seed` up.
         seed: First seed.
     """
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import multiprocessing
 import os
 import subprocess
@@ -117,6 +118,19 @@ def test_an_error_in_a_worker_arrives_with_its_traceback(pool: Processes) -> Non
     with pytest.raises(AttributeError, match="NoneType") as raised:
         pool.next_done()
     assert "in do\n" in raised.value.__notes__[0]
+
+
+class Elsewhere(Double):
+    """Work of a class that workers do not find."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return importlib.import_module, ("no_such_module",)
+
+
+def test_work_that_a_worker_cannot_import_is_an_error_and_no_death(pool: Processes) -> None:
+    pool.submit(Elsewhere(number=1))
+    with pytest.raises(ModuleNotFoundError, match="no_such_module"):
+        pool.next_done()
 
 
 @pytest.mark.parametrize(

@@ -20,9 +20,9 @@ from mpma_mj.trace import SIGNALS, Trace
 from tests.experiments.runs import run_files
 
 TINY: Agents = {
-    "mpma": {"agent": "mpma", "nodes": 10, "modules": 2},
-    "adaptive": {"agent": "adaptive", "nodes": 10},
-    "resolved rate": {"agent": "resolved_rate"},
+    "mpma": {"agent": "mpma", "nodes": 10, "modules": 2, "repeats": 1},
+    "adaptive": {"agent": "adaptive", "nodes": 10, "repeats": 1},
+    "resolved rate": {"agent": "resolved_rate", "repeats": 1},
 }
 
 
