@@ -32,11 +32,11 @@ def test_each_motion_is_left_out_once(tmp_path: Path) -> None:
 def test_what_is_left_out_is_not_learned_and_has_the_labels_of_the_others() -> None:
     jobs = Unseen(motions=MOTIONS, runs=1, agents=TINY).jobs()
     for job in jobs:
-        assert job.title not in job.learned.labels
-        assert job.title not in job.configs[0].motions
+        assert job.condition["unseen"] not in job.learned.labels
+        assert job.condition["unseen"] not in job.configs[0].motions
         assert len(job.configs[0].motions) == len(MOTIONS) - 1
-        assert job.unseen.labels == job.learned.labels
-        counts = job.unseen.context.sum(axis=0)
+        assert job.imitated.labels == job.learned.labels
+        counts = job.imitated.context.sum(axis=0)
         assert np.ptp(counts) <= 1
 
 
