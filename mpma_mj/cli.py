@@ -18,7 +18,7 @@ from mpma_mj.commands import COMMANDS
 from mpma_mj.commands.analyse import with_analysis
 from mpma_mj.commands.imitate import Imitate
 from mpma_mj.commands.run_options import REFUSED_OPTIONS, config_type, registry
-from mpma_mj.commands.study import check_study
+from mpma_mj.commands.study import parse_study
 from mpma_mj.errors import BadOptionError, MpmaError, RecordingWarning
 from mpma_mj.utils.text import as_flag
 
@@ -92,8 +92,6 @@ def _run(words: Sequence[str]) -> None:
     for word in words:
         if word == "" or (word.startswith("--") and word.endswith("=")):
             raise BadOptionError(f"'{word}' is an empty argument; give it a value, or leave it out")
-    if words[:1] == ["study"]:
-        check_study(words[1:])
     if words[:1] == ["analyse"]:
         words = ["analyse", *with_analysis(words[1:])]
     command = _parse(words)
@@ -116,7 +114,8 @@ def _parse(words: Sequence[str]) -> Command:
     try:
         # The parser reports any ValueError of an option in a box without the reason.
         with contextlib.redirect_stderr(parser_errors), rules:
-            return tyro.extras.subcommand_cli_from_dict(
+            study = parse_study(words[1:]) if words[:1] == ["study"] else None
+            return study or tyro.extras.subcommand_cli_from_dict(
                 _commands(words),
                 prog="mpma",
                 description="Two simulated arms learn to imitate motion-capture recordings.",

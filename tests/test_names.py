@@ -120,13 +120,13 @@ def test_a_recordings_page_stands_by_its_printable_name(
     assert (tmp_path / r"dance\udcff-motion.png").exists()
 
 
-def test_sweeps_draw_and_write_such_names(write_tsv: WriteTsv, tmp_path: Path) -> None:
+def test_studies_draw_and_write_such_names(write_tsv: WriteTsv, tmp_path: Path) -> None:
     recordings = [str(write_tsv(name=f"{name}.tsv")) for name in (FORMULA, NOT_UTF8)]
     words = ["--runs", "1", "--nodes", "5", "--epochs", "1", "--workers", "1"]
-    out = str(tmp_path / "benchmark")
-    assert main(["benchmark", *recordings, *words, "--to", "1", "--out", out]) == 0
-    assert (tmp_path / "benchmark" / "benchmark.png").exists()
-    assert r"dance\udcff" in (tmp_path / "benchmark" / "benchmark.csv").read_text(encoding="utf-8")
+    words += ["--agents", "mpma", "--to", "1", "--out", str(tmp_path / "agents")]
+    assert main(["study", "agents", *recordings, *words]) == 0
+    assert (tmp_path / "agents" / "figure.png").exists()
+    assert r"dance\udcff" in (tmp_path / "agents" / "results.csv").read_text(encoding="utf-8")
 
 
 def test_a_figure_is_free_of_mathematics_whatever_the_user_has_set(

@@ -102,7 +102,9 @@ def test_an_outside_rule_is_trained_and_named_again(here: Path, refused: Refused
 def test_an_outside_agent_stands_in_the_table_of_agents(
     here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    words = "benchmark --agents mpma my_agents.py:Ahead --nodes 5 --runs 2 --epochs 2 --out table"
+    words = (
+        "study agents --agents mpma my_agents.py:Ahead --nodes 5 --runs 2 --epochs 2 --out table"
+    )
     assert main([*words.split(), "--workers", "2"]) == 0
     rows = [line for line in capsys.readouterr().out.splitlines() if "my_agents.py:Ahead" in line]
     assert len(rows) == 2  # kinds of arms

@@ -2,20 +2,16 @@
 
 from typing import Any
 
-from mpma_mj.commands.ablate import Ablate
 from mpma_mj.commands.analyse import Analyse
 from mpma_mj.commands.bench import Bench
-from mpma_mj.commands.benchmark import Benchmark
 from mpma_mj.commands.compare import Compare
 from mpma_mj.commands.evaluate import Evaluate
 from mpma_mj.commands.identify import Identify
 from mpma_mj.commands.imitate import Imitate
 from mpma_mj.commands.motion import InspectMotion
 from mpma_mj.commands.render import Render
-from mpma_mj.commands.scale import Scale
 from mpma_mj.commands.study import Study
 from mpma_mj.commands.sweep import Sweep
-from mpma_mj.commands.table1 import Table1
 from mpma_mj.commands.view import View
 
 __all__ = ["COMMANDS"]
@@ -25,11 +21,7 @@ COMMANDS: dict[str, Any] = {
     "motion": InspectMotion,
     "render": Render,
     "view": View,
-    "table1": Table1,
     "sweep": Sweep,
-    "benchmark": Benchmark,
-    "ablate": Ablate,
-    "scale": Scale,
     "study": Study,
     "bench": Bench,
     "compare": Compare,

@@ -117,7 +117,7 @@ def _check_comparable(folders: Sequence[RunFolder]) -> None:
     Raises:
         BadOptionError: A run is given twice, or differs in more than its seed.
     """
-    from mpma_mj.experiments.spec import without_seed
+    from mpma_mj.experiments.batching import without_seed
 
     first = folders[0]
     configs = [folder.read_config() for folder in folders]

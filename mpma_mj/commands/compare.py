@@ -52,9 +52,9 @@ class Compare(Generic[AgentT]):
         missing_gl = missing_opengl() if self.video else None
         from mpma_mj.experiments import compare_figure
         from mpma_mj.experiments.backend import open_backend
+        from mpma_mj.experiments.batching import seeds
         from mpma_mj.experiments.compare import compare, jobs
         from mpma_mj.experiments.compare_table import as_csv, as_markdown
-        from mpma_mj.experiments.spec import seeds
         from mpma_mj.training.dataset import read_motions
         from mpma_mj.utils.atomic_files import FORMAT, write_json
         from mpma_mj.utils.progress import show_runs

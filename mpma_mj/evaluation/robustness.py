@@ -137,7 +137,7 @@ class Tally:
     @property
     def text(self) -> str:
         """Cell of a table."""
-        if self.diverged == self.runs:
+        if self.diverged == self.runs > 0:
             return "diverged"
         lost = f" ({self.diverged} of {self.runs} diverged)" if self.diverged else ""
         return self.mean.text(2) + lost
@@ -202,8 +202,9 @@ class Robustness:
     def _seeds(self, agent: str, disturbance: str, level: Level) -> list[Episodes]:
         """Return p_e of each seed; of all unseen motions, their mean."""
         if level != MEAN:
-            return self._by_name[agent, disturbance, level]
-        each = [self._by_name[agent, disturbance, one] for one in self.levels[disturbance][:-1]]
+            return self._by_name.get((agent, disturbance, level), [])
+        levels = self.levels[disturbance][:-1]
+        each = [self._by_name.get((agent, disturbance, one), []) for one in levels]
         return [
             (
                 statistics.fmean(p_e for p_e, _ in motions),
@@ -234,7 +235,7 @@ def _tally(values: Sequence[float]) -> Tally:
 def as_markdown(robustness: Robustness) -> str:
     """Return a table of p_e, and one of fine-tuning if there was any."""
     pairs = {(one.agent, one.seed) for one in robustness.results}
-    seeds = max(collections.Counter(agent for agent, _ in pairs).values())
+    seeds = max(collections.Counter(agent for agent, _ in pairs).values(), default=0)
     note = "p_e in %, of the actual posture, without learning"
     if seeds > 1:
         note += f"; means over {seeds} seeds with 95 % bootstrap intervals"
@@ -286,6 +287,8 @@ def _table(
 
 def _recovery(robustness: Robustness, agent: str, disturbance: str, level: Level) -> str:
     epochs = robustness.recovery(agent, disturbance, level)
+    if not epochs:
+        return "–"
     median = statistics.median(epochs)
     first = f"{median:g}" if math.isfinite(median) else f">{robustness.epochs}"
     recovered = sum(map(math.isfinite, epochs))

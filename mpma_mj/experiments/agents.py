@@ -1,141 +1,125 @@
-"""All agents in the same environments, side by side in one table."""
+"""Study `agents`: all agents in the same environments, in one table."""
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import get_args
+from typing import ClassVar, get_args
 
 from mpma_mj.agents.registry import agent_class
-from mpma_mj.evaluation.statistics import Interval, interval
-from mpma_mj.experiments.folder import RunResult
-from mpma_mj.experiments.measures import converged, of_point, remarks, values
-from mpma_mj.experiments.spec import SweepSpec, by_point, seeds
+from mpma_mj.errors import BadOptionError
+from mpma_mj.evaluation.statistics import mean_std
+from mpma_mj.experiments.records import Record, converged, matching, measured, over_seeds
+from mpma_mj.experiments.training import Column, Point, TrainingStudy
+from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.options import Arms
 from mpma_mj.training.config import RunConfig
-from mpma_mj.utils.atomic_files import csv_text
 from mpma_mj.utils.text import markdown_table, printable
 
-__all__ = ["Line", "as_csv", "as_markdown", "lines", "spec_of", "title"]
+__all__ = ["CompareAgents"]
 
-# Title, name in a summary, digits after the point.
+_BUILT_IN = "ymca"
+
 _COLUMNS = (
-    ("p_e, %", "p_e_percent", 2),
-    ("feedback ratio", "feedback_ratio", 3),
-    ("learned share", "learned_share", 3),
-    ("epochs", "epochs", 1),
-    ("environment steps", "environment_steps", 0),
-    ("nmi", "nmi", 2),
-    ("modules used", "modules_used", 1),
+    Column("p_e, %", "p_e_percent", 2),
+    Column("feedback ratio", "feedback_ratio", 3),
+    Column("learned share", "learned_share", 3),
+    Column("epochs", "epochs", 1),
+    Column("environment steps", "environment_steps", 0),
+    Column("nmi", "nmi", 2),
+    Column("modules used", "modules_used", 1),
 )
 
 
-@dataclass(frozen=True)
-class Line:
-    """A line of the table: one agent, with one kind of arms, on one movement.
+@dataclass(frozen=True, kw_only=True)
+class CompareAgents(TrainingStudy):
+    """Train all agents on the YMCA and on recordings, with both kinds of arms.
 
     Attributes:
-        point: Settings, without the seed.
-        wanted: Number of requested runs.
-        runs: The finished runs.
-        measures: Means over seeds and their intervals, by name in a summary.
-        seconds: How long a run was trained, mean, s; runs side by side, each its equal share.
+        motions: Recordings, or folders of them; each is learned separately.
+        agents: Agents, or paths of classes such as my_agents.py:MyAgent.
+        nodes: Neurons of each reservoir; each agent's own default if not given.
+        stop: End a run when it has converged; otherwise train all epochs, of which the best counts.
+        reading: Options of reading recordings.
     """
 
-    point: RunConfig
-    wanted: int
-    runs: list[RunResult]
-    measures: dict[str, Interval]
-    seconds: float
-
-    @property
-    def motion(self) -> str:
-        """The movement, in short."""
-        return _short(self.point)
-
-
-def spec_of(
-    bases: Sequence[RunConfig], agents: Sequence[str], runs: int, epochs: int, *, stop: bool
-) -> SweepSpec:
-    """Return the runs of all agents with both kinds of arms.
-
-    Args:
-        bases: All other options, for each motion.
-        agents: Names of agents, or paths of their classes.
-        runs: Runs of each agent.
-        epochs: Most epochs of a run.
-        stop: Whether a run ends when it has converged.
-
-    Raises:
-        BadOptionError: The number of runs or epochs is less than one, or a movement comes twice.
-    """
-    points = [
-        base.replace(arms=arms, agent=agent)
-        for base in bases
-        for arms in get_args(Arms)
-        for agent in agents
-    ]
-    return SweepSpec(tuple(run for point in points for run in seeds(point, runs)), epochs, stop)
-
-
-def title(config: RunConfig) -> str:
-    """Return in short what a run is."""
-    return f"{_short(config)}, {config.env.arms} arms, {config.agent_name}"
-
-
-def lines(spec: SweepSpec, runs: Sequence[RunResult]) -> list[Line]:
-    """Return the table."""
-    table = []
-    for point, configs in by_point(spec.configs).items():
-        own = of_point(runs, point)
-        measures = {name: interval(values(own, name)) for _, name, _ in _COLUMNS}
-        seconds = interval([run.seconds for run in own]).mean
-        table.append(Line(point, len(configs), own, measures, seconds))
-    return table
-
-
-def as_markdown(spec: SweepSpec, runs: Sequence[RunResult]) -> str:
-    """Return the table with what has to be said about it."""
-    titles = ["motion", "arms", "agent", "converged", *(title for title, _, _ in _COLUMNS)]
-    titles.append("seconds a run")
-    rows = []
-    for line in lines(spec, runs):
-        learns = agent_class(line.point.agent_name).trainable
-        rows.append(
-            [
-                *(line.motion, line.point.env.arms, line.point.agent_name),
-                f"{converged(line.runs)} of {line.wanted}" if learns else "–",
-                *(line.measures[name].text(digits) for _, name, digits in _COLUMNS),
-                f"{line.seconds:.2g}" if line.runs else "–",
-            ]
-        )
-    said = (
-        "Means over seeds, in brackets their 95 % bootstrap intervals, unless all seeds have the"
-        " same. A run's seconds are its share of the time in which one process trained several"
-        " runs of the line side by side."
+    name: ClassVar[str] = "agents"
+    motions: tuple[str, ...] = ()
+    agents: tuple[str, ...] = (
+        *("mpma", "single", "adaptive", "resolved_rate", "mosaic", "hammer"),
+        *("feedback_only", "open_loop", "random"),
     )
-    sentences = [said, *remarks(runs, len(spec.configs))]
-    return "\n\n".join([markdown_table(titles, rows), *sentences]) + "\n"
+    runs: int = 5
+    nodes: int | None = None
+    stop: bool = True
+    reading: ReadingOptions = ReadingOptions()
 
+    def points(self) -> list[Point]:
+        """Return a point for each motion, kind of arms and agent."""
+        return [
+            Point(
+                {"motion": base.motions[0], "arms": arms, "agent": agent},
+                base.replace(arms=arms, agent=agent),
+            )
+            for base in self._bases()
+            for arms in get_args(Arms)
+            for agent in self.agents
+        ]
 
-def as_csv(spec: SweepSpec, runs: Sequence[RunResult]) -> str:
-    """Return the same with all digits."""
-    rows = []
-    for line in lines(spec, runs):
-        row: dict[str, object] = {
-            "motion": line.point.motions[0],
-            "arms": line.point.env.arms,
-            "agent": line.point.agent_name,
-            "converged": converged(line.runs),
-            "runs": line.wanted,
+    def table(self, records: Sequence[Record]) -> str:
+        """Return a row for each point."""
+        titles = ["motion", "arms", "agent", "converged", *(column.title for column in _COLUMNS)]
+        rows = []
+        for labels, config in self.points():
+            own = matching(records, labels)
+            seconds = mean_std(measured(own, "seconds")).mean
+            learns = agent_class(config.agent_name).trainable
+            rows.append(
+                [
+                    *(_short(labels["motion"]), labels["arms"], labels["agent"]),
+                    f"{converged(own)} of {self.runs}" if learns else "–",
+                    *(over_seeds(own, *c.path).text(c.digits) for c in _COLUMNS),
+                    f"{seconds:.2g}" if own else "–",
+                ]
+            )
+        return (
+            f"{markdown_table([*titles, 'seconds a run'], rows)}\n\n"
+            "Means over seeds, in brackets their 95 % bootstrap intervals, unless all seeds have"
+            " the same. A run's seconds are its share of the time in which one process trained"
+            " several runs of the row together."
+        )
+
+    def draw(self, path: Path, records: Sequence[Record]) -> None:
+        """Write the figure."""
+        from mpma_mj.experiments.agents_figure import write_figure
+
+        p_e = {
+            (_short(labels["motion"]), labels["arms"], labels["agent"]): measured(
+                matching(records, labels), "p_e_percent"
+            )
+            for labels, _ in self.points()
         }
-        for name, found in line.measures.items():
-            row |= found.columns(name)
-        rows.append(row | {"seconds_mean": line.seconds})
-    return csv_text(rows)
+        write_figure(path, p_e)
+
+    def _bases(self) -> list[RunConfig]:
+        """Return the config of each motion; options of reading apply to recordings only."""
+        from mpma_mj.training.dataset import expand_folders
+
+        motions = expand_folders(self.motions)
+        for motion in motions:
+            if motions.count(motion) > 1:
+                raise BadOptionError(
+                    f"{motion} is given twice; each is learned separately, give it once"
+                )
+        sizes = {} if self.nodes is None else {"nodes": self.nodes}
+        built_in = RunConfig.of(tempo=self.reading.tempo, seed=self.seed, **sizes)
+        of_recordings = dataclasses.replace(built_in, reading=self.reading)
+        recordings = (motion for motion in motions if motion != _BUILT_IN)
+        return [built_in, *(of_recordings.replace(motions=(motion,)) for motion in recordings)]
 
 
-def _short(config: RunConfig) -> str:
-    """Return the movement, without the folders on the way to it."""
-    return printable(Path(config.motions[0]).name)
+def _short(motion: str) -> str:
+    """Return the name of a motion without its folders."""
+    return printable(Path(motion).name)

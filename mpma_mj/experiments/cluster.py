@@ -9,11 +9,13 @@ import socket
 import subprocess
 import sys
 import time
+from collections.abc import Mapping
 from types import TracebackType
 from typing import Any, Self
 
 from mpma_mj.errors import BadOptionError, WorkerError
 from mpma_mj.experiments.backend import Work
+from mpma_mj.training.config import versions
 from mpma_mj.utils.system import processors
 
 __all__ = ["Cluster"]
@@ -24,7 +26,7 @@ _CONNECT = "import ray, sys; ray.init(address=sys.argv[1], log_to_driver=False)"
 
 
 class Cluster:
-    """A backend of Ray's; results come back here, so that nodes need no disk in common.
+    """A backend of Ray's; results return here, so that nodes need no common disk.
 
     Attributes:
         workers: Number of jobs at a time.
@@ -58,6 +60,7 @@ class Cluster:
         self.workers = workers or max(1, int(ray.cluster_resources().get("CPU", 1)))
         # Ray would try again by itself, but not say so.
         self._do = ray.remote(num_cpus=1, max_retries=0)(do)
+        self._versions = versions()
         self._jobs: dict[Any, Work] = {}
         # Ray prints what happens to its nodes, and results are to stand alone.
         self._quiet = contextlib.redirect_stdout(sys.stderr)
@@ -79,7 +82,7 @@ class Cluster:
 
     def submit(self, work: Work) -> None:
         """Give work to the cluster."""
-        self._jobs[self._do.remote(work)] = work
+        self._jobs[self._do.remote(work, self._versions)] = work
 
     def next_done(self) -> tuple[Work, Any]:
         """Wait for work to be done or lost; see `Backend`."""
@@ -98,8 +101,23 @@ class Cluster:
         raise cause
 
 
-def do(work: Work) -> Any:
-    """Do work on a worker, and return what came of it; Ray shows the worker by this name."""
+def do(work: Work, expected: Mapping[str, str]) -> Any:
+    """Do work on a worker, and return its result; Ray shows the worker by this name.
+
+    Args:
+        work: The work.
+        expected: Versions of the packages that determine the results, on the requesting machine.
+
+    Raises:
+        WorkerError: The worker has another version of a package.
+        MpmaError: The work cannot be done.
+    """
+    here = versions()
+    for package, version in expected.items():
+        if here[package] != version:
+            raise WorkerError(
+                f"a worker has {package} {here[package]}, the command {version}; install the same"
+            )
     return work.do()
 
 
@@ -140,7 +158,7 @@ def _check_answers(address: str) -> None:
     )
 
 
-def _last_line(told: bytes | None) -> str:
-    """Return the last line that Ray has told, without the time and place that it begins with."""
-    lines = (told or b"").decode(errors="replace").strip().splitlines() or ["nothing"]
+def _last_line(output: bytes | None) -> str:
+    """Return the last line of Ray's output, without the time and place that it begins with."""
+    lines = (output or b"").decode(errors="replace").strip().splitlines() or ["nothing"]
     return re.sub(r"^\[.*?\] (\S+: )?", "", lines[-1])

@@ -35,14 +35,15 @@ AGENTS: Agents = {
 
 @dataclass(frozen=True, kw_only=True)
 class Robustness(Study):
-    """Agents under disturbances; see `Study`.
+    """Train agents, and evaluate them under disturbances.
 
     Attributes:
-        motion: The motion.
-        arms: Kind of arms.
+        motion: Built-in motion, or path of a recording.
+        arms: Simulated arms, or arms that move ideally.
         epochs: Largest number of epochs of a training, which ends when it has converged.
-        fine_tune: Epochs of fine-tuning at each level; 0 for none.
-        disturbances: Names of disturbances; all that the arms can have if not given.
+        fine_tune: Epochs of fine-tuning in each condition; 0 for none.
+        disturbances: Some of payload, strength, gravity, latency, noise, pushes, tempo, mirrored,
+            locked, unseen; all that the arms can have if not given.
         agents: The agents.
     """
 
@@ -61,7 +62,7 @@ class Robustness(Study):
                 raise BadOptionError(option=option, value=value, expected=f"{least} or more")
 
     def jobs(self) -> list[RobustnessJob]:
-        """Return a job for each batch of runs; errors as of `Study`.
+        """Return a job for each agent; errors as of `Study`.
 
         Runs that are fine-tuned have one for each disturbance: training them again costs less.
         """
@@ -96,10 +97,12 @@ class Robustness(Study):
         """Write the figure, and that of fine-tuning."""
         from mpma_mj.evaluation.robustness_figure import write_figures
 
-        write_figures(path, self._results(records))
+        if records:
+            write_figures(path, self._results(records))
 
     def _results(self, records: Sequence[Record]) -> robustness.Robustness:
-        results = [robustness.LevelResult(**record) for record in records]
+        names = [entry.name for entry in dataclasses.fields(robustness.LevelResult)]
+        results = [robustness.LevelResult(**{n: one[n] for n in names}) for one in records]
         return robustness.Robustness(results, tuple(self.agents), self.fine_tune)
 
 
@@ -130,4 +133,5 @@ class RobustnessJob(StudyJob):
         except DivergedError as error:
             raise error.with_context(self.agent) from None
         results = robustness.evaluate_levels(self.agent, trained, self.levels, self.fine_tune)
-        return [dataclasses.asdict(one) for one in results]
+        # Episodes may diverge, which their outcome says, but no run that is a row of records.
+        return [{**dataclasses.asdict(one), "diverged": False} for one in results]

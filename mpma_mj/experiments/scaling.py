@@ -1,4 +1,4 @@
-"""How MPMA scales: more movements and longer ones, learned by more modules and larger ones."""
+"""Study `scaling`: more motions and longer ones, learned by more modules and larger ones."""
 
 from __future__ import annotations
 
@@ -6,80 +6,86 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal, NamedTuple, TypeAlias
+from pathlib import Path
+from typing import Any, ClassVar, Literal, NamedTuple, TypeAlias
 
 from mpma_mj.errors import BadOptionError
-from mpma_mj.experiments.spec import SweepSpec, seeds
+from mpma_mj.experiments.records import Record, matching, mean_std_over_seeds
+from mpma_mj.experiments.training import Point, TrainingStudy
 from mpma_mj.motions.options import ReadingOptions
-from mpma_mj.motions.read import read_with_findings
+from mpma_mj.options import Arms, Models
 from mpma_mj.training.config import RunConfig
 
-__all__ = ["Growing", "Material", "Scale", "Size", "Varying", "materials"]
+__all__ = ["Amount", "Scaling", "Size", "Unit", "Varying"]
 
-Growing: TypeAlias = Literal["movements", "seconds"]
+Unit: TypeAlias = Literal["motions", "seconds"]
 Varying: TypeAlias = Literal["modules", "nodes"]
 
-_EPOCHS = 12  # most of a run; those that converge do so in about 7 (choice)
-# What is tried if nothing is given, so that it takes minutes (choice).
-_INVENTED = tuple(f"invented-{number}" for number in range(1, 9))
+# What is learned if nothing is given, so that it takes minutes (choice).
+_BUILT_IN = tuple(f"invented-{number}" for number in range(1, 9))
 _SHORTEST, _LONGEST = 5.0, 40.0  # s
 
 
-@dataclass(frozen=True)
-class Material:
-    """What is learned.
+class Amount(NamedTuple):
+    """How much is learned.
 
     Attributes:
-        growing: What there is more and more of.
-        amount: How much of it: a number of movements, or seconds of one.
-        motions: The movements.
-        end: Where a movement is cut, s; None where it is not.
+        unit: What is counted: motions, or seconds of one.
+        number: Number of motions, or seconds.
+        motions: The motions.
+        end: End of the part of a motion that is learned, s; None for whole motions.
     """
 
-    growing: Growing
-    amount: float
+    unit: Unit
+    number: float
     motions: tuple[str, ...]
     end: float | None = None
 
 
 class Size(NamedTuple):
-    """Size of what learns: number of modules, and nodes of each of their reservoirs."""
+    """Size of an agent: number of modules, and nodes of each of their reservoirs."""
 
     modules: int
     nodes: int
 
 
-@dataclass(frozen=True)
-class Scale:
-    """Every material, learned by every size.
+@dataclass(frozen=True, kw_only=True)
+class Scaling(TrainingStudy):
+    """Train on increasing numbers of motions, and on motions of increasing length.
 
-    Modules are varied at the middle one of the numbers of nodes, and nodes at the middle one of
-    the numbers of modules (choice; the lower of two in the middle): all pairs would take hours.
+    Reports at which size the agents saturate. Modules vary at the middle one of the numbers of
+    nodes, and nodes at the middle number of modules (choice; the lower of two in the middle): all
+    pairs would take hours.
 
     Attributes:
-        materials: What is learned.
+        motions: Recordings, or folders of them; the first 1, 2, 4, … are learned together, and the
+            first seconds of the longest one. Synthetic motions if none are given.
+        lengths: Lengths of the longest motion, s; 5, 10, 20 and 40, up to its length, if none are
+            given.
         modules: Numbers of modules.
-        nodes: Numbers of nodes.
-        base: All other settings.
-
-    Raises:
-        BadOptionError: There is no number of modules, or of nodes.
+        nodes: Neurons of each reservoir; modules vary at the middle value, and nodes at the middle
+            number of modules.
+        models: Joint models (ours), or posture models (the paper's).
+        rule: Learning rule: weighted (ours), gated (the paper's), or the path of a class.
+        arms: Simulated arms, or arms that move ideally.
+        proprioception: Whether posture models receive the joint angles too; the paper's do not.
     """
 
-    materials: tuple[Material, ...]
-    modules: tuple[int, ...]
-    nodes: tuple[int, ...]
-    base: RunConfig
-
-    def __post_init__(self) -> None:
-        """Check what the rest relies on."""
-        for name in ("modules", "nodes"):
-            if not getattr(self, name):
-                raise BadOptionError(f"{name} has no value; expected at least 1 size")
+    name: ClassVar[str] = "scaling"
+    motions: tuple[str, ...] = ()
+    lengths: tuple[float, ...] = ()
+    modules: tuple[int, ...] = (2, 4, 8, 16)
+    nodes: tuple[int, ...] = (50, 100, 200, 400)
+    runs: int = 3
+    epochs: int = 12  # those that converge do so in about 7 (choice)
+    models: Models = "joint"
+    rule: str = "weighted"
+    arms: Arms = "physics"
+    proprioception: bool = True
 
     @property
     def lines(self) -> dict[Varying, tuple[Size, ...]]:
-        """Sizes along which one thing varies, by its name."""
+        """Sizes along which one number varies, by its name."""
         modules, nodes = self.crossing
         return {
             "modules": tuple(Size(count, nodes) for count in sorted(self.modules)),
@@ -96,69 +102,85 @@ class Scale:
         """All sizes, each once."""
         return tuple(dict.fromkeys(itertools.chain(*self.lines.values())))
 
-    def point(self, material: Material, size: Size) -> RunConfig:
-        """Return the settings with which a size learns a material.
-
-        There is a label for each movement, one if there is one; and a movement that is cut has
-        four, of equal parts, however long it is (choice): so that growth in labels and growth in
-        length can be told apart.
-        """
-        point = self.base.replace(
-            motions=material.motions,
-            end=material.end,
-            modules=size.modules,
-            nodes=size.nodes,
-        )
-        if material.end is not None:
-            return point.replace(context="equal")
-        if len(material.motions) == 1:  # joined with others it has one label too
-            return point.replace(context="equal", segments=1)
-        return point
-
-    def spec_of(self, runs: int) -> SweepSpec:
-        """Return the sweep.
-
-        Args:
-            runs: Runs of every material and size, with seeds from 0.
+    def amounts(self) -> tuple[Amount, ...]:
+        """Return how much is learned: the first 1, 2, 4, … motions, and starts of the longest.
 
         Raises:
-            BadOptionError: There are no runs, or a size or a material stands twice.
+            MpmaError: A motion cannot be read, or a length is out of bounds.
+        """
+        from mpma_mj.motions.read import read_with_findings
+        from mpma_mj.training.dataset import expand_folders
+
+        motions = expand_folders(self.motions) or _BUILT_IN
+        for motion in motions:
+            if motions.count(motion) > 1:
+                raise BadOptionError(f"{motion} is given twice; expected different motions")
+        candidates = motions if self.motions else ("invented",)
+        durations = {m: read_with_findings(m, ReadingOptions()).motion.duration for m in candidates}
+        longest = max(durations, key=lambda motion: durations[motion])
+        counts = [*_doublings(1, len(motions) - 1), len(motions)]
+        seconds = self.lengths or _doublings(_SHORTEST, min(durations[longest], _LONGEST))
+        _check_lengths(seconds, longest, durations[longest])
+        return (
+            *(Amount("motions", count, tuple(motions[: int(count)])) for count in counts),
+            *(Amount("seconds", length, (longest,), length) for length in sorted(seconds)),
+        )
+
+    def points(self) -> list[Point]:
+        """Return a point for each amount and size.
+
+        There is a label for each motion, one if there is one; and a part of a motion has four, of
+        equal parts, however long it is (choice): so that the effects of labels and of length can
+        be separated.
         """
         for name in ("modules", "nodes"):
             values = getattr(self, name)
+            if not values:
+                raise BadOptionError(f"{name} has no value; expected at least 1 size")
             if len(set(values)) < len(values):
                 raise BadOptionError(f"{name} has a value twice; leave one out")
-        points = [self.point(m, size) for m in self.materials for size in self.sizes]
-        return SweepSpec(tuple(run for point in points for run in seeds(point, runs)), _EPOCHS)
+        base = RunConfig.of(
+            models=self.models,
+            rule=self.rule,
+            arms=self.arms,
+            proprioception=self.proprioception,
+            seed=self.seed,
+        )
+        points = []
+        for amount in self.amounts():
+            context: dict[str, Any] = {}
+            if amount.end is not None:
+                context = {"context": "equal"}
+            elif len(amount.motions) == 1:  # as joined with others
+                context = {"context": "equal", "segments": 1}
+            options = {"motions": amount.motions, "end": amount.end} | context
+            points += [
+                Point(labels(amount, size), base.replace(**options, **size._asdict()))
+                for size in self.sizes
+            ]
+        return points
+
+    def mean(self, records: Sequence[Record], amount: Amount, size: Size, measure: str) -> float:
+        """Return the mean of a measure over seeds; NaN if there is none."""
+        own = matching(records, labels(amount, size))
+        return mean_std_over_seeds(own, *measure.split(".")).mean
+
+    def table(self, records: Sequence[Record]) -> str:
+        """Return a table for each measure, and where it saturates."""
+        from mpma_mj.experiments.scaling_table import as_markdown
+
+        return as_markdown(self, records)
+
+    def draw(self, path: Path, records: Sequence[Record]) -> None:
+        """Write the figure."""
+        from mpma_mj.experiments.scaling_figure import write_figure
+
+        write_figure(path, self, records)
 
 
-def materials(motions: Sequence[str], lengths: Sequence[float]) -> tuple[Material, ...]:
-    """Return what is learned: the first 1, 2, 4, … movements, and the start of the longest.
-
-    Args:
-        motions: Names and files of movements; the invented dances if there are none.
-        lengths: How much of the longest is learned, s; if there are none, 5, 10, 20 and 40 s, as
-            far as it goes.
-
-    Raises:
-        MpmaError: A movement cannot be read, or a length is not one that can be had.
-    """
-    for motion in motions:
-        if motions.count(motion) > 1:
-            raise BadOptionError(f"{motion} is given twice; expected different movements")
-    if motions:
-        longest = {m: read_with_findings(m, ReadingOptions()).motion.duration for m in motions}
-    else:
-        motions = _INVENTED
-        longest = {"invented": read_with_findings("invented", ReadingOptions()).motion.duration}
-    name = max(longest, key=lambda motion: longest[motion])
-    counts = [*_doublings(1, len(motions) - 1), len(motions)]
-    seconds = lengths or _doublings(_SHORTEST, min(longest[name], _LONGEST))
-    _check_lengths(seconds, name, longest[name])
-    return (
-        *(Material("movements", count, tuple(motions[: int(count)])) for count in counts),
-        *(Material("seconds", length, (name,), length) for length in sorted(seconds)),
-    )
+def labels(amount: Amount, size: Size) -> dict[str, Any]:
+    """Return the entries of a record that belong to an amount and a size."""
+    return {"unit": amount.unit, "amount": amount.number, **size._asdict()}
 
 
 def _doublings(first: float, last: float) -> list[float]:
@@ -170,7 +192,7 @@ def _doublings(first: float, last: float) -> list[float]:
 def _check_lengths(lengths: Sequence[float], name: str, duration: float) -> None:
     if not lengths:
         raise BadOptionError(
-            f"{name}, the longest movement, lasts {duration:.2f} s, less than {_SHORTEST:g} s",
+            f"{name}, the longest motion, lasts {duration:.2f} s, less than {_SHORTEST:g} s",
             remedy="give lengths with {lengths}",
         )
     if len(set(lengths)) < len(lengths):
@@ -180,7 +202,7 @@ def _check_lengths(lengths: Sequence[float], name: str, duration: float) -> None
             raise BadOptionError(f"lengths has {length:g}; expected seconds above 0")
         if length > duration:
             raise BadOptionError(
-                f"lengths has {length:g} s, and {name}, the longest movement, lasts"
+                f"lengths has {length:g} s, and {name}, the longest motion, lasts"
                 f" {duration:.2f} s; give less, or a longer recording"
             )
 

@@ -1,74 +1,79 @@
-"""Tables of how MPMA scales, and in words where more no longer helps."""
+"""Tables of the study `scaling`, and sentences on where more no longer helps."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import get_args
 
-from mpma_mj.experiments.folder import RunResult
-from mpma_mj.experiments.measures import remarks, spread
-from mpma_mj.experiments.scaling import Growing, Material, Scale, Size, Varying
-from mpma_mj.experiments.spec import without_seed
+from mpma_mj.experiments.records import Record, converged, matching
+from mpma_mj.experiments.scaling import Amount, Scaling, Size, Unit, Varying, labels
+from mpma_mj.experiments.training import Column
 from mpma_mj.utils.text import markdown_table
 
-__all__ = [
-    "TOLERANCE",
-    "Results",
-    "amounts",
-    "as_markdown",
-    "as_rows",
-    "fixed",
-    "least_enough",
-    "saturation",
-]
+__all__ = ["TOLERANCE", "as_markdown", "fixed", "least_enough", "named", "saturation"]
 
 TOLERANCE = 0.1  # of the best value; what is nearer counts as good (choice)
 
-# Title, name in a summary, digits after the point.
-_MEASURES = (
-    ("p_e, %", "p_e_percent", 2),
-    ("prediction error, %", "prediction_error_percent", 2),
-    ("feedback ratio", "feedback_ratio", 3),
-    ("epochs", "epochs", 1),
-    ("nmi of label and module", "nmi", 2),
-    ("modules used", "modules_used", 1),
-    ("entropy of λ in the whole (usage), 1 is all modules alike", "entropy.usage", 2),
-    ("entropy of λ at a time (sharing), 0 is one module alone", "entropy.sharing", 2),
+_COLUMNS = (
+    Column("p_e, %", "p_e_percent", 2),
+    Column("prediction error, %", "prediction_error_percent", 2),
+    Column("feedback ratio", "feedback_ratio", 3),
+    Column("epochs", "epochs", 1),
+    Column("nmi of label and module", "nmi", 2),
+    Column("modules used", "modules_used", 1),
+    Column("entropy of λ in the whole (usage), 1 is all modules alike", "entropy.usage", 2),
+    Column("entropy of λ at a time (sharing), 0 is one module alone", "entropy.sharing", 2),
 )
 
 
-_ENOUGH = (
-    f"Enough is the least number with which p_e is within {100 * TOLERANCE:.0f} % of the lowest"
-    " that was reached."
-)
+def as_markdown(study: Scaling, records: Sequence[Record]) -> str:
+    """Return a table for each measure, means over seeds, and where it saturates."""
+    amounts = study.amounts()
+
+    def table(title: str, cell: Callable[[Amount, Size], str]) -> str:
+        head = ["modules", "nodes", *(named([amount]) for amount in amounts)]
+        rows = [
+            [str(size.modules), str(size.nodes), *(cell(amount, size) for amount in amounts)]
+            for size in study.sizes
+        ]
+        return f"**{title}**\n\n{markdown_table(head, rows)}"
+
+    def mean(column: Column) -> Callable[[Amount, Size], str]:
+        return lambda amount, size: _number(
+            study.mean(records, amount, size, column.measure), column.digits
+        )
+
+    def count(amount: Amount, size: Size) -> str:
+        return str(converged(matching(records, labels(amount, size))))
+
+    return "\n\n".join(
+        [
+            "Means over seeds; columns are what is learned, rows are the sizes of the agent.",
+            *(table(column.title, mean(column)) for column in _COLUMNS),
+            table("runs that converged", count),
+            "**Where it saturates**",
+            f"Enough is the least number with which p_e is within {100 * TOLERANCE:.0f} % of the"
+            " lowest that was reached.",
+            "\n".join(f"- {sentence}" for sentence in saturation(study, amounts, records)),
+        ]
+    )
 
 
-class Results:
-    """RunResult runs by material and size.
-
-    Attributes:
-        scale: What was spec.
-    """
-
-    def __init__(self, scale: Scale, runs: Sequence[RunResult]) -> None:
-        """Sort the runs."""
-        self.scale = scale
-        self._found: dict[object, list[RunResult]] = {}
-        for run in runs:
-            self._found.setdefault(without_seed(run.config), []).append(run)
-
-    def of(self, material: Material, size: Size) -> list[RunResult]:
-        """Return the runs of a size on a material."""
-        return self._found.get(without_seed(self.scale.point(material, size)), [])
-
-    def mean(self, material: Material, size: Size, measure: str) -> float:
-        """Return the mean of a measure over seeds; NaN if there is none."""
-        return spread(self.of(material, size), measure).mean
-
-    def growing(self, what: Growing) -> list[Material]:
-        """Return the materials of which one is more than the other in this, the least first."""
-        return [m for m in self.scale.materials if m.growing == what]
+def saturation(study: Scaling, amounts: Sequence[Amount], records: Sequence[Record]) -> list[str]:
+    """Return in sentences from which size on more does not help, and the cost of more motion."""
+    sentences = []
+    for unit in get_args(Unit):
+        own = [amount for amount in amounts if amount.unit == unit]
+        sentences += _enough(study, unit, own, records)
+        sentences.append(_most_used(study, unit, own, records))
+        size = study.crossing
+        found = (_number(study.mean(records, one, size, "p_e_percent"), 2) for one in own)
+        sentences.append(
+            f"More {unit}: p_e with {fixed('nodes', size)} and {fixed('modules', size)} is"
+            f" {', '.join(found)} % for {named(own)}."
+        )
+    return sentences
 
 
 def least_enough(found: Mapping[int, float]) -> int | None:
@@ -87,135 +92,56 @@ def least_enough(found: Mapping[int, float]) -> int | None:
     return min(size for size, value in known.items() if value <= most)
 
 
-def as_markdown(results: Results, runs: Sequence[RunResult], spec: int) -> str:
-    """Return a table for each measure, means over seeds, and where it saturates.
-
-    Args:
-        results: Results by material and size.
-        runs: The finished runs.
-        spec: Number of requested runs.
-    """
-    scale = results.scale
-    parts = ["Means over seeds; columns are what is learned, rows are what learns it."]
-    for title, measure, digits in _MEASURES:
-        cells = {
-            (material, size): _number(results.mean(material, size, measure), digits)
-            for material in scale.materials
-            for size in scale.sizes
-        }
-        parts += [f"**{title}**", _table(scale, cells)]
-    converged = {
-        (material, size): str(sum(bool(run.summary.get("converged")) for run in found))
-        for material in scale.materials
-        for size in scale.sizes
-        for found in [results.of(material, size)]
-    }
-    parts += ["**runs that converged**", _table(scale, converged)]
-    parts += [
-        "**Where it saturates**",
-        _ENOUGH,
-        "\n".join(f"- {said}" for said in saturation(results)),
-    ]
-    return "\n\n".join([*parts, *remarks(runs, spec)]) + "\n"
-
-
-def _table(scale: Scale, cells: Mapping[tuple[Material, Size], str]) -> str:
-    """Return a table with a column for each material and a row for each size."""
-    titles = ["modules", "nodes", *(amounts([m]) for m in scale.materials)]
-    rows = [
-        [str(size.modules), str(size.nodes), *(cells[m, size] for m in scale.materials)]
-        for size in scale.sizes
-    ]
-    return markdown_table(titles, rows)
-
-
-def saturation(results: Results) -> list[str]:
-    """Return in sentences from which size on more does not help, and what more material costs."""
-    return [
-        sentence
-        for growing in get_args(Growing)
-        for sentence in (
-            *_enough(results, growing),
-            _most_used(results, growing),
-            _cost(results, growing),
-        )
-    ]
-
-
-def _enough(results: Results, growing: Growing) -> list[str]:
-    """Say how many modules and nodes are enough for p_e."""
-    sentences = []
-    for varying, line in results.scale.lines.items():
-        if len(line) < 2:
-            continue
-        groups: dict[str, list[Material]] = {}
-        for material in results.growing(growing):
-            found = {
-                getattr(size, varying): results.mean(material, size, "p_e_percent") for size in line
-            }
-            groups.setdefault(str(least_enough(found) or "–"), []).append(material)
-        told = "; ".join(f"{least} for {amounts(group)}" for least, group in groups.items())
-        sentences.append(f"More {growing}, {fixed(varying, line[0])}: enough {varying} are {told}.")
-    return sentences
-
-
-def _most_used(results: Results, growing: Growing) -> str:
-    """Say how many modules are used at most."""
-    most = []
-    for material in results.growing(growing):
-        found = [
-            results.mean(material, size, "modules_used") for size in results.scale.lines["modules"]
-        ]
-        most.append(max((value for value in found if math.isfinite(value)), default=math.nan))
+def named(amounts: Sequence[Amount]) -> str:
+    """Return in words how much is learned; all have the same unit."""
+    numbers = ", ".join(f"{amount.number:g}" for amount in amounts)
+    last = amounts[-1]
     return (
-        f"More {growing}: most modules used {', '.join(_number(value, 1) for value in most)} for"
-        f" {amounts(results.growing(growing))}; {max(results.scale.modules)} is the most there are."
+        f"{numbers} s" if last.unit == "seconds" else f"{numbers} {_noun('motions', last.number)}"
     )
-
-
-def _cost(results: Results, growing: Growing) -> str:
-    """Say how p_e goes with the material, for the size where both lines cross."""
-    size, grown = results.scale.crossing, results.growing(growing)
-    found = (results.mean(material, size, "p_e_percent") for material in grown)
-    return (
-        f"More {growing}: p_e with {fixed('nodes', size)} and {fixed('modules', size)} is"
-        f" {', '.join(_number(value, 2) for value in found)} % for {amounts(grown)}."
-    )
-
-
-def as_rows(results: Results) -> list[dict[str, object]]:
-    """Return a row for each material and size, with means and deviations of all measures."""
-    rows: list[dict[str, object]] = []
-    for material in results.scale.materials:
-        for size in results.scale.sizes:
-            runs = results.of(material, size)
-            row: dict[str, object] = {
-                "growing": material.growing,
-                "amount": material.amount,
-                **size._asdict(),
-                "runs": len(runs),
-                "converged": sum(bool(run.summary.get("converged")) for run in runs),
-            }
-            for _, measure, _ in _MEASURES:
-                found = spread(runs, measure)
-                row |= {f"{measure}_mean": found.mean, f"{measure}_sd": found.deviation}
-            rows.append(row)
-    return rows
-
-
-def amounts(materials: Sequence[Material]) -> str:
-    """Return how much there is of materials of which one is more than the other, in words."""
-    numbers = ", ".join(f"{material.amount:g}" for material in materials)
-    if materials[-1].growing == "seconds":
-        return f"{numbers} s"
-    return f"{numbers} {_noun('movements', materials[-1].amount)}"
 
 
 def fixed(varying: Varying, size: Size) -> str:
-    """Say what is the same all along a line of sizes."""
+    """Return in words the number that is the same all along a line of sizes."""
     other: Varying = "nodes" if varying == "modules" else "modules"
     number = getattr(size, other)
     return f"{number} {_noun(other, number)}"
+
+
+def _enough(
+    study: Scaling, unit: Unit, amounts: Sequence[Amount], records: Sequence[Record]
+) -> list[str]:
+    """Return how many modules and nodes are enough for p_e."""
+    sentences = []
+    for varying, line in study.lines.items():
+        if len(line) < 2:
+            continue
+        groups: dict[str, list[Amount]] = {}
+        for amount in amounts:
+            found = {
+                getattr(size, varying): study.mean(records, amount, size, "p_e_percent")
+                for size in line
+            }
+            groups.setdefault(str(least_enough(found) or "–"), []).append(amount)
+        listed = "; ".join(f"{least} for {named(group)}" for least, group in groups.items())
+        sentences.append(f"More {unit}, {fixed(varying, line[0])}: enough {varying} are {listed}.")
+    return sentences
+
+
+def _most_used(
+    study: Scaling, unit: Unit, amounts: Sequence[Amount], records: Sequence[Record]
+) -> str:
+    """Return how many modules are used at most."""
+    most = []
+    for amount in amounts:
+        found = [
+            study.mean(records, amount, size, "modules_used") for size in study.lines["modules"]
+        ]
+        most.append(max((value for value in found if math.isfinite(value)), default=math.nan))
+    return (
+        f"More {unit}: most modules used {', '.join(_number(value, 1) for value in most)} for"
+        f" {named(amounts)}; {max(study.modules)} is the most there are."
+    )
 
 
 def _noun(plural: str, number: float) -> str:

@@ -14,7 +14,6 @@ from mpma_mj.experiments.study import (
     Record,
     Study,
     batches,
-    lost,
     of_agent,
     over_seeds,
 )
@@ -50,12 +49,12 @@ AGENTS: Agents = {
 
 @dataclass(frozen=True, kw_only=True)
 class Switching(Study):
-    """Plants that are learned one after the other and then switch; see `Study`.
+    """Learn four plants one after the other, then imitate while they switch unannounced.
 
     Attributes:
-        motion: The motion.
-        arms: Kind of arms.
-        reverse: Whether plants are learned in reverse order.
+        motion: Built-in motion, or path of a recording.
+        arms: Simulated arms, or arms that move ideally.
+        reverse: Learn the plants in reverse order.
         epochs: Epochs in each plant.
         agents: The agents.
     """
@@ -108,7 +107,7 @@ class Switching(Study):
             f" second. Plants found: runs that found exactly {len(self.plants)}. Steps to lead:"
             " median from a switch to the first step in which the modules of the right plant"
             " lead; the whole stretch where they never do. Right plant leads: share of steps while"
-            f" plants switch; where two share modules, these count in both.{lost(records)}",
+            f" plants switch; where two share modules, these count in both.",
         ]
         lesioned = [one for one in of_agent(records, LESIONED) if "lesion" in one]
         if lesioned:
@@ -123,7 +122,7 @@ class Switching(Study):
                 f"p_e of {LESIONED} over that of the intact agent, by the plant whose modules are"
                 " switched off and the plant that is on.",
             ]
-        return "\n\n".join(parts) + "\n"
+        return "\n\n".join(parts)
 
     def draw(self, path: Path, records: Sequence[Record]) -> None:
         """Write the figure."""

@@ -1,29 +1,30 @@
-"""The paper's Table 1 as a picture: every run of ours beside the paper's mean and spread."""
+"""Figure of the study `table1`: every run of ours next to the paper's means and deviations."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from matplotlib.axes import Axes
 
 from mpma_mj.agents.gain_schedule import CRITERION
-from mpma_mj.experiments.folder import RunResult
-from mpma_mj.experiments.measures import Spread, spread, values
-from mpma_mj.experiments.spec import SweepSpec
-from mpma_mj.experiments.table1 import LETTERS, PAPER, of_size
+from mpma_mj.evaluation.statistics import MeanStd, mean_std
+from mpma_mj.experiments.records import Record, matching, measured
+from mpma_mj.experiments.table1 import LETTERS, PAPER
 from mpma_mj.visualization.colours import DEMONSTRATED, INK, module_colours
 from mpma_mj.visualization.figure_file import figure_file
 
 __all__ = ["write_figure"]
 
+Runs: TypeAlias = Mapping[int, Sequence[Record]]  # by nodes
+
 _OURS = module_colours(1)[0]
 _APART = 0.17  # of the paper's and our place from the middle between them
-_SPRAY = 0.16  # width over which runs are laid side by side
+_SPRAY = 0.16  # width over which runs are laid
 
-_PALER = 0.5  # a bar beside the one of a module more
+_PALER = 0.5  # of a bar for one module less
 _NAMED_SHARE = 10.0  # percent; less has no room for a number
 
 _PANELS = (
@@ -34,34 +35,33 @@ _PANELS = (
 )
 
 
-def write_figure(path: Path, spec: SweepSpec, runs: Sequence[RunResult]) -> None:
+def write_figure(
+    path: Path, records: Sequence[Record], sizes: Sequence[int], modules: int, title: str
+) -> None:
     """Draw the table.
 
     Args:
         path: The PNG file.
-        spec: What the sweep is.
-        runs: Its finished runs.
+        records: Records of the finished runs.
+        sizes: Numbers of nodes.
+        modules: Number of modules.
+        title: Title of the figure.
     """
-    sizes = list(dict.fromkeys(config.option("nodes") for config in spec.configs))
+    runs = {nodes: matching(records, {"nodes": nodes}) for nodes in sizes}
     with figure_file(path, 11.0, 6.2) as figure:
         axes = figure.subplots(2, 3)
         panels = [axes[0, 0], axes[0, 1], axes[0, 2], axes[1, 1]]
-        for axis, (title, measure) in zip(panels, _PANELS, strict=True):
-            _every_run(axis, runs, sizes, measure)
-            axis.set_title(title, fontsize="medium")
+        for axis, (name, measure) in zip(panels, _PANELS, strict=True):
+            _draw_runs(axis, runs, measure)
+            axis.set_title(name, fontsize="medium")
         line: dict[str, Any] = {"color": INK, "linestyle": "--", "linewidth": 0.8, "zorder": 0}
         axes[0, 1].axhline(CRITERION, **line, label=f"the criterion, {CRITERION:g} %")
-        _active_modules(axes[1, 0], runs, sizes)
-        _modules_used(axes[1, 2], runs, sizes, spec.configs[0].option("modules"))
+        _draw_active_modules(axes[1, 0], runs)
+        _draw_modules_used(axes[1, 2], runs, modules)
         for axis in axes.flat:
             axis.spines[["top", "right"]].set_visible(False)
             axis.tick_params(labelsize="small")
-        first = spec.configs[0]
-        figure.suptitle(
-            f"Table 1: {first.option('rule')} rule, {first.env.arms} arms,"
-            f" {len(spec.configs) // len(sizes)} runs a size",
-            fontsize="large",
-        )
+        figure.suptitle(title, fontsize="large")
         handles, names = axes[0, 1].get_legend_handles_labels()
         once = dict(zip(names, handles, strict=True))
         figure.legend(
@@ -69,13 +69,13 @@ def write_figure(path: Path, spec: SweepSpec, runs: Sequence[RunResult]) -> None
         )
 
 
-def _every_run(axis: Axes, runs: Sequence[RunResult], sizes: Sequence[int], measure: str) -> None:
-    """Draw a dot a run, and mean and deviation beside the paper's."""
-    paper = {place: PAPER[n] for place, n in enumerate(sizes) if n in PAPER}
-    told = {p: line.measures[measure] for p, line in paper.items() if measure in line.measures}
-    apart = _APART if told else 0.0
-    for place, nodes in enumerate(sizes):
-        found = values(of_size(runs, nodes), measure)
+def _draw_runs(axis: Axes, runs: Runs, measure: str) -> None:
+    """Draw a dot for each run, and our mean and deviation next to the paper's."""
+    paper = {place: PAPER[nodes] for place, nodes in enumerate(runs) if nodes in PAPER}
+    known = {p: measures[measure] for p, measures in paper.items() if measure in measures}
+    apart = _APART if known else 0.0
+    for place, own in enumerate(runs.values()):
+        found = measured(own, measure)
         if not found:
             continue
         spray = np.linspace(-_SPRAY / 2, _SPRAY / 2, max(len(found), 2))[: len(found)]
@@ -87,55 +87,53 @@ def _every_run(axis: Axes, runs: Sequence[RunResult], sizes: Sequence[int], meas
             "clip_on": False,  # a dot at 0 is whole
         }
         axis.plot(place + apart + spray, found, ".", **dots, label="a run of ours")
-        _mean(axis, place + apart, spread(of_size(runs, nodes), measure), _OURS, "ours, µ ± σ")
-    for place, value in told.items():
-        _mean(axis, place - apart, value, DEMONSTRATED, "the paper, µ ± σ")
-    _name_sizes(axis, sizes)
+        _draw_mean(axis, place + apart, mean_std(found), _OURS, "ours, µ ± σ")
+    for place, value in known.items():
+        _draw_mean(axis, place - apart, value, DEMONSTRATED, "the paper, µ ± σ")
+    _name_sizes(axis, runs)
     axis.set_ylim(bottom=0)
 
 
-def _mean(axis: Axes, place: float, value: Spread, colour: str, label: str) -> None:
+def _draw_mean(axis: Axes, place: float, value: MeanStd, colour: str, label: str) -> None:
     look: dict[str, Any] = {"markersize": 6, "capsize": 3, "linewidth": 1.5, "clip_on": False}
-    axis.errorbar(place, value.mean, value.deviation, fmt="o", color=colour, **look, label=label)
+    axis.errorbar(place, value.mean, value.std, fmt="o", color=colour, **look, label=label)
 
 
-def _active_modules(axis: Axes, runs: Sequence[RunResult], sizes: Sequence[int]) -> None:
+def _draw_active_modules(axis: Axes, runs: Runs) -> None:
     """Draw for each letter how many modules are active, from the least size to the largest."""
-    step = 0.7 / max(1, len(sizes) - 1)
+    step = 0.7 / max(1, len(runs) - 1)
     for group, letter in enumerate(LETTERS):
         measure = f"active_modules.{letter}"
-        places = group - 0.35 + step * np.arange(len(sizes))
-        ours = [spread(of_size(runs, nodes), measure).mean for nodes in sizes]
-        paper = [PAPER[n].measures[measure].mean if n in PAPER else np.nan for n in sizes]
+        places = group - 0.35 + step * np.arange(len(runs))
+        ours = [mean_std(measured(own, *measure.split("."))).mean for own in runs.values()]
+        paper = [PAPER[n][measure].mean if n in PAPER else np.nan for n in runs]
         axis.plot(places, paper, "o-", color=DEMONSTRATED, markersize=5, linewidth=1.2)
         axis.plot(places, ours, "o-", color=_OURS, markersize=5, linewidth=1.2)
     axis.set_xticks(range(len(LETTERS)), LETTERS)
     axis.set_ylim(bottom=0)
     axis.set_title("active modules, mean", fontsize="medium")
-    axis.set_xlabel(f"letter; in each {', '.join(map(str, sizes))} nodes", fontsize="small")
+    axis.set_xlabel(f"letter; in each {', '.join(map(str, runs))} nodes", fontsize="small")
 
 
-def _modules_used(
-    axis: Axes, runs: Sequence[RunResult], sizes: Sequence[int], modules: int
-) -> None:
+def _draw_modules_used(axis: Axes, runs: Runs, modules: int) -> None:
     """Draw which share of the runs uses how many modules."""
-    used = [np.array(values(of_size(runs, nodes), "modules_used")) for nodes in sizes]
-    below = np.zeros(len(sizes))
+    used = [np.array(measured(own, "modules_used")) for own in runs.values()]
+    below = np.zeros(len(used))
     for count in range(modules, 0, -1):
         share = np.array([100 * np.mean(u == count) if len(u) else 0.0 for u in used])
         shade = _PALER ** (modules - count)
-        axis.bar(range(len(sizes)), share, 0.6, below, color=_OURS, alpha=shade)
+        axis.bar(range(len(used)), share, 0.6, below, color=_OURS, alpha=shade)
         ink = "white" if shade > 0.6 else INK
         for place, (start, height) in enumerate(zip(below, share, strict=True)):
             if height >= _NAMED_SHARE:
                 middle = start + height / 2
                 axis.text(place, middle, str(count), color=ink, ha="center", va="center")
         below += share
-    _name_sizes(axis, sizes)
+    _name_sizes(axis, runs)
     axis.set_title(f"runs that use so many of {modules} modules, %", fontsize="medium")
 
 
-def _name_sizes(axis: Axes, sizes: Sequence[int]) -> None:
-    axis.set_xticks(range(len(sizes)), [str(nodes) for nodes in sizes])
-    axis.set_xlim(-0.5, len(sizes) - 0.5)
+def _name_sizes(axis: Axes, runs: Runs) -> None:
+    axis.set_xticks(range(len(runs)), [str(nodes) for nodes in runs])
+    axis.set_xlim(-0.5, len(runs) - 0.5)
     axis.set_xlabel("nodes", fontsize="small")

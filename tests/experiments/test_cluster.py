@@ -17,9 +17,10 @@ import pytest
 from mpma_mj.errors import BadOptionError, WorkerError
 from mpma_mj.experiments import cluster
 from mpma_mj.experiments.backend import open_backend
-from mpma_mj.experiments.engine import finish
-from mpma_mj.experiments.folder import SweepFolder
-from tests.experiments.runs import TINY_WORDS, environment, mpma, results, run_files, spec_of
+from mpma_mj.experiments.study import run_study
+from mpma_mj.training.config import versions
+from tests.experiments.runs import TINY_WORDS, environment, mpma, run_files, sweep_of
+from tests.experiments.test_backend import Double
 
 ROOT = Path(__file__).parents[2]
 
@@ -70,6 +71,12 @@ def test_without_ray_the_command_says_what_to_install(monkeypatch: pytest.Monkey
         open_backend("ray", 1, None)
 
 
+def test_workers_of_other_versions_are_refused() -> None:
+    assert cluster.do(Double(number=2), versions()) == 4
+    with pytest.raises(WorkerError, match=r"has numpy .*, the command 0\.1; install the same"):
+        cluster.do(Double(number=2), versions() | {"numpy": "0.1"})
+
+
 TOKEN = str(uuid.uuid4())  # Ray reads it once for a process
 
 
@@ -106,6 +113,13 @@ def busy_worker(node: Any) -> int:
         time.sleep(0.01)
 
 
+def rows_without_attempts(folder: Path) -> list[list[str]]:
+    """Return the rows of a sweep, whose last column is the number of attempts."""
+    lines = (folder / "results.csv").read_text().splitlines()
+    assert lines[0].endswith(",attempts")
+    return [line.split(",")[:-1] for line in lines]
+
+
 @needs_ray
 @pytest.mark.slow
 def test_a_node_that_dies_on_the_way_changes_no_result(tmp_path: Path, two_nodes: Any) -> None:
@@ -127,13 +141,7 @@ def test_a_node_that_dies_on_the_way_changes_no_result(tmp_path: Path, two_nodes
     here = tmp_path / "here"
     other = mpma(*words[:-1], here)
     assert other.communicate()[0].count("\n| 3") == 8
-    without_tries = [
-        [row for i, row in enumerate(line.split(",")) if i != 2]
-        for folder in (out, here)
-        for line in (folder / "results.csv").read_text().splitlines()
-    ]
-    half = len(without_tries) // 2
-    assert without_tries[:half] == without_tries[half:]
+    assert rows_without_attempts(out) == rows_without_attempts(here)
 
 
 @needs_ray
@@ -143,27 +151,25 @@ def test_a_node_without_the_package_is_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     ghost = types.ModuleType("ghost")
-    exec("def do(work): ...", vars(ghost))
+    exec("def do(work, versions): ...", vars(ghost))
     monkeypatch.setitem(sys.modules, "ghost", ghost)
     ghost.do.__module__ = "ghost"
     monkeypatch.setattr(cluster, "do", ghost.do)
-    with (
-        open_backend("ray", 1, None) as backend,
-        pytest.raises(WorkerError, match="a node of the cluster cannot import mpma_mj"),
-    ):
-        finish(SweepFolder(tmp_path, spec_of()), backend)
+    with pytest.raises(WorkerError, match="a node of the cluster cannot import mpma_mj"):
+        run_study(sweep_of(), tmp_path / "out", 1, backend="ray")
 
 
 @needs_ray
 @pytest.mark.slow
 @pytest.mark.usefixtures("own_clusters")
 def test_a_cluster_of_its_own_gives_the_same_results(tmp_path: Path) -> None:
-    sweep = spec_of("nodes=5,6", runs=3)
-    one, other = SweepFolder(tmp_path / "a", sweep), SweepFolder(tmp_path / "b", sweep)
-    for folder, name in ((one, "ray"), (other, "processes")):
-        with open_backend(name, 2, None) as backend:  # type: ignore[arg-type]
-            finish(folder, backend)
-    assert results(one) == results(other)
+    study = sweep_of("nodes=5,6", runs=3)
+    tables = [
+        run_study(study, tmp_path / name, 2, backend=name)  # type: ignore[arg-type]
+        for name in ("ray", "processes")
+    ]
+    assert tables[0] == tables[1]
+    assert rows_without_attempts(tmp_path / "ray") == rows_without_attempts(tmp_path / "processes")
 
 
 @needs_ray

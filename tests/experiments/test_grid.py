@@ -1,14 +1,11 @@
 """Grids as they are typed."""
 
-import dataclasses
-
 import pytest
 
 from mpma_mj.errors import BadOptionError
 from mpma_mj.experiments.grid import points
-from mpma_mj.experiments.spec import SweepSpec, by_point, seeds
 from mpma_mj.training.config import RunConfig, option_types
-from tests.experiments.runs import TINY, spec_of
+from tests.experiments.runs import TINY
 
 
 def test_a_grid_is_all_combinations_the_last_axis_running_fastest() -> None:
@@ -87,32 +84,6 @@ def test_what_is_no_grid_is_refused_in_one_line(words: list[str], message: str) 
         points(words, TINY)
     assert message in str(raised.value)
     assert "\n" not in str(raised.value)
-
-
-def test_runs_of_a_point_have_seeds_from_its_own_up() -> None:
-    point = TINY.replace(seed=3)
-    assert [run.seed for run in seeds(point, 3)] == [3, 4, 5]
-    assert {dataclasses.replace(run, seed=3) for run in seeds(point, 3)} == {point}
-
-
-def test_no_runs_no_epochs_and_equal_runs_are_refused() -> None:
-    with pytest.raises(BadOptionError, match="runs is 0"):
-        seeds(TINY, 0)
-    with pytest.raises(BadOptionError, match="epochs is 0"):
-        SweepSpec((TINY,), 0)
-    with pytest.raises(BadOptionError, match="no runs"):
-        SweepSpec((), 1)
-    with pytest.raises(BadOptionError, match="twice"):
-        SweepSpec((TINY, TINY), 1)
-
-
-def test_what_varies_is_told_and_runs_are_grouped_by_all_but_the_seed() -> None:
-    sweep = spec_of("context_signal=halves,labels", runs=3)
-    assert sweep.varying == ("context_signal",)
-    groups = by_point(sweep.configs)
-    assert [point.option("context_signal") for point in groups] == ["halves", "labels"]
-    assert [len(runs) for runs in groups.values()] == [3, 3]
-    assert [run for runs in groups.values() for run in runs] == list(sweep.configs)
 
 
 @pytest.mark.parametrize("axis", ["perturbation=0.5,30", "reward_weights=posture:2"])

@@ -34,13 +34,13 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_the_table_has_a_row_for_each_level_and_a_column_for_each_agent(folder: Path) -> None:
-    text = (folder / "robustness.md").read_text()
+    text = (folder / "table.md").read_text()
     assert text.startswith("| disturbance | level | mpma | feedback only |")
     assert text.count("| gravity | ") == 2 * 2  # at once, and after fine-tuning
     assert text.count("| payload in each hand, kg | ") == 2 * 5
     assert "means over 2 seeds" in text
     assert "cannot learn on: feedback only." in text
-    for name in ("robustness.png", "robustness_fine_tuned.png"):
+    for name in ("figure.png", "figure_fine_tuned.png"):
         assert (folder / name).read_bytes().startswith(b"\x89PNG")
 
 
@@ -49,7 +49,7 @@ def test_results_are_those_of_agents_trained_and_evaluated_in_this_process(folde
     trained = train_agents(configs, ymca(), 2, {})
     levels = disturbance_levels(configs[0], ymca(), disturbances=["payload"])
     expected = [str(one.p_e_percent) for one in evaluate_levels("mpma", trained, levels)]
-    with (folder / "robustness.csv").open() as file:
+    with (folder / "results.csv").open() as file:
         found = [
             row["p_e_percent"]
             for row in csv.DictReader(file)
@@ -58,17 +58,24 @@ def test_results_are_those_of_agents_trained_and_evaluated_in_this_process(folde
     assert sorted(found) == sorted(expected)
 
 
-def test_jobs_of_fine_tuned_agents_are_cut_by_disturbance(folder: Path) -> None:
-    assert {path.stem for path in (folder / "jobs").iterdir()} == {
-        *("mpma-gravity-seed-0", "mpma-payload-seed-0", "feedback-only-seed-0"),
-    }
+def test_jobs_of_fine_tuned_agents_are_cut_by_disturbance() -> None:
+    names = {job.name for job in SMALL.jobs()}
+    assert names == {"gravity, mpma", "payload, mpma", "feedback only"}
+
+
+def test_agents_whose_runs_are_missing_have_dashes(tmp_path: Path) -> None:
+    records = [one for job in SMALL.jobs() if job.agent == "feedback only" for one in job.do()]
+    assert all(line.split(" | ")[2] == "–" for line in SMALL.table(records).splitlines()[2:9])
+    SMALL.draw(tmp_path / "figure.png", records)
+    SMALL.draw(tmp_path / "none.png", [])
+    assert not (tmp_path / "none.png").exists()
 
 
 def test_a_finished_study_is_not_run_again(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    before = (folder / "robustness.csv").read_bytes()
+    before = (folder / "results.csv").read_bytes()
     monkeypatch.setattr(robustness, "train_agents", None)  # which would fail
     run_study(SMALL, folder, workers=1)
-    assert (folder / "robustness.csv").read_bytes() == before
+    assert (folder / "results.csv").read_bytes() == before
 
 
 def test_divergence_in_training_names_agent_and_seed(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -95,4 +102,4 @@ def test_the_command_passes_its_options_on(tmp_path: Path, monkeypatch: pytest.M
     settings = json.loads((out / "study.json").read_text())["settings"]
     assert (settings["epochs"], settings["disturbances"]) == (2, ["mirrored"])
     assert (settings["arms"], settings["fine_tune"]) == ("kinematic", 0)
-    assert "| mirrored motion | yes | " in (out / "robustness.md").read_text()
+    assert "| mirrored motion | yes | " in (out / "table.md").read_text()
