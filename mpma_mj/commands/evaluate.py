@@ -7,7 +7,9 @@ import functools
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
+
+import tyro
 
 from mpma_mj.commands.folders import given_runs, output_folder, write_tables
 from mpma_mj.commands.run_options import Outside, OutsideClasses, RunFolders
@@ -33,7 +35,7 @@ class Evaluate:
     all that the arms can have if not given."""
     levels: tuple[str, ...] = ()
     """Levels of a single disturbance, in place of the default ones."""
-    motions: tuple[str, ...] = ()
+    unseen: Annotated[tuple[str, ...], tyro.conf.arg(name="motions")] = ()
     """Recordings that were not trained, in place of synthetic motions."""
     arms: Arms = "physics"
     """Simulated arms, or arms that move ideally."""
@@ -79,7 +81,7 @@ class Evaluate:
                 first.motion,
                 disturbances=self.disturbances,
                 levels=self.levels,
-                motions=self.motions,
+                motions=self.unseen,
                 arms=self.arms,
             )
             for title, name in _BASELINES.items() if self.baselines else ():
