@@ -15,7 +15,7 @@ from tests.test_cli import mpma
 
 TINY = ("--nodes", 5, "--modules", 2, "--repeats", 1, "--epochs", 1, "--no-video")
 SMALL_COMPARISON = (
-    *("--nodes", 5, "--modules", 2, "--epochs", 1, "--adaptation", 1),
+    *("--nodes", 5, "--modules", 2, "--epochs", 1, "--fine-tune", 1),
     *("--runs", 1, "--workers", 1, "--no-video"),
 )
 PICTURES = {"responsibility.png", "module_output.png", "trajectory.png"}
@@ -73,7 +73,7 @@ def test_errors_name_files_that_a_terminal_cannot_show() -> None:
         (["analyse", "small"], ["small/modules.json", "small/figures/modules.png"]),
         (
             ["compare", "ymca", *SMALL_COMPARISON, "--out", "compared"],
-            ["compared/transfer.png", "compared/dances.png"],
+            ["compared/transfer.png", "compared/episodes.png"],
         ),
     ],
 )

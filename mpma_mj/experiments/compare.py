@@ -1,4 +1,4 @@
-"""The same agents on ideal arms, on simulated ones, and on simulated ones without weight."""
+"""Comparison of arms: agents trained on each kind and evaluated on each."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from mpma_mj.training.config import RunConfig
 from mpma_mj.training.history import epoch_metrics
 from mpma_mj.training.trainer import check, train_agents
 
-__all__ = ["ARMS", "NOTHING", "Cell", "CompareJob", "Dance", "compare", "jobs"]
+__all__ = ["ARMS", "UNTRAINED", "CompareJob", "Episode", "Transfer", "compare", "jobs"]
 
 Array = NDArray[np.float64]
 
@@ -38,22 +38,21 @@ ARMS: dict[str, dict[str, Any]] = {
     "physics": {"arms": "physics", "gravity_compensation": False},
     "compensated": {"arms": "physics", "gravity_compensation": True},
 }
-"""Options of the environments that are compared: ideal arms, arms with mass and weight, and arms
-with mass whose weight is carried for them."""
+"""Options of the environments: ideal arms, simulated arms, simulated arms without weight."""
 
-NOTHING = "nothing"
-"""On which the feedback controller alone has learned, which is what others are held against."""
+UNTRAINED = "nothing"
+"""Row of the feedback controller, which is trained on nothing."""
 
 
 @dataclass(frozen=True, eq=False)
-class Dance:
-    """An episode of one agent, danced without learning.
+class Episode:
+    """An episode of one agent without learning.
 
     Attributes:
         trace: Its signals, as `record_epoch` returns them.
         options: Options of its environment.
-        effort: What it cost; None on ideal arms.
-        measures: What it amounts to, by name.
+        effort: Its effort; None on ideal arms.
+        measures: Its measures by name.
     """
 
     trace: Trace
@@ -63,88 +62,94 @@ class Dance:
 
 
 @dataclass(frozen=True, eq=False)
-class Cell:
-    """Agents that learned on one kind of arms and dance on another.
+class Transfer:
+    """R agents that were trained on one kind of arms and are evaluated on another.
 
     Attributes:
-        learned: On which they learned, a name of `ARMS`, or `NOTHING`.
-        danced: On which they dance.
-        seeds: Seed of each of R agents.
-        epochs: Number of the best epoch of each, from 1, shape (R,); NaN of who does not learn.
-        dances: How each dances at once; None where the simulation diverged.
-        adapted: p_e of each after it has learned on, shape (R,), percent; NaN where the simulation
-            diverged, and of who does not learn.
+        trained_on: Arms of the training, a name of `ARMS`, or `UNTRAINED`.
+        evaluated_on: Arms of the evaluation.
+        seeds: Seed of each agent.
+        epochs: Number of the best epoch of each, from 1, shape (R,); NaN without training.
+        episodes: Episode of each at once; None where the simulation diverged.
+        fine_tuned: p_e of each after fine-tuning, shape (R,), percent; NaN where the simulation
+            diverged, and without training.
     """
 
-    learned: str
-    danced: str
+    trained_on: str
+    evaluated_on: str
     seeds: tuple[int, ...]
     epochs: Array
-    dances: tuple[Dance | None, ...]
-    adapted: Array
+    episodes: tuple[Episode | None, ...]
+    fine_tuned: Array
 
     def values(self, measure: str) -> list[float]:
-        """Return a measure of all dances that have it."""
-        found = [dance.measures.get(measure, np.nan) for dance in self.dances if dance]
+        """Return a measure of all episodes that have it."""
+        found = [episode.measures.get(measure, np.nan) for episode in self.episodes if episode]
         return [value for value in found if np.isfinite(value)]
+
+    @property
+    def tuned(self) -> list[float]:
+        """p_e after fine-tuning where the simulation did not diverge, percent."""
+        return [value for value in self.fine_tuned.tolist() if np.isfinite(value)]
 
 
 @dataclass(frozen=True, eq=False)
 class CompareJob(Work):
-    """Agents that learn on one kind of arms, and dance on each.
+    """Agents that are trained on one kind of arms, and evaluated on each.
 
     Attributes:
-        learned: On which they learn, a name of `ARMS`, or `NOTHING`.
-        configs: Settings of R runs that differ in their seeds only; which arms they say does not
+        trained_on: Arms of the training, a name of `ARMS`, or `UNTRAINED`.
+        configs: Config of each of R runs, which differ in their seeds only; their arms do not
             count.
-        motion: The movement.
+        motion: The motion.
         epochs: Largest number of epochs of training.
-        adaptation: Number of epochs that agents learn on where they are tried.
+        fine_tune: Epochs of fine-tuning on the arms of the evaluation.
     """
 
-    learned: str
+    trained_on: str
     configs: tuple[RunConfig, ...]
     motion: Motion
     epochs: int
-    adaptation: int
+    fine_tune: int
 
-    def do(self) -> list[Cell]:
-        """Return a cell for each kind of arms.
+    def do(self) -> list[Transfer]:
+        """Return the transfer to each kind of arms.
 
         Raises:
-            DivergedError: A simulation did not stay finite while an agent was trained.
+            DivergedError: A simulation diverged in training.
         """
         trained = self._train()
         conditions = (EvalCondition(name, self.motion, options) for name, options in ARMS.items())
         return [
-            _cell(trained, self.learned, condition, self.adaptation) for condition in conditions
+            _transfer(trained, self.trained_on, condition, self.fine_tune)
+            for condition in conditions
         ]
 
     def _train(self) -> TrainedAgents:
-        if self.learned == NOTHING:
+        if self.trained_on == UNTRAINED:
             feedback = [config.replace(agent="feedback_only") for config in self.configs]
             return train_agents(feedback, self.motion, 1, {})
-        # The configs stay, so that the arms of training are no part of where agents dance.
-        return train_agents(self.configs, self.motion, self.epochs, ARMS[self.learned])
+        # The configs stay, so that the arms of training are no part of an evaluation.
+        return train_agents(self.configs, self.motion, self.epochs, ARMS[self.trained_on])
 
 
 def jobs(
-    configs: Sequence[RunConfig], motion: Motion, *, epochs: int, adaptation: int
+    configs: Sequence[RunConfig], motion: Motion, *, epochs: int, fine_tune: int
 ) -> list[CompareJob]:
-    """Return the work of a comparison, what takes longest first.
+    """Return the jobs of a comparison, what takes longest first.
 
     Args:
-        configs: Settings of R runs that differ in their seeds only; which arms they say does not
+        configs: Config of each of R runs, which differ in their seeds only; their arms do not
             count.
-        motion: The movement.
-        epochs: Largest number of epochs of a training.
-        adaptation: Number of epochs that agents learn on where they are tried.
+        motion: The motion.
+        epochs: Largest number of epochs of training.
+        fine_tune: Epochs of fine-tuning on the arms of the evaluation.
 
     Raises:
-        MpmaError: A setting is outside what it may be, the agent does not learn, or the arms
-            cannot follow the movement.
+        MpmaError: An option is out of bounds, the agent does not learn, or the arms cannot follow
+            the motion.
     """
-    for name, value in {"epochs": epochs, "adaptation": adaptation}.items():
+    for name, value in {"epochs": epochs, "fine_tune": fine_tune}.items():
         if value < 1:
             raise BadOptionError(option=name, value=value, expected="at least 1")
     if configs[0].env.plants is not None:
@@ -153,65 +158,68 @@ def jobs(
     check_trainable(configs[0].agent_name)
     check(configs[0], motion)
     return [
-        CompareJob(learned, tuple(configs), motion, epochs, adaptation)
-        for learned in (*ARMS, NOTHING)
+        CompareJob(name, tuple(configs), motion, epochs, fine_tune) for name in (*ARMS, UNTRAINED)
     ]
 
 
 def compare(
     spec: Sequence[CompareJob],
     backend: Backend,
-    on_learned: Callable[[str], None] = lambda learned: None,
-) -> list[Cell]:
-    """Train on each kind of arms, and dance on each.
+    on_trained: Callable[[str], None] = lambda trained_on: None,
+) -> list[Transfer]:
+    """Train on each kind of arms, and evaluate on each.
 
     Args:
-        spec: What `jobs` returned.
-        backend: Who works.
-        on_learned: Called when all cells of those who learned on some arms are there.
+        spec: The jobs.
+        backend: The workers.
+        on_trained: Called with the arms of a job that is done.
 
     Returns:
-        A cell for each pair of `ARMS`, those that learned on the same arms in a row; before them
-        the feedback controller alone on each.
+        The transfer between each pair of `ARMS`, those trained on the same arms in a row; before
+        them the feedback controller on each.
 
     Raises:
-        DivergedError: A simulation did not stay finite while an agent was trained.
-        WorkerError: A worker died time and again.
+        DivergedError: A simulation diverged in training.
+        WorkerError: A worker died repeatedly.
     """
-    cells: dict[str, list[Cell]] = {}
+    found: dict[str, list[Transfer]] = {}
     for job, done in get_done(spec, backend):
         if done is None:
             raise WorkerError(
-                "a worker died time and again (memory?)",
+                "a worker died repeatedly (memory?)",
                 remedy="take fewer {runs}, or smaller {nodes}",
             )
-        cells[job.learned] = done
-        on_learned(job.learned)
-    return [cell for learned in (NOTHING, *ARMS) for cell in cells[learned]]
+        found[job.trained_on] = done
+        on_trained(job.trained_on)
+    return [one for trained_on in (UNTRAINED, *ARMS) for one in found[trained_on]]
 
 
-def _cell(trained: TrainedAgents, learned: str, condition: EvalCondition, adaptation: int) -> Cell:
+def _transfer(
+    trained: TrainedAgents, trained_on: str, condition: EvalCondition, fine_tune_epochs: int
+) -> Transfer:
     options = dataclasses.replace(trained.configs[0].env, **condition.options)
     site_positions = PhysicsArms.make(options).site_positions
-    dances = tuple(
-        None if trace is None else _dance(trace, options, condition.motion.rate, site_positions)
+    episodes = tuple(
+        None if trace is None else _episode(trace, options, condition.motion.rate, site_positions)
         for trace in evaluate(trained, condition)
     )
+    epochs, fine_tuned = trained.epochs.astype(float), np.full(len(trained.seeds), np.nan)
+    if trained_on == UNTRAINED:
+        epochs = fine_tuned
+    else:
+        later, course = fine_tune(trained, condition, fine_tune_epochs)
+        p_e = tracking_errors(evaluate(later, condition))
+        fine_tuned = np.where(np.isnan(course[-1]), np.nan, p_e)
     seeds = tuple(trained.seeds)
-    if learned == NOTHING:
-        nothing = np.full(len(seeds), np.nan)
-        return Cell(NOTHING, condition.name, seeds, nothing, dances, nothing)
-    later, course = fine_tune(trained, condition, adaptation)
-    adapted = np.where(np.isnan(course[-1]), np.nan, tracking_errors(evaluate(later, condition)))
-    return Cell(learned, condition.name, seeds, trained.epochs.astype(float), dances, adapted)
+    return Transfer(trained_on, condition.name, seeds, epochs, episodes, fine_tuned)
 
 
-def _dance(
+def _episode(
     trace: Trace,
     options: EnvironmentOptions,
     rate: float,
     site_positions: Callable[[Array], Array],
-) -> Dance:
+) -> Episode:
     cost = effort(trace, options, rate)
     measures = epoch_metrics(site_positions, trace)
     measures["mpkpe_mm"] = 1e3 * measures.pop("mpkpe_m")
@@ -223,7 +231,7 @@ def _dance(
             "peak_torque_nm": cost.peak_torque,
             "work_j": cost.work,
         }
-    return Dance(trace, options, cost, measures)
+    return Episode(trace, options, cost, measures)
 
 
 def _joint_errors(trace: Trace) -> dict[str, float]:

@@ -1,4 +1,4 @@
-"""The comparison of arms as tables."""
+"""Tables of the comparison of arms."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.evaluation.statistics import interval
-from mpma_mj.experiments.compare import Cell
+from mpma_mj.experiments.compare import Transfer
 from mpma_mj.kinematics import JOINT_NAMES
 from mpma_mj.utils.atomic_files import csv_text
 from mpma_mj.utils.text import markdown_table
@@ -29,63 +29,55 @@ _COLUMNS = (
 )
 
 
-def as_markdown(cells: Sequence[Cell], adaptation: int) -> str:
-    """Return a table of all measures, one of the joints' errors, and what has to be said.
+def as_markdown(transfers: Sequence[Transfer], fine_tune: int) -> str:
+    """Return a table of all measures, one of the joints' errors, and notes.
 
     Args:
-        cells: What was found.
-        adaptation: Number of epochs that agents learned on.
+        transfers: The results.
+        fine_tune: Epochs of fine-tuning.
     """
-    return "\n\n".join([_measures(cells, adaptation), _joints(cells), *_said(cells)]) + "\n"
-
-
-def as_csv(cells: Sequence[Cell]) -> str:
-    """Return a row for each agent in each condition, with all digits."""
-    rows = []
-    for cell in cells:
-        for seed, epochs, dance, adapted in zip(
-            cell.seeds, cell.epochs.tolist(), cell.dances, cell.adapted.tolist(), strict=True
-        ):
-            row = {"learned": cell.learned, "danced": cell.danced, "seed": seed, "epochs": epochs}
-            row |= {} if dance is None else dance.measures
-            rows.append(row | {"adapted_p_e_percent": adapted})
-    return csv_text(rows)
-
-
-def _measures(cells: Sequence[Cell], adaptation: int) -> str:
-    later = f"after {adaptation} epochs"
-    head = [
-        "learned on",
-        "danced on",
-        "epochs",
-        "p_e, %",
-        later,
-        *(title for title, _, _ in _COLUMNS),
-    ]
-    rows = []
-    for cell in cells:
-        adapted = cell.adapted[np.isfinite(cell.adapted)].tolist()
-        rows.append(
-            [
-                *(cell.learned, cell.danced, _number(cell.epochs, 1)),
-                interval(cell.values("p_e_percent")).text(2),
-                interval(adapted).text(2),
-                *(_number(cell.values(name), digits) for _, name, digits in _COLUMNS),
-            ]
-        )
-    return markdown_table(head, rows)
-
-
-def _joints(cells: Sequence[Cell]) -> str:
-    head = ["RMS error, deg", *(name.replace("_", " ") for name in JOINT_NAMES)]
+    head = ["trained on", "evaluated on", "epochs", "p_e, %", f"after {fine_tune} epochs"]
     rows = [
         [
-            f"{cell.learned} → {cell.danced}",
-            *(_number(cell.values(f"rms_{name}_deg"), 2) for name in JOINT_NAMES),
+            *(one.trained_on, one.evaluated_on, _number(one.epochs, 1)),
+            *(interval(values).text(2) for values in (one.values("p_e_percent"), one.tuned)),
+            *(_number(one.values(name), digits) for _, name, digits in _COLUMNS),
         ]
-        for cell in cells
+        for one in transfers
     ]
-    return markdown_table(head, rows)
+    joints = [
+        [
+            f"{one.trained_on} → {one.evaluated_on}",
+            *(_number(one.values(f"rms_{name}_deg"), 2) for name in JOINT_NAMES),
+        ]
+        for one in transfers
+    ]
+    return (
+        "\n\n".join(
+            [
+                markdown_table([*head, *(title for title, _, _ in _COLUMNS)], rows),
+                markdown_table(
+                    ["RMS error, deg", *(name.replace("_", " ") for name in JOINT_NAMES)], joints
+                ),
+                *_notes(transfers),
+            ]
+        )
+        + "\n"
+    )
+
+
+def as_csv(transfers: Sequence[Transfer]) -> str:
+    """Return a row for each agent in each evaluation, with all digits."""
+    rows = []
+    for one in transfers:
+        arms = {"trained_on": one.trained_on, "evaluated_on": one.evaluated_on}
+        for seed, epochs, episode, fine_tuned in zip(
+            one.seeds, one.epochs.tolist(), one.episodes, one.fine_tuned.tolist(), strict=True
+        ):
+            row = arms | {"seed": seed, "epochs": epochs}
+            row |= {} if episode is None else episode.measures
+            rows.append(row | {"fine_tuned_p_e_percent": fine_tuned})
+    return csv_text(rows)
 
 
 def _number(values: Sequence[float] | Array, digits: int) -> str:
@@ -94,15 +86,15 @@ def _number(values: Sequence[float] | Array, digits: int) -> str:
     return f"{mean:.{digits}f}" if math.isfinite(mean) else "–"
 
 
-def _said(cells: Sequence[Cell]) -> list[str]:
-    seeds = len(cells[0].seeds)
-    said = [
-        "One episode of each agent, danced without learning. Who learned on nothing is the feedback"
-        " controller alone."
+def _notes(transfers: Sequence[Transfer]) -> list[str]:
+    seeds = len(transfers[0].seeds)
+    notes = [
+        "One episode of each agent, without learning. Trained on nothing: the feedback controller."
     ]
     if seeds > 1:
-        said.append(f"Means over {seeds} seeds, of p_e with their 95 % bootstrap intervals.")
-    lost = sum(dance is None for cell in cells for dance in cell.dances)
-    if lost:
-        said.append(f"{lost} of {seeds * len(cells)} dances diverged; they count in no mean.")
-    return said
+        notes.append(f"Means over {seeds} seeds, of p_e with 95 % bootstrap intervals.")
+    diverged = sum(episode is None for one in transfers for episode in one.episodes)
+    if diverged:
+        total = seeds * len(transfers)
+        notes.append(f"{diverged} of {total} episodes diverged; they count in no mean.")
+    return notes
