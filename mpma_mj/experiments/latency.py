@@ -8,11 +8,9 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from mpma_mj.experiments.imitation import ImitationJob, ImitationStudy
-from mpma_mj.experiments.points import write_points
 from mpma_mj.experiments.records import Record, matching, over_seeds
 from mpma_mj.experiments.study import Agents, batches
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.dataset import read_motions
 from mpma_mj.utils.text import markdown_table
 
 __all__ = ["AGENTS", "SENSES", "Latency"]
@@ -58,6 +56,8 @@ class Latency(ImitationStudy):
 
     def jobs(self) -> list[ImitationJob]:
         """Return a job for each latency and agent; errors as of `Study`."""
+        from mpma_mj.training.dataset import read_motions
+
         base = RunConfig.of(self.motion, arms=self.arms, seed=self.seed)
         motion = read_motions(base)
         return [
@@ -87,6 +87,8 @@ class Latency(ImitationStudy):
 
     def draw(self, path: Path, records: Sequence[Record]) -> None:
         """Write the figure."""
+        from mpma_mj.experiments.points import write_points
+
         titles = [name.replace(" ", "\n", 1) for name in self.senses]
         labels = ("latency, control steps", "p_e, %")
         write_points(path, self.p_e(records), titles, labels, log=True)

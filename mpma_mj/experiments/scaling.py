@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 from collections.abc import Sequence
@@ -102,8 +103,9 @@ class Scaling(TrainingStudy):
         """All sizes, each once."""
         return tuple(dict.fromkeys(itertools.chain(*self.lines.values())))
 
+    @functools.cached_property
     def amounts(self) -> tuple[Amount, ...]:
-        """Return how much is learned: the first 1, 2, 4, … motions, and starts of the longest.
+        """How much is learned: the first 1, 2, 4, … motions, and starts of the longest one.
 
         Raises:
             MpmaError: A motion cannot be read, or a length is out of bounds.
@@ -147,7 +149,7 @@ class Scaling(TrainingStudy):
             seed=self.seed,
         )
         points = []
-        for amount in self.amounts():
+        for amount in self.amounts:
             context: dict[str, Any] = {}
             if amount.end is not None:
                 context = {"context": "equal"}
