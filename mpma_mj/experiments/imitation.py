@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from mpma_mj.evaluation.statistics import Interval
 from mpma_mj.experiments.records import Record, matching, over_seeds
-from mpma_mj.experiments.study import Agents, Study, StudyJob
+from mpma_mj.experiments.study import Agents, Count, Study, StudyJob
 from mpma_mj.options import Arms
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ class ImitationStudy(Study):
     """
 
     arms: Arms = "physics"
-    epochs: int
+    epochs: Count
     agents: Agents
 
     @abc.abstractmethod

@@ -12,6 +12,7 @@ from typing import Any, ClassVar, Literal, NamedTuple, TypeAlias
 
 from mpma_mj.errors import BadOptionError
 from mpma_mj.experiments.records import Record, matching, mean_std_over_seeds
+from mpma_mj.experiments.study import Count
 from mpma_mj.experiments.training import Point, TrainingStudy
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.options import Arms, Models
@@ -77,8 +78,8 @@ class Scaling(TrainingStudy):
     lengths: tuple[float, ...] = ()
     modules: tuple[int, ...] = (2, 4, 8, 16)
     nodes: tuple[int, ...] = (50, 100, 200, 400)
-    runs: int = 3
-    epochs: int = 12  # those that converge do so in about 7 (choice)
+    runs: Count = 3
+    epochs: Count = 12  # those that converge do so in about 7 (choice)
     models: Models = "joint"
     rule: str = "weighted"
     arms: Arms = "physics"

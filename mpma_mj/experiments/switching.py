@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, ClassVar
 from mpma_mj.envs.options import MASS_OPTIONS
 from mpma_mj.experiments.study import (
     Agents,
+    Count,
     Record,
     Study,
     batches,
@@ -65,7 +66,7 @@ class Switching(Study):
     motion: str = "ymca"
     arms: Arms = "physics"
     reverse: bool = False
-    epochs: int = 3
+    epochs: Count = 3
     agents: Agents = field(default_factory=lambda: AGENTS)
 
     @property

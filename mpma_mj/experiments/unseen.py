@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from mpma_mj.errors import BadOptionError
 from mpma_mj.experiments.imitation import ImitationJob, ImitationStudy
 from mpma_mj.experiments.records import Record
-from mpma_mj.experiments.study import Agents, batches
+from mpma_mj.experiments.study import Agents, Count, batches
 from mpma_mj.training.config import RunConfig
 from mpma_mj.utils.text import markdown_table, printable
 
@@ -44,7 +44,7 @@ class Unseen(ImitationStudy):
 
     name: ClassVar[str] = "unseen"
     motions: tuple[str, ...] = ()
-    epochs: int = 4
+    epochs: Count = 4
     agents: Agents = field(default_factory=lambda: AGENTS)
 
     @property
