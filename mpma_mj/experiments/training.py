@@ -63,7 +63,7 @@ class TrainingStudy(Study):
 
     runs: Count = 20
     epochs: Count = 30
-    stop = True
+    stop = True  # a field where it is an option
 
     @abc.abstractmethod
     def points(self) -> Sequence[Point]:
