@@ -38,11 +38,18 @@ _EXPECTED = f"{', '.join(STUDIES)}, or the path of a class, such as my_study.py:
 
 @dataclass(frozen=True, kw_only=True)
 class Study:
-    """Study over many runs, with table and figure.
+    """Study over many runs, with table and figure; mpma study NAME --help shows its options.
+
+    - table1: Table 1 of the paper
+    - agents: all agents, on several motions, with both kinds of arms
+    - ablation: MPMA with one component changed at a time
+    - scaling: more motions and longer ones, more modules and larger ones
+    - unseen: motions that were not learned
+    - switching: plants that change unannounced
+    - latency: late senses
 
     Attributes:
-        name: table1, agents, ablation, scaling, unseen, switching, latency or robustness; or the
-            path of a class, such as my_study.py:MyStudy. Its options: mpma study NAME --help.
+        name: One of these, or the path of a class, such as my_study.py:MyStudy.
     """
 
     name: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="NAME")]

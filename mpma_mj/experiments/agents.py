@@ -12,6 +12,7 @@ from mpma_mj.agents.registry import agent_class
 from mpma_mj.errors import BadOptionError
 from mpma_mj.evaluation.statistics import mean_std
 from mpma_mj.experiments.records import Record, converged, matching, measured, over_seeds
+from mpma_mj.experiments.study import Count
 from mpma_mj.experiments.training import Column, Point, TrainingStudy
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.options import Arms
@@ -51,7 +52,7 @@ class CompareAgents(TrainingStudy):
         *("mpma", "single", "adaptive", "resolved_rate", "mosaic", "hammer"),
         *("feedback_only", "open_loop", "random"),
     )
-    runs: int = 5
+    runs: Count = 5
     nodes: int | None = None
     stop: bool = True
     reading: ReadingOptions = ReadingOptions()

@@ -20,7 +20,7 @@ from mpma_mj.utils.system import processors
 
 __all__ = ["Cluster"]
 
-_PATIENCE = 10.0  # s until an address is said not to answer
+_PATIENCE = 10.0  # s until an address counts as not answering
 _QUIET = {"log_to_driver": False, "logging_level": logging.ERROR}
 _CONNECT = "import ray, sys; ray.init(address=sys.argv[1], log_to_driver=False)"
 
@@ -58,7 +58,7 @@ class Cluster:
             _check_answers(address)
             ray.init(address=address, **_QUIET)
         self.workers = workers or max(1, int(ray.cluster_resources().get("CPU", 1)))
-        # Ray would try again by itself, but not say so.
+        # Ray would try again by itself, without reporting it.
         self._do = ray.remote(num_cpus=1, max_retries=0)(do)
         self._versions = versions()
         self._jobs: dict[Any, Work] = {}

@@ -5,20 +5,17 @@ from __future__ import annotations
 import abc
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from mpma_mj.agents import Agent
-from mpma_mj.agents.late_senses import LateSenses
-from mpma_mj.agents.paired_models import PairedModels
-from mpma_mj.evaluation.evaluate import tracking_errors
 from mpma_mj.evaluation.statistics import Interval
 from mpma_mj.experiments.records import Record, matching, over_seeds
-from mpma_mj.experiments.study import Agents, Study, StudyJob
-from mpma_mj.motions import Motion
+from mpma_mj.experiments.study import Agents, Count, Study, StudyJob
 from mpma_mj.options import Arms
-from mpma_mj.trace import Trace
+
+if TYPE_CHECKING:
+    from mpma_mj.agents import Agent
+    from mpma_mj.motions import Motion
+    from mpma_mj.trace import Trace
 
 __all__ = ["ImitationJob", "ImitationStudy"]
 
@@ -34,7 +31,7 @@ class ImitationStudy(Study):
     """
 
     arms: Arms = "physics"
-    epochs: int
+    epochs: Count
     agents: Agents
 
     @abc.abstractmethod
@@ -71,6 +68,10 @@ class ImitationJob(StudyJob):
 
     def do(self) -> list[Record]:
         """Learn, and imitate without learning."""
+        import numpy as np
+
+        from mpma_mj.evaluation.evaluate import tracking_errors
+
         agent, course, traces = self.learn_and_imitate(self.learned, self.imitated, self.epochs)
         p_e = tracking_errors(traces)
         records: list[Record] = []
@@ -88,6 +89,11 @@ class ImitationJob(StudyJob):
 
 def _right_delay(agent: Agent, run: int, trace: Trace) -> float | None:
     """Return the share of steps at which an agent found the delay; None where it looks for none."""
+    import numpy as np
+
+    from mpma_mj.agents.late_senses import LateSenses
+    from mpma_mj.agents.paired_models import PairedModels
+
     senses = agent.senses if isinstance(agent, PairedModels) else None
     if not isinstance(senses, LateSenses) or senses.known or trace.latency is None:
         return None

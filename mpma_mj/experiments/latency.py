@@ -8,11 +8,9 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from mpma_mj.experiments.imitation import ImitationJob, ImitationStudy
-from mpma_mj.experiments.points import write_points
 from mpma_mj.experiments.records import Record, matching, over_seeds
-from mpma_mj.experiments.study import Agents, batches
+from mpma_mj.experiments.study import Agents, Count, batches
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.dataset import read_motions
 from mpma_mj.utils.text import markdown_table
 
 __all__ = ["AGENTS", "SENSES", "Latency"]
@@ -25,7 +23,7 @@ AGENTS: Agents = {
     "adaptive": {"agent": "adaptive"},
     "resolved rate": {"agent": "resolved_rate"},
 }
-"""Agents of the study; `lookahead` is that of `SENSES` where they do not say."""
+"""Agents of the study; `lookahead` is that of `SENSES` where an agent has none of its own."""
 
 SENSES: Mapping[str, Mapping[str, Any]] = {
     **{f"{k} known": {"latency": k, "lookahead": k + 1} for k in (0, 1, 2, 3, 5)},
@@ -48,7 +46,7 @@ class Latency(ImitationStudy):
 
     name: ClassVar[str] = "latency"
     motion: str = "ymca"
-    epochs: int = 6
+    epochs: Count = 6
     agents: Agents = field(default_factory=lambda: AGENTS)
     senses: Mapping[str, Mapping[str, Any]] = field(default_factory=lambda: SENSES)
 
@@ -58,6 +56,8 @@ class Latency(ImitationStudy):
 
     def jobs(self) -> list[ImitationJob]:
         """Return a job for each latency and agent; errors as of `Study`."""
+        from mpma_mj.training.dataset import read_motions
+
         base = RunConfig.of(self.motion, arms=self.arms, seed=self.seed)
         motion = read_motions(base)
         return [
@@ -87,6 +87,8 @@ class Latency(ImitationStudy):
 
     def draw(self, path: Path, records: Sequence[Record]) -> None:
         """Write the figure."""
+        from mpma_mj.experiments.points import write_points
+
         titles = [name.replace(" ", "\n", 1) for name in self.senses]
         labels = ("latency, control steps", "p_e, %")
         write_points(path, self.p_e(records), titles, labels, log=True)
@@ -105,4 +107,4 @@ class Latency(ImitationStudy):
         found = [
             f"{100 * one.mean:.0f} % with {name}" for name, one in shares.items() if one.mean > 0
         ]
-        return f" Steps at which {agent} knew the delay: {', '.join(found)}." if found else ""
+        return f" Steps at which {agent} found the delay: {', '.join(found)}." if found else ""

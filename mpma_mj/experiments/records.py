@@ -77,21 +77,21 @@ def converged(records: Sequence[Record]) -> int:
     return sum(bool(one.get("converged")) for one in records)
 
 
-def remarks(records: Sequence[Record], missing: int, wanted: int) -> list[str]:
+def remarks(records: Sequence[Record], missing: int, requested: int) -> list[str]:
     """Return a sentence for each kind of irregularity: missing, diverged and repeated runs.
 
     Args:
         records: Records of the finished runs.
         missing: Number of runs that are not finished.
-        wanted: Number of requested runs.
+        requested: Number of requested runs.
     """
     diverged = sum(one["diverged"] for one in records)
     again = sum(one.get("attempts", 1) > 1 for one in records)
     counts = {
-        f"{missing} of {wanted} runs are missing, because their workers died or the command was"
+        f"{missing} of {requested} runs are missing, because their workers died or the command was"
         " stopped; resume with the same command.": missing,
-        f"{diverged} of {wanted} runs diverged; they count in no mean.": diverged,
-        f"{again} of {wanted} runs were tried again, because their worker died.": again,
+        f"{diverged} of {requested} runs diverged; they count in no mean.": diverged,
+        f"{again} of {requested} runs were tried again, because their worker died.": again,
     }
     return [sentence for sentence, count in counts.items() if count]
 

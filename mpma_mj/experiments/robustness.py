@@ -7,18 +7,19 @@ import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 from mpma_mj.agents import agent_class
-from mpma_mj.errors import BadOptionError, DivergedError
+from mpma_mj.errors import DivergedError
 from mpma_mj.evaluation import robustness
 from mpma_mj.evaluation.conditions import DisturbanceLevel, disturbance_levels
-from mpma_mj.experiments.study import Agents, Record, Study, StudyJob, batches
+from mpma_mj.experiments.study import Agents, Count, Record, Study, StudyJob, batches
 from mpma_mj.motions import Motion
 from mpma_mj.options import Arms
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.dataset import read_motions
 from mpma_mj.training.trainer import check, train_agents
+from mpma_mj.utils.validation import Bounds
 
 __all__ = ["AGENTS", "Robustness"]
 
@@ -50,16 +51,10 @@ class Robustness(Study):
     name: ClassVar[str] = "robustness"
     motion: str = "ymca"
     arms: Arms = "physics"
-    epochs: int = 30
-    fine_tune: int = 0
+    epochs: Count = 30
+    fine_tune: Annotated[int, Bounds(0, 1_000_000)] = 0
     disturbances: tuple[str, ...] = ()
     agents: Agents = field(default_factory=lambda: AGENTS)
-
-    def __post_init__(self) -> None:
-        """Check the numbers of epochs."""
-        for option, least in (("epochs", 1), ("fine_tune", 0)):
-            if (value := getattr(self, option)) < least:
-                raise BadOptionError(option=option, value=value, expected=f"{least} or more")
 
     def jobs(self) -> list[RobustnessJob]:
         """Return a job for each agent; errors as of `Study`.

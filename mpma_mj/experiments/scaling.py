@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 import math
 from collections.abc import Sequence
@@ -11,6 +12,7 @@ from typing import Any, ClassVar, Literal, NamedTuple, TypeAlias
 
 from mpma_mj.errors import BadOptionError
 from mpma_mj.experiments.records import Record, matching, mean_std_over_seeds
+from mpma_mj.experiments.study import Count
 from mpma_mj.experiments.training import Point, TrainingStudy
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.options import Arms, Models
@@ -76,8 +78,8 @@ class Scaling(TrainingStudy):
     lengths: tuple[float, ...] = ()
     modules: tuple[int, ...] = (2, 4, 8, 16)
     nodes: tuple[int, ...] = (50, 100, 200, 400)
-    runs: int = 3
-    epochs: int = 12  # those that converge do so in about 7 (choice)
+    runs: Count = 3
+    epochs: Count = 12  # those that converge do so in about 7 (choice)
     models: Models = "joint"
     rule: str = "weighted"
     arms: Arms = "physics"
@@ -102,8 +104,9 @@ class Scaling(TrainingStudy):
         """All sizes, each once."""
         return tuple(dict.fromkeys(itertools.chain(*self.lines.values())))
 
+    @functools.cached_property
     def amounts(self) -> tuple[Amount, ...]:
-        """Return how much is learned: the first 1, 2, 4, … motions, and starts of the longest.
+        """How much is learned: the first 1, 2, 4, … motions, and starts of the longest one.
 
         Raises:
             MpmaError: A motion cannot be read, or a length is out of bounds.
@@ -147,7 +150,7 @@ class Scaling(TrainingStudy):
             seed=self.seed,
         )
         points = []
-        for amount in self.amounts():
+        for amount in self.amounts:
             context: dict[str, Any] = {}
             if amount.end is not None:
                 context = {"context": "equal"}

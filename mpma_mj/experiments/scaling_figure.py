@@ -40,7 +40,7 @@ def write_figure(path: Path, study: Scaling, records: Sequence[Record]) -> None:
         records: Records of its finished runs.
     """
     columns = list(itertools.product(get_args(Unit), study.lines))
-    amounts = study.amounts()
+    amounts = study.amounts
     with figure_file(path, 12.0, 8.0) as figure:
         axes = figure.subplots(len(_ROWS), len(columns), sharey="row", sharex="col", squeeze=False)
         for column, (unit, varying) in enumerate(columns):

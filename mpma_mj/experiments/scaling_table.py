@@ -29,7 +29,7 @@ _COLUMNS = (
 
 def as_markdown(study: Scaling, records: Sequence[Record]) -> str:
     """Return a table for each measure, means over seeds, and where it saturates."""
-    amounts = study.amounts()
+    amounts = study.amounts
 
     def table(title: str, cell: Callable[[Amount, Size], str]) -> str:
         head = ["modules", "nodes", *(named([amount]) for amount in amounts)]
@@ -55,16 +55,16 @@ def as_markdown(study: Scaling, records: Sequence[Record]) -> str:
             "**Where it saturates**",
             f"Enough is the least number with which p_e is within {100 * TOLERANCE:.0f} % of the"
             " lowest that was reached.",
-            "\n".join(f"- {sentence}" for sentence in saturation(study, amounts, records)),
+            "\n".join(f"- {sentence}" for sentence in saturation(study, records)),
         ]
     )
 
 
-def saturation(study: Scaling, amounts: Sequence[Amount], records: Sequence[Record]) -> list[str]:
+def saturation(study: Scaling, records: Sequence[Record]) -> list[str]:
     """Return in sentences from which size on more does not help, and the cost of more motion."""
     sentences = []
     for unit in get_args(Unit):
-        own = [amount for amount in amounts if amount.unit == unit]
+        own = [amount for amount in study.amounts if amount.unit == unit]
         sentences += _enough(study, unit, own, records)
         sentences.append(_most_used(study, unit, own, records))
         size = study.crossing

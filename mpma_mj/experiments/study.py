@@ -10,7 +10,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, SupportsIndex
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, SupportsIndex
 
 from mpma_mj.agents.extensions import load_class, path_of
 from mpma_mj.errors import WorkerError, placeholder
@@ -23,6 +23,7 @@ from mpma_mj.training.config import RunConfig, versions
 from mpma_mj.utils.atomic_files import FORMAT, csv_text, write_text
 from mpma_mj.utils.folder_lock import locked
 from mpma_mj.utils.progress import show_runs
+from mpma_mj.utils.validation import Bounds, check_fields
 
 if TYPE_CHECKING:
     import numpy as np
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
 __all__ = [
     "DRAWN",
     "Agents",
+    "Count",
     "Record",
     "Study",
     "StudyJob",
@@ -43,6 +45,9 @@ __all__ = [
     "over_seeds",
     "run_study",
 ]
+
+Count = Annotated[int, Bounds(1, 10_000)]
+"""Number of runs or epochs."""
 
 Agents = Mapping[str, Mapping[str, Any]]
 """Options of the agents that a study compares, by the names of its rows."""
@@ -133,8 +138,16 @@ class Study(abc.ABC):
     """
 
     name: ClassVar[str]
-    runs: int = 10
+    runs: Count = 10
     seed: int = 0
+
+    def __post_init__(self) -> None:
+        """Check the fields.
+
+        Raises:
+            BadOptionError: One is out of bounds.
+        """
+        check_fields(self)
 
     @abc.abstractmethod
     def jobs(self) -> Sequence[StudyJob]:
@@ -179,8 +192,8 @@ def run_study(
     """
     # Workers start while the jobs are prepared.
     with locked(folder), open_backend(backend, workers, address) as pool:
-        jobs = study.jobs()
         results = StudyFolder(folder, _header(study))
+        jobs = study.jobs()
         results.begin()
         _run_missing(jobs, results, pool)
         runs = [(job, config) for job in jobs for config in job.configs]

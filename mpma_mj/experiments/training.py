@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from mpma_mj.errors import BadOptionError
 from mpma_mj.experiments.batching import seeds
 from mpma_mj.experiments.records import Record
-from mpma_mj.experiments.study import Study, StudyJob
+from mpma_mj.experiments.study import Count, Study, StudyJob
 from mpma_mj.training.config import RunConfig
 from mpma_mj.utils.text import printable
 
@@ -61,9 +61,9 @@ class TrainingStudy(Study):
         epochs: Largest number of epochs of a run; it ends when it has converged.
     """
 
-    runs: int = 20
-    epochs: int = 30
-    stop = True
+    runs: Count = 20
+    epochs: Count = 30
+    stop = True  # a field where it is an option
 
     @abc.abstractmethod
     def points(self) -> Sequence[Point]:
@@ -77,8 +77,6 @@ class TrainingStudy(Study):
         points = self.points()
         if not points:
             raise BadOptionError("no runs are requested; expected at least 1")
-        if self.epochs < 1:
-            raise BadOptionError(option="epochs", value=self.epochs, expected="at least 1")
         if len({point.config for point in points}) < len(points):
             raise BadOptionError("the same run is requested twice; leave one out")
         motions: dict[tuple[object, ...], Motion] = {}  # by all that reading depends on

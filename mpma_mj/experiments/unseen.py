@@ -6,21 +6,17 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
-from mpma_mj.context import equal_segments
-from mpma_mj.envs.load import arm_limits
 from mpma_mj.errors import BadOptionError
 from mpma_mj.experiments.imitation import ImitationJob, ImitationStudy
-from mpma_mj.experiments.points import write_points
 from mpma_mj.experiments.records import Record
-from mpma_mj.experiments.study import Agents, batches
-from mpma_mj.motions import Motion
-from mpma_mj.motions.reach import check_reach
-from mpma_mj.motions.repertoire import join
+from mpma_mj.experiments.study import Agents, Count, batches
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.dataset import expand_folders, read_motions
 from mpma_mj.utils.text import markdown_table, printable
+
+if TYPE_CHECKING:
+    from mpma_mj.motions import Motion
 
 __all__ = ["AGENTS", "REFERENCE", "Unseen"]
 
@@ -48,7 +44,7 @@ class Unseen(ImitationStudy):
 
     name: ClassVar[str] = "unseen"
     motions: tuple[str, ...] = ()
-    epochs: int = 4
+    epochs: Count = 4
     agents: Agents = field(default_factory=lambda: AGENTS)
 
     @property
@@ -58,6 +54,8 @@ class Unseen(ImitationStudy):
         Raises:
             BadOptionError: There are fewer than 3.
         """
+        from mpma_mj.training.dataset import expand_folders
+
         found = tuple(dict.fromkeys(("ymca", *expand_folders(self.motions))))
         if len(found) < _LEAST:
             raise BadOptionError(
@@ -74,6 +72,11 @@ class Unseen(ImitationStudy):
 
     def jobs(self) -> list[ImitationJob]:
         """Return a job for each left-out motion and agent; errors as of `Study`."""
+        from mpma_mj.envs.load import arm_limits
+        from mpma_mj.motions.reach import check_reach
+        from mpma_mj.motions.repertoire import join
+        from mpma_mj.training.dataset import read_motions
+
         sources = self.sources
         base = RunConfig.of(*sources, arms=self.arms, repeats=1, seed=self.seed)
         limits = arm_limits(base.env)
@@ -118,6 +121,8 @@ class Unseen(ImitationStudy):
 
     def draw(self, path: Path, records: Sequence[Record]) -> None:
         """Write the figure."""
+        from mpma_mj.experiments.points import write_points
+
         labels = ("motion left out", "p_e without learning, %")
         write_points(path, self.p_e(records), self._titles, labels, reference=REFERENCE)
 
@@ -128,5 +133,7 @@ class Unseen(ImitationStudy):
 
 def _relabelled(motion: Motion, learned: Motion) -> Motion:
     """Return a motion with as many equal segments as another has labels, and their names."""
+    from mpma_mj.context import equal_segments
+
     context, _ = equal_segments(len(motion), len(learned.labels))
     return dataclasses.replace(motion, context=context, labels=learned.labels)

@@ -133,9 +133,9 @@ def test_a_node_that_dies_on_the_way_changes_no_result(tmp_path: Path, two_nodes
     node = two_nodes.worker_nodes.copy().pop()
     os.kill(busy_worker(node), signal.SIGKILL)  # before its node, which would let it end its work
     two_nodes.remove_node(node, allow_graceful=False)
-    printed, told = command.communicate(timeout=300)
-    assert command.returncode == 0, told
-    assert "Traceback" not in told
+    printed, errors = command.communicate(timeout=300)
+    assert command.returncode == 0, errors
+    assert "Traceback" not in errors
     assert printed.startswith("| nodes |")
     assert "were tried again, because their worker died." in printed
     here = tmp_path / "here"
@@ -180,10 +180,10 @@ def test_something_else_that_listens_is_given_up_within_seconds(tmp_path: Path) 
         words = ("sweep", "--runs", 1, *TINY_WORDS, "--backend", "ray", "--address", address)
         command = mpma(*words, "--out", tmp_path / "new", env=environment(PYTHONPATH=str(ROOT)))
         began = time.monotonic()
-        printed, told = command.communicate(timeout=60)
+        printed, errors = command.communicate(timeout=60)
     assert time.monotonic() - began < 15
     assert command.returncode == 2
-    assert told.splitlines()[-1].startswith(f"mpma: address {address}: no Ray cluster answers")
-    assert len(told.splitlines()) == 1
+    assert errors.splitlines()[-1].startswith(f"mpma: address {address}: no Ray cluster answers")
+    assert len(errors.splitlines()) == 1
     assert printed == ""
     assert not (tmp_path / "new").exists()

@@ -31,7 +31,7 @@ def test_agents_that_make_up_for_latency_are_ahead_and_find_the_delay(tmp_path: 
     }
     assert looked == {("mpma", "0–5 jumping")}
     assert printed.splitlines()[0] == "| agent | 2 known | 0–5 jumping |"
-    assert "Steps at which mpma knew the delay: " in printed
+    assert "Steps at which mpma found the delay: " in printed
     assert (tmp_path / "figure.png").stat().st_size > 5_000
 
 

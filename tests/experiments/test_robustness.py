@@ -88,9 +88,9 @@ def test_divergence_in_training_names_agent_and_seed(monkeypatch: pytest.MonkeyP
 
 
 def test_numbers_of_epochs_are_checked() -> None:
-    with pytest.raises(BadOptionError, match="epochs is 0; expected 1 or more"):
+    with pytest.raises(BadOptionError, match="epochs is 0; expected a whole number from 1"):
         Robustness(epochs=0)
-    with pytest.raises(BadOptionError, match="fine_tune is -1; expected 0 or more"):
+    with pytest.raises(BadOptionError, match="fine_tune is -1; expected a whole number from 0"):
         Robustness(fine_tune=-1)
 
 

@@ -41,7 +41,7 @@ def some_records(study: Scaling) -> list[Record]:
 
 
 def test_motions_double_up_to_all_and_the_longest_is_cut() -> None:
-    assert study_of().amounts() == (
+    assert study_of().amounts == (
         Amount("motions", 1, ("ymca",)),
         Amount("motions", 2, ("ymca", "invented-1")),
         Amount("motions", 3, NAMES),
@@ -51,7 +51,7 @@ def test_motions_double_up_to_all_and_the_longest_is_cut() -> None:
 
 
 def test_without_motions_there_are_synthetic_ones_and_lengths_double() -> None:
-    found = Scaling().amounts()
+    found = Scaling().amounts
     assert [amount.number for amount in found] == [1, 2, 4, 8, 5, 10, 20, 40]
     assert found[3].motions[-1] == "invented-8"
     assert {amount.motions for amount in found if amount.unit == "seconds"} == {("invented",)}
@@ -89,7 +89,7 @@ def test_enough_is_the_least_within_ten_percent_of_the_lowest(
 
 def test_the_sentences_say_what_the_numbers_say() -> None:
     study = study_of()
-    assert saturation(study, study.amounts(), some_records(study)) == [
+    assert saturation(study, some_records(study)) == [
         "More motions, 50 nodes: enough modules are 4 for 1, 2, 3 motions.",
         "More motions, 4 modules: enough nodes are 100 for 1, 2, 3 motions.",
         "More motions: most modules used 1.0, 2.0, 3.0 for 1, 2, 3 motions; 8 is the most"
@@ -103,7 +103,7 @@ def test_the_sentences_say_what_the_numbers_say() -> None:
 
 
 def test_one_is_not_many() -> None:
-    one, two, *_ = study_of().amounts()
+    one, two, *_ = study_of().amounts
     assert (named([one]), named([one, two])) == ("1 motion", "1, 2 motions")
     assert fixed("nodes", Size(1, 50)) == "1 module"
     assert fixed("modules", Size(1, 50)) == "50 nodes"
@@ -111,7 +111,7 @@ def test_one_is_not_many() -> None:
 
 def test_a_single_size_says_nothing_about_enough() -> None:
     study = study_of((2,), (50,))
-    sentences = saturation(study, study.amounts(), some_records(study))
+    sentences = saturation(study, some_records(study))
     assert not any("enough" in sentence for sentence in sentences)
 
 

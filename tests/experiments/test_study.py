@@ -298,7 +298,8 @@ def test_the_help_of_a_study_has_its_options(
         assert ("--factor" in printed) == (":" in name)
     with pytest.raises(SystemExit, match="0"):
         main(["study", "--help"])
-    assert "table1, agents, ablation, scaling, unseen, switching or" in capsys.readouterr().out
+    printed = capsys.readouterr().out
+    assert all(f"{name}: " in printed for name in STUDIES)
 
 
 @pytest.mark.parametrize(
@@ -311,12 +312,16 @@ def test_the_help_of_a_study_has_its_options(
         (["gone.py:MyStudy"], "expected a file that exists"),
         (["my_study.py:Lacking"], "expected a class with jobs, table, which Lacking lacks"),
         (["my_study.py:NoStudy"], "inherit from mpma_mj.experiments.study.Study"),
-        (["my_study.py:MyStudy", "--runs", "0"], "--runs is 0; expected at least 1"),
-        (["switching", "--runs", "0"], "--runs is 0; expected at least 1"),
+        (
+            ["my_study.py:MyStudy", "--runs", "0"],
+            "--runs is 0; expected a whole number from 1 to 10000",
+        ),
+        (["switching", "--runs", "0"], "--runs is 0; expected a whole number from 1 to 10000"),
         (["switching", "--workers", "0"], "--workers is 0; expected at least 1"),
         (["table1", "--address", "head:6379"], "add --backend ray, or drop it"),
-        (["table1", "--epochs", "0"], "--epochs is 0; expected at least 1"),
+        (["table1", "--epochs", "0"], "--epochs is 0; expected a whole number from 1 to 10000"),
         (["switching", "--motion", "nope"], "no motion 'nope'"),
+        (["latency", "--epochs", "-1"], "--epochs is -1"),
         (["unseen"], "1 motions, ymca; expected at least 3"),
         (["unseen", "invented-1", "ymca"], "2 motions, ymca, invented-1"),
     ],
@@ -329,7 +334,9 @@ def test_bad_input_is_refused_in_one_line_and_leaves_nothing(
 
 
 @pytest.mark.parametrize("name", ["table1", "ablation", "scaling"])
-def test_studies_can_be_of_the_papers_models_and_rule(name: str, refused: Refused) -> None:
-    refused(["study", name, "--rule", "gated", "--runs", "0"], "take --models posture")
-    paper = ["--models", "posture", "--rule", "gated"]
-    refused(["study", name, *paper, "--runs", "0"], "runs is 0")  # and nothing else
+def test_studies_can_be_of_the_papers_models_and_rule(
+    name: str, refused: Refused, tmp_path: Path
+) -> None:
+    words = ["study", name, "--rule", "gated", "--out", str(tmp_path / "new")]
+    refused(words, "take --models posture")
+    refused([*words, "--models", "posture", "--nodes", "0"], "nodes is 0")  # and nothing else
