@@ -128,18 +128,15 @@ class Lesions:
         }
 
     def _measures(self, measures: LabelMeasures) -> dict[str, Any]:
-        by_label = {
-            "p_e_percent": measures.label_p_e_percent.tolist(),
-            "responsibility": measures.responsibility.tolist(),
-            "dominant_module": [metrics.module_number(m) for m in measures.dominant.tolist()],
+        labels = {
+            label: {
+                "p_e_percent": float(measures.label_p_e_percent[number]),
+                "responsibility": measures.responsibility[number].tolist(),
+                "dominant_module": metrics.module_number(int(measures.dominant[number])),
+            }
+            for number, label in enumerate(self.labels)
         }
-        return {
-            "p_e_percent": measures.p_e_percent,
-            "labels": {
-                label: {name: values[number] for name, values in by_label.items()}
-                for number, label in enumerate(self.labels)
-            },
-        }
+        return {"p_e_percent": measures.p_e_percent, "labels": labels}
 
 
 def possible_lesions(trained: TrainedAgents) -> list[Dropped]:

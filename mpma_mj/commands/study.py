@@ -47,6 +47,7 @@ class Study:
     - unseen: motions that were not learned
     - switching: plants that change unannounced
     - latency: late senses
+    - robustness: disturbances
 
     Attributes:
         name: One of these, or the path of a class, such as my_study.py:MyStudy.

@@ -23,7 +23,7 @@ Level = float | str
 _PUSHES_PER_SECOND = 1.0
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Disturbance:
     """A change of motion or environment, at several levels.
 
@@ -79,10 +79,6 @@ def _late(motion: Motion, level: float) -> tuple[Motion, dict[str, Any]]:
     return motion, {"latency": steps, "latency_every": None}
 
 
-def _pushes(size: float) -> tuple[float, float]:
-    return (_PUSHES_PER_SECOND if size else 0.0, size)
-
-
 def _at_tempo(motion: Motion, tempo: float) -> tuple[Motion, dict[str, Any]]:
     ReadingOptions(tempo=tempo).check()
     return at_rate(motion, motion.rate, tempo), {}
@@ -98,73 +94,51 @@ def _unseen(motion: Motion, source: str) -> tuple[Motion, dict[str, Any]]:
 
 _ALL = (
     Disturbance(
-        name="payload",
-        title="payload in each hand, kg",
-        levels=(0.0, 0.5, 1.0, 2.0, 3.0),
-        change=_option("payload"),
+        "payload",
+        "payload in each hand, kg",
+        (0.0, 0.5, 1.0, 2.0, 3.0),
+        _option("payload"),
         needs_mass=True,
     ),
     Disturbance(
-        name="strength",
-        title="strength, share of the whole",
-        levels=(1.0, 0.7, 0.5, 0.3, 0.2, 0.1),
-        change=_option("actuator_strength"),
+        "strength",
+        "strength, share of the whole",
+        (1.0, 0.7, 0.5, 0.3, 0.2, 0.1),
+        _option("actuator_strength"),
         needs_mass=True,
     ),
     Disturbance(
-        name="gravity",
-        title="gravity",
-        levels=("on", "off"),
-        change=_option("gravity_compensation", lambda level: level == "off"),
-        names=("on", "off"),
+        "gravity",
+        "gravity",
+        ("on", "off"),
+        _option("gravity_compensation", lambda level: level == "off"),
+        ("on", "off"),
         needs_mass=True,
     ),
+    Disturbance("latency", "latency, steps", (0.0, 1.0, 2.0, 3.0), _late),
     Disturbance(
-        name="latency",
-        title="latency, steps",
-        levels=(0.0, 1.0, 2.0, 3.0),
-        change=_late,
+        "noise",
+        "observation noise, %",
+        (0.0, 1.0, 2.0, 5.0, 10.0),
+        _option("observation_noise", lambda percent: percent / 100.0),
     ),
     Disturbance(
-        name="noise",
-        title="observation noise, %",
-        levels=(0.0, 1.0, 2.0, 5.0, 10.0),
-        change=_option("observation_noise", lambda percent: percent / 100.0),
-    ),
-    Disturbance(
-        name="pushes",
-        title="pushes once a second, N",
-        levels=(0.0, 10.0, 20.0, 50.0, 100.0),
-        change=_option("perturbation", _pushes),
+        "pushes",
+        "pushes once a second, N",
+        (0.0, 10.0, 20.0, 50.0, 100.0),
+        _option("perturbation", lambda size: (_PUSHES_PER_SECOND if size else 0.0, size)),
         needs_mass=True,
     ),
+    Disturbance("tempo", "tempo", (0.5, 0.75, 1.0, 1.25, 1.5, 2.0), _at_tempo),
+    Disturbance("mirrored", "mirrored motion", ("no", "yes"), _mirrored, ("no", "yes")),
     Disturbance(
-        name="tempo",
-        title="tempo",
-        levels=(0.5, 0.75, 1.0, 1.25, 1.5, 2.0),
-        change=_at_tempo,
+        "locked",
+        "locked joint",
+        ("none", *JOINT_NAMES[:4]),
+        _option("locked_joint", lambda level: None if level == "none" else level),
+        ("none", *JOINT_NAMES),
     ),
-    Disturbance(
-        name="mirrored",
-        title="mirrored motion",
-        levels=("no", "yes"),
-        change=_mirrored,
-        names=("no", "yes"),
-    ),
-    Disturbance(
-        name="locked",
-        title="locked joint",
-        levels=("none", *JOINT_NAMES[:4]),
-        change=_option("locked_joint", lambda level: None if level == "none" else level),
-        names=("none", *JOINT_NAMES),
-    ),
-    Disturbance(
-        name="unseen",
-        title="unseen motion",
-        levels=(),
-        change=_unseen,
-        names=(),
-    ),
+    Disturbance("unseen", "unseen motion", (), _unseen, ()),
 )
 
 DISTURBANCES = {disturbance.name: disturbance for disturbance in _ALL}

@@ -16,7 +16,6 @@ from mpma_mj.experiments.compare import ARMS, Episode, Transfer
 from mpma_mj.kinematics import SIDES
 from mpma_mj.metrics import error_over_time
 from mpma_mj.motions import Motion
-from mpma_mj.trace import Trace
 from mpma_mj.visualization.colours import DEMONSTRATED, INK, PAPER, module_colours
 from mpma_mj.visualization.figure_file import draw_labels, figure_file
 from mpma_mj.visualization.video import Progress, dance_frames, write_frames
@@ -106,7 +105,13 @@ def write_episodes(path: Path, transfers: Sequence[Transfer], motion: Motion) ->
             episodes = [episode for episode in one.episodes if episode]
             if not (name and episodes):
                 continue
-            errors = np.mean([_errors(episode.trace) for episode in episodes], axis=0)
+            errors = np.mean(
+                [
+                    error_over_time(episode.trace.posture, episode.trace.reference)
+                    for episode in episodes
+                ],
+                axis=0,
+            )
             axes[2].plot(time, errors[:steps], color=colours[name], linewidth=1.2, label=name)
             torques = [
                 _torque_over_time(episode, motion.rate) for episode in episodes if episode.effort
@@ -122,10 +127,6 @@ def write_episodes(path: Path, transfers: Sequence[Transfer], motion: Motion) ->
         draw_labels(axes, motion.context, motion.labels, motion.rate)
         figure.suptitle(f"The first repetition of {motion.name}", fontsize="medium")
         figure.legend(loc="outside lower center", ncols=3, fontsize="small")
-
-
-def _errors(trace: Trace) -> Array:
-    return error_over_time(trace.posture, trace.reference)
 
 
 def _torque_over_time(episode: Episode, rate: float) -> Array:
