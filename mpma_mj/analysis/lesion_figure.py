@@ -65,7 +65,8 @@ def write_figure(path: Path, found: Lesions, motion: str) -> None:
         axes = figure.subplots(
             2, len(times), sharey="row", squeeze=False, gridspec_kw={"height_ratios": heights}
         )
-        norm = _norm(lesions)
+        found_p_e = [m.label_p_e_percent for one in times.values() for m in one if m]
+        norm = LogNorm(float(np.nanmin(found_p_e)), float(np.nanmax(found_p_e)))
         for column, (when, episodes) in enumerate(times.items()):
             _draw_errors(axes[0, column], found, lesions, episodes, norm)
             _draw_shares(axes[1, column], found, lesions, episodes)
@@ -75,7 +76,7 @@ def write_figure(path: Path, found: Lesions, motion: str) -> None:
         for axis, count in zip(axes[:, 0], heights, strict=True):
             axis.set_yticks(range(count), names[:count], fontsize=8)
             axis.set_ylim(count - 0.5, -0.5)
-        colours = _colours(found)
+        colours = module_colours(found.modules)
         patches = [Patch(color=colours[i], label=f"module {i + 1}") for i in range(found.modules)]
         frame = Patch(facecolor="none", edgecolor=INK, label="label of a dropped module")
         figure.legend(
@@ -86,13 +87,6 @@ def write_figure(path: Path, found: Lesions, motion: str) -> None:
             frameon=False,
         )
         figure.suptitle(f"Lesions ({motion})", fontsize="medium")
-
-
-def _norm(lesions: Sequence[Lesion]) -> LogNorm:
-    """Return the scale of the colours, which is that of ratios."""
-    episodes = [d for lesion in lesions for d in (lesion.at_once, lesion.fine_tuned) if d]
-    errors = np.concatenate([episode.label_p_e_percent for episode in episodes])
-    return LogNorm(float(np.nanmin(errors)), float(np.nanmax(errors)))
 
 
 def _draw_errors(
@@ -129,7 +123,7 @@ def _draw_shares(
     axis: Axes, found: Lesions, lesions: Sequence[Lesion], episodes: Sequence[LabelMeasures | None]
 ) -> None:
     """Draw a bar for each lesion and label, divided among the modules that are left."""
-    colours = _colours(found)
+    colours = module_colours(found.modules)
     for row, (lesion, episode) in enumerate(zip(lesions, episodes, strict=True)):
         if episode is None or lesion is found.silent:
             continue
@@ -143,7 +137,7 @@ def _draw_shares(
 
 def _name_columns(axis: Axes, found: Lesions, names: Sequence[str]) -> None:
     """Name the labels above their columns, over the colour of the module that was dominant."""
-    colours = _colours(found)
+    colours = module_colours(found.modules)
     for column, owner in enumerate(found.intact.at_once.dominant.tolist()):
         if owner >= 0:
             place = (column - 0.5 * _BAR, -0.5 - _CHIP)
@@ -156,7 +150,3 @@ def _name_columns(axis: Axes, found: Lesions, names: Sequence[str]) -> None:
     axis.tick_params(axis="x", length=0, pad=6)
     axis.tick_params(axis="y", length=0)
     axis.spines[:].set_visible(False)
-
-
-def _colours(found: Lesions) -> list[str]:
-    return module_colours(found.modules)

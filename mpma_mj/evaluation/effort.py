@@ -1,4 +1,4 @@
-"""What a dance costs the arms: torques and work."""
+"""Effort of an episode: torques and work of the actuators."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _STATE = mujoco.mjtState.mjSTATE_FULLPHYSICS
 
 @dataclass(frozen=True, eq=False)
 class Effort:
-    """What the actuators do in an episode, physics step by physics step.
+    """Torques and velocities in an episode, for each physics step.
 
     Attributes:
         torque: Torque of each actuator, shape (N, 8), N m.
@@ -53,12 +53,12 @@ class Effort:
 
     @property
     def work(self) -> float:
-        """Mechanical work Σ_j ∫|τ_j q̇_j| dt, J: to brake counts as to drive."""
+        """Mechanical work Σ_j ∫|τ_j q̇_j| dt, J: braking counts as driving does."""
         return float(np.sum(np.abs(self.power))) * self.timestep
 
 
 def effort(trace: Trace, options: EnvironmentOptions, rate: float) -> Effort | None:
-    """Return what an episode costs, by dancing it again with the actions that were taken.
+    """Return the effort of an episode, by simulating it again with the same actions.
 
     Args:
         trace: Signals of the episode, as `record_epoch` returns them.
