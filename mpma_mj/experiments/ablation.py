@@ -9,12 +9,10 @@ from typing import Any, ClassVar
 from mpma_mj.evaluation.statistics import interval
 from mpma_mj.experiments.records import (
     Record,
-    converged,
     matching,
-    mean_std_over_seeds,
     value,
 )
-from mpma_mj.experiments.training import Column, Point, TrainingStudy
+from mpma_mj.experiments.training import COLUMNS, Column, Point, TrainingStudy
 from mpma_mj.options import Models
 from mpma_mj.training.config import RunConfig
 from mpma_mj.utils.text import markdown_table
@@ -44,16 +42,10 @@ _CHANGES_OF_MODELS: dict[str, dict[str, dict[str, Any]]] = {
 
 _FEWEST = 5  # runs of a difference that is marked; an interval of fewer is too narrow (choice)
 
-_COLUMNS = (
-    Column("p_e, %", "p_e_percent", 2),
-    Column("epochs", "epochs", 1),
-    Column("feedback ratio", "feedback_ratio", 3),
-    Column("learned share", "learned_share", 3),
-    Column("nmi", "nmi", 2),
-    Column("modules used", "modules_used", 1),
-    Column("active modules", "active_modules", 2),
-    Column("repeatability of λ", "repeatability.responsibility", 3),
-)
+_MEASURES = ("p_e_percent", "epochs", "feedback_ratio", "learned_share", "nmi", "modules_used")
+_COLUMNS = [
+    COLUMNS[name] for name in (*_MEASURES, "active_modules", "repeatability.responsibility")
+]
 _TITLES = [column.title for column in _COLUMNS]
 
 
@@ -81,11 +73,7 @@ class Ablation(TrainingStudy):
     def table(self, records: Sequence[Record]) -> str:
         """Return two tables, of means and of differences."""
         own = {name: matching(records, {"change": name}) for name in self._names}
-        means = [
-            [name, f"{converged(runs)} of {self.runs}"]
-            + [mean_std_over_seeds(runs, *column.path).text(column.digits) for column in _COLUMNS]
-            for name, runs in own.items()
-        ]
+        means = [[name, *self.cells(runs, _COLUMNS)] for name, runs in own.items()]
         differences = [
             [name, *(_difference(own[WHOLE], runs, column) for column in _COLUMNS)]
             for name, runs in own.items()

@@ -11,9 +11,9 @@ from typing import ClassVar, get_args
 from mpma_mj.agents.registry import agent_class
 from mpma_mj.errors import BadOptionError
 from mpma_mj.evaluation.statistics import mean_std
-from mpma_mj.experiments.records import Record, converged, matching, measured, over_seeds
+from mpma_mj.experiments.records import Record, matching, measured, over_seeds
 from mpma_mj.experiments.study import Count
-from mpma_mj.experiments.training import Column, Point, TrainingStudy
+from mpma_mj.experiments.training import COLUMNS, Point, TrainingStudy
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.options import Arms
 from mpma_mj.training.config import RunConfig
@@ -23,15 +23,8 @@ __all__ = ["CompareAgents"]
 
 _BUILT_IN = "ymca"
 
-_COLUMNS = (
-    Column("p_e, %", "p_e_percent", 2),
-    Column("feedback ratio", "feedback_ratio", 3),
-    Column("learned share", "learned_share", 3),
-    Column("epochs", "epochs", 1),
-    Column("environment steps", "environment_steps", 0),
-    Column("nmi", "nmi", 2),
-    Column("modules used", "modules_used", 1),
-)
+_MEASURES = ("p_e_percent", "feedback_ratio", "learned_share", "epochs", "environment_steps")
+_COLUMNS = [COLUMNS[name] for name in (*_MEASURES, "nmi", "modules_used")]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,15 +69,11 @@ class CompareAgents(TrainingStudy):
         for labels, config in self.points():
             own = matching(records, labels)
             seconds = mean_std(measured(own, "seconds")).mean
-            learns = agent_class(config.agent_name).trainable
-            rows.append(
-                [
-                    *(_short(labels["motion"]), labels["arms"], labels["agent"]),
-                    f"{converged(own)} of {self.runs}" if learns else "–",
-                    *(over_seeds(own, *c.path).text(c.digits) for c in _COLUMNS),
-                    f"{seconds:.2g}" if own else "–",
-                ]
-            )
+            cells = self.cells(own, _COLUMNS, over_seeds)
+            if not agent_class(config.agent_name).trainable:
+                cells[0] = "–"
+            names = _short(labels["motion"]), labels["arms"], labels["agent"]
+            rows.append([*names, *cells, f"{seconds:.2g}" if own else "–"])
         return (
             f"{markdown_table([*titles, 'seconds a run'], rows)}\n\n"
             "Means over seeds, in brackets their 95 % bootstrap intervals, unless all seeds have"

@@ -77,16 +77,16 @@ def converged(records: Sequence[Record]) -> int:
     return sum(bool(one.get("converged")) for one in records)
 
 
-def remarks(records: Sequence[Record], missing: int, requested: int) -> list[str]:
+def remarks(runs: Sequence[Sequence[Record]], requested: int) -> list[str]:
     """Return a sentence for each kind of irregularity: missing, diverged and repeated runs.
 
     Args:
-        records: Records of the finished runs.
-        missing: Number of runs that are not finished.
+        runs: Records of each finished run.
         requested: Number of requested runs.
     """
-    diverged = sum(one["diverged"] for one in records)
-    again = sum(one.get("attempts", 1) > 1 for one in records)
+    missing = requested - len(runs)
+    diverged = sum(any(one["diverged"] for one in records) for records in runs)
+    again = sum(any(one["attempts"] > 1 for one in records) for records in runs)
     counts = {
         f"{missing} of {requested} runs are missing, because their workers died or the command was"
         " stopped; resume with the same command.": missing,

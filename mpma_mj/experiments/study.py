@@ -197,13 +197,13 @@ def run_study(
         results.begin()
         _run_missing(jobs, results, pool)
         runs = [(job, config) for job in jobs for config in job.configs]
-        records = [one for run in runs if results.has(*run) for one in results.read(*run)]
-        missing = sum(not results.has(*run) for run in runs)
-        table = "\n\n".join([study.table(records).rstrip(), *remarks(records, missing, len(runs))])
+        finished = [results.read(*run) for run in runs if results.has(*run)]
+        records = [one for own in finished for one in own]
+        table = "\n\n".join([study.table(records).rstrip(), *remarks(finished, len(runs))])
         write_text(folder / "table.md", f"{table}\n")
         write_text(folder / "results.csv", csv_text([_row(one) for one in records]))
         study.draw(folder / "figure.png", records)
-    if missing:
+    if missing := len(runs) - len(finished):
         raise WorkerError(
             f"{missing} runs are missing, their workers died repeatedly (memory?); the results of"
             " the others are written; resume with the same command",

@@ -7,21 +7,15 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 from mpma_mj.experiments.grid import points
-from mpma_mj.experiments.records import Record, converged, matching, mean_std_over_seeds
-from mpma_mj.experiments.training import Column, Point, TrainingStudy
+from mpma_mj.experiments.records import Record, matching
+from mpma_mj.experiments.training import COLUMNS, Point, TrainingStudy
 from mpma_mj.training.config import RunConfig
 from mpma_mj.utils.text import markdown_table, option_name
 
 __all__ = ["Sweep"]
 
-_COLUMNS = (
-    Column("epochs", "epochs", 1),
-    Column("p_e, %", "p_e_percent", 2),
-    Column("feedback ratio", "feedback_ratio", 3),
-    Column("learned share", "learned_share", 3),
-    Column("nmi", "nmi", 2),
-    Column("modules used", "modules_used", 1),
-)
+_MEASURES = ("epochs", "p_e_percent", "feedback_ratio", "learned_share", "nmi", "modules_used")
+_COLUMNS = [COLUMNS[name] for name in _MEASURES]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,13 +47,12 @@ class Sweep(TrainingStudy):
     def table(self, records: Sequence[Record]) -> str:
         """Return how many runs converged, and means ± standard deviations over seeds."""
         points = self.points()
-        titles = [*map(option_name, points[0].labels), "converged"]
-        rows = []
-        for labels, _ in points:
-            own = matching(records, labels)
-            means = (mean_std_over_seeds(own, *c.path).text(c.digits) for c in _COLUMNS)
-            rows.append([*map(_shown, labels.values()), f"{converged(own)} of {self.runs}", *means])
-        return markdown_table([*titles, *(column.title for column in _COLUMNS)], rows)
+        titles = [*map(option_name, points[0].labels), "converged", *(c.title for c in _COLUMNS)]
+        rows = [
+            [*map(_shown, labels.values()), *self.cells(matching(records, labels), _COLUMNS)]
+            for labels, _ in points
+        ]
+        return markdown_table(titles, rows)
 
 
 def _shown(value: Any) -> str:

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import abc
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from mpma_mj.errors import BadOptionError
+from mpma_mj.evaluation.statistics import Interval, MeanStd
 from mpma_mj.experiments.batching import seeds
-from mpma_mj.experiments.records import Record
+from mpma_mj.experiments.records import Record, converged, mean_std_over_seeds
 from mpma_mj.experiments.study import Count, Study, StudyJob
 from mpma_mj.training.config import RunConfig
 from mpma_mj.utils.text import printable
@@ -19,7 +20,7 @@ from mpma_mj.utils.text import printable
 if TYPE_CHECKING:
     from mpma_mj.motions import Motion
 
-__all__ = ["Column", "Point", "TrainingJob", "TrainingStudy"]
+__all__ = ["COLUMNS", "Column", "Point", "TrainingJob", "TrainingStudy"]
 
 
 class Column(NamedTuple):
@@ -39,6 +40,23 @@ class Column(NamedTuple):
     def path(self) -> list[str]:
         """Path of the measure in a record."""
         return self.measure.split(".")
+
+
+COLUMNS = {
+    column.measure: column
+    for column in (
+        Column("p_e, %", "p_e_percent", 2),
+        Column("feedback ratio", "feedback_ratio", 3),
+        Column("learned share", "learned_share", 3),
+        Column("epochs", "epochs", 1),
+        Column("environment steps", "environment_steps", 0),
+        Column("nmi", "nmi", 2),
+        Column("modules used", "modules_used", 1),
+        Column("active modules", "active_modules", 2),
+        Column("repeatability of λ", "repeatability.responsibility", 3),
+    )
+}
+"""Columns of several studies, by their measures."""
 
 
 class Point(NamedTuple):
@@ -99,6 +117,22 @@ class TrainingStudy(Study):
                 )
             )
         return jobs
+
+    def cells(
+        self,
+        records: Sequence[Record],
+        columns: Sequence[Column],
+        over_seeds: Callable[..., Interval | MeanStd] = mean_std_over_seeds,
+    ) -> list[str]:
+        """Return how many runs of a point converged, and the cells of columns.
+
+        Args:
+            records: Records of the point.
+            columns: The columns.
+            over_seeds: Statistic of a measure, given records and its path.
+        """
+        found = (over_seeds(records, *column.path).text(column.digits) for column in columns)
+        return [f"{converged(records)} of {self.runs}", *found]
 
 
 def _short(value: object) -> str:

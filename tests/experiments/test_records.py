@@ -6,7 +6,6 @@ import pytest
 
 from mpma_mj.evaluation.statistics import MeanStd
 from mpma_mj.experiments.records import (
-    Record,
     flat,
     matching,
     mean_std_over_seeds,
@@ -44,9 +43,9 @@ def test_records_are_found_by_their_entries_and_agents_in_the_order_of_seeds() -
 
 
 def test_runs_that_did_not_end_well_are_counted() -> None:
-    records: list[Record] = [finished({}), diverged({}), finished({}) | {"attempts": 2}]
-    assert remarks(records[:1], 0, 1) == []
-    assert remarks(records, 2, 5) == [
+    again = finished({}) | {"attempts": 2}
+    assert remarks([[finished({}), finished({})]], 1) == []
+    assert remarks([[finished({})], [diverged({}), diverged({})], [again]], 5) == [
         "2 of 5 runs are missing, because their workers died or the command was stopped; resume"
         " with the same command.",
         "1 of 5 runs diverged; they count in no mean.",
