@@ -67,13 +67,13 @@ class ResponsibilityInformation:
     by itself, which is about its λ, and about whether it is the dominant one.
 
     Attributes:
-        entropy: Entropy of the dominant module, shape (1 + M,), bits.
+        entropy_bits: Entropy of the dominant module, shape (1 + M,), bits.
         r2: R² of a linear readout of λ, see `readout_r2`, for each source.
         bits: Mutual information with the dominant module, bits, for each source: of the region of
             the posture, and of the label.
     """
 
-    entropy: Array
+    entropy_bits: Array
     r2: dict[str, Estimate]
     bits: dict[str, Estimate]
 
@@ -106,7 +106,7 @@ def responsibility_information(
         return np.array([information_bits(one, *signals) for one in symbols])
 
     return ResponsibilityInformation(
-        entropy=np.array([entropy_bits(one) for one in symbols]),
+        entropy_bits=np.array([entropy_bits(one) for one in symbols]),
         r2=_of_sources(r2, posture, context, period),
         bits=_of_sources(bits, region, label, period),
     )

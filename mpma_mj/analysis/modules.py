@@ -7,6 +7,7 @@ responsibility: one that is responsible half of the time has half of most things
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -16,7 +17,6 @@ from numpy.typing import NDArray
 
 from mpma_mj import metrics
 from mpma_mj.analysis.information import (
-    Estimate,
     ResponsibilityInformation,
     posture_regions,
     responsibility_information,
@@ -69,51 +69,22 @@ class ModuleAnalysis:
             "posture region") and name.
         information: Information about responsibility in posture and context.
         synergies: Synergies of the motor outputs.
-        output: Each module's share of all motor output, shape (M,).
+        module_output: Each module's share of all motor output, shape (M,).
         repetition: Repetition of activation patterns.
     """
 
     shares: Mapping[str, Mapping[str, Array]]
     information: ResponsibilityInformation
     synergies: Synergies
-    output: Array
+    module_output: Array
     repetition: Repetition
 
     def as_json(self) -> dict[str, Any]:
-        """Return what JSON can hold."""
-        synergies, repetition = self.synergies, self.repetition
-        return {
-            "shares": {
-                kind: {name: share.tolist() for name, share in rows.items()}
-                for kind, rows in self.shares.items()
-            },
-            "information": {
-                "entropy_bits": self.information.entropy.tolist(),
-                "r2": _estimates(self.information.r2),
-                "bits": _estimates(self.information.bits),
-            },
-            "synergies": {
-                "joints": [f"{sign}{joint}" for sign in "+-" for joint in JOINT_NAMES],
-                "variance_accounted_for": synergies.variance_accounted_for.tolist(),
-                "weights": synergies.weights.tolist(),
-                "patterns": synergies.patterns.tolist(),
-                "loads": synergies.loads.tolist(),
-                "module_output": self.output.tolist(),
-            },
-            "repetition": {
-                "period": repetition.period,
-                "responsibility": repetition.responsibility.tolist(),
-                "module_output": repetition.module_output.tolist(),
-                "recurrence": repetition.recurrence.tolist(),
-            },
-        }
-
-
-def _estimates(measures: Mapping[str, Estimate]) -> dict[str, dict[str, list[float]]]:
-    return {
-        source: {"value": one.value.tolist(), "by_chance": one.by_chance.tolist()}
-        for source, one in measures.items()
-    }
+        """Return what `write_json` can write."""
+        content = dataclasses.asdict(self)
+        del content["repetition"]["repetitions"]
+        content["synergies"]["joints"] = [f"{sign}{j}" for sign in "+-" for j in JOINT_NAMES]
+        return content
 
 
 def analyse_modules(
@@ -160,7 +131,7 @@ def analyse_modules(
             responsibility, posture, context, region, label, period
         ),
         synergies=find_synergies(output, progress),
-        output=np.abs(output).sum(axis=(0, 2)) / np.abs(output).sum(),
+        module_output=np.abs(output).sum(axis=(0, 2)) / np.abs(output).sum(),
         repetition=repeated,
     )
 

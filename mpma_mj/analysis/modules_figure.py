@@ -43,7 +43,7 @@ def write_figure(path: Path, analysis: ModuleAnalysis, motion: Motion) -> None:
         panels = [figure.add_subplot(grid[row, 1]) for row in range(5)]
         _draw_information(panels[0], analysis.information)
         _draw_variance(panels[1], analysis.synergies)
-        _draw_loads(panels[2], analysis.synergies, analysis.output)
+        _draw_loads(panels[2], analysis.synergies, analysis.module_output)
         _draw_repetitions(panels[3], analysis.repetition, motion.rate)
         _draw_recurrence(panels[4], analysis.repetition, motion.rate)
         for panel in panels:
@@ -81,7 +81,7 @@ def _draw_shares(axis: Axes, analysis: ModuleAnalysis) -> None:
 
 def _draw_information(axis: Axes, information: ResponsibilityInformation) -> None:
     """Draw the information in each source, as a share, and a mark at that by chance."""
-    entropy = information.entropy[0] if information.entropy[0] > 0 else np.nan
+    entropy = information.entropy_bits[0] if information.entropy_bits[0] > 0 else np.nan
     shares: tuple[tuple[str, str, dict[str, Estimate], float], ...] = (
         ("R² of a linear readout", "#7f7f7f", information.r2, 1.0),
         ("bits / entropy of the dominant module", "#d9d9d9", information.bits, entropy),

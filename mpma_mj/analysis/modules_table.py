@@ -26,7 +26,7 @@ def as_markdown(analysis: ModuleAnalysis) -> str:
             _shares(analysis),
             _information(analysis.information),
             _information_of_each(analysis.information),
-            _synergies(analysis.synergies, analysis.output),
+            _synergies(analysis.synergies, analysis.module_output),
             _repetition(analysis.repetition),
         ]
     )
@@ -50,12 +50,12 @@ def _shares(analysis: ModuleAnalysis) -> str:
         for kind, names in analysis.shares.items()
         for name, share in names.items()
     ]
-    return markdown_table(("share of, %", *_modules(len(analysis.output))), rows)
+    return markdown_table(("share of, %", *_modules(len(analysis.module_output))), rows)
 
 
 def _information(information: ResponsibilityInformation) -> str:
     """Return a row for each source, about all modules together."""
-    entropy = information.entropy[0]
+    entropy = information.entropy_bits[0]
     rows = []
     for source, r2 in information.r2.items():
         bits = information.bits[source]
@@ -81,8 +81,10 @@ def _information_of_each(information: ResponsibilityInformation) -> str:
         for unit, measures in (("R²", information.r2), ("bits", information.bits))
         for source in ("posture", "context")
     ]
-    rows.append(("entropy, bits", *map(_number, information.entropy[1:])))
-    return markdown_table(("each alone (by chance)", *_modules(len(information.entropy) - 1)), rows)
+    rows.append(("entropy, bits", *map(_number, information.entropy_bits[1:])))
+    return markdown_table(
+        ("each alone (by chance)", *_modules(len(information.entropy_bits) - 1)), rows
+    )
 
 
 def _synergies(synergies: Synergies, output: Array) -> str:

@@ -132,8 +132,8 @@ def test_modules_that_go_by_context_and_modules_that_go_by_posture_are_distingui
         (by_context, "context", "posture"),
         (by_posture, "posture", "context"),
     ):
-        assert told.entropy == pytest.approx(np.ones(3), abs=0.01)
-        assert told.bits[by].value == pytest.approx(told.entropy)
+        assert told.entropy_bits == pytest.approx(np.ones(3), abs=0.01)
+        assert told.bits[by].value == pytest.approx(told.entropy_bits)
         assert told.bits[f"{by} beyond {other}"].value[0] > 0.9
         assert told.bits[f"{other} beyond {by}"].value[0] == pytest.approx(0.0, abs=1e-9)
         assert told.r2[by].value[0] > 0.75
