@@ -130,8 +130,8 @@ class Lesions:
     def _measures(self, measures: LabelMeasures) -> dict[str, Any]:
         labels = {
             label: {
-                "p_e_percent": float(measures.label_p_e_percent[number]),
-                "responsibility": measures.responsibility[number].tolist(),
+                "p_e_percent": measures.label_p_e_percent[number],
+                "responsibility": measures.responsibility[number],
                 "dominant_module": metrics.module_number(int(measures.dominant[number])),
             }
             for number, label in enumerate(self.labels)

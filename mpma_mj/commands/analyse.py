@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -167,7 +168,7 @@ class FreeRunning:
                 free, motion = run_freely(folder, self.beat)
                 measures = {name: measure(run) for name, run in free.items()}
                 results |= {f"{folder.path}, {name}": found for name, found in measures.items()}
-                content = {name: found.as_json() for name, found in measures.items()}
+                content = {name: dataclasses.asdict(found) for name, found in measures.items()}
                 write_result(folder.free_running, motion.name, {"beat_s": self.beat} | content)
                 picture = folder.figures / "free_running.png"
                 write_figure(picture, free[ANTICIPATION], motion)
