@@ -13,11 +13,11 @@ from mpma_mj.errors import BadOptionError
 from mpma_mj.evaluation.statistics import mean_std
 from mpma_mj.experiments.records import Record, matching, measured, over_seeds
 from mpma_mj.experiments.study import Count
-from mpma_mj.experiments.training import COLUMNS, Point, TrainingStudy
+from mpma_mj.experiments.training import COLUMNS, Point, TrainingStudy, short
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.options import Arms
 from mpma_mj.training.config import RunConfig
-from mpma_mj.utils.text import markdown_table, printable
+from mpma_mj.utils.text import markdown_table
 
 __all__ = ["CompareAgents"]
 
@@ -72,7 +72,7 @@ class CompareAgents(TrainingStudy):
             cells = self.cells(own, _COLUMNS, over_seeds)
             if not agent_class(config.agent_name).trainable:
                 cells[0] = "–"
-            names = _short(labels["motion"]), labels["arms"], labels["agent"]
+            names = short(labels["motion"]), labels["arms"], labels["agent"]
             rows.append([*names, *cells, f"{seconds:.2g}" if own else "–"])
         return (
             f"{markdown_table([*titles, 'seconds a run'], rows)}\n\n"
@@ -86,9 +86,7 @@ class CompareAgents(TrainingStudy):
         from mpma_mj.experiments.agents_figure import write_figure
 
         p_e = {
-            (_short(labels["motion"]), labels["arms"], labels["agent"]): measured(
-                matching(records, labels), "p_e_percent"
-            )
+            tuple(labels.values()): measured(matching(records, labels), "p_e_percent")
             for labels, _ in self.points()
         }
         write_figure(path, p_e)
@@ -108,8 +106,3 @@ class CompareAgents(TrainingStudy):
         of_recordings = dataclasses.replace(built_in, reading=self.reading)
         recordings = (motion for motion in motions if motion != _BUILT_IN)
         return [built_in, *(of_recordings.replace(motions=(motion,)) for motion in recordings)]
-
-
-def _short(motion: str) -> str:
-    """Return the name of a motion without its folders."""
-    return printable(Path(motion).name)

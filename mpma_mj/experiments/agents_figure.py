@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 
 from mpma_mj.evaluation.statistics import interval
 from mpma_mj.experiments.points import draw_points
+from mpma_mj.experiments.training import short
 from mpma_mj.options import Arms
 from mpma_mj.visualization.colours import module_colours
 from mpma_mj.visualization.figure_file import figure_file, label_decades
@@ -24,7 +25,7 @@ _OFFSET = 0.17  # of both kinds of arms from the middle between them
 _SPREAD = 0.12  # half the width over which runs are laid
 
 
-def write_figure(path: Path, p_e: Mapping[tuple[str, str, str], Sequence[float]]) -> None:
+def write_figure(path: Path, p_e: Mapping[tuple[str, ...], Sequence[float]]) -> None:
     """Draw p_e of every agent, a panel for each motion.
 
     Args:
@@ -42,7 +43,7 @@ def write_figure(path: Path, p_e: Mapping[tuple[str, str, str], Sequence[float]]
                 continue
             own = {(arms, agent): runs for (m, arms, agent), runs in p_e.items() if m == motion}
             _draw(axis, own)
-            axis.set_title(motion, fontsize="medium", loc="left")
+            axis.set_title(short(motion), fontsize="medium", loc="left")
         figure.supxlabel(
             "p_e, %, and the 95 % interval of its mean; pale: each run", fontsize="small"
         )

@@ -76,7 +76,7 @@ class StudyJob(Work):
 
     @property
     def name(self) -> str:
-        """Name of the job, which no other job of the study has."""
+        """Name of the job, for messages and files."""
         return ", ".join(part for part in (self.part, self.agent) if part)
 
     @abc.abstractmethod

@@ -20,7 +20,7 @@ from mpma_mj.utils.text import printable
 if TYPE_CHECKING:
     from mpma_mj.motions import Motion
 
-__all__ = ["COLUMNS", "Column", "Point", "TrainingJob", "TrainingStudy"]
+__all__ = ["COLUMNS", "Column", "Point", "TrainingJob", "TrainingStudy", "short"]
 
 
 class Column(NamedTuple):
@@ -108,7 +108,7 @@ class TrainingStudy(Study):
             jobs.append(
                 TrainingJob(
                     agent=config.agent_name,
-                    part=", ".join(f"{k} {_short(v)}" for k, v in labels.items() if k != "agent"),
+                    part=", ".join(f"{k} {short(v)}" for k, v in labels.items() if k != "agent"),
                     configs=configs,
                     labels=labels,
                     motion=motions[source],
@@ -135,7 +135,7 @@ class TrainingStudy(Study):
         return [f"{converged(records)} of {self.runs}", *found]
 
 
-def _short(value: object) -> str:
+def short(value: object) -> str:
     """Return a label as text, a path without its folders."""
     return printable(Path(value).name) if isinstance(value, str) else str(value)
 

@@ -75,6 +75,16 @@ def test_the_seconds_of_a_run_are_the_mean_of_the_shares() -> None:
     assert [row[-1] for row in table_rows(study.table(records))[1:]] == ["1.5", "1.5"]
 
 
+def test_recordings_of_the_same_name_are_different_motions() -> None:
+    study = CompareAgents(motions=("a/dance.tsv", "b/dance.tsv"), agents=("mpma",), runs=1)
+    records = [
+        finished(labels, seed, p_e_percent=1 + (labels["motion"] == "b/dance.tsv"))
+        for labels, seed in labels_of(study)
+    ]
+    rows = [row for row in table_rows(study.table(records)) if row[:2] == ["dance.tsv", "physics"]]
+    assert [row[4] for row in rows] == ["1.00", "2.00"]
+
+
 @pytest.mark.parametrize("motions", [0, 1, 3])
 def test_the_figure_shows_something_however_many_motions(motions: int, tmp_path: Path) -> None:
     names = tuple(f"dance{i}.tsv" for i in range(motions))
