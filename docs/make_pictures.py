@@ -31,7 +31,7 @@ def main(run: Path, comparison: Path) -> None:
     PICTURES.mkdir(exist_ok=True)
     shown = slice(0, len(motion), 2)
     write_clip(PICTURES / "ymca.webp", every(dance_frames(trace, motion), shown), (480, 432))
-    film = iio.imiter(comparison / "dances.mp4")
+    film = iio.imiter(comparison / "episodes.mp4")
     write_clip(PICTURES / "compare.webp", every(film, shown), (960, 240))
     for figure in [*folder.figures.glob("*.png"), *comparison.glob("*.png")]:
         shutil.copy(figure, PICTURES / figure.name)

@@ -14,11 +14,12 @@ import tyro
 
 from mpma_mj import __version__
 from mpma_mj.commands import COMMANDS
+from mpma_mj.commands.analyse import with_analysis
 from mpma_mj.commands.imitate import Imitate
 from mpma_mj.commands.overview import overview
 from mpma_mj.commands.parser_errors import parser_error
 from mpma_mj.commands.run_options import REFUSED_OPTIONS, config_type, registry
-from mpma_mj.commands.study import check_study
+from mpma_mj.commands.study import parse_study
 from mpma_mj.errors import BadOptionError, MpmaError, RecordingWarning
 from mpma_mj.utils.text import as_flag, did_you_mean
 
@@ -96,8 +97,8 @@ def _run(words: Sequence[str]) -> None:
     for word in words:
         if word == "" or (word.startswith("--") and word.endswith("=")):
             raise BadOptionError(f"'{word}' is an empty argument; give it a value, or leave it out")
-    if words[:1] == ["study"]:
-        check_study(words[1:])
+    if words[:1] == ["analyse"]:
+        words = ["analyse", *with_analysis(words[1:])]
     command = _parse(words)
     if isinstance(command, Imitate):
         command = command.with_words(words)
@@ -124,7 +125,8 @@ def _parse(words: Sequence[str]) -> Command:
     try:
         # The parser reports any ValueError of an option in a box without the reason.
         with contextlib.redirect_stderr(parser_errors), registry(REFUSED_OPTIONS):
-            return tyro.cli(_dataclass(name, words), prog=f"mpma {name}", args=options)
+            study = parse_study(options) if name == "study" else None
+            return study or tyro.cli(_dataclass(name, words), prog=f"mpma {name}", args=options)
     except SystemExit as end:
         cause: BaseException | None = end
         while cause is not None and not isinstance(cause, MpmaError):

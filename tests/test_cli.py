@@ -150,7 +150,7 @@ def test_help_imports_neither_mujoco_nor_scipy() -> None:
 
 
 @pytest.mark.parametrize(
-    "words", [["imitate", ""], ["stress", "run", "--out", ""], ["imitate", "--out="]]
+    "words", [["imitate", ""], ["evaluate", "run", "--out", ""], ["imitate", "--out="]]
 )
 def test_an_empty_argument_is_one_line_and_exit_2(
     words: list[str], capsys: pytest.CaptureFixture[str]

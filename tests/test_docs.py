@@ -40,7 +40,8 @@ def example(part: str) -> str:
 def shown_options() -> set[tuple[str, str]]:
     """Return each command that a page shows, with each of its options."""
     lines = "\n".join(page.read_text("utf-8") for page in PAGES)
-    commands = re.findall(r"^mpma (study [a-z]+|[a-z0-9]+)( .*)?$", lines, re.MULTILINE)
+    command = r"study [a-z0-9]+(?= |$)|analyse \S+ [a-z-]+|(?!study)[a-z0-9]+"
+    commands = re.findall(rf"^mpma ({command})( .*)?$", lines, re.MULTILINE)
     return {
         (command, option)
         for command, rest in commands

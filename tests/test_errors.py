@@ -15,8 +15,8 @@ from mpma_mj.utils.text import as_flag
 
 PACKAGE = Path(mpma_mj.__file__).parent
 LIBRARY = (
-    *("agents", "analysis", "envs", "esn", "evaluation", "motions", "sweep", "sysid"),
-    *("training", "trials", "utils", "visualization"),
+    *("agents", "analysis", "envs", "esn", "evaluation", "experiments", "motions", "sysid"),
+    *("training", "utils", "visualization"),
 )
 
 

@@ -66,11 +66,11 @@ def test_a_repertoire_of_such_names_is_learned_and_examined(
     assert all(line.startswith("epoch") for line in result.stderr.splitlines())
     assert tuple(json.loads((run / "summary.json").read_text())["dominant_module"]) == SHOWN
     assert len(list((run / "figures").glob("*.png"))) == 3
-    for command, *words in (["capture"], ["free-running"], ["lesion", "--retrain", "0"]):
-        assert main([command, str(run), *words]) == 0
-        assert (run / "figures" / f"{command.replace('-', '_')}.png").exists()
+    for analysis, *words in (["modules"], ["free-running"], ["lesion", "--fine-tune", "0"]):
+        assert main(["analyse", str(run), analysis, *words]) == 0
+        assert (run / "figures" / f"{analysis.replace('-', '_')}.png").exists()
     told = capsys.readouterr().err.splitlines()
-    assert told[-1] == "[run]\\udcff$1_$2: switching modules off"
+    assert told[-1] == "[run]\\udcff$1_$2: dropping modules"
     assert not any("warning" in line for line in told)
     assert main(["imitate", "--resume", str(run), "--epochs", "1", "--no-video"]) == 0
     assert len((run / "metrics.csv").read_text().splitlines()) == 1 + 3
@@ -121,13 +121,13 @@ def test_a_recordings_page_stands_by_its_printable_name(
     assert (tmp_path / r"dance\udcff-motion.png").exists()
 
 
-def test_sweeps_draw_and_write_such_names(write_tsv: WriteTsv, tmp_path: Path) -> None:
+def test_studies_draw_and_write_such_names(write_tsv: WriteTsv, tmp_path: Path) -> None:
     recordings = [str(write_tsv(name=f"{name}.tsv")) for name in (FORMULA, NOT_UTF8)]
     words = ["--runs", "1", "--nodes", "5", "--epochs", "1", "--workers", "1"]
-    out = str(tmp_path / "benchmark")
-    assert main(["benchmark", *recordings, *words, "--to", "1", "--out", out]) == 0
-    assert (tmp_path / "benchmark" / "benchmark.png").exists()
-    assert r"dance\udcff" in (tmp_path / "benchmark" / "benchmark.csv").read_text(encoding="utf-8")
+    words += ["--agents", "mpma", "--to", "1", "--out", str(tmp_path / "agents")]
+    assert main(["study", "agents", *recordings, *words]) == 0
+    assert (tmp_path / "agents" / "figure.png").exists()
+    assert r"dance\udcff" in (tmp_path / "agents" / "results.csv").read_text(encoding="utf-8")
 
 
 def test_a_figure_is_free_of_mathematics_whatever_the_user_has_set(

@@ -78,8 +78,8 @@ def test_an_outside_agent_is_trained_resumed_and_evaluated(here: Path, refused: 
     assert config["agent"] == {"name": "my_agents.py:Ahead"}
     assert (here / "run" / "figures" / "trajectory.png").exists()
     assert main(["imitate", "--resume", "run", *named, "--epochs", "1", "--no-video"]) == 0
-    stress = ("stress", "run", "--runs", "0", "--disturbances", "payload", "--levels", "1")
-    assert main([*stress, *named]) == 0
+    evaluate = ("evaluate", "run", "--disturbances", "payload", "--levels", "1")
+    assert main([*evaluate, *named]) == 0
 
 
 def test_a_run_folder_imports_no_code_that_is_not_named(here: Path, refused: Refused) -> None:
@@ -88,21 +88,23 @@ def test_a_run_folder_imports_no_code_that_is_not_named(here: Path, refused: Ref
     (here / "my_agents.py").write_text(f"open({str(trap)!r}, 'w')\n" + AGENT)
     message = "code that is not in this package; if you trust it, name it with --agent my_agents.py"
     refused(["imitate", "--resume", "run", "--no-video"], message)
-    refused(["stress", "run", "--runs", "0"], message)
+    refused(["evaluate", "run"], message)
     assert not trap.exists()
 
 
 def test_an_outside_rule_is_trained_and_named_again(here: Path, refused: Refused) -> None:
     words = ("--rule", "my_rules.py:Mine", "--nodes", "5", "--modules", "2")
     assert imitate("ymca", *words, "--epochs", "3", "--out", "run") == 0
-    refused(["lesion", "run", "--retrain", "0"], "name it with --rule my_rules.py:Mine")
-    assert main(["lesion", "run", "--retrain", "0", "--rule", "my_rules.py:Mine"]) == 0
+    refused(["analyse", "run", "lesion"], "name it with --rule my_rules.py:Mine")
+    assert main(["analyse", "run", "lesion", "--fine-tune", "0", "--rule", "my_rules.py:Mine"]) == 0
 
 
 def test_an_outside_agent_stands_in_the_table_of_agents(
     here: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    words = "benchmark --agents mpma my_agents.py:Ahead --nodes 5 --runs 2 --epochs 2 --out table"
+    words = (
+        "study agents --agents mpma my_agents.py:Ahead --nodes 5 --runs 2 --epochs 2 --out table"
+    )
     assert main([*words.split(), "--workers", "2"]) == 0
     rows = [line for line in capsys.readouterr().out.splitlines() if "my_agents.py:Ahead" in line]
     assert len(rows) == 2  # kinds of arms
@@ -170,5 +172,5 @@ def test_a_class_is_named_only_for_runs_that_were_trained_with_it(
     named: tuple[str, str], here: Path, refused: Refused, small_run: Path
 ) -> None:
     message = f"{named[0]} is '{named[1]}'; expected the path of a class from outside with which a"
-    for command in ("lesion", "free-running", "stress"):
-        refused([command, str(small_run), *named], message)
+    for command in (["analyse", "lesion"], ["analyse", "free-running"], ["evaluate"]):
+        refused([*command, str(small_run), *named], message)

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import mujoco
 import numpy as np
 from dm_control.rl.control import Environment
+from mujoco import rollout
 from numpy.typing import NDArray
 
 from benchmarks.speed.timing import Case, Report, Sizes, in_turn, ratio
+from mpma_mj.envs.arm_batch import chunk_size
 from mpma_mj.envs.gym_env import ImitationEnv
 from mpma_mj.envs.load import load
 from mpma_mj.envs.vector_env import make_vec
-from mpma_mj.sweep.floor import bare_rollout
 from mpma_mj.utils.system import processors
 
 __all__ = ["STEPS", "bare_steps", "env_steps", "measure"]
@@ -36,7 +39,7 @@ def measure(sizes: Sizes) -> Report:
     cases["the same through Gymnasium"] = env_steps(ImitationEnv())
     times = in_turn("timing one environment", cases, sizes.rounds)
     cases = {_ALONE: _one_after_the_other(), _TOGETHER: _together()}
-    cases[_ROLLOUT] = Case(bare_rollout(processors(), _MEMBERS, _BATCHES))
+    cases[_ROLLOUT] = Case(_bare_rollout(processors(), _MEMBERS, _BATCHES))
     times |= in_turn(f"timing {_MEMBERS} environments", cases, sizes.rounds)
     gained = ratio(times[_ALONE], times[_TOGETHER], 1.6, at_least=True)
     targets = {
@@ -114,3 +117,48 @@ def _together() -> Case:
         return _BATCHES * _MEMBERS
 
     return Case(run, envs.reset)
+
+
+def _bare_rollout(threads: int, members: int, steps: int) -> Callable[[], int]:
+    """Return a simulation of arms under random commands, with all that makes it fast.
+
+    Args:
+        threads: How many simulate at a time.
+        members: Number of pairs of arms.
+        steps: Control steps of each.
+
+    Returns:
+        Function that simulates from the start and returns the control steps of all pairs.
+    """
+    env = load()
+    model = env.physics.model.ptr
+    nstep = round(env.control_timestep() / env.physics.timestep())
+    actions = np.random.default_rng(0).uniform(-1.0, 1.0, (steps, members, model.nu))
+    controls = actions * env.task.max_joint_speed
+    size = mujoco.mj_stateSize(model, _STATE)
+    begin, trajectory = np.zeros((members, size)), np.zeros((members, nstep, size))
+    for row in begin:
+        env.reset()
+        row[:] = env.physics.get_state(_STATE)
+    applied = np.zeros((members, nstep, model.nu))
+    models, data = [model] * members, [mujoco.MjData(model) for _ in range(threads)]
+    pool = rollout.Rollout(nthread=threads)
+
+    def simulate() -> int:
+        state = begin
+        for control in controls:
+            applied[:] = control[:, None]
+            pool.rollout(
+                models,
+                data,
+                state,
+                applied,
+                skip_checks=True,
+                nstep=nstep,
+                state=trajectory,
+                chunk_size=chunk_size(members, threads),
+            )
+            state = trajectory[:, -1].copy()
+        return steps * members
+
+    return simulate

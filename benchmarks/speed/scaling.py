@@ -15,7 +15,7 @@ import numpy as np
 from benchmarks.speed.timing import Report, Sizes, Target, in_own_process, ratio
 from mpma_mj.envs.load import arm_limits
 from mpma_mj.motions import Motion, ymca
-from mpma_mj.motions.repeat import repeat
+from mpma_mj.motions.transforms import repeat
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.factory import one_thread
 from mpma_mj.training.trainer import Trainer

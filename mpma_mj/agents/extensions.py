@@ -17,7 +17,9 @@ from types import ModuleType
 from mpma_mj.errors import BadOptionError
 from mpma_mj.utils.text import did_you_mean
 
-__all__ = ["load_class"]
+__all__ = ["load_class", "path_of"]
+
+_PREFIX = "_mpma_mj_extension_"  # of the names of modules from files
 
 
 def load_class(path: str, option: str, required: Sequence[str], *, base: type) -> type:
@@ -65,13 +67,20 @@ def load_class(path: str, option: str, required: Sequence[str], *, base: type) -
     return found
 
 
+def path_of(kind: type) -> str:
+    """Return the path by which another process imports a class of a file; empty for others."""
+    if not kind.__module__.startswith(_PREFIX):
+        return ""
+    return f"{sys.modules[kind.__module__].__file__}:{kind.__qualname__}"
+
+
 def _from_file(path: Path) -> ModuleType:
     """Return the module of a file, which is executed the first time only.
 
     It has a name that no other module has, under which dataclasses and pickle find it.
     """
     file = path.resolve()
-    name = f"_mpma_mj_extension_{hashlib.sha256(str(file).encode()).hexdigest()[:16]}"
+    name = f"{_PREFIX}{hashlib.sha256(str(file).encode()).hexdigest()[:16]}"
     if name in sys.modules:
         return sys.modules[name]
     spec = importlib.util.spec_from_file_location(name, file)

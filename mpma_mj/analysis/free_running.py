@@ -70,7 +70,7 @@ def run_freely(folder: RunFolder, beat: float | None = None) -> tuple[dict[str, 
             motion's labels are its context if not given.
 
     Returns:
-        What the arms did with each of the two, and the motion.
+        Postures with each of the two, by name, and the motion.
 
     Raises:
         MpmaError: There is no run, or it is damaged, or its agent has no forward models.

@@ -1,4 +1,4 @@
-"""The figure of free-running."""
+"""Figure of free-running: directions of segments, and errors over time."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from mpma_mj.analysis.free_running import FreeRun
-from mpma_mj.analysis.free_running_measures import LOST, nearest_over_time
+from mpma_mj.analysis.free_running_measures import HOLDING, nearest_over_time
 from mpma_mj.kinematics import SEGMENT_NAMES
 from mpma_mj.metrics import error_over_time
 from mpma_mj.motions import Motion
@@ -23,9 +23,8 @@ __all__ = ["drawn_spans", "write_figure"]
 Array = NDArray[np.float64]
 
 _COLOURS = ("C3", "C2", "C0")  # of x, y and z, as in trajectory.png
-_STARTS = "a repetition starts"
 _PALE = 0.3  # opacity of what would be demonstrated
-_LONG = 20.0  # s; of a longer one only the first and the last repetition are drawn (choice)
+_LONG = 20.0  # s; beyond that only the first and the last repetition are drawn (choice)
 
 
 def write_figure(path: Path, free: FreeRun, motion: Motion) -> None:
@@ -33,8 +32,8 @@ def write_figure(path: Path, free: FreeRun, motion: Motion) -> None:
 
     Args:
         path: The PNG file.
-        free: What the arms did.
-        motion: The movement that had been learned.
+        free: Postures from the release on.
+        motion: The motion that had been learned.
     """
     spans = drawn_spans(free)
     with figure_file(path, 9.0, 8.6) as figure:
@@ -44,7 +43,7 @@ def write_figure(path: Path, free: FreeRun, motion: Motion) -> None:
             _errors(column[4], free, span)
             column[4].set_xlabel("time since the demonstration was taken away, s", fontsize="small")
             for axis in column:
-                _starts(axis, free, span)
+                _starts(axis, free, span, "a repetition starts" if axis is column[4] else "")
                 axis.margins(x=0)
                 axis.spines[["top", "right"]].set_visible(False)
         if len(spans) > 1:
@@ -54,24 +53,18 @@ def write_figure(path: Path, free: FreeRun, motion: Motion) -> None:
             axis.set(ylim=(-1.08, 1.08), ylabel=segment.replace("_", " "))
         axes[4, 0].set_ylabel("error, %")
         axes[4, 0].set_ylim(bottom=0.0)
-        entries: dict[str, Any] = {}
-        for axis in (axes[0, 0], axes[4, 0]):
-            handles, names = axis.get_legend_handles_labels()
-            entries |= dict(zip(names, handles, strict=True))
-        if _STARTS in entries:
-            entries[_STARTS] = entries.pop(_STARTS)  # last
-        figure.legend(
-            entries.values(),
-            entries.keys(),
-            loc="outside lower center",
-            ncols=-(-len(entries) // 3),  # x, y and z below each other
-            fontsize="small",
-        )
+        handles = [
+            handle
+            for axis in (axes[0, 0], axes[4, 0])
+            for handle in axis.get_legend_handles_labels()[0]
+        ]
+        columns = -(-len(handles) // 3)  # x, y and z below each other
+        figure.legend(handles=handles, loc="outside lower center", ncols=columns, fontsize="small")
         figure.suptitle(f"Free-running with anticipation ({motion.name})", fontsize="medium")
 
 
 def drawn_spans(free: FreeRun) -> list[slice]:
-    """Return which steps are drawn: all, or of many repetitions the first and the last."""
+    """Return which steps are drawn side by side: all, or of many the first and last repetition."""
     steps = len(free.posture)
     if steps <= _LONG * free.rate or steps < 2 * free.period:
         return [slice(0, steps)]
@@ -79,11 +72,11 @@ def drawn_spans(free: FreeRun) -> list[slice]:
 
 
 def _directions(axes: Sequence[Axes], free: FreeRun, span: slice) -> None:
-    """Draw a segment an axis."""
+    """Draw each segment in its axes."""
     time = np.arange(span.start, span.stop) / free.rate
     looks: tuple[tuple[Array, str, dict[str, Any]], ...] = (
         (free.reference, "would be demonstrated", {"alpha": _PALE, "linewidth": 3.0}),
-        (free.posture, "imitated", {"linewidth": 1.2}),
+        (free.posture, "free-running", {"linewidth": 1.2}),
     )
     for number, axis in enumerate(axes):
         for posture, said, look in looks:
@@ -99,13 +92,15 @@ def _errors(axis: Axes, free: FreeRun, span: slice) -> None:
     axis.plot(time, errors, color=error_colour, label="error now")
     nearest = nearest_over_time(free, free.posture)[span]
     axis.plot(time, nearest, color=nearest_colour, label="error to the nearest of the label")
-    axis.axhline(LOST, color=INK, linestyle="--", linewidth=0.8, label=f"{LOST:g} %: lost")
+    axis.axhline(
+        HOLDING, color=INK, linestyle="--", linewidth=0.8, label=f"{HOLDING:g} %: held below"
+    )
 
 
-def _starts(axis: Axes, free: FreeRun, span: slice) -> None:
+def _starts(axis: Axes, free: FreeRun, span: slice, label: str) -> None:
     """Mark where the next repetitions start."""
     starts = np.arange(span.start + free.period, span.stop, free.period) / free.rate
     if len(starts):
         look: dict[str, Any] = {"color": DEMONSTRATED, "linewidth": 1.0, "zorder": 0}
         top = axis.get_xaxis_transform()
-        axis.vlines(starts, 0, 1, transform=top, label=_STARTS, **look)
+        axis.vlines(starts, 0, 1, transform=top, label=label, **look)

@@ -1,10 +1,10 @@
-"""How long and how well an agent continues without the demonstration."""
+"""Measures of free-running: how long and how precisely a motion continues."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from mpma_mj.analysis.free_running import FreeRun
 from mpma_mj.utils.text import markdown_table
 
 __all__ = [
-    "LOST",
+    "HOLDING",
     "WINDOWS",
     "FreeRunMeasures",
     "as_markdown",
@@ -25,11 +25,11 @@ __all__ = [
 Array = NDArray[np.float64]
 Ending = Literal["standstill", "cycle", "wandering"]
 
-LOST = 10.0
-"""Error at which the motion is lost, percent of a coordinate's range (choice)."""
+HOLDING = 10.0
+"""Largest error while the motion is held, percent of a coordinate's range (choice)."""
 
 WINDOWS = (1.0, 2.0, 5.0)
-"""Times from the release over which p_e is told, s."""
+"""Times from the release over which p_e is measured, s."""
 
 _STANDS = 0.1  # amplitude, of the demonstrated one, below which arms stand still (choice)
 _REPEATS = 0.5  # change between repetitions, of the amplitude, below which it is a cycle (choice)
@@ -37,10 +37,10 @@ _REPEATS = 0.5  # change between repetitions, of the amplitude, below which it i
 
 @dataclass(frozen=True)
 class FreeRunMeasures:
-    """How long and how well; errors in percent of a coordinate's range.
+    """Measures; errors in percent of a coordinate's range.
 
     Attributes:
-        held_s: Time until the error first exceeds `LOST`, s; all of the time if it never does.
+        held_s: Time until the error first exceeds `HOLDING`, s; all of the time if it never does.
         near_s: The same for the distance to the nearest demonstrated posture of the same label.
         p_e_percent: Error over the first seconds, by their number, and over all of the time.
         still_percent: The same for arms that stay where they are at the release.
@@ -68,13 +68,9 @@ class FreeRunMeasures:
     change: float
     ending: Ending
 
-    def as_json(self) -> dict[str, Any]:
-        """Return it as JSON can hold it."""
-        return asdict(self)
-
 
 def measure(free: FreeRun) -> FreeRunMeasures:
-    """Measure what the arms did.
+    """Return the measures.
 
     Args:
         free: Postures from the release on, two repetitions or more.
@@ -86,8 +82,8 @@ def measure(free: FreeRun) -> FreeRunMeasures:
     change = _rms(last - before) / max(amplitude, np.finfo(float).tiny)
     moved = amplitude / _deviation(free.reference[-free.period :])
     return FreeRunMeasures(
-        held_s=_first(metrics.error_over_time(free.posture, free.reference) > LOST) / free.rate,
-        near_s=_first(nearest > LOST) / free.rate,
+        held_s=_first(metrics.error_over_time(free.posture, free.reference) > HOLDING) / free.rate,
+        near_s=_first(nearest > HOLDING) / free.rate,
         p_e_percent=_windows(free, free.posture),
         still_percent=_windows(free, still),
         nearest_percent=float(nearest.mean()),
@@ -103,7 +99,7 @@ def measure(free: FreeRun) -> FreeRunMeasures:
 def as_markdown(found: Mapping[str, FreeRunMeasures]) -> str:
     """Return a table with a row for each run, by its name.
 
-    Behind a number stands in brackets that of arms that stay where they are.
+    Numbers in brackets are those of arms that stay where they are.
     """
     windows = [*(f"{window:g} s" for window in WINDOWS), "all"]
     head = ["run", "held, s", "near, s", *(f"p_e {window}, %" for window in windows)]
@@ -126,10 +122,10 @@ def _beside(errors: Mapping[str, float], still: Mapping[str, float], window: str
 
 
 def nearest_over_time(free: FreeRun, posture: Array) -> Array:
-    """Return how far postures are from the nearest demonstrated one of the same label.
+    """Return the distance of postures from the nearest demonstrated one of the same label.
 
     Args:
-        free: What was demonstrated, and when which label's music was on.
+        free: Demonstrated postures and labels.
         posture: Postures, shape (T, 12).
 
     Returns:
@@ -144,7 +140,7 @@ def nearest_over_time(free: FreeRun, posture: Array) -> Array:
 
 
 def _windows(free: FreeRun, posture: Array) -> dict[str, float]:
-    """Return the error over the windows that are not longer than the run, and over all."""
+    """Return the error over the windows that are not too long, and over all."""
     steps = {f"{window:g} s": round(window * free.rate) for window in WINDOWS}
     inside = {name: count for name, count in steps.items() if count <= len(posture)}
     return {
@@ -165,7 +161,7 @@ def _ending(amplitude: float, change: float) -> Ending:
 
 
 def _first(true: NDArray[np.bool_]) -> int:
-    """Return the first step of which something is true, or their number."""
+    """Return the first step that is true, or the number of steps."""
     return int(true.argmax()) if true.any() else len(true)
 
 

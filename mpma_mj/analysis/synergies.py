@@ -1,4 +1,4 @@
-"""The modules' motor outputs as combinations of a few synergies.
+"""Synergies of the modules' motor outputs.
 
 A synergy is a pattern of joints that are driven together, with a strength that varies in time
 (Tresch, Cheung & d'Avella 2006; d'Avella & Bizzi 2005). Patterns and strengths are not
@@ -25,9 +25,9 @@ __all__ = ["ENOUGH", "Synergies", "factorise", "find_synergies", "halves", "vari
 Array = NDArray[np.float64]
 
 ENOUGH = 0.9
-"""Variance accounted for at which there are factors enough, as is usual for synergies."""
+"""Variance accounted for that is enough, as is usual for synergies."""
 
-# What is told is what the factors that were found account for, so stopping early is no error.
+# The variance accounted for is that of the factors found, so stopping early is no error.
 _MOST_ITERATIONS = 500
 
 
@@ -50,13 +50,13 @@ class Synergies:
 
 
 def find_synergies(
-    output: Array, progress: Callable[[range], Iterable[int]] = lambda factors: factors
+    output: Array, progress: Callable[[range], Iterable[int]] = lambda numbers: numbers
 ) -> Synergies:
     """Find the synergies of the modules' motor outputs.
 
     Args:
         output: Motor outputs λ^i u^i of the modules, shape (T, M, J), not all 0.
-        progress: Wraps the numbers of factors that are tried, to show how far it is.
+        progress: Wraps the numbers of factors that are tried, to show the progress.
     """
     steps, modules, _ = output.shape
     samples = halves(output).reshape(steps * modules, -1)

@@ -17,8 +17,8 @@ from mpma_mj.commands.run_options import Motions, RunOptions
 from mpma_mj.training.config import versions
 
 if TYPE_CHECKING:
+    from mpma_mj.experiments.compare import Transfer
     from mpma_mj.motions import Motion
-    from mpma_mj.trials.compare import Cell
 
 __all__ = ["Compare"]
 
@@ -27,7 +27,7 @@ AgentT = TypeVar("AgentT", bound=AgentConfig)
 
 @dataclass(frozen=True, kw_only=True)
 class Compare(Generic[AgentT]):
-    """Train on ideal arms, simulated arms and weightless simulated arms; evaluate on each."""
+    """Train on ideal arms, simulated arms and simulated arms without weight; evaluate on each."""
 
     motions: Motions = ()
     """"ymca", or a recording; several, or a folder, form a repertoire that is learned together."""
@@ -37,7 +37,7 @@ class Compare(Generic[AgentT]):
     """Options that determine the result."""
     epochs: int = 30
     """Largest number of epochs of a run; it ends when it has converged."""
-    adaptation: int = 3
+    fine_tune: int = 3
     """Epochs of fine-tuning on the arms of the evaluation."""
     workers: int | None = None
     """Number of parallel processes; as many as there are processors if not given."""
@@ -50,50 +50,49 @@ class Compare(Generic[AgentT]):
     def run(self) -> Path:
         """Run the comparison and return its folder."""
         missing_gl = missing_opengl() if self.video else None
-        from mpma_mj.sweep.backend import open_backend
-        from mpma_mj.sweep.spec import seeds
+        from mpma_mj.experiments import compare_figure
+        from mpma_mj.experiments.backend import open_backend
+        from mpma_mj.experiments.batching import seeds
+        from mpma_mj.experiments.compare import compare, jobs
+        from mpma_mj.experiments.compare_table import as_csv, as_markdown
         from mpma_mj.training.dataset import read_motions
-        from mpma_mj.trials import compare_figure
-        from mpma_mj.trials.compare import compare, jobs
-        from mpma_mj.trials.compare_table import as_csv, as_markdown
         from mpma_mj.utils.atomic_files import FORMAT, write_json
         from mpma_mj.utils.progress import show_runs
 
         config = self.options.run_config(self.motions, "compare")
         motion = read_motions(config)
-        spec = jobs(
-            seeds(config, self.runs), motion, epochs=self.epochs, adaptation=self.adaptation
-        )
+        spec = jobs(seeds(config, self.runs), motion, epochs=self.epochs, fine_tune=self.fine_tune)
         with output_folder(self.out, "compare") as folder:
             with (
                 open_backend("processes", self.workers, None) as backend,
-                show_runs(len(spec) * self.runs, 0, "training and dancing") as show,
+                show_runs(len(spec) * self.runs, 0, "training and evaluating") as show,
             ):
-                cells = compare(
-                    spec, backend, lambda learned: show(self.runs, f"learned on {learned}")
+                transfers = compare(
+                    spec, backend, lambda arms: show(self.runs, f"trained on {arms}")
                 )
-            numbers = {"runs": self.runs, "epochs": self.epochs, "adaptation": self.adaptation}
+            numbers = {"runs": self.runs, "epochs": self.epochs, "fine_tune": self.fine_tune}
             content = {"format": FORMAT, "config": config.to_json(), "versions": versions()}
             # Not config.json, which identifies a run: it would replace that of a run in the folder.
             write_json(folder / "compare.json", content | numbers)
-            video = folder / "dances.mp4"
+            video = folder / "episodes.mp4"
             video.unlink(missing_ok=True)  # of an earlier comparison
-            compare_figure.write_transfer(folder / "transfer.png", cells, self.adaptation)
-            compare_figure.write_dances(folder / "dances.png", cells, motion)
-            write_tables(folder, "compare", as_markdown(cells, self.adaptation), as_csv(cells))
+            compare_figure.write_transfer(folder / "transfer.png", transfers, self.fine_tune)
+            compare_figure.write_episodes(folder / "episodes.png", transfers, motion)
+            write_tables(
+                folder, "compare", as_markdown(transfers, self.fine_tune), as_csv(transfers)
+            )
             if missing_gl is not None:
                 print(missing_gl, file=sys.stderr)
             elif self.video:
-                _write_video(video, cells, motion)
+                _write_video(video, transfers, motion)
             return folder
 
 
-def _write_video(path: Path, cells: Sequence[Cell], motion: Motion) -> None:
+def _write_video(path: Path, transfers: Sequence[Transfer], motion: Motion) -> None:
     """Write the video of the first seed on all arms."""
-    from mpma_mj.trials.compare_figure import first_dances
-    from mpma_mj.trials.compare_video import write_side_by_side
+    from mpma_mj.experiments.compare_figure import first_episodes, write_side_by_side
     from mpma_mj.utils.progress import show_frames
 
-    dances = first_dances(cells)
-    if dances:  # otherwise all have diverged, as the table shows
-        write_side_by_side(path, dances, motion, show_frames)
+    episodes = first_episodes(transfers)
+    if episodes:  # otherwise all have diverged, as the table shows
+        write_side_by_side(path, episodes, motion, show_frames)

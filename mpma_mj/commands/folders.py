@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 __all__ = [
     "check_new_file",
     "free_folder",
+    "given_runs",
     "hint_at_resuming",
     "locked_runs",
     "output_folder",
@@ -76,21 +77,34 @@ def output_folder(out: Path | None, stem: str, parent: Path = Path("runs")) -> I
         yield folder
 
 
+def given_runs(
+    paths: Sequence[Path], outside: OutsideClasses | None, command: str
+) -> Sequence[RunFolder]:
+    """Open the runs that a command names, for reading.
+
+    Raises:
+        BadOptionError: No run is given.
+        MpmaError: As of `open_runs`.
+    """
+    from mpma_mj.training.run_folder import RunFolder, open_runs
+
+    if not paths:
+        raise BadOptionError(f"no run given; try: mpma {command} runs/ymca")
+    if outside is None:
+        return [RunFolder(path) for path in paths]
+    return open_runs(paths, **vars(outside))
+
+
 @contextlib.contextmanager
 def locked_runs(
-    paths: Sequence[Path], outside: OutsideClasses, command: str
+    paths: Sequence[Path], outside: OutsideClasses | None, command: str
 ) -> Iterator[Sequence[RunFolder]]:
     """Open runs for a command and lock them, each once even if it is given several times.
 
     Raises:
-        BadOptionError: No run is given.
-        MpmaError: As of `open_runs` and `RunFolder.locked`.
+        MpmaError: As of `given_runs` and `RunFolder.locked`.
     """
-    from mpma_mj.training.run_folder import open_runs
-
-    if not paths:
-        raise BadOptionError(f"no run given; try: mpma {command} runs/ymca")
-    folders = open_runs(paths, **vars(outside))
+    folders = given_runs(paths, outside, command)
     with contextlib.ExitStack() as stack:
         for folder in {folder.path.resolve(): folder for folder in folders}.values():
             stack.enter_context(folder.locked())

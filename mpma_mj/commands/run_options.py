@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import collections.abc
 import dataclasses
 import functools
 import re
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Annotated, Any, Generic, TypeVar
+from typing import Annotated, Any, Generic, TypeVar, get_origin
 
 import tyro
 from tyro.constructors import ConstructorRegistry, StructConstructorSpec, StructTypeInfo
@@ -39,7 +40,8 @@ AgentT = TypeVar("AgentT", bound=AgentConfig)
 _AGENT = "--agent"
 _WHOLE = "training imitates whole episodes"
 
-Motions = Annotated[tuple[str, ...], tyro.conf.Positional, tyro.conf.arg(metavar="MOTION...")]
+_MOTIONS = (tyro.conf.Positional, tyro.conf.arg(metavar="MOTION..."))
+Motions = Annotated[(tuple[str, ...], *_MOTIONS)]
 RunFolders = Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="RUN...")]
 Reading = Annotated[
     tyro.conf.OmitArgPrefixes[ReadingOptions],
@@ -158,7 +160,10 @@ def registry(hidden: Collection[str] = ()) -> ConstructorRegistry:
         fields = []
         for one in spec.fields:
             notes = [tyro.conf.DisallowNone, tyro.conf.arg(help_behavior_hint=_default)]
-            notes += [tyro.conf.Suppress] * (one.name in hidden)
+            in_code_only = get_origin(one.type) is collections.abc.Mapping
+            notes += [tyro.conf.Suppress] * (one.name in hidden or in_code_only)
+            notes += [tyro.conf.Fixed] * in_code_only
+            notes += _MOTIONS * (one.name == "motions" and get_origin(one.type) is tuple)
             notes += [tyro.conf.arg(name=option_name(one.name))] * (info.type is ReadingOptions)
             if one.name in _METAVARS:
                 notes.append(tyro.conf.arg(metavar=_METAVARS[one.name]))

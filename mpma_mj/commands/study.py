@@ -2,152 +2,123 @@
 
 from __future__ import annotations
 
-import abc
+import importlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, Generic, TypeVar
 
 import tyro
 
-from mpma_mj.commands.folders import free_folder, hint_at_resuming
-from mpma_mj.commands.run_options import Motions
+from mpma_mj.commands.workers import StudyWorkers, Workers
 from mpma_mj.errors import BadOptionError
-from mpma_mj.options import Arms
 from mpma_mj.utils.text import did_you_mean
 
 if TYPE_CHECKING:
     from mpma_mj.experiments import study
 
-__all__ = ["Study", "check_study"]
+__all__ = ["STUDIES", "RunStudy", "Study", "parse_study"]
+
+StudyT = TypeVar("StudyT", bound="study.Study")
+
+STUDIES = {
+    "table1": "Table1",
+    "agents": "CompareAgents",
+    "ablation": "Ablation",
+    "scaling": "Scaling",
+    "unseen": "Unseen",
+    "switching": "Switching",
+    "latency": "Latency",
+    "robustness": "Robustness",
+}
+"""Classes of the built-in studies by name, which is also the name of their module."""
+
+_EXPECTED = f"{', '.join(STUDIES)}, or the path of a class, such as my_study.py:MyStudy"
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Options(abc.ABC):
-    """Options of all studies."""
+class Study:
+    """Study over many runs, with table and figure; mpma study NAME --help shows its options.
 
-    name: ClassVar[str]
-    runs: int = 10
-    """Runs of each agent."""
-    seed: int = 0
-    """Seed of the first run, which those of the others follow."""
-    arms: Arms = "physics"
-    """Simulated arms, or arms that move ideally."""
-    workers: int | None = None
-    """Number of parallel processes; as many as there are processors if not given."""
+    - table1: Table 1 of the paper
+    - agents: all agents, on several motions, with both kinds of arms
+    - ablation: MPMA with one component changed at a time
+    - scaling: more motions and longer ones, more modules and larger ones
+    - unseen: motions that were not learned
+    - switching: plants that change unannounced
+    - latency: late senses
+    - robustness: disturbances
+
+    Attributes:
+        name: One of these, or the path of a class, such as my_study.py:MyStudy.
+    """
+
+    name: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="NAME")]
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunStudy(Generic[StudyT]):
+    """A study, and who runs it.
+
+    Attributes:
+        study: The study.
+        who: Workers that train.
+        out: Folder of table and figure; runs/study-NAME-TIME if not given.
+    """
+
+    study: Annotated[tyro.conf.OmitArgPrefixes[StudyT], tyro.conf.arg(name="")]
+    who: StudyWorkers = Workers()
     out: Path | None = None
-    """Folder of table and figure; runs/study-NAME-TIME if not given."""
 
     def run(self) -> Path:
         """Run the study, print its table and return its folder."""
-        from mpma_mj.experiments.study import HEADER, run_study
-
-        folder = self.out or free_folder(f"study-{self.name}")
-        resume = f"the same command with --out {folder}"
-        with hint_at_resuming((folder / HEADER).exists, resume):
-            print(run_study(self._study(), folder, self.workers))
-        return folder
-
-    @abc.abstractmethod
-    def _study(self) -> study.Study:
-        """Return the study."""
+        return self.who.run(self.study, self.out, f"study-{self.study.name}")
 
 
-@dataclass(frozen=True, kw_only=True)
-class Switching(_Options):
-    """Learn four plants one after the other, then imitate while they switch unannounced.
-
-    Repeat the command with the same --out to resume.
-    """
-
-    name: ClassVar[str] = "switching"
-    motion: str = "ymca"
-    """Built-in motion, or path of a recording."""
-    reverse: bool = False
-    """Learn the plants in reverse order."""
-
-    def _study(self) -> study.Study:
-        from mpma_mj.experiments import switching
-
-        return switching.Switching(
-            motion=self.motion,
-            reverse=self.reverse,
-            runs=self.runs,
-            seed=self.seed,
-            arms=self.arms,
-        )
-
-
-@dataclass(frozen=True, kw_only=True)
-class Unseen(_Options):
-    """Learn all motions but one together, and imitate that one without learning.
-
-    Repeat the command with the same --out to resume.
-    """
-
-    name: ClassVar[str] = "unseen"
-    motions: Motions = ()
-    """Recordings, or folders of them, beside ymca."""
-
-    def _study(self) -> study.Study:
-        from mpma_mj.experiments import unseen
-        from mpma_mj.training.dataset import expand_folders
-
-        motions = tuple(dict.fromkeys(("ymca", *expand_folders(self.motions))))
-        return unseen.Unseen(motions=motions, runs=self.runs, seed=self.seed, arms=self.arms)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Latency(_Options):
-    """Learn a motion with late senses, and imitate it with them.
-
-    Repeat the command with the same --out to resume.
-    """
-
-    name: ClassVar[str] = "latency"
-    motion: str = "ymca"
-    """Built-in motion, or path of a recording."""
-
-    def _study(self) -> study.Study:
-        from mpma_mj.experiments import latency
-
-        return latency.Latency(motion=self.motion, runs=self.runs, seed=self.seed, arms=self.arms)
-
-
-_STUDIES = (Switching, Unseen, Latency)
-_NAMES = tuple(one.name for one in _STUDIES)
-
-
-@dataclass(frozen=True)
-class Study:
-    """Study over many runs, with table and figure: switching, unseen, latency."""
-
-    study: tyro.conf.OmitArgPrefixes[
-        tyro.conf.OmitSubcommandPrefixes[
-            Annotated[Switching, tyro.conf.subcommand(Switching.name)]
-            | Annotated[Unseen, tyro.conf.subcommand(Unseen.name)]
-            | Annotated[Latency, tyro.conf.subcommand(Latency.name)]
-        ]
-    ]
-
-    def run(self) -> Path:
-        """Run the study and return its folder."""
-        return self.study.run()
-
-
-def check_study(words: Sequence[str]) -> None:
-    """Refuse a command line that names no study.
+def parse_study(words: Sequence[str]) -> RunStudy[Any] | None:
+    """Return the study that a command line describes, None if it asks for the general help.
 
     Args:
         words: Words after `mpma study`.
 
     Raises:
-        BadOptionError: The first word is neither a study nor asks for help.
+        BadOptionError: The first word is no study.
     """
     if not words:
-        raise BadOptionError(f"no study given; expected one of {', '.join(_NAMES)}")
-    if words[0] not in (*_NAMES, "--help", "-h"):
-        remedy = did_you_mean(words[0], _NAMES)
-        raise BadOptionError(
-            f"no study '{words[0]}'; expected one of {', '.join(_NAMES)}", remedy=remedy
-        )
+        raise BadOptionError(f"no study given; expected one of {_EXPECTED}")
+    name, *options = words
+    if name in ("--help", "-h"):
+        return None
+    kind = _study_class(name)
+    about = (kind.__doc__ or "").partition("\n\n    Attributes:")[0]
+    generic: Any = RunStudy
+    command: RunStudy[Any] = tyro.cli(
+        generic[kind],
+        prog=f"mpma study {name}",
+        description=f"{about}\n\nRepeat the command with the same --out to resume.",
+        args=options,
+    )
+    return command
+
+
+def _study_class(name: str) -> type[study.Study]:
+    """Return the class of a study.
+
+    Raises:
+        BadOptionError: There is none of this name, or the class is no study.
+    """
+    if name in STUDIES:
+        module = importlib.import_module(f"mpma_mj.experiments.{name}")
+        found: type[study.Study] = getattr(module, STUDIES[name])
+        return found
+    if ":" not in name:
+        remedy = did_you_mean(name, STUDIES)
+        raise BadOptionError(f"no study '{name}'; expected one of {_EXPECTED}", remedy=remedy)
+    from mpma_mj.agents.extensions import load_class
+    from mpma_mj.experiments.study import Study as Base
+
+    found = load_class(name, "study", ("name", "jobs", "table"), base=Base)
+    if not issubclass(found, Base):
+        remedy = f"inherit from {Base.__module__}.{Base.__qualname__}"
+        raise BadOptionError(option="study", value=name, expected="a study", remedy=remedy)
+    return found

@@ -9,9 +9,8 @@ from typing import Annotated, Generic, TypeVar
 import tyro
 
 from mpma_mj.agents.config import AgentConfig
-from mpma_mj.commands.folders import write_tables
 from mpma_mj.commands.run_options import Motions, RunOptions
-from mpma_mj.commands.workers import SweepWorkers, Workers
+from mpma_mj.commands.workers import StudyWorkers, Workers
 
 __all__ = ["Sweep"]
 
@@ -35,22 +34,17 @@ class Sweep(Generic[AgentT]):
     """Options that determine the result."""
     epochs: int = 30
     """Largest number of epochs of a run; it ends when it has converged."""
-    who: SweepWorkers = Workers()
+    who: StudyWorkers = Workers()
     """Workers that train."""
     out: Path | None = None
     """Folder of the sweep; runs/sweep-TIME if not given."""
 
     def run(self) -> Path:
-        """Train all runs and return the folder."""
-        from mpma_mj.sweep.grid import points
-        from mpma_mj.sweep.spec import SweepSpec, seeds
-        from mpma_mj.sweep.table import as_markdown
+        """Train all runs, print their table and return the folder."""
+        from mpma_mj.experiments import sweep
 
         base = self.options.run_config(self.motions, "sweep")
-        configs = [run for point in points(self.grid, base) for run in seeds(point, self.runs)]
-        spec = SweepSpec(tuple(configs), self.epochs)
-        with self.who.trained(spec, self.out, "sweep") as folder:
-            runs = folder.finished()
-            folder.write_rows(runs)
-            write_tables(folder.path, "table", as_markdown(folder.spec, runs))
-            return folder.path
+        study = sweep.Sweep(
+            grid=self.grid, base=base, runs=self.runs, seed=base.seed, epochs=self.epochs
+        )
+        return self.who.run(study, self.out, "sweep")

@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-import contextlib
-from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from mpma_mj.commands.folders import hint_at_resuming, output_folder
-from mpma_mj.errors import WorkerError
+from mpma_mj.commands.folders import free_folder, hint_at_resuming
 from mpma_mj.options import BackendName
 
 if TYPE_CHECKING:
-    from mpma_mj.sweep.folder import RunResult, SweepFolder
-    from mpma_mj.sweep.spec import SweepSpec
-    from mpma_mj.training.config import RunConfig
+    from mpma_mj.experiments.study import Study
 
-__all__ = ["SweepWorkers", "Workers", "require_all"]
+__all__ = ["StudyWorkers", "Workers"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,68 +32,22 @@ class Workers:
     workers: int | None = None
     address: str | None = None
 
-    @contextlib.contextmanager
-    def trained(
-        self,
-        spec: SweepSpec,
-        out: Path | None,
-        command: str,
-        title: Callable[[RunConfig], str] | None = None,
-    ) -> Iterator[SweepFolder]:
-        """Train the missing runs of a sweep, and lock its folder while results are written.
+    def run(self, study: Study, out: Path | None, stem: str) -> Path:
+        """Run what is missing of a study, print its table and return its folder.
 
         Args:
-            spec: The runs.
-            out: The folder; a new one, named by the command and the time, if not given.
-            command: Name of the command.
-            title: Returns the title of a run; the options that vary if not given.
-
-        Yields:
-            The folder.
-
-        Raises:
-            WorkerError: Runs are missing; raised after the results of the others are written.
+            study: The study.
+            out: The folder; a new one, named by the stem and the time, if not given.
+            stem: Beginning of the name of a new folder.
         """
-        from mpma_mj.sweep.folder import SweepFolder
+        from mpma_mj.experiments.folder import HEADER
+        from mpma_mj.experiments.study import run_study
 
-        with output_folder(out, command) as path:
-            folder = SweepFolder(path, spec)
-            self._train(folder, title)
-            yield folder
-            require_all(folder)
-
-    def _train(self, folder: SweepFolder, title: Callable[[RunConfig], str] | None) -> None:
-        from mpma_mj.sweep.backend import open_backend
-        from mpma_mj.utils.progress import show_runs
-
-        title_of = title or folder.title
-        total, missing = len(folder.spec.configs), len(folder.missing())
-        if not missing:
-            return
-        with (
-            hint_at_resuming(lambda: folder.begun, f"the same command with --out {folder.path}"),
-            open_backend(self.backend, self.workers, self.address) as backend,
-        ):
-            # Workers start while this module is imported.
-            from mpma_mj.sweep.engine import finish
-
-            with show_runs(total, total - missing) as show:
-
-                def on_batch(batch: Sequence[RunResult]) -> None:
-                    show(len(batch), title_of(batch[0].config))
-
-                finish(folder, backend, on_batch)
+        folder = out or free_folder(stem)
+        resume = f"the same command with --out {folder}"
+        with hint_at_resuming((folder / HEADER).exists, resume):
+            print(run_study(study, folder, **vars(self)))
+        return folder
 
 
-SweepWorkers = Annotated[tyro.conf.OmitArgPrefixes[Workers], tyro.conf.arg(name="worker")]
-
-
-def require_all(folder: SweepFolder) -> None:
-    """Raise a `WorkerError` if runs are missing."""
-    missing = len(folder.missing())
-    if missing:
-        raise WorkerError(
-            f"{missing} runs are missing, their workers died repeatedly (memory?); resume with the"
-            f" same command, --out {folder.path} and fewer --workers, or start again with smaller"
-            " --nodes"
-        )
+StudyWorkers = Annotated[tyro.conf.OmitArgPrefixes[Workers], tyro.conf.arg(name="worker")]

@@ -1,4 +1,4 @@
-"""Means over seeds with bootstrap confidence intervals."""
+"""Statistics over seeds: means with standard deviations or with bootstrap confidence intervals."""
 
 from __future__ import annotations
 
@@ -7,10 +7,7 @@ import statistics
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-from scipy import stats
-
-__all__ = ["Interval", "interval"]
+__all__ = ["Interval", "MeanStd", "interval", "mean_std"]
 
 _LEVEL = 0.95
 _RESAMPLES = 9999
@@ -47,9 +44,36 @@ class Interval:
         mean, low, high = (f"{x:{sign}.{digits}f}" for x in (self.mean, self.low, self.high))
         return f"{mean} [{low}, {high}]" if self.high > self.low else mean
 
-    def columns(self, name: str) -> dict[str, float]:
-        """Return the numbers by their columns in a table, such as `NAME_mean`."""
-        return {f"{name}_{part}": value for part, value in vars(self).items()}
+
+@dataclass(frozen=True)
+class MeanStd:
+    """A mean and its standard deviation.
+
+    Attributes:
+        mean: Mean; NaN if there is no value.
+        std: Standard deviation of the sample, with N - 1; NaN for fewer than two values.
+    """
+
+    mean: float
+    std: float
+
+    def text(self, digits: int, between: str = " ± ") -> str:
+        """Return both numbers, a dash for NaN.
+
+        Args:
+            digits: Number of digits after the decimal point.
+            between: What stands between the numbers.
+        """
+        parts = (f"{x:.{digits}f}" if math.isfinite(x) else "–" for x in (self.mean, self.std))
+        return between.join(parts)
+
+
+def mean_std(found: Sequence[float]) -> MeanStd:
+    """Return mean and standard deviation of values, one for each seed."""
+    return MeanStd(
+        statistics.fmean(found) if found else math.nan,
+        statistics.stdev(found) if len(found) > 1 else math.nan,
+    )
 
 
 def interval(found: Sequence[float]) -> Interval:
@@ -65,6 +89,9 @@ def interval(found: Sequence[float]) -> Interval:
         return Interval(mean, math.nan, math.nan)
     if min(found) == max(found):
         return Interval(found[0], found[0], found[0])
+    import numpy as np
+    from scipy import stats  # takes half a second, which the command's help saves
+
     ends = stats.bootstrap(
         (np.asarray(found),),
         np.mean,

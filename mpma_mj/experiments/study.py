@@ -8,60 +8,61 @@ import dataclasses
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, SupportsIndex
 
-import numpy as np
-from numpy.typing import NDArray
-
-from mpma_mj.agents import Agent, agent_class
-from mpma_mj.agents.wrappers import Frozen
-from mpma_mj.errors import RunFolderError, WorkerError
-from mpma_mj.evaluation.evaluate import EVALUATION_EPISODE, learn_episodes
-from mpma_mj.evaluation.statistics import Interval, interval
-from mpma_mj.motions import Motion
-from mpma_mj.sweep.backend import Work, get_done, open_backend
-from mpma_mj.sweep.batching import cut
-from mpma_mj.sweep.folder import check_folder, flat, read_json
-from mpma_mj.sweep.spec import seeds, without_seed
-from mpma_mj.trace import Trace
+from mpma_mj.agents.extensions import load_class, path_of
+from mpma_mj.errors import WorkerError, placeholder
+from mpma_mj.experiments.backend import Backend, Work, get_done, open_backend
+from mpma_mj.experiments.batching import cost, pieces, seeds, shares
+from mpma_mj.experiments.folder import StudyFolder
+from mpma_mj.experiments.records import Record, flat, of_agent, over_seeds, remarks
+from mpma_mj.options import BackendName
 from mpma_mj.training.config import RunConfig, versions
-from mpma_mj.training.factory import agent_of, make_environments, one_thread
-from mpma_mj.training.rollout import rollout
-from mpma_mj.utils.atomic_files import FORMAT, csv_text, write_json, write_text
+from mpma_mj.utils.atomic_files import FORMAT, csv_text, write_text
 from mpma_mj.utils.folder_lock import locked
 from mpma_mj.utils.progress import show_runs
+from mpma_mj.utils.validation import Bounds, check_fields
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from mpma_mj.agents import Agent
+    from mpma_mj.motions import Motion
+    from mpma_mj.trace import Trace
 
 __all__ = [
     "DRAWN",
-    "HEADER",
     "Agents",
+    "Count",
     "Record",
     "Study",
     "StudyJob",
     "batches",
-    "lost",
     "of_agent",
     "over_seeds",
     "run_study",
 ]
 
-Array = NDArray[np.float64]
-Record = dict[str, Any]
-"""What JSON can hold of one run: `agent`, `seed`, and measures by name, perhaps nested."""
+Count = Annotated[int, Bounds(1, 10_000)]
+"""Number of runs or epochs."""
 
 Agents = Mapping[str, Mapping[str, Any]]
 """Options of the agents that a study compares, by the names of its rows."""
 
-HEADER = "study.json"
 DRAWN = "drawn"
-"""Entry of a record that a figure needs; it is no measure, and stays out of tables."""
+"""Entry of a record that a figure needs; it is no measure, and stays out of `results.csv`."""
+
+_NO_RESULTS = ("seconds",)  # entries of a record that are not the same when it is repeated
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class StudyJob(Work):
-    """A batch of runs of one agent, which a worker trains and measures.
+    """Runs of one agent, which a worker trains and measures.
+
+    `run_study` cuts it into batches of its runs; a run's records do not depend on the others.
 
     Attributes:
         agent: Name of the agent's row.
@@ -75,18 +76,16 @@ class StudyJob(Work):
 
     @property
     def name(self) -> str:
-        """Name of the job's file."""
-        seed = f"seed {self.configs[0].seed}"
-        words = " ".join(part for part in (self.agent, self.part, seed) if part)
-        return "-".join("".join(c if c.isalnum() else " " for c in words).split())
+        """Name of the job, for messages and files."""
+        return ", ".join(part for part in (self.part, self.agent) if part)
 
     @abc.abstractmethod
     def do(self) -> list[Record]:
-        """Train and measure the runs, and return the record of each."""
+        """Train and measure the runs, and return the records of each, with its `seed`."""
 
     def learn_and_imitate(
         self, learned: Motion, imitated: Motion, epochs: int
-    ) -> tuple[Agent, Array, list[Trace | None]]:
+    ) -> tuple[Agent, NDArray[np.float64], list[Trace | None]]:
         """Let agents learn a motion, and then imitate one without learning.
 
         Args:
@@ -98,35 +97,61 @@ class StudyJob(Work):
             The R agents; p_e of each epoch, shape (E, R), percent; and each agent's trace without
             learning, None where it diverged.
         """
-        config, seeds = self.configs[0], [config.seed for config in self.configs]
+        from mpma_mj.agents import agent_class
+        from mpma_mj.agents.wrappers import Frozen
+        from mpma_mj.evaluation.evaluate import EVALUATION_EPISODE, learn_episodes
+        from mpma_mj.training.factory import agent_of, make_environments, one_thread
+        from mpma_mj.training.rollout import rollout
+
+        config, own_seeds = self.configs[0], [config.seed for config in self.configs]
         learns = agent_class(config.agent_name).trainable
         with one_thread(), contextlib.ExitStack() as stack:
             envs, others = (
-                stack.enter_context(contextlib.closing(make_environments(config, seeds, motion)))
+                stack.enter_context(
+                    contextlib.closing(make_environments(config, own_seeds, motion))
+                )
                 for motion in (learned, imitated)
             )
-            agent = agent_of(config, envs, seeds)
+            agent = agent_of(config, envs, own_seeds)
             course = learn_episodes(envs, agent, range(epochs if learns else 0))
             recorded = rollout(others, Frozen(agent), EVALUATION_EPISODE)
-        return agent, course, [recorded.of_run(run) for run in range(len(seeds))]
+        return agent, course, [recorded.of_run(run) for run in range(len(own_seeds))]
+
+    def __reduce_ex__(self, protocol: SupportsIndex) -> str | tuple[Any, ...]:
+        """Travel to workers by the path of the class, where that is from a file of its own."""
+        path = path_of(type(self))
+        return (_blank, (path,), vars(self)) if path else super().__reduce_ex__(protocol)
+
+
+def _blank(path: str) -> Any:
+    """Return a job without its fields, which pickle sets."""
+    return object.__new__(load_class(path, "study", (), base=StudyJob))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Study(abc.ABC):
-    """A study; its fields decide its results.
+    """A study; its fields decide its results, and are options of `mpma study NAME`.
 
     Attributes:
-        runs: Runs of each agent, with seeds from `seed` up.
+        runs: Runs of each row, with seeds from `seed` up.
         seed: First seed.
     """
 
     name: ClassVar[str]
-    runs: int = 10
+    runs: Count = 10
     seed: int = 0
+
+    def __post_init__(self) -> None:
+        """Check the fields.
+
+        Raises:
+            BadOptionError: One is out of bounds.
+        """
+        check_fields(self)
 
     @abc.abstractmethod
     def jobs(self) -> Sequence[StudyJob]:
-        """Return all jobs, what takes longest first; they do not depend on the workers.
+        """Return all jobs, what takes longest first.
 
         Raises:
             MpmaError: A motion cannot be read, or an option is out of bounds.
@@ -136,51 +161,59 @@ class Study(abc.ABC):
     def table(self, records: Sequence[Record]) -> str:
         """Return the results in Markdown."""
 
-    @abc.abstractmethod
-    def draw(self, path: Path, records: Sequence[Record]) -> None:
-        """Write the figure, a PNG file."""
+    def draw(self, path: Path, records: Sequence[Record]) -> None:  # noqa: B027
+        """Write the figure, a PNG file; a study may have none."""
 
 
-def run_study(study: Study, folder: Path, workers: int | None = None) -> str:
-    """Run the jobs of a study that are missing in its folder, and write table and figure there.
+def run_study(
+    study: Study,
+    folder: Path,
+    workers: int | None = None,
+    *,
+    backend: BackendName = "processes",
+    address: str | None = None,
+) -> str:
+    """Run what is missing of a study in its folder, and write table and figure there.
 
     Args:
         study: The study.
         folder: The folder; one that was begun with the same study is continued.
-        workers: Number of processes; as many as there are processors if not given.
+        workers: Number of workers; as many as there are processors if not given.
+        backend: Kind of workers.
+        address: HOST:PORT of a Ray cluster; a local one if not given.
 
     Returns:
         The table in Markdown.
 
     Raises:
         RunFolderError: The folder holds something else, or cannot be written.
-        WorkerError: Workers died repeatedly; the results of other jobs stay in the folder.
+        WorkerError: Workers died repeatedly; raised after the results of other runs are written.
         MpmaError: The study cannot be run.
     """
-    header = {"kind": "study", "format": FORMAT, "versions": versions(), "study": study.name}
-    header = json.loads(json.dumps(header | {"settings": dataclasses.asdict(study)}))
-    jobs = study.jobs()
-    with locked(folder), open_backend("processes", workers, None) as backend:
-        check_folder(folder, HEADER, header)
-        write_json(folder / HEADER, header)
-        files = {job.name: folder / "jobs" / f"{job.name}.json" for job in jobs}
-        missing = [job for job in jobs if not files[job.name].exists()]
-        total, left = (sum(len(job.configs) for job in some) for some in (jobs, missing))
-        with show_runs(total, total - left) as show:
-            for job, records in get_done(missing, backend):
-                if records is not None:
-                    write_json(files[job.name], {"records": records})
-                    show(len(job.configs), job.name)
-        found = [record for job in jobs for record in _records(files[job.name])]
-        table = study.table(found)
-        write_text(folder / f"{study.name}.md", table)
-        write_text(folder / f"{study.name}.csv", csv_text([_scalars(one) for one in found]))
-        study.draw(folder / f"{study.name}.png", found)
-    return table
+    # Workers start while the jobs are prepared.
+    with locked(folder), open_backend(backend, workers, address) as pool:
+        results = StudyFolder(folder, _header(study))
+        jobs = study.jobs()
+        results.begin()
+        _run_missing(jobs, results, pool)
+        runs = [(job, config) for job in jobs for config in job.configs]
+        finished = [results.read(*run) for run in runs if results.has(*run)]
+        records = [one for own in finished for one in own]
+        table = "\n\n".join([study.table(records).rstrip(), *remarks(finished, len(runs))])
+        write_text(folder / "table.md", f"{table}\n")
+        write_text(folder / "results.csv", csv_text([_row(one) for one in records]))
+        study.draw(folder / "figure.png", records)
+    if missing := len(runs) - len(finished):
+        raise WorkerError(
+            f"{missing} runs are missing, their workers died repeatedly (memory?); the results of"
+            " the others are written; resume with the same command",
+            remedy=f"{placeholder('out', folder)} and fewer {{workers}}, or smaller {{nodes}}",
+        )
+    return f"{table}\n"
 
 
 def batches(agents: Agents, base: RunConfig, runs: int) -> list[tuple[str, tuple[RunConfig, ...]]]:
-    """Return the batches of runs of all agents, with their names, what takes longest first.
+    """Return the runs of all agents, with their names, what takes longest first.
 
     Args:
         agents: The agents.
@@ -190,55 +223,50 @@ def batches(agents: Agents, base: RunConfig, runs: int) -> list[tuple[str, tuple
     Raises:
         BadOptionError: An option is out of bounds.
     """
-    points = {base.replace(**options): name for name, options in agents.items()}
-    names = {without_seed(point): name for point, name in points.items()}
-    configs = [config for point in points for config in seeds(point, runs)]
-    # As for one worker, so that jobs and their files are the same for any number.
-    return [(names[without_seed(batch[0])], batch) for batch in cut(configs, 1)]
+    points = {name: base.replace(**options) for name, options in agents.items()}
+    found = [(name, tuple(seeds(point, runs))) for name, point in points.items()]
+    return sorted(found, key=lambda batch: cost(batch[1]), reverse=True)
 
 
-def of_agent(records: Sequence[Record], agent: str) -> list[Record]:
-    """Return the records of an agent, in the order of seeds."""
-    return sorted((one for one in records if one["agent"] == agent), key=lambda one: one["seed"])
+def _header(study: Study) -> dict[str, Any]:
+    """Return everything that decides the results, as JSON gives it back."""
+    header = {"kind": "study", "format": FORMAT, "versions": versions(), "study": study.name}
+    header["settings"] = {field.name: getattr(study, field.name) for field in fields(study)}
+    return dict(json.loads(json.dumps(header, default=_plain)))
 
 
-def over_seeds(records: Sequence[Record], *path: str) -> Interval:
-    """Return mean and interval of a measure, given its path in a record, where there is one."""
-    found = []
-    for record in records:
-        value: Any = record
-        for name in path:
-            value = None if value is None else value.get(name)
-        if value is not None:
-            found.append(float(value))
-    return interval(found)
+def _plain(value: Any) -> Any:
+    if isinstance(value, RunConfig):
+        return value.to_json()
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return dataclasses.asdict(value)
+    return str(value)
 
 
-def lost(records: Sequence[Record]) -> str:
-    """Return a sentence on runs that diverged; empty without any."""
-    count = len({(one["agent"], one["seed"]) for one in records if one["diverged"]})
-    runs = "1 run, which counts" if count == 1 else f"{count} runs, which count"
-    return f"\n\nDiverged: {runs} in no mean." if count else ""
+def _run_missing(jobs: Sequence[StudyJob], results: StudyFolder, pool: Backend) -> None:
+    """Let workers do what is missing; runs whose workers die repeatedly stay missing."""
+    missing = {job: [c for c in job.configs if not results.has(job, c)] for job in jobs}
+    count = shares(sum(map(bool, missing.values())), pool.workers)
+    todo = [
+        dataclasses.replace(job, configs=batch)
+        for job, configs in missing.items()
+        for batch in pieces(configs, count)
+    ]
+    total, left = (sum(len(job.configs) for job in some) for some in (jobs, todo))
+    todo.sort(key=lambda job: cost(job.configs), reverse=True)
+    with show_runs(total, total - left) as show:
+        for job, records in get_done(todo, pool):
+            if records is None:
+                continue
+            for config in job.configs:
+                results.add(job, config, [one for one in records if one["seed"] == config.seed])
+            show(len(job.configs), job.name)
 
 
-def _records(path: Path) -> list[Record]:
-    try:
-        return list(read_json(path)["records"])
-    except FileNotFoundError:
-        raise WorkerError(
-            f"{path.stem}: its workers died repeatedly (memory?); resume with the same command,"
-            " fewer --workers or fewer --runs"
-        ) from None
-    except (OSError, ValueError, KeyError, TypeError):
-        remedy = "remove it and start again"
-        raise RunFolderError(f"{path}: damaged, or not of a study", remedy=remedy) from None
-
-
-def _scalars(record: Record) -> dict[str, Any]:
-    """Return what a row of a table can hold of a record."""
-    cells = flat(record).items()
+def _row(record: Record) -> dict[str, Any]:
+    """Return what a row of `results.csv` can hold of a record."""
     return {
         name: math.nan if value is None else value
-        for name, value in cells
-        if not (isinstance(value, list) or name.startswith(f"{DRAWN}."))
+        for name, value in flat({k: v for k, v in record.items() if k != DRAWN}).items()
+        if not (isinstance(value, list) or name in _NO_RESULTS)
     }

@@ -6,24 +6,24 @@ import statistics
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from mpma_mj.envs.options import MASS_OPTIONS
 from mpma_mj.experiments.study import (
     Agents,
+    Count,
     Record,
     Study,
     batches,
-    lost,
     of_agent,
     over_seeds,
 )
-from mpma_mj.experiments.switching_job import LESIONED, SwitchingJob
 from mpma_mj.options import Arms
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.dataset import read_motions
-from mpma_mj.training.trainer import check
 from mpma_mj.utils.text import markdown_table
+
+if TYPE_CHECKING:
+    from mpma_mj.experiments.switching_job import SwitchingJob
 
 __all__ = ["AGENTS", "PLANTS", "Switching"]
 
@@ -47,15 +47,17 @@ AGENTS: Agents = {
 }
 """Agents of the study."""
 
+_LESIONED = "mpma"  # whose modules are switched off
+
 
 @dataclass(frozen=True, kw_only=True)
 class Switching(Study):
-    """Plants that are learned one after the other and then switch; see `Study`.
+    """Learn four plants one after the other, then imitate while they switch unannounced.
 
     Attributes:
-        motion: The motion.
-        arms: Kind of arms.
-        reverse: Whether plants are learned in reverse order.
+        motion: Built-in motion, or path of a recording.
+        arms: Simulated arms, or arms that move ideally.
+        reverse: Learn the plants in reverse order.
         epochs: Epochs in each plant.
         agents: The agents.
     """
@@ -64,7 +66,7 @@ class Switching(Study):
     motion: str = "ymca"
     arms: Arms = "physics"
     reverse: bool = False
-    epochs: int = 3
+    epochs: Count = 3
     agents: Agents = field(default_factory=lambda: AGENTS)
 
     @property
@@ -75,7 +77,11 @@ class Switching(Study):
         return {name: PLANTS[name] for name in order if not {*PLANTS[name]} & left_out}
 
     def jobs(self) -> list[SwitchingJob]:
-        """Return a job for each batch of runs; errors as of `Study`."""
+        """Return a job for each agent; errors as of `Study`."""
+        from mpma_mj.experiments.switching_job import SwitchingJob
+        from mpma_mj.training.dataset import read_motions
+        from mpma_mj.training.trainer import check
+
         base = RunConfig.of(
             self.motion,
             arms=self.arms,
@@ -92,6 +98,7 @@ class Switching(Study):
                 motion=motion,
                 plants=tuple(self.plants),
                 drawn_seed=self.seed,
+                lesions=name == _LESIONED,
             )
             for name, configs in batches(self.agents, base, self.runs)
         ]
@@ -108,9 +115,9 @@ class Switching(Study):
             f" second. Plants found: runs that found exactly {len(self.plants)}. Steps to lead:"
             " median from a switch to the first step in which the modules of the right plant"
             " lead; the whole stretch where they never do. Right plant leads: share of steps while"
-            f" plants switch; where two share modules, these count in both.{lost(records)}",
+            f" plants switch; where two share modules, these count in both.",
         ]
-        lesioned = [one for one in of_agent(records, LESIONED) if "lesion" in one]
+        lesioned = [one for one in of_agent(records, _LESIONED) if "lesion" in one]
         if lesioned:
             cells = [
                 [off, *(over_seeds(lesioned, "lesion", off, on).text(2) for on in self.plants)]
@@ -120,10 +127,10 @@ class Switching(Study):
                 markdown_table(
                     ["modules switched off", *(f"in {on}" for on in self.plants)], cells
                 ),
-                f"p_e of {LESIONED} over that of the intact agent, by the plant whose modules are"
+                f"p_e of {_LESIONED} over that of the intact agent, by the plant whose modules are"
                 " switched off and the plant that is on.",
             ]
-        return "\n\n".join(parts) + "\n"
+        return "\n\n".join(parts)
 
     def draw(self, path: Path, records: Sequence[Record]) -> None:
         """Write the figure."""

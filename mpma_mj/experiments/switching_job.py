@@ -25,13 +25,10 @@ from mpma_mj.training.factory import agent_of, make_environments, one_thread
 from mpma_mj.training.history import part_metrics
 from mpma_mj.training.rollout import rollout
 
-__all__ = ["LESIONED", "SwitchingJob", "found_plants", "leads_rightly", "steps_to_lead"]
+__all__ = ["SwitchingJob", "found_plants", "leads_rightly", "steps_to_lead"]
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
-
-LESIONED = "mpma"
-"""Row of the agent whose modules are switched off."""
 
 _SWITCH_EVERY = (1.0, 3.0)  # s
 _EPISODES = 2  # with switches
@@ -46,11 +43,13 @@ class SwitchingJob(StudyJob):
         motion: The motion.
         plants: Names of the plants.
         drawn_seed: Seed of the run of which an episode with switches is kept to be drawn.
+        lesions: Whether the modules of each plant are switched off, too.
     """
 
     motion: Motion
     plants: tuple[str, ...]
     drawn_seed: int
+    lesions: bool
 
     def do(self) -> list[Record]:
         """Learn each plant in turn, then imitate in each and in changing ones."""
@@ -58,7 +57,7 @@ class SwitchingJob(StudyJob):
             agent, before = self._learned()
             each = [self._imitate(agent, plant) for plant in range(len(self.plants))]
             switched = self._switched(agent)
-            lesions = self._lesions(agent, each) if self.agent == LESIONED else None
+            lesions = self._lesions(agent, each) if self.lesions else None
             plants = self._plants(agent)
         return [
             self._record(

@@ -6,32 +6,17 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
-import numpy as np
-
-from mpma_mj.context import equal_segments
-from mpma_mj.envs.load import arm_limits
 from mpma_mj.errors import BadOptionError
-from mpma_mj.evaluation.evaluate import tracking_errors
-from mpma_mj.evaluation.statistics import Interval
-from mpma_mj.experiments.study import (
-    Agents,
-    Record,
-    Study,
-    StudyJob,
-    batches,
-    lost,
-    of_agent,
-    over_seeds,
-)
-from mpma_mj.motions import Motion
-from mpma_mj.motions.feasibility import check_feasibility
-from mpma_mj.motions.transforms import join
-from mpma_mj.options import Arms
+from mpma_mj.experiments.imitation import ImitationJob, ImitationStudy
+from mpma_mj.experiments.records import Record
+from mpma_mj.experiments.study import Agents, Count, batches
 from mpma_mj.training.config import RunConfig
-from mpma_mj.training.dataset import read_motions
 from mpma_mj.utils.text import markdown_table, printable
+
+if TYPE_CHECKING:
+    from mpma_mj.motions import Motion
 
 __all__ = ["AGENTS", "REFERENCE", "Unseen"]
 
@@ -50,135 +35,105 @@ _LEAST = 3  # motions, so that at least two are learned
 
 
 @dataclass(frozen=True, kw_only=True)
-class Unseen(Study):
-    """Motions of which each is left out once; see `Study`.
+class Unseen(ImitationStudy):
+    """Learn all motions but one together, and imitate that one without learning.
 
     Attributes:
-        motions: The motions.
-        arms: Kind of arms.
-        epochs: Epochs in which the others are learned.
-        agents: The agents.
+        motions: Recordings, or folders of them, and built-in motions; ymca is one of them anyway.
     """
 
     name: ClassVar[str] = "unseen"
-    motions: tuple[str, ...]
-    arms: Arms = "physics"
-    epochs: int = 4
+    motions: tuple[str, ...] = ()
+    epochs: Count = 4
     agents: Agents = field(default_factory=lambda: AGENTS)
 
-    def __post_init__(self) -> None:
-        """Check the number of motions.
+    @property
+    def sources(self) -> tuple[str, ...]:
+        """All motions, each left out once.
 
         Raises:
             BadOptionError: There are fewer than 3.
         """
-        if len(self.motions) < _LEAST:
+        from mpma_mj.training.dataset import expand_folders
+
+        found = tuple(dict.fromkeys(("ymca", *expand_folders(self.motions))))
+        if len(found) < _LEAST:
             raise BadOptionError(
-                f"{len(self.motions)} motions, {', '.join(self.motions)}; expected at least"
+                f"{len(found)} motions, {', '.join(found)}; expected at least"
                 f" {_LEAST}: each is left out once, and the others are learned",
                 remedy="name more recordings",
             )
+        return found
 
-    @property
-    def titles(self) -> tuple[str, ...]:
-        """Names of the motions."""
-        return tuple(printable(Path(motion).stem) for motion in self.motions)
+    def conditions(self) -> list[dict[str, Any]]:
+        """Return number and name of each motion that is left out."""
+        names = (printable(Path(source).stem) for source in self.sources)
+        return [{"number": number, "unseen": name} for number, name in enumerate(names)]
 
-    def jobs(self) -> list[UnseenJob]:
-        """Return a job for each left-out motion and batch of runs; errors as of `Study`."""
-        base = RunConfig.of(*self.motions, arms=self.arms, repeats=1, seed=self.seed)
+    def jobs(self) -> list[ImitationJob]:
+        """Return a job for each left-out motion and agent; errors as of `Study`."""
+        from mpma_mj.envs.load import arm_limits
+        from mpma_mj.motions.feasibility import check_feasibility
+        from mpma_mj.motions.transforms import join
+        from mpma_mj.training.dataset import read_motions
+
+        sources = self.sources
+        base = RunConfig.of(*sources, arms=self.arms, repeats=1, seed=self.seed)
         limits = arm_limits(base.env)
-        motions = [read_motions(base.replace(motions=(source,))) for source in self.motions]
+        motions = [read_motions(base.replace(motions=(source,))) for source in sources]
         for motion in motions:
             check_feasibility(motion, *limits)
         jobs = []
-        for number, unseen in enumerate(motions):
-            others = [motion for motion in motions if motion is not unseen]
-            learned = join(others, limits[0])
-            names = tuple(n for i, n in enumerate(self.motions) if i != number)
+        for source, unseen, condition in zip(sources, motions, self.conditions(), strict=True):
+            learned = join([motion for motion in motions if motion is not unseen], limits[0])
+            others = base.replace(motions=tuple(one for one in sources if one != source))
             jobs += [
-                UnseenJob(
+                ImitationJob(
                     agent=agent,
-                    part=f"{number + 1} {self.titles[number]}",
-                    number=number,
+                    part=f"{condition['number'] + 1} {condition['unseen']}",
                     configs=configs,
+                    condition=condition,
                     learned=learned,
-                    unseen=_relabelled(unseen, learned),
-                    title=self.titles[number],
+                    imitated=_relabelled(unseen, learned),
                     epochs=self.epochs,
                 )
-                for agent, configs in batches(self.agents, base.replace(motions=names), self.runs)
+                for agent, configs in batches(self.agents, others, self.runs)
             ]
         return jobs
 
-    def p_e(self, records: Sequence[Record], agent: str, number: int) -> Interval:
-        """Return p_e of an agent in a motion that it has not learned, by its index, percent."""
-        own = [one for one in of_agent(records, agent) if one["number"] == number]
-        return over_seeds(own, "p_e")
-
     def table(self, records: Sequence[Record]) -> str:
         """Return the table of agents and motions."""
-        rows = []
-        for agent in self.agents:
-            cells = []
-            for number in range(len(self.motions)):
-                p_e = self.p_e(records, agent, number)
-                apart = p_e.high < self.p_e(records, REFERENCE, number).low
-                cells.append(f"**{p_e.text(3)}**" if apart else p_e.text(3))
-            rows.append([agent, *cells])
+        p_e = self.p_e(records)
+        rows = [
+            [agent]
+            + [
+                f"**{one.text(3)}**" if one.high < reference.low else one.text(3)
+                for one, reference in zip(found, p_e[REFERENCE], strict=True)
+            ]
+            for agent, found in p_e.items()
+        ]
         return (
-            f"{markdown_table(['agent', *self.titles], rows)}\n\n"
+            f"{markdown_table(['agent', *self._titles], rows)}\n\n"
             f"p_e in %, of each motion after {self.epochs} epochs of the others, nothing of it"
             f" learned; means over {self.runs} seeds with 95 % bootstrap intervals. Bold: the whole"
-            f" interval is below that of {REFERENCE}.{lost(records)}\n"
+            f" interval is below that of {REFERENCE}."
         )
 
     def draw(self, path: Path, records: Sequence[Record]) -> None:
         """Write the figure."""
-        from mpma_mj.experiments.unseen_figure import write_figure
+        from mpma_mj.experiments.points import write_points
 
-        numbers = range(len(self.motions))
-        p_e = {name: [self.p_e(records, name, n) for n in numbers] for name in self.agents}
-        write_figure(path, p_e, self.titles, REFERENCE)
+        labels = ("motion left out", "p_e without learning, %")
+        write_points(path, self.p_e(records), self._titles, labels, reference=REFERENCE)
 
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class UnseenJob(StudyJob):
-    """Runs of one agent without one motion; see `StudyJob`.
-
-    Attributes:
-        learned: The other motions.
-        unseen: The motion, with as many labels as the others together.
-        number: Its index.
-        title: Its name.
-        epochs: Epochs of learning.
-    """
-
-    learned: Motion
-    unseen: Motion
-    number: int
-    title: str
-    epochs: int
-
-    def do(self) -> list[Record]:
-        """Learn the others, and imitate the one left out."""
-        _, course, traces = self.learn_and_imitate(self.learned, self.unseen, self.epochs)
-        p_e = tracking_errors(traces)
-        records: list[Record] = []
-        for run, config in enumerate(self.configs):
-            own: Record = {"agent": self.agent, "seed": config.seed}
-            own |= {"number": self.number, "unseen": self.title}
-            diverged = bool(np.isnan([*course[:, run], p_e[run]]).any())
-            own |= {"diverged": diverged}
-            if len(course) and not diverged:
-                own["learned_p_e"] = float(course[-1, run])
-            if not diverged:
-                own["p_e"] = float(p_e[run])
-            records.append(own)
-        return records
+    @property
+    def _titles(self) -> list[str]:
+        return [condition["unseen"] for condition in self.conditions()]
 
 
 def _relabelled(motion: Motion, learned: Motion) -> Motion:
     """Return a motion with as many equal segments as another has labels, and their names."""
+    from mpma_mj.context import equal_segments
+
     context, _ = equal_segments(len(motion), len(learned.labels))
     return dataclasses.replace(motion, context=context, labels=learned.labels)

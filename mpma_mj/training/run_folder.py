@@ -33,13 +33,13 @@ Array = NDArray[np.float64]
 _CONTENTS = (
     "metrics.csv",
     "summary.json",
-    "capture.json",
-    "free_running.json",
+    "modules.json",
     "lesion.json",
+    "free_running.json",
     "trace.npz",
     "checkpoint",
     "figures",
-    "stress",
+    "evaluations",
     "dance.mp4",
     "config.json",
 )
@@ -67,9 +67,9 @@ class RunFolder:
         return self.path / "dance.mp4"
 
     @property
-    def capture(self) -> Path:
-        """Results of the analysis of what each module captures."""
-        return self.path / "capture.json"
+    def modules(self) -> Path:
+        """Results of the analysis of modules."""
+        return self.path / "modules.json"
 
     @property
     def free_running(self) -> Path:
@@ -82,9 +82,9 @@ class RunFolder:
         return self.path / "lesion.json"
 
     @property
-    def stress(self) -> Path:
-        """Folder with one folder for each test under disturbances."""
-        return self.path / "stress"
+    def evaluations(self) -> Path:
+        """Folder with a folder for each evaluation."""
+        return self.path / "evaluations"
 
     @property
     def figures(self) -> Path:
@@ -204,12 +204,12 @@ class RunFolder:
 
     def forget_epoch(self) -> None:
         """Remove results of an epoch that is no longer the best one."""
-        results = (self.capture, self.free_running, self.lesion)
+        results = (self.modules, self.free_running, self.lesion)
         pictures = (self.figures / f"{path.stem}.png" for path in results)
         for path in (self.video, *results, *pictures):
             path.unlink(missing_ok=True)
-        if self.stress.exists():
-            shutil.rmtree(self.stress)
+        if self.evaluations.exists():
+            shutil.rmtree(self.evaluations)
 
     def write_checkpoint(
         self, name: str, config: RunConfig, state: Mapping[str, Array], meta: dict[str, Any]

@@ -99,7 +99,7 @@ def write_text(path: Path, text: str) -> None:
 
 
 def write_json(path: Path, content: Mapping[str, Any]) -> None:
-    """Write a JSON file; NaN and infinite numbers become null."""
+    """Write a JSON file; arrays become lists, NaN and infinite numbers null."""
     write_text(path, json.dumps(_finite(content), indent=2) + "\n")
 
 
@@ -156,6 +156,8 @@ def read_arrays(path: Path, kind: str) -> tuple[dict[str, NDArray[Any]], dict[st
 def _finite(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {str(key): _finite(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
     if isinstance(value, list | tuple):
         return [_finite(item) for item in value]
     if isinstance(value, float | np.floating):

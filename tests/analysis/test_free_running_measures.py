@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mpma_mj.analysis.free_running import FreeRun
-from mpma_mj.analysis.free_running_measures import LOST, as_markdown, measure, nearest_over_time
+from mpma_mj.analysis.free_running_measures import HOLDING, as_markdown, measure, nearest_over_time
 from mpma_mj.metrics import error_over_time
 
 PERIOD, RATE = 40, 20.0
@@ -55,12 +55,12 @@ def test_chance_is_the_distance_of_two_postures_drawn_at_random() -> None:
 
 def test_an_error_of_known_size_is_lost_when_it_comes() -> None:
     posture = SHOWN.copy()
-    posture[30:] += 0.02 * LOST * 1.01  # 2 is the range
+    posture[30:] += 0.02 * HOLDING * 1.01  # 2 is the range
     free = danced(posture)
-    np.testing.assert_allclose(error_over_time(free.posture, free.reference)[30:], 1.01 * LOST)
+    np.testing.assert_allclose(error_over_time(free.posture, free.reference)[30:], 1.01 * HOLDING)
     assert measure(free).held_s == 30 / RATE
     assert measure(free).p_e_percent["1 s"] == 0.0
-    assert measure(free).p_e_percent["2 s"] == pytest.approx(0.25 * 1.01 * LOST)
+    assert measure(free).p_e_percent["2 s"] == pytest.approx(0.25 * 1.01 * HOLDING)
 
 
 def test_nearness_does_not_mind_the_time_but_the_label() -> None:
@@ -69,7 +69,7 @@ def test_nearness_does_not_mind_the_time_but_the_label() -> None:
     np.testing.assert_allclose(nearest_over_time(danced(late, one_label), late), 0.0, atol=1e-12)
     assert measure(danced(late, one_label)).held_s < measure(danced(late, one_label)).near_s
     other_half = np.roll(SHOWN, PERIOD // 2, axis=0)
-    assert nearest_over_time(danced(other_half), other_half).mean() > LOST
+    assert nearest_over_time(danced(other_half), other_half).mean() > HOLDING
 
 
 def test_a_dance_of_another_period_wanders() -> None:

@@ -1,4 +1,4 @@
-"""TrainedAgents agents in other worlds."""
+"""Evaluation and fine-tuning of trained agents under conditions."""
 
 import dataclasses
 import shutil
@@ -34,7 +34,7 @@ def trained(*seeds: int, agent: str = "mpma") -> TrainedAgents:
 @pytest.mark.parametrize(
     "agent", ["mpma", "mosaic", "hammer", "adaptive", "oracle", "resolved_rate"]
 )
-def test_each_agent_is_tried_to_the_bit_as_it_would_be_alone(agent: str) -> None:
+def test_an_agent_in_a_batch_is_evaluated_to_the_bit_as_alone(agent: str) -> None:
     both = evaluate(trained(3, 5, agent=agent), CARRIED)
     (alone,) = evaluate(trained(5, agent=agent), CARRIED)
     assert both[1] is not None
@@ -46,7 +46,7 @@ def test_each_agent_is_tried_to_the_bit_as_it_would_be_alone(agent: str) -> None
 
 
 @pytest.mark.parametrize("agent", ["mpma", "mosaic"])
-def test_who_is_tried_learns_nothing(agent: str) -> None:
+def test_an_evaluation_learns_nothing(agent: str) -> None:
     agents = trained(0, agent=agent)
     before = {name: array.copy() for name, array in agents.state.items()}
     first, second = (tracking_errors(evaluate(agents, HOME)) for _ in range(2))
@@ -55,7 +55,7 @@ def test_who_is_tried_learns_nothing(agent: str) -> None:
         np.testing.assert_array_equal(agents.state[name], array)
 
 
-def test_the_agent_of_a_run_is_the_one_that_was_trained_beside_others(tmp_path: Path) -> None:
+def test_the_agent_of_a_run_is_that_of_a_batch(tmp_path: Path) -> None:
     words = "imitate ymca --nodes 20 --modules 2 --repeats 1 --seed 5 --epochs 8 --no-video --out"
     assert main([*words.split(), str(tmp_path / "run")]) == 0
     agents = trained(3, 5)
@@ -67,7 +67,7 @@ def test_the_agent_of_a_run_is_the_one_that_was_trained_beside_others(tmp_path: 
         np.testing.assert_array_equal(array[0], agents.state[name][1])
 
 
-def test_learning_on_brings_agents_of_ideal_arms_to_heavy_ones() -> None:
+def test_fine_tuning_adapts_agents_of_ideal_arms_to_a_payload() -> None:
     configs = [SMALL.replace(nodes=50, repeats=3, arms="kinematic")]
     agents = train_agents(configs, ymca(), 30, {})
     heavy = EvalCondition("heavy", ymca(), {"arms": "physics", "payload": 2.0})
@@ -79,7 +79,7 @@ def test_learning_on_brings_agents_of_ideal_arms_to_heavy_ones() -> None:
     assert tracking_errors(evaluate(agents, heavy)) == at_once  # the others are as they were
 
 
-def test_agents_that_learned_without_latency_learn_on_with_one() -> None:
+def test_agents_trained_without_latency_are_fine_tuned_with_one() -> None:
     agents = train_agents([SMALL], ymca(), 4, {})
     late = EvalCondition("late", ymca(), {"latency": 2})
     at_once = tracking_errors(evaluate(agents, late))
@@ -141,7 +141,7 @@ def test_a_run_folder_of_another_motion_is_refused(
     said = "has 228 moments" if other == "shorter" else "is not the motion of trace.npz"
     with pytest.raises(CheckpointError, match=said):
         TrainedAgents.of_run(folder)
-    assert main(["stress", str(folder.path), "--runs", "0"]) == 2
+    assert main(["evaluate", str(folder.path)]) == 2
 
 
 def test_training_that_diverges_names_the_seed(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -158,7 +158,7 @@ def test_training_that_diverges_names_the_seed(monkeypatch: pytest.MonkeyPatch) 
         trained(3, 4)
 
 
-def test_who_diverged_while_learning_on_is_lost_for_good(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_that_diverges_in_fine_tuning_stays_diverged(monkeypatch: pytest.MonkeyPatch) -> None:
     agents = trained(0, 1)
     real, epochs = evaluation.rollout, iter(range(9))
 

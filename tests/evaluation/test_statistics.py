@@ -7,7 +7,7 @@ import hypothesis.strategies as st
 import numpy as np
 import pytest
 
-from mpma_mj.evaluation.statistics import Interval, interval
+from mpma_mj.evaluation.statistics import Interval, MeanStd, interval, mean_std
 
 VALUES = st.lists(st.floats(-100, 100).map(lambda x: round(x, 3)), min_size=2, max_size=8)
 
@@ -56,3 +56,13 @@ def test_zero_is_excluded_by_intervals_on_one_side_of_it(
 
 def test_one_value_excludes_nothing() -> None:
     assert not interval([5.0]).excludes_zero
+
+
+def test_the_deviation_is_that_of_the_sample() -> None:
+    assert mean_std([1.0, 3.0]) == MeanStd(2.0, pytest.approx(math.sqrt(2.0)))
+    assert mean_std([1.0, 3.0]).text(2) == "2.00 ± 1.41"
+
+
+def test_a_mean_or_deviation_of_too_few_values_is_a_dash() -> None:
+    assert mean_std([0.2]).text(2) == "0.20 ± –"
+    assert mean_std([]).text(1, "/") == "–/–"

@@ -18,7 +18,7 @@ def test_agents_that_make_up_for_latency_are_ahead_and_find_the_delay(tmp_path: 
     senses = {name: SENSES[name] for name in COLUMNS}
     study = Latency(runs=2, epochs=3, agents=TINY, senses=senses)
     printed = run_study(study, tmp_path, 2)
-    rows = [*csv.DictReader((tmp_path / "latency.csv").read_text().splitlines())]
+    rows = [*csv.DictReader((tmp_path / "results.csv").read_text().splitlines())]
     assert len(rows) == len(COLUMNS) * len(TINY) * 2
     p_e = {(row["agent"], row["latency"], row["seed"]): float(row["p_e"]) for row in rows}
     for column in COLUMNS:
@@ -31,8 +31,8 @@ def test_agents_that_make_up_for_latency_are_ahead_and_find_the_delay(tmp_path: 
     }
     assert looked == {("mpma", "0–5 jumping")}
     assert printed.splitlines()[0] == "| agent | 2 known | 0–5 jumping |"
-    assert "Steps at which mpma knew the delay: " in printed
-    assert (tmp_path / "latency.png").stat().st_size > 5_000
+    assert "Steps at which mpma found the delay: " in printed
+    assert (tmp_path / "figure.png").stat().st_size > 5_000
 
 
 def test_every_agent_meets_every_latency_and_its_own_options_count() -> None:

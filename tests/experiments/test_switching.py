@@ -17,12 +17,12 @@ from mpma_mj.experiments.study import Agents, run_study
 from mpma_mj.experiments.switching import Switching
 from mpma_mj.experiments.switching_job import found_plants, leads_rightly, steps_to_lead
 from mpma_mj.trace import SIGNALS, Trace
-from tests.conftest import Refused
+from tests.experiments.runs import run_files
 
 TINY: Agents = {
-    "mpma": {"agent": "mpma", "nodes": 10, "modules": 2},
-    "adaptive": {"agent": "adaptive", "nodes": 10},
-    "resolved rate": {"agent": "resolved_rate"},
+    "mpma": {"agent": "mpma", "nodes": 10, "modules": 2, "repeats": 1},
+    "adaptive": {"agent": "adaptive", "nodes": 10, "repeats": 1},
+    "resolved rate": {"agent": "resolved_rate", "repeats": 1},
 }
 
 
@@ -55,24 +55,24 @@ def test_steps_to_lead_count_from_the_switch_and_end_with_the_next() -> None:
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the folder of a small study."""
     folder = tmp_path_factory.mktemp("switching")
-    run_study(Switching(runs=2, epochs=2, agents=TINY), folder, 1)
+    run_study(Switching(runs=2, epochs=2, agents=TINY, arms="kinematic"), folder, 1)
     return folder
 
 
 def test_two_workers_find_what_one_finds(folder: Path, tmp_path: Path) -> None:
-    run_study(Switching(runs=2, epochs=2, agents=TINY), tmp_path, 2)
-    for name in ("switching.csv", "switching.md", "jobs/mpma-seed-0.json"):
+    run_study(Switching(runs=2, epochs=2, agents=TINY, arms="kinematic"), tmp_path, 2)
+    for name in ("results.csv", "table.md", *(f"runs/{path.name}" for path in run_files(folder))):
         assert (tmp_path / name).read_bytes() == (folder / name).read_bytes()
 
 
 def test_the_table_has_a_row_for_each_agent_and_lesions(folder: Path) -> None:
-    table = (folder / "switching.md").read_text()
+    table = (folder / "table.md").read_text()
     rows = [line.split(" | ")[0].strip("| ") for line in table.splitlines() if line[:1] == "|"]
-    first = ["agent", "---|---|---|---|---|---|---|---|---|---|---|---|---", *TINY]
+    first = ["agent", "---|---|---|---|---|---|---|---|---|---|---|---", *TINY]
     assert rows[:5] == first
-    assert rows[-4:] == [*switching.PLANTS]
+    assert rows[-3:] == ["empty", "gain 0.6", "gain 1.5"]
     assert " of 2 | " in table
-    assert (folder / "switching.png").stat().st_size > 10_000
+    assert (folder / "figure.png").stat().st_size > 10_000
 
 
 def test_ideal_arms_carry_no_load() -> None:
@@ -103,34 +103,6 @@ def test_the_command_runs_a_study_and_resumes_it(
     assert "going on: 2 of 2 runs are there" in again.err
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["study"], "no study given; expected one of switching, unseen, latency"),
-        (
-            ["study", "switchin"],
-            "expected one of switching, unseen, latency; did you mean switching?",
-        ),
-        (["study", "--runs", "1"], "expected one of switching, unseen"),
-        (["study", "switching", "--runs", "0"], "--runs is 0; expected at least 1"),
-        (["study", "switching", "--workers", "0"], "workers is 0; expected at least 1"),
-        (["study", "switching", "--motion", "nope"], "no motion 'nope'"),
-        (["study", "unseen"], "1 motions, ymca; expected at least 3"),
-        (["study", "unseen", "invented-1", "ymca"], "2 motions, ymca, invented-1"),
-    ],
-)
-def test_bad_input_is_refused_in_one_line_and_leaves_nothing(
-    words: list[str],
-    message: str,
-    refused: Refused,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    refused(words, message)
-    assert not [*tmp_path.iterdir()]
-
-
 def test_a_run_whose_training_diverged_has_no_measures(monkeypatch: pytest.MonkeyPatch) -> None:
     study = Switching(runs=2, epochs=1, agents={"adaptive": TINY["adaptive"]})
     (job,) = study.jobs()
@@ -145,5 +117,4 @@ def test_a_run_whose_training_diverged_has_no_measures(monkeypatch: pytest.Monke
     assert not first["diverged"]
     assert second == {"agent": "adaptive", "seed": 1, "plants": None, "diverged": True}
     table = study.table([first, second])
-    assert "Diverged: 1 run, which counts in no mean." in table
     assert f"| {first['mean']:.3f} | {first['switched']:.3f} |" in table

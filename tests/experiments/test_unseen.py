@@ -19,27 +19,27 @@ MOTIONS = ("ymca", "invented-1", "invented-2")
 
 def test_each_motion_is_left_out_once(tmp_path: Path) -> None:
     run_study(Unseen(motions=MOTIONS, runs=2, epochs=2, agents=TINY), tmp_path, 2)
-    rows = [*csv.DictReader((tmp_path / "unseen.csv").read_text().splitlines())]
+    rows = [*csv.DictReader((tmp_path / "results.csv").read_text().splitlines())]
     assert len(rows) == len(MOTIONS) * len(TINY) * 2
     assert {row["unseen"] for row in rows} == {*MOTIONS}
     assert all(0.0 < float(row["p_e"]) < 50.0 for row in rows)
-    head, _, *agents = (tmp_path / "unseen.md").read_text().splitlines()[:4]
+    head, _, *agents = (tmp_path / "table.md").read_text().splitlines()[:4]
     assert head == "| agent | ymca | invented-1 | invented-2 |"
     assert [line.split(" | ")[0] for line in agents] == ["| mpma", "| resolved rate"]
-    assert (tmp_path / "unseen.png").stat().st_size > 5_000
+    assert (tmp_path / "figure.png").stat().st_size > 5_000
 
 
 def test_what_is_left_out_is_not_learned_and_has_the_labels_of_the_others() -> None:
     jobs = Unseen(motions=MOTIONS, runs=1, agents=TINY).jobs()
     for job in jobs:
-        assert job.title not in job.learned.labels
-        assert job.title not in job.configs[0].motions
+        assert job.condition["unseen"] not in job.learned.labels
+        assert job.condition["unseen"] not in job.configs[0].motions
         assert len(job.configs[0].motions) == len(MOTIONS) - 1
-        assert job.unseen.labels == job.learned.labels
-        counts = job.unseen.context.sum(axis=0)
+        assert job.imitated.labels == job.learned.labels
+        counts = job.imitated.context.sum(axis=0)
         assert np.ptp(counts) <= 1
 
 
 def test_fewer_than_3_motions_are_refused() -> None:
     with pytest.raises(BadOptionError, match="2 motions, ymca, invented; expected at least 3"):
-        Unseen(motions=("ymca", "invented"))
+        Unseen(motions=("ymca", "invented")).jobs()

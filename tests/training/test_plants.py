@@ -12,11 +12,11 @@ import mpma_mj
 from mpma_mj.cli import main
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.plants import Plant
+from mpma_mj.experiments.compare import jobs
 from mpma_mj.trace import Trace
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.rollout import record_epoch
 from mpma_mj.training.run_folder import RunFolder
-from mpma_mj.trials.compare import jobs
 
 OPTIONS: dict[str, Any] = {
     "repeats": 1,
@@ -71,7 +71,7 @@ def test_plants_survive_json() -> None:
 def test_kinds_of_arms_are_not_compared_with_plants() -> None:
     config, motion = RunConfig.of(plants=[{}]), mpma_mj.read_motion("ymca")
     with pytest.raises(mpma_mj.errors.BadOptionError, match="kinds of arms are compared"):
-        jobs([config], motion, epochs=1, adaptation=1)
+        jobs([config], motion, epochs=1, fine_tune=1)
 
 
 def test_the_command_line_takes_plants_and_their_run_is_resumed(

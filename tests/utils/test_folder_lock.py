@@ -85,16 +85,14 @@ COMMANDS = [
     "imitate ymca --no-video --out FOLDER",
     "imitate ymca --no-video --overwrite --out FOLDER",
     "imitate --no-video --resume FOLDER",
-    "capture FOLDER",
-    "free-running FOLDER",
-    "lesion FOLDER",
-    "stress FOLDER",
-    "stress RUN --runs 0 --out FOLDER",
+    "analyse FOLDER modules",
+    "analyse FOLDER free-running",
+    "analyse FOLDER lesion",
+    "evaluate FOLDER",
+    "evaluate RUN --out FOLDER",
     "sweep --out FOLDER",
-    "table1 --out FOLDER",
-    "ablate --out FOLDER",
-    "benchmark --out FOLDER",
-    "scale --out FOLDER",
+    "study table1 --out FOLDER",
+    "study robustness --out FOLDER",
     "compare ymca --no-video --out FOLDER",
     "identify LOG --out FOLDER",
 ]
@@ -114,22 +112,9 @@ def test_every_command_that_writes_a_folder_is_refused_while_another_does(
 def test_a_run_is_read_while_a_command_writes_it(
     run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    words = ["evaluate", str(run), "--no-baselines", "--disturbances", "gravity"]
     with held(run):
-        assert (
-            main(
-                [
-                    "stress",
-                    str(run),
-                    "--runs",
-                    "0",
-                    "--disturbances",
-                    "gravity",
-                    "--out",
-                    str(tmp_path / "stress"),
-                ]
-            )
-            == 0
-        )
+        assert main([*words, "--out", str(tmp_path / "evaluation")]) == 0
 
 
 def test_a_lock_ends_with_its_process(tmp_path: Path) -> None:
@@ -182,8 +167,8 @@ def test_a_run_that_is_given_twice_is_locked_once(
     run: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (run.parent / "link").symlink_to(run)
-    assert main(["free-running", str(run), str(run.parent / "link")]) == 0
-    assert main(["lesion", str(run), str(run)]) == 2
+    assert main(["analyse", "free-running", str(run), str(run.parent / "link")]) == 0
+    assert main(["analyse", "lesion", str(run), str(run)]) == 2
     assert "is there twice; leave one out" in capsys.readouterr().err
 
 

@@ -1,0 +1,187 @@
+"""Figures and video of the comparison of arms."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageDraw, ImageFont
+
+from mpma_mj.envs.physics import PhysicsArms
+from mpma_mj.experiments.compare import ARMS, Episode, Transfer
+from mpma_mj.kinematics import SIDES
+from mpma_mj.metrics import error_over_time
+from mpma_mj.motions import Motion
+from mpma_mj.visualization.colours import DEMONSTRATED, INK, PAPER, module_colours
+from mpma_mj.visualization.figure_file import draw_labels, figure_file
+from mpma_mj.visualization.video import Progress, dance_frames, write_frames
+
+__all__ = ["SHOWN", "first_episodes", "write_episodes", "write_side_by_side", "write_transfer"]
+
+Array = NDArray[np.float64]
+Picture = NDArray[np.uint8]
+
+SHOWN = {
+    ("kinematic", "kinematic"): "ideal arms",
+    ("kinematic", "physics"): "trained on ideal arms, physics",
+    ("physics", "physics"): "physics",
+    ("compensated", "compensated"): "physics, weight carried",
+}
+"""Titles of the pairs of arms, trained and evaluated on, that are drawn."""
+
+_WRIST, _UP = 2, 2  # in what `site_positions` returns
+# Pixels. With gap, title and strip it is 480 x 480, which encoders take.
+_WIDTH, _HEIGHT, _GAP, _TITLE = 472, 360, 8, 24
+
+
+def first_episodes(transfers: Sequence[Transfer]) -> dict[str, Episode]:
+    """Return the first seed's episodes of `SHOWN` by title; without those that diverged."""
+    found = {(one.trained_on, one.evaluated_on): one.episodes[0] for one in transfers}
+    return {name: one for pair, name in SHOWN.items() if (one := found[pair]) is not None}
+
+
+def write_transfer(path: Path, transfers: Sequence[Transfer], fine_tune: int) -> None:
+    """Draw p_e of training on each kind of arms and evaluation on each, and after fine-tuning.
+
+    Args:
+        path: The PNG file.
+        transfers: The results.
+        fine_tune: Epochs of fine-tuning.
+    """
+    count = len(ARMS)
+    trained = [one for one in transfers if one.trained_on in ARMS]
+    at_once = [_mean(one.values("p_e_percent")) for one in trained]
+    tuned = [_mean(one.tuned) for one in trained]
+    titles = {"at once": at_once, f"after {fine_tune} epochs there": tuned}
+    with figure_file(path, 8.0, 3.9) as figure:
+        axes = figure.subplots(1, 2, sharey=True)
+        top = max(filter(math.isfinite, [*at_once, *tuned]), default=1.0)
+        for axis, (title, values) in zip(axes, titles.items(), strict=True):
+            matrix = np.reshape(values, (count, count))
+            axis.imshow(matrix, cmap="Blues", vmin=0.0, vmax=1.6 * top)
+            for row, column in np.ndindex(count, count):
+                text = f"{matrix[row, column]:.2f} %" if np.isfinite(matrix[row, column]) else "–"
+                axis.text(column, row, text, ha="center", va="center")
+            axis.set_title(title, fontsize="medium")
+            axis.set_xticks(range(count), list(ARMS))
+            axis.set_yticks(range(count), list(ARMS))
+            axis.set_xlabel("evaluated on")
+            axis.spines[:].set_visible(False)
+            axis.tick_params(length=0)
+        axes[0].set_ylabel("trained on")
+        figure.suptitle("p_e on one kind of arms after training on another", fontsize="medium")
+
+
+def write_episodes(path: Path, transfers: Sequence[Transfer], motion: Motion) -> None:
+    """Draw one repetition: the wrists' height, the error, and the torque.
+
+    Args:
+        path: The PNG file.
+        transfers: The results.
+        motion: The motion.
+    """
+    with figure_file(path, 9.0, 9.0) as figure:
+        axes = figure.subplots(4, 1, sharex=True)
+        colours = dict(zip(SHOWN.values(), module_colours(len(SHOWN)), strict=True))
+        steps = len(motion)
+        time = np.arange(steps) / motion.rate
+        for name, episode in first_episodes(transfers).items():
+            arms = PhysicsArms.make(episode.options)
+            heights = arms.site_positions(episode.trace.posture[:steps])[:, :, _WRIST, _UP]
+            wanted = arms.site_positions(episode.trace.reference[:steps])[:, :, _WRIST, _UP]
+            for axis, side, height, demonstrated in zip(
+                axes, SIDES, heights.T, wanted.T, strict=False
+            ):
+                if name == SHOWN["kinematic", "kinematic"]:
+                    axis.plot(time, demonstrated, color=DEMONSTRATED, linewidth=4, alpha=0.6)
+                axis.plot(time, height, color=colours[name], linewidth=1.2)
+                axis.set_ylabel(f"{side} wrist's\nheight, m")
+        for one in transfers:
+            name = SHOWN.get((one.trained_on, one.evaluated_on), "")
+            episodes = [episode for episode in one.episodes if episode]
+            if not (name and episodes):
+                continue
+            errors = np.mean(
+                [
+                    error_over_time(episode.trace.posture, episode.trace.reference)
+                    for episode in episodes
+                ],
+                axis=0,
+            )
+            axes[2].plot(time, errors[:steps], color=colours[name], linewidth=1.2, label=name)
+            torques = [
+                _torque_over_time(episode, motion.rate) for episode in episodes if episode.effort
+            ]
+            if torques:
+                torque = np.mean(torques, axis=0)
+                axes[3].plot(
+                    time[: len(torque)], torque[:steps], color=colours[name], linewidth=1.2
+                )
+        axes[2].set(ylabel=f"error, %,\nmean of {len(transfers[0].seeds)} seeds", ylim=(0.0, None))
+        axes[3].set(ylabel="torque, N m,\nmean of joints", ylim=(0.0, None), xlabel="time, s")
+        axes[0].plot([], color=DEMONSTRATED, linewidth=4, alpha=0.6, label="demonstrated")
+        draw_labels(axes, motion.context, motion.labels, motion.rate)
+        figure.suptitle(f"The first repetition of {motion.name}", fontsize="medium")
+        figure.legend(loc="outside lower center", ncols=3, fontsize="small")
+
+
+def _torque_over_time(episode: Episode, rate: float) -> Array:
+    """Return the mean size of the joints' torques in each control step, shape (T,), N m."""
+    assert episode.effort is not None
+    substeps = round(1.0 / rate / episode.effort.timestep)
+    size = np.abs(episode.effort.torque).mean(axis=1)
+    return size.reshape(-1, substeps).mean(axis=1)
+
+
+def _mean(values: Sequence[float]) -> float:
+    return float(np.mean(values)) if len(values) else float("nan")
+
+
+def write_side_by_side(
+    path: Path, episodes: Mapping[str, Episode], motion: Motion, progress: Progress
+) -> None:
+    """Write a video of episodes side by side, each with ghost, labels and responsibilities.
+
+    Args:
+        path: The `.mp4` file.
+        episodes: Episodes of the same length by their titles.
+        motion: The motion.
+        progress: Wraps the range of frames, to show the progress.
+
+    Raises:
+        RenderingError: OpenGL does not draw.
+        VideoError: The encoder is missing, or fails.
+    """
+    titles = np.concatenate([_title(name) for name in episodes], axis=1)
+    steps = range(min(len(episode.trace.action) for episode in episodes.values()))
+    with contextlib.ExitStack() as stack:
+        size = _WIDTH, _HEIGHT
+        films = [
+            stack.enter_context(
+                contextlib.closing(
+                    dance_frames(episode.trace, motion, options=episode.options, size=size)
+                )
+            )
+            for episode in episodes.values()
+        ]
+        frames = (
+            np.concatenate([titles, np.concatenate([_apart(next(film)) for film in films], axis=1)])
+            for _ in progress(steps)
+        )
+        write_frames(path, frames, motion.rate)
+
+
+def _title(name: str) -> Picture:
+    image = Image.new("RGB", (_WIDTH + _GAP, _TITLE), PAPER)
+    font = ImageFont.load_default(15)
+    ImageDraw.Draw(image).text((_WIDTH / 2, _TITLE / 2), name, INK, font, anchor="mm")
+    return np.asarray(image)
+
+
+def _apart(picture: Picture) -> Picture:
+    """Return a picture, shape (H, W, 3), with a white gap to the right of it."""
+    return np.pad(picture, ((0, 0), (0, _GAP), (0, 0)), constant_values=255)

@@ -1,1 +1,0 @@
-"""Many runs at once: what is spec, who trains them, the folder that keeps them, tables of them."""

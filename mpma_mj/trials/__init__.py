@@ -1,1 +1,0 @@
-"""Trained agents in other conditions than the one in which they learned."""

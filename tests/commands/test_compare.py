@@ -1,0 +1,56 @@
+"""The command `mpma compare` as a user types it."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from mpma_mj.cli import main
+from mpma_mj.experiments.compare import ARMS, UNTRAINED
+from mpma_mj.training.run_folder import RunFolder
+from tests.conftest import Refused
+
+
+def test_a_comparison_writes_tables_and_figures_and_leaves_a_run_in_its_folder(
+    run: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before, config = set(run.iterdir()), RunFolder(run).read_config()
+    words = "compare ymca --runs 1 --nodes 5 --modules 2 --epochs 2 --fine-tune 1 --no-video"
+    capsys.readouterr()
+    assert main([*words.split(), "--out", str(run)]) == 0
+    printed = capsys.readouterr()
+    assert printed.out.splitlines()[-1] == str(run)
+    trained = sorted(line.split()[-1] for line in printed.err.splitlines())
+    assert trained == sorted([UNTRAINED, *ARMS])
+    assert (run / "compare.md").read_text().strip() in printed.out
+    content = json.loads((run / "compare.json").read_text())
+    assert (content["runs"], content["fine_tune"]) == (1, 1)
+    for figure in ("transfer.png", "episodes.png"):
+        assert (run / figure).read_bytes().startswith(b"\x89PNG")
+    assert {path.name for path in set(run.iterdir()) - before} == {
+        *("compare.md", "compare.csv", "compare.json", "transfer.png", "episodes.png"),
+    }
+    assert RunFolder(run).read_config() == config
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("", "no motion given; try: mpma compare ymca"),
+        ("nonsense", "nonsense"),
+        ("ymca --runs 0", "--runs is 0; expected at least 1"),
+        ("ymca --epochs 0", "--epochs is 0; expected at least 1"),
+        ("ymca --fine-tune 0", "--fine-tune is 0; expected at least 1"),
+        ("ymca --nodes 0", "nodes is 0"),
+        ("ymca --modules 0", "modules is 0"),
+        ("ymca --agent open_loop", "--agent is 'open_loop'; expected an agent that learns"),
+        ("ymca --agent mosaic --rule gated", "mosaic has no option --rule"),
+        ("ymca --tempo 5", "slow the movement with --tempo"),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_2(
+    words: str, message: str, tmp_path: Path, refused: Refused
+) -> None:
+    out = tmp_path / "out"
+    refused(["compare", *words.split(), "--no-video", "--out", str(out)], message)
+    assert not out.exists()
