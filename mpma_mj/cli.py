@@ -97,8 +97,6 @@ def _run(words: Sequence[str]) -> None:
     for word in words:
         if word == "" or (word.startswith("--") and word.endswith("=")):
             raise BadOptionError(f"'{word}' is an empty argument; give it a value, or leave it out")
-    if words[:1] == ["analyse"]:
-        words = ["analyse", *with_analysis(words[1:])]
     command = _parse(words)
     if isinstance(command, Imitate):
         command = command.with_words(words)
@@ -125,6 +123,8 @@ def _parse(words: Sequence[str]) -> Command:
     try:
         # The parser reports any ValueError of an option in a box without the reason.
         with contextlib.redirect_stderr(parser_errors), registry(REFUSED_OPTIONS):
+            if name == "analyse":
+                options = with_analysis(options)
             study = parse_study(options) if name == "study" else None
             return study or tyro.cli(_dataclass(name, words), prog=f"mpma {name}", args=options)
     except SystemExit as end:

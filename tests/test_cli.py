@@ -14,11 +14,12 @@ from mpma_mj import __version__, cli
 from mpma_mj.cli import main
 from mpma_mj.commands import COMMANDS, GROUPS
 from mpma_mj.commands.imitate import Imitate
+from mpma_mj.commands.study import RunStudy
 from tests.conftest import Refused
 
 TINY = ("--nodes", 5, "--modules", 2, "--repeats", 1, "--epochs", 1, "--no-video")
 SMALL_COMPARISON = (
-    *("--nodes", 5, "--modules", 2, "--epochs", 1, "--adaptation", 1),
+    *("--nodes", 5, "--modules", 2, "--epochs", 1, "--fine-tune", 1),
     *("--runs", 1, "--workers", 1, "--no-video"),
 )
 PICTURES = {"responsibility.png", "module_output.png", "trajectory.png"}
@@ -60,7 +61,8 @@ def test_mpma_alone_lists_all_commands_by_group_with_an_example(
 def test_examples_are_understood(example: str) -> None:
     mpma, *words = example.split()
     assert mpma == "mpma"
-    assert isinstance(cli._parse(words), COMMANDS[words[0]])
+    expected = RunStudy if words[0] == "study" else COMMANDS[words[0]]
+    assert isinstance(cli._parse(words), expected)
 
 
 def test_help_with_a_command_is_its_help(capsys: pytest.CaptureFixture[str]) -> None:
@@ -215,7 +217,7 @@ def test_a_run_is_whole_on_a_terminal_that_lacks_its_characters(
 
 def test_tables_are_shown_on_a_terminal_of_ascii(small_run: Path, tmp_path: Path) -> None:
     run = shutil.copytree(small_run, tmp_path / "run")
-    result = mpma("lesion", run, "--retrain", 0, PYTHONIOENCODING="ascii")
+    result = mpma("analyse", run, "lesion", "--fine-tune", 0, PYTHONIOENCODING="ascii")
     assert result.returncode == 0, result.stderr
     assert "largest ? at once" in result.stdout
 
@@ -245,10 +247,10 @@ def test_errors_name_files_that_a_terminal_cannot_show() -> None:
     [
         (["imitate", "ymca", *TINY, "--out", "run"], ["run/figures/trajectory.png"]),
         (["motion", "ymca", "--out", "a.npz"], ["ymca-motion.png", "a.npz"]),
-        (["capture", "small"], ["small/capture.json", "small/figures/capture.png"]),
+        (["analyse", "small"], ["small/modules.json", "small/figures/modules.png"]),
         (
             ["compare", "ymca", *SMALL_COMPARISON, "--out", "compared"],
-            ["compared/transfer.png", "compared/dances.png"],
+            ["compared/transfer.png", "compared/episodes.png"],
         ),
     ],
 )
@@ -287,7 +289,7 @@ assert not heavy, heavy
 @pytest.mark.parametrize(
     "command",
     [
-        *("capture", "free-running", "lesion", "stress"),
+        *("evaluate", "analyse", "analyse lesion", "play"),
         *("imitate --resume", "imitate ymca --init"),
     ],
 )

@@ -1,4 +1,4 @@
-"""The documentation: examples run as they stand, options and links exist."""
+"""README, CONTRIBUTING and the site: examples run as they stand, options and links exist."""
 
 import ast
 import importlib.util
@@ -14,8 +14,9 @@ import mpma_mj
 from mpma_mj.cli import main
 from mpma_mj.motions.readers.recognise import TEXT_FORMATS
 
-DOCS = Path(__file__).parent.parent / "docs"
-PAGES = sorted(DOCS.rglob("*.md"))
+ROOT = Path(__file__).parent.parent
+DOCS = ROOT / "docs"
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.rglob("*.md"))]
 EXAMPLES = {
     f"{page.stem} {number}": code
     for page in PAGES

@@ -33,14 +33,14 @@ class Modules:
 
     def run(self) -> Path:
         """Analyse the runs and return the path of the last figure."""
-        from mpma_mj.analysis.module_trace import read_module_trace
-        from mpma_mj.analysis.modules import analyse_modules
-        from mpma_mj.analysis.modules_figure import write_figure
-        from mpma_mj.analysis.modules_table import as_markdown
-        from mpma_mj.utils.progress import show_range
-
         # A trace is read without the classes from outside that made it.
         with locked_runs(self.run_folders, None, "analyse") as folders:
+            from mpma_mj.analysis.module_trace import read_module_trace
+            from mpma_mj.analysis.modules import analyse_modules
+            from mpma_mj.analysis.modules_figure import write_figure
+            from mpma_mj.analysis.modules_table import as_markdown
+            from mpma_mj.utils.progress import show_range
+
             for folder in folders:
                 demonstration, trace = read_module_trace(folder)
                 motion = demonstration.motion
@@ -76,18 +76,18 @@ class Lesion:
 
     def run(self) -> Path:
         """Evaluate all lesions and return the path of the last figure."""
-        from mpma_mj.analysis.lesion import Lesions, apply_lesion, possible_lesions
-        from mpma_mj.analysis.lesion_figure import write_figure
-        from mpma_mj.analysis.lesion_table import matrix, summary
-        from mpma_mj.analysis.module_trace import read_module_trace
-        from mpma_mj.training.checkpoints import TrainedAgents
-        from mpma_mj.utils.progress import show_range
-
         if self.fine_tune < 0:
             raise BadOptionError(
                 option="fine_tune", value=self.fine_tune, expected="0 or more epochs"
             )
         with locked_runs(self.run_folders, self.outside, "analyse") as folders:
+            from mpma_mj.analysis.lesion import Lesions, apply_lesion, possible_lesions
+            from mpma_mj.analysis.lesion_figure import write_figure
+            from mpma_mj.analysis.lesion_table import matrix, summary
+            from mpma_mj.analysis.module_trace import read_module_trace
+            from mpma_mj.training.checkpoints import TrainedAgents
+            from mpma_mj.utils.progress import show_range
+
             _check_comparable(folders)
             runs = []
             for folder in folders:
@@ -153,13 +153,13 @@ class FreeRunning:
 
     def run(self) -> Path:
         """Run all agents without demonstration and return the path of the last figure."""
-        from mpma_mj.analysis.free_running import ANTICIPATION, run_freely
-        from mpma_mj.analysis.free_running_figure import write_figure
-        from mpma_mj.analysis.free_running_measures import FreeRunMeasures, as_markdown, measure
-        from mpma_mj.analysis.module_trace import read_module_trace
-        from mpma_mj.utils.progress import show_range
-
         with locked_runs(self.run_folders, self.outside, "analyse") as folders:
+            from mpma_mj.analysis.free_running import ANTICIPATION, run_freely
+            from mpma_mj.analysis.free_running_figure import write_figure
+            from mpma_mj.analysis.free_running_measures import FreeRunMeasures, as_markdown, measure
+            from mpma_mj.analysis.module_trace import read_module_trace
+            from mpma_mj.utils.progress import show_range
+
             for folder in folders:
                 read_module_trace(folder)  # raises for modules without output
             results: dict[str, FreeRunMeasures] = {}

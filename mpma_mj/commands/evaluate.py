@@ -52,6 +52,12 @@ class Evaluate:
 
     def run(self) -> Path:
         """Evaluate the runs and return the folder of the results."""
+        if self.fine_tune < 0:
+            raise BadOptionError(
+                option="fine_tune", value=self.fine_tune, expected="0 or more epochs"
+            )
+        folders = given_runs(self.run_folders, self.outside, "evaluate")
+
         from mpma_mj.evaluation.conditions import disturbance_levels
         from mpma_mj.evaluation.robustness import (
             Robustness,
@@ -64,11 +70,6 @@ class Evaluate:
         from mpma_mj.training.trainer import train_agents
         from mpma_mj.utils.progress import show_range
 
-        if self.fine_tune < 0:
-            raise BadOptionError(
-                option="fine_tune", value=self.fine_tune, expected="0 or more epochs"
-            )
-        folders = given_runs(self.run_folders, self.outside, "evaluate")
         parent = folders[0].evaluations if len(folders) == 1 else Path("runs")
         with contextlib.ExitStack() as stack:
             if self.out is None and len(folders) == 1:  # otherwise nothing is written to a run

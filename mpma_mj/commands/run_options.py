@@ -9,7 +9,7 @@ import re
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Annotated, Any, Generic, TypeVar, get_origin
+from typing import Annotated, Any, Generic, TypeVar, get_args, get_origin
 
 import tyro
 from tyro.constructors import ConstructorRegistry, StructConstructorSpec, StructTypeInfo
@@ -160,7 +160,7 @@ def registry(hidden: Collection[str] = ()) -> ConstructorRegistry:
         fields = []
         for one in spec.fields:
             notes = [tyro.conf.DisallowNone, tyro.conf.arg(help_behavior_hint=_default)]
-            in_code_only = get_origin(one.type) is collections.abc.Mapping
+            in_code_only = _is_nested(one.type)
             notes += [tyro.conf.Suppress] * (one.name in hidden or in_code_only)
             notes += [tyro.conf.Fixed] * in_code_only
             notes += _MOTIONS * (one.name == "motions" and get_origin(one.type) is tuple)
@@ -174,6 +174,12 @@ def registry(hidden: Collection[str] = ()) -> ConstructorRegistry:
         return dataclasses.replace(spec, fields=tuple(fields))
 
     return rules
+
+
+def _is_nested(kind: Any) -> bool:
+    """Return whether a type is a mapping of mappings, which cannot be typed."""
+    mappings = collections.abc.Mapping
+    return get_origin(kind) is mappings and get_origin(get_args(kind)[1]) is mappings
 
 
 def _help(text: str | Callable[[], str | None] | None, fields: Collection[str]) -> str | None:

@@ -46,7 +46,7 @@ def show_epochs(epochs: int) -> Iterator[Callable[[dict[str, float]], None]]:
 
         def show(row: dict[str, float]) -> None:
             shown = (form.format(row[name]) for name, form in _SHOWN.items() if name in row)
-            bar.console.print("   ".join(shown))
+            bar.console.print("   ".join(shown), soft_wrap=True)
             bar.advance(task)
 
         yield show
@@ -70,7 +70,7 @@ def show_runs(
     counted = TextColumn(f"{{task.completed}} of {{task.total}} {what}")
     times = TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn()
     if over:
-        _console().print(f"going on: {over} of {runs} {what} are there")
+        _console().print(f"going on: {over} of {runs} {what} are there", soft_wrap=True)
     with _bar(TextColumn(doing), BarColumn(), counted, *times) as bar:
         task = bar.add_task(doing, total=runs, completed=over)
 
@@ -78,7 +78,7 @@ def show_runs(
             nonlocal over
             over += count
             if bar.disable:
-                bar.console.print(f"{over:4d} of {runs} {what}   {which}".rstrip())
+                bar.console.print(f"{over:4d} of {runs} {what}   {which}".rstrip(), soft_wrap=True)
             bar.update(task, completed=over)
 
         yield show
@@ -94,7 +94,7 @@ def show_range(steps: range, title: str) -> Iterable[int]:
     console = _console()
     disable = not console.is_terminal
     if disable:
-        console.print(title)
+        console.print(title, soft_wrap=True)
     return track(steps, escape(title), console=console, transient=True, disable=disable)
 
 
@@ -113,7 +113,7 @@ def show_count(title: str) -> Iterator[Callable[[], None]]:
         def tick() -> None:
             nonlocal title_printed
             if bar.disable and not title_printed:
-                bar.console.print(title)
+                bar.console.print(title, soft_wrap=True)
             title_printed = True
             bar.advance(task)
 

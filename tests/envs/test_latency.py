@@ -193,21 +193,21 @@ STEPS = "expected a whole number from 0 to 100, or a range of two, the lowest fi
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"latency": (5, 0)}, f"latency is 5 and 0; {STEPS}"),
-        ({"latency": (-1, 4)}, f"latency is -1 and 4; {STEPS}"),
-        ({"latency": (0, 101)}, f"latency is 0 and 101; {STEPS}"),
-        ({"latency": (0.5, 4)}, f"latency is 0.5 and 4; {STEPS}"),
-        ({"latency": (0, True)}, f"latency is 0 and True; {STEPS}"),
+        ({"latency": (5, 0)}, f"latency is (5, 0); {STEPS}"),
+        ({"latency": (-1, 4)}, f"latency is (-1, 4); {STEPS}"),
+        ({"latency": (0, 101)}, f"latency is (0, 101); {STEPS}"),
+        ({"latency": (0.5, 4)}, f"latency is (0.5, 4); {STEPS}"),
+        ({"latency": (0, True)}, f"latency is (0, True); {STEPS}"),
         ({"latency": (1, 2, 3)}, f"latency is (1, 2, 3); {STEPS}"),
         ({"latency": "3"}, f"latency is '3'; {STEPS}"),
         ({"latency": None}, f"latency is None; {STEPS}"),
         (
             {"latency_every": (1, 2)},
-            "latency_every is 1.0 and 2.0; that needs a range: give latency",
+            "latency_every is (1.0, 2.0); that needs a range: give latency",
         ),
         (
             {"latency": 3, "latency_every": (1, 2)},
-            "latency_every is 1.0 and 2.0; that needs a range",
+            "latency_every is (1.0, 2.0); that needs a range",
         ),
         ({"latency": (3, 3), "latency_every": (1, 2)}, "give latency two numbers that differ, or"),
         (
@@ -216,19 +216,19 @@ STEPS = "expected a whole number from 0 to 100, or a range of two, the lowest fi
         ),
         (
             {"latency": (0, 3), "latency_every": (2, 1)},
-            "latency_every is 2 and 1; expected two times",
+            "latency_every is (2, 1); expected two times",
         ),
         (
             {"latency": (0, 3), "latency_every": (0, 1)},
-            "latency_every is 0 and 1; expected two times",
+            "latency_every is (0, 1); expected two times",
         ),
         (
             {"latency": (0, 3), "latency_every": (0.01, 1)},
-            "latency_every is 0.01 and 1.0; expected a range from 0.05 s up, one control step",
+            "latency_every is (0.01, 1.0); expected a range from 0.05 s up, one control step, with",
         ),
         (
             {"latency": (0, 3), "latency_every": (0.06, 0.09)},
-            "latency_every is 0.06 and 0.09; expect",
+            "latency_every is (0.06, 0.09); expect",
         ),
     ],
 )

@@ -20,7 +20,7 @@ from mpma_mj.errors import BadOptionError, MotionReachError
 from mpma_mj.feedback import feedback_action
 from mpma_mj.motions import read_motion, ymca
 
-DOCS = Path(__file__).parents[2] / "docs" / "environment.md"
+DOCS = Path(__file__).parents[2] / "docs" / "guides" / "environment.md"
 
 
 NAMES = [option.name for option in fields(EnvironmentOptions)]

@@ -325,25 +325,22 @@ TWO: list[dict[str, float]] = [{}, {"payload": 3.0}]
             "plants[1] and plants[2] are the same; leave one out of plants; options not given are",
         ),
         ({"plants": TWO, "switch_every": 2}, "switch_every is 2; expected two times, 0 < low <= h"),
-        ({"plants": TWO, "switch_every": (3, 1)}, "switch_every is 3 and 1; expected two times"),
-        ({"plants": TWO, "switch_every": (0, 1)}, "switch_every is 0 and 1; expected two times"),
-        ({"plants": TWO, "switch_every": (1, np.nan)}, "switch_every is 1 and nan; expected two"),
+        ({"plants": TWO, "switch_every": (3, 1)}, "switch_every is (3, 1); expected two times"),
+        ({"plants": TWO, "switch_every": (0, 1)}, "switch_every is (0, 1); expected two times"),
+        ({"plants": TWO, "switch_every": (1, np.nan)}, "switch_every is (1, nan); expected two"),
         ({"plants": TWO, "switch_every": (1, 2, 3)}, "switch_every is (1, 2, 3); expected two"),
         (
             {"plants": TWO, "switch_every": (0.01, 1.0)},
-            "switch_every is 0.01 and 1.0; expected a range from 0.05 s up, one control step, with",
+            "switch_every is (0.01, 1.0); expected a range from 0.05 s up, one control step, with",
         ),
-        (
-            {"plants": TWO, "switch_every": (0.06, 0.09)},
-            "switch_every is 0.06 and 0.09; expected a",
-        ),
+        ({"plants": TWO, "switch_every": (0.06, 0.09)}, "switch_every is (0.06, 0.09); expected a"),
         (
             {"plants": [{}], "switch_every": (1, 2)},
-            "switch_every is 1.0 and 2.0; that needs two plants or more: add some to plants",
+            "switch_every is (1.0, 2.0); that needs two plants or more: add some to plants, or lea",
         ),
         (
             {"switch_every": (1, 2)},
-            "switch_every is 1.0 and 2.0; give plants too, or leave switch_every out",
+            "switch_every is (1.0, 2.0); give plants too, or leave switch_every out",
         ),
         (
             {"epochs_per_plant": 4},
