@@ -35,10 +35,9 @@ class Modules:
         """Analyse the runs and return the path of the last figure."""
         # A trace is read without the classes from outside that made it.
         with locked_runs(self.run_folders, None, "analyse") as folders:
-            from mpma_mj.analysis.module_trace import read_module_trace
             from mpma_mj.analysis.modules import analyse_modules
-            from mpma_mj.analysis.modules_figure import write_figure
-            from mpma_mj.analysis.modules_table import as_markdown
+            from mpma_mj.analysis.modules_report import as_markdown, write_figure
+            from mpma_mj.training.checkpoints import read_module_trace
             from mpma_mj.utils.progress import show_range
 
             for folder in folders:
@@ -82,10 +81,8 @@ class Lesion:
             )
         with locked_runs(self.run_folders, self.outside, "analyse") as folders:
             from mpma_mj.analysis.lesion import Lesions, apply_lesion, possible_lesions
-            from mpma_mj.analysis.lesion_figure import write_figure
-            from mpma_mj.analysis.lesion_table import matrix, summary
-            from mpma_mj.analysis.module_trace import read_module_trace
-            from mpma_mj.training.checkpoints import TrainedAgents
+            from mpma_mj.analysis.lesion_report import matrix, summary, write_figure
+            from mpma_mj.training.checkpoints import TrainedAgents, read_module_trace
             from mpma_mj.utils.progress import show_range
 
             _check_comparable(folders)
@@ -155,9 +152,13 @@ class FreeRunning:
         """Run all agents without demonstration and return the path of the last figure."""
         with locked_runs(self.run_folders, self.outside, "analyse") as folders:
             from mpma_mj.analysis.free_running import ANTICIPATION, run_freely
-            from mpma_mj.analysis.free_running_figure import write_figure
-            from mpma_mj.analysis.free_running_measures import FreeRunMeasures, as_markdown, measure
-            from mpma_mj.analysis.module_trace import read_module_trace
+            from mpma_mj.analysis.free_running_report import (
+                FreeRunMeasures,
+                as_markdown,
+                measure,
+                write_figure,
+            )
+            from mpma_mj.training.checkpoints import read_module_trace
             from mpma_mj.utils.progress import show_range
 
             for folder in folders:
