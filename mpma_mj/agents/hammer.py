@@ -152,14 +152,8 @@ class HAMMER(PairedModels):
 
     def __init__(self, config: HAMMERConfig, spec: AgentSpec, *, seed: Seeds = 0) -> None:
         """Draw the reservoirs; arguments as of `Agent`."""
-        networks = NetworkFactory(
-            config=config,
-            seed=seed,
-            modules=spec.context_size,
-            forgetting=PreparationRule.forgetting,
-            ridge=config.ridge,
-            inverse_ridge=config.inverse_ridge if config.models == "joint" else 0.0,
-        )
+        forgetting = PreparationRule.forgetting
+        networks = NetworkFactory.fitted(config, seed, spec.context_size, forgetting)
         gate = ConfidenceGate(networks)
         space = model_space(config, spec)
         rule = PreparationRule(gate)

@@ -6,7 +6,6 @@ from dataclasses import replace
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mpma_mj.agents.base import AgentSpec, Seeds
 from mpma_mj.agents.config import AgentConfig, MPMAConfig, SingleConfig, check_models
@@ -21,8 +20,6 @@ from mpma_mj.agents.senses import ModelledSenses, Senses
 from mpma_mj.errors import BadOptionError
 
 __all__ = ["MPMA", "Single"]
-
-Array = NDArray[np.float64]
 
 
 class MPMA(PairedModels):
@@ -50,18 +47,11 @@ class MPMA(PairedModels):
         rule = learning_rule(config.rule)
         check_models(config.rule, rule.models, config.models)
         joint = config.models == "joint"
-        networks = NetworkFactory(
-            config=config,
-            seed=seed,
-            modules=config.modules,
-            forgetting=rule.forgetting,
-            ridge=config.ridge,
-            inverse_ridge=config.inverse_ridge if joint else 0.0,
-            max_plants=config.max_plants if joint else 1,
-        )
+        networks = NetworkFactory.fitted(config, seed, config.modules, rule.forgetting)
         senses = _senses(config, spec, seed) if joint else None
         gate: Gate
         if joint:
+            networks = replace(networks, max_plants=config.max_plants)
             late = senses is not None and senses.late
             gate = self.gate_type(networks, config, spec, guarded_recruitment=late)
         else:
@@ -82,15 +72,6 @@ class MPMA(PairedModels):
             senses=senses,
             efference_copy=config.efference_copy,
         )
-
-    def learn(self) -> dict[str, Array]:
-        """Let every run learn from its episode.
-
-        Returns:
-            Gains; of joint models also whether they are `calibrating` and the number of `plants`.
-        """
-        logged = super().learn()
-        return logged | self._gate.logged() if isinstance(self._gate, PlantGate) else logged
 
 
 def _is_late(config: MPMAConfig, spec: AgentSpec) -> bool:

@@ -58,7 +58,7 @@ class Evaluate:
             )
         folders = given_runs(self.run_folders, self.outside, "evaluate")
 
-        from mpma_mj.evaluation.conditions import disturbance_levels
+        from mpma_mj.evaluation.disturbances import disturbance_levels
         from mpma_mj.evaluation.robustness import (
             Robustness,
             as_csv,

@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj import kinematics
-from mpma_mj.envs.latency_schedule import LatencySchedule
 from mpma_mj.envs.options import EnvironmentOptions
-from mpma_mj.envs.plant_schedule import PlantSchedule
+from mpma_mj.envs.schedules import LatencySchedule, PlantSchedule
 from mpma_mj.envs.step_rules import top_speeds
 from mpma_mj.motions import Motion
 from mpma_mj.motions.transforms import repeat

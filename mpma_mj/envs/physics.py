@@ -11,8 +11,7 @@ from dm_control import mujoco as dm_mujoco
 from dm_control.mujoco.wrapper import MjModel
 from numpy.typing import NDArray
 
-from mpma_mj.envs.compiled_plants import CompiledPlants
-from mpma_mj.envs.model import make_models
+from mpma_mj.envs.model import CompiledPlants, make_models
 from mpma_mj.envs.model_validation import HANDS
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.kinematics import JOINT_NAMES, SIDES

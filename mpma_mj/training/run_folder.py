@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj._version import __version__
-from mpma_mj.agents.signals import MODULE_SIGNALS
+from mpma_mj.agents.base import MODULE_SIGNALS
 from mpma_mj.errors import BadOptionError, CheckpointError, MotionFileError, RunFolderError
 from mpma_mj.motions import Motion
 from mpma_mj.motions.motion import load_motion, save_motion

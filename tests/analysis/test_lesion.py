@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from mpma_mj import make_agent
+from mpma_mj.agents.base import ModuleSignals
 from mpma_mj.agents.gain_schedule import Gains
-from mpma_mj.agents.signals import ModuleSignals
 from mpma_mj.agents.wrappers import AgentWrapper
 from mpma_mj.analysis.lesion import (
     Dropped,

@@ -11,7 +11,7 @@ from threadpoolctl import threadpool_info, threadpool_limits
 
 from mpma_mj import metrics
 from mpma_mj.agents import Agent, AgentConfig, AgentSpec, MPMAConfig
-from mpma_mj.agents.signals import ModuleSignals
+from mpma_mj.agents.base import ModuleSignals
 from mpma_mj.envs.load import load
 from mpma_mj.errors import BadOptionError, CheckpointError, DivergedError, RunFolderError
 from mpma_mj.motions import ymca
