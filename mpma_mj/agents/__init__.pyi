@@ -26,7 +26,7 @@ from .learning_rules import Readouts as Readouts
 from .learning_rules import learning_rule as learning_rule
 from .mosaic import MOSAIC as MOSAIC
 from .mpma import MPMA as MPMA
+from .mpma import Oracle as Oracle
 from .mpma import Single as Single
-from .oracle import Oracle as Oracle
 from .registry import AGENTS as AGENTS
 from .registry import agent_class as agent_class

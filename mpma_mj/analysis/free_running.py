@@ -10,12 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.agents.anticipation import Anticipation
-from mpma_mj.agents.free_running import (
-    ClosedLoop,
-    DemonstrationSource,
-    FreeRunning,
-    OwnPrediction,
-)
+from mpma_mj.agents.free_running import ClosedLoop, DemonstrationSource, FreeRunning, OwnPrediction
 from mpma_mj.context import active_label, equal_segments
 from mpma_mj.envs.demonstration import Demonstration
 from mpma_mj.errors import BadOptionError

@@ -49,7 +49,7 @@ class Modules:
                     demonstration.period,
                     lambda factors: show_range(factors, "looking for synergies"),
                 )
-                write_result(folder.modules, motion.name, analysis.as_json())
+                write_result(folder.results_of("modules"), motion.name, analysis.as_json())
                 picture = folder.figures / "modules.png"
                 write_figure(picture, analysis, motion)
                 title = f"{folder.path}\n\n" if len(folders) > 1 else ""
@@ -100,7 +100,7 @@ class Lesion:
                 )
                 result = Lesions(trained.motion.labels, lesions, self.fine_tune)
                 results.append(result)
-                write_result(folder.lesion, trained.motion.name, result.as_json())
+                write_result(folder.results_of("lesion"), trained.motion.name, result.as_json())
                 picture = folder.figures / "lesion.png"
                 write_figure(picture, result, trained.motion.name)
             if len(results) == 1:
@@ -170,7 +170,9 @@ class FreeRunning:
                 measures = {name: measure(run) for name, run in free.items()}
                 results |= {f"{folder.path}, {name}": found for name, found in measures.items()}
                 content = {name: dataclasses.asdict(found) for name, found in measures.items()}
-                write_result(folder.free_running, motion.name, {"beat_s": self.beat} | content)
+                write_result(
+                    folder.results_of("free_running"), motion.name, {"beat_s": self.beat} | content
+                )
                 picture = folder.figures / "free_running.png"
                 write_figure(picture, free[ANTICIPATION], motion)
             print(as_markdown(results))

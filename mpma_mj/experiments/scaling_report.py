@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from mpma_mj.evaluation.statistics import MeanStd
 from mpma_mj.experiments.records import Record, converged, matching, mean_std_over_seeds
 from mpma_mj.experiments.scaling import Amount, Scaling, Size, Unit, Varying, labels
-from mpma_mj.experiments.training import Column
+from mpma_mj.experiments.training import COLUMNS, Column
 from mpma_mj.utils.text import markdown_table
 from mpma_mj.visualization.colours import INK, module_colours
 from mpma_mj.visualization.figure_file import figure_file
@@ -31,12 +31,11 @@ __all__ = [
 TOLERANCE = 0.1  # of the best value; what is nearer counts as good (choice)
 
 _COLUMNS = (
-    Column("p_e, %", "p_e_percent", 2),
+    COLUMNS["p_e_percent"],
     Column("prediction error, %", "prediction_error_percent", 2),
-    Column("feedback ratio", "feedback_ratio", 3),
-    Column("epochs", "epochs", 1),
+    *(COLUMNS["feedback_ratio"], COLUMNS["epochs"]),
     Column("nmi of label and module", "nmi", 2),
-    Column("modules used", "modules_used", 1),
+    COLUMNS["modules_used"],
     Column("entropy of λ in the whole (usage), 1 is all modules alike", "entropy.usage", 2),
     Column("entropy of λ at a time (sharing), 0 is one module alone", "entropy.sharing", 2),
 )
