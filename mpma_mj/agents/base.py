@@ -108,12 +108,7 @@ class AgentSpec:
     lookahead: int = 0
 
     def feedback(self, joint_angles: Array, reference: Array) -> Array:
-        """Return the feedback controller's action, u_fb, before its gain; see `feedback_action`.
-
-        Args:
-            joint_angles: Joint angles, shape (..., 8), rad.
-            reference: Demonstrated posture, shape (..., 12).
-        """
+        """Return the feedback controller's action, u_fb, before its gain; see `feedback_action`."""
         return feedback_action(joint_angles, reference, self.max_joint_speed, self.control_timestep)
 
     @functools.cached_property
@@ -172,11 +167,7 @@ class Agent(ABC):
         """Begin an episode; its random numbers depend on the seed and on its number alone."""
 
     def observe_plant(self, plant: NDArray[np.intp] | None) -> None:  # noqa: B027, a hook
-        """Receive the index of the plant that is on, shape (...), before each action.
-
-        Args:
-            plant: The index; None in an environment without plants.
-        """
+        """Receive the index of the plant that is on, (...), before each action; None without."""
 
     @abstractmethod
     def act(self, observation: Observation) -> Array:

@@ -59,11 +59,7 @@ class ConfidenceGate(Gate):
     """
 
     def __init__(self, networks: NetworkFactory) -> None:
-        """Begin without confidence in any pair.
-
-        Args:
-            networks: What the agent's networks have in common; a module for each label.
-        """
+        """Begin without confidence in any pair; there is one for each of the networks' modules."""
         self.prepared = 0
         self.enabled = np.ones(networks.modules, bool)
         self._context_size = networks.modules

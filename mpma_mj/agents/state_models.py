@@ -193,11 +193,7 @@ class StateEstimate:
     """
 
     def __init__(self, batch_shape: tuple[int, ...]) -> None:
-        """Begin with an unknown model error.
-
-        Args:
-            batch_shape: Shape of the runs.
-        """
+        """Begin with an unknown model error, given the shape of the runs."""
         self._noise = np.full((*batch_shape, JOINTS), 1e-4)
         self.reset()
 

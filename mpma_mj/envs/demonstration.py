@@ -49,11 +49,7 @@ class Episode:
     latency: NDArray[np.intp] | None
 
     def repeated(self, count: int) -> Episode:
-        """Return a batch of copies, its arrays with an axis in front.
-
-        Args:
-            count: Number of copies.
-        """
+        """Return a batch of so many copies, its arrays with an axis in front."""
         arrays: dict[str, Any] = {name: np.array([array] * count) for name, array in self._arrays()}
         return dataclasses.replace(self, **arrays)
 

@@ -143,11 +143,7 @@ class CompiledPlants:
     """
 
     def __init__(self, models: Sequence[mujoco.MjModel]) -> None:
-        """Find the numbers that differ.
-
-        Args:
-            models: Model of each plant.
-        """
+        """Find the numbers in which the models of all plants differ."""
         self.models = tuple(models)
         self._plant = 0
         self.live = models[0] if len(models) == 1 else copy.copy(models[0])
@@ -156,11 +152,7 @@ class CompiledPlants:
         )
 
     def use(self, plant: int) -> None:
-        """Give the live model the numbers of a plant; states of simulations stay as they are.
-
-        Args:
-            plant: Index of the plant.
-        """
+        """Give the live model the numbers of a plant, by its index; simulations stay."""
         if plant == self._plant:
             return
         self._plant = plant

@@ -169,11 +169,7 @@ class PhysicsArms(dm_mujoco.Physics):
         self.data.ptr.xfrc_applied[self.hand_ids, :3] = forces
 
     def set_plant(self, plant: int) -> None:
-        """Continue as another plant from the same joint state.
-
-        Args:
-            plant: Index of the plant.
-        """
+        """Continue as the plant of an index, from the same joint state."""
         self.compiled_plants.use(plant)
 
     def step(self, nstep: int = 1) -> None:

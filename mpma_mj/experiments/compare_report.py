@@ -139,13 +139,7 @@ def first_episodes(transfers: Sequence[Transfer]) -> dict[str, Episode]:
 
 
 def write_transfer(path: Path, transfers: Sequence[Transfer], fine_tune: int) -> None:
-    """Draw p_e of training on each kind of arms and evaluation on each, and after fine-tuning.
-
-    Args:
-        path: The PNG file.
-        transfers: The results.
-        fine_tune: Epochs of fine-tuning.
-    """
+    """Draw p_e of each kind of arms on each, at once and after epochs of fine-tuning."""
     count = len(ARMS)
     trained = [one for one in transfers if one.trained_on in ARMS]
     at_once = [_mean(one.values("p_e_percent")) for one in trained]
@@ -171,13 +165,7 @@ def write_transfer(path: Path, transfers: Sequence[Transfer], fine_tune: int) ->
 
 
 def write_episodes(path: Path, transfers: Sequence[Transfer], motion: Motion) -> None:
-    """Draw one repetition: the wrists' height, the error, and the torque.
-
-    Args:
-        path: The PNG file.
-        transfers: The results.
-        motion: The motion.
-    """
+    """Draw one repetition of the motion: the wrists' height, the error, and the torque."""
     with figure_file(path, 9.0, 9.0) as figure:
         axes = figure.subplots(4, 1, sharex=True)
         colours = dict(zip(SHOWN.values(), module_colours(len(SHOWN)), strict=True))
