@@ -6,6 +6,7 @@ import contextlib
 import io
 import os
 import sys
+import textwrap
 import warnings
 from collections.abc import Iterator, Sequence
 from typing import Any, NoReturn, Protocol
@@ -13,17 +14,41 @@ from typing import Any, NoReturn, Protocol
 import tyro
 
 from mpma_mj import __version__
-from mpma_mj.commands import COMMANDS
+from mpma_mj.commands import COMMANDS, GROUPS
 from mpma_mj.commands.analyse import with_analysis
 from mpma_mj.commands.imitate import Imitate
-from mpma_mj.commands.overview import overview
 from mpma_mj.commands.parser_errors import parser_error
 from mpma_mj.commands.run_options import REFUSED_OPTIONS, config_type, registry
 from mpma_mj.commands.study import parse_study
 from mpma_mj.errors import BadOptionError, MpmaError, RecordingWarning
 from mpma_mj.utils.text import as_flag, did_you_mean
 
-__all__ = ["main"]
+__all__ = ["main", "overview"]
+
+_WIDTH = 88
+_MARGIN = " " * 16  # in front of purposes and examples; names of commands stand in it
+_HEAD = """\
+usage: mpma COMMAND ...
+
+Two simulated arms learn to imitate motion-capture recordings."""
+_FOOT = """\
+mpma COMMAND --help lists the options of a command; mpma --version prints the version.
+mpma --tyro-print-completion bash prints a script for completion by tab; also zsh, fish."""
+
+
+def overview() -> str:
+    """Return all commands by group, each with its purpose and an example."""
+    paragraphs = [_HEAD]
+    for title, commands in GROUPS.items():
+        lines = [title]
+        for name, (command, example) in commands.items():
+            purpose = str(command.__doc__).splitlines()[0]
+            head = f"  {name}".ljust(len(_MARGIN))
+            lines += textwrap.wrap(purpose, _WIDTH, initial_indent=head, subsequent_indent=_MARGIN)
+            lines.append(f"{_MARGIN}  {example}")
+        paragraphs.append("\n".join(lines))
+    return "\n\n".join([*paragraphs, _FOOT])
+
 
 _INTERRUPTED = 130  # exit code that shells expect after Ctrl-C
 _COMPLETION = {"--tyro-print-completion": 2, "--tyro-write-completion": 3}  # number of words

@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.base import Agent, AgentSpec, Observation, Seeds
+from mpma_mj.agents.base import Agent, AgentSignals, AgentSpec, Observation, Seeds
 from mpma_mj.agents.config import JOINTS, AdaptiveConfig, AgentConfig
 from mpma_mj.agents.episode_buffer import EpisodeBuffer
 from mpma_mj.agents.gain_schedule import FINAL_GAINS
 from mpma_mj.agents.model_space import JointSpace
 from mpma_mj.agents.networks import NetworkFactory
 from mpma_mj.agents.plant_models import CALIBRATION
-from mpma_mj.agents.signals import AgentSignals
 from mpma_mj.errors import StateError
 from mpma_mj.utils.clipping import clip
 

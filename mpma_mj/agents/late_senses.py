@@ -13,8 +13,7 @@ from mpma_mj.agents.base import AgentSpec, Observation, Seeds
 from mpma_mj.agents.config import JOINTS
 from mpma_mj.agents.plant_models import gaussian_log_likelihood
 from mpma_mj.agents.senses import Senses, Steps
-from mpma_mj.agents.state_estimate import StateEstimate
-from mpma_mj.agents.state_models import StateModels, state_inputs
+from mpma_mj.agents.state_models import StateEstimate, StateModels, state_inputs
 from mpma_mj.agents.switching import filtered, predicted
 from mpma_mj.kinematics import angles_from_posture, posture_from_angles
 

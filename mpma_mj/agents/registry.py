@@ -11,8 +11,7 @@ from mpma_mj.agents.config import AgentConfig
 from mpma_mj.agents.extensions import load_class
 from mpma_mj.agents.hammer import HAMMER
 from mpma_mj.agents.mosaic import MOSAIC
-from mpma_mj.agents.mpma import MPMA, Single
-from mpma_mj.agents.oracle import Oracle
+from mpma_mj.agents.mpma import MPMA, Oracle, Single
 from mpma_mj.errors import BadOptionError
 
 __all__ = ["AGENTS", "agent_class", "check_trainable"]

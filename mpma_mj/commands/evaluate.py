@@ -58,13 +58,8 @@ class Evaluate:
             )
         folders = given_runs(self.run_folders, self.outside, "evaluate")
 
-        from mpma_mj.evaluation.conditions import disturbance_levels
-        from mpma_mj.evaluation.robustness import (
-            Robustness,
-            as_csv,
-            as_markdown,
-            evaluate_levels,
-        )
+        from mpma_mj.evaluation.disturbances import disturbance_levels
+        from mpma_mj.evaluation.robustness import Robustness, as_csv, as_markdown, evaluate_levels
         from mpma_mj.evaluation.robustness_figure import write_figures
         from mpma_mj.training.checkpoints import TrainedAgents
         from mpma_mj.training.trainer import train_agents

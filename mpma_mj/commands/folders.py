@@ -135,9 +135,9 @@ def write_result(path: Path, motion: str, content: Mapping[str, Any]) -> None:
     write_json(path, {"format": FORMAT, "motion": motion} | dict(content))
 
 
-def free_folder(stem: str, parent: Path = Path("runs")) -> Path:
+def free_folder(stem: str) -> Path:
     """Return the path of a folder, named by a stem and the time, that does not exist yet."""
-    return next(path for path in _new_folders(stem, parent) if not path.exists())
+    return next(path for path in _new_folders(stem, Path("runs")) if not path.exists())
 
 
 def _new_folders(stem: str, parent: Path) -> Iterator[Path]:

@@ -11,14 +11,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from mpma_mj.envs.plants import (
-    ActuatorGain,
-    ActuatorStrength,
-    Damping,
-    Payload,
-    Plant,
-    plants_from,
-)
+from mpma_mj.envs.plants import ActuatorGain, ActuatorStrength, Damping, Payload, Plant, plants_from
 from mpma_mj.errors import BadOptionError
 from mpma_mj.kinematics import JOINT_NAMES, SEGMENT_NAMES
 from mpma_mj.options import Arms

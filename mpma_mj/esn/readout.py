@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from mpma_mj.errors import BadOptionError
-from mpma_mj.esn.feature_replay import FeatureReplay, blocks
-from mpma_mj.esn.precision import PRECISION, Features, Single
+from mpma_mj.esn.reservoir import PRECISION, FeatureReplay, Features, Single, blocks
 
 __all__ = ["ReadoutBank", "Ridge"]
 

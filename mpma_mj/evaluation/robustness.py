@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.errors import BadOptionError
-from mpma_mj.evaluation.conditions import DisturbanceLevel, shown
-from mpma_mj.evaluation.disturbances import DISTURBANCES, Level
+from mpma_mj.evaluation.disturbances import DISTURBANCES, DisturbanceLevel, Level, shown
 from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, fine_tune, tracking_errors
 from mpma_mj.evaluation.statistics import Interval, interval
 from mpma_mj.training.checkpoints import TrainedAgents

@@ -136,14 +136,7 @@ class CompareJob(Work):
 def jobs(
     configs: Sequence[RunConfig], motion: Motion, *, epochs: int, fine_tune: int
 ) -> list[CompareJob]:
-    """Return the jobs of a comparison, what takes longest first.
-
-    Args:
-        configs: Config of each of R runs, which differ in their seeds only; their arms do not
-            count.
-        motion: The motion.
-        epochs: Largest number of epochs of training.
-        fine_tune: Epochs of fine-tuning on the arms of the evaluation.
+    """Return the jobs of a comparison, what takes longest first; arguments as of `CompareJob`.
 
     Raises:
         MpmaError: An option is out of bounds, the agent does not learn, or the arms cannot follow

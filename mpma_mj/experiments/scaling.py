@@ -170,13 +170,13 @@ class Scaling(TrainingStudy):
 
     def table(self, records: Sequence[Record]) -> str:
         """Return a table for each measure, and where it saturates."""
-        from mpma_mj.experiments.scaling_table import as_markdown
+        from mpma_mj.experiments.scaling_report import as_markdown
 
         return as_markdown(self, records)
 
     def draw(self, path: Path, records: Sequence[Record]) -> None:
         """Write the figure."""
-        from mpma_mj.experiments.scaling_figure import write_figure
+        from mpma_mj.experiments.scaling_report import write_figure
 
         write_figure(path, self, records)
 

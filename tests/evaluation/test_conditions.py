@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from mpma_mj.errors import BadOptionError, MotionReachError, MpmaError
-from mpma_mj.evaluation.conditions import DisturbanceLevel, disturbance_levels
-from mpma_mj.evaluation.disturbances import DISTURBANCES
+from mpma_mj.evaluation.disturbances import DISTURBANCES, DisturbanceLevel, disturbance_levels
 from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, tracking_errors
 from mpma_mj.motions import ymca
 from mpma_mj.training.checkpoints import TrainedAgents

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from mpma_mj.errors import BadOptionError
-from mpma_mj.evaluation.conditions import disturbance_levels
+from mpma_mj.evaluation.disturbances import disturbance_levels
 from mpma_mj.evaluation.robustness import (
     MEAN,
     LevelResult,

@@ -3,7 +3,7 @@
 import pytest
 
 from mpma_mj.errors import BadOptionError
-from mpma_mj.experiments.grid import points
+from mpma_mj.experiments.sweep import points
 from mpma_mj.training.config import RunConfig, option_types
 from tests.experiments.runs import TINY
 

@@ -13,7 +13,7 @@ import pytest
 from mpma_mj.cli import main
 from mpma_mj.experiments.records import Record
 from mpma_mj.experiments.scaling import Amount, Scaling, Size
-from mpma_mj.experiments.scaling_table import fixed, least_enough, named, saturation
+from mpma_mj.experiments.scaling_report import fixed, least_enough, named, saturation
 from tests.conftest import Refused
 from tests.experiments.runs import diverged, finished, labels_of, run_files, table_rows
 

@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from mpma_mj.agents import Agent
-from mpma_mj.agents.signals import ModuleSignals
+from mpma_mj.agents.base import ModuleSignals
 from mpma_mj.cli import main
 from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.evaluation.evaluate import learn_episodes

@@ -13,7 +13,7 @@ import mpma_mj
 from mpma_mj.cli import main
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import BadOptionError
-from mpma_mj.experiments.grid import points
+from mpma_mj.experiments.sweep import points
 from mpma_mj.trace import Trace
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.rollout import record_epoch

@@ -83,14 +83,7 @@ class Evaluate(Wrapper):
     """
 
     def __init__(self, env: dm_env.Environment) -> None:
-        """Wrap an environment.
-
-        Args:
-            env: Environment that `mpma_mj.load` returned, perhaps wrapped.
-
-        Raises:
-            BadOptionError: The environment has another interface than dm_env's.
-        """
+        """Wrap an environment; see `Wrapper`."""
         super().__init__(env)
         self._recorder = _Recorder()
         self.episode_metrics = self._recorder.episode_metrics
