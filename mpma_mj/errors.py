@@ -17,8 +17,8 @@ __all__ = [
     "BadOptionError",
     "CheckpointError",
     "DivergedError",
+    "InfeasibleMotionError",
     "MotionFileError",
-    "MotionReachError",
     "MpmaError",
     "RecordingWarning",
     "RenderingError",
@@ -146,8 +146,8 @@ class MotionFileError(MpmaError):
     """A recording cannot be read, or not as the movement of two arms."""
 
 
-class MotionReachError(MpmaError):
-    """A demonstration asks for more speed or bend than the arms have."""
+class InfeasibleMotionError(MpmaError):
+    """A motion demands more speed or bend than the arms have."""
 
 
 class RobotLogError(MpmaError):

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from mpma_mj.envs.load import prepare
 from mpma_mj.envs.options import FIELDS_OF_PLANTS, MASS_OPTIONS, EnvironmentOptions
-from mpma_mj.errors import BadOptionError, MotionFileError, MotionReachError, MpmaError
+from mpma_mj.errors import BadOptionError, InfeasibleMotionError, MotionFileError, MpmaError
 from mpma_mj.evaluation.disturbances import DISTURBANCES, Disturbance, Level
 from mpma_mj.evaluation.evaluate import EvalCondition
 from mpma_mj.motions import BUILT_IN, Motion
@@ -106,12 +106,12 @@ def _disturbance(name: str) -> Disturbance:
 
 def _unseen_motions(config: RunConfig) -> Sequence[str]:
     """Return synthetic motions that are not among those of the training."""
-    if "invented" in config.motions:
+    if "synthetic" in config.motions:
         raise BadOptionError(
             "all synthetic motions were learned",
             remedy="name others with {motions}, or choose {disturbances} without unseen",
         )
-    synthetic = (name for name in BUILT_IN if name.startswith("invented-"))
+    synthetic = (name for name in BUILT_IN if name.startswith("synthetic-"))
     unseen = (name for name in synthetic if name not in config.motions)
     return list(itertools.islice(unseen, _SYNTHETIC_MOTIONS))
 
@@ -137,7 +137,7 @@ def _condition(
         raise BadOptionError(f"{name}: {error}") from None
     except MotionFileError as error:
         raise _advise_writing(error) from None
-    except MotionReachError as error:
+    except InfeasibleMotionError as error:
         if not unseen:
             return None
         raise _advise_writing(error) from None

@@ -22,7 +22,7 @@ from mpma_mj.motions.options import ReadingOptions, given
 from mpma_mj.motions.orientation import check_sides
 from mpma_mj.motions.readers.recognise import open_recording
 from mpma_mj.motions.readers.recording import Recording
-from mpma_mj.motions.synthetic import BUILT_IN, DANCES
+from mpma_mj.motions.synthetic import BUILT_IN, SYNTHETIC_MOTIONS
 from mpma_mj.motions.transforms import at_rate, close_loop
 
 __all__ = ["ImportedMotion", "import_motion", "read_motion"]
@@ -50,7 +50,7 @@ def read_motion(source: str | Path, *, rate: float = _RATE, **options: Any) -> M
     A `RecordingWarning` is issued for everything that may be wrong with a recording.
 
     Args:
-        source: "ymca", "invented", or the path of a recording: C3D, BVH, ASF/AMC, TRC, Qualisys
+        source: "ymca", "synthetic", or the path of a recording: C3D, BVH, ASF/AMC, TRC, Qualisys
             TSV, a table with a header, or npz.
         rate: Postures per second that are wanted, Hz.
         **options: The fields of `ReadingOptions`, such as tempo=0.5 or max_gap=0.3.
@@ -212,8 +212,8 @@ def _check_file(path: Path) -> None:
         if path.suffix or len(path.parts) > 1:
             raise UnknownMotionError(f"{path}: no such file; give the path of a recording")
         raise UnknownMotionError(
-            f"no motion '{path}'; built in: ymca, invented, invented-1 to invented-{DANCES}; or"
-            " give the path of a recording"
+            f"no motion '{path}'; expected ymca, synthetic, synthetic-1 to"
+            f" synthetic-{SYNTHETIC_MOTIONS}, or the path of a recording"
         )
     if path.is_dir():
         raise MotionFileError(f"{path}: is a folder; give the path of a recording in it")

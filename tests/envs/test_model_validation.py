@@ -6,7 +6,7 @@ import pytest
 
 from mpma_mj.envs.gym_env import ImitationEnv
 from mpma_mj.envs.load import load
-from mpma_mj.errors import BadOptionError, MotionReachError
+from mpma_mj.errors import BadOptionError, InfeasibleMotionError
 from tests.envs.user_models import edited
 
 
@@ -166,7 +166,7 @@ def test_actuator_strength_needs_force_limits(own: Path) -> None:
 
 def test_slower_actuators_refuse_a_motion_that_is_too_fast(own: Path) -> None:
     edited(own, ('ctrlrange="-15 15"', 'ctrlrange="-1 1"'))
-    with pytest.raises(MotionReachError, match="left_elbow would have to turn at"):
+    with pytest.raises(InfeasibleMotionError, match="left_elbow would have to turn at"):
         load("ymca", model=own)
 
 
@@ -184,7 +184,7 @@ def test_a_motion_beyond_the_joint_ranges_is_refused(own: Path) -> None:
     axis = '<joint name="left_shoulder_abduction" axis="1 0 0"'
     edited(own, (f"{axis}/>", f'{axis} range="-0.1 0.1"/>'))
     message = r"left_shoulder_abduction would have to be at .* rad at frame .* -0.1 to 0.1"
-    with pytest.raises(MotionReachError, match=message):
+    with pytest.raises(InfeasibleMotionError, match=message):
         load("ymca", model=own)
 
 

@@ -323,7 +323,7 @@ def test_the_help_of_a_study_has_its_options(
         (["switching", "--motion", "nope"], "no motion 'nope'"),
         (["latency", "--epochs", "-1"], "--epochs is -1"),
         (["unseen"], "1 motions, ymca; expected at least 3"),
-        (["unseen", "invented-1", "ymca"], "2 motions, ymca, invented-1"),
+        (["unseen", "synthetic-1", "ymca"], "2 motions, ymca, synthetic-1"),
     ],
 )
 def test_bad_input_is_refused_in_one_line_and_leaves_nothing(

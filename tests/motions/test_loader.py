@@ -253,7 +253,7 @@ def test_bad_options_are_named(
 
 
 def test_unknown_names_and_missing_files(tmp_path: Path) -> None:
-    with pytest.raises(UnknownMotionError, match="no motion 'macarena'; built in: ymca"):
+    with pytest.raises(UnknownMotionError, match="no motion 'macarena'; expected ymca"):
         read_motion("macarena")
     with pytest.raises(UnknownMotionError, match="no such file"):
         read_motion(tmp_path / "gone.tsv")
