@@ -1,4 +1,4 @@
-"""MPMA with the true plant: an upper bound of telling plants apart."""
+"""MPMA with the true plant: an upper bound on distinguishing plants."""
 
 from __future__ import annotations
 

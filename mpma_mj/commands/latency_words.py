@@ -46,6 +46,6 @@ def _parsed(words: Sequence[str]) -> int | tuple[int, int]:
         raise BadOptionError(
             f"--latency has '{' '.join(words)}'; expected one whole number, such as 3, or a range"
             " of two, such as 0 5",
-            remedy="motions stand before {latency}",
+            remedy="put motions before {latency}",
         ) from None
     return first, second

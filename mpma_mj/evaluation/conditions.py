@@ -70,11 +70,11 @@ def disturbance_levels(
     possible = (d.name for d in DISTURBANCES.values() if arms == "physics" or not d.needs_mass)
     chosen = [_disturbance(name) for name in dict.fromkeys(disturbances or possible)]
     if levels and len(chosen) != 1:
-        problem = "levels are given, but not of one disturbance"
+        problem = "levels are given, but they belong to a single disturbance"
         raise BadOptionError(problem, remedy="name it with {disturbances}")
     if motions and (levels or DISTURBANCES["unseen"] not in chosen):
         problem = "unseen motions are given, but not evaluated"
-        remedy = "leave {motions} out, or take {disturbances=unseen} without {levels}"
+        remedy = "leave {motions} out, or choose {disturbances=unseen} without {levels}"
         raise BadOptionError(problem, remedy=remedy)
     home = {"arms": arms} | {name: _DEFAULTS[name] for name in FIELDS_OF_PLANTS}
     if arms == "kinematic":
@@ -98,7 +98,7 @@ def disturbance_levels(
 def _disturbance(name: str) -> Disturbance:
     if name not in DISTURBANCES:
         raise BadOptionError(
-            f"no disturbance '{name}'; expected some of {', '.join(DISTURBANCES)}",
+            f"no disturbance '{name}'; expected one or more of {', '.join(DISTURBANCES)}",
             remedy=did_you_mean(name, DISTURBANCES),
         )
     return DISTURBANCES[name]

@@ -18,7 +18,7 @@ from mpma_mj.metrics import error_over_time
 from mpma_mj.motions import Motion
 from mpma_mj.visualization.colours import DEMONSTRATED, INK, PAPER, module_colours
 from mpma_mj.visualization.figure_file import draw_labels, figure_file
-from mpma_mj.visualization.video import Progress, dance_frames, write_frames
+from mpma_mj.visualization.video import Progress, episode_frames, write_frames
 
 __all__ = ["SHOWN", "first_episodes", "write_episodes", "write_side_by_side", "write_transfer"]
 
@@ -163,7 +163,7 @@ def write_side_by_side(
         films = [
             stack.enter_context(
                 contextlib.closing(
-                    dance_frames(episode.trace, motion, options=episode.options, size=size)
+                    episode_frames(episode.trace, motion, options=episode.options, size=size)
                 )
             )
             for episode in episodes.values()

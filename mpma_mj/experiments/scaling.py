@@ -205,8 +205,8 @@ def _check_lengths(lengths: Sequence[float], name: str, duration: float) -> None
             raise BadOptionError(f"lengths has {length:g}; expected seconds above 0")
         if length > duration:
             raise BadOptionError(
-                f"lengths has {length:g} s, and {name}, the longest motion, lasts"
-                f" {duration:.2f} s; give less, or a longer recording"
+                f"lengths has {length:g} s, and {name}, the longest motion, lasts {duration:.2f}"
+                " s; give a shorter length, or a longer recording"
             )
 
 

@@ -48,7 +48,7 @@ def check_feasibility(motion: Motion, max_joint_speed: Array, max_elbow: float) 
     if elbows[frame, side] > max_elbow:
         raise InfeasibleMotionError(
             f"{motion.name}: {kinematics.SIDES[side]}_elbow would have to bend by"
-            f" {elbows[frame, side]:.2f} rad at {_place(motion, int(frame))}, it bends up to"
+            f" {elbows[frame, side]:.2f} rad at {_place(motion, int(frame))}, but it bends up to"
             f" {max_elbow:g}; check that side's elbow and wrist markers"
         )
     ratio = joint_speeds(motion) / max_joint_speed
@@ -58,10 +58,10 @@ def check_feasibility(motion: Motion, max_joint_speed: Array, max_elbow: float) 
         tempo = max(np.floor(95.0 * motion.tempo / worst) / 100.0, 0.01)
         raise InfeasibleMotionError(
             f"{motion.name}: {kinematics.JOINT_NAMES[joint]} would have to turn at"
-            f" {worst * max_joint_speed[joint]:.1f} rad/s at {_place(motion, int(frame))}, its"
+            f" {worst * max_joint_speed[joint]:.1f} rad/s at {_place(motion, int(frame))}, but its"
             f" actuator reaches {max_joint_speed[joint]:g}",
-            remedy=f"slow the movement with {{tempo={tempo:g}}} or less, or leave that moment out"
-            " with {start} or {end}",
+            remedy=f"slow the motion with {{tempo={tempo:g}}} or less, or cut that moment off with"
+            " {start} or {end}",
         )
 
 
@@ -82,8 +82,8 @@ def check_ranges(motion: Motion, lowest: Array, highest: Array) -> None:
     if beyond[frame, joint] > 0.0:
         raise InfeasibleMotionError(
             f"{motion.name}: {kinematics.JOINT_NAMES[joint]} would have to be at"
-            f" {motion.joint_angles[frame, joint]:.2f} rad at {_place(motion, int(frame))}, its"
-            f" range is {lowest[joint]:g} to {highest[joint]:g}; widen the range in the model"
+            f" {motion.joint_angles[frame, joint]:.2f} rad at {_place(motion, int(frame))}, but"
+            f" its range is {lowest[joint]:g} to {highest[joint]:g}; widen the range in the model"
         )
 
 

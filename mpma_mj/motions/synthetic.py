@@ -131,7 +131,7 @@ def _samples(seconds: float, part: str, rate: float, tempo: float) -> int:
         raise BadOptionError(
             f"rate {rate:g} and tempo {tempo:g} leave {samples} sample(s) a {part};"
             " expected at least 2",
-            remedy="give a higher {rate} or a lower {tempo}",
+            remedy="give a lower {tempo}",
         )
     return samples
 

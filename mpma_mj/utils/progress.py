@@ -70,7 +70,7 @@ def show_runs(
     counted = TextColumn(f"{{task.completed}} of {{task.total}} {what}")
     times = TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn()
     if over:
-        _console().print(f"going on: {over} of {runs} {what} are there", soft_wrap=True)
+        _console().print(f"resuming: {over} of {runs} {what} are done", soft_wrap=True)
     with _bar(TextColumn(doing), BarColumn(), counted, *times) as bar:
         task = bar.add_task(doing, total=runs, completed=over)
 

@@ -92,7 +92,7 @@ def test_a_motion_of_another_rate_is_refused() -> None:
         load(ymca(), control_timestep=0.025)
     with pytest.raises(
         BadOptionError,
-        match=r"of 5 ms, as at 28\.5714 or 33\.3333 Hz; take control_timestep=0\.035 or",
+        match=r"of 5 ms, as at 28\.5714 or 33\.3333 Hz; use control_timestep=0\.035 or",
     ):
         load("ymca", control_timestep=0.033)
     with pytest.raises(BadOptionError, match=r"physics steps of 5 ms, as at 100 or 200 Hz"):

@@ -144,7 +144,7 @@ def test_a_run_with_plants_is_evaluated_without_them() -> None:
         ("mirrored", "maybe", "mirrored has no level 'maybe'; expected some of no, yes"),
         ("locked", "knee", "locked has no level 'knee'; expected some of none, left_shoulder"),
         ("unseen", "gone.bvh", "gone.bvh: no such file"),
-        ("payloads", "1", "no disturbance 'payloads'; expected some of payload, strength, "),
+        ("payloads", "1", "no disturbance 'payloads'; expected one or more of payload, strength, "),
     ],
 )
 def test_a_level_out_of_bounds_is_one_line(name: str, level: str, message: str) -> None:
@@ -156,7 +156,9 @@ def test_a_level_out_of_bounds_is_one_line(name: str, level: str, message: str) 
 
 
 def test_levels_and_unseen_motions_are_of_one_disturbance() -> None:
-    with pytest.raises(BadOptionError, match="levels are given, but not of one disturbance"):
+    with pytest.raises(
+        BadOptionError, match="levels are given, but they belong to a single disturbance"
+    ):
         disturbance_levels(
             RunConfig.of(), MOTION, disturbances=["payload", "latency"], levels=["1"]
         )

@@ -161,7 +161,7 @@ def test_the_command_writes_tables_rows_and_figure_and_goes_on(
     assert main(words) == 0
     again = capsys.readouterr()
     assert again.out == first
-    assert again.err.splitlines()[0] == "going on: 7 of 8 runs are there"
+    assert again.err.splitlines()[0] == "resuming: 7 of 8 runs are done"
     assert [path.stat().st_mtime_ns for path in kept] == times
 
 
