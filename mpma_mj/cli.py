@@ -82,7 +82,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments: Words after `mpma`; those of the process if not given.
 
     Returns:
-        Exit code: 0 on success, 2 for input that has to be mended, 1 for a run that failed, 130
+        Exit code: 0 on success, 2 for bad input, 1 for a run that failed, 130
         after Ctrl-C, 141 if the output's pipe was closed.
     """
     try:
@@ -92,7 +92,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return error.exit_code
     except MemoryError:
         print(
-            "mpma: not enough memory; take fewer --modules, --nodes, --repeats, or less time",
+            "mpma: not enough memory; give fewer --modules, --nodes or --repeats, or a shorter"
+            " motion",
             file=sys.stderr,
         )
         return 1
@@ -102,7 +103,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _NO_READER
     except OSError as error:
         place = f"{error.filename}: " if error.filename else ""
-        print(f"mpma: {place}{error.strerror or error}; check path and rights", file=sys.stderr)
+        print(
+            f"mpma: {place}{error.strerror or error}; check the path and its permissions",
+            file=sys.stderr,
+        )
         return 2
     except KeyboardInterrupt:
         print("mpma: interrupted", file=sys.stderr)

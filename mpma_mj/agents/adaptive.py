@@ -106,7 +106,7 @@ class Adaptive(Agent):
             StateError: There was no episode.
         """
         if not len(self._steps) or self._last is not None:
-            raise StateError("learn() comes before an episode; call act() and observe() first")
+            raise StateError("learn() was called before an episode; call act() and observe() first")
         self._epochs += 1
         return {
             "gain_feedback": np.full_like(self._epochs, FINAL_GAINS.feedback),

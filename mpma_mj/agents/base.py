@@ -195,8 +195,8 @@ class Agent(ABC):
         """
         if self.state_dict():
             raise StateError(
-                f"{type(self).__name__} keeps a state for each run of a batch, of which"
-                f" {len(runs)} continue; define select_runs, which indexes it by run"
+                f"{type(self).__name__} has a state for each run of a batch, and {len(runs)} of"
+                " them continue; define select_runs, which selects the states of these runs"
             )
 
     def state_dict(self) -> dict[str, Array]:

@@ -177,7 +177,7 @@ class JointSpace(ModelSpace):
         inverse  [s_t ; x'_{t+1} ; m_t] → residual on m_t
         forward  [u_t ; s_t] → move,  q̂_{t+1} = q_t + Δt v move
 
-    A plant is nearly linear in these, so that linear readouts tell plants apart; and a large ridge
+    A plant is nearly linear in these, so that linear readouts distinguish plants; and a large ridge
     leads back to m, not to 0.
     """
 

@@ -79,15 +79,15 @@ class MPMA(PairedModels):
 
 
 def _is_late(config: MPMAConfig, spec: AgentSpec) -> bool:
-    """Return whether a latency is made up for."""
+    """Return whether a latency is compensated."""
     return config.max_latency > 0 and spec.latency != 0
 
 
 def _senses(config: MPMAConfig, spec: AgentSpec, seed: Seeds) -> Senses | None:
-    """Return the senses of joint models; None where they learn nothing of the state.
+    """Return the senses of joint models; None where models of the state are not learned.
 
     Raises:
-        BadOptionError: The latency is beyond the largest that is made up for, or the history of
+        BadOptionError: The latency is beyond the largest that is compensated, or the history of
             moves, which is late, is among the inputs.
     """
     late = _is_late(config, spec)
@@ -100,7 +100,7 @@ def _senses(config: MPMAConfig, spec: AgentSpec, seed: Seeds) -> Senses | None:
         raise BadOptionError(option="max_latency", value=config.max_latency, expected=expected)
     if config.history:
         remedy = (
-            "its moves are late: leave it out, or take {max_latency=0} without {state_estimate}"
+            "its moves are late: leave it out, or choose {max_latency=0} without {state_estimate}"
         )
         raise BadOptionError(option="history", value=True, remedy=remedy)
     known = spec.latency if late else 0

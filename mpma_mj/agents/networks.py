@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 RunIndex = tuple[int, ...]  # index of a run; () where there is one
 
 _MOST_KEPT = 2**26  # bytes of features of each network; those of more steps are replayed (choice)
-_LEAST_RIDGE = 1e-6  # a step, beside a relative ridge (choice)
+_LEAST_RIDGE = 1e-6  # per step, added to a relative ridge (choice)
 
 
 @dataclass(frozen=True)

@@ -179,7 +179,7 @@ class PairedModels(Agent):
             StateError: There was no episode.
         """
         if not (len(self._steps) and self._last):
-            raise StateError("learn() comes before an episode; call act() and observe() first")
+            raise StateError("learn() was called before an episode; call act() and observe() first")
         gains = Gains(self._progress)
         feedback, inverse = np.asarray(gains.feedback), np.asarray(gains.inverse)
         for run in np.ndindex(self._batch_shape):
@@ -193,7 +193,9 @@ class PairedModels(Agent):
             StateError: There was no step yet.
         """
         if not len(self._steps):
-            raise StateError("predicted_posture() comes before the first step; call act() first")
+            raise StateError(
+                "predicted_posture() was called before the first step; call act() first"
+            )
         responsibility = self._steps.last("responsibility")
         outputs, angles = self._steps.last("predictions"), self._steps.last("joint_angles")
         predicted = self._space.predicted_posture(outputs, angles)

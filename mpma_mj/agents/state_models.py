@@ -85,7 +85,7 @@ class StateModels:
         self._recent_moment = np.zeros_like(self._moment[..., 0, :, :])
 
     def observe(self, inputs: Array, outputs: Array, acted: NDArray[np.bool_]) -> None:
-        """Take up a step of the episode.
+        """Update the models with a step of the episode.
 
         Args:
             inputs: Inputs o, shape (..., 33).

@@ -148,7 +148,7 @@ class AlteredContext(AgentWrapper):
             StateError: The episode has no further step.
         """
         if self._step >= len(self._contexts):
-            raise StateError("act() comes after the end of the episode; call reset() first")
+            raise StateError("act() was called after the end of the episode; call reset() first")
         context = self._contexts[self._step]
         self._step += 1
         return super().act(dict(observation) | {"context": context})

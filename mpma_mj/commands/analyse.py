@@ -121,11 +121,11 @@ def _check_comparable(folders: Sequence[RunFolder]) -> None:
     configs = [folder.read_config() for folder in folders]
     for number, (folder, config) in enumerate(zip(folders, configs, strict=True)):
         if config in configs[:number]:
-            raise BadOptionError(f"{folder.path}: is there twice; leave one out")
+            raise BadOptionError(f"{folder.path}: is given twice; leave one out")
         if without_seed(config) != without_seed(configs[0]):
             raise BadOptionError(
                 f"{folder.path}: differs from {first.path} in more than its seed",
-                remedy="analyse each by itself",
+                remedy="analyse each separately",
             )
 
 

@@ -114,10 +114,10 @@ def _check(agents: Mapping[str, TrainedAgents], fine_tune: int) -> None:
             if getattr(config, part) != getattr(agents[first].configs[0], part):
                 raise BadOptionError(
                     f"{name}: differs from {first} in motion or environment",
-                    remedy="evaluate each by itself",
+                    remedy="evaluate each separately",
                 )
         if fine_tune and not agent_class(config.agent_name).fine_tunable:
             raise BadOptionError(
-                f"{name}: its agent is {config.agent_name}, which learns nothing more",
+                f"{name}: its agent is {config.agent_name}, which does not learn",
                 remedy="leave {fine_tune} out",
             )

@@ -48,10 +48,10 @@ def check_new_file(
     if path is None:
         return
     if path.suffix not in endings:
-        expected = f"a name that ends in {' or '.join(endings)}"
+        expected = f"a file name that ends in {' or '.join(endings)}"
         raise BadOptionError(option=option, value=str(path), expected=expected)
     if path.exists() and not overwrite:
-        raise BadOptionError(f"{path}: is there already", remedy="{overwrite} replaces it")
+        raise BadOptionError(f"{path}: already exists", remedy="{overwrite} replaces it")
 
 
 @contextlib.contextmanager

@@ -55,8 +55,8 @@ def make_model(options: EnvironmentOptions, *, balls: bool = False) -> mujoco.Mj
     balls = balls or options.payload > 0
     path = MODEL_PATH if options.model is None else Path(options.model)
     if not path.is_file():
-        found = "this is a folder" if path.is_dir() else "there is none"
-        raise BadOptionError(option="model", value=str(path), expected=f"an MJCF file, and {found}")
+        found = "this is a folder" if path.is_dir() else "there is no such file"
+        raise BadOptionError(option="model", value=str(path), expected=f"an MJCF file, but {found}")
     with _errors_in_one_line(path):
         spec = mujoco.MjSpec.from_file(os.fsencode(path))  # the name may not be UTF-8
         check_complete(path, spec, hands=balls or options.perturbed)

@@ -38,7 +38,7 @@ MASS_OPTIONS = (
 )
 """Options that act by forces, which ideal arms do not have."""
 FIELDS_OF_PLANTS = ("plants", "switch_every", "epochs_per_plant")
-"""Options that say which plants may be on, and when."""
+"""Options that select the plants that may be on, and when."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,7 +134,7 @@ class EnvironmentOptions:
         for option in dataclasses.fields(self) if self.arms == "kinematic" else ():
             value = getattr(self, option.name)
             if option.name in MASS_OPTIONS and value != option.default:
-                remedy = f"leave {{{option.name}}} out, or take {{arms=physics}}"
+                remedy = f"leave {{{option.name}}} out, or choose {{arms=physics}}"
                 remedy = f"ideal arms have no mass: {remedy}"
                 raise BadOptionError(option=option.name, value=value, remedy=remedy)
         self._check_latency()
@@ -208,7 +208,7 @@ _NAMES = [option.name for option in dataclasses.fields(EnvironmentOptions)]
 
 
 def _fields_of_plants() -> tuple[dataclasses.Field[Any], ...]:
-    """Return the fields that say which plants may be on, and when."""
+    """Return the fields that select the plants that may be on, and when."""
     fields = dataclasses.fields(EnvironmentOptions)
     return tuple(option for option in fields if option.name in FIELDS_OF_PLANTS)
 

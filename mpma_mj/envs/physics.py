@@ -173,7 +173,7 @@ class PhysicsArms(dm_mujoco.Physics):
         self.compiled_plants.use(plant)
 
     def step(self, nstep: int = 1) -> None:
-        """Simulate a number of physics steps; `divergence` says afterwards if they failed.
+        """Simulate a number of physics steps; `divergence` reports afterwards if they failed.
 
         The result depends on angles, velocities, control and forces alone.
 

@@ -147,7 +147,7 @@ class ReadoutBank:
                 raise BadOptionError(
                     option="ridge",
                     value=self._ridge.absolute,
-                    expected="a ridge that is large enough to fit readouts with, such as 1e-4",
+                    expected="a ridge large enough to fit readouts, such as 1e-4",
                 ) from None
             self.weights[i] = linalg.cho_solve(factor, moment[i], check_finite=False).T
 

@@ -13,7 +13,7 @@ from typing import Any
 
 from mpma_mj.envs.load import prepare
 from mpma_mj.envs.options import FIELDS_OF_PLANTS, MASS_OPTIONS, EnvironmentOptions
-from mpma_mj.errors import BadOptionError, MotionFileError, MotionReachError, MpmaError
+from mpma_mj.errors import BadOptionError, InfeasibleMotionError, MotionFileError, MpmaError
 from mpma_mj.evaluation.evaluate import EvalCondition
 from mpma_mj.kinematics import JOINT_NAMES
 from mpma_mj.motions import BUILT_IN, Motion, read_motion
@@ -209,11 +209,11 @@ def disturbance_levels(
     possible = (d.name for d in DISTURBANCES.values() if arms == "physics" or not d.needs_mass)
     chosen = [_disturbance(name) for name in dict.fromkeys(disturbances or possible)]
     if levels and len(chosen) != 1:
-        problem = "levels are given, but not of one disturbance"
+        problem = "levels are given, but they belong to a single disturbance"
         raise BadOptionError(problem, remedy="name it with {disturbances}")
     if motions and (levels or DISTURBANCES["unseen"] not in chosen):
         problem = "unseen motions are given, but not evaluated"
-        remedy = "leave {motions} out, or take {disturbances=unseen} without {levels}"
+        remedy = "leave {motions} out, or choose {disturbances=unseen} without {levels}"
         raise BadOptionError(problem, remedy=remedy)
     home = {"arms": arms} | {name: _DEFAULTS[name] for name in FIELDS_OF_PLANTS}
     if arms == "kinematic":
@@ -237,7 +237,7 @@ def disturbance_levels(
 def _disturbance(name: str) -> Disturbance:
     if name not in DISTURBANCES:
         raise BadOptionError(
-            f"no disturbance '{name}'; expected some of {', '.join(DISTURBANCES)}",
+            f"no disturbance '{name}'; expected one or more of {', '.join(DISTURBANCES)}",
             remedy=did_you_mean(name, DISTURBANCES),
         )
     return DISTURBANCES[name]
@@ -245,12 +245,12 @@ def _disturbance(name: str) -> Disturbance:
 
 def _unseen_motions(config: RunConfig) -> Sequence[str]:
     """Return synthetic motions that are not among those of the training."""
-    if "invented" in config.motions:
+    if "synthetic" in config.motions:
         raise BadOptionError(
             "all synthetic motions were learned",
             remedy="name others with {motions}, or choose {disturbances} without unseen",
         )
-    synthetic = (name for name in BUILT_IN if name.startswith("invented-"))
+    synthetic = (name for name in BUILT_IN if name.startswith("synthetic-"))
     unseen = (name for name in synthetic if name not in config.motions)
     return list(itertools.islice(unseen, _SYNTHETIC_MOTIONS))
 
@@ -276,7 +276,7 @@ def _condition(
         raise BadOptionError(f"{name}: {error}") from None
     except MotionFileError as error:
         raise _advise_writing(error) from None
-    except MotionReachError as error:
+    except InfeasibleMotionError as error:
         if not unseen:
             return None
         raise _advise_writing(error) from None

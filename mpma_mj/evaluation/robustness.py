@@ -111,7 +111,7 @@ def _p_e(trained: TrainedAgents, condition: EvalCondition, epochs: int) -> tuple
         # One epoch more, as each is an episode before the agents learn from it.
         return p_e, fine_tune(trained, condition, epochs + 1)[1] if epochs else p_e[:0]
     except BadOptionError as error:
-        remedy = "take other {levels}, or an agent trained with that"
+        remedy = "choose other {levels}, or an agent trained with that"
         raise BadOptionError(f"{condition.name}: {error}", remedy=remedy) from None
 
 

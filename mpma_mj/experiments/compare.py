@@ -179,8 +179,8 @@ def compare(
     for job, done in get_done(spec, backend):
         if done is None:
             raise WorkerError(
-                "a worker died repeatedly (memory?)",
-                remedy="take fewer {runs}, or smaller {nodes}",
+                "a worker process died repeatedly, perhaps for lack of memory",
+                remedy="use fewer {runs}, or smaller {nodes}",
             )
         found[job.trained_on] = done
         on_trained(job.trained_on)

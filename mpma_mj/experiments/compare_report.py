@@ -21,7 +21,7 @@ from mpma_mj.utils.atomic_files import csv_text
 from mpma_mj.utils.text import markdown_table
 from mpma_mj.visualization.colours import DEMONSTRATED, INK, PAPER, module_colours
 from mpma_mj.visualization.figure_file import draw_labels, figure_file
-from mpma_mj.visualization.video import Progress, dance_frames, write_frames
+from mpma_mj.visualization.video import Progress, episode_frames, write_frames
 
 __all__ = [
     "SHOWN",
@@ -245,7 +245,7 @@ def write_side_by_side(
         films = [
             stack.enter_context(
                 contextlib.closing(
-                    dance_frames(episode.trace, motion, options=episode.options, size=size)
+                    episode_frames(episode.trace, motion, options=episode.options, size=size)
                 )
             )
             for episode in episodes.values()

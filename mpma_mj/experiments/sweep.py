@@ -99,7 +99,7 @@ def _axis(word: str, hints: dict[str, Any]) -> tuple[str, list[Any]]:
     if not equals:
         raise BadOptionError(
             f"grid has '{word}'",
-            remedy="expected name=value,value,…; motions stand before {grid}",
+            remedy="expected name=value,value,…; put motions before {grid}",
         )
     fields = {option_name(name): name for name in hints} | {name: name for name in hints}
     if typed not in fields:
@@ -113,7 +113,8 @@ def _axis(word: str, hints: dict[str, Any]) -> tuple[str, list[Any]]:
     choices = _choices(hints[name])
     if not all(map(_has_text, choices)) or choices == (types.NoneType,):
         raise BadOptionError(
-            f"grid has {typed}, whose values are not single", remedy=f"give it with {{{name}}}"
+            f"grid has {typed}, which takes several values at once",
+            remedy=f"give it with {{{name}}}",
         )
     values = [_value(typed, text, hints[name]) for text in texts.split(",")]
     if len(set(values)) < len(values):

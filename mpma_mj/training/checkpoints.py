@@ -144,6 +144,6 @@ def read_module_trace(folder: RunFolder) -> tuple[Demonstration, Trace]:
     if not np.any(trace.modules.module_actions):
         raise RunFolderError(
             f"{folder.path}: its modules have no output in the best epoch",
-            remedy=f"go on with mpma imitate {placeholder('resume', folder.path)}",
+            remedy=f"continue with mpma imitate {placeholder('resume', folder.path)}",
         )
     return demonstration, trace

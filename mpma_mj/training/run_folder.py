@@ -136,7 +136,7 @@ class RunFolder:
             ) from None
         if not overwrite:
             raise RunFolderError(
-                f"{self.path}: a run is there",
+                f"{self.path}: already contains a run",
                 remedy="{overwrite} replaces it, {resume} continues it",
             )
         try:
@@ -165,7 +165,7 @@ class RunFolder:
                 )
             return RunConfig.from_json(content["config"], self.trusted)
         except OSError:
-            raise RunFolderError(f"{self.path}: no run there (no readable config.json)") from None
+            raise RunFolderError(f"{self.path}: is not a run (no readable config.json)") from None
         except (AttributeError, ValueError, KeyError, TypeError) as error:
             if isinstance(error, BadOptionError) and error.option in ("agent", "rule"):
                 raise  # a class that the user has named
@@ -240,7 +240,8 @@ class RunFolder:
             return state, int(meta["row"]["epoch"])
         except (KeyError, TypeError, ValueError):
             raise CheckpointError(
-                f"{self.path}: the checkpoint lacks the number of its epoch", remedy="train again"
+                f"{self.path}: the checkpoint does not contain the number of its epoch",
+                remedy="train again",
             ) from None
 
     def write_trace(self, trace: Trace, epoch: int) -> None:

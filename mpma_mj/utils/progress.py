@@ -69,7 +69,7 @@ def show_runs(
     counted = TextColumn("{task.completed} of {task.total} runs")
     times = TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn()
     if over:
-        _console().print(f"going on: {over} of {runs} runs are there", soft_wrap=True)
+        _console().print(f"resuming: {over} of {runs} runs are done", soft_wrap=True)
     with _bar(TextColumn(doing), BarColumn(), counted, *times) as bar:
         task = bar.add_task(doing, total=runs, completed=over)
 

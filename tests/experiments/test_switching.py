@@ -100,7 +100,7 @@ def test_the_command_runs_a_study_and_resumes_it(
     assert main(words) == 0
     again = capsys.readouterr()
     assert again.out == first.out
-    assert "going on: 2 of 2 runs are there" in again.err
+    assert "resuming: 2 of 2 runs are done" in again.err
 
 
 def test_a_run_whose_training_diverged_has_no_measures(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -345,7 +345,7 @@ def test_a_run_of_another_version_is_refused(tmp_path: Path) -> None:
 
 
 def test_resuming_nothing_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(RunFolderError, match="no run there"):
+    with pytest.raises(RunFolderError, match="is not a run"):
         resume(RunFolder(tmp_path / "gone"), 1)
 
 

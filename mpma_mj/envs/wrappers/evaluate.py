@@ -73,7 +73,7 @@ class _Recorder:
 class Evaluate(Wrapper):
     """Computes metrics of every episode that ends, and changes nothing.
 
-    It has to be the outermost wrapper, around a `FeedbackAssist` if there is one.
+    It must be the outermost wrapper, around a `FeedbackAssist` if there is one.
 
     Attributes:
         episode_metrics: For each episode that ended, by name: `p_e_percent`, `mpkpe_m` and
@@ -104,7 +104,7 @@ class Evaluate(Wrapper):
 class GymEvaluate(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
     """`Evaluate` for an environment of `gymnasium.make`, flat or not.
 
-    It has to be the outermost wrapper, around a `GymFeedbackAssist` if there is one.
+    It must be the outermost wrapper, around a `GymFeedbackAssist` if there is one.
 
     Attributes:
         episode_metrics: As of `Evaluate`.
