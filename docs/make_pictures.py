@@ -25,7 +25,7 @@ Picture = NDArray[np.uint8]
 
 
 def main(run: Path, comparison: Path) -> None:
-    """Write clips of one pass through the movement, and copies of the figures."""
+    """Write clips of one pass through the motion, and copies of the figures."""
     folder = RunFolder(run)
     trace, motion = folder.read_trace(), folder.read_motion()
     PICTURES.mkdir(exist_ok=True)
