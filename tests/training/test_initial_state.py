@@ -22,7 +22,7 @@ from mpma_mj.training.rollout import record_epoch
 from mpma_mj.training.run import resume, train
 from mpma_mj.training.run_folder import RunFolder
 from tests.conftest import Refused
-from tests.test_outside_classes import AGENT
+from tests.commands.test_outside_classes import AGENT
 from tests.training.test_run import RESULTS
 
 WriteTsv = Callable[..., Path]
