@@ -20,6 +20,7 @@ from mpma_mj.utils.progress import show_range, show_runs
 from mpma_mj.utils.text import printable
 from mpma_mj.visualization.figure_file import figure_file
 from mpma_mj.visualization.responsibility_strip import Strip
+from tests.conftest import dancer, markers_of
 from tests.test_cli import mpma
 
 WriteTsv = Callable[..., Path]
@@ -59,7 +60,8 @@ def test_files_hold_any_name(tmp_path: Path) -> None:
 def test_a_repertoire_of_such_names_is_learned_and_examined(
     write_tsv: WriteTsv, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    recordings = [write_tsv(name=f"{name}.tsv") for name in NAMES]
+    markers = markers_of(dancer(ymca(rate=60.0).posture[:90]))
+    recordings = [write_tsv(markers, name=f"{name}.tsv") for name in NAMES]
     run = tmp_path / "[run]\udcff$1_$2"
     words = [*recordings, *TINY, "--out", run]
     assert main(["imitate", *map(str, words)]) == 0

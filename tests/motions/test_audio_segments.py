@@ -63,9 +63,7 @@ def write(tmp_path: Path) -> Callable[..., Path]:
     return write
 
 
-@pytest.mark.parametrize(
-    ("tempo", "first"), [(80.0, 0.0), (127.0, 1.1), (150.0, 2.5)]
-)
+@pytest.mark.parametrize(("tempo", "first"), [(80.0, 0.0), (127.0, 1.1), (150.0, 2.5)])
 def test_bars_begin_on_the_accented_beats(
     write: Callable[..., Path], tempo: float, first: float
 ) -> None:

@@ -67,7 +67,6 @@ def test_each_run_is_to_the_bit_what_it_is_alone(arms: str, settings: dict[str, 
     ("arms", "noise", "models"),
     [
         ("physics", 0.14, {}),
-        ("physics", 0.01, {"models": "posture", "rule": "gated"}),
         ("kinematic", 0.01, {"models": "posture", "rule": "gated"}),
     ],
     ids=str,
