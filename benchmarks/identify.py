@@ -25,7 +25,7 @@ from mpma_mj.sysid.parameters import REFERENCE, UNITS
 Array = NDArray[np.float64]
 Act = Callable[[Mapping[str, Array]], Array]
 
-MIDDLE = np.array([0.5, 0.3, 0.0, 1.4] * 2)  # of the movement, rad
+MIDDLE = np.array([0.5, 0.3, 0.0, 1.4] * 2)  # of the motion, rad
 LATENCY = 2  # control steps
 GROUPS = ("kv", "damping", "armature", "upper_arm_mass", "forearm_mass")
 

@@ -1,4 +1,4 @@
-"""Imitate recordings, each alone, and print what came of it, as Markdown.
+"""Imitate recordings, each alone, and print the results as Markdown.
 
 python benchmarks/recordings.py FOLDER/*/*.bvh FOLDER/*/*.c3d --seeds 3
 """

@@ -6,6 +6,7 @@ import contextlib
 import io
 import os
 import sys
+import textwrap
 import warnings
 from collections.abc import Iterator, Sequence
 from typing import Any, NoReturn, Protocol
@@ -13,17 +14,41 @@ from typing import Any, NoReturn, Protocol
 import tyro
 
 from mpma_mj import __version__
-from mpma_mj.commands import COMMANDS
+from mpma_mj.commands import COMMANDS, GROUPS
 from mpma_mj.commands.analyse import with_analysis
 from mpma_mj.commands.imitate import Imitate
-from mpma_mj.commands.overview import overview
 from mpma_mj.commands.parser_errors import parser_error
 from mpma_mj.commands.run_options import REFUSED_OPTIONS, config_type, registry
 from mpma_mj.commands.study import parse_study
 from mpma_mj.errors import BadOptionError, MpmaError, RecordingWarning
 from mpma_mj.utils.text import as_flag, did_you_mean
 
-__all__ = ["main"]
+__all__ = ["main", "overview"]
+
+_WIDTH = 88
+_MARGIN = " " * 16  # in front of purposes and examples; names of commands stand in it
+_HEAD = """\
+usage: mpma COMMAND ...
+
+Two simulated arms learn to imitate motion-capture recordings."""
+_FOOT = """\
+mpma COMMAND --help lists the options of a command; mpma --version prints the version.
+mpma --tyro-print-completion bash prints a script for completion by tab; also zsh, fish."""
+
+
+def overview() -> str:
+    """Return all commands by group, each with its purpose and an example."""
+    paragraphs = [_HEAD]
+    for title, commands in GROUPS.items():
+        lines = [title]
+        for name, (command, example) in commands.items():
+            purpose = str(command.__doc__).splitlines()[0]
+            head = f"  {name}".ljust(len(_MARGIN))
+            lines += textwrap.wrap(purpose, _WIDTH, initial_indent=head, subsequent_indent=_MARGIN)
+            lines.append(f"{_MARGIN}  {example}")
+        paragraphs.append("\n".join(lines))
+    return "\n\n".join([*paragraphs, _FOOT])
+
 
 _INTERRUPTED = 130  # exit code that shells expect after Ctrl-C
 _COMPLETION = {"--tyro-print-completion": 2, "--tyro-write-completion": 3}  # number of words
@@ -57,7 +82,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments: Words after `mpma`; those of the process if not given.
 
     Returns:
-        Exit code: 0 on success, 2 for input that has to be mended, 1 for a run that failed, 130
+        Exit code: 0 on success, 2 for bad input, 1 for a run that failed, 130
         after Ctrl-C, 141 if the output's pipe was closed.
     """
     try:
@@ -67,7 +92,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return error.exit_code
     except MemoryError:
         print(
-            "mpma: not enough memory; take fewer --modules, --nodes, --repeats, or less time",
+            "mpma: not enough memory; give fewer --modules, --nodes or --repeats, or a shorter"
+            " motion",
             file=sys.stderr,
         )
         return 1
@@ -77,7 +103,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _NO_READER
     except OSError as error:
         place = f"{error.filename}: " if error.filename else ""
-        print(f"mpma: {place}{error.strerror or error}; check path and rights", file=sys.stderr)
+        print(
+            f"mpma: {place}{error.strerror or error}; check the path and its permissions",
+            file=sys.stderr,
+        )
         return 2
     except KeyboardInterrupt:
         print("mpma: interrupted", file=sys.stderr)

@@ -3,7 +3,7 @@
 Each message is one line: what is wrong and where (file, row, joint, option), what was expected,
 and how to mend it. Options are named by data, not by text, so that the same error reads
 `max_gap=0.5` in Python and `--max-gap 0.5` on the command line. `exit_code` is what the command
-line returns: 2 for input that has to be mended, 1 for a run that failed.
+line returns: 2 for bad input, 1 for a run that failed.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ __all__ = [
     "BadOptionError",
     "CheckpointError",
     "DivergedError",
+    "InfeasibleMotionError",
     "MotionFileError",
-    "MotionReachError",
     "MpmaError",
     "RecordingWarning",
     "RenderingError",
@@ -55,7 +55,7 @@ class _Mendable:
 
     Attributes:
         remedy: How to mend it; `{name}` and `{name=value}` stand for options.
-        context: What the problem is about, in front of it; empty where it says so itself.
+        context: Prefix that names what the problem is about; empty where the message names it.
     """
 
     args: tuple[Any, ...]
@@ -107,7 +107,7 @@ class BadOptionError(MpmaError, ValueError):
     """An option or argument is out of bounds, or contradicts another.
 
     Attributes:
-        option: Name of the option in Python; empty where `message` says all.
+        option: Name of the option in Python; empty where `message` is complete.
         value: Value that was given.
         expected: What was expected instead.
     """
@@ -135,7 +135,7 @@ class BadOptionError(MpmaError, ValueError):
 
 
 class StateError(MpmaError, RuntimeError):
-    """A call comes in the wrong order, such as `learn` before an episode."""
+    """A method was called in the wrong order, such as `learn` before an episode."""
 
 
 class UnknownMotionError(MpmaError):
@@ -143,15 +143,15 @@ class UnknownMotionError(MpmaError):
 
 
 class MotionFileError(MpmaError):
-    """A recording cannot be read, or not as the movement of two arms."""
+    """A recording cannot be read, or not as the motion of two arms."""
 
 
-class MotionReachError(MpmaError):
-    """A demonstration asks for more speed or bend than the arms have."""
+class InfeasibleMotionError(MpmaError):
+    """A motion demands more speed or bend than the arms have."""
 
 
 class RobotLogError(MpmaError):
-    """A robot's log cannot be read, or does not show what is to be found out."""
+    """A robot's log cannot be read, or does not show what is to be identified."""
 
 
 class RunFolderError(MpmaError):
@@ -181,10 +181,10 @@ class VideoError(MpmaError):
 
 
 class WorkerError(MpmaError):
-    """Processes that train runs died, or are not like the one that sent them work."""
+    """Processes that train runs died, or run another version of the package."""
 
     exit_code = 1
 
 
 class RecordingWarning(_Mendable, UserWarning):
-    """Something about a recording may be wrong; says what was used instead."""
+    """A property of a recording may be wrong; the message names what was used instead."""

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.signals import MODULE_SIGNALS, ModuleSignals
+from mpma_mj.agents.base import MODULE_SIGNALS, ModuleSignals
 from mpma_mj.errors import StateError
 from mpma_mj.kinematics import angles_from_posture, posture_from_angles
 

@@ -33,7 +33,9 @@ Encoder = Callable[[str], None]
 DISK_FULL = """
 cat > /dev/null; echo half > "$video"; echo "[mp4 @ 0x1] No space left on device" >&2; exit 228
 """
-FAILED = "no new video, ffmpeg failed: exit code 228 (No space left on device); mend that"
+FAILED = (
+    "the video was not written: ffmpeg failed: exit code 228 (No space left on device); fix that"
+)
 
 QUALISYS_NAMES = {
     f"{side}_{point}": tuple(f"{name}_{side[0].upper()}" for name in names)

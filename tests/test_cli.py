@@ -305,5 +305,5 @@ def test_a_folder_that_is_no_run_is_refused_before_anything_large_is_imported(
     program = [sys.executable, "-c", REFUSED_EARLY, str(tmp_path), *NEED_A_RUN]
     result = subprocess.run(program, capture_output=True, text=True, check=False)
     assert result.returncode == 0, result.stderr
-    told = f"mpma: {tmp_path}: no run there (no readable config.json)\n"
+    told = f"mpma: {tmp_path}: is not a run (no readable config.json)\n"
     assert result.stderr == told * len(NEED_A_RUN)

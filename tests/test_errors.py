@@ -76,7 +76,7 @@ def test_the_command_line_tells_warnings_with_its_options(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     assert main(["motion", "ymca", "--to", "99"]) == 0
-    assert "mpma: warning: ymca: ymca ends at 3.75 s; --to 99 asks for more" in (
+    assert "mpma: warning: ymca: ymca ends at 3.75 s; --to 99 is later than that" in (
         capsys.readouterr().err
     )
 

@@ -1,6 +1,8 @@
 from .adaptive import Adaptive as Adaptive
 from .base import Agent as Agent
+from .base import AgentSignals as AgentSignals
 from .base import AgentSpec as AgentSpec
+from .base import ModuleSignals as ModuleSignals
 from .baselines import FeedbackOnly as FeedbackOnly
 from .baselines import OpenLoop as OpenLoop
 from .baselines import RandomAgent as RandomAgent
@@ -24,9 +26,7 @@ from .learning_rules import Readouts as Readouts
 from .learning_rules import learning_rule as learning_rule
 from .mosaic import MOSAIC as MOSAIC
 from .mpma import MPMA as MPMA
+from .mpma import Oracle as Oracle
 from .mpma import Single as Single
-from .oracle import Oracle as Oracle
 from .registry import AGENTS as AGENTS
 from .registry import agent_class as agent_class
-from .signals import AgentSignals as AgentSignals
-from .signals import ModuleSignals as ModuleSignals

@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.base import Agent, AgentSpec, Observation, Seeds
+from mpma_mj.agents.base import Agent, AgentSignals, AgentSpec, Observation, Seeds
 from mpma_mj.agents.config import JOINTS, AdaptiveConfig, AgentConfig
 from mpma_mj.agents.episode_buffer import EpisodeBuffer
 from mpma_mj.agents.gain_schedule import FINAL_GAINS
 from mpma_mj.agents.model_space import JointSpace
 from mpma_mj.agents.networks import NetworkFactory
 from mpma_mj.agents.plant_models import CALIBRATION
-from mpma_mj.agents.signals import AgentSignals
 from mpma_mj.errors import StateError
 from mpma_mj.utils.clipping import clip
 
@@ -107,7 +106,7 @@ class Adaptive(Agent):
             StateError: There was no episode.
         """
         if not len(self._steps) or self._last is not None:
-            raise StateError("learn() comes before an episode; call act() and observe() first")
+            raise StateError("learn() was called before an episode; call act() and observe() first")
         self._epochs += 1
         return {
             "gain_feedback": np.full_like(self._epochs, FINAL_GAINS.feedback),

@@ -66,16 +66,16 @@ class Anticipation:
         return np.concatenate([target[..., None, :], unit.reshape(ahead.shape)], axis=-2)
 
     def learn(self, run: RunIndex) -> None:
-        """Learn from one run's episode, as far as it is known what came."""
+        """Learn from one run's episode, as far as the coming targets are known."""
         own: tuple[Any, ...] = (slice(None), *run)
         targets = np.stack(self._targets)[own]
         known = len(targets) - self._most
         if known < 1:
             return
-        came = [targets[j : j + known] - targets[:known] for j in range(1, self._most + 1)]
+        coming = [targets[j : j + known] - targets[:known] for j in range(1, self._most + 1)]
         weights = (np.arange(len(targets)) < known).astype(float)[:, None]
         offsets = np.zeros((len(targets), 1, self._most * POSTURE))
-        offsets[:known, 0] = np.concatenate(came, axis=-1)
+        offsets[:known, 0] = np.concatenate(coming, axis=-1)
         features = self._network.episode(run, 1)
         self._network.readouts.of_run(run).fit(features, offsets, weights)
 

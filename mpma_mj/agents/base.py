@@ -1,18 +1,17 @@
-"""Base class of all agents."""
+"""Base class of all agents, and the signals of an episode that they record."""
 
 from __future__ import annotations
 
 import functools
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.agents.config import AgentConfig
-from mpma_mj.agents.signals import AgentSignals
 from mpma_mj.errors import StateError
 from mpma_mj.feedback import feedback_action
 from mpma_mj.kinematics import wrap
@@ -20,9 +19,69 @@ from mpma_mj.kinematics import wrap
 if TYPE_CHECKING:
     import dm_env
 
-__all__ = ["Agent", "AgentSpec", "Observation", "Seeds"]
+__all__ = [
+    "MODULE_SIGNALS",
+    "Agent",
+    "AgentSignals",
+    "AgentSpec",
+    "ModuleSignals",
+    "Observation",
+    "Seeds",
+]
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class ModuleSignals:
+    """Signals of M modules in the T steps of an episode.
+
+    Attributes:
+        responsibility: Responsibilities λ, shape (T, ..., M), that sum to 1.
+        prior: Priors p, shape (T, ..., M); NaN of modules of plants that only other runs of a
+            batch recruited.
+        module_actions: Actions u^i of the inverse models, shape (T, ..., M, 8).
+        predictions: Predicted next postures x̂^i, shape (T, ..., M, 12).
+    """
+
+    responsibility: Array
+    prior: Array
+    module_actions: Array
+    predictions: Array
+
+    def map(self, change: Callable[[Array], Array]) -> ModuleSignals:
+        """Return the signals after a change of each."""
+        return ModuleSignals(**{name: change(getattr(self, name)) for name in MODULE_SIGNALS})
+
+    def present(self) -> ModuleSignals:
+        """Return the signals of one run without modules of plants that only others recruited.
+
+        These come last. A module that is switched off, or never has control, stays.
+        """
+        count = int(np.isfinite(self.prior[:1]).sum())
+        return self.map(lambda signal: np.ascontiguousarray(signal[:, :count]))
+
+
+@dataclass(frozen=True, eq=False)
+class AgentSignals:
+    """Signals of the T steps of an episode.
+
+    Attributes:
+        feedback: The feedback controller's part of the action, K u_fb, shape (T, ..., 8); None
+            where there is none.
+        learned: What learning adds to the action, shape (T, ..., 8): L Σ_i λ^i (u^i - m) with the
+            resolved-rate command m of joint models, m = 0 of others; None where nothing is learned.
+        modules: Signals of modules; None of an agent without.
+    """
+
+    feedback: Array | None = None
+    learned: Array | None = None
+    modules: ModuleSignals | None = None
+
+
+MODULE_SIGNALS = tuple(field.name for field in fields(ModuleSignals))
+"""Names of the signals of modules."""
+
 Observation = Mapping[str, Array]
 Seeds = int | Sequence[int]
 
@@ -49,12 +108,7 @@ class AgentSpec:
     lookahead: int = 0
 
     def feedback(self, joint_angles: Array, reference: Array) -> Array:
-        """Return the feedback controller's action, u_fb, before its gain; see `feedback_action`.
-
-        Args:
-            joint_angles: Joint angles, shape (..., 8), rad.
-            reference: Demonstrated posture, shape (..., 12).
-        """
+        """Return the feedback controller's action, u_fb, before its gain; see `feedback_action`."""
         return feedback_action(joint_angles, reference, self.max_joint_speed, self.control_timestep)
 
     @functools.cached_property
@@ -113,11 +167,7 @@ class Agent(ABC):
         """Begin an episode; its random numbers depend on the seed and on its number alone."""
 
     def observe_plant(self, plant: NDArray[np.intp] | None) -> None:  # noqa: B027, a hook
-        """Receive the index of the plant that is on, shape (...), before each action.
-
-        Args:
-            plant: The index; None in an environment without plants.
-        """
+        """Receive the index of the plant that is on, (...), before each action; None without."""
 
     @abstractmethod
     def act(self, observation: Observation) -> Array:
@@ -145,8 +195,8 @@ class Agent(ABC):
         """
         if self.state_dict():
             raise StateError(
-                f"{type(self).__name__} keeps a state for each run of a batch, of which"
-                f" {len(runs)} continue; define select_runs, which indexes it by run"
+                f"{type(self).__name__} has a state for each run of a batch, and {len(runs)} of"
+                " them continue; define select_runs, which selects the states of these runs"
             )
 
     def state_dict(self) -> dict[str, Array]:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj import kinematics
-from mpma_mj.agents.base import Agent, AgentSpec, Observation, Seeds
+from mpma_mj.agents.base import Agent, AgentSignals, AgentSpec, Observation, Seeds
 from mpma_mj.agents.config import (
     JOINTS,
     AgentConfig,
@@ -19,7 +19,6 @@ from mpma_mj.agents.config import (
 )
 from mpma_mj.agents.episode_buffer import EpisodeBuffer
 from mpma_mj.agents.gain_schedule import FINAL_GAINS
-from mpma_mj.agents.signals import AgentSignals
 from mpma_mj.utils.clipping import clip
 from mpma_mj.utils.seeding import stream
 

@@ -152,8 +152,8 @@ class PairedConfig(NetworkConfig):
                 raise BadOptionError(
                     option=field.name,
                     value=getattr(self, field.name),
-                    expected=f"the default: {self.models} models do not have it",
-                    remedy=f"leave {{{field.name}}} out, or take {{models={other}}}",
+                    expected=f"the default, as {self.models} models do not use it",
+                    remedy=f"leave {{{field.name}}} out, or choose {{models={other}}}",
                 )
 
 
@@ -220,12 +220,12 @@ def check_models(rule: object, needed: str, models: str) -> None:
     if needed != models:
         name = rule if isinstance(rule, str) else type(rule).__name__
         fitting = next(rule for rule, space in _BUILT_IN_MODELS.items() if space == models)
-        remedy = f"take {{models={needed}}}, or {{rule={fitting}}}"
+        remedy = f"choose {{models={needed}}}, or {{rule={fitting}}}"
         raise BadOptionError(
             option="rule",
             value=name,
             expected=f"a rule for {models} models",
-            remedy=f"{name} is made for {needed} models: {remedy}",
+            remedy=f"{name} is for {needed} models: {remedy}",
         )
 
 

@@ -44,7 +44,7 @@ def load_class(path: str, option: str, required: Sequence[str], *, base: type) -
     if not home or not name.isidentifier():
         raise refusal("a path such as my_file.py:MyClass or package.module:MyClass")
     if home.endswith(".py") and not Path(home).is_file():
-        raise refusal(f"a file that exists, and there is no {Path(home).resolve()}")
+        raise refusal(f"an existing file, but there is no {Path(home).resolve()}")
     try:
         module = _from_file(Path(home)) if home.endswith(".py") else importlib.import_module(home)
         found = getattr(module, name, None)  # which may import, too
@@ -53,10 +53,10 @@ def load_class(path: str, option: str, required: Sequence[str], *, base: type) -
         raise refusal(f"a module that can be imported ({cause})") from None
     if found is None:
         classes = [key for key, value in vars(module).items() if inspect.isclass(value)]
-        expected = f"a class that {home} has, and it has no {name}"
+        expected = f"a class of {home}, but it has no {name}"
         raise refusal(expected, did_you_mean(name, classes))
     if not inspect.isclass(found):
-        raise refusal(f"a class, and {name} is an object of type {type(found).__name__}")
+        raise refusal(f"a class, but {name} is an object of type {type(found).__name__}")
     abstract: frozenset[str] = getattr(found, "__abstractmethods__", frozenset())
     lacking = [n for n in required if n in abstract or not hasattr(found, n)]
     if lacking:

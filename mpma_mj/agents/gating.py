@@ -168,6 +168,10 @@ class Gate(ABC):
         """
         return None
 
+    def logged(self) -> dict[str, Array]:
+        """Return what is logged of each run's epoch beside its gains."""
+        return {}
+
     @property
     def likely_plant(self) -> NDArray[np.intp] | int:
         """Index of the plant that is most probably on, shape (...)."""

@@ -59,11 +59,7 @@ class ConfidenceGate(Gate):
     """
 
     def __init__(self, networks: NetworkFactory) -> None:
-        """Begin without confidence in any pair.
-
-        Args:
-            networks: What the agent's networks have in common; a module for each label.
-        """
+        """Begin without confidence in any pair; there is one for each of the networks' modules."""
         self.prepared = 0
         self.enabled = np.ones(networks.modules, bool)
         self._context_size = networks.modules
@@ -152,14 +148,8 @@ class HAMMER(PairedModels):
 
     def __init__(self, config: HAMMERConfig, spec: AgentSpec, *, seed: Seeds = 0) -> None:
         """Draw the reservoirs; arguments as of `Agent`."""
-        networks = NetworkFactory(
-            config=config,
-            seed=seed,
-            modules=spec.context_size,
-            forgetting=PreparationRule.forgetting,
-            ridge=config.ridge,
-            inverse_ridge=config.inverse_ridge if config.models == "joint" else 0.0,
-        )
+        forgetting = PreparationRule.forgetting
+        networks = NetworkFactory.fitted(config, seed, spec.context_size, forgetting)
         gate = ConfidenceGate(networks)
         space = model_space(config, spec)
         rule = PreparationRule(gate)

@@ -13,8 +13,7 @@ from mpma_mj.agents.base import AgentSpec, Observation, Seeds
 from mpma_mj.agents.config import JOINTS
 from mpma_mj.agents.plant_models import gaussian_log_likelihood
 from mpma_mj.agents.senses import Senses, Steps
-from mpma_mj.agents.state_estimate import StateEstimate
-from mpma_mj.agents.state_models import StateModels, state_inputs
+from mpma_mj.agents.state_models import StateEstimate, StateModels, state_inputs
 from mpma_mj.agents.switching import filtered, predicted
 from mpma_mj.kinematics import angles_from_posture, posture_from_angles
 
@@ -86,7 +85,7 @@ class LateSenses(Senses):
             spec: Description of the arms; its latency is the delay, or None if it is not known.
             batch_shape: Shape of the runs.
             plants: Largest number of plants, W.
-            max_latency: Largest delay that is made up for, control steps.
+            max_latency: Largest compensated delay, control steps.
             estimates: Whether observation and prediction share the present state.
             seed: Seed of the anticipation; several are a batch of runs.
         """
@@ -229,7 +228,7 @@ class LateSenses(Senses):
         return steps - np.concatenate([delays[1:], delays[-1:]])
 
     def learn(self, steps: Steps, shares: Array, run: tuple[int, ...]) -> None:
-        """Refit the state models, and what anticipates and estimates."""
+        """Refit the state models, the anticipation and the state estimate."""
         error = self._models.learn(steps, shares, run)
         if self._anticipation is not None:
             self._anticipation.learn(run)
@@ -274,7 +273,7 @@ class LateSenses(Senses):
         }
 
     def _adapt(self, angles: Array, speed: Array) -> None:
-        """Let the state models take up the move to this state, by the command that acted.
+        """Update the state models with the move to this state and the command that acted.
 
         With noise and no latency it would cost more in one plant than it brings: inputs are noisy.
         """

@@ -16,6 +16,7 @@ __all__ = ["Before", "JointSpace", "ModelSpace", "PostureSpace", "model_space", 
 
 Array = NDArray[np.float64]
 Before = tuple[Array, Array]  # joint angles and action of the step before
+Examples = tuple[Array, Array, NDArray[np.bool_]]
 
 _IMPOSSIBLE = 0.7  # entries of a residual from which an example counts as an outlier (choice)
 
@@ -102,6 +103,24 @@ class ModelSpace(ABC):
             Target, shape (..., K).
         """
 
+    def hindsight(
+        self, state: Array, joint_angles: Array, action: Array, reached: Array
+    ) -> Examples | None:
+        """Return exact examples of the inverse: what was reached is taken for the target.
+
+        Args:
+            state: Proprioceptive states, shape (T, S).
+            joint_angles: Joint angles q, shape (T, 8), rad.
+            action: Actions u, shape (T, 8).
+            reached: Postures x_{t+1} that were reached, shape (T, 12).
+
+        Returns:
+            Inputs of the inverse models, shape (T, D); their targets u - u_fb(q_t, x_{t+1}), shape
+            (T, 8); and which examples can be learned from, shape (T,). None where inverse models
+            learn from the epoch itself.
+        """
+        return None
+
 
 class PostureSpace(ModelSpace):
     """Models of the paper: from postures to commands, from commands to postures.
@@ -158,7 +177,7 @@ class JointSpace(ModelSpace):
         inverse  [s_t ; x'_{t+1} ; m_t] → residual on m_t
         forward  [u_t ; s_t] → move,  q̂_{t+1} = q_t + Δt v move
 
-    A plant is nearly linear in these, so that linear readouts tell plants apart; and a large ridge
+    A plant is nearly linear in these, so that linear readouts distinguish plants; and a large ridge
     leads back to m, not to 0.
     """
 
@@ -212,19 +231,8 @@ class JointSpace(ModelSpace):
 
     def hindsight(
         self, state: Array, joint_angles: Array, action: Array, reached: Array
-    ) -> tuple[Array, Array, NDArray[np.bool_]]:
-        """Return exact examples of the inverse: what was reached is taken for the target.
-
-        Args:
-            state: Proprioceptive states, shape (T, S).
-            joint_angles: Joint angles q, shape (T, 8), rad.
-            action: Actions u, shape (T, 8).
-            reached: Postures x_{t+1} that were reached, shape (T, 12).
-
-        Returns:
-            Inputs of the inverse models, shape (T, D); their targets u - u_fb(q_t, x_{t+1}), shape
-            (T, 8); and which examples can be learned from, shape (T,).
-        """
+    ) -> Examples:
+        """Return examples of residual commands; see `ModelSpace`."""
         command = self.spec.feedback(joint_angles, reached)
         inputs = self.inverse_input(state, reached, command)
         residual = action - command

@@ -70,7 +70,7 @@ class MOSAIC(PairedModels):
     σ is constant (choice). At 0.5 the likelihood is nearly flat and the context decides. At 0.144
     one module wins everything with posture models; with joint models modules divide labels better,
     but p_e rises from 0.63 to 0.93 %. If σ follows the prediction error, posture models divide
-    inside labels, which predictors cannot tell by context.
+    inside labels, which predictors cannot distinguish by context.
 
     Rates of joint models (choice): of 0.02, 0.05, 0.1 and 0.2 for forward and inverse models each,
     on YMCA with five seeds, 0.02 of the inverse models, the lowest, has the least p_e: 0.63 % when

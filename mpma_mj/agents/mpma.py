@@ -1,4 +1,4 @@
-"""The Multiple Paired Models Architecture of Tidemann & Öztürk 2008, and a single pair."""
+"""The Multiple Paired Models Architecture of Tidemann & Öztürk 2008, and two variants of it."""
 
 from __future__ import annotations
 
@@ -8,19 +8,20 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.base import AgentSpec, Seeds
-from mpma_mj.agents.config import AgentConfig, MPMAConfig, SingleConfig, check_models
+from mpma_mj.agents.base import AgentSpec, Observation, Seeds
+from mpma_mj.agents.config import AgentConfig, MPMAConfig, OracleConfig, SingleConfig, check_models
 from mpma_mj.agents.gating import Gate, ResponsibilityGate
 from mpma_mj.agents.late_senses import LateSenses
 from mpma_mj.agents.learning_rules import learning_rule
 from mpma_mj.agents.model_space import model_space
-from mpma_mj.agents.networks import NetworkFactory
+from mpma_mj.agents.networks import NetworkFactory, RunIndex
 from mpma_mj.agents.paired_models import PairedModels
 from mpma_mj.agents.plant_gate import PlantGate
+from mpma_mj.agents.plant_models import PlantModels
 from mpma_mj.agents.senses import ModelledSenses, Senses
 from mpma_mj.errors import BadOptionError
 
-__all__ = ["MPMA", "Single"]
+__all__ = ["MPMA", "Oracle", "Single"]
 
 Array = NDArray[np.float64]
 
@@ -50,18 +51,11 @@ class MPMA(PairedModels):
         rule = learning_rule(config.rule)
         check_models(config.rule, rule.models, config.models)
         joint = config.models == "joint"
-        networks = NetworkFactory(
-            config=config,
-            seed=seed,
-            modules=config.modules,
-            forgetting=rule.forgetting,
-            ridge=config.ridge,
-            inverse_ridge=config.inverse_ridge if joint else 0.0,
-            max_plants=config.max_plants if joint else 1,
-        )
+        networks = NetworkFactory.fitted(config, seed, config.modules, rule.forgetting)
         senses = _senses(config, spec, seed) if joint else None
         gate: Gate
         if joint:
+            networks = replace(networks, max_plants=config.max_plants)
             late = senses is not None and senses.late
             gate = self.gate_type(networks, config, spec, guarded_recruitment=late)
         else:
@@ -83,26 +77,17 @@ class MPMA(PairedModels):
             efference_copy=config.efference_copy,
         )
 
-    def learn(self) -> dict[str, Array]:
-        """Let every run learn from its episode.
-
-        Returns:
-            Gains; of joint models also whether they are `calibrating` and the number of `plants`.
-        """
-        logged = super().learn()
-        return logged | self._gate.logged() if isinstance(self._gate, PlantGate) else logged
-
 
 def _is_late(config: MPMAConfig, spec: AgentSpec) -> bool:
-    """Return whether a latency is made up for."""
+    """Return whether a latency is compensated."""
     return config.max_latency > 0 and spec.latency != 0
 
 
 def _senses(config: MPMAConfig, spec: AgentSpec, seed: Seeds) -> Senses | None:
-    """Return the senses of joint models; None where they learn nothing of the state.
+    """Return the senses of joint models; None where models of the state are not learned.
 
     Raises:
-        BadOptionError: The latency is beyond the largest that is made up for, or the history of
+        BadOptionError: The latency is beyond the largest that is compensated, or the history of
             moves, which is late, is among the inputs.
     """
     late = _is_late(config, spec)
@@ -115,7 +100,7 @@ def _senses(config: MPMAConfig, spec: AgentSpec, seed: Seeds) -> Senses | None:
         raise BadOptionError(option="max_latency", value=config.max_latency, expected=expected)
     if config.history:
         remedy = (
-            "its moves are late: leave it out, or take {max_latency=0} without {state_estimate}"
+            "its moves are late: leave it out, or choose {max_latency=0} without {state_estimate}"
         )
         raise BadOptionError(option="history", value=True, remedy=remedy)
     known = spec.latency if late else 0
@@ -140,3 +125,68 @@ class Single(MPMA):
         alone: dict[str, Any] = {"max_plants": 1} if config.models == "joint" else {}
         super().__init__(MPMAConfig(**vars(config), modules=1, **alone), spec, seed=seed)
         self.config = config
+
+
+class _ObservingGate(PlantGate):
+    """`PlantGate` that receives the plant instead of a belief, and has modules for all of them.
+
+    Attributes:
+        true_plant: Index of the plant that is on, shape (...); the first until it is given.
+    """
+
+    true_plant: NDArray[np.intp]
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        """Draw the responsibility predictors, and let all plants prefer alike."""
+        super().__init__(*args, **options)
+        self.models.recruited[...] = self.models.most
+        self._preferences[...] = self._preferences[..., :1, :, :]
+        self.reset(0)
+
+    def reset(self, episode: int) -> None:
+        """Begin an episode."""
+        super().reset(episode)
+        self.true_plant = np.zeros_like(self.models.recruited)
+        self._true_plants: list[NDArray[np.intp]] = []
+
+    def __call__(self, observation: Observation, predictions: Array | None) -> tuple[Array, Array]:
+        """Return priors and responsibilities of a step, each of shape (..., W · M)."""
+        self._true_plants.append(self.true_plant)
+        self._possible = self.true_plant[..., None] == np.arange(self.plants)
+        self._belief = self._possible.astype(float)
+        return super().__call__(observation, predictions)
+
+    def _posterior(
+        self, run: RunIndex, models: PlantModels, inputs: Array, outcome: Array
+    ) -> Array:
+        """Return which plant was on in each step of one run, shape (T, W)."""
+        models.epochs[...] += 1
+        # Where senses are late, no command acted in the first steps.
+        plants = np.array([step[run] for step in self._true_plants])[-len(outcome) :]
+        return (plants[:, None] == np.arange(models.most)).astype(float)
+
+    def _believed(self, before: Array, move: Array) -> Array:
+        """Return the belief b, which no move changes."""
+        return before
+
+
+class Oracle(MPMA):
+    """`MPMA` that observes which plant is on, and has a set of modules for each."""
+
+    config_type: ClassVar[type[AgentConfig]] = OracleConfig
+    gate_type: ClassVar[type[PlantGate]] = _ObservingGate
+    observes_plant: bool = True
+    _gate: _ObservingGate
+
+    def observe_plant(self, plant: NDArray[np.intp] | None) -> None:
+        """Receive the index of the plant that is on, shape (...), before each action.
+
+        Raises:
+            BadOptionError: There are more plants than the agent may have.
+        """
+        true_plant = np.zeros(self._batch_shape, np.intp) if plant is None else np.asarray(plant)
+        number, most = int(true_plant.max()) + 1, self._gate.models.most
+        if number > most:
+            expected = f"at least {number}, one for each plant of the environment"
+            raise BadOptionError(option="max_plants", value=most, expected=expected)
+        self._gate.true_plant = true_plant

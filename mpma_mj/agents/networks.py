@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.agents.base import Seeds
-from mpma_mj.agents.config import NetworkConfig
+from mpma_mj.agents.config import HAMMERConfig, MPMAConfig, NetworkConfig
 from mpma_mj.agents.episode_buffer import EpisodeBuffer
 from mpma_mj.esn import PRECISION, FeatureReplay, Features, ReadoutBank, ReservoirBank, Ridge
 from mpma_mj.utils.seeding import stream
@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 RunIndex = tuple[int, ...]  # index of a run; () where there is one
 
 _MOST_KEPT = 2**26  # bytes of features of each network; those of more steps are replayed (choice)
-_LEAST_RIDGE = 1e-6  # a step, beside a relative ridge (choice)
+_LEAST_RIDGE = 1e-6  # per step, added to a relative ridge (choice)
 
 
 @dataclass(frozen=True)
@@ -49,6 +49,14 @@ class NetworkFactory:
     ridge: float = 1.0
     inverse_ridge: float = 0.0
     max_plants: int = 1
+
+    @classmethod
+    def fitted(
+        cls, config: MPMAConfig | HAMMERConfig, seed: Seeds, modules: int, forgetting: float
+    ) -> NetworkFactory:
+        """Return the properties of networks whose readouts are fitted with the config's ridges."""
+        inverse_ridge = config.inverse_ridge if config.models == "joint" else 0.0
+        return cls(config, seed, modules, forgetting, config.ridge, inverse_ridge)
 
     def make(self, name: str, inputs: int, outputs: int) -> Network:
         """Draw a network for each module.

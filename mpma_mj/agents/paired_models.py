@@ -10,16 +10,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj import metrics
-from mpma_mj.agents.base import Agent, AgentSpec, Observation
+from mpma_mj.agents.base import (
+    MODULE_SIGNALS,
+    Agent,
+    AgentSignals,
+    AgentSpec,
+    ModuleSignals,
+    Observation,
+)
 from mpma_mj.agents.config import JOINTS, AgentConfig
 from mpma_mj.agents.episode_buffer import EpisodeBuffer
 from mpma_mj.agents.gain_schedule import FINAL_GAINS, Gains, performance
 from mpma_mj.agents.gating import Gate, learned_part, mixed_outputs
 from mpma_mj.agents.learning_rules import Epoch, LearningRule, Readouts, Step
-from mpma_mj.agents.model_space import Before, JointSpace, ModelSpace, module_action
+from mpma_mj.agents.model_space import Before, ModelSpace, module_action
 from mpma_mj.agents.networks import NetworkFactory, RunIndex
 from mpma_mj.agents.senses import Senses
-from mpma_mj.agents.signals import MODULE_SIGNALS, AgentSignals, ModuleSignals
 from mpma_mj.errors import BadOptionError, StateError
 from mpma_mj.options import EfferenceCopy
 from mpma_mj.utils.clipping import clip
@@ -167,20 +173,18 @@ class PairedModels(Agent):
         """Let every run learn from its episode, and its gains follow.
 
         Returns:
-            Gains K and L of the episode, `gain_feedback` and `gain_inverse`.
+            Its gains K and L, `gain_feedback` and `gain_inverse`, and what the gate logs.
 
         Raises:
             StateError: There was no episode.
         """
         if not (len(self._steps) and self._last):
-            raise StateError("learn() comes before an episode; call act() and observe() first")
-        gains = Gains(self._progress.copy())
+            raise StateError("learn() was called before an episode; call act() and observe() first")
+        gains = Gains(self._progress)
+        feedback, inverse = np.asarray(gains.feedback), np.asarray(gains.inverse)
         for run in np.ndindex(self._batch_shape):
             self._learn_run(run)
-        return {
-            "gain_feedback": np.asarray(gains.feedback),
-            "gain_inverse": np.asarray(gains.inverse),
-        }
+        return {"gain_feedback": feedback, "gain_inverse": inverse} | self._gate.logged()
 
     def predicted_posture(self) -> Array:
         """Return the posture that is predicted to come next, Σ_i λ^i x̂^i, shape (..., 12).
@@ -189,7 +193,9 @@ class PairedModels(Agent):
             StateError: There was no step yet.
         """
         if not len(self._steps):
-            raise StateError("predicted_posture() comes before the first step; call act() first")
+            raise StateError(
+                "predicted_posture() was called before the first step; call act() first"
+            )
         responsibility = self._steps.last("responsibility")
         outputs, angles = self._steps.last("predictions"), self._steps.last("joint_angles")
         predicted = self._space.predicted_posture(outputs, angles)
@@ -223,12 +229,7 @@ class PairedModels(Agent):
         return state
 
     def load_state_dict(self, state: Mapping[str, Array]) -> None:
-        """Continue from the arrays that `state_dict` returned.
-
-        Raises:
-            KeyError: An array is missing.
-            ValueError: An array has another shape.
-        """
+        """Continue from the arrays that `state_dict` returned; see `Agent`."""
         self._progress[...] = state["progress"]
         self._untrained_error[...] = state["untrained_error"]
         for part in self._parts:
@@ -305,10 +306,10 @@ class PairedModels(Agent):
             features["forward_features"] = self._forward.replay(run, efference)
         if predictor is not None:
             features["predictor_features"] = predictor.episode(run, modules)
-        if not isinstance(self._space, JointSpace):
-            return features | {"inverse_features": self._inverse.episode(run, modules)}
         state, angles, action = steps["state"], steps["joint_angles"], steps["action"]
         examples = self._space.hindsight(state, angles, action, steps["next_posture"])
+        if examples is None:
+            return features | {"inverse_features": self._inverse.episode(run, modules)}
         inputs, features["desired"], features["usable"] = examples
         return features | {"inverse_features": self._inverse.replay(run, inputs)}
 
@@ -328,18 +329,15 @@ class PairedModels(Agent):
     def _step(self) -> Step:
         """Return the last step of all runs."""
         last, steps, predictor = self._last, self._steps, self._gate.predictor
-        responsibility = steps.last("responsibility")
+        responsibility, angles = steps.last("responsibility"), steps.last("joint_angles")
+        no_features = np.empty((*responsibility.shape, 0))
         return Step(
             inverse_features=self._inverse.features,
             forward_features=self._forward.features,
-            predictor_features=predictor.features
-            if predictor
-            else np.empty((*responsibility.shape, 0)),
+            predictor_features=predictor.features if predictor else no_features,
             responsibility=responsibility,
             predictions=steps.last("predictions"),
-            outcome=self._space.outcome(
-                steps.last("joint_angles"), last["joint_angles"], last["posture"]
-            ),
+            outcome=self._space.outcome(angles, last["joint_angles"], last["posture"]),
             next_feedback=self.spec.feedback(last["joint_angles"], last["reference"]),
             feedback_gain=np.asarray(self.gains.feedback),
         )

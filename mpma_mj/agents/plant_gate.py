@@ -158,7 +158,7 @@ class PlantGate(Gate):
             self._inputs = plant_inputs(action, state)
 
     def assign(self, run: RunIndex, epoch: Epoch) -> Array:
-        """Learn which plant was on and which module led; return who learns from each step.
+        """Learn which plant was on and which module led; return the weights of learning.
 
         Args:
             run: Index of the run.
@@ -210,7 +210,7 @@ class PlantGate(Gate):
     def _posterior(
         self, run: RunIndex, models: PlantModels, inputs: Array, outcome: Array
     ) -> Array:
-        """Let the plant models of one run learn; return who learns from each step, (T, W)."""
+        """Let the plant models of one run learn; return plant weights of all steps, (T, W)."""
         posterior, is_new = models.learn(inputs, outcome)
         if is_new:
             new = int(models.recruited) - 1

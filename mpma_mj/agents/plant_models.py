@@ -1,4 +1,4 @@
-"""Plant models: linear predictors of the arms' next move, whose errors tell plants apart."""
+"""Plant models: linear predictors of the arms' next move, whose errors distinguish plants."""
 
 from __future__ import annotations
 
@@ -114,8 +114,8 @@ class PlantModels:
 
         G_w = n G_p / N_p    B_w = n B_p / N_p        n = 20, N_p: steps of the parent
 
-    With late senses arms swing in that epoch, in states of which models know little: the few steps
-    that are told apart make a poor model, and others would learn the steps that are not.
+    With late senses arms swing in that epoch, in states that models have hardly seen: the few steps
+    that are distinguished make a poor model, and others would learn the steps that are not.
 
     Attributes:
         most: Largest number of plants, W.

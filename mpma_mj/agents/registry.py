@@ -11,9 +11,9 @@ from mpma_mj.agents.config import AgentConfig
 from mpma_mj.agents.extensions import load_class
 from mpma_mj.agents.hammer import HAMMER
 from mpma_mj.agents.mosaic import MOSAIC
-from mpma_mj.agents.mpma import MPMA, Single
-from mpma_mj.agents.oracle import Oracle
+from mpma_mj.agents.mpma import MPMA, Oracle, Single
 from mpma_mj.errors import BadOptionError
+from mpma_mj.utils.text import did_you_mean
 
 __all__ = ["AGENTS", "agent_class", "check_trainable"]
 
@@ -52,7 +52,8 @@ def agent_class(name: str) -> type[Agent]:
         expected = (
             f"one of {', '.join(AGENTS)}, or the path of a class, such as my_agents.py:MyAgent"
         )
-        raise BadOptionError(option="agent", value=name, expected=expected)
+        remedy = did_you_mean(str(name), AGENTS)
+        raise BadOptionError(option="agent", value=name, expected=expected, remedy=remedy)
     if name in AGENTS:
         return AGENTS[name]
     loaded: type[Agent] = load_class(name, "agent", _REQUIRED, base=Agent)
@@ -97,4 +98,4 @@ def _check_outside(name: str, loaded: type[Agent]) -> None:
             raise refusal(f"whose config_type has a default for {field.name}")
     saved = (loaded.state_dict, loaded.load_state_dict)
     if loaded.trainable and (Agent.state_dict in saved or Agent.load_state_dict in saved):
-        raise refusal("with state_dict and load_state_dict of its own, since it is trainable")
+        raise refusal("that defines state_dict and load_state_dict, since it is trainable")

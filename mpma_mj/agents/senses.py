@@ -91,13 +91,7 @@ class ModelledSenses(Senses):
     """What is observed, as it is, and models of the state for a latency that may come later."""
 
     def __init__(self, spec: AgentSpec, batch_shape: tuple[int, ...], plants: int) -> None:
-        """Begin with the kinematic prior.
-
-        Args:
-            spec: Description of the arms.
-            batch_shape: Shape of the runs.
-            plants: Largest number of plants, W.
-        """
+        """Begin with the kinematic prior; arguments as of `StateModels`."""
         self._spec = spec
         self._models = StateModels(spec, batch_shape, plants)
         self._velocities: list[Array] = []

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.base import Agent, Observation, Seeds
+from mpma_mj.agents.base import Agent, AgentSignals, Observation, Seeds
 from mpma_mj.agents.paired_models import PairedModels
-from mpma_mj.agents.signals import AgentSignals
 from mpma_mj.context import active_label, one_hot
 from mpma_mj.errors import BadOptionError, StateError
 from mpma_mj.options import ContextSignal
@@ -149,7 +148,7 @@ class AlteredContext(AgentWrapper):
             StateError: The episode has no further step.
         """
         if self._step >= len(self._contexts):
-            raise StateError("act() comes after the end of the episode; call reset() first")
+            raise StateError("act() was called after the end of the episode; call reset() first")
         context = self._contexts[self._step]
         self._step += 1
         return super().act(dict(observation) | {"context": context})

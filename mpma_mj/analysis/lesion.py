@@ -152,8 +152,9 @@ def possible_lesions(trained: TrainedAgents) -> list[Dropped]:
     modules = range(len(_pairs(trained).enabled_modules))
     if len(modules) == 1:
         raise BadOptionError(
-            f"{trained.source or 'trained agent'}: has one module, and none that could take over",
-            remedy="expected a run of {modules=2} or more",
+            f"{trained.source or 'trained agent'}: has only one module, so that no other could"
+            " take over",
+            remedy="choose a run with {modules=2} or more",
         )
     sizes = range(1 + min(_AT_ONCE, len(modules) - 1))
     some = [dropped for size in sizes for dropped in itertools.combinations(modules, size)]
@@ -227,7 +228,7 @@ def _diverged(dropped: Dropped) -> DivergedError:
     missing = " and ".join(f"module {i + 1}" for i in dropped) or "any lesion"
     return DivergedError(
         f"without {missing}: the simulation diverged",
-        remedy="train again with a slower {tempo} or another {seed}",
+        remedy="train again with a lower {tempo} or another {seed}",
     )
 
 

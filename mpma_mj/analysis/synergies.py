@@ -6,7 +6,7 @@ negative, so that each joint counts as two, one a direction, as muscles do. They
 non-negative matrix factorisation (Lee & Seung 1999).
 
 Here the outputs of all modules are factorised together: a synergy that only one module uses
-is that module's own, one that all use belongs to the movement rather than to a module.
+is that module's own, one that all use belongs to the motion rather than to a module.
 """
 
 from __future__ import annotations

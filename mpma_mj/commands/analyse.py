@@ -35,10 +35,9 @@ class Modules:
         """Analyse the runs and return the path of the last figure."""
         # A trace is read without the classes from outside that made it.
         with locked_runs(self.run_folders, None, "analyse") as folders:
-            from mpma_mj.analysis.module_trace import read_module_trace
             from mpma_mj.analysis.modules import analyse_modules
-            from mpma_mj.analysis.modules_figure import write_figure
-            from mpma_mj.analysis.modules_table import as_markdown
+            from mpma_mj.analysis.modules_report import as_markdown, write_figure
+            from mpma_mj.training.checkpoints import read_module_trace
             from mpma_mj.utils.progress import show_range
 
             for folder in folders:
@@ -50,7 +49,7 @@ class Modules:
                     demonstration.period,
                     lambda factors: show_range(factors, "looking for synergies"),
                 )
-                write_result(folder.modules, motion.name, analysis.as_json())
+                write_result(folder.results_of("modules"), motion.name, analysis.as_json())
                 picture = folder.figures / "modules.png"
                 write_figure(picture, analysis, motion)
                 title = f"{folder.path}\n\n" if len(folders) > 1 else ""
@@ -82,10 +81,8 @@ class Lesion:
             )
         with locked_runs(self.run_folders, self.outside, "analyse") as folders:
             from mpma_mj.analysis.lesion import Lesions, apply_lesion, possible_lesions
-            from mpma_mj.analysis.lesion_figure import write_figure
-            from mpma_mj.analysis.lesion_table import matrix, summary
-            from mpma_mj.analysis.module_trace import read_module_trace
-            from mpma_mj.training.checkpoints import TrainedAgents
+            from mpma_mj.analysis.lesion_report import matrix, summary, write_figure
+            from mpma_mj.training.checkpoints import TrainedAgents, read_module_trace
             from mpma_mj.utils.progress import show_range
 
             _check_comparable(folders)
@@ -103,7 +100,7 @@ class Lesion:
                 )
                 result = Lesions(trained.motion.labels, lesions, self.fine_tune)
                 results.append(result)
-                write_result(folder.lesion, trained.motion.name, result.as_json())
+                write_result(folder.results_of("lesion"), trained.motion.name, result.as_json())
                 picture = folder.figures / "lesion.png"
                 write_figure(picture, result, trained.motion.name)
             if len(results) == 1:
@@ -124,11 +121,11 @@ def _check_comparable(folders: Sequence[RunFolder]) -> None:
     configs = [folder.read_config() for folder in folders]
     for number, (folder, config) in enumerate(zip(folders, configs, strict=True)):
         if config in configs[:number]:
-            raise BadOptionError(f"{folder.path}: is there twice; leave one out")
+            raise BadOptionError(f"{folder.path}: is given twice; leave one out")
         if without_seed(config) != without_seed(configs[0]):
             raise BadOptionError(
                 f"{folder.path}: differs from {first.path} in more than its seed",
-                remedy="analyse each by itself",
+                remedy="analyse each separately",
             )
 
 
@@ -155,9 +152,13 @@ class FreeRunning:
         """Run all agents without demonstration and return the path of the last figure."""
         with locked_runs(self.run_folders, self.outside, "analyse") as folders:
             from mpma_mj.analysis.free_running import ANTICIPATION, run_freely
-            from mpma_mj.analysis.free_running_figure import write_figure
-            from mpma_mj.analysis.free_running_measures import FreeRunMeasures, as_markdown, measure
-            from mpma_mj.analysis.module_trace import read_module_trace
+            from mpma_mj.analysis.free_running_report import (
+                FreeRunMeasures,
+                as_markdown,
+                measure,
+                write_figure,
+            )
+            from mpma_mj.training.checkpoints import read_module_trace
             from mpma_mj.utils.progress import show_range
 
             for folder in folders:
@@ -169,7 +170,9 @@ class FreeRunning:
                 measures = {name: measure(run) for name, run in free.items()}
                 results |= {f"{folder.path}, {name}": found for name, found in measures.items()}
                 content = {name: dataclasses.asdict(found) for name, found in measures.items()}
-                write_result(folder.free_running, motion.name, {"beat_s": self.beat} | content)
+                write_result(
+                    folder.results_of("free_running"), motion.name, {"beat_s": self.beat} | content
+                )
                 picture = folder.figures / "free_running.png"
                 write_figure(picture, free[ANTICIPATION], motion)
             print(as_markdown(results))

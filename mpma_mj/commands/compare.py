@@ -50,11 +50,15 @@ class Compare(Generic[AgentT]):
     def run(self) -> Path:
         """Run the comparison and return its folder."""
         missing_gl = missing_opengl() if self.video else None
-        from mpma_mj.experiments import compare_figure
         from mpma_mj.experiments.backend import open_backend
         from mpma_mj.experiments.batching import seeds
         from mpma_mj.experiments.compare import compare, jobs
-        from mpma_mj.experiments.compare_table import as_csv, as_markdown
+        from mpma_mj.experiments.compare_report import (
+            as_csv,
+            as_markdown,
+            write_episodes,
+            write_transfer,
+        )
         from mpma_mj.training.dataset import read_motions
         from mpma_mj.utils.atomic_files import FORMAT, write_json
         from mpma_mj.utils.progress import show_runs
@@ -76,8 +80,8 @@ class Compare(Generic[AgentT]):
             write_json(folder / "compare.json", content | numbers)
             video = folder / "episodes.mp4"
             video.unlink(missing_ok=True)  # of an earlier comparison
-            compare_figure.write_transfer(folder / "transfer.png", transfers, self.fine_tune)
-            compare_figure.write_episodes(folder / "episodes.png", transfers, motion)
+            write_transfer(folder / "transfer.png", transfers, self.fine_tune)
+            write_episodes(folder / "episodes.png", transfers, motion)
             write_tables(
                 folder, "compare", as_markdown(transfers, self.fine_tune), as_csv(transfers)
             )
@@ -90,7 +94,7 @@ class Compare(Generic[AgentT]):
 
 def _write_video(path: Path, transfers: Sequence[Transfer], motion: Motion) -> None:
     """Write the video of the first seed on all arms."""
-    from mpma_mj.experiments.compare_figure import first_episodes, write_side_by_side
+    from mpma_mj.experiments.compare_report import first_episodes, write_side_by_side
     from mpma_mj.utils.progress import show_frames
 
     episodes = first_episodes(transfers)

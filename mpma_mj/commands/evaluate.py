@@ -58,13 +58,8 @@ class Evaluate:
             )
         folders = given_runs(self.run_folders, self.outside, "evaluate")
 
-        from mpma_mj.evaluation.conditions import disturbance_levels
-        from mpma_mj.evaluation.robustness import (
-            Robustness,
-            as_csv,
-            as_markdown,
-            evaluate_levels,
-        )
+        from mpma_mj.evaluation.disturbances import disturbance_levels
+        from mpma_mj.evaluation.robustness import Robustness, as_csv, as_markdown, evaluate_levels
         from mpma_mj.evaluation.robustness_figure import write_figures
         from mpma_mj.training.checkpoints import TrainedAgents
         from mpma_mj.training.trainer import train_agents
@@ -119,10 +114,10 @@ def _check(agents: Mapping[str, TrainedAgents], fine_tune: int) -> None:
             if getattr(config, part) != getattr(agents[first].configs[0], part):
                 raise BadOptionError(
                     f"{name}: differs from {first} in motion or environment",
-                    remedy="evaluate each by itself",
+                    remedy="evaluate each separately",
                 )
         if fine_tune and not agent_class(config.agent_name).fine_tunable:
             raise BadOptionError(
-                f"{name}: its agent is {config.agent_name}, which learns nothing more",
+                f"{name}: its agent is {config.agent_name}, which does not learn",
                 remedy="leave {fine_tune} out",
             )

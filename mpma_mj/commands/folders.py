@@ -48,10 +48,10 @@ def check_new_file(
     if path is None:
         return
     if path.suffix not in endings:
-        expected = f"a name that ends in {' or '.join(endings)}"
+        expected = f"a file name that ends in {' or '.join(endings)}"
         raise BadOptionError(option=option, value=str(path), expected=expected)
     if path.exists() and not overwrite:
-        raise BadOptionError(f"{path}: is there already", remedy="{overwrite} replaces it")
+        raise BadOptionError(f"{path}: already exists", remedy="{overwrite} replaces it")
 
 
 @contextlib.contextmanager
@@ -135,9 +135,9 @@ def write_result(path: Path, motion: str, content: Mapping[str, Any]) -> None:
     write_json(path, {"format": FORMAT, "motion": motion} | dict(content))
 
 
-def free_folder(stem: str, parent: Path = Path("runs")) -> Path:
+def free_folder(stem: str) -> Path:
     """Return the path of a folder, named by a stem and the time, that does not exist yet."""
-    return next(path for path in _new_folders(stem, parent) if not path.exists())
+    return next(path for path in _new_folders(stem, Path("runs")) if not path.exists())
 
 
 def _new_folders(stem: str, parent: Path) -> Iterator[Path]:

@@ -91,8 +91,8 @@ class Imitate(Generic[AgentT]):
                 trained = train(on_epoch=on_epoch)
             if not new_epochs:
                 print(
-                    f"{folder.path}: has converged, and no epoch was added; to train its agent on:"
-                    f" mpma imitate MOTION --init {folder.path}"
+                    f"{folder.path}: has converged, so no epoch was added; to train its agent"
+                    f" further: mpma imitate MOTION --init {folder.path}"
                 )
             trained.write_figures(folder)
             _print_summary(trained)
@@ -140,7 +140,7 @@ class Imitate(Generic[AgentT]):
                 flag = name if name == "motions" else f"--{option_name(name)}"
                 raise BadOptionError(
                     f"{flag} is {_text(given[name])}, but the run to resume has"
-                    f" {_text(saved.get(name))}; leave it out, or start another run"
+                    f" {_text(saved.get(name))}; leave it out, or start a new run"
                 )
 
 

@@ -227,7 +227,7 @@ def config_type(words: Sequence[str]) -> type[AgentConfig]:
     for option in sorted(typed - _names(kind)):
         owners = [one for one, other in CONFIG_TYPES.items() if option in _names(other)]
         if owners:
-            remedy = f"leave it out, or take another {{agent}}: {', '.join(owners)}"
+            remedy = f"leave it out, or choose another {{agent}}: {', '.join(owners)}"
             raise BadOptionError(f"{name} has no option --{option_name(option)}", remedy=remedy)
     return kind
 

@@ -50,7 +50,7 @@ def _latency(words: Sequence[str]) -> int | tuple[int, int]:
         raise BadOptionError(
             f"--latency has '{' '.join(words)}'; expected one whole number, such as 3, or a range"
             " of two, such as 0 5",
-            remedy="motions stand before {latency}",
+            remedy="put motions before {latency}",
         ) from None
     return first, second
 
@@ -75,7 +75,7 @@ def _plant(word: str) -> dict[str, Any]:
         if not equals or name in options:
             raise BadOptionError(
                 f"--plants has '{word}'; expected {_PLANTS}",
-                remedy="motions stand before {plants}",
+                remedy="put motions before {plants}",
             )
         try:
             options[name] = float(text)

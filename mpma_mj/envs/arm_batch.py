@@ -67,11 +67,7 @@ class Batch(abc.ABC):
 
     @abc.abstractmethod
     def set_plants(self, plants: NDArray[np.intp]) -> None:
-        """Continue as other plants from the same joint states.
-
-        Args:
-            plants: Index of the plant of each pair, shape (N,).
-        """
+        """Continue as other plants, given by index, shape (N,), from the same joint states."""
 
     @abc.abstractmethod
     def step(self, control: Array, forces: Array | None = None) -> NDArray[np.bool_]:

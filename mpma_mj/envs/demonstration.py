@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj import kinematics
-from mpma_mj.envs.latency_schedule import LatencySchedule
 from mpma_mj.envs.options import EnvironmentOptions
-from mpma_mj.envs.plant_schedule import PlantSchedule
+from mpma_mj.envs.schedules import LatencySchedule, PlantSchedule
 from mpma_mj.envs.step_rules import top_speeds
 from mpma_mj.motions import Motion
 from mpma_mj.motions.transforms import repeat
@@ -50,11 +49,7 @@ class Episode:
     latency: NDArray[np.intp] | None
 
     def repeated(self, count: int) -> Episode:
-        """Return a batch of copies, its arrays with an axis in front.
-
-        Args:
-            count: Number of copies.
-        """
+        """Return a batch of so many copies, its arrays with an axis in front."""
         arrays: dict[str, Any] = {name: np.array([array] * count) for name, array in self._arrays()}
         return dataclasses.replace(self, **arrays)
 

@@ -81,11 +81,11 @@ class _Encoder:
             )
         except RuntimeError:
             raise self._error(
-                "there is no ffmpeg; install one, or let IMAGEIO_FFMPEG_EXE name it"
+                "ffmpeg was not found; install it, or set IMAGEIO_FFMPEG_EXE to its path"
             ) from None
         except OSError as error:
             raise self._error(
-                f"{program} cannot be started ({error.strerror}); let IMAGEIO_FFMPEG_EXE name an"
+                f"{program} cannot be started ({error.strerror}); set IMAGEIO_FFMPEG_EXE to an"
                 " ffmpeg that works, or unset it"
             ) from None
         assert self._process.stdin is not None
@@ -128,7 +128,7 @@ class _Encoder:
         if self._lines:
             line = self._lines[0].decode(errors="replace").strip()
             how += f" ({_SPEAKER.sub('', line)})"
-        return self._error(f"ffmpeg {how}; mend that, perhaps by freeing disk space, and try again")
+        return self._error(f"ffmpeg {how}; fix that, perhaps by freeing disk space, and try again")
 
     def _error(self, why: str) -> VideoError:
-        return VideoError(f"{self._path}: no new video, {why}")
+        return VideoError(f"{self._path}: the video was not written: {why}")

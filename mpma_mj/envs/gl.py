@@ -23,7 +23,7 @@ __all__: list[str] = [
 _VARIABLE = "MUJOCO_GL"
 _LIBRARIES = {"egl": "libEGL.so.1", "osmesa": "libOSMesa.so.8"}
 _NONE = "disable"
-# Values that both MuJoCo and dm_control accept, in lower case, besides the libraries above.
+# Values that both MuJoCo and dm_control accept, in lower case, in addition to the libraries above.
 _KNOWN = {"glfw", "on", "enable", "enabled", "true", "1", ""} | {
     *(_NONE, "disabled", "off", "false", "0")
 }
@@ -122,11 +122,11 @@ def require_backend() -> str:
     tried = ", ".join(candidates) or "MuJoCo's own choice"
     if _users_choice is not None:
         raise RenderingError(
-            f"no video: MUJOCO_GL={_users_choice} does not draw here",
+            f"no video: MUJOCO_GL={_users_choice} cannot draw on this machine",
             remedy=f"unset it, or {INSTALL_OPENGL}",
         )
     raise RenderingError(
-        f"no video: OpenGL does not draw here (tried {tried})", remedy=INSTALL_OPENGL
+        f"no video: OpenGL cannot draw on this machine (tried {tried})", remedy=INSTALL_OPENGL
     )
 
 

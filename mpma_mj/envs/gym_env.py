@@ -46,7 +46,7 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
 
     - `reward_terms`: the terms of the reward by name, each in [0, 1];
     - `clipped`: the number of entries of the action outside [-1, 1], which were clipped;
-    - `termination_reason`: why the episode has ended; empty while it goes on;
+    - `termination_reason`: why the episode has ended; empty while it continues;
     - `plant`: with the option `plants`, the index of the plant that the next action meets;
     - `latency`: where this option is a range, the latency that the next action meets, in control
       steps.

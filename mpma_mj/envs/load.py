@@ -124,10 +124,10 @@ def _physics_steps(rate: float, timestep: float) -> int:
     if abs(steps - round(steps)) > 1e-6 or round(steps) < 1:
         more = fewer + 1
         raise BadOptionError(
-            f"rate is {rate:g} Hz; one control step, {1000 / rate:g} ms, has to be a whole number"
-            f" of physics steps of {1000 * timestep:g} ms, as at {1 / timestep / more:.6g}"
-            f" or {1 / timestep / fewer:.6g} Hz",
-            remedy=f"take {{control_timestep={more * timestep:g}}} or"
+            f"rate is {rate:g} Hz; one control step, {1000 / rate:g} ms, must be a whole number of"
+            f" physics steps of {1000 * timestep:g} ms, as at {1 / timestep / more:.6g} or"
+            f" {1 / timestep / fewer:.6g} Hz",
+            remedy=f"use {{control_timestep={more * timestep:g}}} or"
             f" {{control_timestep={fewer * timestep:g}}}, in s",
         )
     return round(steps)

@@ -1,12 +1,14 @@
-"""MuJoCo model of the arms: the package's or a user's, changed by the options."""
+"""MuJoCo models of the arms: the package's or a user's, changed by the options; one a plant."""
 
 from __future__ import annotations
 
+import copy
 import math
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -16,7 +18,7 @@ from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import BadOptionError
 from mpma_mj.kinematics import JOINT_NAMES
 
-__all__: list[str] = ["MODEL_PATH", "make_model", "make_models"]
+__all__: list[str] = ["MODEL_PATH", "CompiledPlants", "make_model", "make_models"]
 
 MODEL_PATH = Path(__file__).parent.parent / "assets" / "two_arm.xml"
 
@@ -53,8 +55,8 @@ def make_model(options: EnvironmentOptions, *, balls: bool = False) -> mujoco.Mj
     balls = balls or options.payload > 0
     path = MODEL_PATH if options.model is None else Path(options.model)
     if not path.is_file():
-        found = "this is a folder" if path.is_dir() else "there is none"
-        raise BadOptionError(option="model", value=str(path), expected=f"an MJCF file, and {found}")
+        found = "this is a folder" if path.is_dir() else "there is no such file"
+        raise BadOptionError(option="model", value=str(path), expected=f"an MJCF file, but {found}")
     with _errors_in_one_line(path):
         spec = mujoco.MjSpec.from_file(os.fsencode(path))  # the name may not be UTF-8
         check_complete(path, spec, hands=balls or options.perturbed)
@@ -127,3 +129,47 @@ def _add_payload(spec: mujoco.MjSpec, mass: float) -> None:
         if hand.geomnum[0]:  # collides with the same geoms as the hand
             of_hand = bare.geom(int(hand.geomadr[0]))
             geom.contype, geom.conaffinity = of_hand.contype[0], of_hand.conaffinity[0]
+
+
+class CompiledPlants:
+    """One compiled model for each plant, and a live model that becomes any of them.
+
+    The models have the same sizes and differ in numbers only, which are copied into the live model.
+    MuJoCo's own `mj_setConst` would compute them instead, but it resets the pose.
+
+    Attributes:
+        models: Model of each plant.
+        live: Model to simulate, at first of the first plant.
+    """
+
+    def __init__(self, models: Sequence[mujoco.MjModel]) -> None:
+        """Find the numbers in which the models of all plants differ."""
+        self.models = tuple(models)
+        self._plant = 0
+        self.live = models[0] if len(models) == 1 else copy.copy(models[0])
+        self._differing = _differing(self.live, self.models) + _differing(
+            self.live.stat, [model.stat for model in models]
+        )
+
+    def use(self, plant: int) -> None:
+        """Give the live model the numbers of a plant, by its index; simulations stay."""
+        if plant == self._plant:
+            return
+        self._plant = plant
+        for owner, name, values in self._differing:
+            if isinstance(values[plant], np.ndarray):
+                getattr(owner, name)[...] = values[plant]
+            else:
+                setattr(owner, name, values[plant])
+
+
+def _differing(live: Any, each: Sequence[Any]) -> list[tuple[Any, str, list[Any]]]:
+    """Return the numbers that are not equal in all: of the live one, by name, with all values."""
+    found = []
+    for name in dir(live):
+        if name.startswith("_") or not isinstance(getattr(live, name), np.ndarray | float):
+            continue
+        values = [getattr(one, name) for one in each]
+        if not all(np.array_equal(values[0], value, equal_nan=True) for value in values):
+            found.append((live, name, values))
+    return found

@@ -50,10 +50,12 @@ def check_complete(path: Path, spec: mujoco.MjSpec, *, hands: bool) -> None:
         if getattr(spec, kind)(name) is None
     ]
     if missing:
-        raise BadOptionError(f"{path}: lacks {', '.join(missing)}; name them so, or add them")
+        raise BadOptionError(
+            f"{path}: lacks {', '.join(missing)}; add them, or give yours these names"
+        )
     for name in JOINT_NAMES:
         if spec.joint(name).type != mujoco.mjtJoint.mjJNT_HINGE:
-            raise BadOptionError(f"{path}: joint {name} is no hinge; arms have hinges only")
+            raise BadOptionError(f"{path}: joint {name} is not a hinge; arms can have hinges only")
 
 
 def check_actuators(path: Path, model: mujoco.MjModel, *, forces: bool) -> None:
@@ -71,16 +73,19 @@ def check_actuators(path: Path, model: mujoco.MjModel, *, forces: bool) -> None:
         actuator = model.actuator(name)
         moves_joint = actuator.trntype[0] == mujoco.mjtTrn.mjTRN_JOINT
         if not moves_joint or model.joint(int(actuator.trnid[0])).name != name:
-            raise BadOptionError(f"{path}: actuator {name} moves something else than joint {name}")
+            raise BadOptionError(
+                f"{path}: actuator {name} does not move joint {name}; correct its transmission"
+            )
         gain = actuator.gainprm[0]
         kinds = (actuator.dyntype[0], actuator.gaintype[0], actuator.biastype[0])
         of_velocity = gain > 0 and np.array_equal(actuator.biasprm[:3], [0.0, 0.0, -gain])
         if kinds != _OF_VELOCITY or not of_velocity or actuator.gear[0] != 1.0:
             raise BadOptionError(
-                f"{path}: actuator {name} is no <velocity> with kv above 0 and gear 1"
+                f"{path}: actuator {name} is not a <velocity> with kv above 0 and gear 1; make it"
+                " one"
             )
         if model.opt.disableactuator & (1 << int(actuator.group[0])):
-            raise BadOptionError(f"{path}: actuator {name} is in a group that is disabled")
+            raise BadOptionError(f"{path}: actuator {name} is in a disabled group; enable it")
         low, high = actuator.ctrlrange
         if not actuator.ctrllimited[0] or not high == -low > 0:
             raise BadOptionError(
@@ -120,7 +125,6 @@ def check_geometry(path: Path, arms: PhysicsArms) -> None:
         off = np.abs(arms.posture() - kinematics.posture_from_angles(pose))
         if not off.max() <= _TOLERANCE:
             raise BadOptionError(
-                f"{path}: {SEGMENT_NAMES[int(off.argmax()) // 3]} points elsewhere than joint"
-                f" angles should make it, {moment}; the axes have to be those of the package's"
-                " two_arm.xml"
+                f"{path}: {SEGMENT_NAMES[int(off.argmax()) // 3]} does not point where the joint"
+                f" angles should put it, {moment}; use the joint axes of the package's two_arm.xml"
             )

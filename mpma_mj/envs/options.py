@@ -11,14 +11,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from mpma_mj.envs.plants import (
-    ActuatorGain,
-    ActuatorStrength,
-    Damping,
-    Payload,
-    Plant,
-    plants_from,
-)
+from mpma_mj.envs.plants import ActuatorGain, ActuatorStrength, Damping, Payload, Plant, plants_from
 from mpma_mj.errors import BadOptionError
 from mpma_mj.kinematics import JOINT_NAMES, SEGMENT_NAMES
 from mpma_mj.options import Arms
@@ -45,7 +38,7 @@ MASS_OPTIONS = (
 )
 """Options that act by forces, which ideal arms do not have."""
 FIELDS_OF_PLANTS = ("plants", "switch_every", "epochs_per_plant")
-"""Options that say which plants may be on, and when."""
+"""Options that select the plants that may be on, and when."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -141,7 +134,7 @@ class EnvironmentOptions:
         for option in dataclasses.fields(self) if self.arms == "kinematic" else ():
             value = getattr(self, option.name)
             if option.name in MASS_OPTIONS and value != option.default:
-                remedy = f"leave {{{option.name}}} out, or take {{arms=physics}}"
+                remedy = f"leave {{{option.name}}} out, or choose {{arms=physics}}"
                 remedy = f"ideal arms have no mass: {remedy}"
                 raise BadOptionError(option=option.name, value=value, remedy=remedy)
         self._check_latency()
@@ -215,7 +208,7 @@ _NAMES = [option.name for option in dataclasses.fields(EnvironmentOptions)]
 
 
 def _fields_of_plants() -> tuple[dataclasses.Field[Any], ...]:
-    """Return the fields that say which plants may be on, and when."""
+    """Return the fields that select the plants that may be on, and when."""
     fields = dataclasses.fields(EnvironmentOptions)
     return tuple(option for option in fields if option.name in FIELDS_OF_PLANTS)
 

@@ -11,8 +11,7 @@ from dm_control import mujoco as dm_mujoco
 from dm_control.mujoco.wrapper import MjModel
 from numpy.typing import NDArray
 
-from mpma_mj.envs.compiled_plants import CompiledPlants
-from mpma_mj.envs.model import make_models
+from mpma_mj.envs.model import CompiledPlants, make_models
 from mpma_mj.envs.model_validation import HANDS
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.kinematics import JOINT_NAMES, SIDES
@@ -170,15 +169,11 @@ class PhysicsArms(dm_mujoco.Physics):
         self.data.ptr.xfrc_applied[self.hand_ids, :3] = forces
 
     def set_plant(self, plant: int) -> None:
-        """Continue as another plant from the same joint state.
-
-        Args:
-            plant: Index of the plant.
-        """
+        """Continue as the plant of an index, from the same joint state."""
         self.compiled_plants.use(plant)
 
     def step(self, nstep: int = 1) -> None:
-        """Simulate a number of physics steps; `divergence` says afterwards if they failed.
+        """Simulate a number of physics steps; `divergence` reports afterwards if they failed.
 
         The result depends on angles, velocities, control and forces alone.
 

@@ -97,7 +97,7 @@ def _plant_from(number: int, given: Any) -> Plant:
     for option in given:
         if option not in PLANT_OPTIONS:
             meant = did_you_mean(str(option), PLANT_OPTIONS)
-            remedy = meant or f"expected some of {', '.join(PLANT_OPTIONS)}"
+            remedy = meant or f"expected one or more of {', '.join(PLANT_OPTIONS)}"
             raise BadOptionError(f"{name} has no option '{option}'", remedy=remedy)
     try:
         return Plant(**given)

@@ -98,7 +98,9 @@ class ArmRenderer:
         try:
             renderer = mujoco.Renderer(self._physics.model.ptr, *self._size)
         except (ImportError, AttributeError, RuntimeError, mujoco.FatalError) as error:
-            raise RenderingError("OpenGL does not draw here", remedy=INSTALL_OPENGL) from error
+            raise RenderingError(
+                "OpenGL cannot draw on this machine", remedy=INSTALL_OPENGL
+            ) from error
         _drawing.add(self)
         # Called in reverse order: before the handlers that the backend has registered just now.
         atexit.unregister(_close_all)

@@ -63,7 +63,7 @@ class Outcome(NamedTuple):
 
     @property
     def termination_reason(self) -> Any:
-        """Why the episode ends, empty where it goes on: a string, or strings, shape (...)."""
+        """Why the episode ends, empty where it continues: a string, or strings, shape (...)."""
         return _REASONS[0 + self.ended + self.terminated + self.diverged]
 
 
@@ -144,7 +144,7 @@ def check_action(action: ArrayLike, shape: tuple[int, ...] = (8,)) -> Array:
     try:
         given = np.asarray(action)
     except ValueError:  # rows of different lengths
-        raise BadOptionError(f"action is no array; expected shape {shape}") from None
+        raise BadOptionError(f"action is not an array; expected shape {shape}") from None
     if given.dtype.kind not in "fiu":
         raise BadOptionError(f"action is of type {given.dtype}; expected float64, shape {shape}")
     if given.shape != shape:

@@ -44,7 +44,7 @@ class TwoArmImitation(control.Task):
         context: Context at each moment of the repeated motion, shape (T, C).
         episode: Number of the episode that the next reset starts, from 0.
         seed: Seed of everything random.
-        termination_reason: Why the episode has ended; empty while it goes on.
+        termination_reason: Why the episode has ended; empty while it continues.
         last_action: The last action as it was given, shape (8,).
     """
 
@@ -106,7 +106,7 @@ class TwoArmImitation(control.Task):
             physics.apply_perturbation(self._drawn.perturbations[self._step])
 
     def after_step(self, physics: PhysicsArms) -> None:
-        """Go on in the demonstration."""
+        """Advance the demonstration."""
         self._step += 1
         self._switch_plant(physics)
         self._evaluate(physics, np.True_ if physics.divergence else np.False_)

@@ -216,7 +216,9 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
 
     def _check_open(self) -> None:
         if self.closed:
-            raise gymnasium.error.ClosedEnvironmentError("closed; make another with make_vec()")
+            raise gymnasium.error.ClosedEnvironmentError(
+                "the environments are closed; create others with make_vec()"
+            )
 
     def _mask(self, options: dict[str, Any] | None) -> Mask:
         """Return which environments are to be reset, shape (N,)."""
@@ -231,7 +233,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
             raise BadOptionError(
                 option="options",
                 value=options,
-                expected=f"nothing, or a reset_mask of {self.num_envs} truth values",
+                expected=f"None, or a reset_mask of {self.num_envs} booleans",
             )
         return mask
 

@@ -53,7 +53,7 @@ class ArmViewer:
             RenderingError: There is no display, or it does not draw, or a window is open already.
         """
         if any(viewer.is_open for viewer in _viewers):
-            raise RenderingError("no second window: MuJoCo draws one at a time", remedy=instead)
+            raise RenderingError("no second window: MuJoCo opens one at a time", remedy=instead)
         self._physics = physics
         self._period = period
         self._shown = 0.0
@@ -132,7 +132,8 @@ def _open(physics: PhysicsArms, instead: str, on_key: Callable[[int], None] | No
     except RuntimeError as error:  # macOS, where windows belong to the main thread
         raise RenderingError(
             "no window without mjpython",
-            remedy=f"run it instead of python (mjpython -m mpma_mj instead of mpma), or {instead}",
+            remedy="start it in place of python (mjpython -m mpma_mj instead of mpma),"
+            f" or {instead}",
         ) from error
     with window.lock():
         window.cam.lookat[:] = _LOOKED_AT
@@ -144,7 +145,7 @@ def _open(physics: PhysicsArms, instead: str, on_key: Callable[[int], None] | No
 def _missing_display() -> str | None:
     """Return why no window can be opened, None where one can."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # how glfw says why not
+        warnings.simplefilter("ignore")  # how glfw reports the reason
         try:
             import glfw
         except ImportError:

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from mpma_mj.errors import BadOptionError
-from mpma_mj.esn.feature_replay import FeatureReplay, blocks
-from mpma_mj.esn.precision import PRECISION, Features, Single
+from mpma_mj.esn.reservoir import PRECISION, FeatureReplay, Features, Single, blocks
 
 __all__ = ["ReadoutBank", "Ridge"]
 
@@ -148,7 +147,7 @@ class ReadoutBank:
                 raise BadOptionError(
                     option="ridge",
                     value=self._ridge.absolute,
-                    expected="a ridge that is large enough to fit readouts with, such as 1e-4",
+                    expected="a ridge large enough to fit readouts, such as 1e-4",
                 ) from None
             self.weights[i] = linalg.cho_solve(factor, moment[i], check_finite=False).T
 

@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.errors import BadOptionError
-from mpma_mj.evaluation.conditions import DisturbanceLevel, shown
-from mpma_mj.evaluation.disturbances import DISTURBANCES, Level
+from mpma_mj.evaluation.disturbances import DISTURBANCES, DisturbanceLevel, Level, shown
 from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, fine_tune, tracking_errors
 from mpma_mj.evaluation.statistics import Interval, interval
 from mpma_mj.training.checkpoints import TrainedAgents
@@ -112,7 +111,7 @@ def _p_e(trained: TrainedAgents, condition: EvalCondition, epochs: int) -> tuple
         # One epoch more, as each is an episode before the agents learn from it.
         return p_e, fine_tune(trained, condition, epochs + 1)[1] if epochs else p_e[:0]
     except BadOptionError as error:
-        remedy = "take other {levels}, or an agent trained with that"
+        remedy = "choose other {levels}, or an agent trained with that"
         raise BadOptionError(f"{condition.name}: {error}", remedy=remedy) from None
 
 

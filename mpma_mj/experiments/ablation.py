@@ -7,11 +7,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from mpma_mj.evaluation.statistics import interval
-from mpma_mj.experiments.records import (
-    Record,
-    matching,
-    value,
-)
+from mpma_mj.experiments.records import Record, matching, value
 from mpma_mj.experiments.training import COLUMNS, Column, Point, TrainingStudy
 from mpma_mj.options import Models
 from mpma_mj.training.config import RunConfig

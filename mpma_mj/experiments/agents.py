@@ -1,16 +1,21 @@
-"""Study `agents`: all agents in the same environments, in one table."""
+"""Study `agents`: all agents in the same environments, in one table and one figure."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+import itertools
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar, get_args
+from typing import TYPE_CHECKING, ClassVar, get_args
+
+import numpy as np
 
 from mpma_mj.agents.registry import agent_class
 from mpma_mj.errors import BadOptionError
-from mpma_mj.evaluation.statistics import mean_std
+from mpma_mj.evaluation.statistics import interval, mean_std
+from mpma_mj.experiments.points import draw_points
 from mpma_mj.experiments.records import Record, matching, measured, over_seeds
 from mpma_mj.experiments.study import Count
 from mpma_mj.experiments.training import COLUMNS, Point, TrainingStudy, short
@@ -18,6 +23,11 @@ from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.options import Arms
 from mpma_mj.training.config import RunConfig
 from mpma_mj.utils.text import markdown_table
+from mpma_mj.visualization.colours import module_colours
+from mpma_mj.visualization.figure_file import figure_file, label_decades
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 __all__ = ["CompareAgents"]
 
@@ -83,8 +93,6 @@ class CompareAgents(TrainingStudy):
 
     def draw(self, path: Path, records: Sequence[Record]) -> None:
         """Write the figure."""
-        from mpma_mj.experiments.agents_figure import write_figure
-
         p_e = {
             tuple(labels.values()): measured(matching(records, labels), "p_e_percent")
             for labels, _ in self.points()
@@ -106,3 +114,60 @@ class CompareAgents(TrainingStudy):
         of_recordings = dataclasses.replace(built_in, reading=self.reading)
         recordings = (motion for motion in motions if motion != _BUILT_IN)
         return [built_in, *(of_recordings.replace(motions=(motion,)) for motion in recordings)]
+
+
+_MAX_COLUMNS = 3
+_OFFSET = 0.17  # of both kinds of arms from the middle between them
+_SPREAD = 0.12  # half the width over which runs are laid
+
+
+def write_figure(path: Path, p_e: Mapping[tuple[str, ...], Sequence[float]]) -> None:
+    """Draw p_e of every agent, a panel for each motion.
+
+    Args:
+        path: The PNG file.
+        p_e: p_e of each run, percent, by motion, kind of arms and agent.
+    """
+    motions = list(dict.fromkeys(motion for motion, _, _ in p_e))
+    columns = min(len(motions), _MAX_COLUMNS)
+    rows = math.ceil(len(motions) / columns)
+    with figure_file(path, 1.6 + 4.2 * columns, 0.6 + 3.2 * rows) as figure:
+        axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+        for axis, motion in itertools.zip_longest(axes.flat, motions):
+            if motion is None:
+                axis.set_visible(False)
+                continue
+            own = {(arms, agent): runs for (m, arms, agent), runs in p_e.items() if m == motion}
+            _draw(axis, own)
+            axis.set_title(short(motion), fontsize="medium", loc="left")
+        figure.supxlabel(
+            "p_e, %, and the 95 % interval of its mean; pale: each run", fontsize="small"
+        )
+        handles, names = axes[0, 0].get_legend_handles_labels()
+        figure.legend(
+            handles, names, loc="outside upper right", ncols=2, fontsize="small", frameon=False
+        )
+
+
+def _draw(axis: Axes, p_e: Mapping[tuple[str, str], Sequence[float]]) -> None:
+    """Draw one motion, a row for each agent."""
+    agents = list(dict.fromkeys(agent for _, agent in p_e))
+    kinds: tuple[str, ...] = get_args(Arms)
+    for kind, colour, side in zip(kinds, module_colours(2), (-_OFFSET, _OFFSET), strict=True):
+        own = {
+            agents.index(agent) + side: runs for (arms, agent), runs in p_e.items() if arms == kind
+        }
+        for place, runs in own.items():
+            places = place + np.linspace(-_SPREAD, _SPREAD, max(len(runs), 2))[: len(runs)]
+            axis.plot(runs, places, ".", color=colour, alpha=0.35, markeredgewidth=0, markersize=6)
+        found = [interval(runs) for runs in own.values()]
+        draw_points(axis, np.array([*own]), found, colour, label=f"{kind} arms", horizontal=True)
+    axis.set_xscale("log")
+    names = [agent if ":" in agent else agent.replace("_", " ") for agent in agents]
+    axis.set_yticks(range(len(agents)), names)
+    axis.set_ylim(len(agents) - 0.5, -0.5)
+    label_decades(axis.xaxis)
+    axis.grid(axis="x", color="0.92")
+    axis.set_axisbelow(True)
+    axis.tick_params(labelsize="small")
+    axis.spines[["top", "right"]].set_visible(False)

@@ -100,7 +100,7 @@ def open_backend(
         return Cluster(workers, address)
     if address is not None:
         raise BadOptionError(
-            "an address is of a Ray cluster", remedy="add {backend=ray}, or drop it"
+            "an address is of a Ray cluster", remedy="add {backend=ray}, or leave {address} out"
         )
     return Processes(workers)
 

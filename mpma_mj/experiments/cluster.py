@@ -117,6 +117,7 @@ def do(work: Work, expected: Mapping[str, str]) -> Any:
         if here[package] != version:
             raise WorkerError(
                 f"a worker has {package} {here[package]}, the command {version}; install the same"
+                " version on all machines"
             )
     return work.do()
 
@@ -153,8 +154,8 @@ def _check_answers(address: str) -> None:
     else:
         return
     raise BadOptionError(
-        f"address {address}: no Ray cluster answers ({reason}); start one with"
-        " `ray start --head`, or mend the address"
+        f"address {address}: no Ray cluster answers ({reason}); start one with `ray start --head`,"
+        " or correct the address"
     )
 
 

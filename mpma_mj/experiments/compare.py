@@ -136,14 +136,7 @@ class CompareJob(Work):
 def jobs(
     configs: Sequence[RunConfig], motion: Motion, *, epochs: int, fine_tune: int
 ) -> list[CompareJob]:
-    """Return the jobs of a comparison, what takes longest first.
-
-    Args:
-        configs: Config of each of R runs, which differ in their seeds only; their arms do not
-            count.
-        motion: The motion.
-        epochs: Largest number of epochs of training.
-        fine_tune: Epochs of fine-tuning on the arms of the evaluation.
+    """Return the jobs of a comparison, what takes longest first; arguments as of `CompareJob`.
 
     Raises:
         MpmaError: An option is out of bounds, the agent does not learn, or the arms cannot follow
@@ -186,8 +179,8 @@ def compare(
     for job, done in get_done(spec, backend):
         if done is None:
             raise WorkerError(
-                "a worker died repeatedly (memory?)",
-                remedy="take fewer {runs}, or smaller {nodes}",
+                "a worker process died repeatedly, perhaps for lack of memory",
+                remedy="use fewer {runs}, or smaller {nodes}",
             )
         found[job.trained_on] = done
         on_trained(job.trained_on)

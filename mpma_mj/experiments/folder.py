@@ -75,7 +75,7 @@ class StudyFolder:
         except (OSError, ValueError, KeyError, TypeError):
             raise _damaged(path, "remove it and start again") from None
         if not same:
-            raise RunFolderError(f"{path}: of another run; remove it, and it is trained again")
+            raise RunFolderError(f"{path}: belongs to another run; remove it to train this one")
         return records
 
     def _file(self, job: StudyJob, config: RunConfig) -> Path:
@@ -96,14 +96,14 @@ class StudyFolder:
         try:
             found = _object(header)
         except FileNotFoundError:
-            problem = f"{path}: is not empty and holds no study"
+            problem = f"{path}: is not empty and contains no study"
             raise RunFolderError(problem, remedy=_ELSEWHERE) from None
         except (OSError, ValueError):
             raise _damaged(header, _ELSEWHERE) from None
         for key, wanted in self._header.items():
             if found.get(key) != wanted:
                 which = _difference(key, found.get(key), wanted)
-                raise RunFolderError(f"{path}: holds another study, {which}", remedy=_ELSEWHERE)
+                raise RunFolderError(f"{path}: contains another study, {which}", remedy=_ELSEWHERE)
 
 
 def _object(path: Path) -> dict[str, Any]:
@@ -120,7 +120,7 @@ def _object(path: Path) -> dict[str, Any]:
 
 
 def _damaged(path: Path, remedy: str) -> RunFolderError:
-    return RunFolderError(f"{path}: damaged, or not of a study", remedy=remedy)
+    return RunFolderError(f"{path}: damaged, or not part of a study", remedy=remedy)
 
 
 def _difference(name: str, found: Any, wanted: Any) -> str:

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from mpma_mj.evaluation.statistics import Interval
 from mpma_mj.visualization.colours import DEMONSTRATED, PAPER, module_colours
 from mpma_mj.visualization.figure_file import figure_file, label_decades
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 __all__ = ["draw_points", "write_points"]
 

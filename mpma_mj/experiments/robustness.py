@@ -12,7 +12,7 @@ from typing import Annotated, ClassVar
 from mpma_mj.agents import agent_class
 from mpma_mj.errors import DivergedError
 from mpma_mj.evaluation import robustness
-from mpma_mj.evaluation.conditions import DisturbanceLevel, disturbance_levels
+from mpma_mj.evaluation.disturbances import DisturbanceLevel, disturbance_levels
 from mpma_mj.experiments.study import Agents, Count, Record, Study, StudyJob, batches
 from mpma_mj.motions import Motion
 from mpma_mj.options import Arms

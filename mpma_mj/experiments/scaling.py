@@ -24,7 +24,7 @@ Unit: TypeAlias = Literal["motions", "seconds"]
 Varying: TypeAlias = Literal["modules", "nodes"]
 
 # What is learned if nothing is given, so that it takes minutes (choice).
-_BUILT_IN = tuple(f"invented-{number}" for number in range(1, 9))
+_BUILT_IN = tuple(f"synthetic-{number}" for number in range(1, 9))
 _SHORTEST, _LONGEST = 5.0, 40.0  # s
 
 
@@ -118,7 +118,7 @@ class Scaling(TrainingStudy):
         for motion in motions:
             if motions.count(motion) > 1:
                 raise BadOptionError(f"{motion} is given twice; expected different motions")
-        candidates = motions if self.motions else ("invented",)
+        candidates = motions if self.motions else ("synthetic",)
         durations = {m: import_motion(m, ReadingOptions()).motion.duration for m in candidates}
         longest = max(durations, key=lambda motion: durations[motion])
         counts = [*_doublings(1, len(motions) - 1), len(motions)]
@@ -170,13 +170,13 @@ class Scaling(TrainingStudy):
 
     def table(self, records: Sequence[Record]) -> str:
         """Return a table for each measure, and where it saturates."""
-        from mpma_mj.experiments.scaling_table import as_markdown
+        from mpma_mj.experiments.scaling_report import as_markdown
 
         return as_markdown(self, records)
 
     def draw(self, path: Path, records: Sequence[Record]) -> None:
         """Write the figure."""
-        from mpma_mj.experiments.scaling_figure import write_figure
+        from mpma_mj.experiments.scaling_report import write_figure
 
         write_figure(path, self, records)
 
@@ -205,8 +205,8 @@ def _check_lengths(lengths: Sequence[float], name: str, duration: float) -> None
             raise BadOptionError(f"lengths has {length:g}; expected seconds above 0")
         if length > duration:
             raise BadOptionError(
-                f"lengths has {length:g} s, and {name}, the longest motion, lasts"
-                f" {duration:.2f} s; give less, or a longer recording"
+                f"lengths has {length:g} s, and {name}, the longest motion, lasts {duration:.2f}"
+                " s; give a shorter length, or a longer recording"
             )
 
 

@@ -205,8 +205,8 @@ def run_study(
         study.draw(folder / "figure.png", records)
     if missing := len(runs) - len(finished):
         raise WorkerError(
-            f"{missing} runs are missing, their workers died repeatedly (memory?); the results of"
-            " the others are written; resume with the same command",
+            f"{missing} runs are missing, as their worker processes died repeatedly, perhaps for"
+            " lack of memory; the results of the others are written; resume with the same command",
             remedy=f"{placeholder('out', folder)} and fewer {{workers}}, or smaller {{nodes}}",
         )
     return f"{table}\n"

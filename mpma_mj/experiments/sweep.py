@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import itertools
+import types
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal, Union, get_args, get_origin
 
-from mpma_mj.experiments.grid import points
+from mpma_mj.errors import BadOptionError
 from mpma_mj.experiments.records import Record, matching
 from mpma_mj.experiments.training import COLUMNS, Point, TrainingStudy
-from mpma_mj.training.config import RunConfig
-from mpma_mj.utils.text import markdown_table, option_name
+from mpma_mj.training.config import RunConfig, option_types
+from mpma_mj.utils.text import did_you_mean, markdown_table, option_name
 
-__all__ = ["Sweep"]
+__all__ = ["Sweep", "points"]
 
 _MEASURES = ("epochs", "p_e_percent", "feedback_ratio", "learned_share", "nmi", "modules_used")
 _COLUMNS = [COLUMNS[name] for name in _MEASURES]
@@ -57,3 +59,121 @@ class Sweep(TrainingStudy):
 
 def _shown(value: Any) -> str:
     return "–" if value is None else str(value)
+
+
+_TRUTH = {"true": True, "yes": True, "false": False, "no": False}
+
+
+def points(words: Sequence[str], base: RunConfig) -> list[RunConfig]:
+    """Return the settings of all points of a grid, the last axis running fastest.
+
+    Args:
+        words: Axes, each `name=value,value,…`; a name is an option of a run, or what the
+            command line calls it. None are a grid of one point.
+        base: All other settings.
+
+    Raises:
+        BadOptionError: A name is unknown or given twice, or a value is not what it may be.
+    """
+    agent = next((word.partition("=")[2] for word in words if word.startswith("agent=")), "")
+    hints: dict[str, Any] = {}
+    for name in agent.split(",") if agent else [base.agent_name]:
+        hints |= option_types(name)
+    axes: dict[str, list[Any]] = {}
+    for word in words:
+        name, values = _axis(word, hints)
+        if name in axes:
+            typed = word.partition("=")[0]
+            raise BadOptionError(f"grid has {typed} twice; give all its values at once")
+        axes[name] = values
+    chosen = (
+        base.replace(**dict(zip(axes, values, strict=True)))
+        for values in itertools.product(*axes.values())
+    )
+    return list(dict.fromkeys(chosen))  # agents without a size are one point for all sizes
+
+
+def _axis(word: str, hints: dict[str, Any]) -> tuple[str, list[Any]]:
+    """Return the field and the values of an axis."""
+    typed, equals, texts = word.partition("=")
+    if not equals:
+        raise BadOptionError(
+            f"grid has '{word}'",
+            remedy="expected name=value,value,…; put motions before {grid}",
+        )
+    fields = {option_name(name): name for name in hints} | {name: name for name in hints}
+    if typed not in fields:
+        hint = did_you_mean(typed, fields) or f"expected one of {', '.join(sorted(hints))}"
+        raise BadOptionError(f"grid has unknown '{typed}'; {hint}")
+    name = fields[typed]
+    if name == "seed":
+        raise BadOptionError(
+            "grid has seed", remedy="give the first with {seed}, their number with {runs}"
+        )
+    choices = _choices(hints[name])
+    if not all(map(_has_text, choices)) or choices == (types.NoneType,):
+        raise BadOptionError(
+            f"grid has {typed}, which takes several values at once",
+            remedy=f"give it with {{{name}}}",
+        )
+    values = [_value(typed, text, hints[name]) for text in texts.split(",")]
+    if len(set(values)) < len(values):
+        raise BadOptionError(f"grid has a value of {typed} twice: '{texts}'; leave one out")
+    return name, values
+
+
+def _value(name: str, text: str, hint: Any) -> Any:
+    """Return what a text means to a field of a type."""
+    if not text:
+        raise BadOptionError(f"grid has an empty value of {name}; expected {_expected(hint)}")
+    for choice in _choices(hint):
+        try:
+            return _parsed(text, choice)
+        except (ValueError, KeyError):
+            continue
+    raise BadOptionError(f"grid has {name} '{text}'; expected {_expected(hint)}")
+
+
+def _parsed(text: str, hint: Any) -> Any:
+    """Return the value of one plain type that a text stands for.
+
+    Raises:
+        ValueError, KeyError: It stands for none.
+    """
+    if get_origin(hint) is Literal:
+        return {str(allowed): allowed for allowed in get_args(hint)}[text]
+    if hint is bool:
+        return _TRUTH[text.lower()]
+    if hint is types.NoneType:
+        return {"none": None}[text.lower()]
+    if hint not in (int, float, str):
+        raise ValueError
+    return hint(text)
+
+
+def _choices(hint: Any) -> tuple[Any, ...]:
+    """Return the types of a union but for tuples, which are no texts between commas.
+
+    None is the first, so that "none" is not taken for a text.
+    """
+    if get_origin(hint) not in (Union, types.UnionType):
+        return (hint,)
+    single = (choice for choice in get_args(hint) if get_origin(choice) is not tuple)
+    return tuple(sorted(single, key=lambda choice: choice is not types.NoneType))
+
+
+def _has_text(choice: Any) -> bool:
+    """Return whether values of a type can be texts between commas."""
+    return get_origin(choice) is Literal or choice in (bool, int, float, str, types.NoneType)
+
+
+def _expected(hint: Any) -> str:
+    """Return in words what a type lets through."""
+    if get_origin(hint) is Literal:
+        return "one of " + ", ".join(str(allowed) for allowed in get_args(hint))
+    plain = {int: "a whole number", float: "a number", bool: "true or false", str: "text"}
+    if hint in plain:
+        return plain[hint]
+    if hint is types.NoneType:
+        return "none"
+    return " or ".join(_expected(choice) for choice in reversed(_choices(hint)))

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import statistics
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.context import one_hot
 from mpma_mj.envs.options import MASS_OPTIONS
+from mpma_mj.experiments.points import draw_points
 from mpma_mj.experiments.study import (
+    DRAWN,
     Agents,
     Count,
     Record,
@@ -21,8 +27,12 @@ from mpma_mj.experiments.study import (
 from mpma_mj.options import Arms
 from mpma_mj.training.config import RunConfig
 from mpma_mj.utils.text import markdown_table
+from mpma_mj.visualization.colours import INK, PAPER, module_colours
+from mpma_mj.visualization.figure_file import draw_labels, figure_file
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from mpma_mj.experiments.switching_job import SwitchingJob
 
 __all__ = ["AGENTS", "PLANTS", "Switching"]
@@ -134,8 +144,6 @@ class Switching(Study):
 
     def draw(self, path: Path, records: Sequence[Record]) -> None:
         """Write the figure."""
-        from mpma_mj.experiments.switching_figure import write_figure
-
         write_figure(path, records, tuple(self.agents), tuple(self.plants))
 
     def _row(self, agent: str, records: Sequence[Record]) -> list[str]:
@@ -148,3 +156,170 @@ class Switching(Study):
         cells.append(f"{statistics.median(steps):g}" if steps else "–")
         shares = ("right_share", "learned_share", "feedback_ratio")
         return [agent, *cells, *(over_seeds(records, name).text(3) for name in shares)]
+
+
+Array = NDArray[np.float64]
+
+_RIVALS = ("single, 200", "resolved rate")  # whose errors are drawn over time, too
+_CONTRAST = (INK, "#d55e00", "#7f8794")  # of the agents whose errors are drawn over time
+_OTHER = "#4f6d7a"  # of the other agents
+_WINDOW = 5  # steps over which these are averaged
+_OFFSET = 0.14  # of points from the middle of an agent's row
+_TINT = 0.13  # opacity of plants behind errors
+_PALEST = 0.6  # share of white in the palest module of a plant
+_FOREIGN = "#b9bec7"  # plants of the agent that answer for no true one
+
+
+def write_figure(
+    path: Path, records: Sequence[Record], agents: Sequence[str], plants: Sequence[str]
+) -> None:
+    """Draw an episode with switches above the results of all agents.
+
+    Args:
+        path: The PNG file.
+        records: Records of all runs.
+        agents: Names of the agents, the first of which is drawn in the episode.
+        plants: Names of the plants.
+    """
+    shown = {
+        agent: one[DRAWN] for agent in agents for one in of_agent(records, agent) if DRAWN in one
+    }
+    drawn = [agents[0], *_RIVALS]
+    lesioned = [one for one in of_agent(records, agents[0]) if "lesion" in one]
+    with figure_file(path, 11.0, 8.6) as figure:
+        grid = figure.add_gridspec(4, 2, height_ratios=(2.6, 0.55, 1.8, 4.6), width_ratios=(1.7, 1))
+        strip = figure.add_subplot(grid[0, :])
+        below = [figure.add_subplot(grid[row, :], sharex=strip) for row in (1, 2)]
+        episode = shown.get(agents[0])
+        if episode is not None and "responsibility" in episode:
+            _draw_strip(strip, episode, plants)
+            _draw_plants(below, episode, plants)
+            _draw_errors(below[1], shown, drawn)
+            strip.set_title(
+                f"Who leads in {agents[0]}: hue = plant, shade = module inside it."
+                f" Which plant is on is hidden.\n",
+                fontsize="medium",
+            )
+            labels = one_hot(np.array(episode["label"]), len(episode["labels"]))
+            draw_labels([strip], labels, episode["labels"], episode["rate"])
+        for axis in (strip, below[0]):
+            axis.tick_params(labelbottom=False)
+        colours = dict(zip(drawn, _CONTRAST, strict=True))
+        _draw_agents(figure.add_subplot(grid[3, 0]), records, agents, colours)
+        if lesioned:
+            _draw_lesions(figure.add_subplot(grid[3, 1]), lesioned, plants)
+
+
+def _shades(colour: str, count: int) -> list[tuple[float, ...]]:
+    """Return a colour and paler ones of the same hue."""
+    from matplotlib.colors import to_rgb
+
+    base, white = np.array(to_rgb(colour)), np.ones(3)
+    mix = np.linspace(0.0, _PALEST, count) if count > 1 else [0.0]
+    return [tuple(((1 - share) * base + share * white).tolist()) for share in mix]
+
+
+def _edges(episode: Record) -> Array:
+    return np.arange(len(episode["plant"]) + 1) / episode["rate"]
+
+
+def _draw_strip(axis: Axes, episode: Record, plants: Sequence[str]) -> None:
+    """Stack responsibilities in the order of true plants, modules of a plant in shades."""
+    share = np.array(episode["responsibility"])
+    modules, matched = episode["modules"], list(dict.fromkeys(episode["matched"]))
+    others = [w for w in range(share.shape[1] // modules) if w not in matched]
+    hues = dict(zip(plants, module_colours(len(plants)), strict=True))
+    base, times = np.zeros(len(share)), _edges(episode)
+    for found in [*matched, *others]:
+        true = found in matched and plants[episode["matched"].index(found)]
+        for k, colour in enumerate(_shades(hues[true] if true else _FOREIGN, modules)):
+            top = base + share[:, found * modules + k]
+            axis.fill_between(
+                times,
+                np.append(base, base[-1]),
+                np.append(top, top[-1]),
+                step="post",
+                color=colour,
+                linewidth=0,
+            )
+            base = top
+    axis.set_ylim(0, 1)
+    axis.set_yticks([0, 1])
+    axis.set_ylabel("responsibility λ\nof modules")
+
+
+def _draw_plants(axes: Sequence[Axes], episode: Record, plants: Sequence[str]) -> None:
+    """Draw the true plants as bands with names, and tint the axes below."""
+    plant, rate = np.array(episode["plant"]), episode["rate"]
+    starts = np.flatnonzero(np.diff(plant, prepend=-1))
+    colours = module_colours(len(plants))
+    for start, end in zip(starts, [*starts[1:], len(plant)], strict=True):
+        for axis, opacity in zip(axes, (1.0, _TINT), strict=True):
+            colour = colours[plant[start]]
+            axis.axvspan(start / rate, end / rate, color=colour, alpha=opacity, linewidth=0)
+        axes[0].text(
+            0.5 * (start + end) / rate,
+            0.5,
+            plants[plant[start]],
+            transform=axes[0].get_xaxis_transform(),
+            color=PAPER,
+            ha="center",
+            va="center",
+            fontsize="small",
+            fontweight="bold",
+        )
+    axes[0].set_yticks([])
+    axes[0].set_ylabel("true\nplant", rotation=0, ha="right", va="center")
+
+
+def _draw_errors(axis: Axes, shown: Mapping[str, Record], agents: Sequence[str]) -> None:
+    """Draw the errors of some agents over time."""
+    for agent, colour in zip(agents, _CONTRAST, strict=True):
+        if agent in shown:
+            error = np.array(shown[agent]["error"])
+            smooth = np.convolve(error, np.full(_WINDOW, 1.0 / _WINDOW), "same")
+            time = (np.arange(len(error)) + 0.5) / shown[agent]["rate"]
+            axis.plot(time, smooth, color=colour, linewidth=1.4, label=agent)
+    axis.set_ylim(0)
+    axis.set_ylabel("error, %\n(0.25 s mean)")
+    axis.set_xlabel("time, s")
+    axis.spines[["top", "right"]].set_visible(False)
+    axis.legend(loc="upper right", ncols=len(_CONTRAST), frameon=False, fontsize="small")
+
+
+def _draw_agents(
+    axis: Axes, records: Sequence[Record], agents: Sequence[str], colours: Mapping[str, str]
+) -> None:
+    """Draw p_e of each agent where plants stay and where they switch."""
+    for place, agent in zip(range(len(agents), 0, -1), agents, strict=True):
+        colour, own = colours.get(agent, _OTHER), of_agent(records, agent)
+        for measure, offset, filled in (("mean", _OFFSET, True), ("switched", -_OFFSET, False)):
+            found, where = [over_seeds(own, measure)], np.array([place + offset])
+            draw_points(axis, where, found, colour, filled=filled, horizontal=True)
+    for label, filled in (("one plant an episode, mean", True), ("switched every 1 to 3 s", False)):
+        face = INK if filled else PAPER
+        axis.plot([], [], "o", color=INK, markerfacecolor=face, label=label)
+    axis.set_yticks(range(len(agents), 0, -1), agents)
+    axis.set_xlim(0)
+    axis.set_xlabel("p_e, %")
+    axis.grid(axis="x", color="0.9")
+    axis.set_axisbelow(True)
+    axis.spines[["top", "right"]].set_visible(False)
+    axis.legend(loc="lower center", fontsize="small")
+
+
+def _draw_lesions(axis: Axes, records: Sequence[Record], plants: Sequence[str]) -> None:
+    """Draw by how much p_e grows in each plant without the modules of each."""
+    ratio = np.array(
+        [[over_seeds(records, "lesion", off, on).mean for on in plants] for off in plants]
+    )
+    axis.imshow(np.log(ratio), cmap="Reds", vmin=0.0, vmax=max(np.log(ratio).max(), 1.0))
+    for (row, column), value in np.ndenumerate(ratio):
+        dark = np.log(value) > 0.6 * np.log(ratio).max()
+        text = f"×{value:.1f}" if value < 10 else f"×{value:.0f}"
+        axis.text(column, row, text, ha="center", va="center", color=PAPER if dark else INK)
+    axis.set_xticks(range(len(plants)), plants)
+    axis.set_yticks(range(len(plants)), plants)
+    axis.set_xlabel("plant that is on")
+    axis.set_ylabel("modules switched off")
+    axis.set_title("p_e without the modules of a plant, over intact", fontsize="medium")

@@ -1,4 +1,4 @@
-"""Bars and sections of the music itself, found in an audio file."""
+"""Bars and sections of the music in an audio file."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def sections(path: Path) -> tuple[Span, ...]:
 
     Bars are compared by harmony and timbre: the music is cut into parts where these change, and
     parts that sound alike share a label. Of all numbers of parts and labels those are taken
-    that tell the bars apart most clearly, measured by their silhouette (Rousseeuw 1987, J.
+    that separate the bars most clearly, measured by their silhouette (Rousseeuw 1987, J.
     Comp. Appl. Math. 20). A section has three bars or more (choice).
 
     Args:
@@ -99,7 +99,7 @@ def _read(path: Path) -> Samples:
         if not path.is_file():
             problem = "is not a file" if path.exists() else "no such file"
             raise MotionFileError(f"{path}: {problem}; give the path of an audio file")
-        # Opened here: libsndfile does not say why it could not, and takes no name but UTF-8.
+        # Opened here: libsndfile does not report the reason, and takes no name but UTF-8.
         opened = path.open("rb")
     except OSError as error:
         raise MotionFileError(f"{path}: cannot be read ({error.strerror})") from None
@@ -109,10 +109,12 @@ def _read(path: Path) -> Samples:
             channels = file.read(dtype="float32", always_2d=True)
     except (soundfile.SoundFileError, TypeError):  # TypeError: a name that ends in .raw
         raise MotionFileError(
-            f"{path}: cannot be read as audio; give a whole WAV, FLAC, OGG or MP3 file"
+            f"{path}: cannot be read as audio; give a complete WAV, FLAC, OGG or MP3 file"
         ) from None
-    if len(channels) < _WHOLE * promised or _says_truncated(notes):
-        raise MotionFileError(f"{path}: ends before its header says; copy or export it anew")
+    if len(channels) < _WHOLE * promised or _is_truncated(notes):
+        raise MotionFileError(
+            f"{path}: ends earlier than its header declares; copy or export it again"
+        )
     samples: Samples = channels.mean(axis=1)
     if len(samples) < _SHORTEST * rate:
         raise MotionFileError(
@@ -120,7 +122,7 @@ def _read(path: Path) -> Samples:
             f" {_SHORTEST:g} s of music"
         )
     if not np.isfinite(samples).all():
-        raise MotionFileError(f"{path}: holds a sample that is not finite; export it anew")
+        raise MotionFileError(f"{path}: contains a sample that is not finite; export it again")
     if np.ptp(samples) < _SILENCE:
         raise MotionFileError(f"{path}: is silent; give a file with music")
     return librosa.resample(samples, orig_sr=rate, target_sr=_RATE)
@@ -140,8 +142,8 @@ def _silenced() -> Iterator[None]:
         os.close(nowhere)
 
 
-def _says_truncated(notes: str) -> bool:
-    """Return whether libsndfile's notes on a WAV or AIFF file say that samples are missing."""
+def _is_truncated(notes: str) -> bool:
+    """Return whether libsndfile's log of a WAV or AIFF file reports missing samples."""
     sizes = re.findall(r"(?:data|SSND) : (\d+) \(should be (\d+)\)", notes)
     return any(int(stated) > int(actual) for stated, actual in sizes)
 
@@ -168,7 +170,8 @@ def _bar_starts(samples: Samples, path: Path) -> Array:
         )
     if np.median(onsets[frames]) <= onsets.mean():
         raise MotionFileError(
-            f"{path}: no more sets in on its beats than between; give music with a clear beat"
+            f"{path}: its beats are not clear, as onsets are as strong between them; give music"
+            " with a clear beat"
         )
     phase = max(range(phases), key=lambda k: float(onsets[frames[k::_BEATS]].mean()))
     return times[phase : len(times) - _BEATS + 1 : _BEATS]
@@ -203,7 +206,7 @@ def _groups(chroma: Array, mfcc: Array) -> NDArray[np.int_]:
     alike = np.zeros(len(chroma), np.int_)
     most = min(len(chroma) // _FEWEST_BARS, _MOST_PARTS)
     # Neighbours blur the chords of a section into what they have in common, and its edges too:
-    # they help to tell whether bars belong together, but not where to cut.
+    # they help to group bars, but not where to cut.
     around = _scaled(_with_neighbours(chroma), _with_neighbours(mfcc))
     if most < 2 or not around.any():
         return alike
@@ -225,7 +228,7 @@ def _groups(chroma: Array, mfcc: Array) -> NDArray[np.int_]:
 
 
 def _with_neighbours(feature: Array) -> Array:
-    """Return the means of each bar and the two beside it, shape (B, F)."""
+    """Return the means of each bar and its two neighbours, shape (B, F)."""
     padded = np.pad(feature, ((1, 1), (0, 0)), mode="edge")
     return (padded[:-2] + padded[1:-1] + padded[2:]) / 3.0
 

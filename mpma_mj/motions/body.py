@@ -33,7 +33,7 @@ def posture_from_points(points: dict[str, Array]) -> Array:
     z points along the trunk, from pelvis to neck, or up where these are not known, y from the
     right to the left shoulder, made perpendicular to it, and x = y × z forward: turning, walking
     or (with a trunk) bending does not move the robot's arms. The directions are unit vectors, so
-    that the dancer's proportions do not matter.
+    that the person's proportions do not matter.
 
     Args:
         points: The points of `ARM_POINTS` and perhaps of `TORSO_POINTS`, each shape (T, 3), any
@@ -74,7 +74,7 @@ def _check_lengths(lines: dict[str, Array], where: str, first: int) -> None:
         if too_short.mean() > 0.5:
             raise MotionFileError(
                 f"{where}: the {name} has no length in {too_short.sum()} of {len(length)} frames;"
-                " these are not the points they are taken for",
+                " its markers coincide there",
                 remedy="name others with {map}",
             )
         if too_short.any():
@@ -82,7 +82,7 @@ def _check_lengths(lines: dict[str, Array], where: str, first: int) -> None:
             raise MotionFileError(
                 f"{where}: the {name} has length {length[i]:.3g} at frame {first + i + 1} (median"
                 f" {np.median(length):.3g}); two markers lie {how}",
-                remedy="mend that frame, or cut it with {start} and {end}",
+                remedy="correct that frame, or cut it off with {start} and {end}",
             )
 
 

@@ -57,13 +57,13 @@ def label_motion(
         context, labels = context_of_spans(spans, times)
         if not labels:
             raise MotionFileError(
-                f"{options.labels or options.audio or where}: no label falls between"
-                f" {times[0]:.2f} and {times[-1]:.2f} s, where the movement is; times count from"
-                " the recording's first frame"
+                f"{options.labels or options.audio or where}: no label lies between {times[0]:.2f}"
+                f" and {times[-1]:.2f} s, the time of the motion; times of labels count from the"
+                " recording's first frame"
             )
         silent = float(np.mean(context.sum(axis=1) == 0))
         if silent:
-            report.warn(f"{100 * silent:.0f} % of the movement has no label; its context is 0")
+            report.warn(f"{100 * silent:.0f} % of the motion has no label; its context is 0")
         begin = [span.start for span in spans if times[0] < span.start <= times[-1]]
         report.note(
             f"{len(labels)} label{'s' * (len(labels) != 1)}, which begin at {_listed(begin)} s"
@@ -80,7 +80,7 @@ def label_motion(
     if options.context == "changes":
         index = change_points(posture, options.segments)
         starts = times[np.flatnonzero(np.diff(index)) + 1]
-        report.note(f"the movement changes at {_listed(starts)} s")
+        report.note(f"the motion changes at {_listed(starts)} s")
         return one_hot(index, options.segments), tuple(str(i + 1) for i in range(options.segments))
     return equal_segments(len(posture), options.segments)
 
@@ -97,7 +97,7 @@ def _spans(
     if options.context == "events":
         if not events:
             raise MotionFileError(
-                f"{where}: has no events", remedy="label it with {labels} or {segments}"
+                f"{where}: has no events", remedy="label the motion with {labels} or {segments}"
             )
         return events
     return None
@@ -124,7 +124,9 @@ def read_labels(path: Path) -> tuple[Span, ...]:
     except OSError as error:
         raise MotionFileError(f"{path}: cannot be read ({error.strerror})") from None
     if file is None:
-        raise MotionFileError(f"{path}: is no text; expected rows of start,end,label in seconds")
+        raise MotionFileError(
+            f"{path}: is not a text file; expected rows of start,end,label in seconds"
+        )
     spans = []
     for number, line in enumerate(file.lines(), 1):
         cells = _cells(line)
@@ -143,7 +145,7 @@ def read_labels(path: Path) -> tuple[Span, ...]:
             )
         spans.append(Span(start, end, cells[2]))
     if not spans:
-        raise MotionFileError(f"{path}: holds no rows of start,end,label")
+        raise MotionFileError(f"{path}: contains no rows of start,end,label")
     return tuple(spans)
 
 
@@ -179,7 +181,7 @@ def change_points(posture: Array, segments: int) -> NDArray[np.int_]:
         Part of each posture, shape (T,), from 0 to C - 1, none of them left out.
 
     Raises:
-        BadOptionError: `segments` is below 1, or more than the postures to tell them apart.
+        BadOptionError: `segments` is below 1, or more than the postures can distinguish.
     """
     if segments < 1:
         raise BadOptionError(option="segments", value=segments, expected="at least 1")
@@ -190,7 +192,7 @@ def change_points(posture: Array, segments: int) -> NDArray[np.int_]:
         raise BadOptionError(
             option="segments",
             value=segments,
-            expected=f"at most {len(starts)}, as the movement has {frames} postures",
+            expected=f"at most {len(starts)}, as the motion has {frames} postures",
         )
     if segments == 1:
         return np.zeros(frames, np.int_)
@@ -208,7 +210,7 @@ def _means(values: Array, starts: NDArray[np.int_]) -> Array:
 
 
 def _features(posture: Array, velocity: Array) -> Array:
-    """Return posture beside velocity, scaled to a comparable spread, shape (N, 24)."""
+    """Return posture and velocity side by side, scaled to a comparable spread, shape (N, 24)."""
     spread, speed = (np.sqrt(np.var(x, axis=0).sum()) for x in (posture, velocity))
     weight = _VELOCITY_WEIGHT * spread / speed if speed > 0 else 0.0
     return np.concatenate([posture, weight * velocity], axis=1)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj import kinematics
-from mpma_mj.errors import MotionReachError, WriteOption, as_keyword
+from mpma_mj.errors import InfeasibleMotionError, WriteOption, as_keyword
 from mpma_mj.motions.motion import Motion
 
 __all__ = ["check_feasibility", "check_ranges", "demand_lines", "joint_speeds", "near_singularity"]
@@ -40,15 +40,15 @@ def check_feasibility(motion: Motion, max_joint_speed: Array, max_elbow: float) 
         max_elbow: Largest angle of an elbow, rad.
 
     Raises:
-        MotionReachError: An elbow would have to bend too far, or a joint to turn too fast. The
+        InfeasibleMotionError: An elbow would have to bend too far, or a joint to turn too fast. The
             error names joint, frame, required and possible value, and a tempo that is feasible.
     """
     elbows = kinematics.angles_from_posture(motion.posture)[:, 3::4]
     frame, side = np.unravel_index(np.argmax(elbows), elbows.shape)
     if elbows[frame, side] > max_elbow:
-        raise MotionReachError(
+        raise InfeasibleMotionError(
             f"{motion.name}: {kinematics.SIDES[side]}_elbow would have to bend by"
-            f" {elbows[frame, side]:.2f} rad at {_place(motion, int(frame))}, it bends up to"
+            f" {elbows[frame, side]:.2f} rad at {_place(motion, int(frame))}, but it bends up to"
             f" {max_elbow:g}; check that side's elbow and wrist markers"
         )
     ratio = joint_speeds(motion) / max_joint_speed
@@ -56,12 +56,12 @@ def check_feasibility(motion: Motion, max_joint_speed: Array, max_elbow: float) 
     worst = ratio[frame, joint]
     if worst > 1.0:
         tempo = max(np.floor(95.0 * motion.tempo / worst) / 100.0, 0.01)
-        raise MotionReachError(
+        raise InfeasibleMotionError(
             f"{motion.name}: {kinematics.JOINT_NAMES[joint]} would have to turn at"
-            f" {worst * max_joint_speed[joint]:.1f} rad/s at {_place(motion, int(frame))}, its"
+            f" {worst * max_joint_speed[joint]:.1f} rad/s at {_place(motion, int(frame))}, but its"
             f" actuator reaches {max_joint_speed[joint]:g}",
-            remedy=f"slow the movement with {{tempo={tempo:g}}} or less, or leave that moment out"
-            " with {start} or {end}",
+            remedy=f"slow the motion with {{tempo={tempo:g}}} or less, or cut that moment off with"
+            " {start} or {end}",
         )
 
 
@@ -74,16 +74,16 @@ def check_ranges(motion: Motion, lowest: Array, highest: Array) -> None:
         highest: Highest joint angles, shape (8,), rad.
 
     Raises:
-        MotionReachError: A joint angle is out of range. The error names joint, frame, required
+        InfeasibleMotionError: A joint angle is out of range. The error names joint, frame, required
             angle and range.
     """
     beyond = np.maximum(lowest - motion.joint_angles, motion.joint_angles - highest)
     frame, joint = np.unravel_index(np.argmax(beyond), beyond.shape)
     if beyond[frame, joint] > 0.0:
-        raise MotionReachError(
+        raise InfeasibleMotionError(
             f"{motion.name}: {kinematics.JOINT_NAMES[joint]} would have to be at"
-            f" {motion.joint_angles[frame, joint]:.2f} rad at {_place(motion, int(frame))}, its"
-            f" range is {lowest[joint]:g} to {highest[joint]:g}; widen the range in the model"
+            f" {motion.joint_angles[frame, joint]:.2f} rad at {_place(motion, int(frame))}, but"
+            f" its range is {lowest[joint]:g} to {highest[joint]:g}; widen the range in the model"
         )
 
 
@@ -116,7 +116,7 @@ def demand_lines(
     try:
         check_feasibility(motion, max_joint_speed, max_elbow)
         lines.append("the arms can follow it")
-    except MotionReachError as error:
+    except InfeasibleMotionError as error:
         lines.append(f"the arms cannot follow it: {error.describe(write)}")
     return lines
 

@@ -87,7 +87,7 @@ class ImportReport:
         lines += [f"  {step}" for step in self.steps]
         labels, more = ", ".join(motion.labels[:_MOST_LABELS]), len(motion.labels) - _MOST_LABELS
         lines.append(
-            f"movement: {len(motion)} postures at {motion.rate:g} Hz ({motion.duration:.2f} s),"
+            f"motion: {len(motion)} postures at {motion.rate:g} Hz ({motion.duration:.2f} s),"
             f" labels {labels}" + (f" and {more} more" if more > 0 else "")
         )
         if self.lengths:

@@ -22,7 +22,7 @@ from mpma_mj.motions.options import ReadingOptions, given
 from mpma_mj.motions.orientation import check_sides
 from mpma_mj.motions.readers.recognise import open_recording
 from mpma_mj.motions.readers.recording import Recording
-from mpma_mj.motions.synthetic import BUILT_IN, DANCES
+from mpma_mj.motions.synthetic import BUILT_IN, SYNTHETIC_MOTIONS
 from mpma_mj.motions.transforms import at_rate, close_loop
 
 __all__ = ["ImportedMotion", "import_motion", "read_motion"]
@@ -50,9 +50,9 @@ def read_motion(source: str | Path, *, rate: float = _RATE, **options: Any) -> M
     A `RecordingWarning` is issued for everything that may be wrong with a recording.
 
     Args:
-        source: "ymca", "invented", or the path of a recording: C3D, BVH, ASF/AMC, TRC, Qualisys
+        source: "ymca", "synthetic", or the path of a recording: C3D, BVH, ASF/AMC, TRC, Qualisys
             TSV, a table with a header, or npz.
-        rate: Postures per second that are wanted, Hz.
+        rate: Requested postures per second, Hz.
         **options: The fields of `ReadingOptions`, such as tempo=0.5 or max_gap=0.3.
 
     Returns:
@@ -80,7 +80,7 @@ def import_motion(
     Args:
         source: As for `read_motion`.
         options: How to read it.
-        rate: Postures per second that are wanted, Hz.
+        rate: Requested postures per second, Hz.
 
     Raises:
         MpmaError: As for `read_motion`.
@@ -113,8 +113,8 @@ def _import_recording(
     names = list(dict.fromkeys(name for group in groups.values() for name in group))
     if "pelvis" not in groups and len(recording.names) > _BODY * len(names):
         report.warn(
-            "no pelvis is known among its points, so that the torso is taken as upright and a bend"
-            " moves the arms",
+            "none of its points is recognised as the pelvis, so that the torso is assumed to be"
+            " upright and bending moves the arms",
             remedy='name it with {map="pelvis=…"}',
         )
     own_rate = _source_rate(recording, options, report)
@@ -123,8 +123,8 @@ def _import_recording(
     report.rate, report.frames = own_rate, trajectories.frames
     if recording.frames not in (None, report.frames):
         report.warn(
-            f"the file says {recording.frames} frames and holds {report.frames};"
-            f" {report.frames} are used"
+            f"the file declares {recording.frames} frames but contains {report.frames}, which are"
+            " used"
         )
     clean(trajectories, options, report)
     report.groups = trajectories.groups
@@ -132,8 +132,8 @@ def _import_recording(
     check_sides(trajectories.tracks, posture, trajectories.groups, report)
     if len(posture) < 2:
         raise MotionFileError(
-            f"{path}: has {len(posture)} posture(s) at {rate:g} Hz; a movement needs at least"
-            " two, so record for longer"
+            f"{path}: has {len(posture)} posture(s) at {rate:g} Hz; a motion needs at least two;"
+            " record for longer"
         )
     if options.loop:
         posture = close_loop(posture, rate)
@@ -148,22 +148,22 @@ def _import_recording(
 def _import_arms(
     motion: Motion, kind: str, options: ReadingOptions, report: ImportReport
 ) -> ImportedMotion:
-    """Cut, close and label a motion of arms, built in or stored, as the options say.
+    """Cut, close and label a motion of arms, built in or stored, as the options require.
 
     Args:
-        motion: The motion, at the wanted rate and tempo.
+        motion: The motion, at the requested rate and tempo.
         kind: What the report calls its format.
         options: How to read it.
         report: Gets what is done.
 
     Raises:
-        BadOptionError: An option is given that only a recording of a dancer has a use for, or
+        BadOptionError: An option is given that applies only to recordings, or
             nothing is left of the motion.
     """
     useless = given(options) & _FOR_RECORDINGS
     if useless:
         raise BadOptionError(
-            f"{motion.name} is a finished movement",
+            f"{motion.name} is a complete motion",
             remedy=f"leave out {{{min(useless)}}}, which is for recordings",
         )
     times = np.arange(len(motion)) / motion.rate * options.tempo
@@ -172,11 +172,11 @@ def _import_arms(
     if kept.sum() < 2:
         raise BadOptionError(
             f"from {start:g} to {end:g} s {motion.name}, which lasts {times[-1]:.2f} s, has"
-            f" {kept.sum()} postures; expected a longer time"
+            f" {kept.sum()} postures; give a longer time"
         )
     if options.end is not None and end > times[-1] + 1.0 / motion.rate:
         report.warn(
-            f"{motion.name} ends at {times[-1]:.2f} s", remedy=f"{{end={end:g}}} asks for more"
+            f"{motion.name} ends at {times[-1]:.2f} s", remedy=f"{{end={end:g}}} is later than that"
         )
     if not kept.all():
         report.note(f"cut to {times[kept][0]:g}-{times[kept][-1]:.2f} s, as requested")
@@ -197,11 +197,11 @@ def _import_arms(
 def _source_rate(recording: Recording, options: ReadingOptions, report: ImportReport) -> float:
     if options.rate_in is not None:
         declared = "no rate" if recording.rate is None else f"{recording.rate:g} Hz"
-        report.note(f"{options.rate_in:g} Hz, as given (the file says {declared})")
+        report.note(f"{options.rate_in:g} Hz, as given (the file declares {declared})")
         return options.rate_in
     if recording.rate is None:
         raise MotionFileError(
-            f"{recording.path}: does not say how many frames a second it has",
+            f"{recording.path}: does not declare its frame rate",
             remedy="give it with {rate_in}, such as {rate_in=50}",
         )
     return recording.rate
@@ -212,12 +212,12 @@ def _check_file(path: Path) -> None:
         if path.suffix or len(path.parts) > 1:
             raise UnknownMotionError(f"{path}: no such file; give the path of a recording")
         raise UnknownMotionError(
-            f"no motion '{path}'; built in: ymca, invented, invented-1 to invented-{DANCES}; or"
-            " give the path of a recording"
+            f"no motion '{path}'; expected ymca, synthetic, synthetic-1 to"
+            f" synthetic-{SYNTHETIC_MOTIONS}, or the path of a recording"
         )
     if path.is_dir():
         raise MotionFileError(f"{path}: is a folder; give the path of a recording in it")
     if not path.is_file():
         raise MotionFileError(f"{path}: is not a file; give the path of a recording")
     if not os.access(path, os.R_OK):
-        raise MotionFileError(f"{path}: cannot be read; check its rights")
+        raise MotionFileError(f"{path}: cannot be read; check its permissions")

@@ -28,12 +28,12 @@ _SIDED = {
 _MOST_GUESSED = 2
 _FEWEST = 3  # points that have to fit before names are taken for those of a set
 _MOST_NAMED = 120  # names in a message
-# Parts of names that say nothing about which point it is.
+# Parts of names that do not identify a point.
 _PREFIX = re.compile(r"^mixamorig\d*")
 _SUFFIX = re.compile(r"(positions?|pos|jointcent(er|re))$")
 
 _PARTS = ("shoulder", "elbow", "wrist")
-_Choices = list[tuple[str, ...]]  # groups of names, of which the first that is there is taken
+_Choices = list[tuple[str, ...]]  # groups of names, of which the first complete one is taken
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ def _marker_sets() -> _MarkerSets:
 
 
 def parse_mapping(option: str) -> Groups:
-    """Read what the user says about which markers show which point.
+    """Read the mapping from points to markers that the user gave.
 
     Args:
         option: "left_elbow=EPICl+EPICm,…", where + is the mean, or the path of a TOML file
@@ -75,7 +75,7 @@ def parse_mapping(option: str) -> Groups:
     groups: Groups = {}
     for point, names in given:
         if point in groups:
-            raise BadOptionError(f"map: {point} stands twice; give all its markers with +")
+            raise BadOptionError(f"map: {point} is given twice; join all its markers with +")
         if point not in (*ARM_POINTS, *TORSO_POINTS):
             raise BadOptionError(
                 f"map: no point '{point}'; expected {', '.join((*ARM_POINTS, *TORSO_POINTS))}"
@@ -96,24 +96,24 @@ def choose_markers(path: Path, names: Sequence[str], mapping: Groups) -> Groups:
     Args:
         path: The file, for messages.
         names: The names that it has.
-        mapping: What the user says; the rest is recognised by name.
+        mapping: Markers that the user gave; other points are recognised by name.
 
     Returns:
         A group for every one of `ARM_POINTS`, and for `TORSO_POINTS` where the pelvis is shown.
 
     Raises:
-        MotionFileError: A point is not recognised, or two dancers are, or a name that is needed
-            stands twice; tells the file's names and a mapping to edit.
+        MotionFileError: A point is not recognised, or two people are, or a name that is needed
+            appears twice; the message lists the file's names and a mapping to edit.
     """
     given = {p: tuple(_exact(path, n, names) for n in group) for p, group in mapping.items()}
     recognised = _recognised(names)
-    # The torso has to be of the dancer whose arms the user means.
+    # The torso must be that of the person whose arms the user chose.
     meant = [groups for groups in recognised if _subjects(groups) & _subjects(given)]
     found = [groups | given for groups in meant or recognised] or [given]
     complete = [groups for groups in found if groups.keys() >= set(ARM_POINTS)]
     if len({tuple(groups[p] for p in ARM_POINTS) for groups in complete}) > 1:
         raise MotionFileError(
-            f"{path}: shows {len(complete)} dancers",
+            f"{path}: shows {len(complete)} people",
             remedy=f"choose one with {mapping_option(complete[0])}, or"
             f" {mapping_option(complete[1])}",
         )
@@ -133,14 +133,11 @@ def choose_markers(path: Path, names: Sequence[str], mapping: Groups) -> Groups:
 
 
 def _check_once(path: Path, names: Sequence[str], groups: Groups) -> None:
-    """Refuse names that stand twice in the file."""
+    """Refuse names that appear twice in the file."""
     counts = Counter(names)
     twice = next((n for group in groups.values() for n in group if counts[n] > 1), None)
     if twice is not None:
-        raise MotionFileError(
-            f"{path}: {twice} stands twice; which of them is meant cannot be told, so rename or"
-            " remove one"
-        )
+        raise MotionFileError(f"{path}: {twice} appears twice; rename or remove one")
 
 
 def _exact(path: Path, name: str, names: Sequence[str]) -> str:
@@ -150,8 +147,8 @@ def _exact(path: Path, name: str, names: Sequence[str]) -> str:
     alike = [n for n in names if _short_name(n) == _short_name(name)]
     if len(set(alike)) != 1:
         raise MotionFileError(
-            f"{path}: map names {name}, which the file {'has not' if not alike else 'has twice'};"
-            f" it has {_listed(names)}"
+            f"{path}: map names {name}, which the file"
+            f" {'does not have' if not alike else 'has twice'}; it has {_listed(names)}"
         )
     return alike[0]
 
@@ -222,19 +219,19 @@ def _not_recognised(path: Path, names: Sequence[str], found: Groups) -> MotionFi
         one = {part: [n for n in names if rule.search(n)] for part, rule in guesses.items()}
         if all(one.values()):
             return MotionFileError(
-                f"{path}: shows one arm only, none that is named left or right"
-                f" ({'; '.join('+'.join(group[:2]) for group in one.values())}): there is no left"
-                " arm beside a right one, and both are needed"
+                f"{path}: shows a single arm, named neither left nor right"
+                f" ({'; '.join('+'.join(group[:2]) for group in one.values())}); both arms are"
+                " needed"
             )
     for side in SIDES:
         if any(guess.values()) and not any(guess[p] for p in ARM_POINTS if p.startswith(side)):
             return MotionFileError(
                 f"{path}: has no {side} arm, and both arms are needed; {has}",
-                remedy=f"if that arm is among them, say it with {mapping}",
+                remedy=f"if that arm is among them, name its points with {mapping}",
             )
     return MotionFileError(
-        f"{path}: cannot tell which point is the {', the '.join(missing)}; {has}",
-        remedy=f"say it with {mapping}",
+        f"{path}: no point is recognised as the {', the '.join(missing)}; {has}",
+        remedy=f"name the points with {mapping}",
     )
 
 
@@ -266,7 +263,7 @@ def _common_prefix(names: Sequence[str]) -> str:
 
 
 def _short_name(name: str) -> str:
-    """Return a name without subject, case, separators and what says nothing."""
+    """Return a name without subject, case, separators and insignificant parts."""
     letters = re.sub(r"[\W_]+", "", name.rpartition(":")[2].lower())
     return _SUFFIX.sub("", _PREFIX.sub("", letters))
 
@@ -277,7 +274,7 @@ def _read_toml(path: Path) -> Iterator[tuple[str, tuple[str, ...]]]:
     except OSError as error:
         raise BadOptionError(f"map: {path} cannot be read ({error.strerror})") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise BadOptionError(f"map: {path} is no TOML file ({error})") from None
+        raise BadOptionError(f"map: {path} is not a TOML file ({error})") from None
     for point, value in content.items():
         names = [name.strip() for name in value.split("+")] if isinstance(value, str) else value
         if not (isinstance(names, list) and names and all(isinstance(n, str) and n for n in names)):

@@ -67,8 +67,8 @@ class Motion:
             raise MotionFileError(f"{self.name}: has no label; a context needs at least one")
         if frames < 2:
             raise MotionFileError(
-                f"{self.name}: has {frames} posture(s) at {self.rate:g} Hz; a movement needs at"
-                " least two, so record for longer"
+                f"{self.name}: has {frames} posture(s) at {self.rate:g} Hz; a motion needs at"
+                " least two; record for longer"
             )
         expected = {"posture": (frames, 12), "context": (frames, len(self.labels))}
         for field, shape in expected.items():
@@ -80,12 +80,12 @@ class Motion:
                     f"{self.name}: {field} has shape {value.shape}, expected {shape}"
                 )
             if not np.isfinite(value).all():
-                raise MotionFileError(f"{self.name}: {field} holds a value that is not finite")
+                raise MotionFileError(f"{self.name}: {field} contains a value that is not finite")
         if self.context.min() < 0.0 or self.context.max() > 1.0:
-            raise MotionFileError(f"{self.name}: context holds a value outside [0, 1]")
+            raise MotionFileError(f"{self.name}: context contains a value outside [0, 1]")
         lengths = np.linalg.norm(self.posture.reshape(frames, 4, 3), axis=-1)
         if not np.allclose(lengths, 1.0, atol=1e-6):
-            raise MotionFileError(f"{self.name}: posture holds vectors that have not length 1")
+            raise MotionFileError(f"{self.name}: posture contains vectors whose length is not 1")
 
     def __len__(self) -> int:
         """Return the number of postures."""
@@ -133,7 +133,9 @@ def load_motion(path: Path) -> Motion | None:
     if "posture" not in arrays:
         return None
     if str(arrays.get("format", FORMAT)) != str(FORMAT):
-        raise MotionFileError(f"{path}: of another version of this program; make it anew")
+        raise MotionFileError(
+            f"{path}: written by another version of this program; create it again"
+        )
     try:
         posture = np.asarray(arrays["posture"], np.float64)
         context = np.asarray(arrays.get("context", np.ones((len(posture), 1))), np.float64)

@@ -25,7 +25,7 @@ class ReadingOptions:
 
     Attributes:
         map: Which points show the body: "left_elbow=EPICl+EPICm,…", or a TOML file.
-        skeleton: The ASF of an AMC, where it is not beside it.
+        skeleton: The ASF of an AMC, if it is in another folder.
         unit: Unit of the file.
         up: Axis of the file that points up.
         rate_in: Frames per second of the file, Hz.
@@ -42,7 +42,7 @@ class ReadingOptions:
             a file of them is given, else equal parts.
         segments: Number of equal parts, or of parts between changes.
         labels: CSV of start,end,label in seconds.
-        audio: Sound file of the music that is danced to.
+        audio: Audio file of the music to which the motion belongs.
     """
 
     map: str | None = None
@@ -75,32 +75,33 @@ class ReadingOptions:
             raise BadOptionError(option="map", value=self.map, expected=expected)
         start = self.start or 0.0
         if self.end is not None and self.end <= start:
-            expected = f"more than {start:g} s, where the movement begins"
+            expected = f"more than {start:g} s, where the motion begins"
             raise BadOptionError(option="end", value=self.end, expected=expected)
         self._check_context()
 
     def _check_context(self) -> None:
         """Check that one thing only labels the motion."""
-        music = self.context in ("bars", "sections")
-        if music and self.audio is None:
+        from_audio = self.context in ("bars", "sections")
+        if from_audio and self.audio is None:
             raise BadOptionError(
-                f"context {self.context} needs the music", remedy="give it with {audio}"
+                f"context {self.context} needs audio", remedy="give it with {audio}"
             )
-        if self.audio is not None and not (music or self.context == "auto"):
+        if self.audio is not None and not (from_audio or self.context == "auto"):
             raise BadOptionError(
-                f"audio gives bars or sections, not {self.context}",
-                remedy="drop {audio} or {context}",
+                f"audio has bars and sections, not {self.context}",
+                remedy="leave out {audio} or {context}",
             )
         if self.segments != _PARTS and (
-            music or self.labels or self.audio or self.context == "events"
+            from_audio or self.labels or self.audio or self.context == "events"
         ):
             raise BadOptionError(
-                "segments are parts of a movement without labels",
-                remedy="drop {segments}, or what labels it",
+                "segments divide a motion without labels",
+                remedy="leave out {segments}, or the options that label it",
             )
         if self.labels is not None and (self.audio is not None or self.context != "auto"):
             raise BadOptionError(
-                "labels are the context", remedy="drop {audio} and {context}, or {labels}"
+                "labels already give the context",
+                remedy="leave out {audio} and {context}, or {labels}",
             )
 
 

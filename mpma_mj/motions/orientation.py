@@ -57,25 +57,27 @@ def find_unit(
         report.note(f"unit {_name(given)}, as given")
         if not _ARMS[0] <= arm * given <= _ARMS[1]:
             report.warn(
-                f"unit {_name(given)}, as given, makes arms of {arm * given:.3g} m; the movement"
-                " is the same in any unit"
+                f"unit {_name(given)}, as given, makes arms of {arm * given:.3g} m; the motion is"
+                " the same in any unit"
             )
         return given
     if declared is not None and _ARMS[0] <= arm * declared <= _ARMS[1]:
-        report.note(f"unit {_name(declared)}, as the file says")
+        report.note(f"unit {_name(declared)}, as the file declares")
         return declared
     best = min(_LENGTHS.values(), key=lambda unit: abs(np.log(arm * unit / _ARM)))
     fits = _ARMS[0] <= arm * best <= _ARMS[1]
     if declared is not None:
         report.warn(
-            f"the file says {_name(declared)}, which makes arms of {arm * declared:.3g} m;"
+            f"the file declares {_name(declared)}, which makes arms of {arm * declared:.3g} m;"
             f" {_name(best) + ' is used' if fits else 'no usual unit fits'}",
             remedy="{unit} overrides it",
         )
     elif fits:
         report.note(f"unit {_name(best)}, by the length of the arms")
     else:
-        report.warn(f"arms are {arm:.3g} long, which fits no usual unit", remedy="{unit} gives one")
+        report.warn(
+            f"arms are {arm:.3g} long, which fits no usual unit", remedy="set it with {unit}"
+        )
     return best if fits else None
 
 
@@ -85,7 +87,7 @@ def find_up(
     given: Up | None,
     where: str,
     report: ImportReport,
-    lost_trunk: Array | None = None,
+    removed_trunk: Array | None = None,
 ) -> Up:
     """Find the axis that points up: by the trunk, the file, or hanging arms, in this order.
 
@@ -96,7 +98,7 @@ def find_up(
         given: Axis that the user gives.
         where: What an error calls the recording.
         report: Gets what is taken.
-        lost_trunk: Vectors from pelvis to neck, shape (N, 3), of frames in which both are seen,
+        removed_trunk: Vectors from pelvis to neck, shape (N, 3), of frames in which both are seen,
             if they are seen too rarely to be among the points.
 
     Raises:
@@ -105,9 +107,9 @@ def find_up(
     if given is not None:
         report.note(f"{given} is up, as given")
         return given
-    has_trunk = "pelvis" in points or lost_trunk is not None
+    has_trunk = "pelvis" in points or removed_trunk is not None
     if has_trunk:
-        ways = trunk(points) if lost_trunk is None else lost_trunk
+        ways = trunk(points) if removed_trunk is None else removed_trunk
         shown, how = _axis_of(ways), "by the trunk"
     else:
         hanging = [-vectors for name, vectors in segments(points).items() if "upper" in name]
@@ -115,17 +117,17 @@ def find_up(
         if shown not in _USUAL:  # then it is rather the arms that do not hang
             shown = None
     if declared is not None and (shown in (declared, None) or not has_trunk):
-        report.note(f"{declared} is up, as the file or its format says")
+        report.note(f"{declared} is up, as the file or its format declares")
         return declared
     if shown is None and "pelvis" in points:
         return "z"  # the trunk's direction is known in every frame, so that none else matters
     if shown is None:
         raise MotionFileError(
-            f"{where}: cannot tell which axis is up: the file does not say, and the arms do not"
-            " hang",
+            f"{where}: the up axis is unknown: the file does not declare it, and the arms do not"
+            " hang down",
             remedy="give it with {up}, such as {up=z}",
         )
-    instead = f"; the file or its format says {declared}" if declared is not None else ""
+    instead = f"; the file or its format declares {declared}" if declared is not None else ""
     report.note(f"{shown} is up, {how}{instead}")
     return shown
 
@@ -174,7 +176,7 @@ def check_sides(
         report.warn(
             f"both elbows are beyond the body's midline in {100 * share:.0f} % of the frames: left"
             " and right look swapped",
-            remedy=f"{_swapped(groups, ('elbow', 'wrist'))} mends that",
+            remedy=f"{_swapped(groups, ('elbow', 'wrist'))} corrects that",
         )
         return
     vectors = posture.reshape(-1, 4, 3)
@@ -188,8 +190,8 @@ def check_sides(
             f"forearms point backwards in {100 * backward:.0f} % of the frames in which they are"
             " bent: left and right look swapped, or up and down, or the file's axes are"
             " left-handed, as in Unity",
-            remedy=f"{_swapped(groups, ('shoulder', 'elbow', 'wrist'))} mends the first, {{up}} the"
-            " second",
+            remedy=f"{_swapped(groups, ('shoulder', 'elbow', 'wrist'))} corrects the first,"
+            " {up} the second",
         )
 
 

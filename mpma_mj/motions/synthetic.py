@@ -1,4 +1,4 @@
-"""Built-in artificial motions: YMCA, and dances of random key poses."""
+"""Built-in synthetic motions: YMCA, and motions through random key poses."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from mpma_mj.motions.motion import Motion
 from mpma_mj.motions.transforms import minimum_jerk
 from mpma_mj.utils.seeding import stream
 
-__all__ = ["BUILT_IN", "DANCES", "invented", "ymca"]
+__all__ = ["BUILT_IN", "SYNTHETIC_MOTIONS", "synthetic_motion", "ymca"]
 
 Array = NDArray[np.float64]
 
@@ -34,12 +34,12 @@ KEY_POSES = {
     "A": ((0.12, 0.25, 0.96), (0.10, -0.80, 0.59), (0.12, -0.25, 0.96), (0.10, 0.80, 0.59)),
 }
 
-DANCES = 16
-_POSES = 5  # of a dance
+SYNTHETIC_MOTIONS = 16
+_POSES = 5  # of a motion
 _SECONDS_PER_POSE = 1.0
 _MOVING = 0.8  # share of a pose's time that the move to it takes; the rest is held
 # Within these key poses are drawn, uniformly: abduction, flexion, rotation, elbow, rad. Arms are
-# anywhere beside and in front of the body, and out of reach of the joints' singular poses.
+# anywhere to the side and in front of the body, and out of reach of the joints' singular poses.
 _LEAST = (0.0, -0.6, -0.9, 0.2)
 _MOST = (2.4, 0.9, 0.9, 2.0)
 
@@ -78,34 +78,36 @@ def ymca(rate: float = 20.0, tempo: float = 1.0) -> Motion:
     )
 
 
-def invented(rate: float = 20.0, tempo: float = 1.0, *, dance: int | None = None) -> Motion:
-    """Return one of the invented dances, or all of them in a row.
+def synthetic_motion(
+    rate: float = 20.0, tempo: float = 1.0, *, number: int | None = None
+) -> Motion:
+    """Return one of the synthetic motions, or all of them in a row.
 
     Key poses drawn at random, always the same ones, are joined in joint space by minimum-jerk
-    moves. Unlike people's dances they have no repetition or symmetry. All numbers are choices
+    moves. Unlike human motion they have no repetition or symmetry. All numbers are choices
     (choice).
 
     Args:
         rate: Postures per second, Hz.
         tempo: Speed relative to a pose a second.
-        dance: Which of them, from 1 to `DANCES`, 5 s at tempo 1; all, 80 s, if not given.
+        number: Which of them, from 1 to `SYNTHETIC_MOTIONS`, 5 s at tempo 1; None for all, 80 s.
 
     Returns:
-        The motion, with a label for each dance, its number.
+        The motion, with the number of each synthetic motion as its label.
 
     Raises:
         BadOptionError: So fast or so coarsely sampled that a pose has no two samples.
     """
     samples = _samples(_SECONDS_PER_POSE / tempo, "pose", rate, tempo)
-    dances = range(DANCES) if dance is None else range(dance - 1, dance)
-    keys = _dance_angles()[dances.start * _POSES : dances.stop * _POSES + 1]
-    danced = np.repeat(np.arange(len(dances)), _POSES * samples)
+    indices = range(SYNTHETIC_MOTIONS) if number is None else range(number - 1, number)
+    keys = _random_angles()[indices.start * _POSES : indices.stop * _POSES + 1]
+    segments = np.repeat(np.arange(len(indices)), _POSES * samples)
     return Motion(
         posture=_moves(keys, np.arange(samples) / samples / _MOVING),
-        context=one_hot(danced, len(dances)),
-        labels=tuple(str(number + 1) for number in dances),
+        context=one_hot(segments, len(indices)),
+        labels=tuple(str(index + 1) for index in indices),
         rate=rate,
-        name="invented" if dance is None else f"invented-{dance}",
+        name="synthetic" if number is None else f"synthetic-{number}",
         source="synthetic: random key poses, minimum-jerk moves",
         tempo=tempo,
     )
@@ -113,19 +115,23 @@ def invented(rate: float = 20.0, tempo: float = 1.0, *, dance: int | None = None
 
 BUILT_IN: dict[str, Callable[[float, float], Motion]] = {
     "ymca": ymca,
-    "invented": invented,
-    **{f"invented-{n}": functools.partial(invented, dance=n) for n in range(1, DANCES + 1)},
+    "synthetic": synthetic_motion,
+    **{
+        f"synthetic-{n}": functools.partial(synthetic_motion, number=n)
+        for n in range(1, SYNTHETIC_MOTIONS + 1)
+    },
 }
 """Built-in motions by name, given rate in Hz and tempo."""
 
 
 def _samples(seconds: float, part: str, rate: float, tempo: float) -> int:
-    """Return the number of samples of a part of a dance, at least 2."""
+    """Return the number of samples of a part of a motion, at least 2."""
     samples = round(seconds * rate)
     if samples < 2:
         raise BadOptionError(
             f"rate {rate:g} and tempo {tempo:g} leave {samples} sample(s) a {part};"
-            " a higher rate or a lower tempo is needed"
+            " expected at least 2",
+            remedy="give a lower {tempo}",
         )
     return samples
 
@@ -143,7 +149,7 @@ def _letter_angles() -> Array:
     return kinematics.continuous_angles(poses, start=np.zeros(8))
 
 
-def _dance_angles() -> Array:
-    """Return the joint angles of the key poses of all dances, shape (K + 1, 8), rad."""
-    shape = (DANCES * _POSES + 1, 2, 4)
+def _random_angles() -> Array:
+    """Return the joint angles of all random key poses, shape (K + 1, 8), rad."""
+    shape = (SYNTHETIC_MOTIONS * _POSES + 1, 2, 4)
     return stream(0, "invented dances").uniform(_LEAST, _MOST, shape).reshape(-1, 8)

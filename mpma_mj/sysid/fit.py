@@ -50,7 +50,7 @@ _SEARCHED = 60  # windows of the first search (choice)
 _COARSE, _FINE = 1e-3, 1e-4  # relative changes at which a search ends
 _STEPS = (1e-4, -1e-4, 1e-4)
 """Relative steps of derivatives, of one search after the other (choice). A difference across a
-jump is no derivative and ends a search early; one to the other side goes on from there."""
+jump is no derivative and ends a search early; a step to the other side continues from there."""
 _MOST_ITERATIONS = 30
 _NEAR = 3  # physics steps of latency that are tried on both sides (choice)
 _RESOLUTION = 1e-4  # rad; no log is taken to be more exact (choice)
@@ -76,7 +76,7 @@ def identify(
     Raises:
         BadOptionError: The model cannot be read or lacks something, or the extra `sysid` is not
             installed.
-        RobotLogError: The log is too short, too coarse, or shows no movement.
+        RobotLogError: The log is too short, too coarse, or shows no motion.
         DivergedError: A simulation diverged.
     """
     if not hasattr(sysid, "optimize"):  # which imports without what it needs

@@ -36,7 +36,7 @@ _SHORTEST = 5.5  # s (choice)
 _LONGEST_PERIOD = 0.1  # s (choice)
 _UNEVEN = 0.05  # part of a period that a row may come early or late (choice)
 _OFF = 1e-3  # part of a period that may be missing to a whole number of physics steps (choice)
-_STILL = 1e-3  # rad/s or rad; less variation is no movement (choice)
+_STILL = 1e-3  # rad/s or rad; less variation is no motion (choice)
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +104,7 @@ def write_log(path: str | Path, log: RobotLog) -> None:
 
 
 def read_log(path: str | Path) -> RobotLog:
-    """Read a log; `check_log` says whether it fits the arms' model.
+    """Read a log; `check_log` checks whether it fits the arms' model.
 
     Args:
         path: CSV file with the columns `COLUMNS` in any order; others are ignored.
@@ -115,24 +115,26 @@ def read_log(path: str | Path) -> RobotLog:
     """
     path = Path(path)
     if not path.is_file():
-        found = "this is a folder" if path.is_dir() else "there is none"
-        raise RobotLogError(f"{path}: expected a CSV file of a robot's log, and {found}")
+        found = "this is a folder" if path.is_dir() else "there is no such file"
+        raise RobotLogError(f"{path}: expected a robot's log as a CSV file, but {found}")
     file = TextFile.open(path)
     if file is None:
-        raise RobotLogError(f"{path}: is no text; expected a CSV file, its header {_HEADER}")
+        raise RobotLogError(f"{path}: is not a text file; expected CSV with the header {_HEADER}")
     head = next(file.lines(), "")
     titles = [cell.strip() for cell in head.replace('"', "").split(",")]
     missing = [column for column in COLUMNS if column not in titles]
     if len(missing) == len(COLUMNS):
         raise RobotLogError(
-            f"{path}: is no log of a robot; expected a first row with the columns {_HEADER},"
-            " a comma between them"
+            f"{path}: is not a robot's log; expected a first row with the columns {_HEADER},"
+            " separated by commas"
         )
     if missing:
-        raise RobotLogError(f"{path}: lacks {', '.join(missing)}; name the columns so, or add them")
+        raise RobotLogError(
+            f"{path}: lacks {', '.join(missing)}; add these columns, or rename yours"
+        )
     twice = next((column for column in COLUMNS if titles.count(column) > 1), None)
     if twice:
-        raise RobotLogError(f"{path}: has {twice} twice; rename or remove one")
+        raise RobotLogError(f"{path}: has column {twice} twice; rename or remove one")
     table = _numbers(file, titles)
     command, angle, velocity = np.split(table[:, 1:], len(_QUANTITIES), axis=1)
     return RobotLog(table[:, 0], command, angle, velocity, str(path))
@@ -145,22 +147,22 @@ def _numbers(file: TextFile, titles: list[str]) -> Array:
     while lines and not lines[-1].strip():
         lines.pop()
     if not lines:
-        raise RobotLogError(f"{file.path}: has a header and no rows; expected a row each time")
+        raise RobotLogError(f"{file.path}: has a header but no rows; expected a row for each time")
     table = np.empty((len(lines), len(COLUMNS)))
     for row, line in enumerate(lines):
         cells = line.replace('"', "").split(",")
         number = row + FIRST_ROW
         if len(cells) != len(titles):
             raise RobotLogError(
-                f"{file.path}: row {number} has {len(cells)} cells, but the header {len(titles)};"
-                f" mend or delete that row: {printable(line[:_SHOWN])}"
+                f"{file.path}: row {number} has {len(cells)} cells, but the header has"
+                f" {len(titles)}; correct or delete that row: {printable(line[:_SHOWN])}"
             )
         for column, place in enumerate(columns):
             cell = cells[place]
             if not is_number(cell) or not math.isfinite(float(cell)):
                 raise RobotLogError(
                     f"{file.path}: row {number}, column {COLUMNS[column]}:"
-                    f" '{printable(cell[:_SHOWN])}'; expected a finite number, so mend that cell"
+                    f" '{printable(cell[:_SHOWN])}' is not a finite number; correct that cell"
                 )
             table[row, column] = float(cell)
     return table
@@ -182,23 +184,23 @@ def check_log(log: RobotLog, model: mujoco.MjModel) -> int:
     length = float(log.time[-1] - log.time[0])
     for i in np.flatnonzero(elapsed <= 0.0)[:1] + 1:
         raise RobotLogError(
-            f"{row(i)}: time is {log.time[i]:g} s after {log.time[i - 1]:g} s; expected times that"
-            " ascend, so sort the rows, or remove that one"
+            f"{row(i)}: time is {log.time[i]:g} s after {log.time[i - 1]:g} s; expected ascending"
+            " times; sort the rows, or remove that one"
         )
     if length < _SHORTEST:
         raise RobotLogError(
             f"{log.source}: is {length:.3g} s long; expected at least {_SHORTEST:g} s, better a"
-            " minute, in seconds"
+            " minute; check that times are in seconds"
         )
     for i in np.flatnonzero(np.abs(elapsed - usual) > _UNEVEN * usual)[:1] + 1:
         raise RobotLogError(
-            f"{row(i)} comes {elapsed[i - 1]:.4g} s after the one before; expected {usual:.4g} s"
-            f" ± {100 * _UNEVEN:g} %, so fill in what is missing, or cut the log there"
+            f"{row(i)} comes {elapsed[i - 1]:.4g} s after the one before; expected {usual:.4g} s ±"
+            f" {100 * _UNEVEN:g} %; add the missing rows, or cut the log there"
         )
     if log.period > _LONGEST_PERIOD:
         raise RobotLogError(
             f"{log.source}: has a row every {log.period:.3g} s; expected at most"
-            f" {_LONGEST_PERIOD:g} s, so record it faster"
+            f" {_LONGEST_PERIOD:g} s; record it at a higher rate"
         )
     timestep = 1000.0 * float(model.opt.timestep)  # ms
     exact = 1000.0 * log.period / timestep
@@ -225,15 +227,15 @@ def check_log(log: RobotLog, model: mujoco.MjModel) -> int:
         )
     if np.ptp(log.angle, axis=0).max() < _STILL:
         raise RobotLogError(
-            f"{log.source}: no angle ever changes, whatever is commanded; are brakes on, or columns"
-            " taken for others?"
+            f"{log.source}: no angle ever changes, whatever is commanded; check the brakes, and"
+            " the order of the columns"
         )
     turns = np.diff(log.angle, axis=0)
     expected = 0.5 * (log.velocity[1:] + log.velocity[:-1]) * elapsed[:, None]
     for i, joint in np.argwhere(np.abs(turns - expected) > np.pi)[:1]:
         raise RobotLogError(
             f"{row(i + 1)}, column angle_{JOINT_NAMES[joint]}: jumps by {turns[i, joint]:.3g},"
-            " which its velocity does not explain; expected rad without steps of 2π, so unwrap the"
+            " which its velocity does not explain; expected rad without steps of 2π; unwrap the"
             " angles, or check their unit"
         )
     return steps

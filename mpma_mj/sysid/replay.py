@@ -91,8 +91,8 @@ class Replay:
         if diverged.any():
             row = self._starts[int(diverged.argmax())] + FIRST_ROW
             raise DivergedError(
-                f"simulated arms run away where they begin as in row {row} of the log; check the"
-                " units of its angles and velocities (rad, rad/s)"
+                f"simulated arms diverge from the state in row {row} of the log; check the units"
+                " of its angles and velocities (rad, rad/s)"
             )
         return states[..., self._columns]
 

@@ -66,7 +66,7 @@ class Estimate:
     @property
     def interval(self) -> tuple[float, float]:
         """Least and greatest factor of the 95 % interval."""
-        with np.errstate(over="ignore"):  # where the log says nothing
+        with np.errstate(over="ignore"):  # where the log contains no information
             low, high = self.factor * np.exp([-self.half_width, self.half_width])
         return float(low), float(high)
 

@@ -14,7 +14,7 @@ from mpma_mj.agents.base import Agent
 from mpma_mj.envs.demonstration import Demonstration
 from mpma_mj.envs.load import arm_limits
 from mpma_mj.envs.vector_env import VectorImitationEnv
-from mpma_mj.errors import CheckpointError
+from mpma_mj.errors import CheckpointError, RunFolderError, placeholder
 from mpma_mj.metrics import posture_error_percent
 from mpma_mj.motions import Motion
 from mpma_mj.trace import Trace
@@ -23,7 +23,7 @@ from mpma_mj.training.factory import agent_of
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.utils.atomic_files import TRAIN_AGAIN
 
-__all__ = ["TrainedAgents", "demonstrated", "load_state"]
+__all__ = ["TrainedAgents", "demonstrated", "load_state", "read_module_trace"]
 
 Array = NDArray[np.float64]
 
@@ -127,5 +127,23 @@ def demonstrated(folder: RunFolder) -> tuple[Demonstration, Trace]:
             f"{folder.path / 'checkpoint' / 'motion.npz'}: {motion.name} is not the motion of"
             " trace.npz",
             remedy=f"restore the motion of the run, or {TRAIN_AGAIN}",
+        )
+    return demonstration, trace
+
+
+def read_module_trace(folder: RunFolder) -> tuple[Demonstration, Trace]:
+    """Return the demonstration of a run, and the trace of its best epoch with motor output.
+
+    Raises:
+        RunFolderError: There is no run, or its modules have no output yet.
+        CheckpointError: The run is damaged, or has no modules.
+    """
+    demonstration, trace = demonstrated(folder)
+    if trace.modules is None:
+        raise CheckpointError(f"{folder.path}: its agent has no modules; choose a run of MPMA")
+    if not np.any(trace.modules.module_actions):
+        raise RunFolderError(
+            f"{folder.path}: its modules have no output in the best epoch",
+            remedy=f"continue with mpma imitate {placeholder('resume', folder.path)}",
         )
     return demonstration, trace

@@ -221,10 +221,10 @@ class RunConfig:
         if owners:
             raise BadOptionError(
                 f"{self.agent_name} has no option {name}, which {', '.join(owners)} have",
-                remedy=f"leave {{{name}}} out, or take another {{agent}}",
+                remedy=f"leave {{{name}}} out, or choose another {{agent}}",
             )
         remedy = did_you_mean(name, self.options(), "{{{}}}")
-        raise BadOptionError(f"there is no option '{name}'", remedy=remedy)
+        raise BadOptionError(f"no option '{name}'", remedy=remedy)
 
 
 def _from_own_process(content: dict[str, Any]) -> RunConfig:

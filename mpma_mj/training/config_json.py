@@ -107,7 +107,7 @@ def agent_from_json(options: Any, trusted: Collection[str]) -> AgentConfig:
 
 
 def exact(kind: Any, options: Any) -> Any:
-    """Return a dataclass from exactly its fields; lists become tuples where its types say so.
+    """Return a dataclass from exactly its fields; lists become tuples where the types require it.
 
     Raises:
         TypeError: Other fields are given.

@@ -45,7 +45,7 @@ def expand_folders(sources: Sequence[str]) -> tuple[str, ...]:
         recordings = [str(path) for path in files if not _is_label_file(path)]
         if not recordings:
             raise MotionFileError(
-                f"{source}: holds no recording; expected files that end in"
+                f"{source}: contains no recording; expected files that end in"
                 f" {', '.join(sorted(_ENDINGS))}"
             )
         expanded += recordings
@@ -73,7 +73,7 @@ def read_motions(config: RunConfig) -> Motion:
     single_file_options = given(config.reading) & _SINGLE_FILE_OPTIONS
     if single_file_options and not single:
         raise BadOptionError(
-            f"{option_name(min(single_file_options))} is for one recording, and there are"
+            f"{option_name(min(single_file_options))} is for one recording, but there are"
             f" {len(config.motions)}; leave it out"
         )
     timestep = config.env.control_timestep

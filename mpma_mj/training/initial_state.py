@@ -21,7 +21,7 @@ __all__ = ["begin_from", "initial_state"]
 
 Array = NDArray[np.float64]
 
-# Options of the environment that say which arms an agent has learned to move.
+# Options of the environment that determine the arms an agent has learned to move.
 _BODY = ("arms", "model")
 
 
@@ -86,7 +86,7 @@ def initial_state(config: RunConfig, motion: Motion) -> dict[str, Array]:
             value=path,
             expected=f"a run whose motion has {labels} labels, as {motion.name} has; {before.name}"
             f" has {others}",
-            remedy="label the motion with as many by {segments} or {labels}, or leave {init} out",
+            remedy="give the motion as many with {segments} or {labels}, or leave {init} out",
         )
     timestep, other = _timestep(config, motion), _timestep(saved, before)
     if not np.isclose(timestep, other):

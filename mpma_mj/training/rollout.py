@@ -22,7 +22,7 @@ __all__ = ["TRY_INSTEAD", "Rollout", "record_epoch", "rollout"]
 
 Array = NDArray[np.float64]
 
-TRY_INSTEAD = "try a slower {tempo} or another {seed}"
+TRY_INSTEAD = "try a lower {tempo} or another {seed}"
 """Remedy for a simulation that diverges."""
 
 

@@ -172,7 +172,7 @@ def imitate(
         )
     if made and reading is not None:
         raise BadOptionError(
-            "reading is given with a Motion, which has been read; expected it with paths"
+            "reading is given, but it is for paths, not for a Motion; leave it out"
         )
     config = RunConfig(
         motions=tuple(str(one) for one in motions) if not made else (made[0].name,),
@@ -184,7 +184,7 @@ def imitate(
         config = dataclasses.replace(config, agent=agent, agent_name=agent_name)
     else:
         if agent_name:
-            expected = "a config as agent, beside the path of its class"
+            expected = "a config as agent, next to the path of its class"
             raise BadOptionError(option="agent_name", value=agent_name, expected=expected)
         if agent is not None:
             config = config.replace(agent=agent)
@@ -272,7 +272,7 @@ def load_agent(folder: str | Path, *, agent: str | None = None, rule: str | None
     """Return the trained agent of a run, in the state of its best epoch, ready to act.
 
     With plants that is the state after the latest epoch. The agent expects the latency of its run;
-    of what is not observed, it can tell plants apart, and a latency if it was trained with a range.
+    without observing them it distinguishes plants, and latencies if it was trained with a range.
 
     Args:
         folder: The run folder.

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj._version import __version__
-from mpma_mj.agents.signals import MODULE_SIGNALS
+from mpma_mj.agents.base import MODULE_SIGNALS
 from mpma_mj.errors import BadOptionError, CheckpointError, MotionFileError, RunFolderError
 from mpma_mj.motions import Motion
 from mpma_mj.motions.motion import load_motion, save_motion
@@ -28,14 +28,14 @@ __all__ = ["RunFolder", "open_runs"]
 
 Array = NDArray[np.float64]
 
+_ANALYSES = ("modules", "lesion", "free_running")
+
 # Contents that overwriting removes; other files belong to the user. config.json, which identifies
 # a run, comes last, so that an interrupted removal can be repeated.
 _CONTENTS = (
     "metrics.csv",
     "summary.json",
-    "modules.json",
-    "lesion.json",
-    "free_running.json",
+    *(f"{analysis}.json" for analysis in _ANALYSES),
     "trace.npz",
     "checkpoint",
     "figures",
@@ -43,7 +43,6 @@ _CONTENTS = (
     "dance.mp4",
     "config.json",
 )
-
 
 _ANOTHER_FOLDER = "choose another folder with {out}"
 
@@ -67,21 +66,6 @@ class RunFolder:
         return self.path / "dance.mp4"
 
     @property
-    def modules(self) -> Path:
-        """Results of the analysis of modules."""
-        return self.path / "modules.json"
-
-    @property
-    def free_running(self) -> Path:
-        """Results of free-running, without the demonstration."""
-        return self.path / "free_running.json"
-
-    @property
-    def lesion(self) -> Path:
-        """Results of the lesions of modules."""
-        return self.path / "lesion.json"
-
-    @property
     def evaluations(self) -> Path:
         """Folder with a folder for each evaluation."""
         return self.path / "evaluations"
@@ -95,6 +79,10 @@ class RunFolder:
     def can_go_on(self) -> bool:
         """Whether a checkpoint exists from which training can be resumed."""
         return (self.path / "checkpoint" / "latest.npz").exists()
+
+    def results_of(self, analysis: str) -> Path:
+        """Return the path of an analysis' results: modules, lesion or free_running."""
+        return self.path / f"{analysis}.json"
 
     @contextlib.contextmanager
     def locked(self) -> Iterator[None]:
@@ -148,7 +136,7 @@ class RunFolder:
             ) from None
         if not overwrite:
             raise RunFolderError(
-                f"{self.path}: a run is there",
+                f"{self.path}: already contains a run",
                 remedy="{overwrite} replaces it, {resume} continues it",
             )
         try:
@@ -177,7 +165,7 @@ class RunFolder:
                 )
             return RunConfig.from_json(content["config"], self.trusted)
         except OSError:
-            raise RunFolderError(f"{self.path}: no run there (no readable config.json)") from None
+            raise RunFolderError(f"{self.path}: is not a run (no readable config.json)") from None
         except (AttributeError, ValueError, KeyError, TypeError) as error:
             if isinstance(error, BadOptionError) and error.option in ("agent", "rule"):
                 raise  # a class that the user has named
@@ -204,8 +192,8 @@ class RunFolder:
 
     def forget_epoch(self) -> None:
         """Remove results of an epoch that is no longer the best one."""
-        results = (self.modules, self.free_running, self.lesion)
-        pictures = (self.figures / f"{path.stem}.png" for path in results)
+        results = (self.results_of(analysis) for analysis in _ANALYSES)
+        pictures = (self.figures / f"{analysis}.png" for analysis in _ANALYSES)
         for path in (self.video, *results, *pictures):
             path.unlink(missing_ok=True)
         if self.evaluations.exists():
@@ -252,7 +240,8 @@ class RunFolder:
             return state, int(meta["row"]["epoch"])
         except (KeyError, TypeError, ValueError):
             raise CheckpointError(
-                f"{self.path}: the checkpoint lacks the number of its epoch", remedy="train again"
+                f"{self.path}: the checkpoint does not contain the number of its epoch",
+                remedy="train again",
             ) from None
 
     def write_trace(self, trace: Trace, epoch: int) -> None:

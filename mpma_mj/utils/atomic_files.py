@@ -88,7 +88,7 @@ def not_writable(path: Path, error: OSError) -> RunFolderError:
     """Return the error for a file or folder that cannot be written."""
     reason = error.strerror or error
     return RunFolderError(
-        f"{path}: cannot be written ({reason}); mend that, or choose another folder"
+        f"{path}: cannot be written ({reason}); fix that, or choose another folder"
     )
 
 

@@ -76,7 +76,7 @@ def _acquire(folder: Path) -> FileLock:
         lock.acquire(timeout=0)
     except Timeout:
         raise RunFolderError(
-            f"{folder}: another command is writing into it; wait until that has ended, or choose"
+            f"{folder}: another command is writing into it; wait until it has ended, or choose"
             " another folder"
         ) from None
     except OSError as error:

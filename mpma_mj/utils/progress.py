@@ -54,7 +54,7 @@ def show_epochs(epochs: int) -> Iterator[Callable[[dict[str, float]], None]]:
 
 @contextmanager
 def show_runs(
-    runs: int, over: int, doing: str = "training", what: str = "runs"
+    runs: int, over: int, doing: str = "training"
 ) -> Iterator[Callable[[int, str], None]]:
     """Show a bar with the remaining time on a terminal, and lines elsewhere.
 
@@ -62,15 +62,14 @@ def show_runs(
         runs: Number of requested runs.
         over: Number of runs that were finished before.
         doing: Title of the bar.
-        what: Name of the units that are counted.
 
     Yields:
         Function that takes the number of newly finished runs, and their description.
     """
-    counted = TextColumn(f"{{task.completed}} of {{task.total}} {what}")
+    counted = TextColumn("{task.completed} of {task.total} runs")
     times = TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn()
     if over:
-        _console().print(f"going on: {over} of {runs} {what} are there", soft_wrap=True)
+        _console().print(f"resuming: {over} of {runs} runs are done", soft_wrap=True)
     with _bar(TextColumn(doing), BarColumn(), counted, *times) as bar:
         task = bar.add_task(doing, total=runs, completed=over)
 
@@ -78,7 +77,7 @@ def show_runs(
             nonlocal over
             over += count
             if bar.disable:
-                bar.console.print(f"{over:4d} of {runs} {what}   {which}".rstrip(), soft_wrap=True)
+                bar.console.print(f"{over:4d} of {runs} runs   {which}".rstrip(), soft_wrap=True)
             bar.update(task, completed=over)
 
         yield show

@@ -37,11 +37,11 @@ def as_flag(option: str, value: str | None) -> str:
 
 
 def did_you_mean(name: str, known: Iterable[str], form: str = "{}") -> str:
-    """Return the question whether the most similar name was meant; empty without one.
+    """Return a question with the most similar name, or an empty text.
 
     Args:
-        name: Name that is not known.
-        known: Names that are.
+        name: Unknown name.
+        known: Known names.
         form: How the name is written in the question: `"{{{}}}"` for an option of a remedy.
     """
     near = difflib.get_close_matches(name, list(known), n=1)

@@ -69,7 +69,7 @@ class Bounds:
 def check_fields(options: object) -> None:
     """Check the fields of a dataclass against their annotations, and convert them to plain Python.
 
-    Numbers have to be annotated with `Bounds`. Numbers, Booleans and literals are checked, also
+    Numbers must be annotated with `Bounds`. Numbers, Booleans and literals are checked, also
     where None is allowed too; other types are left to the class itself.
 
     Args:

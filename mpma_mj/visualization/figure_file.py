@@ -1,4 +1,7 @@
-"""Figures as PNG files, and the labels in those over time."""
+"""Figures as PNG files, and the labels in those over time.
+
+matplotlib is imported when something is drawn, so that what can draw loads without it.
+"""
 
 from __future__ import annotations
 
@@ -6,21 +9,18 @@ import contextlib
 import warnings
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-import matplotlib
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.axis import Axis
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
-from matplotlib.font_manager import FontProperties
-from matplotlib.textpath import text_to_path
-from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 from numpy.typing import NDArray
 
 from mpma_mj.utils.atomic_files import atomic_write
 from mpma_mj.visualization.responsibility_strip import label_runs
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
+    from matplotlib.figure import Figure
 
 __all__ = ["MOST_NAMED_RUNS", "draw_labels", "figure_file", "fitting", "label_decades"]
 
@@ -57,6 +57,10 @@ def figure_file(
     Raises:
         RunFolderError: The folder cannot be written.
     """
+    import matplotlib
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
     # Texts read these when they are created; those of ticks are created when the figure is saved.
     literal = matplotlib.rc_context(
         {"text.parse_math": False, "text.usetex": False, "axes.formatter.use_mathtext": False}
@@ -72,6 +76,8 @@ def figure_file(
 
 def label_decades(axis: Axis) -> None:
     """Label 1, 2 and 5 of each decade of a logarithmic axis, as plain numbers."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_locator(NullLocator())
@@ -106,6 +112,9 @@ def draw_labels(axes: Sequence[Axes], context: Array, labels: Sequence[str], rat
 
 def fitting(text: str, width: float) -> str:
     """Return a text, cut where in the usual font it would be wider than so many inches."""
+    from matplotlib.font_manager import FontProperties
+    from matplotlib.textpath import text_to_path
+
     points, _, _ = text_to_path.get_text_width_height_descent(text, FontProperties(), False)
     share = 72.0 * width / points if text else 1.0
     return text if share >= 1.0 else f"{text[: max(0, int(share * len(text)) - 2)]}…"

@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 SPACE, RIGHT, LEFT = 32, 262, 263
 """Codes of the keys in GLFW."""
 
-KEYS = {"space": "pause, go on", "right": "a step forward", "left": "a step back"}
+KEYS = {"space": "pause, continue", "right": "a step forward", "left": "a step back"}
 """Action of each key, displayed to the user."""
 
 

@@ -18,7 +18,7 @@ from mpma_mj.trace import Trace
 from mpma_mj.visualization.episode import EpisodeArms
 from mpma_mj.visualization.responsibility_strip import STRIP_HEIGHT, Strip
 
-__all__ = ["VIDEO_SIZE", "Progress", "dance_frames", "write_frames", "write_video"]
+__all__ = ["VIDEO_SIZE", "Progress", "episode_frames", "write_frames", "write_video"]
 
 Picture = NDArray[np.uint8]
 Progress = Callable[[range], Iterable[int]]
@@ -56,7 +56,7 @@ def write_video(
         VideoError: The encoder is missing, or fails.
     """
     arms_size = size[0], size[1] - STRIP_HEIGHT
-    frames = dance_frames(
+    frames = episode_frames(
         trace, motion, options=options, camera=camera, size=arms_size, progress=progress
     )
     write_frames(path, frames, motion.rate)
@@ -81,7 +81,7 @@ def write_frames(path: Path, frames: Iterable[Picture], rate: float) -> None:
             write(frame)
 
 
-def dance_frames(
+def episode_frames(
     trace: Trace,
     motion: Motion,
     *,

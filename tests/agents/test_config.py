@@ -140,25 +140,25 @@ POSTURE: dict[str, Any] = {"models": "posture", "rule": "gated"}
 @pytest.mark.parametrize(
     ("options", "option", "message"),
     [
-        ({"rule": "gated"}, "rule", "expected a rule for joint models; .*take models=posture"),
+        ({"rule": "gated"}, "rule", "expected a rule for joint models; .*choose models=posture"),
         (
             {"models": "posture"},
             "rule",
-            "rule is 'weighted'; expected a rule for posture models; .*take models=joint",
+            "rule is 'weighted'; expected a rule for posture models; .*choose models=joint",
         ),
         ({"rule": GatedRule()}, "rule", "expected a rule for joint models"),
         (
             {"efference_copy": "module"},
             "efference_copy",
-            "expected the default: joint models do not have it; .* or take models=posture",
+            "expected the default, as joint models do not use it; .* or choose models=posture",
         ),
-        ({"proprioception": False}, "proprioception", "joint models do not have it"),
-        (POSTURE | {"history": True}, "history", "posture models do not have it"),
-        (POSTURE | {"inverse_ridge": 0.1}, "inverse_ridge", "or take models=joint"),
-        (POSTURE | {"temperature": 0.5}, "temperature", "posture models do not have it"),
-        (POSTURE | {"max_plants": 2}, "max_plants", "posture models do not have it"),
-        (POSTURE | {"novelty": 2.0}, "novelty", "posture models do not have it"),
-        (POSTURE | {"switching_probability": 0.1}, "switching_probability", "do not have it"),
+        ({"proprioception": False}, "proprioception", "joint models do not use it"),
+        (POSTURE | {"history": True}, "history", "posture models do not use it"),
+        (POSTURE | {"inverse_ridge": 0.1}, "inverse_ridge", "or choose models=joint"),
+        (POSTURE | {"temperature": 0.5}, "temperature", "posture models do not use it"),
+        (POSTURE | {"max_plants": 2}, "max_plants", "posture models do not use it"),
+        (POSTURE | {"novelty": 2.0}, "novelty", "posture models do not use it"),
+        (POSTURE | {"switching_probability": 0.1}, "switching_probability", "do not use it"),
     ],
 )
 def test_options_that_do_not_fit_the_models_are_refused_in_one_line(
@@ -175,10 +175,10 @@ def test_options_that_do_not_fit_the_models_are_refused_in_one_line(
 @pytest.mark.parametrize(
     ("config", "options", "message"),
     [
-        (MOSAICConfig, {"proprioception": False}, "False; .*joint models do not have it"),
-        (HAMMERConfig, {"proprioception": False}, "or take models=posture"),
-        (MOSAICConfig, {"models": "posture", "history": True}, "posture models do not have it"),
-        (HAMMERConfig, {"models": "posture", "inverse_ridge": 0.1}, "or take models=joint"),
+        (MOSAICConfig, {"proprioception": False}, "False; .*joint models do not use it"),
+        (HAMMERConfig, {"proprioception": False}, "or choose models=posture"),
+        (MOSAICConfig, {"models": "posture", "history": True}, "posture models do not use it"),
+        (HAMMERConfig, {"models": "posture", "inverse_ridge": 0.1}, "or choose models=joint"),
     ],
 )
 def test_rivals_refuse_options_of_the_other_space_too(

@@ -129,7 +129,7 @@ def test_an_agent_of_a_file_acts_and_learns() -> None:
 
 def test_runs_end_alone_only_if_the_agent_selects_the_others() -> None:
     found = agent_class("my_agents.py:MyAgent")
-    with pytest.raises(StateError, match=r"MyAgent keeps a state .* define select_runs"):
+    with pytest.raises(StateError, match=r"MyAgent has a state .* define select_runs"):
         found(found.config_type(), SPEC, seed=[0, 1]).select_runs(np.array([1]))
     stateless = AGENTS["open_loop"]
     stateless(stateless.config_type(), SPEC, seed=[0, 1]).select_runs(np.array([1]))
@@ -180,7 +180,7 @@ def test_an_outside_rule_changes_what_it_fits_and_nothing_else() -> None:
 
 def test_an_outside_rule_for_other_models_is_refused_by_its_name() -> None:
     path = "my_rules.py:PostureRule"
-    message = f"rule is '{path}'; expected a rule for joint models; .* take models=posture"
+    message = f"rule is '{path}'; expected a rule for joint models; .* choose models=posture"
     with pytest.raises(BadOptionError, match=message):
         MPMA(MPMAConfig(rule=path), SPEC)
     MPMA(MPMAConfig(nodes=5, rule=path, models="posture"), SPEC)
@@ -202,27 +202,27 @@ def test_a_rule_may_be_given_as_an_instance() -> None:
 
 def test_a_config_that_names_a_path_imports_nothing() -> None:
     config = MPMAConfig(rule="no_such_file.py:Rule")
-    with pytest.raises(BadOptionError, match="a file that exists"):
+    with pytest.raises(BadOptionError, match="an existing file"):
         MPMA(config, SPEC)
 
 
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("my_agnets.py:MyAgent", "a file that exists, and there is no /.*my_agnets.py"),
+        ("my_agnets.py:MyAgent", "an existing file, but there is no /.*my_agnets.py"),
         ("no_such_package.part:A", r"\(ModuleNotFoundError: No module named 'no_such_package'\)"),
         ("broken.py:MyAgent", r"imported \(ModuleNotFoundError: No module named 'no_such_package"),
         ("leaving.py:MyAgent", r"imported \(SystemExit: two lines\)"),
         ("garbled.py:MyAgent", r"imported \(SyntaxError: .*garbled.py, line 1"),
         ("my_agents.py:MyAgnet", "it has no MyAgnet; did you mean MyAgent[?]"),
         ("my_agents.py:int", "it has no int"),
-        ("my_agents.py:function", "a class, and function is an object of type function"),
-        ("my_agents.py:number", "a class, and number is an object of type int"),
+        ("my_agents.py:function", "a class, but function is an object of type function"),
+        ("my_agents.py:number", "a class, but number is an object of type int"),
         ("my_agents.py:Sleeper", "with act, which Sleeper lacks; inherit from"),
         ("my_agents.py:Stranger", "with observe, learn, signals, .*, which Stranger lacks"),
         ("builtins:str", "with act, reset, .*, which str lacks"),
-        ("my_agents.py:Forgetful", "an agent with state_dict and load_state_dict of its own"),
-        ("my_agents.py:Unread", "an agent with state_dict and load_state_dict of its own"),
+        ("my_agents.py:Forgetful", "an agent that defines state_dict and load_state_dict"),
+        ("my_agents.py:Unread", "an agent that defines state_dict and load_state_dict"),
         ("my_agents.py:Undecorated", "whose config_type, Bare, is a frozen dataclass"),
         ("my_agents.py:Sized", "whose config_type has a default for size"),
         ("my_agents.py:", "a path such as"),

@@ -9,9 +9,9 @@ import pytest
 
 import mpma_mj
 from mpma_mj.agents import MPMA, Agent, AgentSpec, MPMAConfig
+from mpma_mj.agents.base import ModuleSignals
 from mpma_mj.agents.gain_schedule import FINAL_GAINS, performance
 from mpma_mj.agents.learning_rules import GatedRule
-from mpma_mj.agents.signals import ModuleSignals
 from mpma_mj.envs.load import load
 from mpma_mj.errors import BadOptionError
 from mpma_mj.esn import PRECISION

@@ -44,7 +44,7 @@ def test_a_latency_beyond_the_largest_that_is_made_up_for_is_refused(kind: Any) 
 
 
 def test_the_history_of_moves_is_refused_where_it_would_be_late() -> None:
-    message = r"history is True; its moves are late: leave it out, or take max_latency=0 without"
+    message = r"history is True; its moves are late: leave it out, or choose max_latency=0 without"
     for options in ({"latency": 2}, {"latency": (0, 2)}):
         with pytest.raises(BadOptionError, match=message):
             make_agent(load("ymca", **options), MPMAConfig(history=True))
@@ -58,7 +58,7 @@ def test_the_history_of_moves_is_refused_where_it_would_be_late() -> None:
 @pytest.mark.parametrize("kind", [MPMAConfig, SingleConfig])
 def test_posture_models_have_neither(kind: Any, options: dict[str, Any]) -> None:
     (name,) = options
-    with pytest.raises(BadOptionError, match=f"{name} is .*posture models do not have it"):
+    with pytest.raises(BadOptionError, match=f"{name} is .*posture models do not use it"):
         kind(models="posture", rule="gated", **options)
     kind(models="posture", rule="gated")
 

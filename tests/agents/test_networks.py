@@ -8,7 +8,7 @@ import pytest
 from mpma_mj import MPMAConfig, load, make_agent, make_vec
 from mpma_mj.agents import networks
 from mpma_mj.agents.episode_buffer import EpisodeBuffer
-from mpma_mj.esn import feature_replay
+from mpma_mj.esn import reservoir
 from mpma_mj.training.rollout import record_epoch
 
 SMALL = MPMAConfig(nodes=10, modules=4)
@@ -63,7 +63,7 @@ def test_each_run_of_a_batch_replays_its_own_features(
 
 def test_several_blocks_give_what_one_does(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = learned()
-    monkeypatch.setattr(feature_replay, "_BLOCK", 20)
+    monkeypatch.setattr(reservoir, "_BLOCK", 20)
     in_blocks = learned()
     name = "forward.gram"
     np.testing.assert_allclose(in_blocks[name], whole[name], rtol=1e-4, atol=1e-3)

@@ -59,5 +59,5 @@ def test_unknown_agents_are_refused_in_one_line_with_the_list() -> None:
     assert str(error.value) == (
         "agent is 'mosiac'; expected one of mpma, mosaic, hammer, single, adaptive,"
         " oracle, resolved_rate, feedback_only, open_loop, random, or the path of a class, such as"
-        " my_agents.py:MyAgent"
+        " my_agents.py:MyAgent; did you mean mosaic?"
     )

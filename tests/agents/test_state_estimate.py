@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mpma_mj.agents.state_estimate import StateEstimate
+from mpma_mj.agents.state_models import StateEstimate
 
 Array = np.ndarray
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from mpma_mj.analysis.free_running import FreeRun
-from mpma_mj.analysis.free_running_figure import drawn_spans, write_figure
+from mpma_mj.analysis.free_running_report import drawn_spans, write_figure
 from mpma_mj.motions import ymca
 
 PERIOD = 40

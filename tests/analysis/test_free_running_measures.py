@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mpma_mj.analysis.free_running import FreeRun
-from mpma_mj.analysis.free_running_measures import HOLDING, as_markdown, measure, nearest_over_time
+from mpma_mj.analysis.free_running_report import HOLDING, as_markdown, measure, nearest_over_time
 from mpma_mj.metrics import error_over_time
 
 PERIOD, RATE = 40, 20.0

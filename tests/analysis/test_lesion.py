@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from mpma_mj import make_agent
+from mpma_mj.agents.base import ModuleSignals
 from mpma_mj.agents.gain_schedule import Gains
-from mpma_mj.agents.signals import ModuleSignals
 from mpma_mj.agents.wrappers import AgentWrapper
 from mpma_mj.analysis.lesion import (
     Dropped,
@@ -22,8 +22,7 @@ from mpma_mj.analysis.lesion import (
     apply_lesion,
     possible_lesions,
 )
-from mpma_mj.analysis.lesion_figure import drawn, write_figure
-from mpma_mj.analysis.lesion_table import matrix, summary
+from mpma_mj.analysis.lesion_report import drawn, matrix, summary, write_figure
 from mpma_mj.evaluation.evaluate import EVALUATION_EPISODE, EvalCondition, evaluate, tracking_errors
 from mpma_mj.metrics import posture_error_percent
 from mpma_mj.motions import ymca

@@ -151,7 +151,7 @@ def test_frames_of_a_real_video_are_timed(monkeypatch: pytest.MonkeyPatch) -> No
         pictures.append(1)
         return iter(())
 
-    monkeypatch.setattr(video, "dance_frames", few)
+    monkeypatch.setattr(video, "episode_frames", few)
     monkeypatch.setattr(video, "write_frames", lambda path, frames, rate: list(frames))
     found = programs._seconds_of_a_frame(1)
     assert isinstance(found, dict)

@@ -147,9 +147,9 @@ def test_lesions_of_several_runs_are_summarised_and_each_is_the_same_as_alone(
 def test_lesions_of_runs_that_differ_in_more_than_their_seed_are_not_summarised(
     run: Path, reconfigured: Reconfigured, refused: Refused
 ) -> None:
-    refused(["analyse", "lesion", str(run), str(run)], "is there twice; leave one out")
+    refused(["analyse", "lesion", str(run), str(run)], "is given twice; leave one out")
     other = reconfigured(reference_noise=0.02)
-    message = f"{other}: differs from {run} in more than its seed; analyse each by itself"
+    message = f"{other}: differs from {run} in more than its seed; analyse each separately"
     refused(["analyse", "lesion", str(run), str(other)], message)
 
 
@@ -157,8 +157,8 @@ def test_one_module_has_no_lesions(tmp_path: Path, refused: Refused) -> None:
     alone = tmp_path / "alone"
     words = "imitate ymca --epochs 1 --agent single --nodes 5 --repeats 1 --no-video --out"
     assert main([*words.split(), str(alone)]) == 0
-    message = f"{alone}: has one module, and none that could take over; expected a run of --modules"
-    refused(["analyse", str(alone), "lesion"], message)
+    message = "has only one module, so that no other could take over; choose a run with --modules"
+    refused(["analyse", str(alone), "lesion"], f"{alone}: {message}")
     assert not (alone / "lesion.json").exists()
 
 
@@ -248,7 +248,10 @@ def shorter(trace: Arrays) -> Arrays:
     ("change", "message"),
     [
         (without_modules, "its agent has no modules; choose a run of MPMA"),
-        (silent, "its modules have no output in the best epoch; go on with mpma imitate --resume"),
+        (
+            silent,
+            "its modules have no output in the best epoch; continue with mpma imitate --resume",
+        ),
         (shorter, "moments, but ymca repeated 3 times has"),
     ],
 )
@@ -295,7 +298,9 @@ def test_all_runs_are_checked_before_the_first_is_analysed(
     early = shutil.copytree(small_run, tmp_path / "early")
     change_trace(early, silent)
     for analysis in ANALYSES[2:]:
-        message = f"{early}: its modules have no output in the best epoch; go on with mpma imitate"
+        message = (
+            f"{early}: its modules have no output in the best epoch; continue with mpma imitate"
+        )
         refused(["analyse", str(run), str(early), analysis], message)
         assert not result(run, analysis).exists()
 
@@ -317,7 +322,7 @@ def test_no_run_and_a_wrong_analysis_are_one_line_and_exit_2(
     )
     for analysis in ANALYSES:
         refused(["analyse", analysis], "no run given; try: mpma analyse runs/ymca")
-        refused(["analyse", str(tmp_path / "gone"), analysis], "no run there")
+        refused(["analyse", str(tmp_path / "gone"), analysis], "is not a run")
     refused(["analyse", str(run), "lesion", "--fine-tune", "-1"], "--fine-tune is -1; expected 0")
     assert [path.name for path in tmp_path.iterdir()] == ["run"]
     assert not (run / "lesion.json").exists()

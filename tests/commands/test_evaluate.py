@@ -57,7 +57,7 @@ def test_runs_with_other_tasks_are_evaluated_by_themselves(
     run: Path, reconfigured: Reconfigured, refused: Refused
 ) -> None:
     other = reconfigured(reference_noise=0.02)
-    message = f"{other}: differs from {run} in motion or environment; evaluate each by itself"
+    message = f"{other}: differs from {run} in motion or environment; evaluate each separately"
     refused(["evaluate", str(run), str(other)], message)
 
 
@@ -92,11 +92,17 @@ def test_a_new_best_epoch_removes_evaluations(run: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--disturbances", "wind"], "no disturbance 'wind'; expected some of payload, strength"),
+        (
+            ["--disturbances", "wind"],
+            "no disturbance 'wind'; expected one or more of payload, strength",
+        ),
         (["--disturbances", "payload", "--levels", "-1"], "payload -1: payload is -1.0; expected"),
-        (["--levels", "1"], "but not of one disturbance; name it with --disturbances"),
+        (["--levels", "1"], "but they belong to a single disturbance; name it with --disturbances"),
         (["--motions", "gone.bvh"], "gone.bvh: no such file; give the path of a recording"),
-        (["--motions", "ymca", *QUICK], "not evaluated; leave --motions out, or take --disturbanc"),
+        (
+            ["--motions", "ymca", *QUICK],
+            "not evaluated; leave --motions out, or choose --disturbanc",
+        ),
         (["--fine-tune", "-1"], "--fine-tune is -1; expected 0 or more epochs"),
         (["--arms", "kinematic", *QUICK], "payload 3: payload is 3.0; ideal arms have no mass"),
     ],
@@ -124,7 +130,7 @@ def test_no_run_and_damaged_runs_are_one_line_and_exit_2(
     run: Path, tmp_path: Path, refused: Refused
 ) -> None:
     refused(["evaluate"], "no run given; try: mpma evaluate runs/ymca")
-    refused(["evaluate", str(tmp_path / "gone")], "no run there")
+    refused(["evaluate", str(tmp_path / "gone")], "is not a run")
     for name in ("checkpoint/motion.npz", "checkpoint/best.npz", "config.json"):
         (run / name).write_bytes(b"rubbish")  # each is read before the one before
         refused(["evaluate", str(run)], f"{name}: damaged")
@@ -140,6 +146,6 @@ def test_a_run_that_cannot_learn_on_is_not_fine_tuned(tmp_path: Path, refused: R
     out = tmp_path / "hammer"
     words = "imitate ymca --agent hammer --nodes 5 --repeats 1 --epochs 4 --no-video --out"
     assert main([*words.split(), str(out)]) == 0
-    message = f"{out}: its agent is hammer, which learns nothing more; leave --fine-tune out"
+    message = f"{out}: its agent is hammer, which does not learn; leave --fine-tune out"
     refused(["evaluate", str(out), "--fine-tune", "1"], message)
     assert main(["evaluate", str(out), *QUICK]) == 0

@@ -43,7 +43,7 @@ def test_a_log_gives_a_table_and_a_model_that_dances_like_the_robot(
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["gone.csv"], "gone.csv: expected a CSV file of a robot's log, and there is none"),
+        (["gone.csv"], "gone.csv: expected a robot's log as a CSV file, but there is no such file"),
         (["bad.csv"], "mpma: bad.csv: lacks command_left_shoulder_abduction, "),
         (["robot.csv", "--model", "gone.xml"], "--model is 'gone.xml'; expected an MJCF file"),
     ],

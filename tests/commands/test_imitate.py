@@ -99,17 +99,17 @@ def test_resume_goes_on_in_the_runs_folder(
         (["ymca", "--tempo", "0"], "tempo is 0"),
         (["ymca", "--tempo", "nan"], "tempo is nan"),
         (["ymca", "--tempo", "1e-9"], "tempo is 1e-09; expected 0.01 to 100"),
-        (["ymca", "--tempo", "5"], "slow the movement with --tempo"),
+        (["ymca", "--tempo", "5"], "slow the motion with --tempo"),
         (["ymca", "--segments", "0"], "segments is 0"),
         (["ymca", "--max-gap", "-1"], "max-gap is -1"),
         (["ymca", "--repeats", "0"], "repeats is 0"),
         (["ymca", "--reference-noise", "-0.1"], "--reference-noise is -0.1"),
-        (["ymca", "--resume", "nowhere"], "nowhere: no run there"),
+        (["ymca", "--resume", "nowhere"], "nowhere: is not a run"),
         (
             ["ymca", "--plants", "default", "payload=1", "--switch-every", "3", "1"],
             "--switch-every is 3.0 1.0; expected two times",
         ),
-        (["ymca", "--out", "x" * 300], "File name too long; check path and rights"),
+        (["ymca", "--out", "x" * 300], "File name too long; check the path and its permissions"),
     ],
 )
 def test_bad_input_is_one_line_exit_2_and_no_folder(
@@ -139,7 +139,7 @@ def test_a_recording_faster_than_the_arms_says_joint_frame_speed_and_tempo(
     error = capsys.readouterr().err
     assert "left_elbow would have to turn at" in error
     assert "at frame" in error
-    assert "its actuator reaches 15; slow the movement with --tempo 0." in error
+    assert "its actuator reaches 15; slow the motion with --tempo 0." in error
 
 
 def test_a_folder_that_cannot_be_written_is_named(
@@ -184,7 +184,7 @@ def test_a_run_that_has_converged_says_so_and_how_to_train_on(
     before = (run / "metrics.csv").read_bytes()
     assert main(["imitate", "--resume", str(run), "--no-video"]) == 0
     first, *_ = capsys.readouterr().out.splitlines()
-    assert first.startswith(f"{run}: has converged, and no epoch was added")
+    assert first.startswith(f"{run}: has converged, so no epoch was added")
     assert first.endswith(f"mpma imitate MOTION --init {run}")
     assert (run / "metrics.csv").read_bytes() == before
 
@@ -274,7 +274,7 @@ def test_a_folder_is_the_recordings_in_it(
     empty = tmp_path / "empty"
     empty.mkdir()
     assert main(["imitate", str(empty), "--no-video"]) == 2
-    assert "holds no recording" in capsys.readouterr().err
+    assert "contains no recording" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("words", [["--to", "3"], ["--labels", "x.csv"], ["--audio", "x.wav"]])

@@ -85,7 +85,7 @@ def test_a_warning_is_one_line_and_says_what_is_used(
     path = write_tsv(edit=lambda text: text.replace("NO_OF_FRAMES\t", "NO_OF_FRAMES\t9"))
     assert main(["motion", str(path)]) == 0
     (line,) = capsys.readouterr().err.splitlines()
-    assert line.startswith(f"mpma: warning: {path}: the file says 9")
+    assert line.startswith(f"mpma: warning: {path}: the file declares 9")
     assert line.endswith("are used")
 
 

@@ -113,11 +113,11 @@ def test_an_outside_agent_stands_in_the_table_of_agents(
 @pytest.mark.parametrize(
     ("path", "message"),
     [
-        ("gone.py:Ahead", "--agent is 'gone.py:Ahead'; expected a file that exists, and there is"),
-        ("my_agents.py:Ahed", "a class that my_agents.py has, and it has no Ahed; did you mean Ah"),
+        ("gone.py:Ahead", "--agent is 'gone.py:Ahead'; expected an existing file, but there is"),
+        ("my_agents.py:Ahed", "a class of my_agents.py, but it has no Ahed; did you mean Ah"),
         ("my_agents.py:Still", "a class with act, reset, observe, learn, signals"),
-        ("my_agents.py:np", "expected a class, and np is an object of type module"),
-        ("json:loads", "expected a class, and loads is an object of type function"),
+        ("my_agents.py:np", "expected a class, but np is an object of type module"),
+        ("json:loads", "expected a class, but loads is an object of type function"),
         ("no.such.module:Ahead", "expected a module that can be imported (ModuleNotFoundError"),
         ("Ahead", "expected one of mpma, mosaic, hammer"),
     ],
@@ -132,8 +132,8 @@ def test_a_wrong_path_of_an_agent_is_one_line(
 @pytest.mark.parametrize(
     ("path", "message"),
     [
-        ("gone.py:Mine", "--rule is 'gone.py:Mine'; expected a file that exists, and there is"),
-        ("my_rules.py:Yours", "a class that my_rules.py has, and it has no Yours"),
+        ("gone.py:Mine", "--rule is 'gone.py:Mine'; expected an existing file, but there is"),
+        ("my_rules.py:Yours", "a class of my_rules.py, but it has no Yours"),
         ("my_agents.py:Still", "a class with fit"),
         ("mine", "--rule is 'mine'; expected weighted, gated, or the path of a class"),
     ],
@@ -149,7 +149,7 @@ def test_options_of_other_agents_are_refused_by_name(
     form: Callable[[str], str], refused: Refused
 ) -> None:
     words = ["--agent", "hammer"] if form is str else [form("hammer")]
-    message = "hammer has no option --rule; leave it out, or take another --agent: mpma, single"
+    message = "hammer has no option --rule; leave it out, or choose another --agent: mpma, single"
     refused(["imitate", "ymca", *words, "--rule", "gated"], message)
 
 

@@ -141,9 +141,9 @@ def test_a_label_of_other_letters_and_no_label_are_shown(seat: Seat, tmp_path: P
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["macarena"], "no motion 'macarena'; built in: ymca"),
+        (["macarena"], "no motion 'macarena'; expected ymca"),
         (["gone.tsv"], "gone.tsv: no such file; give the path of a recording"),
-        (["folder"], "folder: no run there (no readable config.json)"),
+        (["folder"], "folder: is not a run (no readable config.json)"),
         (["text.csv"], "text.csv: "),
         (["ymca", "--tempo", "0"], "tempo is 0"),
     ],

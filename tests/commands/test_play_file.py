@@ -79,8 +79,8 @@ def test_pictures_may_be_larger_than_the_models_buffer(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--out", "dance.avi"], "--out is 'dance.avi'; expected a name that ends in .mp4 or .gif"),
-        (["--out", "old.mp4"], "old.mp4: is there already; --overwrite replaces it"),
+        (["--out", "dance.avi"], "--out is 'dance.avi'; expected a file name that ends in .mp4"),
+        (["--out", "old.mp4"], "old.mp4: already exists; --overwrite replaces it"),
         (["--size", "640x480"], "--size is for a video file; give --out dance.mp4"),
         (["--camera", "side"], "--camera is for a video file; give --out dance.mp4"),
         (
@@ -157,7 +157,9 @@ def test_the_old_video_stays_if_its_encoder_is_stopped(old_video: Path) -> None:
     assert result.returncode == 1
     title, line = result.stderr.splitlines()
     assert title == "drawing 20 frames"
-    assert line.startswith(f"mpma: {old_video}: no new video, ffmpeg was stopped: File size")
+    assert line.startswith(
+        f"mpma: {old_video}: the video was not written: ffmpeg was stopped: File size"
+    )
     assert old_video.read_text() == "old"
     assert names(run) == there
 
@@ -167,6 +169,6 @@ def test_without_an_encoder_it_says_so(
     short_run: Path, monkeypatch: pytest.MonkeyPatch, refused: Refused
 ) -> None:
     monkeypatch.setenv("IMAGEIO_FFMPEG_EXE", "/nowhere")
-    said = "/nowhere cannot be started (No such file or directory); let IMAGEIO_FFMPEG_EXE name"
+    said = "/nowhere cannot be started (No such file or directory); set IMAGEIO_FFMPEG_EXE"
     words = ["play", str(short_run), "--out", str(short_run / "new.mp4")]
     refused(words, said, code=1, title="drawing 20 frames")

@@ -48,13 +48,13 @@ def test_a_frame_need_not_lie_in_one_piece(tmp_path: Path) -> None:
     [
         (
             f"cat > /dev/null; echo half > $video; echo '{DISK_FULL}' >&2; echo more >&2; exit 228",
-            r"ffmpeg failed: exit code 228 \(Error closing file: No space left on device\); mend",
+            r"ffmpeg failed: exit code 228 \(Error closing file: No space left on device\); fix",
         ),
-        ("cat > /dev/null; echo half > $video; exit 1", "ffmpeg failed: exit code 1; mend"),
-        ("echo half > $video; exit 1", "ffmpeg failed: exit code 1; mend"),
-        ("echo half > $video; exit 0", "ffmpeg failed: exit code 0; mend"),
-        ("cat > /dev/null; echo half > $video; kill -9 $$", "ffmpeg was stopped: Killed; mend"),
-        ("echo half > $video; kill -9 $$", "ffmpeg was stopped: Killed; mend"),
+        ("cat > /dev/null; echo half > $video; exit 1", "ffmpeg failed: exit code 1; fix"),
+        ("echo half > $video; exit 1", "ffmpeg failed: exit code 1; fix"),
+        ("echo half > $video; exit 0", "ffmpeg failed: exit code 0; fix"),
+        ("cat > /dev/null; echo half > $video; kill -9 $$", "ffmpeg was stopped: Killed; fix"),
+        ("echo half > $video; kill -9 $$", "ffmpeg was stopped: Killed; fix"),
         # More than a pipe holds, before it takes a frame.
         ("yes no | head -n 100000 >&2; cat > /dev/null; exit 1", r"failed: exit code 1 \(no\)"),
     ],
@@ -68,7 +68,7 @@ def test_a_failed_encoder_leaves_the_old_video_and_nothing_else(
     encoder(script)
     with pytest.raises(VideoError, match=message) as raised:
         write(path)
-    assert str(raised.value).startswith(f"{path}: no new video, ")
+    assert str(raised.value).startswith(f"{path}: the video was not written: ")
     assert len(str(raised.value).splitlines()) == 1
     assert path.read_bytes() == old
     assert list(tmp_path.iterdir()) == [path]
@@ -91,7 +91,7 @@ def test_an_encoder_that_cannot_be_started_is_named(
     monkeypatch.setenv("IMAGEIO_FFMPEG_EXE", str(tmp_path / "nowhere"))
     with pytest.raises(VideoError, match=r"nowhere cannot be started \(No such file") as raised:
         write(tmp_path / "a.mp4")
-    assert "let IMAGEIO_FFMPEG_EXE name an ffmpeg that works" in str(raised.value)
+    assert "set IMAGEIO_FFMPEG_EXE to an ffmpeg that works" in str(raised.value)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -102,7 +102,7 @@ def test_without_any_encoder_it_is_said_what_to_install(
         raise RuntimeError("No ffmpeg exe could be found.")
 
     monkeypatch.setattr(imageio_ffmpeg, "get_ffmpeg_exe", none)
-    with pytest.raises(VideoError, match="there is no ffmpeg; install one"):
+    with pytest.raises(VideoError, match="ffmpeg was not found; install it"):
         write(tmp_path / "a.mp4")
 
 

@@ -16,7 +16,7 @@ from mpma_mj import metrics
 from mpma_mj.envs.gym_env import ImitationEnv
 from mpma_mj.envs.load import load
 from mpma_mj.envs.options import EnvironmentOptions
-from mpma_mj.errors import BadOptionError, MotionReachError
+from mpma_mj.errors import BadOptionError, InfeasibleMotionError
 from mpma_mj.feedback import feedback_action
 from mpma_mj.motions import read_motion, ymca
 
@@ -92,7 +92,7 @@ def test_a_motion_of_another_rate_is_refused() -> None:
         load(ymca(), control_timestep=0.025)
     with pytest.raises(
         BadOptionError,
-        match=r"of 5 ms, as at 28\.5714 or 33\.3333 Hz; take control_timestep=0\.035 or",
+        match=r"of 5 ms, as at 28\.5714 or 33\.3333 Hz; use control_timestep=0\.035 or",
     ):
         load("ymca", control_timestep=0.033)
     with pytest.raises(BadOptionError, match=r"physics steps of 5 ms, as at 100 or 200 Hz"):
@@ -116,5 +116,5 @@ def test_a_rate_that_does_not_fit_the_physics_is_refused() -> None:
 
 
 def test_a_motion_that_is_too_fast_is_refused() -> None:
-    with pytest.raises(MotionReachError, match=r"tempo=[1-3]\.?\d* or less"):
+    with pytest.raises(InfeasibleMotionError, match=r"tempo=[1-3]\.?\d* or less"):
         load(ymca(tempo=4.0))

@@ -6,7 +6,7 @@ import pytest
 
 from mpma_mj.envs.gym_env import ImitationEnv
 from mpma_mj.envs.load import load
-from mpma_mj.errors import BadOptionError, MotionReachError
+from mpma_mj.errors import BadOptionError, InfeasibleMotionError
 from tests.envs.user_models import edited
 
 
@@ -25,7 +25,7 @@ def refused(path: Path, **options: object) -> str:
 
 
 def test_a_folder_is_no_model(tmp_path: Path) -> None:
-    with pytest.raises(BadOptionError, match="expected an MJCF file, and this is a folder"):
+    with pytest.raises(BadOptionError, match="expected an MJCF file, but this is a folder"):
         load("ymca", model=tmp_path)
 
 
@@ -37,7 +37,7 @@ def test_all_missing_elements_are_listed(own: Path) -> None:
         ('<site name="right_wrist" pos="0 0 -0.2689"/>', ""),
         ('<joint name="left_elbow" class="elbow" axis="0 -1 0"/>', ""),
     )
-    expected = "lacks joint left_elbow, actuator left_elbow, site right_wrist; name them so"
+    expected = "lacks joint left_elbow, actuator left_elbow, site right_wrist; add them"
     assert expected in refused(own)
 
 
@@ -54,7 +54,7 @@ def test_hands_are_needed_for_payload_and_perturbations_only(own: Path) -> None:
         (
             '<joint name="left_shoulder_rotation" axis="0 0 1"/>',
             '<joint name="left_shoulder_rotation" axis="0 0 -1"/>',
-            "left_forearm points elsewhere than joint angles should make it,"
+            "left_forearm does not point where the joint angles should put it,"
             " where left_shoulder_rotation turns",
         ),
         (
@@ -65,7 +65,7 @@ def test_hands_are_needed_for_payload_and_perturbations_only(own: Path) -> None:
         (
             '<site name="left_wrist" pos="0 0 -0.2689"/>',
             '<site name="left_wrist" pos="0 0.1 -0.2689"/>',
-            "left_forearm points elsewhere than joint angles should make it, at zero joint angles",
+            "left_forearm does not point where the joint angles should put it, at zero joint",
         ),
         (
             '<joint name="left_shoulder_abduction" axis="1 0 0"/>\n'
@@ -77,7 +77,7 @@ def test_hands_are_needed_for_payload_and_perturbations_only(own: Path) -> None:
         (
             'name="left_elbow" joint="left_elbow"',
             'name="left_elbow" joint="right_elbow"',
-            "actuator left_elbow moves something else than joint left_elbow",
+            "actuator left_elbow does not move joint left_elbow",
         ),
         (
             'kv="20" ctrlrange="-15 15"',
@@ -97,22 +97,22 @@ def test_hands_are_needed_for_payload_and_perturbations_only(own: Path) -> None:
         (
             '<velocity name="left_elbow" joint="left_elbow" class="elbow"/>',
             '<motor name="left_elbow" joint="left_elbow" ctrlrange="-1 1"/>',
-            "actuator left_elbow is no <velocity> with kv above 0 and gear 1",
+            "actuator left_elbow is not a <velocity> with kv above 0 and gear 1",
         ),
         (
             '<velocity name="left_elbow" joint="left_elbow" class="elbow"/>',
             '<position name="left_elbow" joint="left_elbow" kp="20" ctrlrange="-1 1"/>',
-            "actuator left_elbow is no <velocity",
+            "actuator left_elbow is not a <velocity",
         ),
         (
             '<velocity name="left_elbow" joint="left_elbow" class="elbow"/>',
             '<velocity name="left_elbow" joint="left_elbow" class="elbow" gear="10"/>',
-            "actuator left_elbow is no <velocity",
+            "actuator left_elbow is not a <velocity",
         ),
         (
             '<velocity name="left_elbow" joint="left_elbow" class="elbow"/>',
             '<velocity name="left_elbow" site="left_elbow" class="elbow"/>',
-            "actuator left_elbow moves something else than joint left_elbow",
+            "actuator left_elbow does not move joint left_elbow",
         ),
         (
             '<site name="left_elbow"/>',
@@ -128,18 +128,18 @@ def test_hands_are_needed_for_payload_and_perturbations_only(own: Path) -> None:
             '<velocity name="left_elbow" joint="left_elbow" class="elbow"/>',
             '<general name="left_elbow" joint="left_elbow" gainprm="50" biasprm="0 0 -50"'
             ' ctrlrange="-15 15"/>',
-            "is no <velocity>",
+            "is not a <velocity>",
         ),
         (
             '<velocity name="left_elbow" joint="left_elbow" class="elbow"/>',
             '<general name="left_elbow" joint="left_elbow" gainprm="50" biasprm="0 0 -50"'
             ' biastype="affine" dyntype="filter" dynprm="0.5" ctrlrange="-15 15"/>',
-            "is no <velocity>",
+            "is not a <velocity>",
         ),
         (
             '<option timestep="0.005"',
             '<option actuatorgroupdisable="0" timestep="0.005"',
-            "actuator left_shoulder_abduction is in a group that is disabled",
+            "actuator left_shoulder_abduction is in a disabled group",
         ),
         ('timestep="0.005"', 'timestep="0"', "timestep is 0 s; expected above 0"),
         ('timestep="0.005"', 'timestep="-0.005"', "timestep is -0.005 s; expected above 0"),
@@ -149,7 +149,7 @@ def test_hands_are_needed_for_payload_and_perturbations_only(own: Path) -> None:
         (
             '<joint name="left_elbow" class="elbow" axis="0 -1 0"/>',
             '<joint name="left_elbow" type="slide" axis="0 -1 0" range="0 1"/>',
-            "joint left_elbow is no hinge",
+            "joint left_elbow is not a hinge",
         ),
     ],
 )
@@ -166,7 +166,7 @@ def test_actuator_strength_needs_force_limits(own: Path) -> None:
 
 def test_slower_actuators_refuse_a_motion_that_is_too_fast(own: Path) -> None:
     edited(own, ('ctrlrange="-15 15"', 'ctrlrange="-1 1"'))
-    with pytest.raises(MotionReachError, match="left_elbow would have to turn at"):
+    with pytest.raises(InfeasibleMotionError, match="left_elbow would have to turn at"):
         load("ymca", model=own)
 
 
@@ -184,7 +184,7 @@ def test_a_motion_beyond_the_joint_ranges_is_refused(own: Path) -> None:
     axis = '<joint name="left_shoulder_abduction" axis="1 0 0"'
     edited(own, (f"{axis}/>", f'{axis} range="-0.1 0.1"/>'))
     message = r"left_shoulder_abduction would have to be at .* rad at frame .* -0.1 to 0.1"
-    with pytest.raises(MotionReachError, match=message):
+    with pytest.raises(InfeasibleMotionError, match=message):
         load("ymca", model=own)
 
 

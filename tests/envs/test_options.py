@@ -84,7 +84,11 @@ class Run:
         ("perturbation", (1.0, 10_001.0), "perturbation is (1.0, 10001.0)"),
         ("perturbation", (True, 1.0), "perturbation is (True, 1.0)"),
         ("model", 5, "model is 5; expected the path of an MJCF file"),
-        ("model", "none.xml", "model is 'none.xml'; expected an MJCF file, and there is none"),
+        (
+            "model",
+            "none.xml",
+            "model is 'none.xml'; expected an MJCF file, but there is no such file",
+        ),
     ],
 )
 def test_an_option_out_of_bounds_is_reported_in_one_line(

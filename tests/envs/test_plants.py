@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from mpma_mj.envs.gym_env import ImitationEnv
 from mpma_mj.envs.load import load
 from mpma_mj.envs.options import EnvironmentOptions
-from mpma_mj.envs.plant_schedule import PlantSchedule
 from mpma_mj.envs.plants import Plant
+from mpma_mj.envs.schedules import PlantSchedule
 from mpma_mj.envs.vector_env import make_vec
 from mpma_mj.errors import BadOptionError
 from tests.envs.user_models import edited
@@ -314,8 +314,14 @@ TWO: list[dict[str, float]] = [{}, {"payload": 3.0}]
         ({"plants": {"payload": 3.0}}, "plants is {'payload': 3.0}; expected options of at least"),
         ({"plants": [{}, 3]}, "plants[1] is 3; expected options by name, such as {'payload': 3.0}"),
         ({"plants": [{}, {"paylod": 1}]}, "plants[1] has no option 'paylod'; did you mean payload"),
-        ({"plants": [{"latency": 1}]}, "plants[0] has no option 'latency'; expected some of pay"),
-        ({"plants": [{3: 1}]}, "plants[0] has no option '3'; expected some of payload, actuator_g"),
+        (
+            {"plants": [{"latency": 1}]},
+            "plants[0] has no option 'latency'; expected one or more of pay",
+        ),
+        (
+            {"plants": [{3: 1}]},
+            "plants[0] has no option '3'; expected one or more of payload, actuator_g",
+        ),
         ({"plants": [{}, {"payload": -1}]}, "plants[1]: payload is -1; expected 0 to 1000, in kg"),
         ({"plants": [{"damping": True}]}, "plants[0]: damping is True; expected 0 to 1000, in N"),
         ({"plants": [{"actuator_gain": 0}]}, "plants[0]: actuator_gain is 0; expected 0.01 to 100"),
@@ -349,7 +355,7 @@ TWO: list[dict[str, float]] = [{}, {"payload": 3.0}]
         ({"plants": TWO, "epochs_per_plant": 0}, "epochs_per_plant is 0; expected a whole number"),
         (
             {"arms": "kinematic", "plants": TWO},
-            "plants[1]: payload is 3.0; ideal arms have no mass: leave payload out, or take arms=",
+            "plants[1]: payload is 3.0; ideal arms have no mass: leave payload out, or choose arms",
         ),
         ({"arms": "kinematic", "damping": 1.0}, "damping is 1.0; ideal arms have no mass: leave"),
         ({"damping": -1}, "damping is -1; expected 0 to 1000, in N m s/rad"),

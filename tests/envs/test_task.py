@@ -164,7 +164,7 @@ def test_divergence_ends_the_episode_with_discount_zero() -> None:
         (["0"] * 8, "action is of type <U1"),
         (np.zeros(8, bool), "action is of type bool"),
         (None, "action is of type object"),
-        ([[0, 1], [2]], "action is no array"),
+        ([[0, 1], [2]], "action is not an array"),
     ],
 )
 def test_invalid_actions_are_refused_and_change_nothing(

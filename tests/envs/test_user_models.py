@@ -10,12 +10,12 @@ from mpma_mj.cli import main
 from mpma_mj.envs.gym_env import ImitationEnv
 from mpma_mj.envs.load import load
 from mpma_mj.envs.vector_env import make_vec
-from mpma_mj.errors import MotionReachError, RenderingError
+from mpma_mj.errors import InfeasibleMotionError, RenderingError
 from mpma_mj.training.checkpoints import demonstrated
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.dataset import read_motions
 from mpma_mj.training.run_folder import RunFolder
-from mpma_mj.visualization.video import dance_frames
+from mpma_mj.visualization.video import episode_frames
 from tests.envs.user_models import edited
 
 
@@ -286,7 +286,7 @@ def test_a_run_is_checked_and_drawn_with_its_own_arms(quick: Path, tmp_path: Pat
     assert main([*words.split(), "--epochs", "1", "--no-video", "--out", str(out)]) == 0
     folder = RunFolder(out)
     trace, options = demonstrated(folder)[1], folder.read_config().env
-    frames = dance_frames(trace, folder.read_motion(), options=options, camera="far")
+    frames = episode_frames(trace, folder.read_motion(), options=options, camera="far")
     try:
         assert next(frames).std() > 10
     except RenderingError as error:
@@ -296,5 +296,5 @@ def test_a_run_is_checked_and_drawn_with_its_own_arms(quick: Path, tmp_path: Pat
 def test_a_repertoire_may_be_as_fast_as_its_own_arms(quick: Path) -> None:
     config = RunConfig.of("ymca", "ymca", model=str(quick), tempo=2.0)
     read_motions(config)
-    with pytest.raises(MotionReachError):
+    with pytest.raises(InfeasibleMotionError):
         read_motions(config.replace(model=None))

@@ -294,7 +294,7 @@ def test_a_mask_leaves_an_ended_episode_ended() -> None:
     ],
 )
 def test_invalid_options_of_a_reset_are_refused(options: Any) -> None:
-    message = "expected nothing, or a reset_mask of 2 truth values"
+    message = "expected None, or a reset_mask of 2 booleans"
     with many(2, arms="kinematic") as envs, pytest.raises(BadOptionError, match=message):
         envs.reset(options=options)
     with pytest.raises(BadOptionError, match="reset has no options"):
@@ -319,5 +319,5 @@ def test_closing_twice_is_allowed() -> None:
     envs.close()
     envs.close()
     for use in (envs.reset, lambda: envs.step(np.zeros((2, 8)))):
-        with pytest.raises(gymnasium.error.ClosedEnvironmentError, match="make another"):
+        with pytest.raises(gymnasium.error.ClosedEnvironmentError, match="create others"):
             use()

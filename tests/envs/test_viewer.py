@@ -58,7 +58,7 @@ def test_a_second_window_is_refused_while_one_is_open(monkeypatch: pytest.Monkey
     monkeypatch.setattr("mujoco.viewer.launch_passive", Window)
     first, second = make(render_mode="human"), make(render_mode="human")
     first.reset()
-    with pytest.raises(RenderingError, match="no second window: MuJoCo draws one at a time"):
+    with pytest.raises(RenderingError, match="no second window: MuJoCo opens one at a time"):
         second.reset()
     first.close()
     second.reset()

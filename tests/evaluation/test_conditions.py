@@ -6,9 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mpma_mj.errors import BadOptionError, MotionReachError, MpmaError
-from mpma_mj.evaluation.conditions import DisturbanceLevel, disturbance_levels
-from mpma_mj.evaluation.disturbances import DISTURBANCES
+from mpma_mj.errors import BadOptionError, InfeasibleMotionError, MpmaError
+from mpma_mj.evaluation.disturbances import DISTURBANCES, DisturbanceLevel, disturbance_levels
 from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, tracking_errors
 from mpma_mj.motions import ymca
 from mpma_mj.trace import Trace
@@ -83,20 +82,20 @@ def test_a_tempo_beyond_the_arms_is_kept_without_a_condition() -> None:
 
 
 def test_unseen_motions_have_the_context_of_the_run() -> None:
-    (unseen,) = levels_of("unseen", motions=["invented-2"])
+    (unseen,) = levels_of("unseen", motions=["synthetic-2"])
     assert unseen.condition is not None
     assert unseen.condition.motion.labels == MOTION.labels
-    assert unseen.condition.motion.name == "invented-2"
+    assert unseen.condition.motion.name == "synthetic-2"
 
 
 def test_learned_motions_are_not_unseen() -> None:
-    config = RunConfig.of("invented-1", "ymca")
+    config = RunConfig.of("synthetic-1", "ymca")
     unseen = [one.level for one in levels_of("unseen", config=config)]
-    assert unseen == [f"invented-{number}" for number in range(2, 10)]
+    assert unseen == [f"synthetic-{number}" for number in range(2, 10)]
     with pytest.raises(BadOptionError, match="ymca was learned; name other motions"):
         levels_of("unseen", motions=["ymca"], config=config)
     with pytest.raises(BadOptionError, match="all synthetic motions were learned"):
-        levels_of("unseen", config=RunConfig.of("invented"))
+        levels_of("unseen", config=RunConfig.of("synthetic"))
 
 
 def test_a_run_of_ideal_arms_is_evaluated_on_simulated_ones() -> None:
@@ -153,7 +152,7 @@ def test_a_run_with_plants_is_evaluated_without_them() -> None:
         ("mirrored", "maybe", "mirrored has no level 'maybe'; expected some of no, yes"),
         ("locked", "knee", "locked has no level 'knee'; expected some of none, left_shoulder"),
         ("unseen", "gone.bvh", "gone.bvh: no such file"),
-        ("payloads", "1", "no disturbance 'payloads'; expected some of payload, strength, "),
+        ("payloads", "1", "no disturbance 'payloads'; expected one or more of payload, strength, "),
     ],
 )
 def test_a_level_out_of_bounds_is_one_line(name: str, level: str, message: str) -> None:
@@ -165,15 +164,17 @@ def test_a_level_out_of_bounds_is_one_line(name: str, level: str, message: str) 
 
 
 def test_levels_and_unseen_motions_are_of_one_disturbance() -> None:
-    with pytest.raises(BadOptionError, match="levels are given, but not of one disturbance"):
+    with pytest.raises(
+        BadOptionError, match="levels are given, but they belong to a single disturbance"
+    ):
         disturbance_levels(
             RunConfig.of(), MOTION, disturbances=["payload", "latency"], levels=["1"]
         )
     with pytest.raises(BadOptionError, match="unseen motions are given, but not evaluated"):
-        levels_of("payload", motions=["invented-1"])
+        levels_of("payload", motions=["synthetic-1"])
 
 
 def test_an_unseen_motion_beyond_the_arms_names_the_remedy(write_tsv) -> None:
     path = write_tsv(rate="400")
-    with pytest.raises(MotionReachError, match=r"slow .*: mpma motion, with .* out=FILE"):
+    with pytest.raises(InfeasibleMotionError, match=r"slow .*: mpma motion, with .* out=FILE"):
         levels_of("unseen", motions=[str(path)])

@@ -113,12 +113,14 @@ def test_a_checkpoint_without_its_epoch_is_refused(
     folder = RunFolder(shutil.copytree(small_run, tmp_path / "run"))
     config = folder.read_config()
     folder.write_checkpoint("best", config, folder.read_best(config)[0], meta)
-    with pytest.raises(CheckpointError, match="run: the checkpoint lacks the number of its epoch"):
+    with pytest.raises(
+        CheckpointError, match="run: the checkpoint does not contain the number of its epoch"
+    ):
         TrainedAgents.of_run(folder)
 
 
 def test_no_run_and_one_of_another_version_are_refused(small_run: Path, tmp_path: Path) -> None:
-    with pytest.raises(RunFolderError, match="no run there"):
+    with pytest.raises(RunFolderError, match="is not a run"):
         TrainedAgents.of_run(RunFolder(tmp_path))
     other = RunFolder(shutil.copytree(small_run, tmp_path / "run"))
     atomic_files.write_json(other.path / "config.json", {"format": 1, "config": {}})

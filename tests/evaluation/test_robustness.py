@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from mpma_mj.errors import BadOptionError
-from mpma_mj.evaluation.conditions import disturbance_levels
+from mpma_mj.evaluation.disturbances import disturbance_levels
 from mpma_mj.evaluation.robustness import (
     MEAN,
     LevelResult,
@@ -136,7 +136,9 @@ def test_a_level_that_the_agent_cannot_have_is_one_line(small: TrainedAgents) ->
     late = disturbance_levels(
         small.configs[0], small.motion, disturbances=["latency"], levels=["8"]
     )
-    message = r"latency 8: max_latency is 5; expected at least 8.*; take other levels, or an agent"
+    message = (
+        r"latency 8: max_latency is 5; expected at least 8.*; choose other levels, or an agent"
+    )
     with pytest.raises(BadOptionError, match=message):
         evaluate_levels("own", small, late)
 

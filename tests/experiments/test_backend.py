@@ -138,7 +138,7 @@ def test_work_that_a_worker_cannot_import_is_an_error_and_no_death(pool: Process
     [
         (("processes", 0, None), "workers is 0"),
         (("ray", -1, None), "workers is -1"),
-        (("processes", None, "head:6379"), "add backend=ray, or drop it"),
+        (("processes", None, "head:6379"), "add backend=ray, or leave"),
     ],
 )
 def test_workers_that_cannot_be_are_refused(

@@ -8,7 +8,7 @@ import pytest
 
 from mpma_mj.errors import BadOptionError
 from mpma_mj.experiments.batching import cut, pieces, seeds, without_seed
-from mpma_mj.experiments.grid import points
+from mpma_mj.experiments.sweep import points
 from mpma_mj.training.config import RunConfig
 from tests.experiments.runs import TINY
 

@@ -11,13 +11,14 @@ import pytest
 from mpma_mj.envs.model import MODEL_PATH
 from mpma_mj.experiments.backend import open_backend
 from mpma_mj.experiments.compare import ARMS, UNTRAINED, CompareJob, Transfer, compare, jobs
-from mpma_mj.experiments.compare_figure import (
+from mpma_mj.experiments.compare_report import (
+    as_csv,
+    as_markdown,
     first_episodes,
     write_episodes,
     write_side_by_side,
     write_transfer,
 )
-from mpma_mj.experiments.compare_table import as_csv, as_markdown
 from mpma_mj.motions import ymca
 from mpma_mj.trace import Trace
 from mpma_mj.training.config import RunConfig

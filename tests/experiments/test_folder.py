@@ -84,7 +84,7 @@ def test_a_folder_of_another_study_is_refused(
     begun(tmp_path)
     with pytest.raises(RunFolderError) as raised:
         StudyFolder(tmp_path, other)
-    assert f"holds another study, {message}" in str(raised.value)
+    assert f"contains another study, {message}" in str(raised.value)
     assert "choose another folder with out" in str(raised.value)
     assert "\n" not in str(raised.value)
 
@@ -92,14 +92,14 @@ def test_a_folder_of_another_study_is_refused(
 @pytest.mark.parametrize("text", ["", "[]", "{", "3", '"study"'])
 def test_a_damaged_header_is_refused(tmp_path: Path, text: str) -> None:
     (tmp_path / HEADER).write_text(text)
-    with pytest.raises(RunFolderError, match="damaged, or not of a study"):
+    with pytest.raises(RunFolderError, match="damaged, or not part of a study"):
         StudyFolder(tmp_path, SETTINGS)
 
 
 @pytest.mark.parametrize("text", ["{}", '{"kind": "study", "versions": 3, "settings": null}'])
 def test_a_foreign_header_is_refused(tmp_path: Path, text: str) -> None:
     (tmp_path / HEADER).write_text(text)
-    with pytest.raises(RunFolderError, match="holds another study"):
+    with pytest.raises(RunFolderError, match="contains another study"):
         StudyFolder(tmp_path, SETTINGS)
 
 
@@ -107,7 +107,7 @@ def test_files_and_folders_of_something_else_are_refused(tmp_path: Path) -> None
     (tmp_path / "file").write_text("")
     with pytest.raises(RunFolderError, match="is a file"):
         StudyFolder(tmp_path / "file", SETTINGS)
-    with pytest.raises(RunFolderError, match="is not empty and holds no study"):
+    with pytest.raises(RunFolderError, match="is not empty and contains no study"):
         StudyFolder(tmp_path, SETTINGS)
 
 
@@ -129,7 +129,7 @@ def test_a_run_under_the_name_of_another_is_refused(tmp_path: Path, job: StudyJo
         folder.add(job, config, [finished({}, config.seed)])
     one, other = run_files(tmp_path)
     other.write_text(one.read_text())
-    with pytest.raises(RunFolderError, match="of another run; remove it"):
+    with pytest.raises(RunFolderError, match="belongs to another run; remove it"):
         [folder.read(job, config) for config in job.configs]
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 from mpma_mj.errors import BadOptionError
-from mpma_mj.experiments.grid import points
+from mpma_mj.experiments.sweep import points
 from mpma_mj.training.config import RunConfig, option_types
 from tests.experiments.runs import TINY
 
@@ -70,7 +70,7 @@ def test_every_option_but_the_seed_can_vary(name: str) -> None:
         (["nodes=5.5"], "nodes '5.5'; expected a whole number"),
         (["reference_noise=much"], "reference_noise 'much'; expected a number"),
         (["loop=maybe"], "loop 'maybe'; expected true or false"),
-        (["rule=weighted,gated"], "gated is made for posture models: take models=posture"),
+        (["rule=weighted,gated"], "gated is for posture models: choose models=posture"),
         (["rule=gatd"], "rule is 'gatd'; expected weighted, gated, or the path of a class"),
         (["unit=km"], "unit 'km'; expected one of m, cm, mm, inch or none"),
         (["nodes=5", "nodes=6"], "nodes twice; give all its values at once"),
@@ -88,5 +88,5 @@ def test_what_is_no_grid_is_refused_in_one_line(words: list[str], message: str) 
 
 @pytest.mark.parametrize("axis", ["perturbation=0.5,30", "reward_weights=posture:2"])
 def test_options_of_several_values_are_no_axes(axis: str) -> None:
-    with pytest.raises(BadOptionError, match="whose values are not single; give it with"):
+    with pytest.raises(BadOptionError, match="which takes several values at once; give it with"):
         points([axis], RunConfig())

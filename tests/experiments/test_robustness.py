@@ -8,7 +8,7 @@ import pytest
 
 from mpma_mj.cli import main
 from mpma_mj.errors import BadOptionError, DivergedError
-from mpma_mj.evaluation.conditions import disturbance_levels
+from mpma_mj.evaluation.disturbances import disturbance_levels
 from mpma_mj.evaluation.robustness import evaluate_levels
 from mpma_mj.experiments import robustness
 from mpma_mj.experiments.robustness import Robustness

@@ -13,11 +13,11 @@ import pytest
 from mpma_mj.cli import main
 from mpma_mj.experiments.records import Record
 from mpma_mj.experiments.scaling import Amount, Scaling, Size
-from mpma_mj.experiments.scaling_table import fixed, least_enough, named, saturation
+from mpma_mj.experiments.scaling_report import fixed, least_enough, named, saturation
 from tests.conftest import Refused
 from tests.experiments.runs import diverged, finished, labels_of, run_files, table_rows
 
-NAMES = ("ymca", "invented-1", "invented-2")
+NAMES = ("ymca", "synthetic-1", "synthetic-2")
 
 
 def study_of(
@@ -43,18 +43,18 @@ def some_records(study: Scaling) -> list[Record]:
 def test_motions_double_up_to_all_and_the_longest_is_cut() -> None:
     assert study_of().amounts == (
         Amount("motions", 1, ("ymca",)),
-        Amount("motions", 2, ("ymca", "invented-1")),
+        Amount("motions", 2, ("ymca", "synthetic-1")),
         Amount("motions", 3, NAMES),
-        Amount("seconds", 2.0, ("invented-1",), 2.0),
-        Amount("seconds", 4.0, ("invented-1",), 4.0),
+        Amount("seconds", 2.0, ("synthetic-1",), 2.0),
+        Amount("seconds", 4.0, ("synthetic-1",), 4.0),
     )
 
 
 def test_without_motions_there_are_synthetic_ones_and_lengths_double() -> None:
     found = Scaling().amounts
     assert [amount.number for amount in found] == [1, 2, 4, 8, 5, 10, 20, 40]
-    assert found[3].motions[-1] == "invented-8"
-    assert {amount.motions for amount in found if amount.unit == "seconds"} == {("invented",)}
+    assert found[3].motions[-1] == "synthetic-8"
+    assert {amount.motions for amount in found if amount.unit == "seconds"} == {("synthetic",)}
 
 
 def test_sizes_are_a_cross_whose_lines_meet() -> None:
@@ -139,7 +139,7 @@ def test_the_figure_shows_something_whatever_there_is(tmp_path: Path) -> None:
 def test_the_command_writes_tables_rows_and_figure_and_goes_on(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    words = ["study", "scaling", "ymca", "invented-1", "--lengths", "1", "2", "--epochs", "1"]
+    words = ["study", "scaling", "ymca", "synthetic-1", "--lengths", "1", "2", "--epochs", "1"]
     words += ["--modules", "2", "3", "--nodes", "5", "--runs", "1", "--out", str(tmp_path)]
     assert main(words) == 0
     first = capsys.readouterr().out
@@ -161,7 +161,7 @@ def test_the_command_writes_tables_rows_and_figure_and_goes_on(
     assert main(words) == 0
     again = capsys.readouterr()
     assert again.out == first
-    assert again.err.splitlines()[0] == "going on: 7 of 8 runs are there"
+    assert again.err.splitlines()[0] == "resuming: 7 of 8 runs are done"
     assert [path.stat().st_mtime_ns for path in kept] == times
 
 
@@ -175,7 +175,7 @@ def test_the_command_writes_tables_rows_and_figure_and_goes_on(
         (["--modules"], "modules has no value; expected at least 1 size"),
         (["--lengths", "0"], "lengths has 0; expected seconds above 0"),
         (["--lengths", "2", "2"], "lengths has a value twice"),
-        (["--lengths", "81"], "and invented, the longest motion, lasts 80.00 s"),
+        (["--lengths", "81"], "and synthetic, the longest motion, lasts 80.00 s"),
         (["ymca"], "ymca, the longest motion, lasts 3.80 s, less than 5 s"),
         (["gone.tsv"], "gone.tsv: no such file"),
         (["ymca", "ymca", "--lengths", "2"], "ymca is given twice"),

@@ -125,7 +125,7 @@ def test_another_study_or_a_strange_folder_is_refused(study: Counted, tmp_path: 
     strange = tmp_path / "strange"
     strange.mkdir()
     (strange / "notes.txt").write_text("mine")
-    with pytest.raises(RunFolderError, match="is not empty and holds no study"):
+    with pytest.raises(RunFolderError, match="is not empty and contains no study"):
         run_study(study, strange)
     assert [path.name for path in strange.iterdir()] == ["notes.txt"]
 
@@ -180,8 +180,9 @@ def test_runs_that_are_always_lost_are_missing_and_the_others_are_written(
     with pytest.raises(WorkerError) as raised:
         run_study(study, folder)
     assert str(raised.value) == (
-        "2 runs are missing, their workers died repeatedly (memory?); the results of the others are"
-        f" written; resume with the same command; out={folder} and fewer workers, or smaller nodes"
+        "2 runs are missing, as their worker processes died repeatedly, perhaps for lack of"
+        " memory; the results of the others are written; resume with the same command;"
+        f" out={folder} and fewer workers, or smaller nodes"
     )
     table = (folder / "table.md").read_text()
     assert table.startswith("2 records, 1.75\n\n2 of 4 runs are missing")
@@ -308,8 +309,8 @@ def test_the_help_of_a_study_has_its_options(
         ([], "no study given; expected one of table1, agents, ablation, scaling, unseen,"),
         (["switchin"], "such as my_study.py:MyStudy; did you mean switching?"),
         (["--runs", "1"], "no study '--runs'; expected one of table1"),
-        (["my_study.py:Mine"], "expected a class that my_study.py has, and it has no Mine"),
-        (["gone.py:MyStudy"], "expected a file that exists"),
+        (["my_study.py:Mine"], "expected a class of my_study.py, but it has no Mine"),
+        (["gone.py:MyStudy"], "expected an existing file"),
         (["my_study.py:Lacking"], "expected a class with jobs, table, which Lacking lacks"),
         (["my_study.py:NoStudy"], "inherit from mpma_mj.experiments.study.Study"),
         (
@@ -318,12 +319,12 @@ def test_the_help_of_a_study_has_its_options(
         ),
         (["switching", "--runs", "0"], "--runs is 0; expected a whole number from 1 to 10000"),
         (["switching", "--workers", "0"], "--workers is 0; expected at least 1"),
-        (["table1", "--address", "head:6379"], "add --backend ray, or drop it"),
+        (["table1", "--address", "head:6379"], "add --backend ray, or leave"),
         (["table1", "--epochs", "0"], "--epochs is 0; expected a whole number from 1 to 10000"),
         (["switching", "--motion", "nope"], "no motion 'nope'"),
         (["latency", "--epochs", "-1"], "--epochs is -1"),
-        (["unseen"], "1 motions, ymca; expected at least 3"),
-        (["unseen", "invented-1", "ymca"], "2 motions, ymca, invented-1"),
+        (["unseen"], "motions are ymca; expected at least 3"),
+        (["unseen", "synthetic-1", "ymca"], "motions are ymca, synthetic-1"),
     ],
 )
 def test_bad_input_is_refused_in_one_line_and_leaves_nothing(
@@ -338,5 +339,5 @@ def test_studies_can_be_of_the_papers_models_and_rule(
     name: str, refused: Refused, tmp_path: Path
 ) -> None:
     words = ["study", name, "--rule", "gated", "--out", str(tmp_path / "new")]
-    refused(words, "take --models posture")
+    refused(words, "choose --models posture")
     refused([*words, "--models", "posture", "--nodes", "0"], "nodes is 0")  # and nothing else

@@ -125,7 +125,7 @@ def test_a_sweep_that_is_killed_leaves_no_worker_and_goes_on_where_it_was(
         ]
     assert "Traceback" not in errors
     assert sweep(*words, out=out) == 0
-    assert capsys.readouterr().err.splitlines()[0] == f"going on: {before} of 8 runs are there"
+    assert capsys.readouterr().err.splitlines()[0] == f"resuming: {before} of 8 runs are done"
     for name in ("results.csv", "table.md"):
         assert (out / name).read_text() == (whole / name).read_text()
 
@@ -138,7 +138,7 @@ def test_started_again_a_sweep_trains_nothing_and_prints_the_same(
     assert sweep(*GRID, *NO_NODES, out=whole) == 0
     again = capsys.readouterr()
     assert again.out == f"{table}\n{whole}\n"
-    assert again.err == "going on: 8 of 8 runs are there\n"
+    assert again.err == "resuming: 8 of 8 runs are done\n"
     assert [path.stat().st_mtime_ns for path in run_files(whole)] == times
 
 
@@ -194,9 +194,9 @@ def test_without_out_a_sweep_goes_below_runs(
         (["--workers", "0"], "workers is 0"),
         (["--grid", "nodes=0"], "nodes is 0"),
         (["--grid", "node=5"], "did you mean nodes?"),
-        (["--grid", "nodes=5", "ymca"], "motions stand before --grid"),
+        (["--grid", "nodes=5", "ymca"], "put motions before --grid"),
         (["--seed", "-1"], "seed is -1"),
-        (["--address", "head:6379"], "add --backend ray, or drop it"),
+        (["--address", "head:6379"], "add --backend ray, or leave"),
         (["macarena"], "no motion 'macarena'"),
         (["ymca", "gone.tsv"], "gone.tsv"),
     ],

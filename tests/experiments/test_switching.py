@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from mpma_mj.agents import Agent
-from mpma_mj.agents.signals import ModuleSignals
+from mpma_mj.agents.base import ModuleSignals
 from mpma_mj.cli import main
 from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.evaluation.evaluate import learn_episodes
@@ -100,7 +100,7 @@ def test_the_command_runs_a_study_and_resumes_it(
     assert main(words) == 0
     again = capsys.readouterr()
     assert again.out == first.out
-    assert "going on: 2 of 2 runs are there" in again.err
+    assert "resuming: 2 of 2 runs are done" in again.err
 
 
 def test_a_run_whose_training_diverged_has_no_measures(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -14,7 +14,7 @@ TINY: Agents = {
     "mpma": {"agent": "mpma", "nodes": 10, "modules": 2},
     "resolved rate": {"agent": "resolved_rate"},
 }
-MOTIONS = ("ymca", "invented-1", "invented-2")
+MOTIONS = ("ymca", "synthetic-1", "synthetic-2")
 
 
 def test_each_motion_is_left_out_once(tmp_path: Path) -> None:
@@ -24,7 +24,7 @@ def test_each_motion_is_left_out_once(tmp_path: Path) -> None:
     assert {row["unseen"] for row in rows} == {*MOTIONS}
     assert all(0.0 < float(row["p_e"]) < 50.0 for row in rows)
     head, _, *agents = (tmp_path / "table.md").read_text().splitlines()[:4]
-    assert head == "| agent | ymca | invented-1 | invented-2 |"
+    assert head == "| agent | ymca | synthetic-1 | synthetic-2 |"
     assert [line.split(" | ")[0] for line in agents] == ["| mpma", "| resolved rate"]
     assert (tmp_path / "figure.png").stat().st_size > 5_000
 
@@ -41,5 +41,5 @@ def test_what_is_left_out_is_not_learned_and_has_the_labels_of_the_others() -> N
 
 
 def test_fewer_than_3_motions_are_refused() -> None:
-    with pytest.raises(BadOptionError, match="2 motions, ymca, invented; expected at least 3"):
-        Unseen(motions=("ymca", "invented")).jobs()
+    with pytest.raises(BadOptionError, match="motions are ymca, synthetic; expected at least 3"):
+        Unseen(motions=("ymca", "synthetic")).jobs()

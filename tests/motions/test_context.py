@@ -70,7 +70,7 @@ def test_where_no_label_is_the_context_is_0_and_that_is_told(write_labels: Write
     context, _, report = labelled(ReadingOptions(labels=path))
     silent = (TIMES >= 1.0) & (TIMES < 1.95)
     np.testing.assert_array_equal(context.sum(axis=1) == 0, silent)
-    assert report.warnings == ["25 % of the movement has no label; its context is 0"]
+    assert report.warnings == ["25 % of the motion has no label; its context is 0"]
 
 
 def test_labels_outside_are_left_out_or_refused(write_labels: WriteLabels) -> None:
@@ -81,8 +81,8 @@ def test_labels_outside_are_left_out_or_refused(write_labels: WriteLabels) -> No
     with pytest.raises(MotionFileError) as caught:
         labelled(ReadingOptions(labels=path))
     assert str(caught.value) == (
-        f"{path}: no label falls between 0.00 and 3.75 s, where the movement is; times count from"
-        " the recording's first frame"
+        f"{path}: no label lies between 0.00 and 3.75 s, the time of the motion; times of labels"
+        " count from the recording's first frame"
     )
 
 
@@ -112,7 +112,7 @@ def test_changes_are_those_of_the_movement_and_are_told_in_its_seconds() -> None
     assert labels == ("1", "2", "3", "4")
     starts = times[np.flatnonzero(np.diff(ymca().context.argmax(axis=1))) + 1]
     told = ", ".join(f"{start:.2f}" for start in starts)
-    assert report.steps == [f"the movement changes at {told} s"]
+    assert report.steps == [f"the motion changes at {told} s"]
 
 
 def test_events_of_the_recording_label_it_if_that_is_asked_for() -> None:
@@ -120,22 +120,30 @@ def test_events_of_the_recording_label_it_if_that_is_asked_for() -> None:
     context, labels, _ = labelled(ReadingOptions(context="events"), events)
     assert labels == ("start", "Right step")
     np.testing.assert_array_equal(context[:, 1], TIMES >= 1.0)
-    with pytest.raises(MotionFileError, match=r"has no events; label it with labels or segm"):
+    with pytest.raises(
+        MotionFileError, match=r"has no events; label the motion with labels or segm"
+    ):
         labelled(ReadingOptions(context="events"))
 
 
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"labels": "a.csv", "context": "changes"}, "labels are the context; drop audio and"),
-        ({"labels": "a.csv", "audio": "a.wav"}, "labels are the context; drop audio and"),
-        ({"context": "bars"}, "context bars needs the music; give it with audio"),
-        ({"context": "sections"}, "context sections needs the music; give it with audio"),
-        ({"context": "equal", "audio": "a.wav"}, "audio gives bars or sections, not equal"),
+        (
+            {"labels": "a.csv", "context": "changes"},
+            "labels already give the context; leave out audio and",
+        ),
+        (
+            {"labels": "a.csv", "audio": "a.wav"},
+            "labels already give the context; leave out audio and",
+        ),
+        ({"context": "bars"}, "context bars needs audio; give it with audio"),
+        ({"context": "sections"}, "context sections needs audio; give it with audio"),
+        ({"context": "equal", "audio": "a.wav"}, "audio has bars and sections, not equal"),
         ({"context": "letters"}, "context is 'letters'; expected one of auto, equal, changes"),
-        ({"labels": "a.csv", "segments": 5}, "segments are parts of a movement without labels"),
-        ({"audio": "a.wav", "segments": 5}, "segments are parts of a movement without labels"),
-        ({"context": "events", "segments": 5}, "segments are parts of a movement without labels"),
+        ({"labels": "a.csv", "segments": 5}, "segments divide a motion without labels"),
+        ({"audio": "a.wav", "segments": 5}, "segments divide a motion without labels"),
+        ({"context": "events", "segments": 5}, "segments divide a motion without labels"),
         ({"segments": 0}, "segments is 0; expected a whole number from 1 to"),
     ],
 )
@@ -190,7 +198,7 @@ def test_what_may_be_wrong_with_labels_is_a_warning(
     write_tsv: WriteTsv, write_labels: WriteLabels
 ) -> None:
     path = write_tsv()
-    with pytest.warns(RecordingWarning, match=r"dance\.tsv: \d+ % of the movement has no label"):
+    with pytest.warns(RecordingWarning, match=r"dance\.tsv: \d+ % of the motion has no label"):
         read_motion(path, labels=write_labels("0,1,Y\n"))
 
 
@@ -260,8 +268,8 @@ def test_a_label_may_last_to_the_end_of_time(tmp_path: Path) -> None:
         ("nan,1,Y\n", "line 1: the span from nan to 1 s has no length"),
         ("0,nan,Y\n", "line 1: the span from 0 to nan s has no length"),
         ("-inf,1,Y\n", "line 1: the span from -inf to 1 s has no length"),
-        ("", "holds no rows of start,end,label"),
-        ("start,end,label\n\n", "holds no rows of start,end,label"),
+        ("", "contains no rows of start,end,label"),
+        ("start,end,label\n\n", "contains no rows of start,end,label"),
         ("0,1,Y\n1,2," + "M" * 200_000, "line 2: '1,2,MMMM"),
         ("1_0,20,Y\n0,1,Y\n", "line 1: '1_0,20,Y' is not"),
     ],
@@ -280,7 +288,7 @@ def test_what_is_no_text_file_is_one_line(tmp_path: Path) -> None:
     binary = tmp_path / "labels.csv"
     binary.write_bytes(b"\0\1\2" * 100)
     for path, problem in {
-        binary: "is no text; expected rows of start,end,label in seconds",
+        binary: "is not a text file; expected rows of start,end,label in seconds",
         tmp_path / "missing.csv": "cannot be read (No such file or directory)",
         tmp_path: "cannot be read (Is a directory)",
     }.items():

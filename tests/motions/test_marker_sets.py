@@ -209,7 +209,7 @@ def test_spaces_in_a_mapping_do_not_matter() -> None:
         ("left_elbow", "'left_elbow' is not POINT=NAME"),
         ("left_elbow=", "is not POINT=NAME"),
         ("left_elbow=a+", "is not POINT=NAME"),
-        ("left_elbow=a,left_elbow=b", "left_elbow stands twice; give all its markers with +"),
+        ("left_elbow=a,left_elbow=b", "left_elbow is given twice; join all its markers with +"),
         ("gone.toml", r"gone.toml cannot be read \(No such file"),
     ],
 )
@@ -225,8 +225,8 @@ def test_bad_mappings_say_what_is_wrong(mapping: str, message: str) -> None:
         ("left_elbow = []", "expected a name or names"),
         ("left_elbow = ''", "expected a name or names"),
         ("left_elbow = 'a+'", "expected a name or names"),
-        ("left_elbow", "is no TOML file"),
-        ("\udcff", "is no TOML file"),
+        ("left_elbow", "is not a TOML file"),
+        ("\udcff", "is not a TOML file"),
     ],
 )
 def test_bad_toml_files_say_what_is_wrong(tmp_path: Path, content: str, message: str) -> None:
@@ -252,7 +252,9 @@ def test_a_mapping_need_not_spell_names_as_the_file_does() -> None:
 
 
 def test_a_name_that_the_file_has_not_is_told() -> None:
-    with pytest.raises(MotionFileError, match="names olecranon, which the file has not; it has"):
+    with pytest.raises(
+        MotionFileError, match="names olecranon, which the file does not have; it has"
+    ):
         choose_markers(FILE, ODD, {"left_elbow": ("olecranon",)})
 
 
@@ -267,7 +269,7 @@ def two_dancers() -> list[str]:
 
 
 def test_of_two_dancers_one_has_to_be_chosen_and_the_message_tells_how() -> None:
-    with pytest.raises(MotionFileError, match="shows 2 dancers; choose one with") as caught:
+    with pytest.raises(MotionFileError, match="shows 2 people; choose one with") as caught:
         choose_markers(FILE, two_dancers(), {})
     assert "\n" not in str(caught.value)
     options = re.findall(r'map="([^"]*)"', str(caught.value))
@@ -287,13 +289,13 @@ def test_the_torso_is_that_of_the_dancer_who_is_chosen(dancer: str) -> None:
 
 def test_a_needed_name_that_stands_twice_is_refused() -> None:
     names = [*KNOWN["Plug-in Gait"][0].split(), "LELB"]
-    with pytest.raises(MotionFileError, match="LELB stands twice"):
+    with pytest.raises(MotionFileError, match="LELB appears twice"):
         choose_markers(FILE, names, {})
 
 
 def test_a_name_that_stands_for_two_is_refused_as_such() -> None:
     names = KNOWN["Qualisys"][0].replace("Ulna_L", "Radius_L").split()
-    with pytest.raises(MotionFileError, match="Radius_L stands twice"):
+    with pytest.raises(MotionFileError, match="Radius_L appears twice"):
         choose_markers(FILE, names, {})
 
 
@@ -331,7 +333,7 @@ def test_sides_are_guessed_however_they_are_spelled(spelling: str) -> None:
 
 
 def test_one_arm_without_a_side_is_refused() -> None:
-    with pytest.raises(MotionFileError, match="shows one arm only, none that is named left"):
+    with pytest.raises(MotionFileError, match="shows a single arm, named neither left"):
         choose_markers(FILE, ["ACRO_tip", "EPICl", "EPICm", "STYLr", "STYLu"], {})
 
 
@@ -346,9 +348,9 @@ def test_the_message_offers_a_mapping_that_works_when_filled_in(kind: str, lost:
         choose_markers(FILE, names, {})
     message = str(caught.value)
     assert "\n" not in message
-    assert f"cannot tell which point is the {lost.replace('_', ' ')}" in message
+    assert f"no point is recognised as the {lost.replace('_', ' ')}" in message
     assert all(name in message for name in names)
-    (option,) = re.findall(r'say it with map="([^"]*)"', message)
+    (option,) = re.findall(r'name the points with map="([^"]*)"', message)
     filled = re.sub(rf"{lost}=[^,]*", f"{lost}={'+'.join(renamed)}", option)
     groups = choose_markers(FILE, names, parse_mapping(filled))
     assert arms(groups) == known | {lost: tuple(renamed)}

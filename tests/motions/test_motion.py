@@ -22,7 +22,7 @@ def test_a_motion_knows_its_duration() -> None:
     [
         ({"posture": np.ones((1, 12)) / np.sqrt(3)}, "at least two"),
         ({"posture": np.ones((76, 11))}, r"posture has shape \(76, 11\), expected \(76, 12\)"),
-        ({"posture": np.ones((76, 12))}, "not length 1"),
+        ({"posture": np.ones((76, 12))}, "length is not 1"),
         ({"posture": np.full((76, 12), np.nan)}, "not finite"),
         ({"context": np.ones((76, 3))}, r"context has shape \(76, 3\), expected \(76, 4\)"),
     ],
@@ -97,7 +97,7 @@ def test_context_without_labels_is_numbered(tmp_path: Path) -> None:
 
 def test_a_motion_of_another_format_is_refused(tmp_path: Path) -> None:
     path = save(tmp_path / "a.npz", posture=ymca().posture, rate=20.0, format=99)
-    with pytest.raises(MotionFileError, match=r"a\.npz: of another version of this program"):
+    with pytest.raises(MotionFileError, match=r"a\.npz: written by another version of this program"):
         read_motion(path)
 
 
@@ -126,7 +126,7 @@ POSTURE = ymca().posture
         ({"posture": 1.0, "rate": 20.0}, "expected posture (T, 12), context"),
         ({"posture": POSTURE[:1], "rate": 20.0}, "has 1 posture"),
         ({"posture": POSTURE[:0], "rate": 20.0}, "has 0 posture"),
-        ({"posture": 2 * POSTURE, "rate": 20.0}, "vectors that have not length 1"),
+        ({"posture": 2 * POSTURE, "rate": 20.0}, "vectors whose length is not 1"),
         ({"posture": np.nan * POSTURE, "rate": 20.0}, "not finite"),
         ({"posture": np.full((76, 12), "x"), "rate": 20.0}, "expected posture (T, 12), context"),
         ({"posture": POSTURE, "rate": 20.0, "context": np.ones(76)}, "expected posture (T, 12)"),
@@ -158,7 +158,7 @@ def test_a_damaged_file_is_one_line(tmp_path: Path) -> None:
 
 def test_a_file_that_would_run_code_is_not_opened(tmp_path: Path) -> None:
     path = save(tmp_path / "mine.npz", posture=np.array([object()]), rate=20.0)
-    with pytest.raises(MotionFileError, match="none of NumPy arrays"):
+    with pytest.raises(MotionFileError, match="not one of NumPy arrays"):
         read_motion(path)
 
 
@@ -178,7 +178,7 @@ def test_options_that_only_a_recording_has_a_use_for_are_refused(tmp_path: Path)
     ):
         for source in ("ymca", path):
             with pytest.raises(
-                BadOptionError, match=f"^ymca is a finished .*; leave out {name}, which"
+                BadOptionError, match=f"^ymca is a complete .*; leave out {name}, which"
             ):
                 read_motion(source, **options)
 

@@ -28,5 +28,5 @@ def test_options_of_other_types_are_refused(options: dict[str, Any], message: st
 def test_a_context_outside_its_bounds_is_refused() -> None:
     motion = ymca()
     context = np.full(motion.context.shape, 7.0)
-    with pytest.raises(MotionFileError, match=r"context holds a value outside \[0, 1\]"):
+    with pytest.raises(MotionFileError, match=r"context contains a value outside \[0, 1\]"):
         Motion(motion.posture, context, motion.labels, motion.rate, "loud", "a test")

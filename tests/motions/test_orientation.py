@@ -86,7 +86,7 @@ def test_the_axis_that_is_up_is_found(tmp_path: Path, up: Up, torso: bool, how: 
     points = standing(HANGING, torso=torso)
     plain = read(tmp_path / "plain.npz", points, {"up": "z"})
     if not torso and up not in ("y", "z"):  # rather than that, the arms do not hang
-        with pytest.raises(MotionFileError, match="which axis is up"):
+        with pytest.raises(MotionFileError, match="the up axis is unknown"):
             read(tmp_path / "turned.npz", turned_to(points, up), {})
         return
     found = read(tmp_path / "turned.npz", turned_to(points, up), {})
@@ -104,20 +104,20 @@ def test_what_is_declared_or_given_is_used(tmp_path: Path, up: Up) -> None:
     given_ = read(tmp_path / "b.npz", turned, {"up": "x"}, up=up)
     for imported in (declared, given_):
         np.testing.assert_allclose(imported.motion.posture, plain.motion.posture, atol=1e-9)
-    assert f"{up} is up, as the file or its format says" in declared.report.steps
+    assert f"{up} is up, as the file or its format declares" in declared.report.steps
     assert f"{up} is up, as given" in given_.report.steps
 
 
 def test_a_trunk_counts_for_more_than_a_declared_axis(tmp_path: Path) -> None:
     points = standing(POSTURE, torso=True)
     imported = read(tmp_path / "a.npz", turned_to(points, "y"), {"up": "z"})
-    assert "y is up, by the trunk; the file or its format says z" in imported.report.steps
+    assert "y is up, by the trunk; the file or its format declares z" in imported.report.steps
 
 
 def test_where_nothing_tells_what_is_up_it_is_asked_for(tmp_path: Path) -> None:
     t_pose = np.tile([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0]], 2).ravel()
     points = standing(np.tile(t_pose.reshape(2, 2, 3).ravel(), (60, 1)), torso=False)
-    with pytest.raises(MotionFileError, match=r"which axis is up: [^\n]* such as up=z$"):
+    with pytest.raises(MotionFileError, match=r"the up axis is unknown: [^\n]* such as up=z$"):
         read(tmp_path / "a.npz", points, {})
     assert len(read(tmp_path / "a.npz", points, {}, up="z").motion) == 20
 
@@ -158,7 +158,7 @@ def test_a_declared_unit_that_fits_any_body_is_used(arm_m: float, unit: str) -> 
     fits = 0.25 <= arm_m / length * length <= 0.9  # but for rounding
     if fits:
         assert find_unit(arm_m / length, length, None, report) == length
-        assert report.steps == [f"unit {unit}, as the file says"]
+        assert report.steps == [f"unit {unit}, as the file declares"]
         assert not report.warnings
 
 
@@ -166,7 +166,7 @@ def test_a_declared_unit_that_fits_no_body_is_warned_about() -> None:
     report = ImportReport()
     assert find_unit(550.0, UNITS["m"], None, report) == UNITS["mm"]
     assert report.warnings == [
-        "the file says m, which makes arms of 550 m; mm is used; unit overrides it"
+        "the file declares m, which makes arms of 550 m; mm is used; unit overrides it"
     ]
 
 
@@ -225,12 +225,12 @@ def test_the_rate_is_declared_given_or_asked_for(write_tsv: WriteTsv) -> None:
     imported = import_motion(write_tsv(), ReadingOptions(rate_in=120.0))
     assert imported.report.rate == 120.0
     assert imported.motion.duration == pytest.approx(1.9)
-    assert "120 Hz, as given (the file says 60 Hz)" in imported.report.steps
+    assert "120 Hz, as given (the file declares 60 Hz)" in imported.report.steps
     path = write_tsv(edit=lambda text: text.replace("FREQUENCY\t60\n", ""))
-    with pytest.raises(MotionFileError, match=r"how many frames a second .* rate_in=50$"):
+    with pytest.raises(MotionFileError, match=r"does not declare its frame rate; .* rate_in=50$"):
         import_motion(path, ReadingOptions())
     imported = import_motion(path, ReadingOptions(rate_in=60.0))
-    assert "60 Hz, as given (the file says no rate)" in imported.report.steps
+    assert "60 Hz, as given (the file declares no rate)" in imported.report.steps
 
 
 def test_the_same_dance_at_another_rate_is_the_same(tmp_path: Path) -> None:
@@ -314,7 +314,7 @@ def test_sides_of_a_file_are_checked(write_tsv: WriteTsv) -> None:
     wrong = swapped(points, "shoulder", "elbow", "wrist")
     imported = import_motion(write_tsv(markers_of(wrong)), ReadingOptions())
     assert len(imported.report.warnings) == 1
-    mapping = re.findall(r'map="(.*?)" mends', imported.report.warnings[0])
+    mapping = re.findall(r'map="(.*?)" corrects', imported.report.warnings[0])
     mended = import_motion(write_tsv(markers_of(wrong)), ReadingOptions(map=mapping[0]))
     assert not mended.report.warnings
     right = import_motion(write_tsv(markers_of(points)), ReadingOptions())

@@ -15,7 +15,7 @@ from mpma_mj.motions import Motion, ymca
 from mpma_mj.motions.feasibility import check_feasibility
 from mpma_mj.motions.loader import import_motion
 from mpma_mj.motions.options import ReadingOptions
-from mpma_mj.motions.synthetic import invented
+from mpma_mj.motions.synthetic import synthetic_motion
 from mpma_mj.motions.transforms import (
     PEAK_SPEED,
     at_rate,
@@ -45,7 +45,7 @@ def test_a_mirrored_dance_has_the_joint_angles_of_the_other_arm() -> None:
 
 
 def test_anothers_music_is_heard_for_the_same_shares_of_the_time() -> None:
-    dance, music = invented(dance=3), ymca()
+    dance, music = synthetic_motion(number=3), ymca()
     danced = with_context_of(dance, music)
     np.testing.assert_array_equal(danced.posture, dance.posture)
     assert danced.labels == music.labels

@@ -79,9 +79,9 @@ def test_a_cell_that_is_no_finite_number_is_named(
 ) -> None:
     said = edited(log, tmp_path / "a.csv", cell(7, "angle_left_elbow", value))
     if value == "1,5":
-        assert "row 7 has 26 cells, but the header 25" in said
+        assert "row 7 has 26 cells, but the header has 25" in said
     else:
-        assert f"row 7, column angle_left_elbow: '{value}'; expected a finite number" in said
+        assert f"row 7, column angle_left_elbow: '{value}' is not a finite number" in said
 
 
 @pytest.mark.parametrize(
@@ -89,18 +89,21 @@ def test_a_cell_that_is_no_finite_number_is_named(
     [
         (
             lambda lines: [lines[0].replace("command_left_elbow", "elbow"), *lines[1:]],
-            "lacks command_left_elbow; name the columns so",
+            "lacks command_left_elbow; add these columns",
         ),
         (
             lambda lines: [lines[0].replace("angle_left_elbow", "time"), *lines[1:]],
             "lacks angle_left_elbow",
         ),
-        (lambda lines: [f"time,{lines[0]}", *lines[1:]], "has time twice"),
-        (lambda lines: lines[1:], "is no log of a robot; expected a first row with the columns"),
-        (lambda lines: [line.replace(",", ";") for line in lines], "a comma between them"),
-        (lambda lines: [], "is no log of a robot"),
-        (lambda lines: lines[:1], "has a header and no rows"),
-        (lambda lines: [*lines[:4], "1,2,3", *lines[4:]], "row 5 has 3 cells, but the header 25"),
+        (lambda lines: [f"time,{lines[0]}", *lines[1:]], "has column time twice"),
+        (lambda lines: lines[1:], "is not a robot's log; expected a first row with the columns"),
+        (lambda lines: [line.replace(",", ";") for line in lines], "separated by commas"),
+        (lambda lines: [], "is not a robot's log"),
+        (lambda lines: lines[:1], "has a header but no rows"),
+        (
+            lambda lines: [*lines[:4], "1,2,3", *lines[4:]],
+            "row 5 has 3 cells, but the header has 25",
+        ),
         (lambda lines: [*lines[:4], "", *lines[4:]], "row 5 has 1 cells"),
     ],
 )
@@ -111,12 +114,12 @@ def test_what_is_no_table_of_a_log_is_refused(
 
 
 def test_what_is_no_file_of_text_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(RobotLogError, match="and there is none"):
+    with pytest.raises(RobotLogError, match="but there is no such file"):
         read_log(tmp_path / "gone.csv")
-    with pytest.raises(RobotLogError, match="and this is a folder"):
+    with pytest.raises(RobotLogError, match="but this is a folder"):
         read_log(tmp_path)
     (tmp_path / "a.csv").write_bytes(b"\0\1\2")
-    with pytest.raises(RobotLogError, match="is no text"):
+    with pytest.raises(RobotLogError, match="is not a text file"):
         read_log(tmp_path / "a.csv")
 
 
@@ -132,7 +135,7 @@ def swapped(time: NDArray[np.float64]) -> NDArray[np.float64]:
     ("change", "message"),
     [
         (late, r"row 11 comes 0\.06 s after the one before; expected 0\.05 s ± 5 %"),
-        (swapped, r"row 11: time is 0 s after 0\.4 s; expected times that ascend"),
+        (swapped, r"row 11: time is 0 s after 0\.4 s; expected ascending times"),
         (lambda time: 0.4 * time, r"is 2\.38 s long; expected at least 5.5 s"),
         (lambda time: 1.03 * time, r"has a row every 51\.5 ms; .* 5 ms, such as 50 or 55 ms"),
         (lambda time: 6.0 * time, r"has a row every 0\.3 s; expected at most 0\.1 s"),

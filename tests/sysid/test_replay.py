@@ -63,6 +63,6 @@ def test_a_simulation_that_runs_away_is_told_with_its_row(gentle: RobotLog) -> N
     wild[16] = 1e12
     with (
         replay_of(dataclasses.replace(gentle, velocity=wild), [6, 11, 16], 5) as replay,
-        pytest.raises(DivergedError, match="run away where they begin as in row 18 of the log"),
+        pytest.raises(DivergedError, match="diverge from the state in row 18 of the log"),
     ):
         replay.simulate(MODEL, 0)

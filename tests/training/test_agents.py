@@ -88,7 +88,7 @@ def test_settings_that_an_agent_does_not_have_are_refused_in_one_line(
     words = ["imitate", "ymca", "--agent", agent, *setting, "--out", str(out), "--no-video"]
     assert main(words) == 2
     told = capsys.readouterr().err
-    assert told.startswith(f"mpma: {agent} has no option {said}; leave it out, or take another")
+    assert told.startswith(f"mpma: {agent} has no option {said}; leave it out, or choose another")
     assert not out.exists()
 
 

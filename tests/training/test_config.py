@@ -89,7 +89,7 @@ def test_sizes_that_an_agent_lacks_are_passed_over() -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"nodez": 3}, "there is no option 'nodez'; did you mean nodes?"),
+        ({"nodez": 3}, "no option 'nodez'; did you mean nodes?"),
         ({"agent": "mosaic", "ridge": 1.0}, "mosaic has no option ridge, which mpma, hammer"),
         ({"nodes": 0}, "nodes is 0; expected a whole number from 1 to 20000"),
         ({"payload": -1}, "payload is -1; expected 0 to 1000, in kg"),

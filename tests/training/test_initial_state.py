@@ -190,7 +190,7 @@ def test_the_command_line_takes_over_what_is_not_typed(
         (["--max-plants", "1"], "--max-plants is 1; expected 5, as in"),
         (["--arms", "physics"], "--arms is 'physics'; expected 'kinematic', as in"),
         (["--control-timestep", "0.1"], "--control-timestep is 0.1; expected 0.05, as in"),
-        (["--init", "nowhere"], "nowhere: no run there"),
+        (["--init", "nowhere"], "nowhere: is not a run"),
     ],
 )
 def test_the_command_line_refuses_in_one_line(

@@ -13,7 +13,7 @@ import mpma_mj
 from mpma_mj.cli import main
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import BadOptionError
-from mpma_mj.experiments.grid import points
+from mpma_mj.experiments.sweep import points
 from mpma_mj.trace import Trace
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.rollout import record_epoch
@@ -133,7 +133,7 @@ def test_the_command_line_takes_one_number_as_before(tmp_path: Path) -> None:
         ),
         ("--latency 1 2 3", "--latency has '1 2 3'; expected one whole number"),
         ("--latency 3 ymca", "--latency has '3 ymca'; expected one whole number"),
-        ("--latency 3 ymca", "such as 0 5; motions stand before --latency"),
+        ("--latency 3 ymca", "such as 0 5; put motions before --latency"),
         ("--latency 5 0", "--latency is 5 0; expected a whole number from 0 to 100, or a range"),
         ("--latency -1 5", "--latency is -1 5; expected a whole number from 0 to 100, or a"),
         ("--latency-every 1 3", "give --latency two numbers that differ, or leave it out"),
@@ -161,5 +161,7 @@ def test_a_grid_has_latencies_of_one_number_only() -> None:
     with pytest.raises(BadOptionError, match=r"grid has latency 'x'; expected a whole number$"):
         points(["latency=x"], RunConfig())
     for name in ("latency_every", "switch_every", "plants", "perturbation"):
-        with pytest.raises(BadOptionError, match=f"grid has {name}, whose values are not single"):
+        with pytest.raises(
+            BadOptionError, match=f"grid has {name}, which takes several values at once"
+        ):
             points([f"{name}=1"], RunConfig())

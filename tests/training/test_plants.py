@@ -110,7 +110,7 @@ def test_the_command_line_takes_plants_and_their_run_is_resumed(
             "--plants has no plant; expected default, or each option once, such as payload",
         ),
         ("--plants default ymca", "--plants has 'ymca'; expected default, or each option once, s"),
-        ("--plants payload=1,payload=2", "motions stand before --plants"),
+        ("--plants payload=1,payload=2", "put motions before --plants"),
         ("--plants payloat=1", "plants[0] has no option 'payloat'; did you mean payload?"),
         ("--plants default payload=x", "plants[1]: payload is 'x'; expected 0 to 1000, in kg"),
         ("--plants default actuator-gain=0", "plants[1]: actuator_gain is 0.0; expected 0.01 to"),

@@ -73,7 +73,7 @@ def test_a_loaded_agent_is_ready_to_act(run: mpma_mj.Run, tmp_path: Path) -> Non
 
 def test_a_run_replaces_another_only_if_told(run: mpma_mj.Run, tmp_path: Path) -> None:
     run.save(tmp_path / "run")
-    with pytest.raises(RunFolderError, match="a run is there"):
+    with pytest.raises(RunFolderError, match="already contains a run"):
         run.save(tmp_path / "run")
     run.save(tmp_path / "run", overwrite=True)
 
@@ -139,7 +139,7 @@ def test_a_run_that_cannot_be_written_leaves_the_earlier_one(tmp_path: Path) -> 
     [
         ((), None, "no motion is given"),
         ((ymca(), "ymca"), None, "several motions are given"),
-        ((ymca(),), ReadingOptions(end=2.0), "reading is given with a Motion"),
+        ((ymca(),), ReadingOptions(end=2.0), "reading is given, but it is for paths"),
     ],
 )
 def test_wrong_motions_are_refused(

@@ -12,7 +12,7 @@ from threadpoolctl import threadpool_info, threadpool_limits
 
 from mpma_mj import metrics
 from mpma_mj.agents import Agent, AgentConfig, AgentSpec, MPMAConfig
-from mpma_mj.agents.signals import ModuleSignals
+from mpma_mj.agents.base import ModuleSignals
 from mpma_mj.envs.load import load
 from mpma_mj.errors import BadOptionError, CheckpointError, DivergedError, RunFolderError
 from mpma_mj.motions import ymca
@@ -351,7 +351,7 @@ def test_a_run_of_another_version_is_refused(folder: RunFolder) -> None:
 
 
 def test_resuming_nothing_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(RunFolderError, match="no run there"):
+    with pytest.raises(RunFolderError, match="is not a run"):
         resume(RunFolder(tmp_path / "gone"), 1)
 
 
@@ -364,7 +364,12 @@ def test_no_epochs_are_refused_before_anything_is_written(tmp_path: Path) -> Non
 def test_what_shows_an_epoch_that_is_not_kept_any_more_is_removed(tmp_path: Path) -> None:
     folder = run(tmp_path / "a", QUICK, epochs=1)
     pictures = (folder.figures / "modules.png", folder.figures / "free_running.png")
-    made = (folder.video, folder.modules, folder.free_running, *pictures)
+    made = (
+        folder.video,
+        folder.results_of("modules"),
+        folder.results_of("free_running"),
+        *pictures,
+    )
     folder.figures.mkdir()
     for file in made:
         file.write_text("of epoch 1")

@@ -22,7 +22,7 @@ from tests.conftest import Refused
 from tests.sysid.conftest import dance_of
 
 LOCK = ".mpma.lock"
-BUSY = "another command is writing into it; wait until that has ended, or choose another folder"
+BUSY = "another command is writing into it; wait until it has ended, or choose another folder"
 QUICK = ["imitate", "ymca", "--nodes", "10", "--epochs", "1", "--no-video"]
 
 HOLD = """
@@ -176,7 +176,7 @@ def test_a_run_that_is_given_twice_is_locked_once(
     (run.parent / "link").symlink_to(run)
     assert main(["analyse", "free-running", str(run), str(run.parent / "link")]) == 0
     assert main(["analyse", "lesion", str(run), str(run)]) == 2
-    assert "is there twice; leave one out" in capsys.readouterr().err
+    assert "is given twice; leave one out" in capsys.readouterr().err
 
 
 def test_a_place_that_cannot_be_a_folder_is_told(tmp_path: Path) -> None:

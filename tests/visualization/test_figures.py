@@ -20,7 +20,7 @@ from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.visualization.colours import hex_to_rgb, module_colours
 from mpma_mj.visualization.figures import write_figures
 from mpma_mj.visualization.responsibility_strip import Strip, label_runs
-from mpma_mj.visualization.video import dance_frames, write_video
+from mpma_mj.visualization.video import episode_frames, write_video
 
 LABELS = ("Y", "M", "C", "A")
 CONTEXT = np.repeat(np.eye(4), 10, axis=0)
@@ -127,7 +127,7 @@ def test_frames_show_arms_ghost_and_side(small_run: Path) -> None:
     trace = Trace.from_arrays({name: signal[:3] for name, signal in trace.to_arrays().items()})
 
     def first(camera: str = "front", **changes: np.ndarray) -> np.ndarray:
-        return next(dance_frames(replace(trace, **changes), motion, camera=camera))[:480].astype(
+        return next(episode_frames(replace(trace, **changes), motion, camera=camera))[:480].astype(
             int
         )
 
@@ -172,5 +172,5 @@ def test_frames_show_the_plant_that_is_on(small_run: Path) -> None:
     for plant in (0, 1):
         plants = np.full(len(arrays["action"]), plant)
         trace = Trace.from_arrays(arrays | {"plant": plants})
-        drawn.append(next(dance_frames(trace, motion, options=options, size=(160, 120))))
+        drawn.append(next(episode_frames(trace, motion, options=options, size=(160, 120))))
     assert not np.array_equal(*drawn)

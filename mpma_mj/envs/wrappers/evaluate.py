@@ -73,7 +73,7 @@ class _Recorder:
 class Evaluate(Wrapper):
     """Computes metrics of every episode that ends, and changes nothing.
 
-    It has to be the outermost wrapper, around a `FeedbackAssist` if there is one.
+    It must be the outermost wrapper, around a `FeedbackAssist` if there is one.
 
     Attributes:
         episode_metrics: For each episode that ended, by name: `p_e_percent`, `mpkpe_m` and
@@ -83,14 +83,7 @@ class Evaluate(Wrapper):
     """
 
     def __init__(self, env: dm_env.Environment) -> None:
-        """Wrap an environment.
-
-        Args:
-            env: Environment that `mpma_mj.load` returned, perhaps wrapped.
-
-        Raises:
-            BadOptionError: The environment has another interface than dm_env's.
-        """
+        """Wrap an environment; see `Wrapper`."""
         super().__init__(env)
         self._recorder = _Recorder()
         self.episode_metrics = self._recorder.episode_metrics
@@ -111,7 +104,7 @@ class Evaluate(Wrapper):
 class GymEvaluate(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
     """`Evaluate` for an environment of `gymnasium.make`, flat or not.
 
-    It has to be the outermost wrapper, around a `GymFeedbackAssist` if there is one.
+    It must be the outermost wrapper, around a `GymFeedbackAssist` if there is one.
 
     Attributes:
         episode_metrics: As of `Evaluate`.

@@ -46,7 +46,7 @@ class RecordVideo(Wrapper):
         super().__init__(env)
         if Path(path).suffix != ".mp4":
             raise BadOptionError(
-                option="path", value=str(path), expected="a name that ends in .mp4"
+                option="path", value=str(path), expected="a file name that ends in .mp4"
             )
         if "{" in str(path).replace(_NUMBER, ""):
             expected = f"no braces but those of {_NUMBER}"
@@ -75,7 +75,7 @@ class RecordVideo(Wrapper):
 
         Raises:
             RenderingError: OpenGL does not draw.
-            VideoError: The encoder is missing, or fails; the episode goes on without a video.
+            VideoError: The encoder is missing, or fails; the episode continues without a video.
             RunFolderError: The video's folder cannot be written.
         """
         if self._ghost is not None:

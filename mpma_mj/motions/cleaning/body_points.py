@@ -39,7 +39,7 @@ def turn_upright(trajectories: Trajectories, options: ReadingOptions, report: Im
     """
     points, where = trajectories.tracks, trajectories.where
     declared = trajectories.recording.up
-    up = find_up(points, declared, options.up, where, report, trajectories.lost_trunk)
+    up = find_up(points, declared, options.up, where, report, trajectories.removed_trunk)
     for name in list(points):
         points[name] = turn_z_up(points[name], up)
     check_segments(points, where, trajectories.first)
@@ -59,6 +59,6 @@ def measure_segments(
         varies = length.std() / length.mean()
         if varies > _MOST_VARIED:
             report.warn(
-                f"the {name}'s length varies by {100 * varies:.0f} %: a marker of it is elsewhere"
-                " for part of the time"
+                f"the {name}'s length varies by {100 * varies:.0f} %: one of its markers is"
+                " misplaced for part of the time"
             )

@@ -14,7 +14,7 @@ __all__ = ["calibration_frames", "cut_calibration_pose"]
 
 Array = NDArray[np.float64]
 
-_FASTER_THAN_HUMAN = 25.0  # rad/s; dances reach 15 (choice)
+_FASTER_THAN_HUMAN = 25.0  # rad/s; recorded dances reach 15 (choice)
 _FAR = 0.15  # rad from one frame to the next: farther than noise (choice)
 _SUDDEN = 0.25  # share of that speed at which human arms would already have been (choice)
 _STILL = 0.35  # rad: more than a T-pose sways (choice)
@@ -29,7 +29,7 @@ def cut_calibration_pose(
     count = calibration_frames(trajectories.tracks, trajectories.rate)
     if count:
         frames_cut = "the first frame is" if count == 1 else f"the first {count} frames are"
-        report.warn(f"{frames_cut} cut: a start-up pose")
+        report.warn(f"{frames_cut} cut: a calibration pose")
         trajectories.cut(count, trajectories.frames)
 
 
@@ -37,7 +37,7 @@ def calibration_frames(points: dict[str, Array], rate: float) -> int:
     """Count the frames before the motion itself.
 
     They end where arms leave their first pose, from one frame to the next, faster than any human
-    arm, go on so for up to a quarter of a second, and do not come back at once, as jumps do.
+    arm, stay so for up to a quarter of a second, and do not come back at once, as jumps do.
 
     Args:
         points: The points of `body.ARM_POINTS`, each shape (T, 3), without gaps.

@@ -15,7 +15,7 @@ __all__ = ["anti_alias", "data_cutoff", "filter_and_resample", "looked_at", "low
 Array = NDArray[np.float64]
 
 _CUTOFFS = np.arange(2.0, 20.25, 0.5)  # Hz, that are tried
-_HUMAN = (4.0, 10.0)  # Hz: slower cuts movement, faster keeps noise (choice, after Winter)
+_HUMAN = (4.0, 10.0)  # Hz: lower cuts motion, higher keeps noise (choice, after Winter)
 _LONGEST = 60.0  # s that are looked at for a cut-off
 _PADDING = 2.0  # periods of the cut-off, in which a filter has settled
 _BAND = 0.4  # share of a lower rate up to which resampling lets pass
@@ -26,7 +26,7 @@ _REACH = 40  # frames
 def filter_and_resample(
     trajectories: Trajectories, options: ReadingOptions, report: ImportReport
 ) -> None:
-    """Filter points and bring them to the rate that is wanted, at the wanted tempo."""
+    """Filter points and resample them to the requested rate and tempo."""
     points, rate, new_rate = trajectories.tracks, trajectories.rate, trajectories.new_rate
     if options.cutoff is not None:
         cutoff, how = options.cutoff, "as given"
@@ -47,7 +47,7 @@ def data_cutoff(points: Array, rate: float) -> float:
     """Choose the cut-off frequency by residual analysis.
 
     The residual R(f) between raw and filtered data falls along a line where only noise is
-    removed; extended to f = 0 the line gives the noise within the movement, and the cut-off is
+    removed; extended to f = 0 the line gives the noise within the motion, and the cut-off is
     where R reaches it: Winter (2009), Biomechanics and Motor Control of Human Movement, 4th
     ed., §3.4.4.3.
 

@@ -19,7 +19,7 @@ __all__ = ["cut_long_gaps", "fill_gaps", "interpolate", "refuse_unseen", "replac
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-_UNKNOWN = 0.5  # s: in a longer gap there may have been any movement (choice)
+_UNKNOWN = 0.5  # s: in a longer gap any motion is possible (choice)
 _SHORTEST = 0.25  # s: a shorter stretch is no motion (choice)
 
 
@@ -41,7 +41,7 @@ def refuse_unseen(
     for point in ARM_POINTS:
         if not trajectories.seen(groups[point]).any():
             raise MotionFileError(
-                f"{where}: {' and '.join(groups[point])} are never seen together, and the"
+                f"{where}: {' and '.join(groups[point])} are never seen together, but the"
                 f" {point.replace('_', ' ')} needs both"
             )
 
@@ -52,7 +52,7 @@ def cut_long_gaps(
     """Refuse long gaps of the arms, or keep the `longest` stretch without; cut gaps at the ends.
 
     Raises:
-        MotionFileError: A gap is longer than `max_gap`; says what would help.
+        MotionFileError: A gap is longer than `max_gap`; the message lists remedies.
     """
     gaps = [
         (*gap, name)
@@ -74,9 +74,9 @@ def replace_torso(
     """
     groups = trajectories.groups
     names = [name for point in TORSO_POINTS for name in groups.get(point, ())]
-    lost = {name for name in names if _long_gaps(trajectories, name, options.max_gap)}
-    if lost or not trajectories.seen(names).any():
-        _replace_torso(trajectories, names, lost, report)
+    removed = {name for name in names if _long_gaps(trajectories, name, options.max_gap)}
+    if removed or not trajectories.seen(names).any():
+        _replace_torso(trajectories, names, removed, report)
     _trim(trajectories, [*trajectories.tracks], "arms and the torso", report)
 
 
@@ -93,8 +93,8 @@ def fill_gaps(trajectories: Trajectories, options: ReadingOptions, report: Impor
         seconds = (end - first) / rate
         if seconds > _UNKNOWN:
             report.warn(
-                f"{name} is bridged over {seconds:.2f} s from frame {first + 1} on: that movement"
-                " is invented"
+                f"{name} is bridged over {seconds:.2f} s from frame {first + 1} on: the motion"
+                " there is a guess"
             )
         report.note(
             f"{name}: {_count(sum(e - f for f, e in gaps), 'missing sample')} bridged in"
@@ -142,7 +142,8 @@ def _trim(
     first, end = _trimmed((0, trajectories.frames), trajectories.seen(names))
     if end <= first:
         raise MotionFileError(
-            f"{trajectories.where}: at no time all markers of the {what} are seen; record it anew"
+            f"{trajectories.where}: the markers of the {what} are never all seen at once; record"
+            " it again"
         )
     last = trajectories.frames - end
     if first or last:
@@ -154,7 +155,7 @@ def _trim(
 
 
 def _without(name: str, trajectories: Trajectories) -> str:
-    """Return how to do without a marker that has others beside it; "" if it has none."""
+    """Return how to do without a marker of a point that has others; "" if it has none."""
     for point in ARM_POINTS:
         group = trajectories.groups[point]
         others = [other for other in group if other != name]
@@ -170,7 +171,7 @@ def _cut_to_longest(
     options: ReadingOptions,
     report: ImportReport,
 ) -> None:
-    """Keep the longest stretch without the gaps, if that is asked for and possible."""
+    """Keep the longest stretch without the gaps, if `longest` is set and it is possible."""
     rate, offset, frames = trajectories.rate, trajectories.first, trajectories.frames
     clean = np.ones(frames, bool)
     for first, end, _ in gaps:
@@ -202,36 +203,34 @@ def _cut_to_longest(
         ways.reverse()
     raise MotionFileError(
         f"{trajectories.where}: {described}, longer than {options.max_gap:g} s",
-        remedy=", or ".join(ways) or "too little is left; record it anew",
+        remedy=", or ".join(ways) or "too little would be left; record it again",
     )
 
 
 def _replace_torso(
-    trajectories: Trajectories, names: list[str], lost: set[str], report: ImportReport
+    trajectories: Trajectories, names: list[str], removed: set[str], report: ImportReport
 ) -> None:
     """Take the torso from other markers, or as upright where too few are left."""
     gaps = {name: runs(missing(trajectories.tracks[name])) for name in names}
     longest = {n: max((end - first for first, end in gaps[n]), default=0) for n in names}
     name = max(names, key=longest.__getitem__)
     missed = f"torso marker {name} is missing for up to {longest[name] / trajectories.rate:.2f} s"
-    others = _other_torso(trajectories, lost)
+    others = _other_torso(trajectories, removed)
     if others is None:
-        report.warn(
-            f"{missed}; the torso is taken as upright instead, so that a bend moves the arms"
-        )
+        report.warn(f"{missed}; the torso is assumed to be upright, so that bending moves the arms")
         pelvis, neck = map(trajectories.mean, TORSO_POINTS)
         seen = ~missing(neck - pelvis)
-        trajectories.lost_trunk = (neck - pelvis)[seen] if seen.any() else None
+        trajectories.removed_trunk = (neck - pelvis)[seen] if seen.any() else None
     else:
         used = "; ".join(f"{point} {' + '.join(group)}" for point, group in others.items())
-        report.warn(f"{missed}; the torso is taken from others: {used}")
+        report.warn(f"{missed}; the torso is computed from other markers: {used}")
     arms = {point: trajectories.groups[point] for point in ARM_POINTS}
     trajectories.groups = arms | (others or {})
     kept = {name for group in trajectories.groups.values() for name in group}
     trajectories.tracks = {n: track for n, track in trajectories.tracks.items() if n in kept}
 
 
-def _other_torso(trajectories: Trajectories, lost: set[str]) -> Groups | None:
+def _other_torso(trajectories: Trajectories, removed: set[str]) -> Groups | None:
     """Return torso points without some markers, None if too few are left.
 
     Of four markers of the pelvis, two in front and two behind, either pair will do; for the
@@ -243,7 +242,7 @@ def _other_torso(trajectories: Trajectories, lost: set[str]) -> Groups | None:
     necks = [neck, (*groups["left_shoulder"], *groups["right_shoulder"])]
     found: Groups = {}
     for point, choices in zip(TORSO_POINTS, (pelvises, necks), strict=True):
-        group = next((group for group in choices if not lost & set(group)), None)
+        group = next((group for group in choices if not removed & set(group)), None)
         if group is not None:
             found[point] = group
     markers = [name for group in found.values() for name in group]

@@ -43,8 +43,8 @@ def single_frame_jumps(track: Array, arm_length: float) -> NDArray[np.int_]:
     if not np.isfinite(away).any():
         return np.empty(0, int)
     usual = float(np.nanmedian(away))
-    beside = np.pad(np.nan_to_num(away), 1)
-    farthest = away >= np.maximum(beside[:-2], beside[2:])
+    padded = np.pad(np.nan_to_num(away), 1)
+    farthest = away >= np.maximum(padded[:-2], padded[2:])
     far = (away > _SHARE * arm_length) & (away > onward) & (away > _USUAL * usual)
     return np.flatnonzero(far & farthest) + 1
 

@@ -30,10 +30,10 @@ class Trajectories:
             not seen.
         groups: Which markers show which point of the body.
         rate: Frames per second of the recording, Hz.
-        new_rate: Postures per second that are wanted, Hz.
+        new_rate: Requested postures per second, Hz.
         recording: The file.
         first: Index of the first frame in the file.
-        lost_trunk: Vectors from pelvis to neck, shape (N, 3), of frames in which both are seen,
+        removed_trunk: Vectors from pelvis to neck, shape (N, 3), of frames in which both are seen,
             if they are seen too rarely to be a point.
     """
 
@@ -43,7 +43,7 @@ class Trajectories:
     new_rate: float
     recording: Recording
     first: int = 0
-    lost_trunk: Array | None = None
+    removed_trunk: Array | None = None
 
     @property
     def where(self) -> str:
@@ -97,7 +97,7 @@ def cut_time(trajectories: Trajectories, options: ReadingOptions, report: Import
         )
     if end is not None and end > duration + 1.0 / rate:
         report.warn(
-            f"the recording ends at {duration:.2f} s", remedy=f"{{end={end:g}}} asks for more"
+            f"the recording ends at {duration:.2f} s", remedy=f"{{end={end:g}}} is later than that"
         )
     if start == 0 and end is None:
         return
@@ -106,7 +106,7 @@ def cut_time(trajectories: Trajectories, options: ReadingOptions, report: Import
     if last - first < 2:
         raise BadOptionError(
             f"from {start:g} to {last / rate:.2f} s {where} has {max(0, last - first)} frame(s) at"
-            f" {rate:g} Hz; expected a longer time"
+            f" {rate:g} Hz; give a longer time"
         )
     trajectories.cut(first, last)
     report.note(f"cut to {start:g}-{last / rate:.2f} s, {last - first} frames, as requested")

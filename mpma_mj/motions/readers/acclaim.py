@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 _USUAL_RATE = 120.0  # Hz: of CMU's and HDM05's recordings; the format has no place for it
 _CHANNELS = {"tx", "ty", "tz", "rx", "ry", "rz", "l"}
 _BLOCK = 2048  # frames that are turned into places at once
-_MENDED = "export it anew, or give the right {skeleton}"
+_MENDED = "export it again, or give the right {skeleton}"
 
 
 @dataclass(frozen=True)
@@ -51,20 +51,20 @@ def read_acclaim(file: TextFile, skeleton: Path | None, report: ImportReport) ->
 
     Args:
         file: The AMC.
-        skeleton: Its ASF; looked for beside it if not given.
+        skeleton: Its ASF; looked for in its folder if not given.
         report: Gets which skeleton is taken, and what is odd.
 
     Raises:
         MotionFileError: There is no skeleton, or it is damaged.
     """
-    path = skeleton or _skeleton_beside(file.path, report)
+    path = skeleton or _skeleton_in_folder(file.path, report)
     try:
         asf = TextFile.open(path)
     except OSError as error:
         raise MotionFileError(f"{path}: cannot be read ({error.strerror})") from None
     if asf is None or not is_asf(asf.head(60)):
         raise MotionFileError(
-            f"{path}: is no ASF skeleton", remedy="give another one with {skeleton}"
+            f"{path}: is not an ASF skeleton", remedy="give another one with {skeleton}"
         )
     try:
         bones = _read_skeleton(asf)
@@ -81,24 +81,27 @@ def read_acclaim(file: TextFile, skeleton: Path | None, report: ImportReport) ->
         file.path,
         "ASF/AMC",
         tuple(bones.joints),
-        lambda wanted: _load(file, bones, wanted, report),
+        lambda names: _load(file, bones, names, report),
         rate=_USUAL_RATE,
         up="y",
     )
 
 
-def _skeleton_beside(path: Path, report: ImportReport) -> Path:
+def _skeleton_in_folder(path: Path, report: ImportReport) -> Path:
     """Return the ASF in the same folder whose name begins the AMC's, or the only one."""
     there = sorted(p for p in path.parent.iterdir() if p.suffix.lower() == ".asf")
     fitting = [p for p in there if re.match(rf"{re.escape(p.stem)}(?![^\W_])", path.stem)]
     if fitting:
         return max(fitting, key=lambda p: len(p.stem))
     if len(there) == 1:
-        report.warn(f"{there[0].name}, the only skeleton beside it, is used; is it that dancer's?")
+        report.warn(
+            f"{there[0].name}, the only skeleton in its folder, is used; check that it is of the"
+            " same person"
+        )
         return there[0]
     names = f" ({', '.join(p.name for p in there)} are there)" if there else ""
     raise MotionFileError(
-        f"{path}: needs its skeleton, an .asf file, which is not beside it{names}",
+        f"{path}: needs its skeleton, an .asf file, which is not in its folder{names}",
         remedy="give it with {skeleton}",
     )
 
@@ -130,7 +133,7 @@ def _read_skeleton(file: TextFile) -> _Skeleton:
     while parents:
         ready = [name for name, parent in parents.items() if parent == "root" or parent in channels]
         if not ready:
-            raise ValueError(f"bone {next(iter(parents))} hangs on nothing")
+            raise ValueError(f"bone {next(iter(parents))} has no parent")
         for name in ready:
             parent, bone = parents.pop(name), bones[name]
             dof = tuple(word.lower() for word in bone.get("dof", []))
@@ -149,7 +152,7 @@ def _read_skeleton(file: TextFile) -> _Skeleton:
 
 
 def _check_channels(bone: str, channels: Sequence[str], needed: Set[str] = frozenset()) -> None:
-    """Check a bone's degrees of freedom, each of which stands once."""
+    """Check a bone's degrees of freedom, each of which is given once."""
     if not needed <= set(channels) <= _CHANNELS or len(set(channels)) < len(channels):
         raise ValueError(f"{bone} has the channels {' '.join(channels)}")
 
@@ -174,7 +177,7 @@ def _axes(channels: Sequence[str]) -> str:
 def _numbers(words: Sequence[str]) -> Array:
     numbers = np.array(words, float)
     if not (np.abs(numbers) < FARTHEST).all():
-        raise ValueError(f"{' '.join(words)} are no lengths or angles")
+        raise ValueError(f"{' '.join(words)} are not lengths or angles")
     return numbers
 
 
@@ -211,7 +214,7 @@ def _load(
     blocks = iter(lambda: list(itertools.islice(frames, _BLOCK)), [])
     tracks = tracks_of(map(positions, blocks), names)
     if not len(tracks[names[0]]):
-        raise MotionFileError(f"{file.path}: has no frames; export the motion anew")
+        raise MotionFileError(f"{file.path}: has no frames; export the motion again")
     return tracks
 
 
@@ -231,7 +234,7 @@ def _frames(
                 if int(words[0]) != int(number) + 1:
                     report.warn(
                         f"line {index}: after frame {number} comes frame {words[0]}; frames are"
-                        " taken as following one another"
+                        " treated as consecutive"
                     )
             number, values, rows = words[0], {}, 0
         elif number and words:
@@ -241,14 +244,14 @@ def _frames(
     if number and rows < bones_a_frame:
         raise MotionFileError(
             f"{file.path}: frame {number}, where the file ends, has {rows} of {bones_a_frame}"
-            " bones; export it anew, or delete that frame"
+            " bones; export it again, or delete that frame"
         )
     if number and file.ends_whole:
         yield _frame_values(file.path, number, bones, values)
     elif number:
         report.warn(
-            f"the file ends in frame {number} without an end of line, perhaps within a number;"
-            " that frame is not used"
+            f"the file ends in frame {number} without a line break, perhaps within a number; that"
+            " frame is not used"
         )
 
 

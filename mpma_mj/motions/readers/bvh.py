@@ -57,22 +57,22 @@ def read_bvh(file: TextFile, report: ImportReport) -> Recording:
         seconds = _number(*frame_time)
     except StopIteration:
         raise MotionFileError(
-            f"{file.path}: ends within the hierarchy or before the first frame; export it anew"
+            f"{file.path}: ends within the hierarchy or before the first frame; export it again"
         ) from None
     except (ValueError, IndexError) as error:
-        raise MotionFileError(f"{file.path}: {error}; export the BVH anew") from None
+        raise MotionFileError(f"{file.path}: {error}; export the BVH again") from None
     number, row = next(((n, row) for n, row in lines if row.strip()), (0, ""))
     if row and len(row.split()) != skeleton.columns:
         raise MotionFileError(
             f"{file.path}: line {number} has {len(row.split())} values, but the hierarchy has"
-            f" {skeleton.columns} channels; export the BVH anew"
+            f" {skeleton.columns} channels; export the BVH again"
         )
     grid = Grid(file, number - 1, None, skeleton.columns)
     return Recording(
         file.path,
         "BVH",
         tuple(skeleton.names),
-        lambda wanted: _load(file.path, grid if row else None, skeleton, wanted, report),
+        lambda names: _load(file.path, grid if row else None, skeleton, names, report),
         rate=_rate(seconds, frame_time[0]),
         up="y",
         frames=int(frames),
@@ -109,7 +109,7 @@ def _read_hierarchy(lines: Iterator[tuple[int, str]]) -> _Skeleton:
 
 
 def _add_joint(skeleton: _Skeleton, name: str, open_joints: list[str]) -> str:
-    """Add a joint, and return what it is called here: a name that stands twice gets a number."""
+    """Add a joint, and return its unique name: a repeated name gets a number."""
     skeleton.names.append(name)
     if name in skeleton.joints:
         skeleton.twice += 1
@@ -129,11 +129,11 @@ def _add_channels(skeleton: _Skeleton, name: str, words: list[str], number: int)
     channels = [word.upper() for word in words[2:]]
     known = [f"{axis}{kind}" for axis in "XYZ" for kind in ("POSITION", "ROTATION")]
     if len(words) < 2 or str(len(channels)) != words[1] or not set(channels) <= set(known):
-        raise ValueError(f"line {number}: '{' '.join(words)[:60]}' is no list of channels")
+        raise ValueError(f"line {number}: '{' '.join(words)[:60]}' is not a list of channels")
     if len(set(channels)) < len(channels) or name in skeleton.turning:
-        raise ValueError(f"line {number}: a channel stands twice")
+        raise ValueError(f"line {number}: a channel is given twice")
     if not name:
-        raise ValueError(f"line {number}: CHANNELS of no joint")
+        raise ValueError(f"line {number}: CHANNELS outside a joint")
     place = {channel: skeleton.columns + i for i, channel in enumerate(channels)}
     skeleton.columns += len(channels)
     turns = [channel for channel in channels if channel.endswith("ROTATION")]

@@ -86,7 +86,7 @@ def read_c3d(path: Path, report: ImportReport) -> Recording:
         start = file.read(4)
         section = start + file.read(max(start[2] * _BLOCK - 4, 0) if len(start) == 4 else 0)
     if len(header) < _BLOCK or len(section) < max(4, section[2] * _BLOCK if section[2:] else 4):
-        raise MotionFileError(f"{path}: ends within its parameters; export the C3D anew")
+        raise MotionFileError(f"{path}: ends within its parameters; export the C3D again")
     processor = section[3]
     try:
         parameters = _read_parameters(section, processor)
@@ -94,7 +94,9 @@ def read_c3d(path: Path, report: ImportReport) -> Recording:
         names = _names(parameters, layout.points)
         spans = _spans(parameters, (first - 1) / rate if rate else 0.0, report)
     except _DAMAGED as error:
-        raise MotionFileError(f"{path}: has damaged parameters ({error}); export it anew") from None
+        raise MotionFileError(
+            f"{path}: has damaged parameters ({error}); export it again"
+        ) from None
     if layout.frame_bytes == 0 or not layout.points:
         raise MotionFileError(f"{path}: has no points; export the C3D with its trajectories")
     held = max(0, size - layout.start) // layout.frame_bytes
@@ -106,7 +108,7 @@ def read_c3d(path: Path, report: ImportReport) -> Recording:
         path,
         "C3D",
         tuple(name for name in names if name),
-        lambda wanted: _load(path, layout, min(held, layout.frames), indices, wanted),
+        lambda names: _load(path, layout, min(held, layout.frames), indices, names),
         rate=rate,
         unit=UNITS.get(unit),
         up=next((up for up in UPS if up == screen), None),
@@ -188,7 +190,7 @@ def _read_layout(
     scale = float(_first(parameters, "POINT:SCALE", _floats(header[12:16], processor)[0]))
     rate = float(_first(parameters, "POINT:RATE", _floats(header[20:24], processor)[0]))
     frames = last - first + 1
-    if last >= _LONG:  # then it is one of these that tells
+    if last >= _LONG:  # then one of these holds it
         ends = [parameters.get(f"TRIAL:ACTUAL_{end}_FIELD", ()) for end in ("START", "END")]
         if all(len(end) == 2 for end in ends):
             first, last = (int(end[0]) + (int(end[1]) << 16) for end in ends)
@@ -196,10 +198,10 @@ def _read_layout(
         most = max(frames, int(_first(parameters, "POINT:FRAMES", frames)))
         frames = int(_first(parameters, "POINT:LONG_FRAMES", most))
     layout = _Layout((start - 1) * _BLOCK, points, analog, scale, processor, frames)
-    if last == _LONG and points:  # the most that the header can say: none of them tells
+    if last == _LONG and points:  # the largest that the header can hold: none of them holds it
         held = (size - layout.start) // layout.frame_bytes
         if (held - frames) * layout.frame_bytes > _BLOCK:
-            report.warn(f"the file cannot say how many frames it has; {held} are there")
+            report.warn(f"the header cannot hold the number of frames; {held} were found")
             layout = replace(layout, frames=held)
     if start < 2 or frames < 1 or scale == 0 or not np.isfinite(scale):
         raise ValueError(f"{frames} frames from block {start}, scale {scale:g}")
@@ -244,15 +246,15 @@ def _load(
 ) -> Tracks:
     """Read the trajectories of some points, each shape (T, 3), NaN where not seen."""
     if not frames:
-        raise MotionFileError(f"{path}: ends before its first frame; export it anew")
+        raise MotionFileError(f"{path}: ends before its first frame; export it again")
     points = np.empty((len(names), frames, 3))
-    wanted = [indices[name] for name in names]
+    chosen = [indices[name] for name in names]
     at_once = max(1, _BYTES_AT_ONCE // layout.frame_bytes)
     with path.open("rb") as file:
         file.seek(layout.start)
         for first in range(0, frames, at_once):
             count = min(at_once, frames - first)
-            block = _block(file.read(count * layout.frame_bytes), layout)[:, wanted]
+            block = _block(file.read(count * layout.frame_bytes), layout)[:, chosen]
             seen = (block[..., 3] >= 0) & (block[..., :3] != 0).any(axis=2)
             with np.errstate(invalid="ignore", over="ignore"):  # of damaged files
                 places = block[..., :3] * (layout.scale if layout.scale > 0 else 1.0)

@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 _DRIFT = 0.25  # frames
 _UNEVEN, _OFTEN = 0.25, 0.05  # frames that a step is off; share of the steps (choice)
-_LOOKED_AT = 4096  # times, the first ones, that tell the rate and how it is rounded
+_LOOKED_AT = 4096  # first times, from which the rate and its rounding are estimated
 _UNITS_OF_TIME = {"milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
 _FASTEST = 1000.0  # Hz that such times are taken to make
 _MOST_MISSING = 10  # times as many frames as there are rows: then the numbers are wrong instead
@@ -39,12 +39,12 @@ def load_columns(
     Args:
         grid: The rows.
         columns: For each name the column of x; y and z follow.
-        names: Points that are wanted.
+        names: Requested points.
         report: Gets what is odd about the rows.
         frame_column: Column of the frame's number, if there is one: frames that it leaves out
             are gaps.
         time_column: Column of the frame's time, if there is one: it counts for more than the
-            number, which often goes on where frames were dropped.
+            number, which often continues where frames were dropped.
 
     Returns:
         Trajectories by name, each shape (T, 3); not seen, or exactly 0, 0, 0, is NaN.
@@ -53,8 +53,8 @@ def load_columns(
         MotionFileError: There is no row, or one cannot be read.
     """
     counter = [column for column in (time_column, frame_column) if column is not None]
-    wanted = counter + [columns[name] + axis for name in names for axis in range(3)]
-    rows = stack(grid.blocks(wanted, report, counters=len(counter)), len(wanted))
+    cells = counter + [columns[name] + axis for name in names for axis in range(3)]
+    rows = stack(grid.blocks(cells, report, counters=len(counter)), len(cells))
     if not len(rows):
         raise MotionFileError(
             f"{grid.file.path}: has a header but no frames; export the coordinates too"
@@ -145,7 +145,7 @@ def rate_of_times(
     Args:
         grid: The rows.
         time_column: Column of the times, s.
-        declared: The rate that the header tells, Hz, if it does.
+        declared: The rate that the header declares, Hz, if any.
         report: Gets a warning where the two contradict each other, or frames come unevenly.
 
     Returns:
@@ -160,18 +160,20 @@ def rate_of_times(
     for unit, scale in _UNITS_OF_TIME.items():
         if rate < 1.0 <= scale * rate <= _FASTEST:
             rate, steps = scale * rate, steps / scale
-            report.warn(f"the times are taken as {unit}, which makes {rate:.4g} Hz")
+            report.warn(f"the times are read as {unit}, which gives {rate:.4g} Hz")
             break
     if _come_unevenly(times):
-        report.warn(f"the frames come unevenly; they are interpolated to an even {rate:.4g} Hz")
-        return rate  # which the interpolation has, whatever the header says
+        report.warn(
+            f"the frames are unevenly spaced; they are interpolated to an even {rate:.4g} Hz"
+        )
+        return rate  # of the interpolation, whatever the header declares
     # Times are rounded, so that only a clear difference is one.
     if declared is not None and abs(rate - declared) < 0.02 * declared:
         return declared
     if declared is not None:
         report.warn(
-            f"the header says {declared:g} Hz, the frames' times {rate:.4g} Hz; {rate:.4g} Hz is"
-            " used",
+            f"the header declares {declared:g} Hz, the times of the frames {rate:.4g} Hz;"
+            f" {rate:.4g} Hz is used",
             remedy="{rate_in} overrides it",
         )
     # So are rates, unless that would gain or lose a good part of a frame.
@@ -187,12 +189,12 @@ def _coarse_rate(times: Array, declared: float | None, report: ImportReport) -> 
     if declared is None and span > 0 and (np.diff(times) >= 0).all():
         rate = (len(times) - 1) / span
         report.warn(
-            f"the times are too coarse to tell frames apart; {rate:.4g} Hz is used, by their"
-            " first and last",
+            f"the times are too coarse to distinguish frames; {rate:.4g} Hz is used, from the"
+            " first and last time",
             remedy="{rate_in} overrides it",
         )
         return rate
-    report.warn("the column of times does not rise throughout; it is not used")
+    report.warn("the column of times does not ascend throughout; it is not used")
     return declared
 
 
@@ -204,8 +206,8 @@ def _places(numbers: Array, grid: Grid, report: ImportReport) -> NDArray[np.int_
     if not even.all():
         bad = int(np.argmin(even))
         report.warn(
-            f"the frame numbers jump at line {grid.first + bad + 2}; rows are taken as following"
-            " one another"
+            f"the frame numbers jump at line {grid.first + bad + 2}; rows are treated as"
+            " consecutive"
         )
         return None
     places = ((numbers - numbers[0]) / usual).astype(int)
@@ -214,8 +216,8 @@ def _places(numbers: Array, grid: Grid, report: ImportReport) -> NDArray[np.int_
         return None
     if missing > _MOST_MISSING * len(places):
         report.warn(
-            f"the frame numbers leave out {missing} frames of {places[-1] + 1}; rows are taken"
-            " as following one another"
+            f"the frame numbers omit {missing} frames of {places[-1] + 1}; rows are treated as"
+            " consecutive"
         )
         return None
     first = int(np.argmax(np.diff(places) > 1))

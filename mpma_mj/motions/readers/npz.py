@@ -43,7 +43,7 @@ def read_archive(path: Path) -> dict[str, NDArray[Any]]:
         arrays = {}
     if not arrays or not all(isinstance(array, np.ndarray) for array in arrays.values()):
         raise MotionFileError(
-            f"{path}: is a damaged archive, or none of NumPy arrays; write it anew"
+            f"{path}: is a damaged archive, or not one of NumPy arrays; write it again"
         )
     return arrays
 

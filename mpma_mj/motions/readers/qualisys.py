@@ -52,7 +52,7 @@ def read_qualisys(file: TextFile, report: ImportReport) -> Recording:
     if first < len(lines) and extra not in (0, 1, 2):
         raise MotionFileError(
             f"{path}: line {first + 1} has {grid.width} columns, expected {3 * len(names)}: x, y,"
-            f" z for each of {len(names)} markers; export the file anew"
+            f" z for each of {len(names)} markers; export the file again"
         )
     columns = {name: extra + 3 * i for i, name in reversed([*enumerate(names)])}
     counted = 0 if extra > 0 and _counts(grid) else None
@@ -60,7 +60,7 @@ def read_qualisys(file: TextFile, report: ImportReport) -> Recording:
         path,
         "Qualisys TSV",
         tuple(names),
-        lambda wanted: load_columns(grid, columns, wanted, report, frame_column=counted),
+        lambda names: load_columns(grid, columns, names, report, frame_column=counted),
         rate=_number(path, header, "FREQUENCY"),
         unit=UNITS["mm"],
         up="z",

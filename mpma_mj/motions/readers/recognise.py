@@ -23,7 +23,7 @@ TEXT_FORMATS: dict[Callable[[list[str]], bool], TextReader] = {
 }
 """Readers of text, each by what recognises its format by the first lines of a file."""
 
-_HEAD = 40  # lines in which a text file says what it is
+_HEAD = 40  # lines that identify the format of a text file
 # Formats that are met and cannot be read, by their first bytes, and the remedy.
 _FOREIGN = {
     b"Kaydara FBX": ("an FBX scene", "export it as BVH"),
@@ -58,7 +58,7 @@ def open_recording(path: Path, report: ImportReport, *, skeleton: Path | None = 
             f"{path}: is {recording.format}", remedy="leave out {skeleton}, which is for AMC"
         )
     if recording.rate is not None and not RATES[0] <= recording.rate <= RATES[1]:
-        report.warn(f"{recording.rate:g} Hz, as the file says, cannot be; it is not used")
+        report.warn(f"{recording.rate:g} Hz, as the file declares, is impossible; it is not used")
         recording = replace(recording, rate=None)
     if not recording.names:
         raise MotionFileError(f"{path}: names no point at all; export the recording with names")
@@ -67,7 +67,7 @@ def open_recording(path: Path, report: ImportReport, *, skeleton: Path | None = 
 
 def _open(path: Path, head: bytes, report: ImportReport, skeleton: Path | None) -> Recording:
     if not head.strip():
-        raise MotionFileError(f"{path}: is empty; export the recording anew")
+        raise MotionFileError(f"{path}: is empty; export the recording again")
     for start, (what, remedy) in _FOREIGN.items():
         if head.startswith(start):
             raise MotionFileError(f"{path}: is {what}", remedy=remedy)
@@ -77,7 +77,9 @@ def _open(path: Path, head: bytes, report: ImportReport, skeleton: Path | None) 
         return c3d.read_c3d(path, report)
     text = TextFile.open(path)
     if text is None:
-        raise MotionFileError(f"{path}: is binary and no C3D or npz; export it as one of those")
+        raise MotionFileError(
+            f"{path}: is binary, but neither C3D nor npz; export it as one of those"
+        )
     lines = text.head(_HEAD)
     if acclaim.is_asf(lines):
         raise MotionFileError(f"{path}: is a skeleton; give the .amc with the motion instead")

@@ -58,7 +58,7 @@ def joint_positions(
 
     Args:
         joints: The skeleton, by name.
-        names: Joints that are wanted.
+        names: Requested joints.
         angles: For each joint that turns the angles about its axes, each shape (T, axes), rad.
         translations: For each joint that moves its place in the parent's frame, shape (T, 3),
             which stands instead of the offset.

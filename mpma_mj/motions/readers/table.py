@@ -59,7 +59,7 @@ def read_table(file: TextFile, report: ImportReport) -> Recording:
     """Read the header of a table.
 
     Raises:
-        MotionFileError: No row says which columns are x, y and z.
+        MotionFileError: No row names the columns of x, y and z.
     """
     header = _find_header(file)
     first = _first_numbers(header)
@@ -79,7 +79,7 @@ def read_table(file: TextFile, report: ImportReport) -> Recording:
         if grid.width < fewest or more == 1 or (more > 0 and grid.separator == ","):
             raise MotionFileError(
                 f"{file.path}: line {line + 1} has {grid.width} columns, but the header names"
-                f" {len(header.rows[header.axes])}; export the file anew"
+                f" {len(header.rows[header.axes])}; export the file again"
             )
         if timer is not None:
             rate = rate_of_times(grid, timer, rate, report)
@@ -88,8 +88,8 @@ def read_table(file: TextFile, report: ImportReport) -> Recording:
         file.path,
         "table",
         names,
-        lambda wanted: load_columns(
-            grid, columns, wanted, report, frame_column=counter, time_column=timer
+        lambda names: load_columns(
+            grid, columns, names, report, frame_column=counter, time_column=timer
         ),
         rate=rate,
         unit=_unit(header, columns, first),
@@ -111,7 +111,7 @@ def _find_header(file: TextFile) -> _Header:
             rows = [[cell.strip() for cell in line.split(separator)] for line in lines]
             return _Header(rows, index, start)
     raise MotionFileError(
-        f"{file.path}: no known recording, and no table either: no header row names columns like"
+        f"{file.path}: is no recording of a known format, and no header row names columns such as"
         " left_wrist_x, left_wrist_y, left_wrist_z; export as C3D, BVH, ASF/AMC, TRC, Qualisys"
         " TSV or CSV with a header"
     )

@@ -28,9 +28,9 @@ Array = NDArray[np.float64]
 FARTHEST = 1e9
 """What is farther away, in any unit, is no coordinate."""
 
-_HEAD = 65536  # bytes from which the encoding is told
+_HEAD = 65536  # bytes from which the encoding is detected
 _BLOCK = 4096  # rows that are turned into numbers at once
-_LOOK = 20  # rows from which the way of writing numbers is told
+_LOOK = 20  # rows from which the number format is detected
 _QUOTED_COMMA = re.compile(r'"([-+]?\d*),(\d+)"')  # which is decimal: commas separate cells
 _MISSING = {"", "nan", "null", "none", "n/a", "na", "-", "--"}
 _BYTE_ORDER_MARKS = {
@@ -103,7 +103,7 @@ class Grid:
 
     @classmethod
     def starting(cls, file: TextFile, first: int, *, columns: int = 0) -> Grid:
-        """Return the grid whose first row is at a line, told from that row.
+        """Return the grid whose first row is at a line, detected from that row.
 
         Args:
             file: The file.
@@ -133,7 +133,7 @@ class Grid:
         """Iterate over blocks of rows.
 
         Args:
-            columns: Which cells of each row are wanted, by index.
+            columns: Indices of the requested cells of each row.
             report: Gets a warning where rows are left out.
             counters: How many of the columns, the first ones, are no coordinates.
 
@@ -141,7 +141,7 @@ class Grid:
             Numbers, shape (rows, number of `columns`); a missing one is NaN.
 
         Raises:
-            MotionFileError: A row has too few or too many cells, or a wanted cell is no number;
+            MotionFileError: A row has too few or too many cells, or a requested cell no number;
                 names line and column.
         """
         rows = self._rows(report)
@@ -153,7 +153,7 @@ class Grid:
                 row, column = np.argwhere(wild)[0] + [0, counters]
                 raise MotionFileError(
                     f"{self.file.path}: line {start + row + 1}, column {columns[column] + 1}:"
-                    f" {block[row, column]:g} is no coordinate; mend that cell, or empty it"
+                    f" {block[row, column]:g} is not a coordinate; correct that cell, or clear it"
                 )
             yield block
             start += len(lines)
@@ -183,8 +183,8 @@ class Grid:
             yield from held[:1]
         else:
             report.warn(
-                f"the file ends in line {index + 1} without an end of line, perhaps within a"
-                " number; that row is not used"
+                f"the file ends in line {index + 1} without a line break, perhaps within a number;"
+                " that row is not used"
             )
 
     def _is_empty(self, line: str) -> bool:
@@ -209,7 +209,7 @@ class Grid:
             where = ", where the file ends," if last else ""
             raise MotionFileError(
                 f"{self.file.path}: line {index + 1}{where} has {cells} columns, expected"
-                f" {self.width}; export the file anew, or delete that line"
+                f" {self.width}; export the file again, or delete that line"
             )
         if separator and (separator * 2 in line or line[0] == separator or line[-1] == separator):
             return separator.join(cell.strip() or "nan" for cell in line.split(separator))
@@ -239,7 +239,7 @@ class Grid:
             if not (is_number(cell) or cell.lower() in _MISSING):
                 raise MotionFileError(
                     f"{self.file.path}: line {index + 1}, column {column + 1}:"
-                    f" '{printable(cell[:40])}' is not a number; mend that cell, or empty it"
+                    f" '{printable(cell[:40])}' is not a number; correct that cell, or clear it"
                 )
             numbers.append(float(cell) if is_number(cell) else np.nan)
         return numbers

@@ -33,7 +33,7 @@ def read_trc(file: TextFile, report: ImportReport) -> Recording:
     lines = file.head(_HEADER + 5)
     if len(lines) < _HEADER:
         raise MotionFileError(
-            f"{path}: ends after {len(lines)} lines, within the header; export the file anew"
+            f"{path}: ends after {len(lines)} lines, within the header; export the file again"
         )
     separator = "\t" if "\t" in lines[1] else ","
     keys, values, titles = ([c.strip() for c in row.split(separator)] for row in lines[1:4])
@@ -52,14 +52,14 @@ def read_trc(file: TextFile, report: ImportReport) -> Recording:
         if grid.width < max(columns.values(), default=0) + 3:
             raise MotionFileError(
                 f"{path}: line {first + 1} has {grid.width} columns, fewer than x, y, z for each"
-                f" of {len(names)} markers; export the file anew"
+                f" of {len(names)} markers; export the file again"
             )
         rate = rate_of_times(grid, 1, rate, report)
     return Recording(
         path,
         "TRC",
         tuple(names),
-        lambda wanted: load_columns(grid, columns, wanted, report, frame_column=0, time_column=1),
+        lambda names: load_columns(grid, columns, names, report, frame_column=0, time_column=1),
         rate=rate,
         unit=UNITS.get(header.get("Units", "").lower()),
         frames=int(frames) if frames else None,

@@ -76,7 +76,9 @@ def test_a_video_that_fails_leaves_nothing_and_the_episode_goes_on(
     encoder("exit 3")
     env = RecordVideo(ymca(), tmp_path / "dance.mp4")
     env.reset()
-    with pytest.raises(VideoError, match=r"dance\.mp4: no new video, ffmpeg failed: exit code 3"):
+    with pytest.raises(
+        VideoError, match=r"dance\.mp4: the video was not written: ffmpeg failed: exit code 3"
+    ):
         env.step(np.zeros(8))
     assert list(tmp_path.iterdir()) == []
     env.step(np.zeros(8))

@@ -97,7 +97,7 @@ def test_what_is_cut_is_told_and_time_still_counts_from_the_files_first_frame(
     path = write_tsv(markers_of(dancer(after_t_pose(90))))
     cut = import_motion(path, ReadingOptions(cutoff=6.0, labels=str(labels)))
     np.testing.assert_allclose(cut.motion.posture, plain.motion.posture, atol=1e-9)
-    assert cut.report.warnings == ["the first 90 frames are cut: a start-up pose"]
+    assert cut.report.warnings == ["the first 90 frames are cut: a calibration pose"]
     np.testing.assert_allclose(cut.report.times, 1.5 + np.arange(len(cut.motion)) / 20.0)
     assert cut.motion.context[:, 0].sum() == 30
 

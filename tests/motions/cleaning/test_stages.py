@@ -128,7 +128,7 @@ def test_gaps_are_bridged_or_refused_with_ways_that_work(gaps: Gaps) -> None:
         begin, frames = found[0].first, found[0].frames
         assert (begin + 1, begin + frames) == (int(kept[1]), int(kept[2]))
         assert float(kept[3]) == pytest.approx(frames / RATE, abs=0.006)
-    assert wider or kept or "record it anew" in message
+    assert wider or kept or "record it again" in message
 
 
 @settings(max_examples=50)
@@ -144,7 +144,7 @@ def test_the_longest_clean_stretch_is_kept(gaps: Gaps) -> None:
     seen = [np.flatnonzero(whole[first:end]) for first, end in runs(clean)]
     best = max((inside[-1] - inside[0] + 1 for inside in seen if len(inside)), default=0)
     if best < LONG:  # too little for a movement
-        with pytest.raises(MotionFileError, match=r"^[^\n]*(record it anew|max_gap=[\d.]+)$"):
+        with pytest.raises(MotionFileError, match=r"^[^\n]*(record it again|max_gap=[\d.]+)$"):
             cleaned(tracks, longest=True)
     else:
         assert cleaned(tracks, longest=True)[0].frames == best
@@ -266,7 +266,9 @@ def read_bent(path: Path, change: Change = lambda tracks: None) -> tuple[Array, 
 def test_a_torso_without_its_neck_is_taken_from_the_shoulders(tmp_path: Path) -> None:
     _, report = read_bent(tmp_path / "a.npz", without("neck", slice(100, 140)))
     (warning,) = report.warnings
-    assert warning.endswith("from others: pelvis pelvis; neck left_shoulder + right_shoulder")
+    assert warning.endswith(
+        "from other markers: pelvis pelvis; neck left_shoulder + right_shoulder"
+    )
 
 
 def test_of_a_pelvis_either_pair_will_do(write_tsv: WriteTsv) -> None:
@@ -282,7 +284,7 @@ def test_of_a_pelvis_either_pair_will_do(write_tsv: WriteTsv) -> None:
     markers["LASI"][:40] = np.nan
     imported = import_motion(write_tsv(markers), ReadingOptions())
     assert (
-        "LASI is missing for up to 0.67 s; the torso is taken from others"
+        "LASI is missing for up to 0.67 s; the torso is computed from other markers"
         in (imported.report.warnings[0])
     )
     assert imported.report.groups["pelvis"] == ("LPSI", "RPSI")
@@ -304,8 +306,8 @@ def test_a_torso_without_its_markers_is_taken_as_upright(
     assert np.abs(posture - whole).max() > 0.3
     seconds = len(np.arange(228)[frames]) / RATE
     assert report.warnings == [
-        f"torso marker {name} is missing for up to {seconds:.2f} s; the torso is taken as upright"
-        " instead, so that a bend moves the arms"
+        f"torso marker {name} is missing for up to {seconds:.2f} s; the torso is assumed to be"
+        " upright, so that bending moves the arms"
     ]
 
 
@@ -373,5 +375,5 @@ def test_arms_that_are_never_seen_together_are_refused() -> None:
     tracks["left_wrist"][:120] = np.nan
     tracks["right_wrist"][110:] = np.nan
     for options in ({}, {"longest": True}, {"max_gap": 100.0}):
-        with pytest.raises(MotionFileError, match=r"^dance\.x: [^\n]*record it anew$"):
+        with pytest.raises(MotionFileError, match=r"^dance\.x: [^\n]*record it again$"):
             cleaned(tracks, **options)

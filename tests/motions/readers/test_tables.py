@@ -115,7 +115,7 @@ def test_a_zip_of_something_else_is_refused(tmp_path: Path) -> None:
 
     with zipfile.ZipFile(tmp_path / "dance.npz", "w") as archive:
         archive.writestr("xl/workbook.xml", "<workbook/>")
-    with pytest.raises(MotionFileError, match="none of NumPy arrays"):
+    with pytest.raises(MotionFileError, match="not one of NumPy arrays"):
         read(tmp_path / "dance.npz")
 
 
@@ -262,7 +262,7 @@ def test_frame_numbers_that_stand_still_are_told(tmp_path: Path, points: writers
     path.write_text("\n".join(lines) + "\n")
     _, tracks, report = read(path)
     assert_same(tracks, points)
-    assert "the column of times does not rise throughout" in report.warnings[0]
+    assert "the column of times does not ascend throughout" in report.warnings[0]
     assert "the frame numbers jump at line 8" in report.warnings[1]
 
 
@@ -415,7 +415,7 @@ def test_a_rate_that_the_times_contradict_is_told(tmp_path: Path, points: writer
     path.write_text(text)
     recording, _, report = read(path)
     assert recording.rate == pytest.approx(100.0)
-    assert "the header says 200 Hz, the frames' times 100 Hz" in report.warnings[0]
+    assert "the header declares 200 Hz, the times of the frames 100 Hz" in report.warnings[0]
 
 
 def test_times_in_milliseconds_are_not_taken_for_seconds(
@@ -425,7 +425,7 @@ def test_times_in_milliseconds_are_not_taken_for_seconds(
     path.write_text(writers.header_row_text(points, 0.1))
     recording, _, report = read(path)
     assert recording.rate == pytest.approx(100.0)
-    assert report.warnings == ["the times are taken as milliseconds, which makes 100 Hz"]
+    assert report.warnings == ["the times are read as milliseconds, which gives 100 Hz"]
 
 
 def test_rows_that_the_times_leave_out_are_gaps(tmp_path: Path, points: writers.Points) -> None:
@@ -474,7 +474,7 @@ def test_uneven_frames_are_interpolated_to_even_ones(tmp_path: Path) -> None:
     path = tmp_path / "webcam.csv"
     path.write_text("\n".join(rows) + "\n")
     recording, tracks, report = read(path)
-    assert "come unevenly" in report.warnings[0]
+    assert "unevenly spaced" in report.warnings[0]
     assert recording.rate is not None
     for name, track in tracks.items():
         even = np.arange(len(track)) / recording.rate
@@ -509,8 +509,8 @@ def test_angles_are_no_places(tmp_path: Path, points: writers.Points) -> None:
         (bytes(range(256)) * 9, "is binary"),
         (b"Kaydara FBX Binary  \0", "is an FBX scene; export it as BVH"),
         (b"\x80\x04\x95", "pickle"),
-        (b"time,x,y\n0,1,2\n", "no known recording"),
-        (b"hello\n", "no known recording"),
+        (b"time,x,y\n0,1,2\n", "no recording of a known format"),
+        (b"hello\n", "no recording of a known format"),
     ],
 )
 def test_what_is_no_recording_is_refused(tmp_path: Path, content: bytes, message: str) -> None:

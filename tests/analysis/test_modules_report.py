@@ -1,6 +1,6 @@
 import numpy as np
 
-from mpma_mj.analysis.modules_table import joint_terms
+from mpma_mj.analysis.modules_report import joint_terms
 
 
 def test_a_synergy_is_named_by_the_joints_that_make_it_up_the_strongest_first() -> None:

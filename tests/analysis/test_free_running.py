@@ -7,13 +7,13 @@ import pytest
 
 from mpma_mj import MPMAConfig, make_agent
 from mpma_mj.agents import Agent
-from mpma_mj.agents.free_running import (
+from mpma_mj.agents.wrappers import AlteredContext
+from mpma_mj.analysis.free_running import (
     ClosedLoop,
     DemonstrationSource,
     FreeRunning,
     OwnPrediction,
 )
-from mpma_mj.agents.wrappers import AlteredContext
 from mpma_mj.envs.load import load
 from mpma_mj.errors import BadOptionError
 from mpma_mj.training.rollout import record_epoch
