@@ -19,7 +19,7 @@ from mpma_mj.errors import RenderingError
 from mpma_mj.kinematics import SIDES
 from mpma_mj.motions import ymca
 
-hypothesis.settings.register_profile("steady", deadline=None)
+hypothesis.settings.register_profile("steady", deadline=None, max_examples=40)
 hypothesis.settings.load_profile("steady")
 
 # The matrices are small: more threads wait for each other, the more so in parallel tests.

@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -114,25 +115,36 @@ def test_what_stops_a_run_from_outside_is_one_line(
     assert len(printed.splitlines()) == 1
 
 
-@pytest.mark.parametrize("words", [["motion", "ymca"], ["imitate", "--help"], ["--version"]])
-def test_output_that_nobody_reads_any_more_ends_the_command_quietly(
-    words: list[str], tmp_path: Path
-) -> None:
+def main_that_nobody_reads(words: Sequence[object], monkeypatch: pytest.MonkeyPatch) -> int:
+    """Run the command with a closed pipe as its output; return its exit code."""
     reader, writer = os.pipe()
     os.close(reader)
+    with io.TextIOWrapper(os.fdopen(writer, "wb", 0), write_through=True) as pipe:
+        monkeypatch.setattr(sys, "stdout", pipe)
+        return main([*map(str, words)])
+
+
+@pytest.mark.parametrize("words", [["motion", "ymca"], ["imitate", "--help"], ["--version"]])
+def test_output_that_nobody_reads_any_more_ends_the_command_quietly(
+    words: list[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main_that_nobody_reads(words, monkeypatch) == 141
+    assert capsys.readouterr().err == ""
+
+
+def test_the_process_also_ends_quietly(tmp_path: Path) -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    command = [sys.executable, "-m", "mpma_mj.cli", "imitate", "--help"]
     try:
-        result = subprocess.run(
-            [sys.executable, "-m", "mpma_mj.cli", *words],
-            stdout=writer,
-            stderr=subprocess.PIPE,
-            cwd=tmp_path,
-            text=True,
-            check=False,
-        )
+        result = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, check=False)
     finally:
         os.close(writer)
-    assert result.returncode == 141
-    assert result.stderr == ""
+    assert (result.returncode, result.stderr) == (141, b"")
 
 
 def test_version(capsys: pytest.CaptureFixture[str]) -> None:
@@ -198,48 +210,52 @@ def test_an_option_that_a_command_would_refuse_is_not_listed(
     assert f"{option} " not in capsys.readouterr().out
 
 
-@pytest.mark.parametrize(
-    "environment",
-    [
-        {"PYTHONIOENCODING": "latin-1"},
-        {"PYTHONIOENCODING": "ascii:strict"},
-        {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"},
-    ],
-)
-def test_a_run_is_whole_on_a_terminal_that_lacks_its_characters(
-    environment: dict[str, str], tmp_path: Path
-) -> None:
-    result = mpma("imitate", "ymca", *TINY, "--out", tmp_path / "run", **environment)
+def test_a_run_is_whole_on_a_terminal_that_lacks_its_characters(tmp_path: Path) -> None:
+    plain = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+    result = mpma("imitate", "ymca", *TINY, "--out", tmp_path / "run", **plain)
     assert result.returncode == 0, result.stderr
     assert "label ? dominant module: Y ? " in result.stdout
     assert {path.name for path in (tmp_path / "run" / "figures").iterdir()} == PICTURES
 
 
-def test_tables_are_shown_on_a_terminal_of_ascii(small_run: Path, tmp_path: Path) -> None:
+def terminal_of(encoding: str) -> io.TextIOWrapper:
+    return io.TextIOWrapper(io.BytesIO(), encoding=encoding, write_through=True)
+
+
+def shown_on(terminal: io.TextIOWrapper) -> str:
+    assert isinstance(terminal.buffer, io.BytesIO)
+    return terminal.buffer.getvalue().decode(terminal.encoding)
+
+
+def test_tables_are_shown_on_a_terminal_that_lacks_their_characters(
+    small_run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     run = shutil.copytree(small_run, tmp_path / "run")
-    result = mpma("analyse", run, "lesion", "--fine-tune", 0, PYTHONIOENCODING="ascii")
-    assert result.returncode == 0, result.stderr
-    assert "largest ? at once" in result.stdout
+    terminal = terminal_of("ascii")
+    monkeypatch.setattr(sys, "stdout", terminal)
+    assert main(["analyse", str(run), "lesion", "--fine-tune", "0"]) == 0
+    assert "largest ? at once" in shown_on(terminal)
 
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_commands_help_is_shown_on_a_terminal_of_ascii(
     command: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    terminal = io.TextIOWrapper(io.BytesIO(), encoding="ascii")
+    terminal = terminal_of("ascii")
     monkeypatch.setattr(sys, "stdout", terminal)
     with pytest.raises(SystemExit) as ended:
         main([command, "--help"])
     assert ended.value.code == 0
-    assert b"usage: mpma" in terminal.buffer.getvalue()  # type: ignore[attr-defined]
+    assert "usage: mpma" in shown_on(terminal)
     assert terminal.errors == "strict"  # as it was
 
 
-def test_errors_name_files_that_a_terminal_cannot_show() -> None:
-    result = mpma("imitate", "踊り\udcff.csv", PYTHONIOENCODING="ascii")
-    assert result.returncode == 2
+def test_errors_name_files_that_a_terminal_cannot_show(monkeypatch: pytest.MonkeyPatch) -> None:
+    terminal = terminal_of("ascii")
+    monkeypatch.setattr(sys, "stderr", terminal)
+    assert main(["imitate", "踊り\udcff.csv"]) == 2
     shown = r"\u8e0a\u308a\udcff.csv"
-    assert result.stderr == f"mpma: {shown}: no such file; give the path of a recording\n"
+    assert shown_on(terminal) == f"mpma: {shown}: no such file; give the path of a recording\n"
 
 
 @pytest.mark.parametrize(
@@ -255,23 +271,15 @@ def test_errors_name_files_that_a_terminal_cannot_show() -> None:
     ],
 )
 def test_files_are_written_before_anything_is_printed(
-    words: list[object], files: list[str], small_run: Path, tmp_path: Path
+    words: list[object],
+    files: list[str],
+    small_run: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     shutil.copytree(small_run, tmp_path / "small")
-    reader, writer = os.pipe()
-    os.close(reader)
-    try:
-        result = subprocess.run(
-            [sys.executable, "-u", "-m", "mpma_mj.cli", *map(str, words)],
-            stdout=writer,
-            stderr=subprocess.PIPE,
-            cwd=tmp_path,
-            text=True,
-            check=False,
-        )
-    finally:
-        os.close(writer)
-    assert result.returncode == 141, result.stderr
+    monkeypatch.chdir(tmp_path)
+    assert main_that_nobody_reads(words, monkeypatch) == 141
     for name in files:
         assert (tmp_path / name).exists(), name
 
@@ -279,24 +287,23 @@ def test_files_are_written_before_anything_is_printed(
 REFUSED_EARLY = """
 import sys
 from mpma_mj.cli import main
-folder, words = sys.argv[1], sys.argv[2:]
-assert main([*words, folder]) == 2
-heavy = {"mujoco", "dm_control", "scipy", "sklearn", "matplotlib"} & set(sys.modules)
-assert not heavy, heavy
+folder, *commands = sys.argv[1:]
+for command in commands:
+    assert main([*command.split(), folder]) == 2
+    heavy = {"mujoco", "dm_control", "scipy", "sklearn", "matplotlib"} & set(sys.modules)
+    assert not heavy, (command, heavy)
 """
-
-
-@pytest.mark.parametrize(
-    "command",
-    [
-        *("evaluate", "analyse", "analyse lesion", "play"),
-        *("imitate --resume", "imitate ymca --init"),
-    ],
+NEED_A_RUN = (
+    *("evaluate", "analyse", "analyse lesion", "play"),
+    *("imitate --resume", "imitate ymca --init"),
 )
+
+
 def test_a_folder_that_is_no_run_is_refused_before_anything_large_is_imported(
-    command: str, tmp_path: Path
+    tmp_path: Path,
 ) -> None:
-    program = [sys.executable, "-c", REFUSED_EARLY, str(tmp_path), *command.split()]
+    program = [sys.executable, "-c", REFUSED_EARLY, str(tmp_path), *NEED_A_RUN]
     result = subprocess.run(program, capture_output=True, text=True, check=False)
     assert result.returncode == 0, result.stderr
-    assert result.stderr == f"mpma: {tmp_path}: is not a run (no readable config.json)\n"
+    told = f"mpma: {tmp_path}: is not a run (no readable config.json)\n"
+    assert result.stderr == told * len(NEED_A_RUN)

@@ -20,6 +20,7 @@ from mpma_mj.utils.progress import show_range, show_runs
 from mpma_mj.utils.text import printable
 from mpma_mj.visualization.figure_file import figure_file
 from mpma_mj.visualization.responsibility_strip import Strip
+from tests.conftest import dancer, markers_of
 from tests.test_cli import mpma
 
 WriteTsv = Callable[..., Path]
@@ -59,11 +60,12 @@ def test_files_hold_any_name(tmp_path: Path) -> None:
 def test_a_repertoire_of_such_names_is_learned_and_examined(
     write_tsv: WriteTsv, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    recordings = [write_tsv(name=f"{name}.tsv") for name in NAMES]
+    markers = markers_of(dancer(ymca(rate=60.0).posture[:90]))
+    recordings = [write_tsv(markers, name=f"{name}.tsv") for name in NAMES]
     run = tmp_path / "[run]\udcff$1_$2"
-    result = mpma("imitate", *recordings, *TINY, "--out", run)
-    assert result.returncode == 0, result.stderr
-    assert all(line.startswith("epoch") for line in result.stderr.splitlines())
+    words = [*recordings, *TINY, "--out", run]
+    assert main(["imitate", *map(str, words)]) == 0
+    assert all(line.startswith("epoch") for line in capsys.readouterr().err.splitlines())
     assert tuple(json.loads((run / "summary.json").read_text())["dominant_module"]) == SHOWN
     assert len(list((run / "figures").glob("*.png"))) == 3
     for analysis, *words in (["modules"], ["free-running"], ["lesion", "--fine-tune", "0"]):
@@ -94,8 +96,7 @@ def test_a_run_of_a_name_that_is_not_utf8_has_a_folder_whose_name_is(
 def test_such_a_run_has_a_video(small_run: Path, tmp_path: Path) -> None:
     run = tmp_path / NOT_UTF8
     shutil.copytree(small_run, run)
-    result = mpma("play", run, "--out", run / "dance.mp4", "--size", "320x240")
-    assert result.returncode == 0, result.stderr
+    assert main(["play", str(run), "--out", str(run / "dance.mp4"), "--size", "320x240"]) == 0
     assert (run / "dance.mp4").stat().st_size > 10_000
 
 
@@ -108,16 +109,20 @@ def test_the_strip_shows_labels_of_any_kind() -> None:
 
 
 def test_a_recordings_page_stands_by_its_printable_name(
-    write_tsv: WriteTsv, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    write_tsv: WriteTsv,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     spans = "0,1,$\\bad$\n1,2,$x\n2,9,踊り\n"
     (tmp_path / "labels.csv").write_text(spans, encoding="utf-8")
     recording = write_tsv(name=f"{NOT_UTF8}.tsv")
     monkeypatch.chdir(tmp_path)
-    result = mpma("motion", recording, "--labels", "labels.csv")
-    assert result.returncode == 0, result.stderr
-    assert result.stderr == ""
-    assert result.stdout.splitlines()[-1] == r"dance\udcff-motion.png"
+    assert main(["motion", str(recording), "--labels", "labels.csv"]) == 0
+    printed = capsys.readouterr()
+    assert printed.err == ""
+    assert printed.out.encode("utf-8")
+    assert printed.out.splitlines()[-1] == r"dance\udcff-motion.png"
     assert (tmp_path / r"dance\udcff-motion.png").exists()
 
 

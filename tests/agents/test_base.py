@@ -68,13 +68,13 @@ def test_flat_environments_are_refused() -> None:
 @pytest.mark.parametrize("kind", LEARNING)
 def test_a_copy_of_a_batchs_state_continues_alike(envs: VectorImitationEnv, kind: str) -> None:
     trained, copy = many(envs, kind), many(envs, kind)
-    for epoch in range(4):
+    for epoch in range(2):
         actions(envs, trained, epoch)
     copy.load_state_dict(trained.state_dict())
-    for epoch in (4, 5):
+    for epoch in (2, 3):
         danced = actions(envs, trained, epoch)
         np.testing.assert_array_equal(danced, actions(envs, copy, epoch))
-    fresh = actions(envs, many(envs, kind), 5)
+    fresh = actions(envs, many(envs, kind), 3)
     assert not np.array_equal(danced, fresh)
     for name, value in trained.state_dict().items():
         np.testing.assert_array_equal(value, copy.state_dict()[name])

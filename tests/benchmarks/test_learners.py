@@ -2,8 +2,6 @@
 
 import importlib
 import importlib.util
-import subprocess
-import sys
 from pathlib import Path
 from types import ModuleType
 
@@ -21,19 +19,18 @@ def module(name: str, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     return importlib.import_module(name)
 
 
-def trained(out: Path, *arguments: str) -> str:
-    command = [sys.executable, str(LEARNERS / "train.py"), *arguments, "--out", str(out)]
-    result = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert result.returncode == 0, result.stderr
-    return out.read_text(encoding="utf-8")
-
-
-def test_the_same_seed_gives_the_same_curve(tmp_path: Path) -> None:
+def test_the_same_seed_gives_the_same_curve(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     pytest.importorskip("cma")
+    monkeypatch.setenv("MUJOCO_GL", "disable")  # as the benchmark does for its process
     learners = ("random", "MPMA", "CMA-ES + feedback")
-    budget = ("--arms", "kinematic", "--seeds", "1", "--mpma-steps", "500", "--cma-steps", "9000")
-    first = trained(tmp_path / "a.csv", *learners, *budget)
-    assert first == trained(tmp_path / "b.csv", *learners, *budget)
+    for out in (tmp_path / "a.csv", tmp_path / "b.csv"):
+        module("train", monkeypatch).main(
+            learners, "kinematic", seeds=1, mpma_steps=500, cma_steps=9000, out=out
+        )
+    first = (tmp_path / "a.csv").read_text(encoding="utf-8")
+    assert first == (tmp_path / "b.csv").read_text(encoding="utf-8")
     assert {line.split(",")[0] for line in first.splitlines()[1:]} == set(learners)
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.speed import environment, peers, programs, timing
+from benchmarks.speed import environment, peers, programs, timing, training
 from benchmarks.speed.__main__ import main
 from benchmarks.speed.timing import Case, Report, Sizes, Target, in_own_process, in_turn, ratio
 from mpma_mj.envs.load import load
@@ -95,6 +95,10 @@ def test_a_part_is_told_as_tables(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.setattr(peers.importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(environment, "STEPS", 20)
+    monkeypatch.setattr(environment, "_BATCHES", 2)
+    monkeypatch.setattr(peers, "_STEPS", 5)
+    monkeypatch.setattr(training, "_MOST_EPOCHS", 2)
     main((part,), TINY)
     out = capsys.readouterr().out
     assert len(re.findall(r"^\| [^|]+ \| [-\d.e+]+ [µm]?s \|", out, re.MULTILINE)) == times

@@ -1,4 +1,4 @@
-"""Fixtures of tests of commands: copies of a finished run."""
+"""Fixtures of tests of commands: copies of a finished run, a robot and its log."""
 
 import json
 import shutil
@@ -10,6 +10,8 @@ import pytest
 
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.utils import atomic_files
+from tests.sysid.conftest import factors as factors
+from tests.sysid.conftest import log as log
 
 Reconfigured = Callable[..., Path]
 

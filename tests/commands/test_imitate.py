@@ -45,8 +45,8 @@ def test_a_run_prints_its_folder_last_and_shows_its_epochs(
 def test_without_out_a_run_goes_below_runs_by_motion_and_time(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    words = ["imitate", "ymca", "--nodes", "10", "--epochs", "1", "--no-video"]
-    assert main(words) == 0
+    words = "imitate ymca --nodes 10 --repeats 1 --epochs 1 --no-video"
+    assert main(words.split()) == 0
     folder = Path(capsys.readouterr().out.splitlines()[-1])
     assert folder.parent == Path("runs")
     assert folder.name.startswith("ymca-20")
@@ -77,7 +77,7 @@ def test_resume_goes_on_in_the_runs_folder(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "run"
-    common = ["--nodes", "20", "--modules", "2", "--no-video"]
+    common = ["--nodes", "10", "--modules", "2", "--repeats", "1", "--no-video"]
     assert main(["imitate", "ymca", *common, "--epochs", "1", "--out", str(out)]) == 0
     assert main(["imitate", "--resume", str(out), "--epochs", "1", "--no-video"]) == 0
     assert main(["imitate", "ymca", *common, "--epochs", "1", "--resume", str(out)]) == 0
@@ -293,7 +293,8 @@ def test_the_run_stays_if_the_video_fails(
 ) -> None:
     encoder(DISK_FULL)
     out = tmp_path / "run"
-    assert main(["imitate", "ymca", "--nodes", "20", "--epochs", "1", "--out", str(out)]) == 1
+    words = ["--nodes", "10", "--repeats", "1", "--epochs", "1", "--out", str(out)]
+    assert main(["imitate", "ymca", *words]) == 1
     printed = capsys.readouterr()
     assert printed.err.splitlines()[-1].startswith(f"mpma: {out}/dance.mp4: {FAILED}")
     assert "best epoch 1" in printed.out

@@ -22,6 +22,7 @@ from mpma_mj.motions.motion import save_motion
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.visualization.episode import EpisodeArms
 from mpma_mj.visualization.playback import KEYS, LEFT, RIGHT, SPACE, play
+from tests.conftest import Refused
 from tests.envs.test_gl import environment
 from tests.envs.window import Window
 
@@ -227,17 +228,25 @@ def play_outside(*words: object, **variables: str) -> subprocess.CompletedProces
     )
 
 
+NOT_HERE = "there is no display here"
+
+
 @pytest.mark.parametrize("display", [{}, {"DISPLAY": ":98765"}])
-def test_without_a_display_it_says_what_to_do_instead(
-    small_run: Path, tmp_path: Path, display: dict[str, str]
+def test_without_a_display_it_says_what_to_do_instead(display: dict[str, str]) -> None:
+    result = play_outside("ymca", **display)
+    expected = f"mpma: no window: {NOT_HERE}; write a file: mpma play ymca --out dance.mp4\n"
+    assert (result.returncode, result.stdout, result.stderr) == (1, "", expected)
+
+
+def test_what_to_do_instead_can_be_typed(
+    small_run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, refused: Refused
 ) -> None:
+    monkeypatch.setattr(viewer, "_missing_display", lambda: NOT_HERE)
     spaced = tmp_path / "a dance.npz"
     save_motion(spaced, ymca())
-    for source, typed in {small_run: small_run, "ymca": "ymca", spaced: f"'{spaced}'"}.items():
-        result = play_outside(source, **display)
-        instead = f"write a file: mpma play {typed} --out dance.mp4"
-        expected = f"mpma: no window: there is no display here; {instead}\n"
-        assert (result.returncode, result.stdout, result.stderr) == (1, "", expected)
+    for source, typed in {small_run: f"{small_run}", spaced: f"'{spaced}'"}.items():
+        instead = f"no window: {NOT_HERE}; write a file: mpma play {typed} --out dance.mp4"
+        refused(["play", str(source)], instead, code=1)
 
 
 @pytest.fixture(scope="module")

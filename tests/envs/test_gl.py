@@ -89,20 +89,24 @@ def test_a_trial_without_opengl_does_not_draw() -> None:
 LLVM = "print('LLVM', any('LLVM' in line for line in open('/proc/self/maps')))"
 
 
+MAKE = """
+import gymnasium, mpma_mj
+envs = [
+    mpma_mj.load("ymca"),
+    mpma_mj.make_vec(2, "ymca"),
+    gymnasium.make("mpma_mj:TwoArmImitation-v0", motion="ymca"),
+]
+for env in envs:
+    env.reset()
+"""
+
+
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
 @pytest.mark.parametrize("backend", ["egl", "osmesa"])
-@pytest.mark.parametrize(
-    "make",
-    [
-        "import mpma_mj; env = mpma_mj.load('ymca')",
-        "import mpma_mj; env = mpma_mj.make_vec(2, 'ymca')",
-        "import gymnasium; env = gymnasium.make('mpma_mj:TwoArmImitation-v0', motion='ymca')",
-    ],
-)
-def test_an_environment_that_draws_nothing_loads_no_llvm(backend: str, make: str) -> None:
+def test_environments_that_draw_nothing_load_no_llvm(backend: str) -> None:
     if not gl._loads(backend):
         pytest.skip(f"no library for {backend}")
-    result = python(f"{make}; env.reset(); {LLVM}", MUJOCO_GL=backend)
+    result = python(MAKE + LLVM, MUJOCO_GL=backend)
     assert result.stdout.strip() == "LLVM False", result.stderr
 
 

@@ -191,7 +191,7 @@ def test_each_of_many_is_a_single_environment_bit_for_bit(options: dict[str, Any
     observations, infos = envs.reset()
     timesteps = [single.reset() for single in singles]
     seen = set()
-    for action in actions(260, 3):
+    for action in actions(160, 3):
         for i, (single, timestep) in enumerate(zip(singles, timesteps, strict=True)):
             assert infos["plant"][i] == single.task.plant
             for name, values in timestep.observation.items():

@@ -41,12 +41,6 @@ TINY: dict[str, Any] = {
 }  # ends as soon as it has begun
 
 
-OPTIONS = [{}, {"arms": "kinematic"}, HARD, WILD, TINY]
-
-
-IDS = ["physics", "kinematic", "hard", "wild", "tiny"]
-
-
 Array = NDArray[np.float64]
 
 
@@ -63,8 +57,11 @@ def at_random(steps: int, num_envs: int, seed: int = 0) -> Array:
     return rng.uniform(-1.0, 1.0, (steps, num_envs, 8)).cumsum(axis=0).clip(-1.5, 1.5)
 
 
-@pytest.mark.parametrize("options", OPTIONS, ids=IDS)
-@pytest.mark.parametrize("num_envs", [1, 2, 7])
+@pytest.mark.parametrize(
+    ("num_envs", "options"),
+    [(2, {}), (1, {"arms": "kinematic"}), (7, HARD), (2, WILD), (2, TINY)],
+    ids=["physics", "kinematic", "hard", "wild", "tiny"],
+)
 def test_each_of_many_is_a_single_environment_bit_for_bit(
     num_envs: int, options: dict[str, Any]
 ) -> None:
@@ -73,7 +70,7 @@ def test_each_of_many_is_a_single_environment_bit_for_bit(
         observations, _ = envs.reset()
         timesteps = [single.reset() for single in singles]
         begun = np.zeros(num_envs, int)
-        for actions in at_random(260, num_envs):
+        for actions in at_random(160, num_envs):
             for i, timestep in enumerate(timesteps):
                 assert list(observations) == list(timestep.observation)
                 for name, values in timestep.observation.items():

@@ -10,6 +10,7 @@ from mpma_mj.errors import BadOptionError, InfeasibleMotionError, MpmaError
 from mpma_mj.evaluation.disturbances import DISTURBANCES, DisturbanceLevel, disturbance_levels
 from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, tracking_errors
 from mpma_mj.motions import ymca
+from mpma_mj.trace import Trace
 from mpma_mj.training.checkpoints import TrainedAgents
 from mpma_mj.training.config import RunConfig
 
@@ -26,24 +27,32 @@ def levels_of(
     return disturbance_levels(config, MOTION, disturbances=names, levels=levels, **options)
 
 
+@pytest.fixture(scope="module")
+def undisturbed(small: TrainedAgents) -> Trace:
+    """Return an episode of the agent in the condition in which it was trained."""
+    (trace,) = evaluate(small, EvalCondition("none", small.motion, {}))
+    assert trace is not None
+    return trace
+
+
 @pytest.mark.parametrize("name", NONE)
-def test_no_disturbance_is_none_to_the_bit(name: str, small: TrainedAgents) -> None:
+def test_no_disturbance_is_none_to_the_bit(
+    name: str, small: TrainedAgents, undisturbed: Trace
+) -> None:
     assert NONE[name] in DISTURBANCES[name].levels
     motion, options = DISTURBANCES[name].change(small.motion, NONE[name])
     (disturbed,) = evaluate(small, EvalCondition("a", motion, options))
-    (undisturbed,) = evaluate(small, EvalCondition("b", small.motion, {}))
     assert disturbed is not None
-    assert undisturbed is not None
     for signal, expected in undisturbed.to_arrays().items():
         np.testing.assert_array_equal(disturbed.to_arrays()[signal], expected, signal)
 
 
 @pytest.mark.parametrize("name", NONE)
-def test_the_hardest_level_changes_p_e(name: str, small: TrainedAgents) -> None:
+def test_the_hardest_level_changes_p_e(name: str, small: TrainedAgents, undisturbed: Trace) -> None:
     (hardest,) = levels_of(name, str(DISTURBANCES[name].levels[-1]))
     assert hardest.condition is not None
     disturbed = tracking_errors(evaluate(small, hardest.condition))
-    assert disturbed != tracking_errors(evaluate(small, EvalCondition("none", MOTION, {})))
+    assert disturbed != tracking_errors([undisturbed])
 
 
 def test_default_levels_are_possible_and_share_the_undisturbed_condition() -> None:

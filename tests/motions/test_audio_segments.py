@@ -63,9 +63,7 @@ def write(tmp_path: Path) -> Callable[..., Path]:
     return write
 
 
-@pytest.mark.parametrize(
-    ("tempo", "first"), [(80.0, 0.0), (100.0, 0.3), (127.0, 0.0), (127.0, 1.1), (150.0, 2.5)]
-)
+@pytest.mark.parametrize(("tempo", "first"), [(80.0, 0.0), (127.0, 1.1), (150.0, 2.5)])
 def test_bars_begin_on_the_accented_beats(
     write: Callable[..., Path], tempo: float, first: float
 ) -> None:
@@ -110,7 +108,7 @@ def test_other_formats_rates_and_channels_have_the_same_bars(
     np.testing.assert_allclose([span.start for span in found[1:]], starts[1:], atol=0.05)
 
 
-@pytest.mark.parametrize(("bars_each", "chords"), [(4, 1), (4, 2), (6, 2), (8, 4)])
+@pytest.mark.parametrize(("bars_each", "chords"), [(4, 1), (8, 4)])
 def test_a_section_that_returns_has_its_label_again(
     write: Callable[..., Path], bars_each: int, chords: int
 ) -> None:
@@ -130,7 +128,7 @@ def test_sections_are_told_apart_by_harmony_alone(
     np.testing.assert_allclose([span.start for span in found[1:]], [12.0, 24.0], atol=2.0)
 
 
-@pytest.mark.parametrize("chords", [1, 2, 4])
+@pytest.mark.parametrize("chords", [1, 4])
 def test_music_that_stays_the_same_is_one_section(write: Callable[..., Path], chords: int) -> None:
     assert [span.label for span in sections(write(song("A", 16, chords)))] == ["A"]
 

@@ -95,6 +95,12 @@ def test_context_without_labels_is_numbered(tmp_path: Path) -> None:
     assert read_motion(path).labels == ("1", "2", "3", "4")
 
 
+def test_a_motion_of_another_format_is_refused(tmp_path: Path) -> None:
+    path = save(tmp_path / "a.npz", posture=ymca().posture, rate=20.0, format=99)
+    with pytest.raises(MotionFileError, match=r"a\.npz: written by another version of this program"):
+        read_motion(path)
+
+
 def test_points_are_no_movement(tmp_path: Path) -> None:
     assert load_motion(save(tmp_path / "a.npz", left_wrist=np.ones((5, 3)), rate=60)) is None
     text = tmp_path / "a.tsv"

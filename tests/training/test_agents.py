@@ -51,6 +51,8 @@ def test_the_command_trains_mosaic_and_goes_on_with_it(tmp_path: Path) -> None:
         "10",
         "--repeats",
         "1",
+        "--arms",
+        "kinematic",
         "--no-video",
     ]
     whole, parts = tmp_path / "atomic_write", tmp_path / "parts"

@@ -16,13 +16,14 @@ from mpma_mj.cli import main
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import BadOptionError, CheckpointError
 from mpma_mj.motions import Motion, ymca
+from mpma_mj.training.config import RunConfig
 from mpma_mj.training.factory import make_environments
 from mpma_mj.training.initial_state import begin_from
 from mpma_mj.training.rollout import record_epoch
 from mpma_mj.training.run import resume, train
 from mpma_mj.training.run_folder import RunFolder
+from tests.commands.test_outside_classes import AGENT
 from tests.conftest import Refused
-from tests.test_outside_classes import AGENT
 from tests.training.test_run import RESULTS
 
 WriteTsv = Callable[..., Path]
@@ -67,7 +68,8 @@ def test_it_does_not_calibrate_again_and_may_stop_after_an_epoch(earlier: Path) 
 
 @pytest.mark.parametrize("agent", ["mosaic", "hammer", "single", "adaptive", "oracle"])
 def test_every_agent_that_learns_learns_on(agent: str, tmp_path: Path) -> None:
-    first = mpma_mj.imitate("ymca", agent=agent, env=ONCE, epochs=3)
+    own = RunConfig.of(agent=agent, nodes=10).agent
+    first = mpma_mj.imitate("ymca", agent=own, env=ONCE, epochs=3)
     run = mpma_mj.imitate(backwards(), init=first.save(tmp_path / "first"), epochs=1)
     assert run.config.agent == first.config.agent
     for name, array in first.history.best.state.items():

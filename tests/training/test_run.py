@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -25,8 +26,10 @@ from mpma_mj.training.trainer import Trainer
 from mpma_mj.utils import atomic_files
 from mpma_mj.utils.atomic_files import FORMAT
 
-SMALL = RunConfig.of(nodes=20, modules=2)
+SMALL = RunConfig.of(nodes=10, modules=2)
 SMALL_AGENT = MPMAConfig(nodes=20, modules=2)
+# Converges.
+QUICK = RunConfig.of(nodes=50, repeats=1, arms="kinematic")
 # What two equal runs have to have in common, to the byte.
 RESULTS = (
     "config.json",
@@ -45,28 +48,40 @@ def run(path: Path, config: RunConfig = SMALL, epochs: int = 3, **options: Any) 
     return folder
 
 
+@pytest.fixture(scope="module")
+def trained(tmp_path_factory: pytest.TempPathFactory) -> RunFolder:
+    """Return the folder of a run of three epochs, which stays as it is."""
+    return run(tmp_path_factory.mktemp("runs") / "trained")
+
+
+@pytest.fixture
+def folder(trained: RunFolder, tmp_path: Path) -> RunFolder:
+    """Return a copy of it."""
+    return RunFolder(shutil.copytree(trained.path, tmp_path / "a"))
+
+
 def same(one: RunFolder, other: RunFolder) -> None:
     for name in RESULTS:
         assert (one.path / name).read_bytes() == (other.path / name).read_bytes(), name
 
 
-def test_equal_seeds_give_equal_runs_to_the_byte(tmp_path: Path) -> None:
-    same(run(tmp_path / "a"), run(tmp_path / "b"))
+def test_equal_seeds_give_equal_runs_to_the_byte(trained: RunFolder, tmp_path: Path) -> None:
+    same(trained, run(tmp_path / "b"))
 
 
-def test_other_seeds_give_other_runs(tmp_path: Path) -> None:
-    one = run(tmp_path / "a")
-    other = run(tmp_path / "b", RunConfig.of(nodes=20, modules=2, seed=1))
-    texts = [(folder.path / "metrics.csv").read_text() for folder in (one, other)]
+def test_other_seeds_give_other_runs(trained: RunFolder, tmp_path: Path) -> None:
+    other = run(tmp_path / "b", SMALL.replace(seed=1))
+    texts = [(folder.path / "metrics.csv").read_text() for folder in (trained, other)]
     assert texts[0] != texts[1]
 
 
 @pytest.mark.parametrize(
-    "models", [{"reference_noise": 0.25}, {"models": "posture", "rule": "gated"}], ids=str
+    ("arms", "models"),
+    [("physics", {"reference_noise": 0.25}), ("kinematic", {"models": "posture", "rule": "gated"})],
+    ids=str,
 )
-@pytest.mark.parametrize("arms", ["physics", "kinematic"])
-def test_a_resumed_run_equals_an_uninterrupted_one(tmp_path: Path, models: Any, arms: Any) -> None:
-    config = RunConfig.of(nodes=20, modules=2, arms=arms, **models)
+def test_a_resumed_run_equals_an_uninterrupted_one(tmp_path: Path, arms: Any, models: Any) -> None:
+    config = RunConfig.of(nodes=10, modules=2, repeats=1, arms=arms, **models)
     whole = run(tmp_path / "atomic_write", config, epochs=5)
     parts = run(tmp_path / "parts", config, epochs=2)
     resume(parts, 3)
@@ -74,7 +89,7 @@ def test_a_resumed_run_equals_an_uninterrupted_one(tmp_path: Path, models: Any, 
 
 
 def test_a_converged_run_stays_as_it_is(tmp_path: Path) -> None:
-    folder = run(tmp_path / "a", RunConfig.of(nodes=50), epochs=30)
+    folder = run(tmp_path / "a", QUICK, epochs=30)
     before = {name: (folder.path / name).read_bytes() for name in RESULTS}
     summary = resume(folder, 5).summary
     assert summary["converged"]
@@ -84,7 +99,7 @@ def test_a_converged_run_stays_as_it_is(tmp_path: Path) -> None:
 def test_training_ends_when_the_papers_criteria_hold(tmp_path: Path) -> None:
     rows: list[dict[str, float]] = []
     folder = RunFolder(tmp_path / "a")
-    summary = train(RunConfig.of(nodes=50), folder=folder, on_epoch=rows.append).summary
+    summary = train(QUICK, folder=folder, on_epoch=rows.append).summary
     assert summary["converged"]
     assert summary["epochs"] == len(rows) < 30
     assert [has_converged(row) for row in rows] == [False] * (len(rows) - 1) + [True]
@@ -185,7 +200,7 @@ def test_a_simulation_that_diverges_is_a_failed_run(tmp_path: Path) -> None:
 
 
 def test_the_best_epoch_is_kept_not_the_last_nor_one_of_feedback_alone() -> None:
-    trainer = Trainer([SMALL], ymca())
+    trainer = Trainer([QUICK], ymca())
     for _ in range(10):
         trainer.run_epoch(stop=False)
     (history,) = trainer.histories
@@ -193,8 +208,7 @@ def test_the_best_epoch_is_kept_not_the_last_nor_one_of_feedback_alone() -> None
     assert history.best.row["p_e_percent"] == min(row["p_e_percent"] for row in passed)
 
 
-def test_the_kept_state_dances_the_kept_trace_again(tmp_path: Path) -> None:
-    folder = run(tmp_path / "a", epochs=4)
+def test_the_kept_state_dances_the_kept_trace_again(folder: RunFolder) -> None:
     config, trace = folder.read_config(), folder.read_trace()
     env = make_environments(config, config.seed, folder.read_motion())
     agent = agent_of(config, env, config.seed)
@@ -210,8 +224,7 @@ def test_the_kept_state_dances_the_kept_trace_again(tmp_path: Path) -> None:
         agent.observe(timestep)
 
 
-def test_the_run_folder_holds_what_is_promised(tmp_path: Path) -> None:
-    folder = run(tmp_path / "a")
+def test_the_run_folder_holds_what_is_promised(folder: RunFolder) -> None:
     summary = json.loads((folder.path / "summary.json").read_text())
     assert {
         "p_e_percent",
@@ -243,13 +256,12 @@ def test_the_run_folder_holds_what_is_promised(tmp_path: Path) -> None:
 
 
 def test_once_through_the_movement_is_enough(tmp_path: Path) -> None:
-    folder = run(tmp_path / "a", RunConfig.of(nodes=20, modules=2, repeats=1))
+    folder = run(tmp_path / "a", RunConfig.of(nodes=10, modules=2, repeats=1), epochs=1)
     summary = json.loads((folder.path / "summary.json").read_text())
     assert summary["repeatability"] == {"responsibility": None, "module_output": None}
 
 
-def test_a_trace_that_lacks_a_signal_is_refused(tmp_path: Path) -> None:
-    folder = run(tmp_path / "a", epochs=1)
+def test_a_trace_that_lacks_a_signal_is_refused(folder: RunFolder) -> None:
     arrays, meta = atomic_files.read_arrays(folder.path / "trace.npz", "trace")
     del arrays["prior"]
     atomic_files.write_arrays(folder.path / "trace.npz", "trace", arrays, meta)
@@ -257,18 +269,16 @@ def test_a_trace_that_lacks_a_signal_is_refused(tmp_path: Path) -> None:
         folder.read_trace()
 
 
-def test_a_folder_in_use_is_not_touched_unless_told(tmp_path: Path) -> None:
-    folder = run(tmp_path / "a")
+def test_a_folder_in_use_is_not_touched_unless_told(folder: RunFolder, tmp_path: Path) -> None:
     before = (folder.path / "metrics.csv").read_bytes()
     with pytest.raises(RunFolderError, match="overwrite replaces it, resume continues it"):
-        run(tmp_path / "a", RunConfig.of(seed=9, nodes=20))
+        run(tmp_path / "a", SMALL.replace(seed=9))
     assert (folder.path / "metrics.csv").read_bytes() == before
-    run(tmp_path / "a", RunConfig.of(seed=9, nodes=20), overwrite=True)
+    run(tmp_path / "a", SMALL.replace(seed=9), epochs=1, overwrite=True)
     assert (folder.path / "metrics.csv").read_bytes() != before
 
 
-def test_overwrite_leaves_what_is_not_the_runs(tmp_path: Path) -> None:
-    folder = run(tmp_path / "a")
+def test_overwrite_leaves_what_is_not_the_runs(folder: RunFolder, tmp_path: Path) -> None:
     (folder.figures).mkdir()
     (folder.figures / "old.png").write_text("")
     (folder.path / "notes.txt").write_text("precious")
@@ -300,16 +310,14 @@ def test_an_empty_folder_may_be_used(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["latest", "best", "motion"])
-def test_a_damaged_checkpoint_is_refused(tmp_path: Path, name: str) -> None:
-    folder = run(tmp_path / "a", epochs=1)
+def test_a_damaged_checkpoint_is_refused(folder: RunFolder, name: str) -> None:
     (folder.path / "checkpoint" / f"{name}.npz").write_bytes(b"rubbish")
     with pytest.raises(CheckpointError, match=f"{name}.npz: damaged"):
         resume(folder, 1)
 
 
-def test_a_checkpoint_of_another_run_is_refused(tmp_path: Path) -> None:
-    folder = run(tmp_path / "a", epochs=1)
-    other = run(tmp_path / "b", RunConfig.of(nodes=30, modules=2), epochs=1)
+def test_a_checkpoint_of_another_run_is_refused(folder: RunFolder, tmp_path: Path) -> None:
+    other = run(tmp_path / "b", SMALL.replace(nodes=30), epochs=1)
     foreign = (other.path / "checkpoint" / "latest.npz").read_bytes()
     (folder.path / "checkpoint" / "latest.npz").write_bytes(foreign)
     with pytest.raises(CheckpointError, match="another config"):
@@ -326,15 +334,13 @@ def test_a_checkpoint_of_another_run_is_refused(tmp_path: Path) -> None:
         f'{{"format": {FORMAT}, "config": {{"nodes": "x"}}}}',
     ],
 )
-def test_a_damaged_config_is_refused(tmp_path: Path, text: str) -> None:
-    folder = run(tmp_path / "a", epochs=1)
+def test_a_damaged_config_is_refused(folder: RunFolder, text: str) -> None:
     (folder.path / "config.json").write_text(text)
     with pytest.raises(CheckpointError, match=r"config\.json: damaged"):
         resume(folder, 1)
 
 
-def test_a_run_of_another_version_is_refused(tmp_path: Path) -> None:
-    folder = run(tmp_path / "a", epochs=1)
+def test_a_run_of_another_version_is_refused(folder: RunFolder) -> None:
     path = folder.path / "config.json"
     path.write_text(path.read_text().replace(f'"format": {FORMAT}', '"format": 99'))
     with pytest.raises(
@@ -356,7 +362,7 @@ def test_no_epochs_are_refused_before_anything_is_written(tmp_path: Path) -> Non
 
 
 def test_what_shows_an_epoch_that_is_not_kept_any_more_is_removed(tmp_path: Path) -> None:
-    folder = run(tmp_path / "a", epochs=1)
+    folder = run(tmp_path / "a", QUICK, epochs=1)
     pictures = (folder.figures / "modules.png", folder.figures / "free_running.png")
     made = (
         folder.video,
@@ -367,6 +373,6 @@ def test_what_shows_an_epoch_that_is_not_kept_any_more_is_removed(tmp_path: Path
     folder.figures.mkdir()
     for file in made:
         file.write_text("of epoch 1")
-    resume(folder, 6)
+    resume(folder, 3)
     assert folder.read_trace() is not None
     assert not any(file.exists() for file in made)

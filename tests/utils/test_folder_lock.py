@@ -64,7 +64,7 @@ def test_of_two_commands_the_second_is_refused_until_the_first_is_killed(
     tmp_path: Path, refused: Refused
 ) -> None:
     out = tmp_path / "run"
-    long = ["imitate", "ymca", "--nodes", "2000", "--no-video", "--overwrite", "--out", str(out)]
+    long = ["imitate", "ymca", "--nodes", "1000", "--no-video", "--overwrite", "--out", str(out)]
     first = subprocess.Popen([sys.executable, "-m", "mpma_mj.cli", *long], stderr=subprocess.PIPE)
     try:
         while not (out / "config.json").exists():
@@ -98,15 +98,22 @@ COMMANDS = [
 ]
 
 
+@pytest.fixture(scope="module")
+def held_run(small_run: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """Yield a copy of a run that another process holds."""
+    run = shutil.copytree(small_run, tmp_path_factory.mktemp("held") / "run")
+    with held(run):
+        yield run
+
+
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_that_writes_a_folder_is_refused_while_another_does(
-    command: str, run: Path, small_run: Path, robot_log: Path, refused: Refused
+    command: str, held_run: Path, small_run: Path, robot_log: Path, refused: Refused
 ) -> None:
-    before = {path: path.stat().st_mtime_ns for path in run.rglob("*")}
-    places = {"FOLDER": str(run), "RUN": str(small_run), "LOG": str(robot_log)}
-    with held(run):
-        refused([places.get(word, word) for word in command.split()], f"mpma: {run}: {BUSY}")
-    assert {path: path.stat().st_mtime_ns for path in run.rglob("*")} == before
+    before = {path: path.stat().st_mtime_ns for path in held_run.rglob("*")}
+    places = {"FOLDER": str(held_run), "RUN": str(small_run), "LOG": str(robot_log)}
+    refused([places.get(word, word) for word in command.split()], f"mpma: {held_run}: {BUSY}")
+    assert {path: path.stat().st_mtime_ns for path in held_run.rglob("*")} == before
 
 
 def test_a_run_is_read_while_a_command_writes_it(

@@ -15,7 +15,7 @@ from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.motions.readers.recognise import open_recording
 from tests.motions.readers import writers
 
-CUTS, FLIPS = 30, 40
+CUTS, FLIPS = 20, 24
 SLOWEST = 10.0  # s: no damage makes a reader hang
 FRAMES = 40
 

@@ -123,7 +123,7 @@ def test_each_of_many_is_a_single_environment_bit_for_bit(options: dict[str, Any
     observations, infos = envs.reset()
     timesteps = [single.reset() for single in singles]
     seen = set()
-    for action in actions(260, 3):
+    for action in actions(160, 3):
         assert infos["_latency"].all()
         assert envs.latency is not None
         np.testing.assert_array_equal(infos["latency"], envs.latency)
