@@ -13,7 +13,7 @@ dance: .venv/installed  ## train the built-in dance and make its video
 	$(BIN)/mpma imitate ymca --out runs/ymca --overwrite
 
 test: .venv/installed-dev  ## quick tests, under 3 minutes on two cores
-	$(BIN)/pytest -n 2 -q -rs
+	$(BIN)/pytest -n 2 --dist worksteal -q -rs
 
 test-slow: .venv/installed-dev  ## what takes longer
 	$(BIN)/pytest -n 2 -q -m slow

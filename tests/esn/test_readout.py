@@ -258,5 +258,5 @@ def test_dependent_features_are_fitted_with_any_small_ridge(ridge: float) -> Non
 
 def test_a_ridge_that_is_too_small_is_refused() -> None:
     bank = ReadoutBank(np.zeros((1, 1, 3)), ridge=Ridge(1e-300))
-    with pytest.raises(BadOptionError, match="ridge is 1e-300; expected a ridge that is"):
+    with pytest.raises(BadOptionError, match="ridge is 1e-300; expected a ridge large enough"):
         bank.fit(np.ones((4, 1, 3), PRECISION), np.ones((4, 1, 1)))

@@ -97,7 +97,9 @@ def test_context_without_labels_is_numbered(tmp_path: Path) -> None:
 
 def test_a_motion_of_another_format_is_refused(tmp_path: Path) -> None:
     path = save(tmp_path / "a.npz", posture=ymca().posture, rate=20.0, format=99)
-    with pytest.raises(MotionFileError, match=r"a\.npz: written by another version of this program"):
+    with pytest.raises(
+        MotionFileError, match=r"a\.npz: written by another version of this program"
+    ):
         read_motion(path)
 
 
