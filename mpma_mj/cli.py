@@ -14,12 +14,12 @@ from typing import Any, NoReturn, Protocol
 import tyro
 
 from mpma_mj import __version__
-from mpma_mj.commands import COMMANDS, GROUPS
+from mpma_mj.commands import COMMANDS, EXAMPLES, GROUPS
 from mpma_mj.commands.analyse import with_analysis
 from mpma_mj.commands.imitate import Imitate
 from mpma_mj.commands.parser_errors import parser_error
 from mpma_mj.commands.run_options import REFUSED_OPTIONS, config_type, registry
-from mpma_mj.commands.study import parse_study
+from mpma_mj.commands.study import parse_study, remedy_for_unused
 from mpma_mj.errors import BadOptionError, MpmaError, RecordingWarning
 from mpma_mj.utils.text import as_flag, did_you_mean
 
@@ -163,7 +163,8 @@ def _parse(words: Sequence[str]) -> Command:
         if cause is not None:
             raise cause from None
         if end.code:
-            message = parser_error(parser_errors.getvalue(), f"mpma {name}")
+            unused = remedy_for_unused(options) if name == "study" else "leave it out"
+            message = parser_error(parser_errors.getvalue(), EXAMPLES[name], unused)
             raise BadOptionError(message) from None
         raise
     finally:

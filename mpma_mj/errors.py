@@ -107,7 +107,7 @@ class BadOptionError(MpmaError, ValueError):
     """An option or argument is out of bounds, or contradicts another.
 
     Attributes:
-        option: Name of the option in Python; empty where `message` is complete.
+        option: Name of the option in Python; the message, if any, then says what is wrong with it.
         value: Value that was given.
         expected: What was expected instead.
     """
@@ -121,13 +121,15 @@ class BadOptionError(MpmaError, ValueError):
         expected: str = "",
         remedy: str = "",
     ) -> None:
-        """Take the problem as text, where it is more than one option's value, or as an option."""
+        """Take the problem as text, as an option's value, or as an option and what it has."""
         super().__init__(message, remedy=remedy)
         self.option, self.value, self.expected = option, value, expected
 
     def _problem(self, write: WriteOption) -> str:
         if not self.option:
             return super()._problem(write)
+        if message := super()._problem(write):
+            return f"{write(self.option, None)} {message}"
         typed = isinstance(self.value, tuple) and write is not as_keyword
         value = " ".join(map(str, self.value)) if typed else repr(self.value)
         problem = f"{write(self.option, None)} is {value}"

@@ -203,7 +203,7 @@ def test_an_option_that_a_command_would_refuse_is_not_listed(
     option = next(word for word in words if word.startswith("--")).partition("=")[0]
     assert main(words) == 2
     option = option.replace("--no-", "--")
-    message = f"mpma: mpma {words[0]} has no option {option}; leave it out: {reason}"
+    message = f"mpma: {words[0]} has no option {option}; leave it out: {reason}"
     assert capsys.readouterr().err.startswith(message)
     with pytest.raises(SystemExit):
         main([words[0], "--help"])
@@ -305,5 +305,8 @@ def test_a_folder_that_is_no_run_is_refused_before_anything_large_is_imported(
     program = [sys.executable, "-c", REFUSED_EARLY, str(tmp_path), *NEED_A_RUN]
     result = subprocess.run(program, capture_output=True, text=True, check=False)
     assert result.returncode == 0, result.stderr
-    told = f"mpma: {tmp_path}: is not a run (no readable config.json)\n"
+    told = (
+        f"mpma: {tmp_path}: is not a run (no readable config.json); expected a folder that mpma"
+        " imitate wrote, such as runs/ymca\n"
+    )
     assert result.stderr == told * len(NEED_A_RUN)

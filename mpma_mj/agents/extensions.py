@@ -34,7 +34,7 @@ def load_class(path: str, option: str, required: Sequence[str], *, base: type) -
 
     Raises:
         BadOptionError: File, module or class is missing, the module raises on import, or the
-            class lacks an attribute.
+            class lacks an attribute or defines no abstract method.
     """
     home, _, name = path.rpartition(":")
 
@@ -59,10 +59,12 @@ def load_class(path: str, option: str, required: Sequence[str], *, base: type) -
         raise refusal(f"a class, but {name} is an object of type {type(found).__name__}")
     abstract: frozenset[str] = getattr(found, "__abstractmethods__", frozenset())
     lacking = [n for n in required if n in abstract or not hasattr(found, n)]
+    lacking += sorted(abstract.difference(required))
     if lacking:
+        inherit = f"inherit from {base.__module__}.{base.__qualname__}, or "
         raise refusal(
             f"a class with {', '.join(lacking)}, which {name} lacks",
-            f"inherit from {base.__module__}.{base.__qualname__}, or add it",
+            f"{'' if issubclass(found, base) else inherit}add {'them' if lacking[1:] else 'it'}",
         )
     return found
 

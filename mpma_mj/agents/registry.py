@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Collection
 
 from mpma_mj.agents.adaptive import Adaptive
 from mpma_mj.agents.base import Agent
@@ -48,12 +49,8 @@ def agent_class(name: str) -> type[Agent]:
     Raises:
         BadOptionError: There is no such agent, or it cannot be imported, configured or saved.
     """
-    if not isinstance(name, str) or (name not in AGENTS and ":" not in name):
-        expected = (
-            f"one of {', '.join(AGENTS)}, or the path of a class, such as my_agents.py:MyAgent"
-        )
-        remedy = did_you_mean(str(name), AGENTS)
-        raise BadOptionError(option="agent", value=name, expected=expected, remedy=remedy)
+    if not _is_known(name):
+        raise _unknown(name, AGENTS)
     if name in AGENTS:
         return AGENTS[name]
     loaded: type[Agent] = load_class(name, "agent", _REQUIRED, base=Agent)
@@ -70,10 +67,24 @@ def check_trainable(name: str) -> None:
     Raises:
         BadOptionError: There is no such agent, or it does not learn.
     """
+    learners = [one for one, kind in AGENTS.items() if kind.trainable]
+    if not _is_known(name):
+        raise _unknown(name, learners)
     if not agent_class(name).trainable:
-        learners = ", ".join(one for one, kind in AGENTS.items() if kind.trainable)
-        expected = f"an agent that learns, such as {learners}"
+        expected = f"an agent that learns, such as {', '.join(learners)}"
         raise BadOptionError(option="agent", value=name, expected=expected)
+
+
+def _is_known(name: object) -> bool:
+    """Return whether a name is of a built-in agent, or may be the path of a class."""
+    return isinstance(name, str) and (name in AGENTS or ":" in name)
+
+
+def _unknown(name: object, known: Collection[str]) -> BadOptionError:
+    """Return the error of an agent that there is not, which lists those that can be chosen."""
+    expected = f"one of {', '.join(known)}, or the path of a class, such as my_agents.py:MyAgent"
+    remedy = did_you_mean(str(name), known)
+    return BadOptionError(option="agent", value=name, expected=expected, remedy=remedy)
 
 
 def _check_outside(name: str, loaded: type[Agent]) -> None:

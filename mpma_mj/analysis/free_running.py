@@ -219,6 +219,22 @@ def run_freely(folder: RunFolder, beat: float | None = None) -> tuple[dict[str, 
     return runs, motion
 
 
+def check_beat(period: int, rate: float, beat: float) -> None:
+    """Check the length of the parts into which a context divides a repetition.
+
+    Args:
+        period: Steps of a repetition.
+        rate: Steps per second, Hz.
+        beat: Length of a part, s.
+
+    Raises:
+        BadOptionError: A part is shorter than a step or longer than a repetition.
+    """
+    if not 1.0 <= beat * rate <= period:
+        expected = f"{1 / rate:g} to {period / rate:g} s, a control step to a repetition"
+        raise BadOptionError(option="beat", value=beat, expected=expected)
+
+
 def _beats(period: int, rate: float, beat: float) -> Array:
     """Return a context that divides a repetition into parts of equal length, shape (P, C).
 
@@ -228,11 +244,9 @@ def _beats(period: int, rate: float, beat: float) -> Array:
         beat: Length of a part, s, about.
 
     Raises:
-        BadOptionError: A part is shorter than a step or longer than a repetition.
+        BadOptionError: As of `check_beat`.
     """
-    if not 1.0 <= beat * rate <= period:
-        expected = f"{1 / rate:g} to {period / rate:g} s, a control step to a repetition"
-        raise BadOptionError(option="beat", value=beat, expected=expected)
+    check_beat(period, rate, beat)
     return equal_segments(period, round(period / rate / beat))[0]
 
 

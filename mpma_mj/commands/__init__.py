@@ -12,7 +12,7 @@ from mpma_mj.commands.play import Play
 from mpma_mj.commands.study import Study
 from mpma_mj.commands.sweep import Sweep
 
-__all__ = ["COMMANDS", "GROUPS"]
+__all__ = ["COMMANDS", "EXAMPLES", "GROUPS"]
 
 GROUPS: dict[str, dict[str, tuple[Any, str]]] = {
     "Train": {
@@ -40,3 +40,8 @@ COMMANDS: dict[str, Any] = {
     name: command for group in GROUPS.values() for name, (command, _) in group.items()
 }
 """Dataclasses of the commands by name."""
+
+EXAMPLES: dict[str, str] = {
+    name: example for group in GROUPS.values() for name, (_, example) in group.items()
+}
+"""Examples of the commands by name."""

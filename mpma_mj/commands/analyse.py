@@ -151,7 +151,7 @@ class FreeRunning:
     def run(self) -> Path:
         """Run all agents without demonstration and return the path of the last figure."""
         with locked_runs(self.run_folders, self.outside, "analyse") as folders:
-            from mpma_mj.analysis.free_running import ANTICIPATION, run_freely
+            from mpma_mj.analysis.free_running import ANTICIPATION, check_beat, run_freely
             from mpma_mj.analysis.free_running_report import (
                 FreeRunMeasures,
                 as_markdown,
@@ -162,7 +162,9 @@ class FreeRunning:
             from mpma_mj.utils.progress import show_range
 
             for folder in folders:
-                read_module_trace(folder)  # raises for modules without output
+                demonstration, _ = read_module_trace(folder)  # raises for modules without output
+                if self.beat is not None:
+                    check_beat(demonstration.period, demonstration.motion.rate, self.beat)
             results: dict[str, FreeRunMeasures] = {}
             for number in show_range(range(len(folders)), "running without demonstration"):
                 folder = folders[number]

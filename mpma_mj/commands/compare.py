@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Generic, TypeVar
 import tyro
 
 from mpma_mj.agents.config import AgentConfig
-from mpma_mj.commands.folders import output_folder, write_tables
+from mpma_mj.commands.folders import results_folder, write_tables
 from mpma_mj.commands.play import missing_opengl
 from mpma_mj.commands.run_options import Motions, RunOptions
 from mpma_mj.training.config import versions
@@ -66,7 +66,7 @@ class Compare(Generic[AgentT]):
         config = self.options.run_config(self.motions, "compare")
         motion = read_motions(config)
         spec = jobs(seeds(config, self.runs), motion, epochs=self.epochs, fine_tune=self.fine_tune)
-        with output_folder(self.out, "compare") as folder:
+        with results_folder(self.out, "compare") as folder:
             with (
                 open_backend("processes", self.workers, None) as backend,
                 show_runs(len(spec) * self.runs, 0, "training and evaluating") as show,
@@ -76,7 +76,7 @@ class Compare(Generic[AgentT]):
                 )
             numbers = {"runs": self.runs, "epochs": self.epochs, "fine_tune": self.fine_tune}
             content = {"format": FORMAT, "config": config.to_json(), "versions": versions()}
-            # Not config.json, which identifies a run: it would replace that of a run in the folder.
+            # Not config.json, which identifies a run.
             write_json(folder / "compare.json", content | numbers)
             video = folder / "episodes.mp4"
             video.unlink(missing_ok=True)  # of an earlier comparison

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from mpma_mj.commands.folders import given_runs, output_folder, write_tables
+from mpma_mj.commands.folders import given_runs, results_folder, write_tables
 from mpma_mj.commands.run_options import Outside, OutsideClasses, RunFolders
 from mpma_mj.errors import BadOptionError
 from mpma_mj.options import Arms
@@ -83,7 +83,7 @@ class Evaluate:
             for title, name in _BASELINES.items() if self.baselines else ():
                 config = first.configs[0].replace(agent=name)
                 agents[title] = train_agents([config], first.motion, 1, {})
-            out = stack.enter_context(output_folder(self.out, "evaluation", parent))
+            out = stack.enter_context(results_folder(self.out, "evaluation", parent))
             results = []
             for name, trained in agents.items():
                 epochs = 0 if name in _BASELINES else self.fine_tune

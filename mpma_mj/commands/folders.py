@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mpma_mj.errors import BadOptionError
+from mpma_mj.errors import BadOptionError, RunFolderError
 from mpma_mj.utils.atomic_files import FORMAT, write_json, write_text
 from mpma_mj.utils.folder_lock import locked
 from mpma_mj.utils.text import printable
@@ -26,6 +26,7 @@ __all__ = [
     "hint_at_resuming",
     "locked_runs",
     "output_folder",
+    "results_folder",
     "write_result",
     "write_tables",
 ]
@@ -52,6 +53,23 @@ def check_new_file(
         raise BadOptionError(option=option, value=str(path), expected=expected)
     if path.exists() and not overwrite:
         raise BadOptionError(f"{path}: already exists", remedy="{overwrite} replaces it")
+
+
+@contextlib.contextmanager
+def results_folder(out: Path | None, stem: str, parent: Path = Path("runs")) -> Iterator[Path]:
+    """Lock the output folder of a command that trains no run of its own; see `output_folder`.
+
+    Raises:
+        RunFolderError: The folder is that of a run or a study, or as of `output_folder`.
+    """
+    from mpma_mj.experiments.folder import HEADER
+
+    for name, content in (("config.json", "a run"), (HEADER, "a study")):
+        if out is not None and (out / name).exists():
+            problem = f"{out}: contains {content}"
+            raise RunFolderError(problem, remedy="choose another folder with {out}")
+    with output_folder(out, stem, parent) as folder:
+        yield folder
 
 
 @contextlib.contextmanager

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import tyro
 
-from mpma_mj.commands.folders import output_folder
+from mpma_mj.commands.folders import results_folder
 
 __all__ = ["Identify"]
 
@@ -40,7 +40,7 @@ class Identify:
         from mpma_mj.utils.progress import show_count
 
         log = read_log(self.log)
-        with output_folder(self.out, "identify") as folder:
+        with results_folder(self.out, "identify") as folder:
             with show_count("simulating the log with other parameters") as tick:
                 identified = identify(
                     log,

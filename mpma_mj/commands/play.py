@@ -13,7 +13,7 @@ import tyro
 from mpma_mj.commands.folders import check_new_file
 from mpma_mj.commands.run_options import Reading
 from mpma_mj.envs.gl import require_backend
-from mpma_mj.errors import BadOptionError, RenderingError
+from mpma_mj.errors import BadOptionError, RenderingError, UnknownMotionError
 from mpma_mj.motions.options import ReadingOptions, given
 
 if TYPE_CHECKING:
@@ -125,9 +125,15 @@ class Play:
         return folder.read_trace(), folder.read_motion(), None, options
 
     def _of_motion(self) -> tuple[Trace, Motion, NDArray[np.float64], None]:
+        from mpma_mj.motions import BUILT_IN
         from mpma_mj.motions.loader import import_motion
         from mpma_mj.visualization.episode import ideal_trace
 
+        if self.source not in BUILT_IN and not Path(self.source).exists():
+            raise UnknownMotionError(
+                f"no run or motion '{self.source}'; expected the folder of a run, ymca, or the path"
+                " of a recording"
+            )
         motion, report = import_motion(self.source, self.reading)
         report.emit_warnings(self.source)
         return ideal_trace(motion), motion, report.times, None

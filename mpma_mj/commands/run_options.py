@@ -15,7 +15,7 @@ import tyro
 from tyro.constructors import ConstructorRegistry, StructConstructorSpec, StructTypeInfo
 
 from mpma_mj.agents.config import CONFIG_TYPES, AgentConfig
-from mpma_mj.commands.typed_values import typed_value
+from mpma_mj.commands.typed_values import some_values, typed_value
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions.options import ReadingOptions
@@ -146,6 +146,7 @@ def registry(hidden: Collection[str] = ()) -> ConstructorRegistry:
     """
     rules = ConstructorRegistry()
     rules.primitive_rule(typed_value)
+    rules.primitive_rule(some_values)
     under_way: list[StructTypeInfo] = []
 
     @rules.struct_rule
@@ -215,14 +216,16 @@ def config_type(words: Sequence[str]) -> type[AgentConfig]:
     typed = typed_options(words)
     for option, reason in REFUSED_OPTIONS.items():
         if option in typed:
-            problem = f"mpma {words[0]} has no option --{option_name(option)}"
+            problem = f"{words[0]} has no option --{option_name(option)}"
             raise BadOptionError(problem, remedy=f"leave it out: {reason}")
     name = _value(words, _AGENT) or _saved_agent(words) or "mpma"
     if name in CONFIG_TYPES:
         kind = CONFIG_TYPES[name]
     else:
-        from mpma_mj.agents.registry import agent_class
+        from mpma_mj.agents.registry import agent_class, check_trainable
 
+        if words[0] != "sweep":  # which compares with agents that learn nothing, too
+            check_trainable(name)
         kind = agent_class(name).config_type
     for option in sorted(typed - _names(kind)):
         owners = [one for one, other in CONFIG_TYPES.items() if option in _names(other)]

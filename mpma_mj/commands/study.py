@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import importlib
+import inspect
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Generic, TypeVar
 
@@ -17,7 +18,7 @@ from mpma_mj.utils.text import did_you_mean
 if TYPE_CHECKING:
     from mpma_mj.experiments import study
 
-__all__ = ["STUDIES", "RunStudy", "Study", "parse_study"]
+__all__ = ["STUDIES", "RunStudy", "Study", "parse_study", "remedy_for_unused"]
 
 StudyT = TypeVar("StudyT", bound="study.Study")
 
@@ -40,6 +41,7 @@ _EXPECTED = f"{', '.join(STUDIES)}, or the path of a class, such as my_study.py:
 class Study:
     """Study over many runs, with table and figure; mpma study NAME --help shows its options.
 
+    These are built in:
     - table1: Table 1 of the paper
     - agents: all agents, on several motions, with both kinds of arms
     - ablation: MPMA with one component changed at a time
@@ -90,7 +92,7 @@ def parse_study(words: Sequence[str]) -> RunStudy[Any] | None:
     if name in ("--help", "-h"):
         return None
     kind = _study_class(name)
-    about = (kind.__doc__ or "").partition("\n\n    Attributes:")[0]
+    about = inspect.cleandoc(kind.__doc__ or "").partition("\n\nAttributes:")[0]
     generic: Any = RunStudy
     command: RunStudy[Any] = tyro.cli(
         generic[kind],
@@ -99,6 +101,12 @@ def parse_study(words: Sequence[str]) -> RunStudy[Any] | None:
         args=options,
     )
     return command
+
+
+def remedy_for_unused(words: Sequence[str]) -> str:
+    """Return what to do with a word after `mpma study` for which the study has no use."""
+    has_motion = any(field.name == "motion" for field in fields(_study_class(words[0])))
+    return "give a motion with --motion" if has_motion else "leave it out"
 
 
 def _study_class(name: str) -> type[study.Study]:
@@ -117,8 +125,13 @@ def _study_class(name: str) -> type[study.Study]:
     from mpma_mj.agents.extensions import load_class
     from mpma_mj.experiments.study import Study as Base
 
-    found = load_class(name, "study", ("name", "jobs", "table"), base=Base)
-    if not issubclass(found, Base):
-        remedy = f"inherit from {Base.__module__}.{Base.__qualname__}"
-        raise BadOptionError(option="study", value=name, expected="a study", remedy=remedy)
-    return found
+    try:
+        found = load_class(name, "study", (), base=Base)
+        if not issubclass(found, Base):
+            home = "mpma_mj.experiments"
+            remedy = f"inherit from {home}.study.Study or {home}.training.TrainingStudy"
+            raise BadOptionError(option="study", expected="a study", remedy=remedy)
+        return load_class(name, "study", ("name",), base=Base)
+    except BadOptionError as error:  # there is no option of this name
+        problem = f"no study '{name}': expected {error.expected}"
+        raise BadOptionError(problem, remedy=error.remedy) from None

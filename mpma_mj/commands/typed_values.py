@@ -1,19 +1,24 @@
-"""Options that are typed in a form of their own: latencies and plants.
+"""Options that are typed in a form of their own: latencies, plants, choices and several values.
 
 `--latency 3`, or `--latency 0 5` for a range; `--plants default payload=3 payload=1,damping=2`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+import dataclasses
+import types
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Literal, NamedTuple, get_args, get_origin
 
-from tyro.constructors import PrimitiveConstructorSpec, PrimitiveTypeInfo
+import tyro
+from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, PrimitiveTypeInfo
 
 from mpma_mj.envs.plants import Plant, plants_from
 from mpma_mj.errors import BadOptionError
 
-__all__ = ["typed_value"]
+__all__ = ["some_values", "typed_value"]
+
+_POSITIONAL: Any = tyro.conf.Positional
 
 _DEFAULT = str(Plant())
 _PLANTS = f"{_DEFAULT}, or each option once, such as payload=3,actuator_gain=0.6"
@@ -21,6 +26,9 @@ _PLANTS = f"{_DEFAULT}, or each option once, such as payload=3,actuator_gain=0.6
 
 def typed_value(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
     """Return how an option is typed, by its type; None for types that are typed as usual."""
+    match get_args(info.type):
+        case (names, types.NoneType) if get_origin(names) is Literal:
+            return _choice(get_args(names))
     form = _FORMS.get(info.type)
     if form is None:
         return None
@@ -32,6 +40,40 @@ def typed_value(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None
         str_from_instance=lambda value: list(
             map(str, value if isinstance(value, tuple) else [value])
         ),
+    )
+
+
+def some_values(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
+    """Return how an option of several values is typed: as usual, but not without a value."""
+    several = get_args(info.type)[1:] == (...,) or get_origin(info.type) is Mapping
+    if not several or _POSITIONAL in info.markers:
+        return None
+    # What tyro itself makes of it, as this marker stops the next call of this function.
+    spec = ConstructorRegistry.get_primitive_spec(
+        dataclasses.replace(info, markers=info.markers | {_POSITIONAL})
+    )
+    if not isinstance(spec, PrimitiveConstructorSpec):
+        return None
+
+    usual = spec.instance_from_str
+
+    def parse(words: list[str]) -> Any:
+        if not words:
+            raise ValueError("no value")
+        return usual(words)
+
+    return dataclasses.replace(spec, instance_from_str=parse)
+
+
+def _choice(choices: tuple[str, ...]) -> PrimitiveConstructorSpec[Any]:
+    """Return how one of several names is typed, in place of None; tyro itself shuffles them."""
+    return PrimitiveConstructorSpec(
+        nargs=1,
+        metavar=f"{{{','.join(choices)}}}",
+        choices=choices,
+        instance_from_str=lambda words: words[0],
+        is_instance=lambda value: value is None or value in choices,
+        str_from_instance=lambda value: [str(value)],
     )
 
 

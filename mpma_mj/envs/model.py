@@ -101,7 +101,10 @@ def _errors_in_one_line(path: Path) -> Iterator[None]:
     except BadOptionError:
         raise
     except (ValueError, mujoco.FatalError) as error:
-        raise BadOptionError(f"{path}: {' '.join(str(error).split())}") from None
+        problem = " ".join(str(error).split())
+        if "could not find decoder" in problem:  # for the ending of the file's name
+            problem = "is no MJCF file; expected an XML model of the arms"
+        raise BadOptionError(f"{path}: {problem}") from None
 
 
 def _compensate_gravity(spec: mujoco.MjSpec) -> None:

@@ -61,7 +61,17 @@ class CompareAgents(TrainingStudy):
     reading: ReadingOptions = ReadingOptions()
 
     def points(self) -> list[Point]:
-        """Return a point for each motion, kind of arms and agent."""
+        """Return a point for each motion, kind of arms and agent.
+
+        Raises:
+            BadOptionError: There is no such agent, or a motion is given twice.
+        """
+        for agent in self.agents:
+            try:
+                agent_class(agent)
+            except BadOptionError as error:
+                problem = f"has '{agent}'; expected {error.expected}"
+                raise BadOptionError(problem, option="agents", remedy=error.remedy) from None
         return [
             Point(
                 {"motion": base.motions[0], "arms": arms, "agent": agent},

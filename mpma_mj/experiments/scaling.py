@@ -139,9 +139,9 @@ class Scaling(TrainingStudy):
         for name in ("modules", "nodes"):
             values = getattr(self, name)
             if not values:
-                raise BadOptionError(f"{name} has no value; expected at least 1 size")
+                raise BadOptionError("has no value; expected at least 1 size", option=name)
             if len(set(values)) < len(values):
-                raise BadOptionError(f"{name} has a value twice; leave one out")
+                raise BadOptionError("has a value twice; leave one out", option=name)
         base = RunConfig.of(
             models=self.models,
             rule=self.rule,
@@ -199,14 +199,16 @@ def _check_lengths(lengths: Sequence[float], name: str, duration: float) -> None
             remedy="give lengths with {lengths}",
         )
     if len(set(lengths)) < len(lengths):
-        raise BadOptionError("lengths has a value twice; leave one out")
+        raise BadOptionError("has a value twice; leave one out", option="lengths")
     for length in lengths:
         if not (math.isfinite(length) and length > 0):
-            raise BadOptionError(f"lengths has {length:g}; expected seconds above 0")
+            problem = f"has {length:g}; expected seconds above 0"
+            raise BadOptionError(problem, option="lengths")
         if length > duration:
             raise BadOptionError(
-                f"lengths has {length:g} s, and {name}, the longest motion, lasts {duration:.2f}"
-                " s; give a shorter length, or a longer recording"
+                f"has {length:g} s, and {name}, the longest motion, lasts {duration:.2f}"
+                " s; give a shorter length, or a longer recording",
+                option="lengths",
             )
 
 

@@ -78,13 +78,18 @@ def points(words: Sequence[str], base: RunConfig) -> list[RunConfig]:
     agent = next((word.partition("=")[2] for word in words if word.startswith("agent=")), "")
     hints: dict[str, Any] = {}
     for name in agent.split(",") if agent else [base.agent_name]:
-        hints |= option_types(name)
+        try:
+            hints |= option_types(name)
+        except BadOptionError as error:
+            problem = f"has agent '{name}'; expected {error.expected}"
+            raise BadOptionError(problem, option="grid", remedy=error.remedy) from None
     axes: dict[str, list[Any]] = {}
     for word in words:
         name, values = _axis(word, hints)
         if name in axes:
             typed = word.partition("=")[0]
-            raise BadOptionError(f"grid has {typed} twice; give all its values at once")
+            problem = f"has {typed} twice; give all its values at once"
+            raise BadOptionError(problem, option="grid")
         axes[name] = values
     chosen = (
         base.replace(**dict(zip(axes, values, strict=True)))
@@ -98,40 +103,46 @@ def _axis(word: str, hints: dict[str, Any]) -> tuple[str, list[Any]]:
     typed, equals, texts = word.partition("=")
     if not equals:
         raise BadOptionError(
-            f"grid has '{word}'",
+            f"has '{word}'",
+            option="grid",
             remedy="expected name=value,value,…; put motions before {grid}",
         )
     fields = {option_name(name): name for name in hints} | {name: name for name in hints}
     if typed not in fields:
         hint = did_you_mean(typed, fields) or f"expected one of {', '.join(sorted(hints))}"
-        raise BadOptionError(f"grid has unknown '{typed}'; {hint}")
+        raise BadOptionError(f"has unknown '{typed}'; {hint}", option="grid")
     name = fields[typed]
     if name == "seed":
         raise BadOptionError(
-            "grid has seed", remedy="give the first with {seed}, their number with {runs}"
+            "has seed",
+            option="grid",
+            remedy="give the first with {seed}, their number with {runs}",
         )
     choices = _choices(hints[name])
     if not all(map(_has_text, choices)) or choices == (types.NoneType,):
         raise BadOptionError(
-            f"grid has {typed}, which takes several values at once",
+            f"has {typed}, which takes several values at once",
+            option="grid",
             remedy=f"give it with {{{name}}}",
         )
     values = [_value(typed, text, hints[name]) for text in texts.split(",")]
     if len(set(values)) < len(values):
-        raise BadOptionError(f"grid has a value of {typed} twice: '{texts}'; leave one out")
+        problem = f"has a value of {typed} twice: '{texts}'; leave one out"
+        raise BadOptionError(problem, option="grid")
     return name, values
 
 
 def _value(name: str, text: str, hint: Any) -> Any:
     """Return what a text means to a field of a type."""
     if not text:
-        raise BadOptionError(f"grid has an empty value of {name}; expected {_expected(hint)}")
+        problem = f"has an empty value of {name}; expected {_expected(hint)}"
+        raise BadOptionError(problem, option="grid")
     for choice in _choices(hint):
         try:
             return _parsed(text, choice)
         except (ValueError, KeyError):
             continue
-    raise BadOptionError(f"grid has {name} '{text}'; expected {_expected(hint)}")
+    raise BadOptionError(f"has {name} '{text}'; expected {_expected(hint)}", option="grid")
 
 
 def _parsed(text: str, hint: Any) -> Any:

@@ -59,8 +59,8 @@ class Unseen(ImitationStudy):
         found = tuple(dict.fromkeys(("ymca", *expand_folders(self.motions))))
         if len(found) < _LEAST:
             raise BadOptionError(
-                f"motions are {', '.join(found)}; expected at least {_LEAST}, of which"
-                " each is left out once, and the others are learned",
+                f"expected at least {_LEAST} motions, not only {' and '.join(found)}, as each is"
+                " left out once while the others are learned",
                 remedy="name more recordings",
             )
         return found

@@ -25,7 +25,7 @@ from mpma_mj.motions.readers.recording import Recording
 from mpma_mj.motions.synthetic import BUILT_IN, SYNTHETIC_MOTIONS
 from mpma_mj.motions.transforms import at_rate, close_loop
 
-__all__ = ["ImportedMotion", "import_motion", "read_motion"]
+__all__ = ["ImportedMotion", "import_motion", "read_motion", "refuse_run"]
 
 _RATE = 20.0  # Hz, of the paper's control step
 _RATES = (1.0, 1000.0)  # Hz: at higher ones a motion fills the memory
@@ -207,6 +207,20 @@ def _source_rate(recording: Recording, options: ReadingOptions, report: ImportRe
     return recording.rate
 
 
+def refuse_run(folder: Path) -> None:
+    """Refuse the folder of a run in place of a motion.
+
+    Raises:
+        MotionFileError: It is one.
+    """
+    if (folder / "config.json").exists() and (folder / "metrics.csv").exists():
+        raise MotionFileError(
+            f"{folder}: is a run, not a motion",
+            remedy="mpma imitate continues it with {resume}, or begins from it with {init}, and"
+            " mpma play shows it",
+        )
+
+
 def _check_file(path: Path) -> None:
     if not path.exists():
         if path.suffix or len(path.parts) > 1:
@@ -216,6 +230,7 @@ def _check_file(path: Path) -> None:
             f" synthetic-{SYNTHETIC_MOTIONS}, or the path of a recording"
         )
     if path.is_dir():
+        refuse_run(path)
         raise MotionFileError(f"{path}: is a folder; give the path of a recording in it")
     if not path.is_file():
         raise MotionFileError(f"{path}: is not a file; give the path of a recording")

@@ -75,11 +75,12 @@ def parse_mapping(option: str) -> Groups:
     groups: Groups = {}
     for point, names in given:
         if point in groups:
-            raise BadOptionError(f"map: {point} is given twice; join all its markers with +")
+            problem = f"has {point} twice; join all its markers with +"
+            raise BadOptionError(problem, option="map")
         if point not in (*ARM_POINTS, *TORSO_POINTS):
-            raise BadOptionError(
-                f"map: no point '{point}'; expected {', '.join((*ARM_POINTS, *TORSO_POINTS))}"
-            )
+            known = ", ".join((*ARM_POINTS, *TORSO_POINTS))
+            problem = f"has unknown point '{point}'; expected {known}"
+            raise BadOptionError(problem, option="map")
         groups[point] = names
     return groups
 
@@ -272,13 +273,16 @@ def _read_toml(path: Path) -> Iterator[tuple[str, tuple[str, ...]]]:
     try:
         content = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
-        raise BadOptionError(f"map: {path} cannot be read ({error.strerror})") from None
+        problem = f"names {path}, which cannot be read ({error.strerror})"
+        raise BadOptionError(problem, option="map") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise BadOptionError(f"map: {path} is not a TOML file ({error})") from None
+        problem = f"names {path}, which is not a TOML file ({error})"
+        raise BadOptionError(problem, option="map") from None
     for point, value in content.items():
         names = [name.strip() for name in value.split("+")] if isinstance(value, str) else value
         if not (isinstance(names, list) and names and all(isinstance(n, str) and n for n in names)):
-            raise BadOptionError(f"map: {path}: {point} is '{value}'; expected a name or names")
+            problem = f"names {path}, where {point} is '{value}'; expected a name or names"
+            raise BadOptionError(problem, option="map")
         yield point, tuple(names)
 
 
@@ -287,7 +291,6 @@ def _read_inline(option: str) -> Iterator[tuple[str, tuple[str, ...]]]:
         point, equals, names = entry.partition("=")
         group = tuple(name.strip() for name in names.split("+"))
         if not equals or not all(group):
-            raise BadOptionError(
-                f"map: '{entry}' is not POINT=NAME or POINT=NAME+NAME, such as left_elbow=LELB"
-            )
+            problem = f"has '{entry}', not POINT=NAME or POINT=NAME+NAME, such as left_elbow=LELB"
+            raise BadOptionError(problem, option="map")
         yield point.strip(), group

@@ -116,7 +116,10 @@ def read_log(path: str | Path) -> RobotLog:
     path = Path(path)
     if not path.is_file():
         found = "this is a folder" if path.is_dir() else "there is no such file"
-        raise RobotLogError(f"{path}: expected a robot's log as a CSV file, but {found}")
+        raise RobotLogError(
+            f"{path}: expected a robot's log as a CSV file, but {found}; give one with the header"
+            f" {_HEADER}"
+        )
     file = TextFile.open(path)
     if file is None:
         raise RobotLogError(f"{path}: is not a text file; expected CSV with the header {_HEADER}")

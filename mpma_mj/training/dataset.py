@@ -10,7 +10,7 @@ from mpma_mj.errors import BadOptionError, MotionFileError
 from mpma_mj.motions import Motion
 from mpma_mj.motions.context import read_labels
 from mpma_mj.motions.feasibility import check_feasibility
-from mpma_mj.motions.loader import import_motion
+from mpma_mj.motions.loader import import_motion, refuse_run
 from mpma_mj.motions.options import ReadingOptions, given
 from mpma_mj.motions.synthetic import BUILT_IN
 from mpma_mj.motions.transforms import join
@@ -34,13 +34,14 @@ def expand_folders(sources: Sequence[str]) -> tuple[str, ...]:
         sources: Names of built-in motions, and paths of recordings and folders.
 
     Raises:
-        MotionFileError: A folder contains no recording.
+        MotionFileError: A folder contains no recording, or is that of a run.
     """
     expanded: list[str] = []
     for source in sources:
         if not Path(source).is_dir():
             expanded.append(source)
             continue
+        refuse_run(Path(source))
         files = sorted(p for p in Path(source).iterdir() if p.suffix.lower() in _ENDINGS)
         recordings = [str(path) for path in files if not _is_label_file(path)]
         if not recordings:

@@ -165,7 +165,10 @@ class RunFolder:
                 )
             return RunConfig.from_json(content["config"], self.trusted)
         except OSError:
-            raise RunFolderError(f"{self.path}: is not a run (no readable config.json)") from None
+            raise RunFolderError(
+                f"{self.path}: is not a run (no readable config.json)",
+                remedy="expected a folder that mpma imitate wrote, such as runs/ymca",
+            ) from None
         except (AttributeError, ValueError, KeyError, TypeError) as error:
             if isinstance(error, BadOptionError) and error.option in ("agent", "rule"):
                 raise  # a class that the user has named

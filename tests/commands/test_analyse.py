@@ -204,7 +204,7 @@ def test_a_beat_is_a_step_at_least_and_a_repetition_at_most(
 ) -> None:
     message = f"--beat is {beat}; expected 0.05 to 3.8 s, a control step to a repetition"
     words = ["analyse", str(run), "free-running", "--beat", beat]
-    refused(words, message, title=TITLES["free-running"])
+    refused(words, message)  # before the title of the progress
     assert not (run / "free_running.json").exists()
 
 

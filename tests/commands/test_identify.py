@@ -8,6 +8,7 @@ import pytest
 
 from mpma_mj.cli import main
 from mpma_mj.sysid import RobotLog, write_log
+from tests.conftest import Refused
 from tests.sysid.conftest import LATENCY, dance_of
 
 
@@ -45,6 +46,10 @@ def test_a_log_gives_a_table_and_a_model_that_dances_like_the_robot(
     [
         (["gone.csv"], "gone.csv: expected a robot's log as a CSV file, but there is no such file"),
         (["bad.csv"], "mpma: bad.csv: lacks command_left_shoulder_abduction, "),
+        (
+            ["robot.csv", "--model", "robot.csv"],
+            "robot.csv: is no MJCF file; expected an XML model",
+        ),
         (["robot.csv", "--model", "gone.xml"], "--model is 'gone.xml'; expected an MJCF file"),
     ],
 )
@@ -68,3 +73,12 @@ def test_bad_input_is_one_line_and_exit_2(
     assert message in errors[0]
     assert "Traceback" not in printed.err
     assert {path.name for path in tmp_path.iterdir()} == {"bad.csv", "robot.csv"}
+
+
+def test_the_result_is_not_written_to_the_folder_of_a_run(
+    log: RobotLog, tmp_path: Path, refused: Refused
+) -> None:
+    write_log(tmp_path / "robot.csv", log)
+    (tmp_path / "config.json").write_text("{}")
+    message = f"{tmp_path}: contains a run; choose another folder with --out"
+    refused(["identify", str(tmp_path / "robot.csv"), "--out", str(tmp_path)], message)

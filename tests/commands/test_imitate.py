@@ -109,6 +109,10 @@ def test_resume_goes_on_in_the_runs_folder(
             ["ymca", "--plants", "default", "payload=1", "--switch-every", "3", "1"],
             "--switch-every is 3.0 1.0; expected two times",
         ),
+        (
+            ["ymca", "--agent", "nobody"],
+            "one of mpma, mosaic, hammer, single, adaptive, oracle, or",
+        ),
         (["ymca", "--out", "x" * 300], "File name too long; check the path and its permissions"),
     ],
 )
@@ -300,3 +304,13 @@ def test_the_run_stays_if_the_video_fails(
     assert "best epoch 1" in printed.out
     assert (out / "summary.json").exists()
     assert not list(out.glob("*.mp4"))
+
+
+@pytest.mark.parametrize(
+    "words", ["imitate RUN", "compare ymca RUN", "motion RUN", "study latency --motion RUN"]
+)
+def test_a_run_in_place_of_a_motion_is_recognised(
+    words: str, small_run: Path, refused: Refused
+) -> None:
+    message = f"{small_run}: is a run, not a motion; mpma imitate continues it with --resume, or"
+    refused(words.replace("RUN", str(small_run)).split(), message)

@@ -141,9 +141,9 @@ def test_a_label_of_other_letters_and_no_label_are_shown(seat: Seat, tmp_path: P
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["macarena"], "no motion 'macarena'; expected ymca"),
-        (["gone.tsv"], "gone.tsv: no such file; give the path of a recording"),
-        (["folder"], "folder: is not a run (no readable config.json)"),
+        (["macarena"], "no run or motion 'macarena'; expected the folder of a run, ymca, or"),
+        (["runs/gone"], "no run or motion 'runs/gone'; expected the folder of a run"),
+        (["folder"], "(no readable config.json); expected a folder that mpma imitate wrote"),
         (["text.csv"], "text.csv: "),
         (["ymca", "--tempo", "0"], "tempo is 0"),
     ],

@@ -124,7 +124,7 @@ def test_the_command_writes_table_rows_and_figure(
         (["--epochs", "0"], "epochs is 0"),
         (["--nodes", "0"], "nodes is 0"),
         (["--tempo", "0"], "tempo is 0"),
-        (["--agents", "nobody"], "agent is 'nobody'"),
+        (["--agents", "nobody"], "--agents has 'nobody'"),
         (["ymca", "ymca"], "ymca is given twice"),
         (["gone.tsv"], "gone.tsv"),
     ],

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from mpma_mj.cli import main
+from mpma_mj.errors import BadOptionError
 from mpma_mj.experiments.records import Record
 from mpma_mj.experiments.scaling import Amount, Scaling, Size
 from mpma_mj.experiments.scaling_report import fixed, least_enough, named, saturation
@@ -172,8 +173,7 @@ def test_the_command_writes_tables_rows_and_figure_and_goes_on(
         (["--nodes", "0"], "nodes is 0"),
         (["--modules", "0"], "modules is 0"),
         (["--modules", "2", "2"], "modules has a value twice"),
-        (["--modules"], "modules has no value; expected at least 1 size"),
-        (["--lengths", "0"], "lengths has 0; expected seconds above 0"),
+        (["--lengths", "0"], "--lengths has 0; expected seconds above 0"),
         (["--lengths", "2", "2"], "lengths has a value twice"),
         (["--lengths", "81"], "and synthetic, the longest motion, lasts 80.00 s"),
         (["ymca"], "ymca, the longest motion, lasts 3.80 s, less than 5 s"),
@@ -186,3 +186,8 @@ def test_bad_input_is_refused_in_one_line_and_leaves_nothing(
 ) -> None:
     refused(["study", "scaling", *words, "--out", str(tmp_path / "new")], message)
     assert not (tmp_path / "new").exists()
+
+
+def test_no_size_is_refused() -> None:
+    with pytest.raises(BadOptionError, match="modules has no value; expected at least 1 size"):
+        Scaling(modules=()).jobs()

@@ -221,6 +221,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from mpma_mj.experiments.study import Study, StudyJob, batches, over_seeds
+from mpma_mj.experiments.training import TrainingStudy
 from mpma_mj.training.config import RunConfig
 
 
@@ -264,6 +265,10 @@ class Lacking(Study):
     name = "lacking"
 
 
+class Pointless(TrainingStudy):
+    name = "pointless"
+
+
 class NoStudy:
     name, jobs, table = "none", None, None
 '''
@@ -294,13 +299,17 @@ def test_the_help_of_a_study_has_its_options(
             main(["study", name, "--help"])
         printed = capsys.readouterr().out
         assert printed.startswith(f"usage: mpma study {name} ")
-        assert "Repeat the command with the same --out to resume." in printed
+        about, resume, _ = printed.partition("Repeat the command with the same --out to resume.")
+        assert resume
+        assert "\n\n\n" not in about
+        assert "\n  " not in about
         assert all(option in printed for option in ("--runs", "--seed", "--workers", "--out"))
         assert ("--factor" in printed) == (":" in name)
     with pytest.raises(SystemExit, match="0"):
         main(["study", "--help"])
     printed = capsys.readouterr().out
     assert all(f"{name}: " in printed for name in STUDIES)
+    assert "\n\n\n" not in printed
 
 
 @pytest.mark.parametrize(
@@ -310,8 +319,12 @@ def test_the_help_of_a_study_has_its_options(
         (["switchin"], "such as my_study.py:MyStudy; did you mean switching?"),
         (["--runs", "1"], "no study '--runs'; expected one of table1"),
         (["my_study.py:Mine"], "expected a class of my_study.py, but it has no Mine"),
-        (["gone.py:MyStudy"], "expected an existing file"),
-        (["my_study.py:Lacking"], "expected a class with jobs, table, which Lacking lacks"),
+        (["my_study.py:Pointless"], "expected a class with points, table, which Pointless lacks"),
+        (["gone.py:MyStudy"], "no study 'gone.py:MyStudy': expected an existing file"),
+        (
+            ["my_study.py:Lacking"],
+            "no study 'my_study.py:Lacking': expected a class with jobs, table, which",
+        ),
         (["my_study.py:NoStudy"], "inherit from mpma_mj.experiments.study.Study"),
         (
             ["my_study.py:MyStudy", "--runs", "0"],
@@ -323,8 +336,9 @@ def test_the_help_of_a_study_has_its_options(
         (["table1", "--epochs", "0"], "--epochs is 0; expected a whole number from 1 to 10000"),
         (["switching", "--motion", "nope"], "no motion 'nope'"),
         (["latency", "--epochs", "-1"], "--epochs is -1"),
-        (["unseen"], "motions are ymca; expected at least 3"),
-        (["unseen", "synthetic-1", "ymca"], "motions are ymca, synthetic-1"),
+        (["unseen"], "expected at least 3 motions, not only ymca, as each"),
+        (["unseen", "synthetic-1", "ymca"], "not only ymca and synthetic-1"),
+        (["agents", "--agents", "mpma", "nobody"], "--agents has 'nobody'; expected one of mpma"),
     ],
 )
 def test_bad_input_is_refused_in_one_line_and_leaves_nothing(

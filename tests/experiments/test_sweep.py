@@ -15,6 +15,7 @@ from typing import Any
 import pytest
 
 from mpma_mj.cli import main
+from mpma_mj.errors import BadOptionError
 from mpma_mj.experiments.training import Point
 from mpma_mj.utils import atomic_files
 from tests.experiments.runs import TINY as TINY_CONFIG
@@ -162,6 +163,11 @@ def test_a_disk_that_is_full_at_the_end_is_one_line(
     assert sweep(*GRID, *NO_NODES, out=tmp_path) == 2
     message = capsys.readouterr().err.splitlines()[-1]
     assert message.startswith(f"mpma: {tmp_path / name}: cannot be written (No space left")
+
+
+def test_an_unknown_agent_is_named_with_the_grid() -> None:
+    with pytest.raises(BadOptionError, match="grid has agent 'nobody'; expected one of mpma"):
+        sweep_of("agent=nobody").points()
 
 
 def test_what_varies_is_found_also_where_only_some_agents_have_it() -> None:

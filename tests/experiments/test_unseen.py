@@ -41,5 +41,5 @@ def test_what_is_left_out_is_not_learned_and_has_the_labels_of_the_others() -> N
 
 
 def test_fewer_than_3_motions_are_refused() -> None:
-    with pytest.raises(BadOptionError, match="motions are ymca, synthetic; expected at least 3"):
+    with pytest.raises(BadOptionError, match="at least 3 motions, not only ymca and synth"):
         Unseen(motions=("ymca", "synthetic")).jobs()

@@ -205,12 +205,12 @@ def test_spaces_in_a_mapping_do_not_matter() -> None:
 @pytest.mark.parametrize(
     ("mapping", "message"),
     [
-        ("left_knee=LKNE", "no point 'left_knee'; expected left_shoulder"),
-        ("left_elbow", "'left_elbow' is not POINT=NAME"),
-        ("left_elbow=", "is not POINT=NAME"),
-        ("left_elbow=a+", "is not POINT=NAME"),
-        ("left_elbow=a,left_elbow=b", "left_elbow is given twice; join all its markers with +"),
-        ("gone.toml", r"gone.toml cannot be read \(No such file"),
+        ("left_knee=LKNE", "has unknown point 'left_knee'; expected left_shoulder"),
+        ("left_elbow", "map has 'left_elbow', not POINT=NAME"),
+        ("left_elbow=", "'left_elbow=', not POINT=NAME"),
+        ("left_elbow=a+", "'left_elbow=a\\+', not POINT=NAME"),
+        ("left_elbow=a,left_elbow=b", "has left_elbow twice; join all its markers with +"),
+        ("gone.toml", r"gone.toml, which cannot be read \(No such file"),
     ],
 )
 def test_bad_mappings_say_what_is_wrong(mapping: str, message: str) -> None:

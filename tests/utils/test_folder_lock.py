@@ -89,13 +89,21 @@ COMMANDS = [
     "analyse FOLDER free-running",
     "analyse FOLDER lesion",
     "evaluate FOLDER",
-    "evaluate RUN --out FOLDER",
+    "evaluate RUN --out RESULTS",
     "sweep --out FOLDER",
     "study table1 --out FOLDER",
     "study robustness --out FOLDER",
-    "compare ymca --no-video --out FOLDER",
-    "identify LOG --out FOLDER",
+    "compare ymca --no-video --out RESULTS",
+    "identify LOG --out RESULTS",
 ]
+
+
+@pytest.fixture(scope="module")
+def held_results(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """Yield a folder of results that another process holds."""
+    results = tmp_path_factory.mktemp("held") / "results"
+    with held(results):
+        yield results
 
 
 @pytest.fixture(scope="module")
@@ -108,12 +116,18 @@ def held_run(small_run: Path, tmp_path_factory: pytest.TempPathFactory) -> Itera
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_that_writes_a_folder_is_refused_while_another_does(
-    command: str, held_run: Path, small_run: Path, robot_log: Path, refused: Refused
+    command: str,
+    held_run: Path,
+    held_results: Path,
+    small_run: Path,
+    robot_log: Path,
+    refused: Refused,
 ) -> None:
-    before = {path: path.stat().st_mtime_ns for path in held_run.rglob("*")}
-    places = {"FOLDER": str(held_run), "RUN": str(small_run), "LOG": str(robot_log)}
-    refused([places.get(word, word) for word in command.split()], f"mpma: {held_run}: {BUSY}")
-    assert {path: path.stat().st_mtime_ns for path in held_run.rglob("*")} == before
+    folder = held_results if "RESULTS" in command else held_run
+    before = {path: path.stat().st_mtime_ns for path in folder.rglob("*")}
+    places = {"FOLDER": folder, "RESULTS": folder, "RUN": small_run, "LOG": robot_log}
+    refused([str(places.get(word, word)) for word in command.split()], f"mpma: {folder}: {BUSY}")
+    assert {path: path.stat().st_mtime_ns for path in folder.rglob("*")} == before
 
 
 def test_a_run_is_read_while_a_command_writes_it(
