@@ -3,24 +3,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mpma_mj import kinematics
-from mpma_mj.context import equal_segments
 from mpma_mj.errors import InfeasibleMotionError
-from mpma_mj.motions import Motion
 from mpma_mj.motions.feasibility import check_feasibility, joint_speeds
-
-SPEED = np.array([12.0, 12.0, 20.0, 15.0] * 2)
-
-
-def moving(angles: np.ndarray, rate: float = 20.0) -> Motion:
-    context, labels = equal_segments(len(angles), 2)
-    return Motion(kinematics.posture_from_angles(angles), context, labels, rate, "moving", "a test")
-
-
-def raising(speed: float, joint: int = 0, frames: int = 10) -> Motion:
-    angles = np.tile([0.3, 0.1, 0.2, 0.5] * 2, (frames, 1))
-    angles[:, joint] += np.arange(frames) * speed / 20.0
-    return moving(angles)
+from tests.motions.known_motions import SPEED, moving, raising
 
 
 def test_speed_is_that_of_the_joint() -> None:

@@ -10,6 +10,7 @@ from mpma_mj.motions import Motion, read_motion, ymca
 from mpma_mj.motions.loader import import_motion
 from mpma_mj.motions.motion import load_motion, save_motion
 from mpma_mj.motions.options import ReadingOptions
+from tests.motions.known_motions import check_equal
 
 
 def test_a_motion_knows_its_duration() -> None:
@@ -49,17 +50,6 @@ Array = NDArray[np.float64]
 def save(path: Path, **arrays: object) -> Path:
     np.savez(path, **arrays)  # type: ignore[arg-type]
     return path
-
-
-def check_equal(found: Motion | None, expected: Motion) -> None:
-    assert found is not None
-    for field in dataclasses.fields(Motion):
-        value, other = getattr(found, field.name), getattr(expected, field.name)
-        if isinstance(other, np.ndarray):
-            np.testing.assert_array_equal(value, other)
-        else:
-            assert value == other
-            assert type(value) is type(other)
 
 
 @pytest.mark.parametrize(

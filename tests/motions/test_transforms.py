@@ -27,6 +27,7 @@ from mpma_mj.motions.transforms import (
     with_context_of,
 )
 from tests.conftest import WriteTsv, dancer, markers_of
+from tests.motions.known_motions import SPEED, check_equal, raising
 
 
 def test_mirrored_twice_is_the_same() -> None:
@@ -69,19 +70,6 @@ def test_minimum_jerk_is_at_rest_at_both_ends_and_fastest_half_way() -> None:
 
 
 Array = NDArray[np.float64]
-
-SPEED = np.array([12.0, 12.0, 20.0, 15.0] * 2)  # rad/s
-
-
-def check_equal(found: Motion | None, expected: Motion) -> None:
-    assert found is not None
-    for field in dataclasses.fields(Motion):
-        value, other = getattr(found, field.name), getattr(expected, field.name)
-        if isinstance(other, np.ndarray):
-            np.testing.assert_array_equal(value, other)
-        else:
-            assert value == other
-            assert type(value) is type(other)
 
 
 @given(
@@ -250,17 +238,6 @@ def test_a_stored_movement_cut_short_is_closed_or_refused_in_words(frames: int) 
             import_motion("ymca", options)
     else:
         assert len(import_motion("ymca", options).motion) == 2
-
-
-def moving(angles: np.ndarray, rate: float = 20.0) -> Motion:
-    context, labels = equal_segments(len(angles), 2)
-    return Motion(kinematics.posture_from_angles(angles), context, labels, rate, "moving", "a test")
-
-
-def raising(speed: float, joint: int = 0, frames: int = 10) -> Motion:
-    angles = np.tile([0.3, 0.1, 0.2, 0.5] * 2, (frames, 1))
-    angles[:, joint] += np.arange(frames) * speed / 20.0
-    return moving(angles)
 
 
 def test_a_movement_that_ends_where_it_starts_is_joined_as_it_is() -> None:
