@@ -16,6 +16,7 @@ from mpma_mj.envs.gl import require_backend
 from mpma_mj.errors import BadOptionError, RenderingError, UnknownMotionError
 from mpma_mj.motions.export import MOTION_FORMATS, export_motion, write_joint_angles
 from mpma_mj.motions.options import ReadingOptions, given
+from mpma_mj.utils.input_files import is_web_address
 
 if TYPE_CHECKING:
     import numpy as np
@@ -141,7 +142,8 @@ class Play:
         from mpma_mj.motions.loader import import_motion
         from mpma_mj.visualization.episode import ideal_trace
 
-        if self.source not in BUILT_IN and not Path(self.source).exists():
+        known = self.source in BUILT_IN or Path(self.source).exists()
+        if not (known or is_web_address(self.source)):
             raise UnknownMotionError(
                 f"no run or motion '{self.source}'; expected the folder of a run, ymca, or the path"
                 " of a recording"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -24,6 +23,7 @@ from mpma_mj.motions.readers.recognise import open_recording
 from mpma_mj.motions.readers.recording import Recording
 from mpma_mj.motions.synthetic import BUILT_IN, SYNTHETIC_MOTIONS
 from mpma_mj.motions.transforms import at_rate, close_loop
+from mpma_mj.utils.input_files import FOLDER, MISSING, file_problem
 
 __all__ = ["ImportedMotion", "import_motion", "read_motion", "refuse_run"]
 
@@ -94,7 +94,7 @@ def import_motion(
         motion = BUILT_IN[str(source)](rate, options.tempo)
         return _import_arms(motion, "built in", options, report)
     path = Path(source)
-    _check_file(path)
+    _check_file(source)
     stored = load_motion(path)
     if stored is not None:
         return _import_arms(at_rate(stored, rate, options.tempo), "npz", options, report)
@@ -221,18 +221,16 @@ def refuse_run(folder: Path) -> None:
         )
 
 
-def _check_file(path: Path) -> None:
-    if not path.exists():
-        if path.suffix or len(path.parts) > 1:
-            raise UnknownMotionError(f"{path}: no such file; give the path of a recording")
+def _check_file(source: str | Path) -> None:
+    problem, path = file_problem(source), Path(source)
+    if problem == FOLDER:
+        refuse_run(path)
+    if problem == MISSING and not path.suffix and len(path.parts) == 1:
         raise UnknownMotionError(
             f"no motion '{path}'; expected ymca, synthetic, synthetic-1 to"
             f" synthetic-{SYNTHETIC_MOTIONS}, or the path of a recording"
         )
-    if path.is_dir():
-        refuse_run(path)
-        raise MotionFileError(f"{path}: is a folder; give the path of a recording in it")
-    if not path.is_file():
-        raise MotionFileError(f"{path}: is not a file; give the path of a recording")
-    if not os.access(path, os.R_OK):
-        raise MotionFileError(f"{path}: cannot be read; check its permissions")
+    if problem:
+        raise (UnknownMotionError if problem == MISSING else MotionFileError)(
+            f"{source}: {problem}"
+        )

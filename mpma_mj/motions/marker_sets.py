@@ -14,6 +14,7 @@ from pathlib import Path
 from mpma_mj.errors import BadOptionError, MotionFileError, placeholder
 from mpma_mj.kinematics import SIDES
 from mpma_mj.motions.body import ARM_POINTS, TORSO_POINTS
+from mpma_mj.utils.input_files import SMALL_FILE, file_problem
 
 __all__ = ["Groups", "choose_markers", "mapping_option", "parse_mapping"]
 
@@ -270,11 +271,10 @@ def _short_name(name: str) -> str:
 
 
 def _read_toml(path: Path) -> Iterator[tuple[str, tuple[str, ...]]]:
+    if problem := file_problem(path, largest=SMALL_FILE):
+        raise BadOptionError(f"names {path}: {problem}", option="map")
     try:
         content = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        problem = f"names {path}, which cannot be read ({error.strerror})"
-        raise BadOptionError(problem, option="map") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         problem = f"names {path}, which is not a TOML file ({error})"
         raise BadOptionError(problem, option="map") from None
