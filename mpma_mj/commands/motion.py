@@ -48,7 +48,7 @@ class InspectMotion:
         from mpma_mj.motions.feasibility import demand_lines
         from mpma_mj.motions.loader import import_motion
         from mpma_mj.utils.progress import show_frames
-        from mpma_mj.utils.text import as_flag
+        from mpma_mj.utils.text import as_flag, printable
         from mpma_mj.visualization.episode import ideal_trace
         from mpma_mj.visualization.motion_page import write_page
         from mpma_mj.visualization.video import write_video
@@ -64,5 +64,5 @@ class InspectMotion:
         if self.video:
             video = picture.with_suffix(".mp4")
             write_video(video, ideal_trace(motion), motion, progress=show_frames)
-            print(video)
+            print(printable(str(video)))
         return picture
