@@ -168,11 +168,14 @@ def _import_arms(
         )
     times = np.arange(len(motion)) / motion.rate * options.tempo
     start, end = options.start or 0.0, math.inf if options.end is None else options.end
+    if start >= times[-1]:
+        expected = f"less, as {motion.name} lasts {times[-1]:.2f} s"
+        raise BadOptionError(option="start", value=start, expected=expected)
     kept = (times >= start) & (times < end)
     if kept.sum() < 2:
         raise BadOptionError(
-            f"from {start:g} to {end:g} s {motion.name}, which lasts {times[-1]:.2f} s, has"
-            f" {kept.sum()} postures; give a longer time"
+            f"{motion.name} has {kept.sum()} posture(s) from {start:g} to {min(end, times[-1]):g} s;"
+            " give a longer time"
         )
     if options.end is not None and end > times[-1] + 1.0 / motion.rate:
         report.warn(
