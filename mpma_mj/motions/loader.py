@@ -174,8 +174,8 @@ def _import_arms(
     kept = (times >= start) & (times < end)
     if kept.sum() < 2:
         raise BadOptionError(
-            f"{motion.name} has {kept.sum()} posture(s) from {start:g} to {min(end, times[-1]):g} s;"
-            " give a longer time"
+            f"{motion.name} has {kept.sum()} posture(s) from {start:g} to"
+            f" {min(end, times[-1]):g} s; give a longer time"
         )
     if options.end is not None and end > times[-1] + 1.0 / motion.rate:
         report.warn(
