@@ -157,10 +157,10 @@ class LateSenses(Senses):
         target = np.take_along_axis(shown, place + 1, axis=-2)[..., 0, :]
         late = (self.delay > 0)[..., None]
         eased = np.where(late, eased_target(angles, reference, target), target)
-        return self._with_state(observation, angles, speed) | {
-            "reference": reference,
-            "target": eased,
-        }
+        expected = self._with_state(observation, angles, speed)
+        if self._most > 0:  # joint angles are shown for now and the next step only
+            expected = {n: shown for n, shown in expected.items() if not n.endswith("ce_angles")}
+        return expected | {"reference": reference, "target": eased}
 
     def present(self, observation: Observation) -> Observation:
         """Return the observation with the state of now, as it is estimated."""

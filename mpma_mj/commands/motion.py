@@ -48,19 +48,19 @@ class InspectMotion:
         from mpma_mj.motions.feasibility import demand_lines
         from mpma_mj.motions.loader import import_motion
         from mpma_mj.utils.progress import show_frames
-        from mpma_mj.utils.text import as_flag, printable
+        from mpma_mj.utils.text import printable
         from mpma_mj.visualization.episode import ideal_trace
         from mpma_mj.visualization.motion_page import write_page
         from mpma_mj.visualization.video import write_video
 
-        motion, report = import_motion(self.motion, self.reading)
-        report.emit_warnings(self.motion)
         limits = arm_limits("physics")
+        motion, report = import_motion(self.motion, self.reading, limits=limits)
+        report.emit_warnings(self.motion)
         if self.out is not None:
             export_motion(self.out, motion)
         picture = self.picture or Path(f"{motion.name}-motion.png")
-        write_page(picture, motion, report, limits[0])
-        print("\n".join([*report.lines(motion), *demand_lines(motion, *limits, as_flag)]))
+        write_page(picture, motion, report, limits.max_speed)
+        print("\n".join([*report.lines(motion), *demand_lines(motion, limits)]))
         if self.video:
             video = picture.with_suffix(".mp4")
             write_video(video, ideal_trace(motion), motion, progress=show_frames)

@@ -22,6 +22,7 @@ _REWORDED = {
     r"Error parsing ([^\s:]+): could not convert string to float: (.+)": (
         "{0} is {1}; expected a number"
     ),
+    _NUMBERS.format(r"FLOAT\|\{(\w+)\}"): "{0} is {2}; expected a number, or {1}",
     r"Error parsing ([^\s:]+): no type matching .+? could be instantiated from \[\]": (
         "{0} has no value; expected two numbers"
     ),

@@ -161,11 +161,12 @@ def _export_run(path: Path, trace: Trace, motion: Motion, options: EnvironmentOp
     from mpma_mj.envs.load import arm_limits
 
     if path.suffix == ".csv":
-        commands = trace.action * arm_limits(options)[0]
+        commands = trace.action * arm_limits(options).max_speed
         write_joint_angles(path, trace.true_joint_angles()[:-1], motion.rate, commands)
         return
     source = f"arms that imitate {motion.source}"
-    done = replace(motion, posture=trace.posture[:-1], context=trace.context[:-1], source=source)
+    posture, context = trace.posture[:-1], trace.context[:-1]
+    done = replace(motion, posture=posture, context=context, source=source, feasible_angles=None)
     export_motion(path, done)
 
 

@@ -46,6 +46,8 @@ class Observer:
             "context": self._context.shape[1:],
             **{"joint_angles": (8,), "joint_velocities": (8,)},
         }
+        if demonstration.has_angles:
+            self.shapes |= {"reference_angles": (8,), "target_angles": (8,)}
         if self._lookahead:
             self.shapes["lookahead"] = (self._lookahead, 12)
         if self._shows_phase:
@@ -84,6 +86,9 @@ class Observer:
             "joint_angles": joint_angles,
             "joint_velocities": joint_velocities,
         }
+        if episode.reference_angles is not None:
+            observation["reference_angles"] = episode.reference_angles[now].copy()
+            observation["target_angles"] = episode.reference_angles[after].copy()
         if self._lookahead:
             windows = sliding_window_view(episode.reference, self._lookahead, axis=-2)
             observation["lookahead"] = np.moveaxis(windows[after], -1, -2).copy()

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.errors import BadOptionError
-from mpma_mj.kinematics import JOINT_NAMES, SIDES
+from mpma_mj.kinematics import JOINT_NAMES, SIDES, angles_from_posture
 from mpma_mj.motions.motion import Motion, save_motion
 from mpma_mj.utils.atomic_files import atomic_write
 from mpma_mj.utils.text import printable
@@ -54,10 +54,10 @@ _CENTIMETRES = 100.0  # a metre's, the unit of a BVH
 def export_motion(path: str | Path, motion: Motion) -> None:
     """Write a motion, at its own rate and tempo, to a file for other programs.
 
-    The ending of the name decides: `.csv` has a column `time`, s, and the eight joint angles, rad,
-    named by `kinematics.JOINT_NAMES`; `.bvh` a skeleton of the upper body with rotations, cm and y
-    up; `.trc` shoulders, elbows, wrists, pelvis and neck, mm and y up; `.npz` the motion itself,
-    with its context. `read_motion` reads all of them.
+    The ending of the name decides: `.csv` has a column `time`, s, and those of the joint angles of
+    `Motion.joint_angles`, rad, named by `kinematics.JOINT_NAMES`; `.bvh` a skeleton of the upper
+    body that turns to the postures, cm and y up; `.trc` shoulders, elbows, wrists, pelvis and
+    neck, mm and y up; `.npz` the motion itself, with its context.
 
     Args:
         path: The file; an existing one is replaced.
@@ -102,15 +102,16 @@ def _write_csv(path: Path, motion: Motion) -> None:
 
 
 def _write_bvh(path: Path, motion: Motion) -> None:
-    """Write a skeleton whose channels are the joint angles themselves.
+    """Write a skeleton whose channels are joint angles.
 
     From the T-pose, in which abduction is π/2, an upper arm turns by R Rx(-π/2) = Rx(a - π/2)
     Rz(-b) Ry(-c), with R and the angles a, b, c, e of `kinematics`, and a forearm by Rz(-e); the
     right arm is the mirror image. In the axes of the file these are turns about z, y, x and y.
     """
+    joint_angles = angles_from_posture(motion.posture, near=motion.joint_angles)
     names = list(_BONES)
     channels = np.zeros((len(motion), len(names), 3))  # turns about z, y and x
-    for side, angles in zip(SIDES, np.split(motion.joint_angles, 2, axis=1), strict=True):
+    for side, angles in zip(SIDES, np.split(joint_angles, 2, axis=1), strict=True):
         a, b, c, e = np.degrees(angles).T
         mirror = 1.0 if side == "left" else -1.0
         arm, forearm = (names.index(f"{side.title()}{name}") for name in ("Arm", "ForeArm"))

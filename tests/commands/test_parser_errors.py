@@ -11,7 +11,7 @@ from tests.conftest import Refused
     [
         ("imitate ymca --nodes x", "--nodes is 'x'; expected an integer"),
         ("imitate ymca --nodes 2.5", "--nodes is '2.5'; expected an integer"),
-        ("imitate ymca --tempo fast", "--tempo is 'fast'; expected a number"),
+        ("imitate ymca --tempo fast", "--tempo is 'fast'; expected a number, or auto"),
         ("imitate ymca --arms rubber", "--arms is 'rubber'; expected one of physics, kinematic"),
         ("imitate ymca --switch-every 1 b", "--switch-every is 1, b; expected two numbers"),
         ("imitate ymca --perturbation 1 b", "--perturbation is 1, b; expected two numbers"),

@@ -7,10 +7,16 @@ import numpy as np
 from mpma_mj import kinematics
 from mpma_mj.context import equal_segments
 from mpma_mj.motions import Motion
+from mpma_mj.motions.feasibility import JointLimits
 
-__all__ = ["SPEED", "check_equal", "moving", "raising"]
+__all__ = ["LIMITS", "SPEED", "check_equal", "moving", "raising"]
 
 SPEED = np.array([12.0, 12.0, 20.0, 15.0] * 2)  # rad/s
+LIMITS = JointLimits(
+    SPEED,
+    np.array([-np.inf, -np.inf, -np.inf, 0.0] * 2),
+    np.array([np.inf, np.inf, np.inf, 2.8] * 2),
+)  # of the package's arms
 
 
 def moving(angles: np.ndarray, rate: float = 20.0) -> Motion:

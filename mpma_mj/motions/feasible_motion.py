@@ -1,0 +1,167 @@
+"""Feasible motions: joint angles within the arms' limits that come closest to a motion."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj import kinematics
+from mpma_mj.errors import InfeasibleMotionError
+from mpma_mj.metrics import posture_error_percent
+from mpma_mj.motions.branch_search import best_branches
+from mpma_mj.motions.feasibility import JointLimits, beyond_limits
+from mpma_mj.motions.joint_fit import Seam, StepLimits, fit_joint_angles
+from mpma_mj.motions.motion import Motion
+from mpma_mj.motions.transforms import leads_on
+
+__all__ = ["MotionChange", "feasible", "feasible_tempo"]
+
+Array = NDArray[np.float64]
+
+_HEADROOM = 0.85  # share of the joints' top speed; the rest is the controller's (choice)
+_CHANGED = 1.0  # degrees from which a step counts as changed (choice)
+
+
+@dataclass(frozen=True)
+class MotionChange:
+    """What had to be changed of a motion.
+
+    Attributes:
+        reason: Which joint would have to do what, and where.
+        changed: Share of the steps of which a segment is turned by more than 1°.
+        mean: Mean of the largest change of each step, degrees.
+        largest: Largest change, degrees.
+        where: Segment and time of the largest change.
+        unavoidable: Posture error that no controller can avoid, percent.
+    """
+
+    reason: str
+    changed: float
+    mean: float
+    largest: float
+    where: str
+    unavoidable: float
+
+    def __str__(self) -> str:
+        """Return it in one line."""
+        return (
+            f"{self.reason}; the closest motion that the arms can follow turns a segment by more"
+            f" than {_CHANGED:g}° in {100.0 * self.changed:.1f} % of the steps, by {self.mean:.2f}°"
+            f" in the mean and at most {self.largest:.1f}° ({self.where}), an error of"
+            f" {self.unavoidable:.2f} % that no controller can avoid"
+        )
+
+
+def feasible(motion: Motion, limits: JointLimits) -> tuple[Motion, MotionChange | None]:
+    """Return a motion that arms can follow.
+
+    A motion within the limits is returned as it is. Otherwise joint angles are fitted to the whole
+    motion (`fit_joint_angles`), within the joints' ranges and 85 % of their top speeds, and cyclic
+    where its end leads into its start. They become `feasible_angles`; the posture stays, so that
+    errors are those from the original.
+
+    Args:
+        motion: The motion.
+        limits: Limits of the arms.
+
+    Returns:
+        The motion, and what was changed; None where no segment is turned by more than 1°.
+    """
+    reason = beyond_limits(motion, limits)
+    if not reason:
+        return motion, None
+    original = dataclasses.replace(motion, feasible_angles=None)
+    angles = _fitted(original, limits)
+    change = _change(original, angles, reason)
+    return dataclasses.replace(motion, feasible_angles=angles), change if change.changed else None
+
+
+def feasible_tempo(read: Callable[[float], Motion], limits: JointLimits) -> float:
+    """Return a tempo, up to 1, at which nothing of a motion has to be changed.
+
+    A slower motion is sampled more finely and may show higher peaks, so that tempos are tried.
+
+    Args:
+        read: Reads the motion at a tempo.
+        limits: Limits of the arms.
+
+    Returns:
+        The tempo: at the next 0.01 more, something has to be changed.
+
+    Raises:
+        InfeasibleMotionError: None was found, as a joint would have to leave its range.
+    """
+    passes, fails, tried = 0, 101, 100  # hundredths
+    while fails - passes > 1:
+        motion = read(tried / 100.0)
+        change = feasible(motion, limits)[1]
+        if change is None:
+            passes = tried
+        else:
+            fails = tried
+        if fails == 1:
+            raise InfeasibleMotionError(
+                f"{motion.name}: no tempo is slow enough: {change}", remedy="leave out {tempo}"
+            )
+        tried = (passes + fails) // 2
+    return passes / 100.0
+
+
+def _fitted(motion: Motion, limits: JointLimits) -> Array:
+    """Return the joint angles that come closest to a motion, shape (T, 8), rad."""
+    start, cyclic = motion.joint_angles, leads_on(motion)
+    after = kinematics.angles_from_posture(motion.posture[0], near=start[-1])
+    angles = np.empty_like(start)
+    for arm, directions in enumerate(kinematics.as_left_arms(motion.posture)):
+        own = slice(4 * arm, 4 * arm + 4)
+        lowest, highest = limits.lowest[own], limits.highest[own]
+        step = _HEADROOM * limits.max_speed[own] / motion.rate
+        arm_limits = StepLimits(step, lowest, highest)
+        limited = np.isfinite(lowest[:3]).any() or np.isfinite(highest[:3]).any()
+        starts = [start[:, own]]
+        if limited:  # other branches and turns may lie within the ranges
+            starts.append(best_branches(directions, arm_limits))
+        seam = None
+        if cyclic and not limited:
+            seam = _seam(start[0, own], after[own])
+        fits = [
+            fit_joint_angles(directions, kinematics.segment_jacobian, one, arm_limits, seam)
+            for one in starts
+        ]
+        angles[:, own] = min(fits, key=lambda fit: fit[1])[0]
+    return angles
+
+
+def _seam(first: Array, after: Array) -> Seam:
+    """Return how joint angles of an arm go on after the end of a cyclic motion.
+
+    The posture of the start may be reached on the other branch, (a+π, π-b, c+π, e), or turned.
+
+    Args:
+        first: First joint angles, shape (4,), rad.
+        after: Joint angles of the same posture that are nearest to the last ones, shape (4,), rad.
+    """
+    other_branch = abs(kinematics.wrap(after[:1] - first[:1])[0]) > 0.5 * np.pi
+    sign = np.array([1.0, -1.0 if other_branch else 1.0, 1.0, 1.0])
+    return Seam(sign, np.round((after - sign * first) / np.pi) * np.pi)
+
+
+def _change(motion: Motion, angles: Array, reason: str) -> MotionChange:
+    posture = kinematics.posture_from_angles(angles)
+    cosines = np.vecdot(posture.reshape(-1, 4, 3), motion.posture.reshape(-1, 4, 3))
+    turned = np.degrees(np.arccos(np.clip(cosines, -1.0, 1.0)))
+    step, segment = np.unravel_index(np.argmax(turned), turned.shape)
+    most = turned.max(axis=1)
+    name = kinematics.SEGMENT_NAMES[segment].replace("_", " ")
+    return MotionChange(
+        reason=reason,
+        changed=float(np.mean(most > _CHANGED)),
+        mean=float(most.mean()),
+        largest=float(most.max()),
+        where=f"{name} at {motion.time(int(step)):.2f} s",
+        unavoidable=posture_error_percent(posture, motion.posture),
+    )
