@@ -14,7 +14,6 @@ from mpma_mj.motions.options import ReadingOptions, given
 from mpma_mj.motions.synthetic import BUILT_IN
 from mpma_mj.motions.transforms import join
 from mpma_mj.training.config import RunConfig
-from mpma_mj.utils.text import option_name
 
 __all__ = ["expand_folders", "read_motions"]
 
@@ -72,10 +71,8 @@ def read_motions(config: RunConfig) -> Motion:
     single = len(config.motions) == 1
     single_file_options = given(config.reading) & _SINGLE_FILE_OPTIONS
     if single_file_options and not single:
-        raise BadOptionError(
-            f"{option_name(min(single_file_options))} is for one recording, but there are"
-            f" {len(config.motions)}; leave it out"
-        )
+        problem = f"is for one recording, but there are {len(config.motions)}; leave it out"
+        raise BadOptionError(problem, option=min(single_file_options))
     limits = arm_limits(config.env)
     timestep = config.env.control_timestep
     rate = {} if timestep is None else {"rate": 1.0 / timestep}

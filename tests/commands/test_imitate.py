@@ -292,7 +292,7 @@ def test_what_is_for_one_recording_is_refused_for_several(
     Path("x.csv").write_text("0,2,a\n")
     assert main(["imitate", str(write_tsv()), "ymca", *words, "--no-video"]) == 2
     (line,) = capsys.readouterr().err.splitlines()
-    assert "is for one recording" in line
+    assert f"{words[0]} is for one recording, but there are 2; leave it out" in line
 
 
 @pytest.mark.usefixtures("opengl")
