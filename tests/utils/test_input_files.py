@@ -121,6 +121,14 @@ def test_commands_refuse_a_pipe_and_a_web_address(words: list[str], refused: Ref
     refused([*words, "https://example.org/x.csv"], "is a web address; download it first")
 
 
+def test_what_lies_in_a_folder_is_checked_as_well(refused: Refused) -> None:
+    Path("dances").mkdir()
+    os.mkfifo("dances/x.csv")  # which may be a recording or labels
+    refused(["imitate", "dances"], "dances/x.csv: is a pipe, not a file")
+    os.mkfifo("bones.asf")
+    refused(["motion", str(_amc())], "bones.asf: is a pipe, not a file")
+
+
 @pytest.mark.parametrize(
     ("name", "problem"),
     [
