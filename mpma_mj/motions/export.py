@@ -24,12 +24,12 @@ COMMAND_COLUMNS = tuple(f"{joint}_command_rad/s" for joint in JOINT_NAMES)
 # Proportions of the package's arms and their torso, m.
 _UPPER_ARM, _FOREARM, _HAND = 0.2817, 0.2689, 0.12
 _SHOULDER = 0.19  # from the middle
-_PELVIS = 0.66  # above the floor
+_PELVIS, _CHEST, _SHOULDERS, _NECK = 0.66, 1.05, 1.15, 1.2  # above the floor
 
 # Skeleton of a BVH in T-pose: parent and offset of each joint, x left, y up, z forward, m; and the
 # ends of its bones.
 _LEFT: dict[str, tuple[str, tuple[float, float, float]]] = {
-    "LeftShoulder": ("Chest", (0.05, 0.1, 0.0)),
+    "LeftShoulder": ("Chest", (0.05, _SHOULDERS - _CHEST, 0.0)),
     "LeftArm": ("LeftShoulder", (_SHOULDER - 0.05, 0.0, 0.0)),
     "LeftForeArm": ("LeftArm", (_UPPER_ARM, 0.0, 0.0)),
     "LeftHand": ("LeftForeArm", (_FOREARM, 0.0, 0.0)),
@@ -41,8 +41,8 @@ _RIGHT = {
 _BONES = {
     "Hips": ("", (0.0, 0.0, 0.0)),
     "Spine": ("Hips", (0.0, 0.17, 0.0)),
-    "Chest": ("Spine", (0.0, 0.22, 0.0)),
-    "Neck": ("Chest", (0.0, 0.15, 0.0)),
+    "Chest": ("Spine", (0.0, _CHEST - _PELVIS - 0.17, 0.0)),
+    "Neck": ("Chest", (0.0, _NECK - _CHEST, 0.0)),
     "Head": ("Neck", (0.0, 0.1, 0.0)),
     **_LEFT,
     **_RIGHT,
@@ -54,10 +54,10 @@ _CENTIMETRES = 100.0  # a metre's, the unit of a BVH
 def export_motion(path: str | Path, motion: Motion) -> None:
     """Write a motion, at its own rate and tempo, to a file for other programs.
 
-    The ending of the name decides: `.csv` has a column `time`, s, and those of the joint angles of
-    `Motion.joint_angles`, rad, named by `kinematics.JOINT_NAMES`; `.bvh` a skeleton of the upper
-    body that turns to the postures, cm and y up; `.trc` shoulders, elbows, wrists, pelvis and
-    neck, mm and y up; `.npz` the motion itself, with its context.
+    The ending of the name decides: `.csv` has columns of time, s, and of the motion's joint angles,
+    rad, named by `kinematics.JOINT_NAMES`; `.bvh` has a skeleton of the upper body that turns to
+    the postures, cm and y up; `.trc` has shoulders, elbows, wrists, pelvis and neck, mm and y up;
+    `.npz` has the motion itself, with its context.
 
     Args:
         path: The file; an existing one is replaced.
@@ -178,12 +178,11 @@ def _write_trc(path: Path, motion: Motion) -> None:
 
 def _points(posture: Array) -> dict[str, Array]:
     """Return points of a body in these postures, shape (T, 12), each (T, 3), z up, m."""
-    middle = np.tile([0.0, 0.0, _PELVIS], (len(posture), 1))
-    points = {"pelvis": middle, "neck": middle + np.array([0.0, 0.0, 0.54])}
+    standing = np.ones((len(posture), 1))
+    points = {"pelvis": standing * [0.0, 0.0, _PELVIS], "neck": standing * [0.0, 0.0, _NECK]}
     for i, side in enumerate(SIDES):
         upper_arm, forearm = posture.reshape(-1, 2, 2, 3)[:, i].swapaxes(0, 1)
-        outward = (_SHOULDER, -_SHOULDER)[i]
-        points[f"{side}_shoulder"] = middle + np.array([0.0, outward, 0.49])
+        points[f"{side}_shoulder"] = standing * [0.0, (_SHOULDER, -_SHOULDER)[i], _SHOULDERS]
         points[f"{side}_elbow"] = points[f"{side}_shoulder"] + _UPPER_ARM * upper_arm
         points[f"{side}_wrist"] = points[f"{side}_elbow"] + _FOREARM * forearm
     return points
