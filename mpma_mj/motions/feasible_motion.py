@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj import kinematics
+from mpma_mj import joint_paths, kinematics
 from mpma_mj.errors import InfeasibleMotionError
 from mpma_mj.metrics import posture_error_percent
 from mpma_mj.motions.branch_search import best_branches
@@ -114,7 +114,7 @@ def feasible_tempo(read: Callable[[float], Motion], limits: JointLimits) -> floa
 def _fitted(motion: Motion, limits: JointLimits) -> Array:
     """Return the joint angles that come closest to a motion, shape (T, 8), rad."""
     start, cyclic = motion.joint_angles, leads_on(motion)
-    after = kinematics.angles_from_posture(motion.posture[0], near=start[-1])
+    sign, offset = joint_paths.continuation(start[0], near=start[-1])
     angles = np.empty_like(start)
     for arm, directions in enumerate(kinematics.as_left_arms(motion.posture)):
         own = slice(4 * arm, 4 * arm + 4)
@@ -125,29 +125,13 @@ def _fitted(motion: Motion, limits: JointLimits) -> Array:
         starts = [start[:, own]]
         if limited:  # other branches and turns may lie within the ranges
             starts.append(best_branches(directions, arm_limits))
-        seam = None
-        if cyclic and not limited:
-            seam = _seam(start[0, own], after[own])
+        seam = Seam(sign[own], offset[own]) if cyclic and not limited else None
         fits = [
             fit_joint_angles(directions, kinematics.segment_jacobian, one, arm_limits, seam)
             for one in starts
         ]
         angles[:, own] = min(fits, key=lambda fit: fit[1])[0]
     return angles
-
-
-def _seam(first: Array, after: Array) -> Seam:
-    """Return how joint angles of an arm go on after the end of a cyclic motion.
-
-    The posture of the start may be reached on the other branch, (a+π, π-b, c+π, e), or turned.
-
-    Args:
-        first: First joint angles, shape (4,), rad.
-        after: Joint angles of the same posture that are nearest to the last ones, shape (4,), rad.
-    """
-    other_branch = abs(kinematics.wrap(after[:1] - first[:1])[0]) > 0.5 * np.pi
-    sign = np.array([1.0, -1.0 if other_branch else 1.0, 1.0, 1.0])
-    return Seam(sign, np.round((after - sign * first) / np.pi) * np.pi)
 
 
 def _change(motion: Motion, angles: Array, reason: str) -> MotionChange:
