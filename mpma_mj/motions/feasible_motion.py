@@ -22,7 +22,7 @@ __all__ = ["MotionChange", "feasible", "feasible_tempo"]
 
 Array = NDArray[np.float64]
 
-_HEADROOM = 0.85  # share of the joints' top speed; the rest is the controller's (choice)
+_HEADROOM = 0.9  # share of the joints' top speed; the rest is the controller's (choice)
 _CHANGED = 1.0  # degrees from which a step counts as changed (choice)
 
 
@@ -60,7 +60,7 @@ def feasible(motion: Motion, limits: JointLimits) -> tuple[Motion, MotionChange 
     """Return a motion that arms can follow.
 
     A motion within the limits is returned as it is. Otherwise joint angles are fitted to the whole
-    motion (`fit_joint_angles`), within the joints' ranges and 85 % of their top speeds, and cyclic
+    motion (`fit_joint_angles`), within the joints' ranges and 90 % of their top speeds, and cyclic
     where its end leads into its start. They become `feasible_angles`; the posture stays, so that
     errors are those from the original.
 
