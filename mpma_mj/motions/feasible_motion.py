@@ -49,10 +49,10 @@ class MotionChange:
     def __str__(self) -> str:
         """Return it in one line."""
         return (
-            f"{self.reason}; the closest motion that the arms can follow turns a segment by more"
-            f" than {_CHANGED:g}° in {100.0 * self.changed:.1f} % of the steps, by {self.mean:.2f}°"
-            f" in the mean and at most {self.largest:.1f}° ({self.where}), an error of"
-            f" {self.unavoidable:.2f} % that no controller can avoid"
+            f"{self.reason}; in the closest motion that the arms can follow"
+            f" {100 * self.changed:.1f} % of the steps are changed by more than {_CHANGED:g}°, all"
+            f" by {self.mean:.2f}° in the mean and {self.largest:.1f}° at most ({self.where}), an"
+            f" error of {self.unavoidable:.2f} % that no controller can avoid"
         )
 
 
