@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj import kinematics
+from mpma_mj import joint_paths, kinematics
 from mpma_mj.utils.clipping import clip
 
 __all__ = ["feedback_action", "followed", "joint_error"]
@@ -47,7 +47,7 @@ def joint_error(joint_angles: Array, reference: Array) -> Array:
         Error, shape (..., 8), rad, in [-π, π), on the nearer branch.
     """
     if reference.shape[-1] == len(kinematics.JOINT_NAMES):
-        return kinematics.nearest_turn(reference, near=joint_angles)
+        return joint_paths.nearest_turn(reference, near=joint_angles)
     step, cos_b, sin_e = kinematics.nearest_step(reference, joint_angles)
     step[0] *= cos_b**2
     step[2] *= sin_e

@@ -30,12 +30,8 @@ __all__ = [
     "SIDES",
     "after_abduction",
     "angles_from_posture",
-    "angles_seen",
     "as_left_arms",
-    "continuous_angles",
-    "held_angles",
     "nearest_step",
-    "nearest_turn",
     "posture_from_angles",
     "segment_jacobian",
     "segment_leverage",
@@ -55,10 +51,6 @@ SEGMENT_NAMES = tuple(f"{side}_{part}" for side in SIDES for part in ("upper_arm
 # Below this sine or cosine an angle counts as undefined and is held: far below the noise of any
 # recording, far above rounding errors.
 _UNDEFINED = np.array(1e-9)
-
-# Below this sine or cosine an angle cannot be seen in a recording: 3°, the noise of markers
-# (choice).
-_UNSEEN = 0.05
 
 # As arrays, which small arrays are combined with faster than with Python's numbers.
 _HALF_TURN, _TURN = np.array(np.pi), np.array(2 * np.pi)
@@ -138,82 +130,10 @@ def nearest_step(posture: Array, near: Array) -> tuple[Array, Array, Array]:
     return np.where(other, other_step, step), cos_b, sin_e
 
 
-def nearest_turn(joint_angles: Array, near: Array) -> Array:
-    """Return the smallest step to joint angles, or to others that hold the same posture.
-
-    Args:
-        joint_angles: Joint angles, shape (..., 8), rad.
-        near: Joint angles from which the step goes, shape (..., 8), rad.
-
-    Returns:
-        The step, shape (..., 8), rad, in [-π, π), on the branch on which it is shorter.
-    """
-    step = wrap(joint_angles - near)
-    other = joint_angles + _HALF_TURN
-    other[..., 1::4] -= 2.0 * joint_angles[..., 1::4]
-    other[..., 3::4] = joint_angles[..., 3::4]
-    other = wrap(other - near)
-    arms = (*step.shape[:-1], 2, 4)
-    step, other = step.reshape(arms), other.reshape(arms)
-    shorter = np.vecdot(other, other) < np.vecdot(step, step)
-    return np.where(shorter[..., None], other, step).reshape(near.shape)
-
-
 def as_left_arms(posture: Array) -> Array:
     """Return the directions u and f of each arm as those of left arms, (2, T, 6) of (T, 12)."""
     arms = posture.reshape(-1, 2, 2, 3) * _MIRROR[:, None, :]
     return np.moveaxis(arms, 1, 0).reshape(2, -1, 6)
-
-
-def continuous_angles(posture: Array, start: Array | None = None) -> Array:
-    """Solve the inverse kinematics of a motion without jumps between branches.
-
-    Args:
-        posture: Postures over time, shape (T, 12).
-        start: Joint angles, shape (8,), rad, which select the branch of the first solution.
-
-    Returns:
-        Joint angles, shape (T, 8), rad; each row is on the branch nearest to the previous row.
-    """
-    angles = np.empty((len(posture), 8))
-    near = start
-    for t, now in enumerate(posture):
-        near = angles[t] = angles_from_posture(now, near)
-    return angles
-
-
-def held_angles(posture: Array) -> Array:
-    """Solve the inverse kinematics of a motion, and hold the angles that cannot be seen.
-
-    Within 3° of a singular posture noise turns abduction or rotation by whole turns. There the
-    angle goes evenly from its last seen value to the next, and the others follow it; a segment
-    moves by less than 6°.
-
-    Args:
-        posture: Postures over time, shape (T, 12).
-
-    Returns:
-        Joint angles, shape (T, 8), rad; those of `continuous_angles` where all angles are seen.
-    """
-    angles, seen = np.empty((len(posture), 8)), np.ones((len(posture), 8), bool)
-    near: Array | None = None
-    for t, now in enumerate(posture):
-        angles[t] = angles_from_posture(now, near)
-        seen[t] = angles_seen(angles[t])
-        near = angles[t] if near is None or seen[t].all() else np.where(seen[t], angles[t], near)
-    for arm, held in enumerate(np.moveaxis(seen.reshape(-1, 2, 4), 1, 0)):
-        abduction, flexion, rotation, elbow = angles[:, 4 * arm : 4 * arm + 4].T  # views
-        if not held[:, 0].all():
-            _interpolate(abduction, held[:, 0])
-            own = as_left_arms(posture)[arm]
-            for angle, solved in zip(
-                (flexion, rotation, elbow), after_abduction(own, abduction), strict=True
-            ):
-                hidden = ~held[:, 0]
-                angle[hidden] += wrap(solved - angle)[hidden]
-        if not held[:, 2].all():
-            _interpolate(rotation, held[:, 2])
-    return angles
 
 
 def segment_jacobian(joint_angles: Array) -> tuple[Array, Array]:
@@ -248,14 +168,6 @@ def segment_jacobian(joint_angles: Array) -> tuple[Array, Array]:
     return directions, derivatives
 
 
-def angles_seen(joint_angles: Array) -> NDArray[np.bool_]:
-    """Return which joint angles, shape (..., 8), rad, are seen in a posture: (..., 8).
-
-    Within 3° of a singular posture an angle cannot be told from noise.
-    """
-    return segment_leverage(joint_angles) > _UNSEEN
-
-
 def after_abduction(directions: Array, abduction: Array) -> tuple[Array, Array, Array]:
     """Solve for flexion, rotation and elbow where abduction is given.
 
@@ -272,15 +184,6 @@ def after_abduction(directions: Array, abduction: Array) -> tuple[Array, Array, 
     x_axis, y_axis, along = _upper_arm_frame(abduction, flexion)
     g_x, g_y = np.vecdot(forearm, x_axis), np.vecdot(forearm, y_axis)
     return flexion, np.arctan2(g_y, g_x), np.arctan2(np.hypot(g_x, g_y), np.vecdot(forearm, along))
-
-
-def _interpolate(angle: Array, seen: NDArray[np.bool_]) -> None:
-    """Replace the unseen values of an angle over time, shape (T,), rad, in place."""
-    times = np.arange(len(angle))
-    if not seen.any():
-        angle[:] = 0.0
-    else:
-        angle[:] = np.interp(times, times[seen], angle[seen])
 
 
 def segment_leverage(joint_angles: Array) -> Array:

@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj import kinematics
+from mpma_mj import joint_paths, kinematics
 from mpma_mj.agents.base import Agent, AgentSignals, AgentSpec, Observation, Seeds
 from mpma_mj.agents.config import (
     JOINTS,
@@ -89,7 +89,7 @@ class OpenLoop(Agent):
 def _way(angles: Array, target: Array) -> Array:
     """Return the way from joint angles, shape (..., 8), rad, to a posture or joint angles."""
     if target.shape[-1] == JOINTS:
-        return kinematics.nearest_turn(target, near=angles)
+        return joint_paths.nearest_turn(target, near=angles)
     return kinematics.angles_from_posture(target, near=angles) - angles
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj import kinematics
+from mpma_mj import joint_paths, kinematics
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.schedules import LatencySchedule, PlantSchedule
 from mpma_mj.envs.step_rules import top_speeds
@@ -149,7 +149,7 @@ class Demonstration:
     def _angles(self) -> Array:
         if self._feasible is not None:
             return self._feasible
-        return kinematics.continuous_angles(self._clean, self._first_angles)
+        return joint_paths.continuous_angles(self._clean, self._first_angles)
 
     def _with_noise(self, rng: np.random.Generator) -> tuple[Array, Array | None]:
         """Draw the noise of the demonstration.

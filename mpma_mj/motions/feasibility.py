@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj import kinematics
+from mpma_mj import joint_paths, kinematics
 from mpma_mj.motions.motion import Motion
 
 __all__ = [
@@ -75,7 +75,7 @@ def beyond_limits(motion: Motion, limits: JointLimits) -> str:
         )
     if motion.feasible_angles is not None:
         return ""
-    hidden = ~kinematics.angles_seen(kinematics.angles_from_posture(motion.posture))
+    hidden = ~joint_paths.angles_seen(kinematics.angles_from_posture(motion.posture))
     step, joint = np.unravel_index(np.argmax(hidden), hidden.shape)
     if hidden[step, joint]:
         return (

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj import kinematics
+from mpma_mj import joint_paths, kinematics
 from mpma_mj.errors import InfeasibleMotionError
 from mpma_mj.metrics import posture_error_percent
 from mpma_mj.motions.branch_search import best_branches
@@ -22,7 +22,7 @@ __all__ = ["MotionChange", "feasible", "feasible_tempo"]
 
 Array = NDArray[np.float64]
 
-_HEADROOM = 0.85  # share of the joints' top speed; the rest is the controller's (choice)
+_HEADROOM = 0.9  # share of the joints' top speed; the rest is the controller's (choice)
 _CHANGED = 1.0  # degrees from which a step counts as changed (choice)
 
 
@@ -49,10 +49,10 @@ class MotionChange:
     def __str__(self) -> str:
         """Return it in one line."""
         return (
-            f"{self.reason}; the closest motion that the arms can follow turns a segment by more"
-            f" than {_CHANGED:g}° in {100.0 * self.changed:.1f} % of the steps, by {self.mean:.2f}°"
-            f" in the mean and at most {self.largest:.1f}° ({self.where}), an error of"
-            f" {self.unavoidable:.2f} % that no controller can avoid"
+            f"{self.reason}; in the closest motion that the arms can follow"
+            f" {100 * self.changed:.1f} % of the steps are changed by more than {_CHANGED:g}°, all"
+            f" by {self.mean:.2f}° in the mean and {self.largest:.1f}° at most ({self.where}), an"
+            f" error of {self.unavoidable:.2f} % that no controller can avoid"
         )
 
 
@@ -60,7 +60,7 @@ def feasible(motion: Motion, limits: JointLimits) -> tuple[Motion, MotionChange 
     """Return a motion that arms can follow.
 
     A motion within the limits is returned as it is. Otherwise joint angles are fitted to the whole
-    motion (`fit_joint_angles`), within the joints' ranges and 85 % of their top speeds, and cyclic
+    motion (`fit_joint_angles`), within the joints' ranges and 90 % of their top speeds, and cyclic
     where its end leads into its start. They become `feasible_angles`; the posture stays, so that
     errors are those from the original.
 
@@ -114,7 +114,7 @@ def feasible_tempo(read: Callable[[float], Motion], limits: JointLimits) -> floa
 def _fitted(motion: Motion, limits: JointLimits) -> Array:
     """Return the joint angles that come closest to a motion, shape (T, 8), rad."""
     start, cyclic = motion.joint_angles, leads_on(motion)
-    after = kinematics.angles_from_posture(motion.posture[0], near=start[-1])
+    sign, offset = joint_paths.continuation(start[0], near=start[-1])
     angles = np.empty_like(start)
     for arm, directions in enumerate(kinematics.as_left_arms(motion.posture)):
         own = slice(4 * arm, 4 * arm + 4)
@@ -125,29 +125,13 @@ def _fitted(motion: Motion, limits: JointLimits) -> Array:
         starts = [start[:, own]]
         if limited:  # other branches and turns may lie within the ranges
             starts.append(best_branches(directions, arm_limits))
-        seam = None
-        if cyclic and not limited:
-            seam = _seam(start[0, own], after[own])
+        seam = Seam(sign[own], offset[own]) if cyclic and not limited else None
         fits = [
             fit_joint_angles(directions, kinematics.segment_jacobian, one, arm_limits, seam)
             for one in starts
         ]
         angles[:, own] = min(fits, key=lambda fit: fit[1])[0]
     return angles
-
-
-def _seam(first: Array, after: Array) -> Seam:
-    """Return how joint angles of an arm go on after the end of a cyclic motion.
-
-    The posture of the start may be reached on the other branch, (a+π, π-b, c+π, e), or turned.
-
-    Args:
-        first: First joint angles, shape (4,), rad.
-        after: Joint angles of the same posture that are nearest to the last ones, shape (4,), rad.
-    """
-    other_branch = abs(kinematics.wrap(after[:1] - first[:1])[0]) > 0.5 * np.pi
-    sign = np.array([1.0, -1.0 if other_branch else 1.0, 1.0, 1.0])
-    return Seam(sign, np.round((after - sign * first) / np.pi) * np.pi)
 
 
 def _change(motion: Motion, angles: Array, reason: str) -> MotionChange:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj import kinematics
+from mpma_mj import joint_paths
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.readers.npz import is_archive, read_archive
 from mpma_mj.utils.atomic_files import atomic_write
@@ -103,11 +103,11 @@ class Motion:
         """Joint angles, without jumps between branches, (T, 8), rad.
 
         Those of a feasible motion; else those that hold the postures, see
-        `kinematics.held_angles`.
+        `joint_paths.held_angles`.
         """
         if self.feasible_angles is not None:
             return self.feasible_angles
-        angles = kinematics.held_angles(self.posture)
+        angles = joint_paths.held_angles(self.posture)
         angles.setflags(write=False)
         return angles
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj import kinematics
+from mpma_mj import joint_paths, kinematics
 from mpma_mj.context import one_hot
 from mpma_mj.motions.cleaning.filtering import anti_alias, resample
 from mpma_mj.motions.motion import Motion
@@ -106,7 +106,7 @@ def close_loop(posture: Array, rate: float) -> Array:
     Returns:
         Postures, shape (T, 12): the first ones as they were.
     """
-    angles = kinematics.continuous_angles(posture)
+    angles = joint_paths.continuous_angles(posture)
     count = max(1, min(round(_LONGEST_BEND * rate), int(_BENT_SHARE * len(posture))))
     # Where the motion would be one sample after its end, and where it should be.
     end = 2.0 * angles[-1] - angles[-2]
@@ -153,7 +153,7 @@ def repeat(motion: Motion, times: int, max_joint_speed: Array) -> Repetitions:
     context = [motion.context, back_context] * times
     angles = None
     if motion.feasible_angles is not None:
-        angles = np.concatenate(([motion.feasible_angles, way_back] * times)[:-1])
+        angles = _continued(([motion.feasible_angles, way_back] * times)[:-1])
     return Repetitions(np.concatenate(posture[:-1]), np.concatenate(context[:-1]), angles)
 
 
@@ -164,10 +164,10 @@ def leads_on(motion: Motion) -> bool:
     around = [np.diff(motion.posture[stretch], axis=0) for stretch in (np.s_[:near], np.s_[-near:])]
     if _longest(step) > _LIKE * max(map(_longest, around)):
         return False
-    angles = motion.feasible_angles
-    if angles is None:
+    if motion.feasible_angles is None:
         return True
-    back = np.abs(kinematics.nearest_turn(angles[0], near=angles[-1]))
+    angles = motion.feasible_angles
+    back = np.abs(joint_paths.nearest_turn(angles[0], near=angles[-1]))
     return bool((back <= _LIKE * np.abs(np.diff(angles, axis=0)).max(axis=0)).all())
 
 
@@ -188,7 +188,7 @@ def move_between(motion: Motion, following: Motion, max_joint_speed: Array) -> A
     """
     end = motion.joint_angles[-1]
     if following.feasible_angles is not None:
-        way = kinematics.nearest_turn(following.feasible_angles[0], near=end)
+        way = joint_paths.nearest_turn(following.feasible_angles[0], near=end)
     else:
         way = kinematics.angles_from_posture(following.posture[0], near=end) - end
     time = PEAK_SPEED * np.max(np.abs(way) / max_joint_speed) / _SPEED  # s
@@ -225,8 +225,18 @@ def join(motions: Sequence[Motion], max_joint_speed: Array) -> Motion:
         "repertoire",
         "; ".join(motion.source for motion in motions),
         motions[0].tempo,
-        feasible_angles=np.concatenate(angles) if changed else None,
+        feasible_angles=_continued(angles) if changed else None,
     )
+
+
+def _continued(parts: Sequence[Array]) -> Array:
+    """Join joint angles, each part on the branch and turn on which the part before ends."""
+    joined = [parts[0]]
+    for part in parts[1:]:
+        if len(part):
+            sign, offset = joint_paths.continuation(part[0], near=joined[-1][-1])
+            joined.append(sign * part + offset)
+    return np.concatenate(joined)
 
 
 def _distinct(names: Sequence[str]) -> tuple[str, ...]:

@@ -56,7 +56,7 @@ def test_what_is_changed_of_a_motion_is_reported(
     printed = capsys.readouterr()
     assert "the arms follow the closest motion that they can" in printed.out
     assert "its actuator reaches" in printed.err
-    assert "% of the steps, by" in printed.err
+    assert "% of the steps are changed by" in printed.err
 
 
 def test_the_npz_that_it_writes_is_the_same_movement(write_tsv: WriteTsv) -> None:

@@ -116,7 +116,7 @@ def test_a_rate_that_does_not_fit_the_physics_is_refused() -> None:
 
 
 def test_a_motion_that_is_too_fast_is_made_feasible_and_its_angles_are_observed() -> None:
-    with pytest.warns(RecordingWarning, match=r"ymca: .* its actuator reaches 12; the closest"):
+    with pytest.warns(RecordingWarning, match=r"ymca: .* its actuator reaches 12; in the closest"):
         env = load(ymca(tempo=4.0), reference_noise=0.0, repeats=1)
     angles = env.task.motion.feasible_angles
     seen = env.reset().observation

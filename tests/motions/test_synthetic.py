@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from mpma_mj import kinematics
+from mpma_mj import joint_paths
 from mpma_mj.envs.load import arm_limits
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions import read_motion, ymca
@@ -42,7 +42,7 @@ def test_the_end_leads_into_the_start() -> None:
 
 
 def test_angles_stay_on_one_branch() -> None:
-    angles = kinematics.continuous_angles(ymca().posture)
+    angles = joint_paths.continuous_angles(ymca().posture)
     assert np.abs(np.diff(angles, axis=0)).max() < 0.5
 
 
