@@ -138,6 +138,7 @@ class Play:
         return folder.read_trace(), folder.read_motion(), None, options
 
     def _of_motion(self) -> tuple[Trace, Motion, NDArray[np.float64], None]:
+        from mpma_mj.envs.load import arm_limits
         from mpma_mj.motions import BUILT_IN
         from mpma_mj.motions.loader import import_motion
         from mpma_mj.visualization.episode import ideal_trace
@@ -148,7 +149,7 @@ class Play:
                 f"no run or motion '{self.source}'; expected the folder of a run, ymca, or the path"
                 " of a recording"
             )
-        motion, report = import_motion(self.source, self.reading)
+        motion, report = import_motion(self.source, self.reading, limits=arm_limits("physics"))
         report.emit_warnings(self.source)
         return ideal_trace(motion), motion, report.times, None
 

@@ -11,10 +11,7 @@ from numpy.typing import NDArray
 
 from mpma_mj import joint_paths, kinematics
 from mpma_mj.errors import InfeasibleMotionError
-from mpma_mj.metrics import posture_error_percent
-from mpma_mj.motions.branch_search import best_branches
 from mpma_mj.motions.feasibility import JointLimits, beyond_limits
-from mpma_mj.motions.joint_fit import Seam, StepLimits, fit_joint_angles
 from mpma_mj.motions.motion import Motion
 from mpma_mj.motions.transforms import leads_on
 
@@ -113,6 +110,10 @@ def feasible_tempo(read: Callable[[float], Motion], limits: JointLimits) -> floa
 
 def _fitted(motion: Motion, limits: JointLimits) -> Array:
     """Return the joint angles that come closest to a motion, shape (T, 8), rad."""
+    # Here, as scipy takes longer to import than most motions, which need no fit, to read.
+    from mpma_mj.motions.branch_search import best_branches
+    from mpma_mj.motions.joint_fit import Seam, StepLimits, fit_joint_angles
+
     start, cyclic = motion.joint_angles, leads_on(motion)
     sign, offset = joint_paths.continuation(start[0], near=start[-1])
     angles = np.empty_like(start)
@@ -135,6 +136,8 @@ def _fitted(motion: Motion, limits: JointLimits) -> Array:
 
 
 def _change(motion: Motion, angles: Array, reason: str) -> MotionChange:
+    from mpma_mj.metrics import posture_error_percent
+
     posture = kinematics.posture_from_angles(angles)
     cosines = np.vecdot(posture.reshape(-1, 4, 3), motion.posture.reshape(-1, 4, 3))
     turned = np.degrees(np.arccos(np.clip(cosines, -1.0, 1.0)))
