@@ -14,7 +14,13 @@ from numpy.typing import NDArray
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.recording import Recording, Tracks
-from mpma_mj.motions.readers.skeleton import Joint, ancestry, joint_positions, tracks_of
+from mpma_mj.motions.readers.skeleton import (
+    Joint,
+    ancestry,
+    euler_turns,
+    joint_positions,
+    tracks_of,
+)
 from mpma_mj.motions.readers.text import FARTHEST, TextFile, is_number, printable
 
 __all__ = ["is_amc", "is_asf", "read_acclaim"]
@@ -208,7 +214,8 @@ def _load(
             for name, place in places.items()
         }
         shift = [places["root"][axis] for axis in ("tx", "ty", "tz")]
-        return joint_positions(skeleton.joints, names, angles, {"root": block[:, shift]})
+        turns = euler_turns(skeleton.joints, angles)
+        return joint_positions(skeleton.joints, names, turns, {"root": block[:, shift]})
 
     frames = _frames(file, bones, report)
     blocks = iter(lambda: list(itertools.islice(frames, _BLOCK)), [])

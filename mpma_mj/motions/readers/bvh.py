@@ -13,7 +13,13 @@ from numpy.typing import NDArray
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.recording import Recording, Tracks
-from mpma_mj.motions.readers.skeleton import Joint, ancestry, joint_positions, tracks_of
+from mpma_mj.motions.readers.skeleton import (
+    Joint,
+    ancestry,
+    euler_turns,
+    joint_positions,
+    tracks_of,
+)
 from mpma_mj.motions.readers.text import FARTHEST, Grid, TextFile, is_number, printable
 
 __all__ = ["is_bvh", "read_bvh"]
@@ -206,7 +212,8 @@ def _load(
             name: _placed(skeleton.joints[name], block[:, where]) for name, where in moving.items()
         }
         translations.setdefault(chain[0], np.zeros((len(block), 3)))
-        return joint_positions(skeleton.joints, names, angles, translations)
+        turns = euler_turns(skeleton.joints, angles)
+        return joint_positions(skeleton.joints, names, turns, translations)
 
     if grid is None:
         raise MotionFileError(f"{path}: has a hierarchy but no frames; export the motion too")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from mpma_mj.errors import BadOptionError, MotionFileError
 from mpma_mj.motions.import_report import ImportReport
-from mpma_mj.motions.readers import acclaim, bvh, c3d, npz, qualisys, table, trc
+from mpma_mj.motions.readers import acclaim, bvh, c3d, joint_arrays, npz, qualisys, smpl, table, trc
 from mpma_mj.motions.readers.recording import RATES, Recording
 from mpma_mj.motions.readers.text import TextFile
 
@@ -23,6 +23,7 @@ TEXT_FORMATS: dict[Callable[[list[str]], bool], TextReader] = {
 }
 """Readers of text, each by what recognises its format by the first lines of a file."""
 
+_WITH_SKELETON = ("ASF/AMC", smpl.FORMAT)
 _HEAD = 40  # lines that identify the format of a text file
 # Formats that are met and cannot be read, by their first bytes, and the remedy.
 _FOREIGN = {
@@ -41,7 +42,8 @@ def open_recording(path: Path, report: ImportReport, *, skeleton: Path | None = 
     Args:
         path: The file.
         report: Gets what is odd.
-        skeleton: The ASF of an AMC, if it is in another folder.
+        skeleton: The ASF of an AMC, if it is in another folder, or the body model of an SMPL
+            pose.
 
     Raises:
         BadOptionError: A skeleton is given for a file that has its own.
@@ -53,9 +55,10 @@ def open_recording(path: Path, report: ImportReport, *, skeleton: Path | None = 
         recording = _open(path, head, report, skeleton)
     except OSError as error:
         raise MotionFileError(f"{path}: cannot be read ({error.strerror or error})") from None
-    if skeleton is not None and recording.format != "ASF/AMC":
+    if skeleton is not None and recording.format not in _WITH_SKELETON:
         raise BadOptionError(
-            f"{path}: is {recording.format}", remedy="leave out {skeleton}, which is for AMC"
+            f"{path}: is {recording.format}",
+            remedy="leave out {skeleton}, which is for AMC and SMPL poses",
         )
     if recording.rate is not None and not RATES[0] <= recording.rate <= RATES[1]:
         report.warn(f"{recording.rate:g} Hz, as the file declares, is impossible; it is not used")
@@ -72,7 +75,9 @@ def _open(path: Path, head: bytes, report: ImportReport, skeleton: Path | None) 
         if head.startswith(start):
             raise MotionFileError(f"{path}: is {what}", remedy=remedy)
     if npz.is_archive(head):
-        return npz.read_points(path, npz.read_archive(path))
+        return npz.read_arrays(path, npz.read_archive(path), report, skeleton)
+    if joint_arrays.is_npy(head):
+        return joint_arrays.read_npy(path, report)
     if c3d.is_c3d(head):
         return c3d.read_c3d(path, report)
     text = TextFile.open(path)

@@ -1,4 +1,4 @@
-"""Forward kinematics of skeletons, which BVH and ASF/AMC files describe by joint angles."""
+"""Forward kinematics of skeletons, which BVH, ASF/AMC and SMPL describe by joint angles."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mpma_mj.motions.readers.recording import Tracks
 from mpma_mj.motions.readers.text import stack
 
-__all__ = ["Joint", "ancestry", "joint_positions", "tracks_of"]
+__all__ = ["Joint", "ancestry", "euler_turns", "joint_positions", "tracks_of"]
 
 Array = NDArray[np.float64]
 
@@ -49,17 +49,17 @@ def ancestry(joints: Mapping[str, Joint], names: Sequence[str]) -> list[str]:
 def joint_positions(
     joints: Mapping[str, Joint],
     names: Sequence[str],
-    angles: Mapping[str, Array],
+    turns: Mapping[str, Array],
     translations: Mapping[str, Array],
 ) -> Array:
     """Compute where joints are.
 
-        R_j = R_parent C_j R(angles_j) C_jᵀ        x_j = x_parent + R_parent offset_j
+        R_j = R_parent turn_j        x_j = x_parent + R_parent offset_j
 
     Args:
         joints: The skeleton, by name.
         names: Requested joints.
-        angles: For each joint that turns the angles about its axes, each shape (T, axes), rad.
+        turns: For each joint that turns its rotations, each shape (T, 3, 3).
         translations: For each joint that moves its place in the parent's frame, shape (T, 3),
             which stands instead of the offset.
 
@@ -72,7 +72,7 @@ def joint_positions(
     for name in ancestry(joints, names):
         joint = joints[name]
         way = translations.get(name, joint.offset)
-        turn = _turn(joint, angles.get(name))
+        turn = turns.get(name, np.eye(3))
         if joint.parent is None:
             places[name] = np.broadcast_to(way, (frames, 3))
             turned[name] = np.broadcast_to(turn, (frames, 3, 3))
@@ -90,11 +90,19 @@ def tracks_of(blocks: Iterator[Array], names: Sequence[str]) -> Tracks:
     return {name: rows[:, 3 * i : 3 * i + 3] for i, name in enumerate(names)}
 
 
-def _turn(joint: Joint, angles: Array | None) -> Array:
-    """Return C R Cᵀ, shape (T, 3, 3), or (3, 3) where the joint does not turn."""
-    if angles is None or not joint.axes:
-        return np.eye(3)
+def euler_turns(joints: Mapping[str, Joint], angles: Mapping[str, Array]) -> dict[str, Array]:
+    """Return how joints turn, C R(angles) Cᵀ, each shape (T, 3, 3).
+
+    Args:
+        joints: The skeleton, by name.
+        angles: For some joints the angles about their axes, each shape (T, axes), rad.
+    """
     from scipy.spatial.transform import Rotation  # slow to import, needed by few runs
 
-    turn = Rotation.from_euler(joint.axes, angles).as_matrix()
-    return joint.frame @ turn @ joint.frame.T
+    return {
+        name: joints[name].frame
+        @ Rotation.from_euler(joints[name].axes, turned).as_matrix()
+        @ joints[name].frame.T
+        for name, turned in angles.items()
+        if joints[name].axes
+    }
