@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers import joint_arrays, smpl
+from mpma_mj.motions.readers.foreign import refuse_zip
 from mpma_mj.motions.readers.recording import UNITS, UPS, Recording, Tracks, mark_missing
 from mpma_mj.motions.readers.text import positive, printable
 
@@ -44,8 +45,9 @@ def read_archive(path: Path, only: Collection[str] = ()) -> Arrays:
         only: Names of those that are read, if they are there; all by default.
 
     Raises:
-        MotionFileError: It is damaged, or holds more than numbers and texts.
+        MotionFileError: It is another ZIP archive, damaged, or holds more than numbers and texts.
     """
+    refuse_zip(path)
     try:
         with path.open("rb") as opened, np.load(opened, allow_pickle=False) as file:
             size = sum(entry.file_size for entry in file.zip.infolist())

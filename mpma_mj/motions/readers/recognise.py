@@ -9,6 +9,7 @@ from pathlib import Path
 from mpma_mj.errors import BadOptionError, MotionFileError
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers import acclaim, bvh, c3d, joint_arrays, npz, qualisys, smpl, table, trc
+from mpma_mj.motions.readers.foreign import HEAD, refuse_foreign
 from mpma_mj.motions.readers.recording import RATES, Recording
 from mpma_mj.motions.readers.text import TextFile
 
@@ -25,15 +26,6 @@ TEXT_FORMATS: dict[Callable[[list[str]], bool], TextReader] = {
 
 _WITH_SKELETON = ("ASF/AMC", smpl.FORMAT)
 _HEAD = 40  # lines that identify the format of a text file
-# Formats that are met and cannot be read, by their first bytes, and the remedy.
-_FOREIGN = {
-    b"Kaydara FBX": ("an FBX scene", "export it as BVH"),
-    b"glTF": ("a glTF scene", "export it as BVH"),
-    b"\x89HDF": ("an HDF5 or MATLAB file", "export the points as C3D or CSV"),
-    b"MATLAB": ("a MATLAB file", "export the points as C3D or CSV"),
-    b"RIFF": ("sound or video", "give a recording, and sound with {audio}"),
-    b"\x80": ("a Python pickle, which can run code and is never opened", "save an npz instead"),
-}
 
 
 def open_recording(path: Path, report: ImportReport, *, skeleton: Path | None = None) -> Recording:
@@ -51,7 +43,7 @@ def open_recording(path: Path, report: ImportReport, *, skeleton: Path | None = 
     """
     try:
         with path.open("rb") as file:
-            head = file.read(64)
+            head = file.read(HEAD)
         recording = _open(path, head, report, skeleton)
     except OSError as error:
         raise MotionFileError(f"{path}: cannot be read ({error.strerror or error})") from None
@@ -71,9 +63,7 @@ def open_recording(path: Path, report: ImportReport, *, skeleton: Path | None = 
 def _open(path: Path, head: bytes, report: ImportReport, skeleton: Path | None) -> Recording:
     if not head.strip():
         raise MotionFileError(f"{path}: is empty; export the recording again")
-    for start, (what, remedy) in _FOREIGN.items():
-        if head.startswith(start):
-            raise MotionFileError(f"{path}: is {what}", remedy=remedy)
+    refuse_foreign(path, head)
     if npz.is_archive(head):
         return npz.read_arrays(path, npz.read_archive(path), report, skeleton)
     if joint_arrays.is_npy(head):
@@ -83,7 +73,7 @@ def _open(path: Path, head: bytes, report: ImportReport, skeleton: Path | None) 
     text = TextFile.open(path)
     if text is None:
         raise MotionFileError(
-            f"{path}: is binary, but neither C3D nor npz; export it as one of those"
+            f"{path}: is binary, of a format that is not known; export it as C3D, BVH or CSV"
         )
     lines = text.head(_HEAD)
     if acclaim.is_asf(lines):
