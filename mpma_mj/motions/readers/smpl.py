@@ -138,7 +138,7 @@ def read_pose(
             else:
                 turns[name] = np.where(there[:, None, None], turned, np.eye(3))
         still = {"pelvis": np.zeros((len(rotations), 3))}
-        places = joint_positions(joints, names, turns, still)
+        places = joint_positions(joints, names, turns.get, still)
         places[~seen] = np.nan
         return {name: places[:, 3 * i : 3 * i + 3] for i, name in enumerate(names)}
 
