@@ -8,7 +8,19 @@ from pathlib import Path
 
 from mpma_mj.errors import BadOptionError, MotionFileError
 from mpma_mj.motions.import_report import ImportReport
-from mpma_mj.motions.readers import acclaim, bvh, c3d, joint_arrays, npz, qualisys, smpl, table, trc
+from mpma_mj.motions.readers import (
+    acclaim,
+    bvh,
+    c3d,
+    joint_arrays,
+    landmarks,
+    mvnx,
+    npz,
+    qualisys,
+    smpl,
+    table,
+    trc,
+)
 from mpma_mj.motions.readers.foreign import HEAD, refuse_foreign
 from mpma_mj.motions.readers.recording import RATES, Recording
 from mpma_mj.motions.readers.text import TextFile
@@ -21,6 +33,8 @@ TEXT_FORMATS: dict[Callable[[list[str]], bool], TextReader] = {
     bvh.is_bvh: bvh.read_bvh,
     trc.is_trc: trc.read_trc,
     qualisys.is_qualisys: qualisys.read_qualisys,
+    mvnx.is_xml: mvnx.read_mvnx,
+    landmarks.is_json: landmarks.read_landmarks,
 }
 """Readers of text, each by what recognises its format by the first lines of a file."""
 
