@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from tokenize import TokenError  # of a header that NumPy takes for Python 2
 from typing import Any
 
 import numpy as np
@@ -62,7 +63,7 @@ def read_npy(path: Path, report: ImportReport) -> Recording:
     """
     try:
         array = np.load(path, mmap_mode="r", allow_pickle=False)
-    except (ValueError, EOFError, OSError, MemoryError, SyntaxError) as error:
+    except (ValueError, EOFError, OSError, MemoryError, SyntaxError, TokenError) as error:
         if "Python objects" in str(error):
             raise MotionFileError(
                 f"{path}: holds Python objects, which can run code and are never opened; save the"

@@ -33,6 +33,7 @@ _POINTS = (
     *("landmarks", "landmark", "keypoints", "joints", "points", "markers", "positions", "pose"),
 )
 _LISTS = ("joint_names", "keypoint_names", "landmark_names", "names")  # of all frames' points
+_PLACES = ("position", "pos", "location", "translation")  # of a point that has more than that
 _NAMES = ("name", "label", "part", "joint", "keypoint", "id", "index")
 _RATES = ("fps", "rate", "framerate", "frame_rate", "frequency")
 _TIMES = ("timestamp", "time", "t", "time_s", "timestamp_ms", "time_ms", "timestampms")
@@ -157,7 +158,15 @@ def _points(path: Path, number: int, frame: Any) -> dict[str, Point]:
         raise MotionFileError(
             f"{path}: frame {number} is '{printable(str(frame)[:40])}'; {_EXPECTED}"
         )
-    points = {printable(str(name)): _place(point) for name, point in items if _is_point(point)}
+    points: dict[str, Point] = {}
+    for name, point in items:
+        if _is_point(point):
+            points[printable(str(name))] = _place(point)
+        elif point and (isinstance(frame, list) or _lower(point).keys() & set("xyz")):
+            raise MotionFileError(
+                f"{path}: frame {number}: point {printable(str(name)[:40])} has no x, y, z;"
+                f" {_EXPECTED}"
+            )
     if not points:
         raise MotionFileError(f"{path}: frame {number} has no points with x, y, z; {_EXPECTED}")
     return points
@@ -183,10 +192,12 @@ def _name(point: Any, number: int) -> str:
 
 def _cells(point: Any) -> tuple[Any, ...]:
     """Return x, y and z of a point, and nothing of what is none."""
-    if isinstance(point, dict):
-        lower = _lower(point)
-        point = [lower.get(axis) for axis in "xyz"] if {"x", "y", "z"} <= lower.keys() else []
-    return tuple(point[:3]) if isinstance(point, list) and len(point) in (3, 4) else ()
+    lower = _lower(point)
+    place = next((lower[key] for key in _PLACES if key in lower), point)
+    if isinstance(place, dict):
+        lower = _lower(place)
+        place = [lower[axis] for axis in "xyz"] if {"x", "y", "z"} <= lower.keys() else []
+    return tuple(place[:3]) if isinstance(place, list) and len(place) in (3, 4) else ()
 
 
 def _is_point(point: Any) -> bool:

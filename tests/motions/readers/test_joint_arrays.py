@@ -132,8 +132,9 @@ def test_other_arrays_are_refused(tmp_path: Path, array: NDArray[Any], message: 
 def test_a_damaged_array_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.npy"
     np.save(path, joints())
-    for cut in (7, 60, 200, -1):
-        (tmp_path / "b.npy").write_bytes(path.read_bytes()[:cut])
+    whole = path.read_bytes()
+    for damaged in (*(whole[:cut] for cut in (7, 60, 200, -1)), whole.replace(b"60", b"(\n")):
+        (tmp_path / "b.npy").write_bytes(damaged)
         with pytest.raises(MotionFileError, match=r"b\.npy: is a damaged NumPy array"):
             loader.import_motion(tmp_path / "b.npy", ReadingOptions(), rate=60.0)
 

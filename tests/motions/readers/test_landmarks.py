@@ -43,6 +43,13 @@ FORMS: dict[str, Any] = {
     "lists with a confidence": np.concatenate([BODY, 0.0 * BODY[..., :1] + 0.9], axis=2).tolist(),
     "named points": [frame[::-1] for frame in NAMED],
     "objects by name": [dict(zip(NAMES, f, strict=True)) for f in BODY.tolist()],
+    "places": [
+        {
+            name: {"position": place, "rotation": [0, 0, 0, 1]}
+            for name, place in zip(NAMES, f, strict=True)
+        }
+        for f in BODY.tolist()
+    ],
     "one person": [[frame] for frame in POINTS],
     "frames": {"frames": [{"landmarks": frame} for frame in POINTS], "version": 1},
     "world before picture": [
@@ -95,6 +102,12 @@ def test_a_frame_without_points_is_a_gap(tmp_path: Path, known: Any) -> None:
         ([{"type": "Feature"}], "frame 1 has no points with x, y, z"),
         (BODY[..., :2].tolist(), "frame 1 shows 33 people, or points without x, y, z"),
         ([[frame, frame] for frame in POINTS], "frame 1 shows 2 people"),
+        ([[{"x": 1, "y": 2}, *POINTS[0][1:]]], "frame 1: point 0 has no x, y, z"),
+        (
+            [dict(zip(NAMES, NAMED[0], strict=True)) | {"nose": {"x": 1}}],
+            "point nose has no x, y, z",
+        ),
+        ([[[1, 2], *BODY[0, 1:].tolist()]], "frame 1: point 0 has no x, y, z"),
         ([f[:3] for f in POINTS], "JSON without points of a body"),
         (json.dumps(POINTS)[:-9], r"line 1: is damaged or cut short JSON"),
         ("[" * 100_000, "JSON of another kind"),
