@@ -200,7 +200,7 @@ def _read_layout(
     scale = float(_first(parameters, "POINT:SCALE", _floats(header[12:16], processor)[0]))
     in_header = float(_floats(header[20:24], processor)[0])
     rate = float(_first(parameters, "POINT:RATE", in_header))
-    if in_header > 0 and not abs(rate - in_header) <= _SAME_RATE * in_header:
+    if in_header != 0 and not abs(rate - in_header) <= _SAME_RATE * abs(in_header):
         report.warn(
             f"the header declares {in_header:.4g} Hz, the parameters {rate:.4g} Hz, which is used",
             remedy="{rate_in} overrides it",
