@@ -25,18 +25,28 @@ from mpma_mj.motions.readers.text import FARTHEST, TextFile, printable
 __all__ = ["is_json", "read_landmarks"]
 
 _LARGEST = 1 << 26  # bytes: as objects of Python they take twenty times as much memory
-_FRAMES = ("frames", "poses", "data", "results", "sequence")
+_FRAMES = ("frames", "poses", "data", "results", "sequence", "instance_info")
 # What holds a frame's points, the places in space first.
 _POINTS = (
     *("pose_world_landmarks", "poseworldlandmarks", "world_landmarks", "worldlandmarks"),
     *("keypoints3d", "keypoints_3d", "joints3d", "joints_3d", "pose_landmarks", "poselandmarks"),
     *("landmarks", "landmark", "keypoints", "joints", "points", "markers", "positions", "pose"),
+    *("joint_positions", "bodies", "instances"),
 )
 _LISTS = ("joint_names", "keypoint_names", "landmark_names", "names")  # of all frames' points
 _PLACES = ("position", "pos", "location", "translation")  # of a point that has more than that
 _NAMES = ("name", "label", "part", "joint", "keypoint", "id", "index")
 _RATES = ("fps", "rate", "framerate", "frame_rate", "frequency")
-_TIMES = ("timestamp", "time", "t", "time_s", "timestamp_ms", "time_ms", "timestampms")
+_TIMES = (
+    "timestamp",
+    "time",
+    "t",
+    "time_s",
+    "timestamp_ms",
+    "time_ms",
+    "timestampms",
+    "timestamp_usec",
+)
 _MOST = 2000  # points
 _FASTEST = 1.5e-3  # s between frames; at less, times are rather numbers of frames
 _UNEVEN = 0.25  # frames that a step is off (choice)

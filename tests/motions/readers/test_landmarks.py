@@ -57,6 +57,16 @@ FORMS: dict[str, Any] = {
     ],
     "world in a list": [{"pose_world_landmarks": [{"landmark": frame}]} for frame in POINTS],
     "names apart": {"joint_names": NAMES[::-1], "data": BODY[:, ::-1].tolist()},
+    "bodies of Azure Kinect": {
+        "joint_names": NAMES,
+        "frames": [
+            {"num_bodies": 1, "bodies": [{"body_id": 1, "joint_positions": f}]}
+            for f in BODY.tolist()
+        ],
+    },
+    "instances of MMPose": {
+        "instance_info": [{"instances": [{"keypoints": f, "scores": [1]}]} for f in BODY.tolist()]
+    },
     "tracks": {name: BODY[:, i].tolist() for i, name in enumerate(NAMES)},
     "a line a frame": "\n".join(map(json.dumps, POINTS)),
 }
@@ -117,3 +127,10 @@ def test_a_frame_without_points_is_a_gap(tmp_path: Path, known: Any) -> None:
 def test_other_json_is_refused(tmp_path: Path, document: Any, message: str) -> None:
     with pytest.raises(MotionFileError, match=message):
         read(tmp_path, document, rate_in=60.0)
+
+
+def test_a_frame_may_be_long(tmp_path: Path) -> None:
+    path = tmp_path / "pose.json"
+    path.write_text("\n" + json.dumps(POINTS).replace("0.9", "0.9" + 40 * "0"))
+    assert path.stat().st_size > 100_000
+    assert len(loader.import_motion(path, ReadingOptions(rate_in=60.0)).motion) > 2
