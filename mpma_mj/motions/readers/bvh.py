@@ -281,7 +281,7 @@ class _Stream:
 
     def _may_be_cut(self, cells: list[tuple[str, int]]) -> bool:
         """Return whether the last number may lack digits: all have as many decimals, or it may."""
-        decimals = {len(word.partition(".")[2]) for word, _ in cells}
+        decimals = {len(word.replace(",", ".").partition(".")[2]) for word, _ in cells}
         return not self.file.ends_whole and (len(decimals) > 1 or decimals == {0})
 
 

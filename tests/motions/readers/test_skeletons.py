@@ -237,11 +237,14 @@ def test_frames_need_not_be_lines(tmp_path: Path) -> None:
 def test_numbers_may_have_decimal_commas(tmp_path: Path) -> None:
     angles, places = random_angles(5)
     path = tmp_path / "dance.bvh"
-    path.write_text(writers.bvh_text(angles, places).replace(".", ","))
-    recording, tracks, _ = read(path)
-    assert recording.rate == pytest.approx(120)
-    for name, known in bvh_places(angles, places, "ZXY").items():
-        np.testing.assert_allclose(tracks[name], known, atol=1e-9)
+    text = writers.bvh_text(angles, places).replace(".", ",")
+    for content in (text, " ".join(text.split())):
+        path.write_text(content)
+        recording, tracks, report = read(path)
+        assert recording.rate == pytest.approx(120)
+        assert not report.warnings
+        for name, known in bvh_places(angles, places, "ZXY").items():
+            np.testing.assert_allclose(tracks[name], known, atol=1e-9)
 
 
 def test_angles_of_many_turns_are_no_angles(tmp_path: Path) -> None:
