@@ -64,7 +64,7 @@ def read_motion(
 
     Args:
         source: "ymca", "synthetic", or the path of a recording: C3D, BVH, ASF/AMC, TRC, Qualisys
-            TSV, a table with a header, or npz.
+            TSV, MVNX, a table with a header, JSON, npy or npz.
         rate: Requested postures per second, Hz.
         limits: Limits of the arms that are to follow it, as `arm_limits` returns them; then the
             motion is made feasible (see `feasible`), or refused with strict=True. If not given, an

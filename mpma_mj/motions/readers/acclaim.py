@@ -14,7 +14,14 @@ from numpy.typing import NDArray
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.recording import Recording, Tracks
-from mpma_mj.motions.readers.skeleton import Joint, ancestry, joint_positions, tracks_of
+from mpma_mj.motions.readers.skeleton import (
+    AngleCheck,
+    Joint,
+    ancestry,
+    euler_turn,
+    joint_positions,
+    tracks_of,
+)
 from mpma_mj.motions.readers.text import FARTHEST, TextFile, is_number, printable
 from mpma_mj.utils.input_files import SMALL_FILE, file_problem
 
@@ -130,25 +137,34 @@ def _read_skeleton(file: TextFile) -> _Skeleton:
     _check_channels("root", order, needed={"tx", "ty", "tz"})
     joints = {"root": Joint("root", None, np.zeros(3), _axes(order), frame)}
     channels = {"root": order}
-    while parents:
-        ready = [name for name, parent in parents.items() if parent == "root" or parent in channels]
-        if not ready:
-            raise ValueError(f"bone {next(iter(parents))} has no parent")
-        for name in ready:
-            parent, bone = parents.pop(name), bones[name]
-            dof = tuple(word.lower() for word in bone.get("dof", []))
-            _check_channels(name, dof)
-            axis = turn * _numbers(bone["axis"][:3])
-            way = _numbers(bone["direction"]) * _numbers(bone["length"])
-            if way.shape != (3,):
-                raise ValueError(f"{name} has the direction {' '.join(bone['direction'])}")
-            begins = joints.get(f"{parent}_end", joints["root"])
-            joints[name] = Joint(
-                name, parent, begins.offset, _axes(dof), _frame(axis, bone["axis"][3])
-            )
-            joints[f"{name}_end"] = Joint(f"{name}_end", name, way, "", np.eye(3))
-            channels[name] = dof
+    for name, parent in _parents_first(parents):
+        bone = bones[name]
+        dof = tuple(word.lower() for word in bone.get("dof", []))
+        _check_channels(name, dof)
+        axis = turn * _numbers(bone["axis"][:3])
+        way = _numbers(bone["direction"]) * _numbers(bone["length"])
+        if way.shape != (3,):
+            raise ValueError(f"{name} has the direction {' '.join(bone['direction'])}")
+        begins = joints.get(f"{parent}_end", joints["root"])
+        joints[name] = Joint(name, parent, begins.offset, _axes(dof), _frame(axis, bone["axis"][3]))
+        joints[f"{name}_end"] = Joint(f"{name}_end", name, way, "", np.eye(3))
+        channels[name] = dof
     return _Skeleton(joints, channels, degrees)
+
+
+def _parents_first(parents: dict[str, str]) -> list[tuple[str, str]]:
+    """Return bones and their parents, level by level from the root, in the file's order."""
+    children: dict[str, list[tuple[int, str]]] = {}
+    for number, (name, parent) in enumerate(parents.items()):
+        children.setdefault(parent, []).append((number, name))
+    found: list[tuple[str, str]] = []
+    level = children.pop("root", [])
+    while level:
+        found += [(name, parents[name]) for _, name in level]
+        level = sorted(child for _, name in level for child in children.pop(name, []))
+    if children:
+        raise ValueError(f"bone {next(iter(children.values()))[0][1]} has no parent")
+    return found
 
 
 def _check_channels(bone: str, channels: Sequence[str], needed: Set[str] = frozenset()) -> None:
@@ -159,14 +175,18 @@ def _check_channels(bone: str, channels: Sequence[str], needed: Set[str] = froze
 
 def _read_bones(section: list[list[str]]) -> Iterator[tuple[str, dict[str, list[str]]]]:
     """Iterate over the bones' names and entries."""
-    bone: dict[str, list[str]] = {}
+    bone: dict[str, list[str]] | None = None
     for words in section:
-        if words == ["begin"]:
+        key = words[0].lower()
+        if words == ["begin"] and bone is None:
             bone = {}
+        elif bone is None or key in ("begin", *bone):
+            raise ValueError(f"'{' '.join(words)[:40]}' is not where bones have it")
         elif words == ["end"]:
             yield bone["name"][0], bone
-        else:
-            bone[words[0].lower()] = words[1:]
+            bone = None
+        elif key[0].isalpha():  # limits go on with lines of numbers
+            bone[key] = words[1:]
 
 
 def _axes(channels: Sequence[str]) -> str:
@@ -193,24 +213,35 @@ def _load(
 ) -> Tracks:
     """Compute where joints are, each shape (T, 3)."""
     chain = ancestry(skeleton.joints, names)
-    bones = {name: skeleton.channels[name] for name in chain if skeleton.channels.get(name)}
+    channels = {name: skeleton.channels[name] for name in chain if name in skeleton.channels}
+    bones = {name: given for name, given in channels.items() if given}
     places = {}
     column = 0
-    for name, channels in bones.items():
-        places[name] = {channel: column + i for i, channel in enumerate(channels)}
-        column += len(channels)
+    for name, given in bones.items():
+        places[name] = {channel: column + i for i, channel in enumerate(given)}
+        column += len(given)
     unit = np.pi / 180.0 if skeleton.degrees else 1.0
+
+    turning = {
+        name: [place[c] for c in reversed(place) if c.startswith("r")]
+        for name, place in places.items()
+    }
+    shift = [places["root"][axis] for axis in ("tx", "ty", "tz")]
+    check = AngleCheck(file.path, report)
 
     def positions(rows: list[list[float]]) -> Array:
         block = np.array(rows)
-        angles = {
-            name: unit * block[:, [place[c] for c in reversed(place) if c.startswith("r")]]
-            for name, place in places.items()
-        }
-        shift = [places["root"][axis] for axis in ("tx", "ty", "tz")]
-        return joint_positions(skeleton.joints, names, angles, {"root": block[:, shift]})
+        check.begin(len(block))
 
-    frames = _frames(file, bones, report)
+        def turn(name: str) -> Array | None:
+            joint = skeleton.joints[name]
+            if not turning.get(name):
+                return None
+            return euler_turn(joint, check.check(joint, unit * block[:, turning[name]]))
+
+        return joint_positions(skeleton.joints, names, turn, {"root": block[:, shift]})
+
+    frames = _frames(file, channels, report)
     blocks = iter(lambda: list(itertools.islice(frames, _BLOCK)), [])
     tracks = tracks_of(map(positions, blocks), names)
     if not len(tracks[names[0]]):
@@ -219,9 +250,10 @@ def _load(
 
 
 def _frames(
-    file: TextFile, bones: dict[str, tuple[str, ...]], report: ImportReport
+    file: TextFile, channels: dict[str, tuple[str, ...]], report: ImportReport
 ) -> Iterator[list[float]]:
-    """Iterate over the frames' values of some bones."""
+    """Iterate over the frames' values of some bones, of which some do not turn."""
+    bones = [name for name, given in channels.items() if given]
     values: dict[str, list[float]] = {}
     rows = bones_a_frame = 0
     number = ""
@@ -237,10 +269,15 @@ def _frames(
                         " treated as consecutive"
                     )
             number, values, rows = words[0], {}, 0
+        elif words and words[0] in channels and not number:
+            raise MotionFileError(
+                f"{file.path}: line {index}: {words[0]} before the number of a frame",
+                remedy=_MENDED,
+            )
         elif number and words:
             rows += 1
-            if words[0] in bones:
-                values[words[0]] = _row(file.path, index, words, bones[words[0]])
+            if words[0] in channels:
+                values[words[0]] = _row(file.path, index, words, channels[words[0]])
     if number and rows < bones_a_frame:
         raise MotionFileError(
             f"{file.path}: frame {number}, where the file ends, has {rows} of {bones_a_frame}"
@@ -266,7 +303,7 @@ def _row(path: Path, index: int, words: list[str], channels: Sequence[str]) -> l
 
 
 def _frame_values(
-    path: Path, number: str, bones: dict[str, tuple[str, ...]], values: dict[str, list[float]]
+    path: Path, number: str, bones: Sequence[str], values: dict[str, list[float]]
 ) -> list[float]:
     missing = [name for name in bones if name not in values]
     if missing:
