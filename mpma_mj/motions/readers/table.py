@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
-from mpma_mj.motions.readers.columns import load_columns, rate_of_times
+from mpma_mj.motions.readers.columns import load_columns, neighbours, rate_of_times
 from mpma_mj.motions.readers.recording import UNITS, Recording, Up
 from mpma_mj.motions.readers.text import Grid, TextFile, is_number, positive
 
@@ -89,7 +89,7 @@ def read_table(file: TextFile, report: ImportReport) -> Recording:
         "table",
         names,
         lambda names: load_columns(
-            grid, columns, names, report, frame_column=counter, time_column=timer
+            grid, neighbours(columns), names, report, frame_column=counter, time_column=timer
         ),
         rate=rate,
         unit=_unit(header, columns, first),

@@ -1,0 +1,103 @@
+"""Rows of several people in one table, which must not be read as one person."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.errors import MotionFileError
+from mpma_mj.motions.readers.recording import Tracks
+from mpma_mj.motions.readers.text import printable
+
+__all__ = ["refuse_alternating", "refuse_several"]
+
+Array = NDArray[np.float64]
+
+_MOST = 6  # people whose rows alternate
+_TIMES = 3.0  # how much farther it is to another person than to oneself a frame later (choice)
+_LOOKED_AT = 4096  # rows
+_MOST_LISTED = 5
+
+
+def refuse_several(path: Path, title: str, people: Sequence[str]) -> None:
+    """Refuse a table whose column of people names several.
+
+    Args:
+        path: The file.
+        title: Title of the column.
+        people: Its cells, one for each row.
+
+    Raises:
+        MotionFileError: They are several, of whom one has more than one row.
+    """
+    several = list(dict.fromkeys(people))
+    if len(several) < 2 or len(several) == len(people):  # then it counts rows
+        return
+    more = f" and {len(several) - _MOST_LISTED} more" if len(several) > _MOST_LISTED else ""
+    raise MotionFileError(
+        f"{path}: shows {len(several)} people: column {title} has"
+        f" {', '.join(map(printable, several[:_MOST_LISTED]))}{more}; keep the rows of one"
+    )
+
+
+def refuse_alternating(path: Path, tracks: Tracks, counter: Array | None) -> None:
+    """Refuse a table in which rows of several people alternate, or have the same time.
+
+    Args:
+        path: The file.
+        tracks: Trajectories, each shape (T, 3), NaN where not seen.
+        counter: Number or time of every row, shape (T,), if the table has one.
+
+    Raises:
+        MotionFileError: From row to row every point is far away, but near to where it is in
+            another row close by.
+    """
+    some = [track[:_LOOKED_AT] for track in tracks.values() if track.any()]
+    if not some:
+        return
+    places = np.stack(some, axis=1)  # (T, points, 3)
+    usual = {k: _usual_way(places[k:], places[:-k]) for k in range(1, _MOST + 1)}
+    ratios = {k: _least_ratio(usual[1], usual[k]) for k in range(2, _MOST + 1)}
+    people = max(ratios, key=lambda k: ratios[k])
+    if ratios[people] > _TIMES:
+        raise MotionFileError(
+            f"{path}: the rows of {people} people seem to alternate, as every {people}th row"
+            " continues the motion; keep the rows of one"
+        )
+    if counter is None:
+        return
+    counter = counter[: len(places)]
+    second = 2 + np.flatnonzero(counter[2:-1] == counter[1:-2])  # rows with the time of the last
+    if not len(second):
+        return
+    apart = _usual_way(places[second], places[second - 1])
+    near = [_ways(places[second - i], places[second + j]) for i in (0, 1) for j in (1, -2)]
+    if _least_ratio(apart, _medians(np.fmin.reduce(near))) > _TIMES:
+        raise MotionFileError(
+            f"{path}: rows {second[0]} and {second[0] + 1} have the same time, but places far"
+            " apart, as those of several people; keep the rows of one"
+        )
+
+
+def _ways(some: Array, others: Array) -> Array:
+    """Return how far points are apart in rows of places, shape (T, points)."""
+    return np.linalg.norm(some - others, axis=2)
+
+
+def _usual_way(some: Array, others: Array) -> Array:
+    """Return the median distance of every point, shape (points,)."""
+    return _medians(_ways(some, others))
+
+
+def _medians(ways: Array) -> Array:
+    """Return the medians of columns without their gaps, shape (points,), 0 for gaps alone."""
+    return np.array([np.median(c) if len(c := w[np.isfinite(w)]) else 0.0 for w in ways.T])
+
+
+def _least_ratio(ways: Array, shorter: Array) -> float:
+    """Return the least ratio that any point's ways have."""
+    with np.errstate(over="ignore"):
+        return float((ways / np.maximum(shorter, np.finfo(float).tiny)).min())

@@ -1,0 +1,96 @@
+"""Frames in which a point was not seen, however a file marks them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.readers.recording import Tracks
+
+__all__ = ["mark_unseen"]
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+_FARTHEST = 1e9  # what is farther away, in any unit, is no place
+# Numbers of nothing but nines, as 99.9 and 9999: what stands for a missing value in most files.
+_NINES = np.array([10.0**e - 10.0**-d for e in range(2, 10) for d in range(5)])
+_PLACEHOLDERS = np.unique(np.concatenate([_NINES, _NINES.astype(np.float32)]))
+_SHARE = 0.1  # of a placeholder that it is at least away from all places (choice)
+
+
+def mark_unseen(tracks: Tracks, report: ImportReport) -> None:
+    """Set to NaN, in place, where points were not seen.
+
+    A point was not seen where a coordinate is not finite or a placeholder, and where it is
+    exactly 0, 0, 0: unless it is so throughout and amid the others, when it is the origin, as
+    the pelvis is in coordinates relative to it.
+
+    Args:
+        tracks: Trajectories by name, each shape (T, 3).
+        report: Gets a warning of placeholders, and a note of the origin.
+    """
+    zero = {name: (track == 0.0).all(axis=1) for name, track in tracks.items()}
+    held = {name: _placeholders(track) for name, track in tracks.items()}
+    _report_placeholders(tracks, held, report)
+    for name, track in tracks.items():
+        track[held[name] | ~np.isfinite(track).all(axis=1)] = np.nan
+        if not (len(track) and zero[name].all()):
+            track[zero[name]] = np.nan
+    for name in [name for name, mask in zero.items() if len(mask) and mask.all()]:
+        others = [track for other, track in tracks.items() if not zero[other].all()]
+        if _is_amid(others):
+            report.note(f"{name} is 0, 0, 0 throughout: the origin")
+        else:
+            tracks[name][:] = np.nan
+
+
+def _placeholders(track: Array) -> Mask:
+    """Return where a trajectory, shape (T, 3), holds placeholders, shape (T,).
+
+    They are numbers of nines, or one number in all three axes, and lie outside the range of all
+    other places by more than that range.
+    """
+    size = np.abs(track)
+    with np.errstate(invalid="ignore"):
+        found: Mask = (size > _FARTHEST).any(axis=1)
+        same = (track[:, 0] == track[:, 1]) & (track[:, 1] == track[:, 2]) & (track[:, 0] != 0.0)
+    for column, absolute in zip(track.T, size.T, strict=True):
+        odd = same | _is_placeholder(absolute)
+        usual = column[~odd & (absolute < _FARTHEST)]
+        if len(usual) and odd.any():
+            low, high = usual.min(), usual.max()
+            outside = np.abs(column - np.clip(column, low, high))
+            found |= odd & (outside > np.maximum(high - low, _SHARE * absolute))
+    return found
+
+
+def _is_placeholder(absolute: Array) -> Mask:
+    """Return which of some absolute values, shape (T,), are numbers of nines."""
+    at = np.searchsorted(_PLACEHOLDERS, absolute).clip(max=len(_PLACEHOLDERS) - 1)
+    return np.equal(_PLACEHOLDERS[at], absolute)
+
+
+def _is_amid(others: list[Array]) -> bool:
+    """Return whether the origin is usually nearer to one of some points than these are apart."""
+    if not others:
+        return False
+    places = np.stack(others)  # (points, T, 3)
+    places = places[:, np.isfinite(places).all(axis=(0, 2))]
+    nearest = np.linalg.norm(places, axis=2).min(axis=0)
+    apart = np.linalg.norm(places.max(axis=0) - places.min(axis=0), axis=1)
+    return bool(len(nearest)) and bool(np.median(nearest) < np.median(apart))
+
+
+def _report_placeholders(tracks: Tracks, held: dict[str, Mask], report: ImportReport) -> None:
+    found = {name: np.flatnonzero(mask) for name, mask in held.items() if mask.any()}
+    if not found:
+        return
+    name, frames = next(iter(found.items()))
+    value = max(tracks[name][frames[0]], key=abs)
+    more = f" and of {len(found) - 1} other points" if len(found) > 1 else ""
+    report.warn(
+        f"{value:g} is no place: {sum(map(len, found.values()))} samples of {name}{more}, the"
+        f" first in row {frames[0] + 1}, are treated as missing"
+    )
