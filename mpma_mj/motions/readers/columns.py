@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,10 +13,10 @@ from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.people import refuse_alternating
 from mpma_mj.motions.readers.recording import Tracks
 from mpma_mj.motions.readers.text import Grid, stack
-from mpma_mj.motions.readers.times import arrangement, continuous, rate_of
+from mpma_mj.motions.readers.times import Where, arrangement, continuous, rate_of
 from mpma_mj.motions.readers.unseen import mark_unseen
 
-__all__ = ["Columns", "load_columns", "neighbours", "rate_of_times"]
+__all__ = ["Columns", "in_place", "load_columns", "neighbours", "rate_of_times"]
 
 Array = NDArray[np.float64]
 Columns = Mapping[str, tuple[int, int, int]]
@@ -67,9 +68,35 @@ def load_columns(
     times = None if time_column is None else continuous(rows[:, 0])
     numbers = None if frame_column is None else rows[:, len(counter) - 1]
     tracks = {name: rows[:, len(counter) + 3 * i :][:, :3] for i, name in enumerate(names)}
+    return in_place(
+        tracks, times, numbers, lambda row: f"line {grid.first + row + 1}", grid.file.path, report
+    )
+
+
+def in_place(
+    tracks: Tracks,
+    times: Array | None,
+    numbers: Array | None,
+    where: Where,
+    path: Path,
+    report: ImportReport,
+) -> Tracks:
+    """Return trajectories with gaps where a point was not seen, or a frame is missing.
+
+    Args:
+        tracks: Trajectories by name, each shape (T, 3), as the rows have them.
+        times: Times of the rows, shape (T,), if there are some.
+        numbers: Numbers of the frames, shape (T,), if there are some.
+        where: Names a row.
+        path: The file, for messages.
+        report: Gets what is odd about the rows.
+
+    Raises:
+        MotionFileError: Rows are of several people.
+    """
     mark_unseen(tracks, report)
-    refuse_alternating(grid.file.path, tracks, numbers if times is None else times)
-    arrange = arrangement(times, numbers, lambda row: f"line {grid.first + row + 1}", report)
+    refuse_alternating(path, tracks, numbers if times is None else times)
+    arrange = arrangement(times, numbers, where, report)
     return tracks if arrange is None else {name: arrange(t) for name, t in tracks.items()}
 
 

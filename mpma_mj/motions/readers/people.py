@@ -38,7 +38,7 @@ def refuse_several(path: Path, title: str, people: Sequence[str]) -> None:
         return
     more = f" and {len(several) - _MOST_LISTED} more" if len(several) > _MOST_LISTED else ""
     raise MotionFileError(
-        f"{path}: shows {len(several)} people: column {title} has"
+        f"{path}: has rows of {len(several)} people or takes, as column {title} has"
         f" {', '.join(map(printable, several[:_MOST_LISTED]))}{more}; keep the rows of one"
     )
 
@@ -64,8 +64,8 @@ def refuse_alternating(path: Path, tracks: Tracks, counter: Array | None) -> Non
     people = max(ratios, key=lambda k: ratios[k])
     if ratios[people] > _TIMES:
         raise MotionFileError(
-            f"{path}: the rows of {people} people seem to alternate, as every {people}th row"
-            " continues the motion; keep the rows of one"
+            f"{path}: the rows of {people} people seem to alternate, as a row continues the motion"
+            f" of the one {people} before; keep the rows of one"
         )
     if counter is None:
         return

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.motions.import_report import ImportReport
 
-__all__ = ["arrangement", "ascend", "continuous", "rate_of"]
+__all__ = ["Where", "arrangement", "ascend", "continuous", "rate_of"]
 
 Array = NDArray[np.float64]
 Where = Callable[[int], str]

@@ -54,7 +54,7 @@ def _placeholders(track: Array) -> Mask:
     """
     size = np.abs(track)
     with np.errstate(invalid="ignore"):
-        found: Mask = (size > _FARTHEST).any(axis=1)
+        found: Mask = np.any(size > _FARTHEST, axis=1)
         same = (track[:, 0] == track[:, 1]) & (track[:, 1] == track[:, 2]) & (track[:, 0] != 0.0)
     for column, absolute in zip(track.T, size.T, strict=True):
         odd = same | _is_placeholder(absolute)
