@@ -8,6 +8,8 @@ names, the first row of numbers.
 
 from __future__ import annotations
 
+import re
+
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.columns import Columns, load_columns, rate_of_times
@@ -24,7 +26,7 @@ _NO_PLACES = {"rotation", "quaternion", "deg", "rad", "°", "degrees", "radians"
 # Of Motive's names that stand for several things the first of these is meant: a bone begins in
 # the joint, and a marker that is named like it is somewhere on the segment.
 _TYPES = ("bone", "rigid body", "marker")
-_PELVIS = "Hips"
+_PELVIS = re.compile(r"(hips?|pelvis)$", re.IGNORECASE)
 
 
 def read_table(file: TextFile, report: ImportReport) -> Recording:
@@ -124,12 +126,21 @@ def _rename(titled: dict[int, tuple[str, str]], header: Header, report: ImportRe
             if _rank(kinds[column]) > min(ranks[name]):
                 titled[column] = f"{name} {kinds[column]}", axis
     if (row := labels.get("parent")) is not None:
+        names = {name for name, _ in titled.values()}
         for column, (name, axis) in titled.items():
-            subject, _, bone = name.rpartition(":")
-            if header.cell(row, column).lower() == "root" and bone == subject:
-                titled[column] = f"{subject}:{_PELVIS}", axis
+            start = _start(name, names)
+            known = any(_PELVIS.search(n) and n.startswith(start) for n in names)
+            if header.cell(row, column).lower() == "root" and not known:
+                titled[column] = f"{start}Hips", axis
                 if axis == "x":
-                    report.note(f"{name}, the root of its skeleton, is called {subject}:{_PELVIS}")
+                    report.note(f"{name}, the root of its skeleton, is called {start}Hips")
+
+
+def _start(root: str, names: set[str]) -> str:
+    """Return what the names of a skeleton of Motive's begin with, from that of its root."""
+    if ":" in root:
+        return root.rpartition(":")[0] + ":"
+    return f"{root}_" if any(name.startswith(f"{root}_") for name in names) else ""
 
 
 def _rank(kind: str) -> int:
