@@ -20,6 +20,7 @@ from mpma_mj.motions.marker_sets import choose_markers, parse_mapping
 from mpma_mj.motions.motion import Motion, load_motion
 from mpma_mj.motions.options import ReadingOptions, given
 from mpma_mj.motions.orientation import check_sides
+from mpma_mj.motions.readers.joint_angles import read_joint_angles
 from mpma_mj.motions.readers.recognise import open_recording
 from mpma_mj.motions.readers.recording import Recording
 from mpma_mj.motions.synthetic import BUILT_IN, SYNTHETIC_MOTIONS
@@ -98,6 +99,10 @@ def import_motion(
     stored = load_motion(path)
     if stored is not None:
         return _import_arms(at_rate(stored, rate, options.tempo), "npz", options, report)
+    angles = read_joint_angles(path, options.rate_in, report)
+    if angles is not None:
+        motion, of_arms = at_rate(angles, rate, options.tempo), replace(options, rate_in=None)
+        return _import_arms(motion, "joint angles", of_arms, report)
     skeleton = None if options.skeleton is None else Path(options.skeleton)
     recording = open_recording(path, report, skeleton=skeleton)
     return _import_recording(recording, options, rate, report)

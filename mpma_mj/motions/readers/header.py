@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import itertools
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from mpma_mj.errors import MotionFileError
@@ -14,7 +14,7 @@ from mpma_mj.motions.readers.recording import Up
 from mpma_mj.motions.readers.text import TextFile
 from mpma_mj.motions.readers.titles import is_frame, is_point, is_time, length_unit, split_axis
 
-__all__ = ["Header", "find_header"]
+__all__ = ["Header", "find_header", "names_axes"]
 
 _LONGEST = 60  # lines
 _FEWEST_POINTS = 2
@@ -133,27 +133,35 @@ class Header:
         return next((unit for cell in cells if (unit := length_unit(cell)) is not None), None)
 
 
-def find_header(file: TextFile) -> Header:
-    """Find the header of a table by its row of axes.
+def find_header(file: TextFile, is_title_row: Callable[[list[str]], bool]) -> Header | None:
+    """Find the header of a table by the row with the titles of its columns.
+
+    Args:
+        file: The table.
+        is_title_row: Returns whether a row, cell by cell, is the one.
 
     Raises:
-        MotionFileError: There is none, or rows of numbers are above it.
+        MotionFileError: Rows of numbers are above it.
     """
     start = _section(file)
     head = itertools.islice(file.lines(start), _LONGEST)
     lines = [line.replace('"', "") for line in head]
     for index in range(len(lines)):
         for separator in ("\t", ";", ",", None):
-            if not _names_axes([cell.strip() for cell in lines[index].split(separator)]):
+            if not is_title_row([cell.strip() for cell in lines[index].split(separator)]):
                 continue
             rows = [[cell.strip() for cell in line.split(separator)] for line in lines]
             _refuse_numbers_above(file, rows[:index], start)
             return Header(rows, index, _first_numbers(rows, index), start)
-    raise MotionFileError(
-        f"{file.path}: is no recording of a known format, and no header row names columns such as"
-        " left_wrist_x, left_wrist_y, left_wrist_z; export as C3D, BVH, ASF/AMC, TRC, Qualisys"
-        " TSV or CSV with a header"
-    )
+    return None
+
+
+def names_axes(cells: list[str]) -> bool:
+    """Return whether a row names the axes of several points, or of one that a column names."""
+    axes = [split_axis(cell)[1] for cell in cells]
+    if axes.count("x") >= _FEWEST_POINTS:
+        return True
+    return all(axes.count(axis) == 1 for axis in "xyz") and any(map(is_point, cells))
 
 
 def _section(file: TextFile) -> int:
@@ -163,14 +171,6 @@ def _section(file: TextFile) -> int:
         return 0
     lines = enumerate(file.lines())
     return next((i for i, line in lines if line.lstrip('"').startswith("Trajectories")), 0)
-
-
-def _names_axes(cells: list[str]) -> bool:
-    """Return whether a row names the axes of several points, or of one that a column names."""
-    axes = [split_axis(cell)[1] for cell in cells]
-    if axes.count("x") >= _FEWEST_POINTS:
-        return True
-    return all(axes.count(axis) == 1 for axis in "xyz") and any(map(is_point, cells))
 
 
 def _first_numbers(rows: list[list[str]], axes: int) -> int:

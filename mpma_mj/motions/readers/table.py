@@ -13,7 +13,7 @@ import re
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.columns import Columns, load_columns, rate_of_times
-from mpma_mj.motions.readers.header import Header, find_header
+from mpma_mj.motions.readers.header import Header, find_header, names_axes
 from mpma_mj.motions.readers.long_table import is_long, read_long
 from mpma_mj.motions.readers.people import refuse_several
 from mpma_mj.motions.readers.recording import Recording
@@ -35,7 +35,13 @@ def read_table(file: TextFile, report: ImportReport) -> Recording:
     Raises:
         MotionFileError: No row names the columns of x, y and z, or rows are of several people.
     """
-    header = find_header(file)
+    header = find_header(file, names_axes)
+    if header is None:
+        raise MotionFileError(
+            f"{file.path}: is no recording of a known format, and no header row names columns such"
+            " as left_wrist_x, left_wrist_y, left_wrist_z; export as C3D, BVH, ASF/AMC, TRC,"
+            " Qualisys TSV or CSV with a header"
+        )
     grid = Grid.starting(file, header.start + header.first)
     if is_long(header):
         return read_long(header, grid, report)
