@@ -22,10 +22,10 @@ _FEWEST_NUMBERS = 6  # in a row, with which it is one of the table and not of th
 _OTHER_SECTIONS = {"Devices", "Events", "Joints", "Model Outputs", "Segments"}
 _RATE = (
     r"(export|capture)?\s*(frame|data|camera|sample|sampling|video|mocap|acquisition|marker)?"
-    r"s?[\s_]*(rate|frequency|freq|fps)[\s_]*([(\[]?(hz|fps)[)\]]?)?"
+    r"s?[\s_]*(rate|frequency|freq|fps|per[\s_]second)[\s_]*([(\[]?(hz|fps)[)\]]?)?"
 )
 _RATE_TITLE = re.compile(_RATE, re.IGNORECASE)
-_RATE_IN_CELL = re.compile(rf"\W*{_RATE}[\s:=]*(?P<value>[\d.]+)\s*(hz|fps)?", re.IGNORECASE)
+_RATE_IN_CELL = re.compile(rf"\W*{_RATE}[\s:;=]*(?P<value>[\d.]+)\s*(hz|fps)?", re.IGNORECASE)
 _RATE_ALONE = re.compile(r"\W*(?P<value>\d[\d.]*)\W*(hz|fps|frames per second)?\W*", re.IGNORECASE)
 _FRAMES_TITLE = re.compile(r"(number of |total )?(exported )?frames", re.IGNORECASE)
 

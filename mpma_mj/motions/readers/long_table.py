@@ -38,7 +38,9 @@ def read_long(header: Header, grid: Grid, report: ImportReport) -> Recording:
     columns = [axes.index(axis) for axis in "xyz"]
     counter, timer = header.counters
     if counter is None and timer is None:
-        raise MotionFileError(f"{path}: a row has one point, but no column tells the frame or time")
+        raise MotionFileError(
+            f"{path}: a row has one point, but no column its frame or time; add a column frame"
+        )
     points = _names(header, grid)
     for column, title in enumerate(titles):
         if is_person(title) and not is_point(title):
@@ -50,7 +52,9 @@ def read_long(header: Header, grid: Grid, report: ImportReport) -> Recording:
     known = np.isfinite(rows[:, : len(counters)]).all(axis=1)
     if not known.all():
         line = grid.first + int(np.argmin(known)) + 1
-        raise MotionFileError(f"{path}: line {line} has no frame or time; correct it, or delete it")
+        raise MotionFileError(
+            f"{path}: line {line} has no frame or time; correct that line, or delete it"
+        )
     # The frame's number, which may be the only thing that all its rows share, else its time.
     frames, first, frame = np.unique(
         rows[:, len(counters) - 1], return_index=True, return_inverse=True

@@ -52,15 +52,16 @@ def refuse_alternating(path: Path, tracks: Tracks, counter: Array | None) -> Non
         counter: Number or time of every row, shape (T,), if the table has one.
 
     Raises:
-        MotionFileError: From row to row every point is far away, but near to where it is in
-            another row close by.
+        MotionFileError: From row to row every point is far away, or some point in a row of the
+            same time, but near to where it is in another row close by.
     """
     some = [track[:_LOOKED_AT] for track in tracks.values() if track.any()]
     if not some:
         return
     places = np.stack(some, axis=1)  # (T, points, 3)
     usual = {k: _usual_way(places[k:], places[:-k]) for k in range(1, _MOST + 1)}
-    ratios = {k: _least_ratio(usual[1], usual[k]) for k in range(2, _MOST + 1)}
+    # Of one person who shakes the arms, the shoulders stay: so every point has to alternate.
+    ratios = {k: _ratios(usual[1], usual[k]).min() for k in range(2, _MOST + 1)}
     people = max(ratios, key=lambda k: ratios[k])
     if ratios[people] > _TIMES:
         raise MotionFileError(
@@ -75,7 +76,7 @@ def refuse_alternating(path: Path, tracks: Tracks, counter: Array | None) -> Non
         return
     apart = _usual_way(places[second], places[second - 1])
     near = [_ways(places[second - i], places[second + j]) for i in (0, 1) for j in (1, -2)]
-    if _least_ratio(apart, _medians(np.fmin.reduce(near))) > _TIMES:
+    if _ratios(apart, _medians(np.fmin.reduce(near))).max() > _TIMES:
         raise MotionFileError(
             f"{path}: rows {second[0]} and {second[0] + 1} have the same time, but places far"
             " apart, as those of several people; keep the rows of one"
@@ -97,7 +98,7 @@ def _medians(ways: Array) -> Array:
     return np.array([np.median(c) if len(c := w[np.isfinite(w)]) else 0.0 for w in ways.T])
 
 
-def _least_ratio(ways: Array, shorter: Array) -> float:
-    """Return the least ratio that any point's ways have."""
+def _ratios(ways: Array, shorter: Array) -> Array:
+    """Return how many times as long each point's ways are as others, shape (points,)."""
     with np.errstate(over="ignore"):
-        return float((ways / np.maximum(shorter, np.finfo(float).tiny)).min())
+        return ways / np.maximum(shorter, np.finfo(float).tiny)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import codecs
 import functools
 import itertools
+import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -164,7 +165,8 @@ class Grid:
             report: Gets a warning where rows are left out.
             counters: How many of the columns, the first ones, are no coordinates: numbers of
                 frames, or times, which may be written as h:m:s.
-            placeholders: Whether coordinates beyond `FARTHEST` stand for missing ones.
+            placeholders: Whether coordinates beyond `FARTHEST` that stand there twice are read,
+                as numbers that stand for missing ones.
 
         Yields:
             Numbers, shape (rows, number of `columns`); a missing one is NaN.
@@ -178,7 +180,10 @@ class Grid:
         while lines := list(itertools.islice(rows, _BLOCK)):
             block = self._numbers(lines, start, columns, counters)
             wild = np.abs(block[:, counters:]) > FARTHEST
-            if wild.any() and not placeholders:
+            if placeholders and wild.any():
+                values, counts = np.unique(block[:, counters:], return_counts=True)
+                wild &= np.isin(block[:, counters:], values[counts == 1])
+            if wild.any():
                 row, column = np.argwhere(wild)[0] + [0, counters]
                 raise MotionFileError(
                     f"{self.file.path}: line {start + row + 1}, column {columns[column] + 1}:"
@@ -275,16 +280,25 @@ class Grid:
         self, line: str, index: int, columns: Sequence[int], counters: int
     ) -> list[float]:
         cells = line.split(self.separator)
-        numbers = [seconds_of(cells[column]) for column in columns[:counters]]
-        for column in columns[counters:]:
+        numbers = []
+        for i, column in enumerate(columns):
             cell = cells[column].strip()
-            if not (is_number(cell) or is_missing(cell)):
+            numbers.append(seconds_of(cell) if i < counters or is_number(cell) else math.nan)
+            other = i < counters and not self._begins_with_time(column)  # which is not used
+            if math.isnan(numbers[-1]) and not (other or is_missing(cell)):
                 raise MotionFileError(
                     f"{self.file.path}: line {index + 1}, column {column + 1}:"
                     f" '{printable(cell[:40])}' is not a number; correct that cell, or clear it"
                 )
-            numbers.append(float(cell) if is_number(cell) else np.nan)
         return numbers
+
+    def _begins_with_time(self, column: int) -> bool:
+        """Return whether the first cell of a column is a time or number."""
+        return not math.isnan(self._first_times[column])
+
+    @functools.cached_property
+    def _first_times(self) -> list[float]:
+        return list(map(seconds_of, next(self._rows(ImportReport())).split(self.separator)))
 
 
 def printable(text: str) -> str:

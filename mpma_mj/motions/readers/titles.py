@@ -92,7 +92,8 @@ def is_frame(title: str) -> bool:
 def is_time(title: str) -> bool:
     """Return whether a column holds times."""
     words = set(_words(title))
-    return bool(words & _TIMES) and words <= _TIMES | _OF_TIME | _SECONDS.keys()
+    units = {word for word in words & _SECONDS.keys() if len(word) > 1}
+    return bool(words & _TIMES or units) and words <= _TIMES | _OF_TIME | _SECONDS.keys()
 
 
 def time_unit(title: str) -> float | None:

@@ -17,6 +17,7 @@ _FARTHEST = 1e9  # what is farther away, in any unit, is no place
 # Numbers of nothing but nines, as 99.9 and 9999: what stands for a missing value in most files.
 _NINES = np.array([10.0**e - 10.0**-d for e in range(2, 10) for d in range(5)])
 _PLACEHOLDERS = np.unique(np.concatenate([_NINES, _NINES.astype(np.float32)]))
+_AMID = 0.75  # of the body's extent that its nearest point is at most from the origin (choice)
 _SHARE = 0.1  # of a placeholder that it is at least away from all places (choice)
 
 
@@ -33,9 +34,9 @@ def mark_unseen(tracks: Tracks, report: ImportReport) -> None:
     """
     zero = {name: (track == 0.0).all(axis=1) for name, track in tracks.items()}
     held = {name: _placeholders(track) for name, track in tracks.items()}
-    _report_placeholders(tracks, held, report)
+    _report_placeholders(held, report)
     for name, track in tracks.items():
-        track[held[name] | ~np.isfinite(track).all(axis=1)] = np.nan
+        track[~np.isnan(held[name]) | ~np.isfinite(track).all(axis=1)] = np.nan
         if not (len(track) and zero[name].all()):
             track[zero[name]] = np.nan
     for name in [name for name, mask in zero.items() if len(mask) and mask.all()]:
@@ -46,23 +47,27 @@ def mark_unseen(tracks: Tracks, report: ImportReport) -> None:
             tracks[name][:] = np.nan
 
 
-def _placeholders(track: Array) -> Mask:
-    """Return where a trajectory, shape (T, 3), holds placeholders, shape (T,).
+def _placeholders(track: Array) -> Array:
+    """Return the placeholder in each place of a trajectory, shape (T, 3), NaN without, (T,).
 
     They are numbers of nines, or one number in all three axes, and lie outside the range of all
-    other places by more than that range.
+    other places by more than that range; or there are no other places.
     """
     size = np.abs(track)
-    with np.errstate(invalid="ignore"):
-        found: Mask = np.any(size > _FARTHEST, axis=1)
-        same = (track[:, 0] == track[:, 1]) & (track[:, 1] == track[:, 2]) & (track[:, 0] != 0.0)
+    same = (track[:, 0] == track[:, 1]) & (track[:, 1] == track[:, 2]) & (track[:, 0] != 0.0)
+    found = np.full(len(track), np.nan)
     for column, absolute in zip(track.T, size.T, strict=True):
-        odd = same | _is_placeholder(absolute)
+        nines = _is_placeholder(absolute)
+        odd = same | nines
         usual = column[~odd & (absolute < _FARTHEST)]
-        if len(usual) and odd.any():
+        if len(usual):
             low, high = usual.min(), usual.max()
             outside = np.abs(column - np.clip(column, low, high))
-            found |= odd & (outside > np.maximum(high - low, _SHARE * absolute))
+            odd &= outside > np.maximum(high - low, _SHARE * absolute)
+        else:
+            odd = nines
+        odd |= absolute > _FARTHEST
+        found[odd] = column[odd]
     return found
 
 
@@ -73,24 +78,24 @@ def _is_placeholder(absolute: Array) -> Mask:
 
 
 def _is_amid(others: list[Array]) -> bool:
-    """Return whether the origin is usually nearer to one of some points than these are apart."""
+    """Return whether the origin is usually closer to one of some points than these are apart."""
     if not others:
         return False
     places = np.stack(others)  # (points, T, 3)
     places = places[:, np.isfinite(places).all(axis=(0, 2))]
     nearest = np.linalg.norm(places, axis=2).min(axis=0)
     apart = np.linalg.norm(places.max(axis=0) - places.min(axis=0), axis=1)
-    return bool(len(nearest)) and bool(np.median(nearest) < np.median(apart))
+    return bool(len(nearest)) and bool(np.median(nearest) < _AMID * np.median(apart))
 
 
-def _report_placeholders(tracks: Tracks, held: dict[str, Mask], report: ImportReport) -> None:
-    found = {name: np.flatnonzero(mask) for name, mask in held.items() if mask.any()}
+def _report_placeholders(held: dict[str, Array], report: ImportReport) -> None:
+    found = {n: np.flatnonzero(~np.isnan(values)) for n, values in held.items()}
+    found = {name: rows for name, rows in found.items() if len(rows)}
     if not found:
         return
-    name, frames = next(iter(found.items()))
-    value = max(tracks[name][frames[0]], key=abs)
-    more = f" and of {len(found) - 1} other points" if len(found) > 1 else ""
+    name, rows = next(iter(found.items()))
+    more = f" and of {len(found) - 1} more points" if len(found) > 1 else ""
     report.warn(
-        f"{value:g} is no place: {sum(map(len, found.values()))} samples of {name}{more}, the"
-        f" first in row {frames[0] + 1}, are treated as missing"
+        f"{held[name][rows[0]]:.6g} is no place: {sum(map(len, found.values()))} samples of"
+        f" {name}{more}, the first in row {rows[0] + 1}, are treated as missing"
     )
