@@ -21,8 +21,8 @@ _BRACKETED = r"\s*[(\[]\s*[\w.°]+\s*[)\]]"
 _AXIS_LAST = re.compile(
     rf"(?P<name>.*?)[\s_.:\-(\[]*(?P<axis>[xyzXYZ])\d*[)\]]?(?:{_BRACKETED}|[\s_]+[mc]?m)?\s*$"
 )
-# x11, x_left_wrist, X(left_wrist)
-_AXIS_FIRST = re.compile(r"(?P<axis>[xyzXYZ])(?P<name>[\s_.:\-]+.*|[(\[].*[)\]]|\d+)")
+# x_left_wrist, "X position"
+_AXIS_FIRST = re.compile(r"(?P<axis>[xyzXYZ])[\s_.:\-]+(?P<name>.*)")
 _OF_AN_AXIS = {"", "axis", "position", "pos", "coord", "coordinate", "coordinates", "location"}
 
 _TIMES = {"t", "time", "times", "timestamp", "timestamps", "timecode", "zeit", "seconds", "secs"}
@@ -70,7 +70,7 @@ def split_axis(title: str) -> tuple[str, str]:
     found = _AXIS_FIRST.fullmatch(title)
     if found is None:
         return "", ""
-    name = found["name"].strip(" _.:-()[]")
+    name = found["name"].strip(" _.:-")
     return ("" if name.lower() in _OF_AN_AXIS else name), found["axis"].lower()
 
 

@@ -56,11 +56,6 @@ def assert_same(tracks: Tracks, points: writers.Points, atol: float = 1e-9) -> N
         np.testing.assert_allclose(track, known, rtol=0, atol=atol)
 
 
-@pytest.fixture
-def points() -> writers.Points:
-    return writers.arm_points()
-
-
 @pytest.mark.parametrize("kind", TEXTS)
 def test_points_come_back(tmp_path: Path, points: writers.Points, kind: str) -> None:
     path = tmp_path / "dance"
