@@ -20,7 +20,7 @@ from mpma_mj.utils.text import option_name
 __all__ = ["expand_folders", "read_motions"]
 
 # Endings of files in a folder that count as recordings; their format is recognised by content.
-_ENDINGS = {".amc", ".bvh", ".c3d", ".csv", ".npz", ".trc", ".tsv"}
+_ENDINGS = {".amc", ".bvh", ".c3d", ".csv", ".mvnx", ".npy", ".npz", ".trc", ".tsv"}
 # Options of reading that refer to one file.
 _SINGLE_FILE_OPTIONS = {
     *("start", "end", "skeleton", "loop", "context", "segments", "labels", "audio"),

@@ -14,7 +14,14 @@ from numpy.typing import NDArray
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.recording import Recording, Tracks
-from mpma_mj.motions.readers.skeleton import Joint, ancestry, joint_positions, tracks_of
+from mpma_mj.motions.readers.skeleton import (
+    AngleCheck,
+    Joint,
+    ancestry,
+    euler_turn,
+    joint_positions,
+    tracks_of,
+)
 from mpma_mj.motions.readers.text import FARTHEST, TextFile, is_number, printable
 
 __all__ = ["is_amc", "is_asf", "read_acclaim"]
@@ -130,25 +137,34 @@ def _read_skeleton(file: TextFile) -> _Skeleton:
     _check_channels("root", order, needed={"tx", "ty", "tz"})
     joints = {"root": Joint("root", None, np.zeros(3), _axes(order), frame)}
     channels = {"root": order}
-    while parents:
-        ready = [name for name, parent in parents.items() if parent == "root" or parent in channels]
-        if not ready:
-            raise ValueError(f"bone {next(iter(parents))} has no parent")
-        for name in ready:
-            parent, bone = parents.pop(name), bones[name]
-            dof = tuple(word.lower() for word in bone.get("dof", []))
-            _check_channels(name, dof)
-            axis = turn * _numbers(bone["axis"][:3])
-            way = _numbers(bone["direction"]) * _numbers(bone["length"])
-            if way.shape != (3,):
-                raise ValueError(f"{name} has the direction {' '.join(bone['direction'])}")
-            begins = joints.get(f"{parent}_end", joints["root"])
-            joints[name] = Joint(
-                name, parent, begins.offset, _axes(dof), _frame(axis, bone["axis"][3])
-            )
-            joints[f"{name}_end"] = Joint(f"{name}_end", name, way, "", np.eye(3))
-            channels[name] = dof
+    for name, parent in _parents_first(parents):
+        bone = bones[name]
+        dof = tuple(word.lower() for word in bone.get("dof", []))
+        _check_channels(name, dof)
+        axis = turn * _numbers(bone["axis"][:3])
+        way = _numbers(bone["direction"]) * _numbers(bone["length"])
+        if way.shape != (3,):
+            raise ValueError(f"{name} has the direction {' '.join(bone['direction'])}")
+        begins = joints.get(f"{parent}_end", joints["root"])
+        joints[name] = Joint(name, parent, begins.offset, _axes(dof), _frame(axis, bone["axis"][3]))
+        joints[f"{name}_end"] = Joint(f"{name}_end", name, way, "", np.eye(3))
+        channels[name] = dof
     return _Skeleton(joints, channels, degrees)
+
+
+def _parents_first(parents: dict[str, str]) -> list[tuple[str, str]]:
+    """Return bones and their parents, level by level from the root, in the file's order."""
+    children: dict[str, list[tuple[int, str]]] = {}
+    for number, (name, parent) in enumerate(parents.items()):
+        children.setdefault(parent, []).append((number, name))
+    found: list[tuple[str, str]] = []
+    level = children.pop("root", [])
+    while level:
+        found += [(name, parents[name]) for _, name in level]
+        level = sorted(child for _, name in level for child in children.pop(name, []))
+    if children:
+        raise ValueError(f"bone {next(iter(children.values()))[0][1]} has no parent")
+    return found
 
 
 def _check_channels(bone: str, channels: Sequence[str], needed: Set[str] = frozenset()) -> None:
@@ -201,14 +217,24 @@ def _load(
         column += len(channels)
     unit = np.pi / 180.0 if skeleton.degrees else 1.0
 
+    turning = {
+        name: [place[c] for c in reversed(place) if c.startswith("r")]
+        for name, place in places.items()
+    }
+    shift = [places["root"][axis] for axis in ("tx", "ty", "tz")]
+    check = AngleCheck(file.path, report)
+
     def positions(rows: list[list[float]]) -> Array:
         block = np.array(rows)
-        angles = {
-            name: unit * block[:, [place[c] for c in reversed(place) if c.startswith("r")]]
-            for name, place in places.items()
-        }
-        shift = [places["root"][axis] for axis in ("tx", "ty", "tz")]
-        return joint_positions(skeleton.joints, names, angles, {"root": block[:, shift]})
+        check.begin(len(block))
+
+        def turn(name: str) -> Array | None:
+            joint = skeleton.joints[name]
+            if not turning.get(name):
+                return None
+            return euler_turn(joint, check.check(joint, unit * block[:, turning[name]]))
+
+        return joint_positions(skeleton.joints, names, turn, {"root": block[:, shift]})
 
     frames = _frames(file, bones, report)
     blocks = iter(lambda: list(itertools.islice(frames, _BLOCK)), [])

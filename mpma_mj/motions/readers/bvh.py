@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Sequence
+import re
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -13,14 +14,25 @@ from numpy.typing import NDArray
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.recording import Recording, Tracks
-from mpma_mj.motions.readers.skeleton import Joint, ancestry, joint_positions, tracks_of
+from mpma_mj.motions.readers.skeleton import (
+    AngleCheck,
+    Joint,
+    ancestry,
+    euler_turn,
+    joint_positions,
+    tracks_of,
+)
 from mpma_mj.motions.readers.text import FARTHEST, Grid, TextFile, is_number, printable
 
 __all__ = ["is_bvh", "read_bvh"]
 
 Array = NDArray[np.float64]
+_Rows = Callable[[Sequence[int], ImportReport], Iterator[Array]]
 
-_MOST_LINES = 50_000  # of a hierarchy: hands and faces have hundreds of joints
+_CHUNK = 1 << 16  # letters that are read at once: all frames may be on one line
+_ROWS = 256  # frames that are turned into numbers at once, where frames are no lines
+_CHANNELS = {f"{axis}{kind}" for axis in "XYZ" for kind in ("POSITION", "ROTATION")}
+_KEYS = {"ROOT", "JOINT", "END", "OFFSET", "CHANNELS", "MOTION", "{", "}"}
 _SHORTEST = 1e-6  # s between frames
 
 
@@ -38,7 +50,7 @@ class _Skeleton:
 
 def is_bvh(head: list[str]) -> bool:
     """Return whether the first lines are those of a BVH."""
-    return next((line.strip() for line in head if line.strip()), "").upper() == "HIERARCHY"
+    return next((line.split()[0] for line in head if line.strip()), "").upper() == "HIERARCHY"
 
 
 def read_bvh(file: TextFile, report: ImportReport) -> Recording:
@@ -49,62 +61,91 @@ def read_bvh(file: TextFile, report: ImportReport) -> Recording:
     Raises:
         MotionFileError: The hierarchy is damaged.
     """
-    lines = enumerate(map(printable, itertools.islice(file.lines(), _MOST_LINES)), 1)
+    words = _words(file)
     try:
-        skeleton = _read_hierarchy(lines)
-        frames = _number(*_header_value(lines, "FRAMES"))
-        frame_time = _header_value(lines, "FRAME TIME")
-        seconds = _number(*frame_time)
+        skeleton = _read_hierarchy(words)
+        frames = _number(*_header_value(words, "FRAMES"))
+        text, line = _header_value(words, "FRAME TIME")
+        seconds = _number(text, line)
     except StopIteration:
         raise MotionFileError(
             f"{file.path}: ends within the hierarchy or before the first frame; export it again"
         ) from None
-    except (ValueError, IndexError) as error:
+    except ValueError as error:
         raise MotionFileError(f"{file.path}: {error}; export the BVH again") from None
-    number, row = next(((n, row) for n, row in lines if row.strip()), (0, ""))
-    if row and len(row.split()) != skeleton.columns:
-        raise MotionFileError(
-            f"{file.path}: line {number} has {len(row.split())} values, but the hierarchy has"
-            f" {skeleton.columns} channels; export the BVH again"
-        )
-    grid = Grid(file, number - 1, None, skeleton.columns)
+    first = list(itertools.islice(words, skeleton.columns + 1))
+    row = [word for word, number in first if number == first[0][1]]
+    if first and first[0][1] > line and len(row) == skeleton.columns:
+        comma = any("," in word for word in row)
+        rows: _Rows = Grid(file, first[0][1] - 1, None, skeleton.columns, comma).blocks
+    else:
+        rows = _Stream(file, line, skeleton.columns).blocks
     return Recording(
         file.path,
         "BVH",
         tuple(skeleton.names),
-        lambda names: _load(file.path, grid if row else None, skeleton, names, report),
-        rate=_rate(seconds, frame_time[0]),
+        lambda names: _load(file.path, rows if first else None, skeleton, names, report),
+        rate=_rate(seconds, text.replace(",", ".")),
         up="y",
         frames=int(frames),
     )
 
 
-def _read_hierarchy(lines: Iterator[tuple[int, str]]) -> _Skeleton:
+def _words(file: TextFile) -> Iterator[tuple[str, int]]:
+    """Iterate over words and the numbers of their lines; braces are words of their own."""
+    rest, number = "", 1
+    with file.path.open(encoding=file.encoding, errors="replace") as opened:
+        while chunk := opened.read(_CHUNK):
+            *lines, rest = re.sub("([{}])", r" \1 ", rest + chunk).split("\n")
+            for line in lines:
+                yield from ((word, number) for word in line.split())
+                number += 1
+            if len(rest) > _CHUNK:  # words that are whole need not wait for the line's end
+                *whole, last = rest.split() or [""]
+                rest = f"{last} " if rest[-1].isspace() else last
+                yield from ((word, number) for word in whole)
+    yield from ((word, number) for word in rest.split())
+
+
+def _read_hierarchy(words: Iterator[tuple[str, int]]) -> _Skeleton:
     """Read from HIERARCHY up to MOTION."""
     skeleton = _Skeleton()
     open_joints: list[str] = []  # whose braces are open
-    name = ""
-    for number, line in lines:
-        words = line.replace("{", " { ").replace("}", " } ").split()
-        key = words[0].upper() if words else ""
+    next(words)
+    for word, line in words:
+        key = word.upper()
         if key in ("ROOT", "JOINT"):
-            name = _add_joint(skeleton, " ".join(w for w in words[1:] if w != "{"), open_joints)
-        elif key == "END":
-            name = _add_joint(skeleton, f"{open_joints[-1]}_end", open_joints)
-        elif key == "OFFSET":
-            offset = np.array([_number(word, number) for word in words[1:4]])
-            if len(offset) < 3 or not name:
-                raise ValueError(f"line {number}: expected a joint's OFFSET and three numbers")
-            skeleton.joints[name] = replace(skeleton.joints[name], offset=offset)
-        elif key == "CHANNELS":
-            _add_channels(skeleton, name, words, number)
+            open_joints.append(_add_joint(skeleton, _joint_name(words, line), open_joints))
         elif key == "MOTION":
+            if open_joints:
+                raise ValueError(f"line {line}: {len(open_joints)} joints lack their '}}'")
             _check_offsets(skeleton)
             return skeleton
-        if "{" in words:
-            open_joints.append(name)
-        if "}" in words:
+        elif key not in _KEYS:
+            raise ValueError(f"line {line}: '{printable(word[:40])}' is no part of a hierarchy")
+        elif not open_joints or key == "{":
+            raise ValueError(f"line {line}: '{word}' outside a joint")
+        elif key == "}":
             open_joints.pop()
+        elif key == "END":
+            _joint_name(words, line)
+            open_joints.append(_add_joint(skeleton, f"{open_joints[-1]}_end", open_joints))
+        elif key == "OFFSET":
+            _set_offset(skeleton, open_joints[-1], words, line)
+        else:
+            _add_channels(skeleton, open_joints[-1], words, line)
+    raise StopIteration
+
+
+def _joint_name(words: Iterator[tuple[str, int]], line: int) -> str:
+    """Return the words up to the brace that opens a joint."""
+    name: list[str] = []
+    for word, number in words:
+        if word == "{":
+            return " ".join(name)
+        if number > line and word.upper() in _KEYS:
+            raise ValueError(f"line {number}: expected '{{', found '{word}'")
+        name.append(printable(word))
     raise StopIteration
 
 
@@ -119,21 +160,38 @@ def _add_joint(skeleton: _Skeleton, name: str, open_joints: list[str]) -> str:
     return name
 
 
+def _set_offset(
+    skeleton: _Skeleton, name: str, words: Iterator[tuple[str, int]], line: int
+) -> None:
+    cells = list(itertools.islice(words, 3))
+    if len(cells) < 3 or any(word.upper() in _KEYS for word, _ in cells):
+        raise ValueError(f"line {line}: expected a joint's OFFSET and three numbers")
+    if not np.isnan(skeleton.joints[name].offset).any():
+        raise ValueError(f"line {line}: a second OFFSET of {name}")
+    offset = np.array([_number(word, number) for word, number in cells])
+    skeleton.joints[name] = replace(skeleton.joints[name], offset=offset)
+
+
 def _check_offsets(skeleton: _Skeleton) -> None:
     for name, joint in skeleton.joints.items():
         if np.isnan(joint.offset).any():
             raise ValueError(f"{name} has no OFFSET")
 
 
-def _add_channels(skeleton: _Skeleton, name: str, words: list[str], number: int) -> None:
-    channels = [word.upper() for word in words[2:]]
-    known = [f"{axis}{kind}" for axis in "XYZ" for kind in ("POSITION", "ROTATION")]
-    if len(words) < 2 or str(len(channels)) != words[1] or not set(channels) <= set(known):
-        raise ValueError(f"line {number}: '{' '.join(words)[:60]}' is not a list of channels")
+def _add_channels(
+    skeleton: _Skeleton, name: str, words: Iterator[tuple[str, int]], line: int
+) -> None:
+    count = next(words)[0]
+    cells = itertools.islice(words, int(count) if count in map(str, range(7)) else 0)
+    channels = [word.upper() for word, _ in cells]
+    if str(len(channels)) != count or not set(channels) <= _CHANNELS:
+        found = printable(" ".join([count, *channels])[:60])
+        raise ValueError(
+            f"line {line}: '{found}' is not a list of channels, such as 3 Zrotation Xrotation"
+            " Yrotation"
+        )
     if len(set(channels)) < len(channels) or name in skeleton.turning:
-        raise ValueError(f"line {number}: a channel is given twice")
-    if not name:
-        raise ValueError(f"line {number}: CHANNELS outside a joint")
+        raise ValueError(f"line {line}: a channel is given twice")
     place = {channel: skeleton.columns + i for i, channel in enumerate(channels)}
     skeleton.columns += len(channels)
     turns = [channel for channel in channels if channel.endswith("ROTATION")]
@@ -155,19 +213,76 @@ def _rate(seconds: float, text: str) -> float | None:
     return float(whole) if is_rounded or is_cut else 1.0 / seconds
 
 
-def _header_value(lines: Iterator[tuple[int, str]], key: str) -> tuple[str, int]:
-    """Return what the next line, `KEY: value`, gives, and the line's number."""
-    number, line = next((n, line) for n, line in lines if line.strip())
-    found, _, value = line.partition(":")
-    if " ".join(found.upper().split()) != key:
-        raise ValueError(f"line {number}: expected '{key.capitalize()}:', found '{line[:40]}'")
-    return value, number
+def _header_value(words: Iterator[tuple[str, int]], key: str) -> tuple[str, int]:
+    """Return what `KEY: value`, which comes next, gives, and the line's number."""
+    expected = key.split()
+    found: list[str] = []
+    line = 0
+    while len(found) <= len(expected):
+        word, line = next(words)
+        found += word.replace(":", " ").split()
+    if [word.upper() for word in found[:-1]] != expected:
+        text = printable(" ".join(found)[:40])
+        raise ValueError(f"line {line}: expected '{key.capitalize()}:', found '{text}'")
+    return found[-1], line
 
 
 def _number(word: str, number: int) -> float:
-    if not is_number(word) or not abs(float(word)) < FARTHEST:
-        raise ValueError(f"line {number}: '{word.strip()[:40]}' is not a number")
-    return float(word)
+    """Return the number in a word, which may have a decimal comma."""
+    text = word.replace(",", ".")
+    if not is_number(text) or not abs(float(text)) < FARTHEST:
+        raise ValueError(f"line {number}: '{printable(word[:40])}' is not a number")
+    return float(text)
+
+
+@dataclass(frozen=True)
+class _Stream:
+    """Frames that are not one a line: words after the header's last line.
+
+    Attributes:
+        file: The file.
+        header: Number of the line of the frame time.
+        width: Numbers of a frame.
+    """
+
+    file: TextFile
+    header: int
+    width: int
+
+    def blocks(self, columns: Sequence[int], report: ImportReport) -> Iterator[Array]:
+        """Iterate over blocks of frames, as `Grid.blocks` does."""
+        words = _words(self.file)
+        for word, _ in words:  # up to the frame time
+            if word.upper() == "MOTION":
+                break
+        _header_value(words, "FRAMES")
+        _header_value(words, "FRAME TIME")
+        frames, line = 0, self.header
+        while cells := list(itertools.islice(words, _ROWS * self.width)):
+            line = line if frames else cells[0][1]
+            if len(cells) % self.width:
+                raise MotionFileError(
+                    f"{self.file.path}: line {line} has not the {self.width} values of a frame, and"
+                    f" the {frames * self.width + len(cells)} values from there are no whole number"
+                    " of frames; export the BVH again"
+                )
+            try:
+                block = np.array([_number(*cell) for cell in cells]).reshape(-1, self.width)
+            except ValueError as error:
+                raise MotionFileError(f"{self.file.path}: {error}; export the BVH again") from None
+            if len(block) < _ROWS and self._may_be_cut(cells):
+                report.warn(
+                    "the file ends without a line break, perhaps within a number; the last frame is"
+                    " not used"
+                )
+                block = block[:-1]
+            yield block[:, columns]
+            frames += len(block)
+
+    def _may_be_cut(self, cells: list[tuple[str, int]]) -> bool:
+        """Return whether the last number may lack digits: all have as many decimals, or it may."""
+        decimals = {len(word.partition(".")[2]) for word, _ in cells}
+        return not self.file.ends_whole and (len(decimals) > 1 or decimals == {0})
 
 
 def _placed(joint: Joint, places: Array) -> Array:
@@ -179,12 +294,14 @@ def _placed(joint: Joint, places: Array) -> Array:
 
 def _load(
     path: Path,
-    grid: Grid | None,
+    rows: _Rows | None,
     skeleton: _Skeleton,
     names: Sequence[str],
     report: ImportReport,
 ) -> Tracks:
     """Compute where joints are, each shape (T, 3)."""
+    if rows is None:
+        raise MotionFileError(f"{path}: has a hierarchy but no frames; export the motion too")
     chain = ancestry(skeleton.joints, names)
     columns = sorted(
         {
@@ -199,15 +316,21 @@ def _load(
         {name: [place[c] for c in of[name]] for name in chain if of.get(name)}
         for of in (skeleton.turning, skeleton.moving)
     )
+    check = AngleCheck(path, report)
 
     def positions(block: Array) -> Array:
-        angles = {name: np.radians(block[:, where]) for name, where in turning.items()}
+        check.begin(len(block))
+
+        def turn(name: str) -> Array | None:
+            joint = skeleton.joints[name]
+            if name not in turning:
+                return None
+            return euler_turn(joint, check.check(joint, np.radians(block[:, turning[name]])))
+
         translations = {
             name: _placed(skeleton.joints[name], block[:, where]) for name, where in moving.items()
         }
         translations.setdefault(chain[0], np.zeros((len(block), 3)))
-        return joint_positions(skeleton.joints, names, angles, translations)
+        return joint_positions(skeleton.joints, names, turn, translations)
 
-    if grid is None:
-        raise MotionFileError(f"{path}: has a hierarchy but no frames; export the motion too")
-    return tracks_of(map(positions, grid.blocks(columns, report)), names)
+    return tracks_of(map(positions, rows(columns, report)), names)

@@ -3,7 +3,9 @@
 Blocks of 512 bytes: a header, parameters in named groups, then the frames, each with four
 numbers for every point (x, y, z and a residual, below 0 where the point was not seen) and the
 analog samples taken meanwhile. Numbers are 4-byte floats, or 2-byte integers times POINT:SCALE,
-in the byte order of the processor that wrote them.
+in the byte order of the processor that wrote them. Theia3D writes no points, but poses of
+segments (the ROTATION group): a 4 × 4 matrix, column after column, and its reliability, below 0
+where the segment was not seen. Where a segment begins is a point, named by the segment.
 
 Our own reader, as the library ezc3d (1.7.2), with which tests compare it, takes 0.19 s instead of
 0.007 s for 5,000 frames of 41 markers, reads all analog samples too (65 MB of memory instead of 4
@@ -14,6 +16,7 @@ also where sizes and parameters have been checked before.
 from __future__ import annotations
 
 import itertools
+import re
 import struct
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -28,6 +31,7 @@ from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.recording import UNITS, UPS, Recording, Tracks
 from mpma_mj.motions.readers.text import printable
+from mpma_mj.motions.readers.unseen import mark_unseen
 
 __all__ = ["is_c3d", "read_c3d"]
 
@@ -38,6 +42,7 @@ _BYTES_AT_ONCE = 1 << 24
 # What parameters list points that are computed values, not places.
 _NO_PLACES = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS")
 _CHAR, _BYTE, _INTEGER, _FLOAT = -1, 1, 2, 4  # types of a parameter
+_POSE = re.compile("_4x4$", re.IGNORECASE)  # which ends the names of segments
 _LONG = 65535  # frames from which on the header's 2-byte numbers do not suffice
 
 # What numbers that make no sense lead to.
@@ -48,7 +53,7 @@ Parameters = dict[str, Any]
 
 @dataclass(frozen=True)
 class _Layout:
-    """Where the frames lie in the file, and how a point's numbers are stored."""
+    """Where the frames lie in the file, and how the numbers of a point, or segment, are stored."""
 
     start: int  # byte of the first frame
     points: int
@@ -56,6 +61,8 @@ class _Layout:
     scale: float  # below 0 for floats
     processor: int
     frames: int
+    kept: tuple[int, ...] = (0, 1, 2, 3)  # of a point's numbers x, y, z and residual
+    width: int = 4  # numbers of a point
 
     @property
     def item(self) -> int:
@@ -64,7 +71,7 @@ class _Layout:
 
     @property
     def frame_bytes(self) -> int:
-        return self.item * (4 * self.points + self.analog)
+        return self.item * (self.width * self.points + self.analog)
 
 
 def is_c3d(head: bytes) -> bool:
@@ -91,13 +98,16 @@ def read_c3d(path: Path, report: ImportReport) -> Recording:
     try:
         parameters = _read_parameters(section, processor)
         layout, rate, first = _read_layout(header, parameters, processor, size, report)
-        names = _names(parameters, layout.points)
+        names = _names(parameters, "POINT", layout.points)
+        if not layout.points:
+            layout, rate = _segments(parameters, layout, rate)
+            names = [_POSE.sub("", n) for n in _names(parameters, "ROTATION", layout.points)]
         spans = _spans(parameters, (first - 1) / rate if rate else 0.0, report)
     except _DAMAGED as error:
         raise MotionFileError(
             f"{path}: has damaged parameters ({error}); export it again"
         ) from None
-    if layout.frame_bytes == 0 or not layout.points:
+    if not layout.points:
         raise MotionFileError(f"{path}: has no points; export the C3D with its trajectories")
     held = max(0, size - layout.start) // layout.frame_bytes
     indices = {name: i for i, name in reversed([*enumerate(names)]) if name}
@@ -108,7 +118,7 @@ def read_c3d(path: Path, report: ImportReport) -> Recording:
         path,
         "C3D",
         tuple(name for name in names if name),
-        lambda names: _load(path, layout, min(held, layout.frames), indices, names),
+        lambda names: _load(path, layout, min(held, layout.frames), indices, names, report),
         rate=rate,
         unit=UNITS.get(unit),
         up=next((up for up in UPS if up == screen), None),
@@ -203,15 +213,36 @@ def _read_layout(
         if (held - frames) * layout.frame_bytes > _BLOCK:
             report.warn(f"the header cannot hold the number of frames; {held} were found")
             layout = replace(layout, frames=held)
-    if start < 2 or frames < 1 or scale == 0 or not np.isfinite(scale):
+    if points and (start < 2 or frames < 1 or scale == 0 or not np.isfinite(scale)):
         raise ValueError(f"{frames} frames from block {start}, scale {scale:g}")
     return layout, rate if np.isfinite(rate) and rate > 0 else None, first
 
 
-def _names(parameters: Parameters, points: int) -> list[str]:
+def _segments(
+    parameters: Parameters, layout: _Layout, rate: float | None
+) -> tuple[_Layout, float | None]:
+    """Return where the poses of segments lie, and their rate; without points if there are none."""
+    used, start = (int(_first(parameters, f"ROTATION:{n}", 0)) for n in ("USED", "DATA_START"))
+    ratio = int(_first(parameters, "ROTATION:RATIO", 1))  # poses a frame
+    if not used or start < 2 or ratio < 1:
+        return layout, rate
+    found = _Layout(
+        (start - 1) * _BLOCK,
+        used,
+        0,
+        -1.0,
+        layout.processor,
+        ratio * layout.frames,
+        kept=(12, 13, 14, 16),
+        width=17,
+    )
+    return found, float(_first(parameters, "ROTATION:RATE", (rate or 0.0) * ratio)) or None
+
+
+def _names(parameters: Parameters, group: str, points: int) -> list[str]:
     """Return a name for each point; "" for what has none or is no place."""
-    names = list(parameters["POINT:LABELS"])
-    for more in (f"POINT:LABELS{i}" for i in range(2, 100)):
+    names = list(parameters.get(f"{group}:LABELS", ()))
+    for more in (f"{group}:LABELS{i}" for i in range(2, 100)):
         names += parameters.get(more, [])
     no_place = {n for p in _NO_PLACES for n in parameters.get(f"POINT:{p}", ())}
     names = ["" if name in no_place or name.startswith("*") else name for name in names]
@@ -242,7 +273,12 @@ def _spans(parameters: Parameters, offset: float, report: ImportReport) -> tuple
 
 
 def _load(
-    path: Path, layout: _Layout, frames: int, indices: dict[str, int], names: Sequence[str]
+    path: Path,
+    layout: _Layout,
+    frames: int,
+    indices: dict[str, int],
+    names: Sequence[str],
+    report: ImportReport,
 ) -> Tracks:
     """Read the trajectories of some points, each shape (T, 3), NaN where not seen."""
     if not frames:
@@ -254,22 +290,27 @@ def _load(
         file.seek(layout.start)
         for first in range(0, frames, at_once):
             count = min(at_once, frames - first)
-            block = _block(file.read(count * layout.frame_bytes), layout)[:, chosen]
-            seen = (block[..., 3] >= 0) & (block[..., :3] != 0).any(axis=2)
+            block = _block(file.read(count * layout.frame_bytes), layout)[:, chosen][
+                ..., layout.kept
+            ]
+            seen = block[..., 3] >= 0
             with np.errstate(invalid="ignore", over="ignore"):  # of damaged files
                 places = block[..., :3] * (layout.scale if layout.scale > 0 else 1.0)
             points[:, first : first + count] = np.where(seen[..., None], places, np.nan).swapaxes(
                 0, 1
             )
     points[~(np.abs(points) < np.finfo(np.float32).max)] = np.nan
-    return dict(zip(names, points, strict=True))
+    tracks = dict(zip(names, points, strict=True))
+    mark_unseen(tracks, report)
+    return tracks
 
 
 def _block(data: bytes, layout: _Layout) -> NDArray[Any]:
-    """Return the points' numbers in some frames, shape (T, points, 4)."""
+    """Return the points' numbers in some frames, shape (T, points, layout.width)."""
     if layout.scale > 0:
         numbers: NDArray[Any] = np.frombuffer(data, ">i2" if layout.processor == _MIPS else "<i2")
     else:
         numbers = _floats(data, layout.processor)
-    numbers = numbers.reshape(-1, 4 * layout.points + layout.analog)[:, : 4 * layout.points]
-    return numbers.reshape(len(numbers), layout.points, 4)
+    numbers = numbers.reshape(-1, layout.width * layout.points + layout.analog)
+    numbers = numbers[:, : layout.width * layout.points]
+    return numbers.reshape(len(numbers), layout.points, layout.width)

@@ -8,7 +8,8 @@ from pathlib import Path
 
 from mpma_mj.errors import BadOptionError, MotionFileError
 from mpma_mj.motions.import_report import ImportReport
-from mpma_mj.motions.readers import acclaim, bvh, c3d, npz, qualisys, table, trc
+from mpma_mj.motions.readers import acclaim, bvh, c3d, joint_arrays, npz, qualisys, smpl, table, trc
+from mpma_mj.motions.readers.foreign import HEAD, refuse_foreign
 from mpma_mj.motions.readers.recording import RATES, Recording
 from mpma_mj.motions.readers.text import TextFile
 
@@ -23,16 +24,8 @@ TEXT_FORMATS: dict[Callable[[list[str]], bool], TextReader] = {
 }
 """Readers of text, each by what recognises its format by the first lines of a file."""
 
+_WITH_SKELETON = ("ASF/AMC", smpl.FORMAT)
 _HEAD = 40  # lines that identify the format of a text file
-# Formats that are met and cannot be read, by their first bytes, and the remedy.
-_FOREIGN = {
-    b"Kaydara FBX": ("an FBX scene", "export it as BVH"),
-    b"glTF": ("a glTF scene", "export it as BVH"),
-    b"\x89HDF": ("an HDF5 or MATLAB file", "export the points as C3D or CSV"),
-    b"MATLAB": ("a MATLAB file", "export the points as C3D or CSV"),
-    b"RIFF": ("sound or video", "give a recording, and sound with {audio}"),
-    b"\x80": ("a Python pickle, which can run code and is never opened", "save an npz instead"),
-}
 
 
 def open_recording(path: Path, report: ImportReport, *, skeleton: Path | None = None) -> Recording:
@@ -41,7 +34,8 @@ def open_recording(path: Path, report: ImportReport, *, skeleton: Path | None = 
     Args:
         path: The file.
         report: Gets what is odd.
-        skeleton: The ASF of an AMC, if it is in another folder.
+        skeleton: The ASF of an AMC, if it is in another folder, or the body model of an SMPL
+            pose.
 
     Raises:
         BadOptionError: A skeleton is given for a file that has its own.
@@ -49,13 +43,14 @@ def open_recording(path: Path, report: ImportReport, *, skeleton: Path | None = 
     """
     try:
         with path.open("rb") as file:
-            head = file.read(64)
+            head = file.read(HEAD)
         recording = _open(path, head, report, skeleton)
     except OSError as error:
         raise MotionFileError(f"{path}: cannot be read ({error.strerror or error})") from None
-    if skeleton is not None and recording.format != "ASF/AMC":
+    if skeleton is not None and recording.format not in _WITH_SKELETON:
         raise BadOptionError(
-            f"{path}: is {recording.format}", remedy="leave out {skeleton}, which is for AMC"
+            f"{path}: is {recording.format}",
+            remedy="leave out {skeleton}, which is for AMC and SMPL poses",
         )
     if recording.rate is not None and not RATES[0] <= recording.rate <= RATES[1]:
         report.warn(f"{recording.rate:g} Hz, as the file declares, is impossible; it is not used")
@@ -68,17 +63,17 @@ def open_recording(path: Path, report: ImportReport, *, skeleton: Path | None = 
 def _open(path: Path, head: bytes, report: ImportReport, skeleton: Path | None) -> Recording:
     if not head.strip():
         raise MotionFileError(f"{path}: is empty; export the recording again")
-    for start, (what, remedy) in _FOREIGN.items():
-        if head.startswith(start):
-            raise MotionFileError(f"{path}: is {what}", remedy=remedy)
+    refuse_foreign(path, head)
     if npz.is_archive(head):
-        return npz.read_points(path, npz.read_archive(path))
+        return npz.read_arrays(path, npz.read_archive(path), report, skeleton)
+    if joint_arrays.is_npy(head):
+        return joint_arrays.read_npy(path, report)
     if c3d.is_c3d(head):
         return c3d.read_c3d(path, report)
     text = TextFile.open(path)
     if text is None:
         raise MotionFileError(
-            f"{path}: is binary, but neither C3D nor npz; export it as one of those"
+            f"{path}: is binary, of a format that is not known; export it as C3D, BVH or CSV"
         )
     lines = text.head(_HEAD)
     if acclaim.is_asf(lines):

@@ -1,19 +1,25 @@
-"""Forward kinematics of skeletons, which BVH and ASF/AMC files describe by joint angles."""
+"""Forward kinematics of skeletons, which BVH, ASF/AMC and SMPL describe by joint angles."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mpma_mj.errors import MotionFileError
+from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.recording import Tracks
 from mpma_mj.motions.readers.text import stack
 
-__all__ = ["Joint", "ancestry", "joint_positions", "tracks_of"]
+__all__ = ["AngleCheck", "Joint", "ancestry", "euler_turn", "joint_positions", "tracks_of"]
 
 Array = NDArray[np.float64]
+
+_ODD, _IMPOSSIBLE = 4.0 * np.pi, 20.0 * np.pi  # rad that a joint below the root turns (choice)
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,20 +52,62 @@ def ancestry(joints: Mapping[str, Joint], names: Sequence[str]) -> list[str]:
     return list(found)
 
 
+@dataclass
+class AngleCheck:
+    """Check of joint angles, block after block: what turns by many turns is damaged, or no angle.
+
+    Attributes:
+        path: The file, for messages.
+        report: Gets a warning of what is odd.
+    """
+
+    path: Path
+    report: ImportReport
+    _first: int = 0  # frames before the block
+    _frames: int = 0  # frames of the block
+    _warned: bool = False
+
+    def begin(self, frames: int) -> None:
+        """Begin a block of frames."""
+        self._first += self._frames
+        self._frames = frames
+
+    def check(self, joint: Joint, angles: Array) -> Array:
+        """Return a joint's angles, shape (T, axes), rad.
+
+        Raises:
+            MotionFileError: One is of more turns than a body can make.
+        """
+        if joint.parent is None:  # a dancer may spin, and only the root counts the turns
+            return angles
+        largest = np.nan_to_num(np.abs(angles).max(axis=1))
+        frame = int(np.argmax(largest))
+        degrees = np.degrees(largest[frame])
+        where = f"frame {self._first + frame + 1}: {joint.name} turns by {degrees:.0f} degrees"
+        if largest[frame] > _IMPOSSIBLE:
+            raise MotionFileError(
+                f"{self.path}: {where}, which no joint does; correct that frame, or export again"
+            )
+        if largest[frame] > _ODD and not self._warned:
+            self._warned = True
+            self.report.warn(f"{where}; check that frame")
+        return angles
+
+
 def joint_positions(
     joints: Mapping[str, Joint],
     names: Sequence[str],
-    angles: Mapping[str, Array],
+    turn: Callable[[str], Array | None],
     translations: Mapping[str, Array],
 ) -> Array:
     """Compute where joints are.
 
-        R_j = R_parent C_j R(angles_j) C_jᵀ        x_j = x_parent + R_parent offset_j
+        R_j = R_parent turn_j        x_j = x_parent + R_parent offset_j
 
     Args:
         joints: The skeleton, by name.
         names: Requested joints.
-        angles: For each joint that turns the angles about its axes, each shape (T, axes), rad.
+        turn: Returns the rotations of a joint, shape (T, 3, 3), or None if it does not turn.
         translations: For each joint that moves its place in the parent's frame, shape (T, 3),
             which stands instead of the offset.
 
@@ -67,20 +115,28 @@ def joint_positions(
         Positions, shape (T, 3 · number of `names`), in the file's unit.
     """
     frames = len(next(iter(translations.values())))
-    turned: dict[str, Array] = {}
+    chain = ancestry(joints, names)
+    children = Counter(joints[name].parent for name in chain)
+    turned: dict[str, Array] = {}  # of joints that have children left: a chain may be long
     places: dict[str, Array] = {}
-    for name in ancestry(joints, names):
+    for name in chain:
         joint = joints[name]
         way = translations.get(name, joint.offset)
-        turn = _turn(joint, angles.get(name))
+        rotation = turn(name)
         if joint.parent is None:
             places[name] = np.broadcast_to(way, (frames, 3))
-            turned[name] = np.broadcast_to(turn, (frames, 3, 3))
+            before = np.broadcast_to(np.eye(3), (frames, 3, 3))
         else:
             before = turned[joint.parent]
             step = np.matmul(before, np.broadcast_to(way, (frames, 3))[:, :, None])[:, :, 0]
             places[name] = places[joint.parent] + step
-            turned[name] = before @ turn
+            children[joint.parent] -= 1
+            if not children[joint.parent]:
+                del turned[joint.parent]
+                if joint.parent not in names:
+                    del places[joint.parent]
+        if children[name]:
+            turned[name] = before if rotation is None else before @ rotation
     return np.concatenate([places[name] for name in names], axis=1)
 
 
@@ -90,11 +146,15 @@ def tracks_of(blocks: Iterator[Array], names: Sequence[str]) -> Tracks:
     return {name: rows[:, 3 * i : 3 * i + 3] for i, name in enumerate(names)}
 
 
-def _turn(joint: Joint, angles: Array | None) -> Array:
-    """Return C R Cᵀ, shape (T, 3, 3), or (3, 3) where the joint does not turn."""
-    if angles is None or not joint.axes:
-        return np.eye(3)
+def euler_turn(joint: Joint, angles: Array) -> Array | None:
+    """Return how a joint turns, C R(angles) Cᵀ, shape (T, 3, 3); None if it has no axes.
+
+    Args:
+        joint: The joint.
+        angles: Angles about its axes, shape (T, axes), rad.
+    """
+    if not joint.axes:
+        return None
     from scipy.spatial.transform import Rotation  # slow to import, needed by few runs
 
-    turn = Rotation.from_euler(joint.axes, angles).as_matrix()
-    return joint.frame @ turn @ joint.frame.T
+    return joint.frame @ Rotation.from_euler(joint.axes, angles).as_matrix() @ joint.frame.T

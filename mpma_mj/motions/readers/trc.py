@@ -7,6 +7,9 @@ and time begin every row. Cells are separated by tabs, in some exports by commas
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.columns import load_columns, neighbours, rate_of_times
@@ -20,14 +23,14 @@ _HEADER = 5  # lines before the first row, which an empty line may follow
 
 def is_trc(head: list[str]) -> bool:
     """Return whether the first lines are those of a TRC."""
-    return bool(head) and head[0].startswith("PathFileType")
+    return bool(head) and head[0].lower().startswith("pathfiletype")
 
 
 def read_trc(file: TextFile, report: ImportReport) -> Recording:
     """Read the header of a TRC.
 
     Raises:
-        MotionFileError: The header is incomplete.
+        MotionFileError: The header is incomplete, or contradicts the rows.
     """
     path = file.path
     lines = file.head(_HEADER + 5)
@@ -35,34 +38,59 @@ def read_trc(file: TextFile, report: ImportReport) -> Recording:
         raise MotionFileError(
             f"{path}: ends after {len(lines)} lines, within the header; export the file again"
         )
-    separator = "\t" if "\t" in lines[1] else ","
-    keys, values, titles = ([c.strip() for c in row.split(separator)] for row in lines[1:4])
-    header = dict(zip(keys, values, strict=False))
-    columns: dict[str, int] = {}
-    names = [name for name in titles[2:] if name]
-    for column, name in enumerate(titles[2:], start=2):
-        if name:
-            columns.setdefault(name, column)
-    first = next(
-        (i for i in range(_HEADER, len(lines)) if lines[i].strip(f" {separator}")), len(lines)
+    separator = next((s for s in "\t," if s in lines[1]), None)
+    keys, values, titles, axes = ([c.strip() for c in row.split(separator)] for row in lines[1:5])
+    header = {key.lower(): value for key, value in zip(keys, values, strict=False)}
+    named = [(column, name) for column, name in enumerate(titles[2:], start=2) if name]
+    blank = f"{separator or ''} "
+    first = next((i for i in range(_HEADER, len(lines)) if lines[i].strip(blank)), len(lines))
+    grid = Grid.starting(file, first, columns=2 + 3 * len(named))
+    rate, frames, markers = (
+        _number(header.get(key, "")) for key in ("datarate", "numframes", "nummarkers")
     )
-    grid = Grid.starting(file, first, columns=2 + 3 * len(names))
-    rate, frames = (positive(header.get(key, "")) for key in ("DataRate", "NumFrames"))
     if first < len(lines):
-        if grid.width < max(columns.values(), default=0) + 3:
-            raise MotionFileError(
-                f"{path}: line {first + 1} has {grid.width} columns, fewer than x, y, z for each"
-                f" of {len(names)} markers; export the file again"
-            )
+        named = _columns(path, named, grid.width, axes, markers)
         rate = rate_of_times(grid, 1, rate, report)
+    columns = {name: column for column, name in reversed(named)}
     return Recording(
         path,
         "TRC",
-        tuple(names),
+        tuple(name for _, name in named),
         lambda names: load_columns(
             grid, neighbours(columns), names, report, frame_column=0, time_column=1
         ),
         rate=rate,
-        unit=UNITS.get(header.get("Units", "").lower()),
+        unit=UNITS.get(header.get("units", "").lower()),
         frames=int(frames) if frames else None,
     )
+
+
+def _columns(
+    path: Path, named: list[tuple[int, str]], width: int, axes: list[str], markers: float | None
+) -> list[tuple[int, str]]:
+    """Return the column of x of each marker, with its name.
+
+    A name stands above its x, and in some exports one or two tabs after the one before it; then
+    the count of markers, the axes and the columns have to agree on which is whose.
+    """
+    if all((column - 2) % 3 == 0 and column + 3 <= width for column, _ in named):
+        return named
+    counts = {
+        "names": len(named),
+        "markers by NumMarkers": markers,
+        "titles X": sum(cell[:1] in ("X", "x") for cell in axes) or None,
+        "columns in threes after Frame# and Time": (width - 2) / 3,
+    }
+    if len(set(counts.values()) - {None}) > 1:
+        has = ", ".join(f"{n:.4g} {what}" for what, n in counts.items() if n is not None)
+        raise MotionFileError(
+            f"{path}: the names do not stand above x of x, y, z, and the header and its rows"
+            f" contradict each other: {has}; export the file again"
+        )
+    return [(2 + 3 * i, name) for i, (_, name) in enumerate(named)]
+
+
+def _number(cell: str) -> float | None:
+    """Return the number above 0 in a cell, which may have a unit and a decimal comma."""
+    found = re.fullmatch(r"([\d.,e+-]+)\s*(hz|fps)?", cell, re.IGNORECASE)
+    return positive(found[1].replace(",", ".")) if found else None

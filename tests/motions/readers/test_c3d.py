@@ -9,6 +9,7 @@ import pytest
 from mpma_mj.context import Span
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.marker_sets import choose_markers
 from mpma_mj.motions.readers.recognise import open_recording
 from mpma_mj.motions.readers.recording import Recording, Tracks
 from tests.motions.readers import writers
@@ -187,3 +188,53 @@ def test_a_file_cut_in_its_frames_keeps_the_whole_ones(tmp_path: Path) -> None:
     assert recording.frames == 60
     assert {len(track) for track in tracks.values()} == {49}
     np.testing.assert_allclose(tracks["RWRI"], points["RWRI"][:49], atol=1e-3)
+
+
+def write_segments(path: Path, points: writers.Points, *, analog: bool = False) -> None:
+    """Write poses of segments instead of points, as Theia3D does."""
+    file = ezc3d.c3d()
+    parameters = file["parameters"]
+    parameters["POINT"]["RATE"]["value"] = [50.0]
+    frames = len(next(iter(points.values())))
+    file["data"]["points"] = np.zeros((4, 0, frames))
+    if analog:
+        parameters["ANALOG"]["RATE"]["value"] = [100.0]
+        parameters["ANALOG"]["LABELS"]["value"] = ["Fz"]
+        file["data"]["analogs"] = np.ones((1, 1, 2 * frames))
+    else:
+        file.add_parameter("ROTATION", "LABELS", [f"{name}_4X4" for name in points])
+        file.add_parameter("ROTATION", "RATE", [50.0])
+        file.add_parameter("ROTATION", "RATIO", [1])
+        poses = np.tile(np.eye(4)[:, :, None, None], (1, 1, len(points), frames))
+        poses[:3, :3, 0] = np.diag([-1.0, -1.0, 1.0])[..., None]
+        poses[:3, 3] = np.stack([track.T for track in points.values()], axis=1)
+        file["data"]["rotations"] = poses
+    file.write(str(path))
+
+
+def test_segments_without_points_are_where_they_begin(tmp_path: Path) -> None:
+    names = [f"{side}_{part}" for side in "lr" for part in ("uarm", "larm", "hand")]
+    points = writers.arm_points(names=names) | {"torso": np.full((60, 3), 7.0)}
+    write_segments(tmp_path / "dance.c3d", points)
+    recording, tracks = read(tmp_path / "dance.c3d")
+    assert (recording.names, recording.rate, recording.frames) == (tuple(points), 50.0, 60)
+    for name, track in tracks.items():
+        np.testing.assert_allclose(track, points[name], rtol=1e-6)
+    assert choose_markers(recording.path, recording.names, {})["right_wrist"] == ("r_hand",)
+
+
+def test_a_segment_that_is_not_seen_is_a_gap(tmp_path: Path) -> None:
+    path = tmp_path / "dance.c3d"
+    write_segments(path, writers.arm_points())
+    data = bytearray(path.read_bytes())
+    floats = np.frombuffer(data, "<f4", offset=len(data) - 60 * 6 * 17 * 4).reshape(60, 6, 17)
+    floats[10:12, 1, 16] = -1.0
+    path.write_bytes(data)
+    lost = np.isnan(read(path)[1]["LELB"]).all(axis=1)
+    assert np.flatnonzero(lost).tolist() == [10, 11]
+
+
+def test_a_file_of_forces_has_no_points(tmp_path: Path) -> None:
+    write_segments(tmp_path / "force.c3d", writers.arm_points(), analog=True)
+    with pytest.raises(MotionFileError, match="has no points; export the C3D with its traj"):
+        read(tmp_path / "force.c3d")

@@ -176,7 +176,13 @@ def test_a_joint_below_another_of_its_name_is_no_endless_loop(tmp_path: Path) ->
         ("ROOT Hips\n", "", "line .*"),
         ("Frames: 4", "Frames: many", "' many'|'many' is not a number"),
         ("Frames: 4\n", "", "expected 'Frames:', found 'Frame Time"),
-        ("MOTION\n", "", "ends within the hierarchy"),
+        ("MOTION\n", "", "line 50: 'Frames:' is no part of a hierarchy"),
+        ("MOTION\n", "CHANNELS 0\n", "line 50: 'CHANNELS' outside a joint"),
+        ("    OFFSET 2.0 -30.0", "    OFFSET 0 0 0\n OFFSET 2.0 -30.0", "a second OFFSET of LeftF"),
+        ("3 Zrotation", "6 Xrot6d", "'6 XROT6D.* is not a list of channels"),
+        ("MOTION", "}\nMOTION", "line 50: '}' outside a joint"),
+        ("}\nMOTION", "MOTION", "line 49: 1 joints lack their '}'"),
+        ("JOINT Spine\n  {", "JOINT Spine", "line 7: expected '{', found 'OFFSET'"),
     ],
 )
 def test_damaged_hierarchies_say_where(tmp_path: Path, old: str, new: str, message: str) -> None:
@@ -191,12 +197,79 @@ def test_a_row_with_another_number_of_channels_is_refused(tmp_path: Path) -> Non
     angles, places = random_angles(0)
     lines = writers.bvh_text(angles, places).splitlines()
     path = tmp_path / "dance.bvh"
-    for row in (-4, -2):
+    for row, message in ((-4, "has not the 30 values of a frame"), (-2, "has 31 ")):
         changed = [*lines]
         changed[row] += " 1.0"
         path.write_text("\n".join(changed) + "\n")
-        with pytest.raises(MotionFileError, match=f"line {len(lines) + row + 1} has 31 "):
+        with pytest.raises(MotionFileError, match=f"line {len(lines) + row + 1} {message}"):
             read(path)
+
+
+def test_frames_need_not_be_lines(tmp_path: Path) -> None:
+    angles, places = random_angles(5)
+    known = bvh_places(angles, places, "ZXY")
+    text = writers.bvh_text(angles, places)
+    start = text.index("\n", text.index("Frame Time")) + 1
+    words = text[start:].split()
+    path = tmp_path / "dance.bvh"
+    for frames in (
+        " ".join(words),
+        "\n".join(words) + "\n",
+        " ".join(words[:50]) + "\n\n " + " ".join(words[50:]),
+    ):
+        for header in (text[:start], " ".join(text[:start].split()) + " "):
+            path.write_text(header + frames)
+            recording, tracks, report = read(path)
+            assert recording.rate == pytest.approx(120)
+            assert not report.warnings
+            for name, track in known.items():
+                np.testing.assert_allclose(tracks[name], track, atol=1e-9)
+    path.write_text(text[:start] + " ".join(words[:-1]))
+    with pytest.raises(MotionFileError, match="119 values from there are no whole number"):
+        read(path)
+    words[-1] = words[-1][:-2]
+    path.write_text(text[:start] + " ".join(words))
+    _, tracks, report = read(path)
+    assert len(tracks["Hips"]) == FRAMES - 1
+    assert "perhaps within a number; the last frame is not used" in report.warnings[0]
+
+
+def test_numbers_may_have_decimal_commas(tmp_path: Path) -> None:
+    angles, places = random_angles(5)
+    path = tmp_path / "dance.bvh"
+    path.write_text(writers.bvh_text(angles, places).replace(".", ","))
+    recording, tracks, _ = read(path)
+    assert recording.rate == pytest.approx(120)
+    for name, known in bvh_places(angles, places, "ZXY").items():
+        np.testing.assert_allclose(tracks[name], known, atol=1e-9)
+
+
+def test_angles_of_many_turns_are_no_angles(tmp_path: Path) -> None:
+    angles, places = random_angles(5)
+    path = tmp_path / "dance.bvh"
+    angles["Hips"][2] += 36000.0  # a spin, which only the root has
+    angles["LeftArm"][1, 2] = 1084.5
+    path.write_text(writers.bvh_text(angles, places))
+    warnings = read(path)[2].warnings
+    assert warnings == ["frame 2: LeftArm turns by 1084 degrees; check that frame"]
+    angles["LeftArm"][3, 0] = -51234.0
+    path.write_text(writers.bvh_text(angles, places))
+    with pytest.raises(MotionFileError, match="frame 4: LeftArm turns by 51234 degrees, w"):
+        read(path)
+
+
+def test_a_long_chain_of_bones_is_read(tmp_path: Path) -> None:
+    path, _ = random_acclaim(tmp_path, 0)
+    asf = tmp_path / "dance.asf"
+    bone = "  begin\n    name b{}\n    direction 0 1 0\n    length 1\n    axis 0 0 0 XYZ\n  end\n"
+    count = 3000  # more than Python calls within each other
+    chain = "".join(f"    b{i} b{i + 1}\n" for i in range(count - 1))
+    bones = "".join(map(bone.format, range(count)))
+    text = asf.read_text().replace(":hierarchy\n", f"{bones}:hierarchy\n")
+    asf.write_text(text.replace("  begin\n    root", f"  begin\n    root b0\n{chain}    root"))
+    _, tracks, _ = read(path)
+    rise = tracks[f"b{count - 1}_end"] - tracks["root"]
+    np.testing.assert_allclose(np.linalg.norm(rise, axis=1), count)
 
 
 def amc_places(angles: dict[str, Array], root: Array) -> Tracks:

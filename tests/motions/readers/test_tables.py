@@ -80,6 +80,14 @@ def test_an_archive_of_points_comes_back(tmp_path: Path, points: writers.Points)
     assert (recording.rate, recording.unit, recording.up) == (48.0, 0.001, "z")
 
 
+@pytest.mark.parametrize("name", ["fps", "FPS", "framerate", "frame_rate", "mocap_framerate"])
+def test_rates_in_an_archive_have_many_names(
+    tmp_path: Path, points: writers.Points, name: str
+) -> None:
+    np.savez(tmp_path / "dance.npz", **points, **{name: 48})  # type: ignore[arg-type]
+    assert read(tmp_path / "dance.npz")[0].rate == 48.0
+
+
 def test_points_without_finite_places_in_an_archive_are_missing(tmp_path: Path) -> None:
     points = writers.arm_points()
     points["LELB"][3], points["RELB"][4, 1] = 0.0, np.inf
@@ -95,6 +103,7 @@ def test_points_without_finite_places_in_an_archive_are_missing(tmp_path: Path) 
         ({"LSHO": np.ones((5, 3)), "LELB": np.ones((6, 3))}, "with one T"),
         ({"LSHO": np.ones((5, 3)), "rate": "fast"}, "rate is 'fast'; expected a number above 0"),
         ({"LSHO": np.ones((5, 3)), "rate": np.nan}, "rate is 'nan'"),
+        ({"LSHO": np.ones((5, 3)), "fps": 30, "rate": 60}, "fps 30 and rate 60, which contradict"),
     ],
 )
 def test_archives_of_something_else_are_refused(
@@ -102,15 +111,6 @@ def test_archives_of_something_else_are_refused(
 ) -> None:
     np.savez(tmp_path / "dance.npz", **arrays)
     with pytest.raises(MotionFileError, match=message):
-        read(tmp_path / "dance.npz")
-
-
-def test_a_zip_of_something_else_is_refused(tmp_path: Path) -> None:
-    import zipfile
-
-    with zipfile.ZipFile(tmp_path / "dance.npz", "w") as archive:
-        archive.writestr("xl/workbook.xml", "<workbook/>")
-    with pytest.raises(MotionFileError, match="not one of NumPy arrays"):
         read(tmp_path / "dance.npz")
 
 
@@ -502,8 +502,6 @@ def test_angles_are_no_places(tmp_path: Path, points: writers.Points) -> None:
         (b" \n\n", "is empty"),
         (b"\0" * 3000, "is binary"),
         (bytes(range(256)) * 9, "is binary"),
-        (b"Kaydara FBX Binary  \0", "is an FBX scene; export it as BVH"),
-        (b"\x80\x04\x95", "pickle"),
         (b"time,x,y\n0,1,2\n", "no recording of a known format"),
         (b"hello\n", "no recording of a known format"),
     ],

@@ -15,6 +15,7 @@ __all__ = [
     "BVH_JOINTS",
     "Points",
     "arm_points",
+    "body_joints",
     "bvh_text",
     "captury_text",
     "header_row_text",
@@ -55,6 +56,33 @@ def arm_points(
         ]
         points += [shoulder, shoulder + down[0], shoulder + down[0] + down[1]]
     return {name: np.round(track, 3) for name, track in zip(names, points, strict=True)}
+
+
+def body_joints(names: Sequence[str], frames: int = 60) -> Array:
+    """Return joints of a body whose arms swing, shape (T, J, 3), mm, z up.
+
+    Args:
+        names: Of the joints, such as left_knee; one that is not of a body is far from it.
+        frames: Number of frames.
+    """
+    arms = arm_points(
+        frames, [f"{s}_{p}" for s in ("left", "right") for p in ("shoulder", "elbow", "wrist")]
+    )
+    still = {
+        **{
+            "pelvis": (0, 0, 900),
+            "spine": (0, 0, 1150),
+            "neck": (0, 0, 1450),
+            "head": (20, 0, 1650),
+        },
+        **{"thorax": (0, 0, 1400), "nose": (120, 0, 1600), "head_top": (0, 0, 1750)},
+    }
+    sides = {"hip": (100, 900), "knee": (100, 480), "ankle": (110, 80)}
+    for side, sign in (("left", 1), ("right", -1)):
+        still |= {f"{side}_{part}": (0, sign * y, z) for part, (y, z) in sides.items()}
+    far = {name: (500.0 + 7 * i * i, 900.0, 11.0 * i) for i, name in enumerate(names)}
+    tracks = {name: np.tile(place, (frames, 1)) for name, place in (far | still).items()} | arms
+    return np.stack([tracks[name] for name in names], axis=1).astype(float)
 
 
 def y_up(points: Points) -> Points:
