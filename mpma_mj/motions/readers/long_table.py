@@ -11,6 +11,7 @@ from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.cells import is_number
 from mpma_mj.motions.readers.columns import in_place
 from mpma_mj.motions.readers.header import Header
+from mpma_mj.motions.readers.numbered import name_numbered
 from mpma_mj.motions.readers.people import refuse_several
 from mpma_mj.motions.readers.recording import Recording, Tracks
 from mpma_mj.motions.readers.text import Grid, printable, stack
@@ -76,9 +77,10 @@ def read_long(header: Header, grid: Grid, report: ImportReport) -> Recording:
     rate = header.rate
     if times is not None and timer is not None:
         rate = rate_of(times, rate, report, time_unit(header.titles[timer]))
-    return Recording(
+    recording = Recording(
         path, "long table", names, load, rate=rate, unit=header.unit(columns), up=header.up
     )
+    return name_numbered(recording, report)
 
 
 def _names(header: Header, grid: Grid) -> list[str]:

@@ -15,6 +15,7 @@ from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.columns import Columns, load_columns, rate_of_times
 from mpma_mj.motions.readers.header import Header, find_header, names_axes
 from mpma_mj.motions.readers.long_table import is_long, read_long
+from mpma_mj.motions.readers.numbered import name_numbered
 from mpma_mj.motions.readers.people import refuse_several
 from mpma_mj.motions.readers.recording import Recording
 from mpma_mj.motions.readers.text import Grid, TextFile
@@ -56,7 +57,7 @@ def read_table(file: TextFile, report: ImportReport) -> Recording:
             refuse_several(file.path, titles[column], grid.words(column))
         if timer is not None:
             rate = rate_of_times(grid, timer, rate, report, time_unit(titles[timer]))
-    return Recording(
+    recording = Recording(
         file.path,
         "table",
         names,
@@ -68,6 +69,7 @@ def read_table(file: TextFile, report: ImportReport) -> Recording:
         up=header.up,
         frames=header.frames,
     )
+    return name_numbered(recording, report)
 
 
 def _check_width(header: Header, grid: Grid, needed: list[int]) -> None:
