@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from mpma_mj import kinematics
 from mpma_mj.errors import MotionFileError
+from mpma_mj.motions.cleaning.jumps import single_frame_jumps
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.motion import Motion
 from mpma_mj.motions.readers.header import Header, find_header
@@ -80,6 +81,7 @@ def read_joint_angles(path: Path, rate: float | None, report: ImportReport) -> M
     arrange = arrangement(times, numbers, lambda row: f"line {grid.first + row + 1}", report)
     angles = angles if arrange is None else arrange(angles)
     posture = kinematics.posture_from_angles(_without_gaps(path, angles, rate))
+    _warn_of_jumps(posture, report)
     source = f"joint angles of {path.name}"
     return Motion(posture, np.ones((len(posture), 1)), ("1",), rate, path.stem, source)
 
@@ -165,3 +167,16 @@ def _without_gaps(path: Path, angles: Array, rate: float) -> Array:
         )
     frames = np.arange(known[0], known[-1] + 1)
     return np.stack([np.interp(frames, known, column[known]) for column in angles.T], axis=1)
+
+
+def _warn_of_jumps(posture: Array, report: ImportReport) -> None:
+    """Warn of rows in which a segment of postures, shape (T, 12), jumps away and back."""
+    segments = zip(kinematics.SEGMENT_NAMES, np.split(posture, 4, axis=1), strict=True)
+    jumps = {name: single_frame_jumps(vectors, 1.0) + 1 for name, vectors in segments}
+    found = {name: rows for name, rows in jumps.items() if len(rows)}
+    if found:
+        listed = "; ".join(f"{name} in row {rows[0]}" for name, rows in found.items())
+        report.warn(
+            f"{sum(map(len, found.values()))} single-frame jumps, the first of {listed}; correct"
+            " those rows"
+        )

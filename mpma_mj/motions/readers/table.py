@@ -8,13 +8,14 @@ names, the first row of numbers.
 
 from __future__ import annotations
 
-import re
+from collections import Counter
 
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.columns import Columns, load_columns, rate_of_times
 from mpma_mj.motions.readers.header import Header, find_header, names_axes
 from mpma_mj.motions.readers.long_table import is_long, read_long
+from mpma_mj.motions.readers.motive import rename_bones
 from mpma_mj.motions.readers.numbered import name_numbered
 from mpma_mj.motions.readers.people import refuse_several
 from mpma_mj.motions.readers.recording import Recording
@@ -24,10 +25,7 @@ from mpma_mj.motions.readers.titles import is_person, split_axis, time_unit
 __all__ = ["read_table"]
 
 _NO_PLACES = {"rotation", "quaternion", "deg", "rad", "°", "degrees", "radians"}
-# Of Motive's names that stand for several things the first of these is meant: a bone begins in
-# the joint, and a marker that is named like it is somewhere on the segment.
-_TYPES = ("bone", "rigid body", "marker")
-_PELVIS = re.compile(r"(hips?|pelvis)$", re.IGNORECASE)
+_MOST_LISTED = 5  # names in a warning
 
 
 def read_table(file: TextFile, report: ImportReport) -> Recording:
@@ -90,7 +88,7 @@ def _columns(header: Header, report: ImportReport) -> tuple[Columns, tuple[str, 
     """Return the columns of every point, and the points' names in order."""
     found: dict[str, dict[str, list[int]]] = {}
     titled = _titled(header)
-    _rename(titled, header, report)
+    rename_bones(titled, header, report)
     for column, (name, axis) in titled.items():
         found.setdefault(name, {"x": [], "y": [], "z": []})[axis].append(column)
     columns, names = {}, []
@@ -98,7 +96,19 @@ def _columns(header: Header, report: ImportReport) -> tuple[Columns, tuple[str, 
         if x and y and z:
             columns[name] = (x[0], y[0], z[0])
             names += [name] * min(len(x), len(y), len(z))  # twice is refused if it is needed
+    _warn_of_disorder(columns, report)
     return columns, tuple(names)
+
+
+def _warn_of_disorder(columns: Columns, report: ImportReport) -> None:
+    """Warn of points whose columns do not lie like those of the others: a title may be wrong."""
+    ways = {name: (y - x, z - x) for name, (x, y, z) in columns.items()}
+    usual, count = Counter(ways.values()).most_common(1)[0] if ways else ((0, 0), 0)
+    if len(ways) > count > 1:
+        other = ", ".join([name for name, way in ways.items() if way != usual][:_MOST_LISTED])
+        report.warn(
+            f"the columns of {other} do not lie like those of other points; check their titles"
+        )
 
 
 def _titled(header: Header) -> dict[int, tuple[str, str]]:
@@ -120,37 +130,3 @@ def _titled(header: Header) -> dict[int, tuple[str, str]]:
             titled[column] = name, axis
         seen.add(axis)
     return titled
-
-
-def _rename(titled: dict[int, tuple[str, str]], header: Header, report: ImportReport) -> None:
-    """Tell apart what Motive names alike, in place: by its rows of types and of parents."""
-    labels = {header.cell(i, 1).lower(): i for i in range(header.axes)}
-    if (row := labels.get("type")) is not None:
-        kinds = {column: header.cell(row, column) for column in titled}
-        ranks = {name: set[int]() for name, _ in titled.values()}
-        for column, (name, _) in titled.items():
-            ranks[name].add(_rank(kinds[column]))
-        for column, (name, axis) in titled.items():
-            if _rank(kinds[column]) > min(ranks[name]):
-                titled[column] = f"{name} {kinds[column]}", axis
-    if (row := labels.get("parent")) is not None:
-        names = {name for name, _ in titled.values()}
-        for column, (name, axis) in titled.items():
-            start = _start(name, names)
-            known = any(_PELVIS.search(n) and n.startswith(start) for n in names)
-            if header.cell(row, column).lower() == "root" and not known:
-                titled[column] = f"{start}Hips", axis
-                if axis == "x":
-                    report.note(f"{name}, the root of its skeleton, is called {start}Hips")
-
-
-def _start(root: str, names: set[str]) -> str:
-    """Return what the names of a skeleton of Motive's begin with, from that of its root."""
-    if ":" in root:
-        return root.rpartition(":")[0] + ":"
-    return f"{root}_" if any(name.startswith(f"{root}_") for name in names) else ""
-
-
-def _rank(kind: str) -> int:
-    """Return the place of a type of Motive's in `_TYPES`."""
-    return next((i for i, t in enumerate(_TYPES) if kind.lower() == t), len(_TYPES))

@@ -116,6 +116,7 @@ class Grid:
         separator: What is between cells; None for white space.
         width: Number of cells in a row.
         decimal_comma: Whether numbers are written like 1,5.
+        ended: Whether a separator ends the rows.
     """
 
     file: TextFile
@@ -123,6 +124,7 @@ class Grid:
     separator: str | None
     width: int
     decimal_comma: bool = False
+    ended: bool = False
 
     @classmethod
     def starting(cls, file: TextFile, first: int, *, columns: int = 0) -> Grid:
@@ -148,7 +150,7 @@ class Grid:
         empty = len(cells) - max((i + 1 for i, cell in enumerate(cells) if cell), default=0)
         # A point that was not seen leaves three empty cells: one more ends the row.
         ending = empty % 3 == 1 and len(cells) > columns
-        return cls(file, first, separator, len(cells) - ending, comma)
+        return cls(file, first, separator, len(cells) - ending, comma, ending)
 
     def blocks(
         self,
@@ -236,8 +238,9 @@ class Grid:
             cells = len(line.split())
         else:
             cells = line.count(separator) + 1
-            if cells == self.width + 1 and not line.rpartition(separator)[2].strip():
-                line, cells = line.rpartition(separator)[0], self.width
+            ended = (self.ended or cells == self.width + 1) and line.rstrip(" ").endswith(separator)
+            if ended:
+                line, cells = line.rpartition(separator)[0], cells - 1
         if cells != self.width:
             last = not self.file.ends_whole and next(self.file.lines(index + 1), None) is None
             where = ", where the file ends," if last else ""

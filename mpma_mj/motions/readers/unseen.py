@@ -18,15 +18,17 @@ _FARTHEST = 1e9  # what is farther away, in any unit, is no place
 _NINES = np.array([10.0**e - 10.0**-d for e in range(2, 10) for d in range(5)])
 _PLACEHOLDERS = np.unique(np.concatenate([_NINES, _NINES.astype(np.float32)]))
 _AMID = 0.75  # of the body's extent that its nearest point is at most from the origin (choice)
+_TOO_FAR = 20.0  # times as far as a body is wide (choice)
+_FEWEST = 4  # points of which the middle is the body's though one is wrong
 _SHARE = 0.1  # of a placeholder that it is at least away from all places (choice)
 
 
 def mark_unseen(tracks: Tracks, report: ImportReport) -> None:
     """Set to NaN, in place, where points were not seen.
 
-    A point was not seen where a coordinate is not finite or a placeholder, and where it is
-    exactly 0, 0, 0: unless it is so throughout and amid the others, when it is the origin, as
-    the pelvis is in coordinates relative to it.
+    A point was not seen where a coordinate is not finite or a placeholder, where it is far from
+    all other points, and where it is exactly 0, 0, 0: unless it is so throughout and amid the
+    others, when it is the origin, as the pelvis is in coordinates relative to it.
 
     Args:
         tracks: Trajectories by name, each shape (T, 3).
@@ -34,6 +36,7 @@ def mark_unseen(tracks: Tracks, report: ImportReport) -> None:
     """
     zero = {name: (track == 0.0).all(axis=1) for name, track in tracks.items()}
     held = {name: _placeholders(track) for name, track in tracks.items()}
+    _add_outliers(tracks, held)
     _report_placeholders(held, report)
     for name, track in tracks.items():
         track[~np.isnan(held[name]) | ~np.isfinite(track).all(axis=1)] = np.nan
@@ -69,6 +72,24 @@ def _placeholders(track: Array) -> Array:
         odd |= absolute > _FARTHEST
         found[odd] = column[odd]
     return found
+
+
+def _add_outliers(tracks: Tracks, held: dict[str, Array]) -> None:
+    """Add, in place, to placeholders what is much farther from the other points than a body is."""
+    if len(tracks) < _FEWEST:
+        return
+    places = np.stack([*tracks.values()])  # (points, T, 3)
+    places[(places == 0.0).all(axis=2) | ~np.isnan([*held.values()])] = np.nan
+    extent = np.linalg.norm(np.fmax.reduce(places) - np.fmin.reduce(places), axis=1)
+    usual = float(np.median(extent[np.isfinite(extent)])) if np.isfinite(extent).any() else 0.0
+    wide = np.flatnonzero(extent > _TOO_FAR * usual)
+    if not len(wide) or usual == 0.0:
+        return
+    ways = places[:, wide] - np.nanmedian(places[:, wide], axis=0)  # of few frames: it is slow
+    far = np.linalg.norm(ways, axis=2) > 0.5 * _TOO_FAR * usual
+    for name, own, its_ways in zip(tracks, far, ways, strict=True):
+        frames = wide[own]
+        held[name][frames] = tracks[name][frames, np.abs(its_ways[own]).argmax(axis=1)]
 
 
 def _is_placeholder(absolute: Array) -> Mask:
