@@ -205,8 +205,9 @@ def _source_rate(recording: Recording, options: ReadingOptions, report: ImportRe
         report.note(f"{options.rate_in:g} Hz, as given (the file declares {declared})")
         return options.rate_in
     if recording.rate is None:
+        reason = next((f" ({doubt})" for doubt in report.warnings if "times" in doubt), "")
         raise MotionFileError(
-            f"{recording.path}: does not declare its frame rate",
+            f"{recording.path}: does not declare its frame rate{reason}",
             remedy="give it with {rate_in}, such as {rate_in=50}",
         )
     return recording.rate

@@ -175,8 +175,6 @@ def _warn_of_jumps(posture: Array, report: ImportReport) -> None:
     jumps = {name: single_frame_jumps(vectors, 1.0) + 1 for name, vectors in segments}
     found = {name: rows for name, rows in jumps.items() if len(rows)}
     if found:
+        count = sum(map(len, found.values()))
         listed = "; ".join(f"{name} in row {rows[0]}" for name, rows in found.items())
-        report.warn(
-            f"{sum(map(len, found.values()))} single-frame jumps, the first of {listed}; correct"
-            " those rows"
-        )
+        report.warn(f"{count} single-frame jump{'s' * (count > 1)} ({listed}); correct those rows")

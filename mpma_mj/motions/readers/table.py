@@ -9,6 +9,7 @@ names, the first row of numbers.
 from __future__ import annotations
 
 from collections import Counter
+from pathlib import Path
 
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
@@ -44,7 +45,7 @@ def read_table(file: TextFile, report: ImportReport) -> Recording:
     grid = Grid.starting(file, header.start + header.first)
     if is_long(header):
         return read_long(header, grid, report)
-    columns, names = _columns(header, report)
+    columns, names = _columns(file.path, header, report)
     titles = header.titles
     counter, timer = header.counters
     rate = header.rate
@@ -84,19 +85,25 @@ def _check_width(header: Header, grid: Grid, needed: list[int]) -> None:
         )
 
 
-def _columns(header: Header, report: ImportReport) -> tuple[Columns, tuple[str, ...]]:
+def _columns(path: Path, header: Header, report: ImportReport) -> tuple[Columns, tuple[str, ...]]:
     """Return the columns of every point, and the points' names in order."""
     found: dict[str, dict[str, list[int]]] = {}
     titled = _titled(header)
     rename_bones(titled, header, report)
     for column, (name, axis) in titled.items():
         found.setdefault(name, {"x": [], "y": [], "z": []})[axis].append(column)
+    if found and not any(axes["z"] for axes in found.values()):
+        raise MotionFileError(f"{path}: has x and y of points, but no z; export places in space")
     columns, names = {}, []
     for name, (x, y, z) in ((name, axes.values()) for name, axes in found.items()):
         if x and y and z:
             columns[name] = (x[0], y[0], z[0])
             names += [name] * min(len(x), len(y), len(z))  # twice is refused if it is needed
     _warn_of_disorder(columns, report)
+    incomplete = [name for name, axes in found.items() if name not in columns]
+    if header.name_row is not None and columns and incomplete:
+        listed = ", ".join(incomplete[:_MOST_LISTED])
+        report.warn(f"{listed} are not above an x, a y and a z each; check the row of names")
     return columns, tuple(names)
 
 
@@ -115,12 +122,17 @@ def _titled(header: Header) -> dict[int, tuple[str, str]]:
     """Return for each column of a coordinate the point's name and the axis.
 
     A name counts until the next one, or until an axis comes again: what follows has no name.
+    Names may also stand above the middle of their axes.
     """
     titled: dict[int, tuple[str, str]] = {}
     row = header.name_row
+    axes = header.rows[header.axes]
+    first = next(column for column, title in enumerate(axes) if split_axis(title)[1])
+    names = () if row is None else header.rows[row][first : first + 3]
+    late = next((i for i, name in enumerate(names) if name), 0)
     shared, seen = "", set[str]()
-    for column, title in enumerate(header.rows[header.axes]):
-        if row is not None and (cell := header.cell(row, column)):
+    for column, title in enumerate(axes):
+        if row is not None and (cell := header.cell(row, column + late)):
             shared, seen = cell, set()
         own, axis = split_axis(title)
         if not axis or header.column_has(column, _NO_PLACES):

@@ -23,6 +23,7 @@ _AXIS_LAST = re.compile(
 )
 # x_left_wrist, "X position"
 _AXIS_FIRST = re.compile(r"(?P<axis>[xyzXYZ])[\s_.:\-]+(?P<name>.*)")
+_PLACE = re.compile(r"(?<![^\W_])[pt](?=[xyz](?![^\W_]))", re.IGNORECASE)  # left_wrist_px, tx
 _OF_AN_AXIS = {"", "axis", "position", "pos", "coord", "coordinate", "coordinates", "location"}
 
 _TIMES = {"t", "time", "times", "timestamp", "timestamps", "timecode", "zeit", "seconds", "secs"}
@@ -39,7 +40,7 @@ _SECONDS = {
 }
 _FRAMES = {
     *("frame", "frames", "index", "field", "framenumber", "framenum", "frameno", "framenr"),
-    *("frameindex", "frameidx", "frameid", "fieldnumber", "fieldno", "samplenumber"),
+    *("fnum", "frameindex", "frameidx", "frameid", "fieldnumber", "fieldno", "samplenumber"),
 }
 _PEOPLE = re.compile(
     "(person|people|subject|body|skeleton|track|player|user|actor|performer|human|dancer|instance"
@@ -63,6 +64,7 @@ def split_axis(title: str) -> tuple[str, str]:
 
     The name is "" where the title is the axis alone.
     """
+    title = _PLACE.sub("", title)
     found = _AXIS_LAST.fullmatch(title)
     if found and not _ends_word(title, found):
         digits = re.fullmatch(r"[xyzXYZ][\W_]*(\d+)\W*", title)  # of a point, or TRC's

@@ -116,7 +116,9 @@ def _report_placeholders(held: dict[str, Array], report: ImportReport) -> None:
         return
     name, rows = next(iter(found.items()))
     more = f" and of {len(found) - 1} more points" if len(found) > 1 else ""
+    count = sum(map(len, found.values()))
+    samples = "1 sample" if count == 1 else f"{count} samples"
     report.warn(
-        f"{held[name][rows[0]]:.6g} is no place: {sum(map(len, found.values()))} samples of"
-        f" {name}{more}, the first in row {rows[0] + 1}, are treated as missing"
+        f"{held[name][rows[0]]:.6g} is no place: {samples} of {name}{more}, the first in row"
+        f" {rows[0] + 1}, treated as missing"
     )

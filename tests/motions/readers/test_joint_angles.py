@@ -125,3 +125,11 @@ def test_points_are_no_angles(path: Path) -> None:
     assert read_joint_angles(path, None, ImportReport()) is None
     path.write_bytes(b"\0" * 100)
     assert read_joint_angles(path, None, ImportReport()) is None
+
+
+def test_a_row_that_jumps_away_is_told(path: Path) -> None:
+    jumping = ANGLES.copy()
+    jumping[40, 3] += 1.0
+    _, report = read(write(path, jumping))
+    (warning,) = report.warnings
+    assert warning.startswith("1 single-frame jump (left_forearm in row 41)")

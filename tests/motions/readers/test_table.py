@@ -56,6 +56,36 @@ def test_axes_below_names_may_be_in_any_order(
     assert_same(read(path)[1], points)
 
 
+def test_names_may_stand_above_the_middle_axis(path: Path, points: writers.Points) -> None:
+    lines = writers.vicon_text(points).splitlines()
+    lines[2] = ",," + ",".join(f",{name}," for name in points)
+    path.write_text("\n".join(lines) + "\n")
+    assert_same(read(path)[1], points)
+
+
+def test_names_that_are_shifted_are_told(path: Path, points: writers.Points) -> None:
+    lines = motive(points, {}, {}).splitlines()
+    cells = lines[3].split(",")
+    lines[3] = ",".join([*cells[:2], *cells[3:]])
+    path.write_text("\n".join(lines) + "\n")
+    _, _, report = read(path)
+    assert "Skel:LSHO are not above an x, a y and a z each" in report.warnings[0]
+
+
+def test_titles_that_changed_places_are_told(path: Path, points: writers.Points) -> None:
+    lines = writers.header_row_text(points).splitlines()
+    titles = lines[0].split(",")
+    titles[4], titles[13] = titles[13], titles[4]
+    path.write_text("\n".join([",".join(titles), *lines[1:]]) + "\n")
+    (warning,) = read(path)[2].warnings
+    assert "the columns of RELB, LELB do not lie like those of other points" in warning
+
+
+def test_places_in_a_picture_are_refused(path: Path, points: writers.Points) -> None:
+    with pytest.raises(MotionFileError, match="has x and y of points, but no z"):
+        read(write(path, points, [(name, axis) for name in points for axis in "xy"]))
+
+
 def test_names_may_stand_below_axes(path: Path, points: writers.Points) -> None:
     rows = [["", *(axis for axis in "xyz" for _ in points)], ["time", *[*points] * 3]]
     cells = [track[:, axis] for axis in range(3) for track in points.values()]
@@ -199,6 +229,10 @@ def test_the_root_of_a_skeleton_is_its_pelvis(
     recording, _, report = read(path)
     assert recording.names[0] == f"Skel{separator}Hips"
     assert report.steps == [f"{root}, the root of its skeleton, is called {recording.names[0]}"]
+    without_parents = [line for line in text.splitlines() if not line.startswith(",Parent")]
+    if separator == ":":  # then the name alone tells
+        path.write_text("\n".join(without_parents) + "\n")
+        assert read(path)[0].names[0] == "Skel:Hips"
     with_hips = {"Skel": bones["Skel"], "Hips": bones["Skel"], **points}
     path.write_text(motive(with_hips, {}, {"Skel": "Root"}))
     assert read(path)[0].names[:2] == ("Skel:Skel", "Skel:Hips")

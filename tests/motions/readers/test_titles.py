@@ -8,15 +8,21 @@ from mpma_mj.motions.readers import titles
 @pytest.mark.parametrize(
     ("title", "expected"),
     [
-        *((t, ("left_wrist", "x")) for t in ("left_wrist_x", "left_wrist.X", "left_wrist [x]")),
+        *(
+            (t, ("left_wrist", "x"))
+            for t in ("left_wrist_x", "left_wrist.X", "left_wrist [x]", "left_wrist_px")
+        ),
         *(
             (t, ("left_wrist", "y"))
             for t in ("left_wrist_y_mm", "left_wrist y (mm)", "y_left_wrist")
         ),
         *((t, ("LWrist", "z")) for t in ("LWristZ", "LWrist:Z", "z.LWrist")),
         *((t, ("11", "x")) for t in ("x11", "x_11", "x[11]", "11_x", "X11")),
-        *((t, ("", "x")) for t in ("x", "X (m)", "x position")),
-        *((t, ("", "")) for t in ("index", "LELBOX", "Fx", "time", "max", "", "xylophone")),
+        *((t, ("", "x")) for t in ("x", "X (m)", "x position", "tx")),
+        *(
+            (t, ("", ""))
+            for t in ("index", "LELBOX", "Fx", "qx", "apex", "time", "max", "", "xylophone")
+        ),
     ],
 )
 def test_axes_are_set_off_from_names(title: str, expected: tuple[str, str]) -> None:

@@ -79,3 +79,15 @@ def test_a_point_of_zeros_far_from_the_body_is_never_seen(place: tuple[float, ..
     tracks["LWRI"][:] = 0.0
     mark_unseen(tracks, ImportReport())
     assert seen(tracks) == {"LWRI": list(range(60))}
+
+
+def test_a_place_far_from_the_body_is_no_place() -> None:
+    walked = np.linspace(50_000.0, 250_000.0, 60)[:, None] * [1.0, 0.0, 0.0]
+    tracks = {name: track + walked for name, track in writers.arm_points().items()}
+    report = ImportReport()
+    mark_unseen(tracks, report)
+    assert not seen(tracks)
+    tracks["LWRI"][7, 1] = 80_000.0
+    mark_unseen(tracks, report)
+    assert seen(tracks) == {"LWRI": [7]}
+    assert report.warnings[0].startswith("80000 is no place: 1 sample of LWRI, the first in row 8")
