@@ -93,15 +93,15 @@ def test_the_reader_of_the_page_reads_a_motion_where_the_page_puts_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    exec(example("def convert"), {})  # writes dance.json, and dance.npz of the same points
+    exec(example("def convert"), {})  # writes dance.frames, and dance.npz of the same points
     reader: dict[str, Any] = {}
     exec(example("def is_frames"), reader)
     monkeypatch.setitem(TEXT_FORMATS, reader["is_frames"], reader["read_frames"])
 
-    from_json = mpma_mj.read_motion("dance.json", rate_in=20.0)
+    from_frames = mpma_mj.read_motion("dance.frames", rate_in=20.0)
     from_npz = mpma_mj.read_motion("dance.npz")
 
-    assert (from_json.posture == from_npz.posture).all()
+    assert (from_frames.posture == from_npz.posture).all()
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)

@@ -52,7 +52,7 @@ def read_motion(source: str | Path, *, rate: float = _RATE, **options: Any) -> M
 
     Args:
         source: "ymca", "synthetic", or the path of a recording: C3D, BVH, ASF/AMC, TRC, Qualisys
-            TSV, a table with a header, or npz.
+            TSV, MVNX, a table with a header, JSON, npy or npz.
         rate: Requested postures per second, Hz.
         **options: The fields of `ReadingOptions`, such as tempo=0.5 or max_gap=0.3.
 

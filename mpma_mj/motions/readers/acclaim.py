@@ -175,14 +175,18 @@ def _check_channels(bone: str, channels: Sequence[str], needed: Set[str] = froze
 
 def _read_bones(section: list[list[str]]) -> Iterator[tuple[str, dict[str, list[str]]]]:
     """Iterate over the bones' names and entries."""
-    bone: dict[str, list[str]] = {}
+    bone: dict[str, list[str]] | None = None
     for words in section:
-        if words == ["begin"]:
+        key = words[0].lower()
+        if words == ["begin"] and bone is None:
             bone = {}
+        elif bone is None or key in ("begin", *bone):
+            raise ValueError(f"'{' '.join(words)[:40]}' is not where bones have it")
         elif words == ["end"]:
             yield bone["name"][0], bone
-        else:
-            bone[words[0].lower()] = words[1:]
+            bone = None
+        elif key[0].isalpha():  # limits go on with lines of numbers
+            bone[key] = words[1:]
 
 
 def _axes(channels: Sequence[str]) -> str:
@@ -209,12 +213,13 @@ def _load(
 ) -> Tracks:
     """Compute where joints are, each shape (T, 3)."""
     chain = ancestry(skeleton.joints, names)
-    bones = {name: skeleton.channels[name] for name in chain if skeleton.channels.get(name)}
+    channels = {name: skeleton.channels[name] for name in chain if name in skeleton.channels}
+    bones = {name: given for name, given in channels.items() if given}
     places = {}
     column = 0
-    for name, channels in bones.items():
-        places[name] = {channel: column + i for i, channel in enumerate(channels)}
-        column += len(channels)
+    for name, given in bones.items():
+        places[name] = {channel: column + i for i, channel in enumerate(given)}
+        column += len(given)
     unit = np.pi / 180.0 if skeleton.degrees else 1.0
 
     turning = {
@@ -236,7 +241,7 @@ def _load(
 
         return joint_positions(skeleton.joints, names, turn, {"root": block[:, shift]})
 
-    frames = _frames(file, bones, report)
+    frames = _frames(file, channels, report)
     blocks = iter(lambda: list(itertools.islice(frames, _BLOCK)), [])
     tracks = tracks_of(map(positions, blocks), names)
     if not len(tracks[names[0]]):
@@ -245,9 +250,10 @@ def _load(
 
 
 def _frames(
-    file: TextFile, bones: dict[str, tuple[str, ...]], report: ImportReport
+    file: TextFile, channels: dict[str, tuple[str, ...]], report: ImportReport
 ) -> Iterator[list[float]]:
-    """Iterate over the frames' values of some bones."""
+    """Iterate over the frames' values of some bones, of which some do not turn."""
+    bones = [name for name, given in channels.items() if given]
     values: dict[str, list[float]] = {}
     rows = bones_a_frame = 0
     number = ""
@@ -263,10 +269,15 @@ def _frames(
                         " treated as consecutive"
                     )
             number, values, rows = words[0], {}, 0
+        elif words and words[0] in channels and not number:
+            raise MotionFileError(
+                f"{file.path}: line {index}: {words[0]} before the number of a frame",
+                remedy=_MENDED,
+            )
         elif number and words:
             rows += 1
-            if words[0] in bones:
-                values[words[0]] = _row(file.path, index, words, bones[words[0]])
+            if words[0] in channels:
+                values[words[0]] = _row(file.path, index, words, channels[words[0]])
     if number and rows < bones_a_frame:
         raise MotionFileError(
             f"{file.path}: frame {number}, where the file ends, has {rows} of {bones_a_frame}"
@@ -292,7 +303,7 @@ def _row(path: Path, index: int, words: list[str], channels: Sequence[str]) -> l
 
 
 def _frame_values(
-    path: Path, number: str, bones: dict[str, tuple[str, ...]], values: dict[str, list[float]]
+    path: Path, number: str, bones: Sequence[str], values: dict[str, list[float]]
 ) -> list[float]:
     missing = [name for name in bones if name not in values]
     if missing:

@@ -43,6 +43,7 @@ _BYTES_AT_ONCE = 1 << 24
 _NO_PLACES = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS")
 _CHAR, _BYTE, _INTEGER, _FLOAT = -1, 1, 2, 4  # types of a parameter
 _POSE = re.compile("_4x4$", re.IGNORECASE)  # which ends the names of segments
+_SAME_RATE = 0.01  # share by which the two rates of a file may differ
 _LONG = 65535  # frames from which on the header's 2-byte numbers do not suffice
 
 # What numbers that make no sense lead to.
@@ -198,7 +199,13 @@ def _read_layout(
     points, analog, first, last = struct.unpack_from(f"{order}4H", header, 2)
     (start,) = struct.unpack_from(f"{order}H", header, 16)
     scale = float(_first(parameters, "POINT:SCALE", _floats(header[12:16], processor)[0]))
-    rate = float(_first(parameters, "POINT:RATE", _floats(header[20:24], processor)[0]))
+    in_header = float(_floats(header[20:24], processor)[0])
+    rate = float(_first(parameters, "POINT:RATE", in_header))
+    if in_header != 0 and not abs(rate - in_header) <= _SAME_RATE * abs(in_header):
+        report.warn(
+            f"the header declares {in_header:.4g} Hz, the parameters {rate:.4g} Hz, which is used",
+            remedy="{rate_in} overrides it",
+        )
     frames = last - first + 1
     if last >= _LONG:  # then one of these holds it
         ends = [parameters.get(f"TRIAL:ACTUAL_{end}_FIELD", ()) for end in ("START", "END")]
@@ -224,7 +231,7 @@ def _segments(
     """Return where the poses of segments lie, and their rate; without points if there are none."""
     used, start = (int(_first(parameters, f"ROTATION:{n}", 0)) for n in ("USED", "DATA_START"))
     ratio = int(_first(parameters, "ROTATION:RATIO", 1))  # poses a frame
-    if not used or start < 2 or ratio < 1:
+    if not used or start < 2 or ratio < 1 or layout.frames < 1:
         return layout, rate
     found = _Layout(
         (start - 1) * _BLOCK,

@@ -8,10 +8,7 @@ from pathlib import Path
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.readers.text import printable
 
-__all__ = ["HEAD", "refuse_foreign", "refuse_zip"]
-
-HEAD = 512
-"""Bytes of a file's beginning that suffice to recognise its format."""
+__all__ = ["refuse_foreign", "refuse_zip"]
 
 _SCENE = "export it as BVH"
 _TABLE = "save the sheet as CSV"
@@ -88,17 +85,18 @@ _ZIPPED: dict[str, tuple[str, str]] = {
     ".usda": ("a USD scene", _SCENE),
     "data.pkl": ("a PyTorch file, which can run code and is never opened", _SAVE),
 }
+_TEXT = 512  # bytes within which a text shows what it is
 _MOST_NAMED = 3
 
 
 def refuse_foreign(path: Path, head: bytes) -> None:
-    """Refuse a file of a format that is not read, by its first `HEAD` bytes.
+    """Refuse a file of a format that is not read, by its first bytes.
 
     Raises:
         MotionFileError: It is one; names the format, and what to do.
     """
-    text = head.decode("utf-8-sig", errors="replace").lstrip().lower()
-    found = next((f for (at, sign), f in _BYTES.items() if head[at:].startswith(sign)), None)
+    text = head[:_TEXT].decode("utf-8-sig", errors="replace").lstrip().lower()
+    found = next((f for (at, sign), f in _BYTES.items() if head.startswith(sign, at)), None)
     found = found or next((f for start, f in _TEXTS.items() if text.startswith(start)), None)
     if found is not None:
         raise MotionFileError(f"{path}: is {found[0]}", remedy=found[1])

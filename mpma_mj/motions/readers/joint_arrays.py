@@ -6,9 +6,11 @@ they fit (`joint_orders.toml`); others are called by their number, from 0, for a
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from tokenize import TokenError  # of a header that NumPy takes for Python 2
 from typing import Any
 
 import numpy as np
@@ -30,9 +32,24 @@ FEWEST = 6
 _LARGEST = 1 << 30  # bytes
 _HUMANML = 22  # joints; HumanML3D's are at 20 Hz, y up
 _HUMANML_RATE = 20.0
-_FEATURES = {263: "HumanML3D", 251: "KIT-ML"}  # numbers a frame of their feature vectors
+# Numbers a frame of arrays that are no joints, and the way out.
+_FEATURES = {
+    263: ("HumanML3D's features", "give the joints instead, (T, 22, 3) in its folder new_joints"),
+    251: ("KIT-ML's features", "give the joints instead, (T, 21, 3) in its folder new_joints"),
+    322: ("Motion-X's parameters of SMPL-X", "save array[:, :66] as poses in an npz"),
+}
+# Arrays that have the shape of joints and are no places.
+_NO_PLACES = re.compile(r"vel|acc|rot|quat|orient|vert|normal|force|conf", re.IGNORECASE)
 _PICTURE = 10.0  # x and y beyond which a third number in 0-1 is a confidence, not a depth
-_NAMES = ("names", "joint_names", "joints_names", "keypoint_names", "marker_names", "labels")
+_NAMES = (
+    "names",
+    "joint_names",
+    "joints_names",
+    "keypoint_names",
+    "marker_names",
+    "body_names",
+    "labels",
+)
 
 
 @dataclass(frozen=True)
@@ -63,7 +80,7 @@ def read_npy(path: Path, report: ImportReport) -> Recording:
     """
     try:
         array = np.load(path, mmap_mode="r", allow_pickle=False)
-    except (ValueError, EOFError, OSError, MemoryError, SyntaxError) as error:
+    except (ValueError, EOFError, OSError, MemoryError, SyntaxError, TokenError) as error:
         if "Python objects" in str(error):
             raise MotionFileError(
                 f"{path}: holds Python objects, which can run code and are never opened; save the"
@@ -84,7 +101,10 @@ def find_joints(path: Path, arrays: Mapping[str, NDArray[Any]]) -> Joints | None
     found = {
         name: array
         for name, array in arrays.items()
-        if array.dtype.kind in "fiu" and array.ndim > 2 and array.shape[-1] in (3, 4)
+        if array.dtype.kind in "fiu"
+        and array.ndim > 2
+        and array.shape[-1] in (3, 4)
+        and not _NO_PLACES.search(name)
     }
     if len(found) > 1:
         listed = ", ".join(f"{name} {array.shape}" for name, array in found.items())
@@ -167,10 +187,8 @@ def _checked(path: Path, title: str, array: NDArray[Any]) -> Array:
     if array.dtype.kind not in "fiu":
         raise MotionFileError(f"{path}: {title} holds {array.dtype}; expected numbers (T, J, 3)")
     if array.ndim == 2 and shape[1] in _FEATURES:
-        raise MotionFileError(
-            f"{where}: those are {_FEATURES[shape[1]]}'s features; give the joints instead, (T, 22,"
-            " 3) in its folder new_joints"
-        )
+        what, remedy = _FEATURES[shape[1]]
+        raise MotionFileError(f"{where}: those are {what}; {remedy}")
     if array.ndim == 2 and shape[1] % 3 == 0 and known_orders(shape[1] // 3):
         rows = np.asarray(array, np.float64).reshape(len(array), -1, 3)
         if find_order(rows) is not None:

@@ -7,6 +7,7 @@ import zipfile
 import zlib
 from collections.abc import Collection, Sequence
 from pathlib import Path
+from tokenize import TokenError  # of a header that NumPy takes for Python 2
 from typing import Any
 
 import numpy as np
@@ -26,7 +27,7 @@ Arrays = dict[str, NDArray[Any]]
 
 _DAMAGED = (
     *(OSError, EOFError, LookupError, ValueError, RuntimeError, MemoryError, struct.error),
-    *(zipfile.BadZipFile, zlib.error),
+    *(zipfile.BadZipFile, zlib.error, SyntaxError, TokenError, NotImplementedError),
 )
 _LARGEST = 1 << 30  # bytes that arrays may unpack to
 # Names of the frame rate, Hz; AMASS has the last two.

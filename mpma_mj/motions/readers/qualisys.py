@@ -13,7 +13,7 @@ from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.columns import load_columns, neighbours
 from mpma_mj.motions.readers.recording import UNITS, Recording
-from mpma_mj.motions.readers.text import Grid, TextFile, is_number, positive
+from mpma_mj.motions.readers.text import Grid, TextFile, is_number, positive, printable
 
 __all__ = ["is_qualisys", "read_qualisys"]
 
@@ -39,6 +39,12 @@ def read_qualisys(file: TextFile, report: ImportReport) -> Recording:
         key, _, value = lines[first].partition("\t")
         header[key.strip()] = value.strip()
         first += 1
+    included = header.get("DATA_INCLUDED", "3D")
+    if "MARKER_NAMES" not in header and included != "3D":
+        raise MotionFileError(
+            f"{path}: holds {printable(included[:40])}, such as rotations of bodies, and no"
+            " markers; export the 3D data"
+        )
     if "MARKER_NAMES" not in header:
         raise MotionFileError(f"{path}: no line MARKER_NAMES; export the file with its header")
     names = [name.strip() for name in header["MARKER_NAMES"].split("\t")]

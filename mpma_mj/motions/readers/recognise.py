@@ -2,16 +2,30 @@
 
 from __future__ import annotations
 
+import io
+import itertools
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 from mpma_mj.errors import BadOptionError, MotionFileError
 from mpma_mj.motions.import_report import ImportReport
-from mpma_mj.motions.readers import acclaim, bvh, c3d, joint_arrays, npz, qualisys, smpl, table, trc
-from mpma_mj.motions.readers.foreign import HEAD, refuse_foreign
+from mpma_mj.motions.readers import (
+    acclaim,
+    bvh,
+    c3d,
+    joint_arrays,
+    landmarks,
+    mvnx,
+    npz,
+    qualisys,
+    smpl,
+    table,
+    trc,
+)
+from mpma_mj.motions.readers.foreign import refuse_foreign
 from mpma_mj.motions.readers.recording import RATES, Recording
-from mpma_mj.motions.readers.text import TextFile
+from mpma_mj.motions.readers.text import TextFile, printable
 
 __all__ = ["TEXT_FORMATS", "open_recording"]
 
@@ -21,11 +35,14 @@ TEXT_FORMATS: dict[Callable[[list[str]], bool], TextReader] = {
     bvh.is_bvh: bvh.read_bvh,
     trc.is_trc: trc.read_trc,
     qualisys.is_qualisys: qualisys.read_qualisys,
+    mvnx.is_xml: mvnx.read_mvnx,
+    landmarks.is_json: landmarks.read_landmarks,
 }
 """Readers of text, each by what recognises its format by the first lines of a file."""
 
 _WITH_SKELETON = ("ASF/AMC", smpl.FORMAT)
-_HEAD = 40  # lines that identify the format of a text file
+_HEAD = 1 << 16  # bytes that identify the format of a file, whose lines may be long
+_LINES = 40  # of a text file
 
 
 def open_recording(path: Path, report: ImportReport, *, skeleton: Path | None = None) -> Recording:
@@ -43,7 +60,7 @@ def open_recording(path: Path, report: ImportReport, *, skeleton: Path | None = 
     """
     try:
         with path.open("rb") as file:
-            head = file.read(HEAD)
+            head = file.read(_HEAD)
         recording = _open(path, head, report, skeleton)
     except OSError as error:
         raise MotionFileError(f"{path}: cannot be read ({error.strerror or error})") from None
@@ -75,7 +92,8 @@ def _open(path: Path, head: bytes, report: ImportReport, skeleton: Path | None) 
         raise MotionFileError(
             f"{path}: is binary, of a format that is not known; export it as C3D, BVH or CSV"
         )
-    lines = text.head(_HEAD)
+    opened = io.StringIO(head.decode(text.encoding, errors="replace"), newline=None)
+    lines = [printable(line.rstrip("\n")) for line in itertools.islice(opened, _LINES)]
     if acclaim.is_asf(lines):
         raise MotionFileError(f"{path}: is a skeleton; give the .amc with the motion instead")
     if acclaim.is_amc(lines):

@@ -48,10 +48,12 @@ _ARM: dict[str, tuple[str, tuple[float, float, float]]] = {
     "wrist": ("elbow", (0.685, 0.22, -0.045)),
 }
 _JOINTS = known_orders(22)[0].joints
-# What holds all rotations, all but the root's, and the root's alone. Names may have a prefix.
+# What holds all rotations, all but the root's, and the root's alone. Names may have a prefix. How
+# many there are says whether the root is among them: SMPL-X and SMPL have 21 and 23 others.
 _WHOLE = r"poses?|full_?pose|smpl_poses?|pose_world|pose_aa|thetas?|rotmats?"
-_REST = r"pose_body|body_pose|poses_body"
+_BODY_ONLY = r"pose_body|body_pose|poses_body"
 _ROOT = r"root_orient|global_orient|poses_root(_world)?"
+_WITHOUT_ROOT = (21, 23)
 _MOST = 3.0 * np.pi  # rad; a turn is given by less than 2π, and half of one would do
 
 
@@ -69,19 +71,17 @@ def find_pose(path: Path, arrays: Mapping[str, NDArray[Any]]) -> Pose | None:
     Raises:
         MotionFileError: There is one, in a form that is not known.
     """
-    for title, array in _named(arrays, _WHOLE):
+    for title, array in _named(arrays, f"{_WHOLE}|{_BODY_ONLY}"):
         if array.ndim == 3 and array.shape[2] == 3 and find_order(array.astype(float)):
             return None  # places, which somebody calls a pose
-        return Pose(title, _rotations(path, title, array))
-    for title, array in _named(arrays, _REST):
-        rest = _rotations(path, title, array)
-        frames = len(rest)
-        root = np.broadcast_to(np.eye(3) if rest.ndim == 4 else 0.0, (frames, 1, *rest.shape[2:]))
-        for other, turned in _named(arrays, _ROOT):
-            given = _rotations(path, other, turned)
-            if len(given) == frames and given.ndim == rest.ndim:
-                root = given
-        return Pose(title, np.concatenate([root, rest], axis=1))
+        found = _rotations(path, title, array)
+        if found.shape[1] in _WITHOUT_ROOT:
+            root = np.broadcast_to(np.eye(3) if found.ndim == 4 else 0.0, found[:, :1].shape)
+            for other, turned in _named(arrays, _ROOT):
+                given = _rotations(path, other, turned)
+                root = given if given.shape == root.shape else root
+            found = np.concatenate([root, found], axis=1)
+        return Pose(title, found)
     return None
 
 

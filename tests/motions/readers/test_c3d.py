@@ -238,3 +238,14 @@ def test_a_file_of_forces_has_no_points(tmp_path: Path) -> None:
     write_segments(tmp_path / "force.c3d", writers.arm_points(), analog=True)
     with pytest.raises(MotionFileError, match="has no points; export the C3D with its traj"):
         read(tmp_path / "force.c3d")
+
+
+def test_two_rates_that_differ_are_told(tmp_path: Path) -> None:
+    path = tmp_path / "dance.c3d"
+    writers.write_c3d_of(path, writers.arm_points(), "intel", whole_numbers=False)
+    data = bytearray(path.read_bytes())
+    data[20:24] = np.array([50.0], "<f4").tobytes()
+    path.write_bytes(data)
+    report = ImportReport()
+    assert open_recording(path, report).rate == 100.0
+    assert "the header declares 50 Hz, the parameters 100 Hz, which is used" in report.warnings[0]

@@ -71,6 +71,10 @@ FOREIGN = {
     "7z": (b"7z\xbc\xaf\x27\x1c" + bytes(40), "is a 7z archive; unpack it"),
     "rar": (b"Rar!\x1a\x07" + bytes(40), "is a RAR archive; unpack it"),
     "tar": (packed(), "is a tar archive; unpack it"),
+    "6D": (
+        b"NO_OF_FRAMES\t2\nNO_OF_BODIES\t1\nDATA_INCLUDED\t6D\nBODY_NAMES\tHand\n",
+        "holds 6D, such as rotations of bodies, and no markers; export the 3D data",
+    ),
     "lfs": (b"version https://git-lfs.github.com/spec/v1\noid sha256:0\n", "git lfs pull"),
 }
 

@@ -83,6 +83,13 @@ def test_an_archive_of_joints_has_names_or_an_order(
     for arrays in (
         {"joints": joints(), "fps": 60},
         {"xyz": joints()[:, turned], "joint_names": np.array(NAMES)[turned], "frame_rate": [60.0]},
+        {
+            "body_positions": joints(),
+            "body_names": np.array(NAMES),
+            "body_linear_velocities": joints(),
+            "body_rotations": np.ones((60, 22, 4)),
+            "fps": 60,
+        },
         {"poses": joints(), "FPS": 60, "root": np.zeros((60, 3))},
     ):
         path = tmp_path / "a.npz"
@@ -114,6 +121,7 @@ def test_a_known_number_in_another_order_is_not_guessed(tmp_path: Path) -> None:
         (np.zeros((60, 22, 6)), "six numbers are rotations"),
         (np.zeros((60, 22, 3, 3)), "those are rotations"),
         (np.zeros((60, 263)), "HumanML3D's features; give the joints"),
+        (np.zeros((60, 322)), r"Motion-X's parameters of SMPL-X; save array\[:, :66\] as poses"),
         (np.zeros((2, 60, 22, 3)), "it shows 2 people; save one of them"),
         (np.zeros(60), r"the array has shape \(60,\); expected joints"),
         (np.array(["a"]), "holds <U1; expected numbers"),
@@ -132,8 +140,9 @@ def test_other_arrays_are_refused(tmp_path: Path, array: NDArray[Any], message: 
 def test_a_damaged_array_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.npy"
     np.save(path, joints())
-    for cut in (7, 60, 200, -1):
-        (tmp_path / "b.npy").write_bytes(path.read_bytes()[:cut])
+    whole = path.read_bytes()
+    for damaged in (*(whole[:cut] for cut in (7, 60, 200, -1)), whole.replace(b"60", b"(\n")):
+        (tmp_path / "b.npy").write_bytes(damaged)
         with pytest.raises(MotionFileError, match=r"b\.npy: is a damaged NumPy array"):
             loader.import_motion(tmp_path / "b.npy", ReadingOptions(), rate=60.0)
 

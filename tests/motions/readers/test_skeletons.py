@@ -258,6 +258,32 @@ def test_angles_of_many_turns_are_no_angles(tmp_path: Path) -> None:
         read(path)
 
 
+@pytest.mark.parametrize(
+    ("ending", "old", "new", "message"),
+    [
+        ("asf", "  begin\n    id 5", "    id 5", "'id 5' is not where bones have it"),
+        ("asf", "  end\n  begin\n    id 5", "  begin\n    id 5", "'begin' is not where bones"),
+        (
+            "asf",
+            "    length 4.0\n",
+            "    length 4.0\n    length 9.0\n",
+            "'length 9.0' is not where",
+        ),
+        ("asf", "    dof rx\n", "    dog rx\n", "dance.amc: line .*: expected lradius and 0 num"),
+        ("amc", "\n1\n", "\n", "dance.amc: line .*: root before the number of a frame"),
+    ],
+)
+def test_bones_that_are_not_whole_are_refused(
+    tmp_path: Path, ending: str, old: str, new: str, message: str
+) -> None:
+    path, _ = random_acclaim(tmp_path, 0)
+    changed = path.with_suffix(f".{ending}")
+    assert old in changed.read_text()
+    changed.write_text(changed.read_text().replace(old, new, 1))
+    with pytest.raises(MotionFileError, match=message):
+        read(path)
+
+
 def test_a_long_chain_of_bones_is_read(tmp_path: Path) -> None:
     path, _ = random_acclaim(tmp_path, 0)
     asf = tmp_path / "dance.asf"

@@ -85,6 +85,8 @@ def test_every_form_of_a_pose_is_the_same(tmp_path: Path) -> None:
         {"fullpose": np.concatenate([flat, hands, np.zeros((FRAMES, 9))], axis=1)},
         {"poses": np.concatenate([flat, np.zeros((FRAMES, 6))], axis=1)},
         {"poses": pose},
+        {"poses": flat[:, 3:], "global_orient": flat[:, :3]},
+        {"body_pose": flat},
     ):
         found = posture(tmp_path, **form)  # type: ignore[arg-type]
         np.testing.assert_allclose(found, known, atol=1e-9, err_msg=str(list(form)))

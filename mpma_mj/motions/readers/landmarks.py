@@ -1,0 +1,247 @@
+"""Reader for landmarks in JSON: a list of frames, or a frame a line, as pose estimators write them.
+
+A frame is a list of points, or an object that holds one, perhaps with its time; a point is [x, y,
+z], or an object with x, y, z and perhaps a name; or an object has the points by name. World
+landmarks come before those in the picture.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.errors import MotionFileError
+from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.readers.joint_arrays import FEWEST, Joints, read_joints
+from mpma_mj.motions.readers.recording import Recording
+from mpma_mj.motions.readers.text import FARTHEST, TextFile, printable
+
+__all__ = ["is_json", "read_landmarks"]
+
+_LARGEST = 1 << 26  # bytes: as objects of Python they take twenty times as much memory
+_FRAMES = ("frames", "poses", "data", "results", "sequence", "instance_info")
+# What holds a frame's points, the places in space first.
+_POINTS = (
+    *("pose_world_landmarks", "poseworldlandmarks", "world_landmarks", "worldlandmarks"),
+    *("keypoints3d", "keypoints_3d", "joints3d", "joints_3d", "pose_landmarks", "poselandmarks"),
+    *("landmarks", "landmark", "keypoints", "joints", "points", "markers", "positions", "pose"),
+    *("joint_positions", "bodies", "instances"),
+)
+_LISTS = ("joint_names", "keypoint_names", "landmark_names", "names")  # of all frames' points
+_PLACES = ("position", "pos", "location", "translation")  # of a point that has more than that
+_NAMES = ("name", "label", "part", "joint", "keypoint", "id", "index")
+_RATES = ("fps", "rate", "framerate", "frame_rate", "frequency")
+_TIMES = (
+    "timestamp",
+    "time",
+    "t",
+    "time_s",
+    "timestamp_ms",
+    "time_ms",
+    "timestampms",
+    "timestamp_usec",
+)
+_MOST = 2000  # points
+_FASTEST = 1.5e-3  # s between frames; at less, times are rather numbers of frames
+_UNEVEN = 0.25  # frames that a step is off (choice)
+_EXPECTED = 'expected a list of frames, each a list of points {"x": …, "y": …, "z": …} or [x, y, z]'
+
+Point = tuple[float, float, float]
+
+
+def is_json(head: list[str]) -> bool:
+    """Return whether the first lines are those of a JSON document."""
+    first = next((line.strip() for line in head if line.strip()), "")
+    return first[:1] == "{" or (first[:1] == "[" and first[1:].lstrip()[:1] in ("", *'[{"]nN-0.1'))
+
+
+def read_landmarks(file: TextFile, report: ImportReport) -> Recording:
+    """Read landmarks.
+
+    Raises:
+        MotionFileError: It is no JSON, or one without landmarks in space.
+    """
+    path = file.path
+    document = _document(file)
+    _refuse_others(path, document)
+    top = _lower(document)
+    frames = _frames(path, top, document)
+    found = [_points(path, number, frame) for number, frame in enumerate(frames, 1)]
+    names = tuple(dict.fromkeys(name for points in found for name in points))
+    if all(name.isdecimal() and int(name) < _MOST for name in names):
+        names = tuple(map(str, range(1 + max(map(int, names), default=-1))))
+    if not FEWEST <= len(names) <= _MOST:
+        raise MotionFileError(f"{path}: is JSON without points of a body; {_EXPECTED}")
+    missing = (math.nan,) * 3
+    places = np.array([[points.get(name, missing) for name in names] for points in found])
+    if names[0] == "0":
+        given: list[Any] = next((top[key] for key in _LISTS if isinstance(top.get(key), list)), [])
+        names = tuple(map(str, given)) if len(given) == len(names) else ()
+    rate = next((float(top[key]) for key in _RATES if _is_positive(top.get(key))), None)
+    rate = rate or _rate_of_times(frames, report)
+    return read_joints(path, Joints(places, names), report, format_name="JSON", rate=rate)
+
+
+def _frames(path: Path, top: dict[str, Any], document: Any) -> list[Any]:
+    """Return the list of frames in a document, or make it of tracks by name."""
+    tracks = {name: track for name, track in top.items() if _is_track(track)}
+    if len(tracks) >= FEWEST and len({len(track) for track in tracks.values()}) == 1:
+        rows = zip(*tracks.values(), strict=True)
+        return [dict(zip(tracks, row, strict=True)) for row in rows]
+    frames = next((top[key] for key in _FRAMES if isinstance(top.get(key), list)), document)
+    if not isinstance(frames, list):
+        raise MotionFileError(f"{path}: is JSON without a list of frames; {_EXPECTED}")
+    return frames
+
+
+def _lower(value: Any) -> dict[str, Any]:
+    """Return an object with keys in lower case; of anything else an empty one."""
+    return {str(k).lower(): v for k, v in value.items()} if isinstance(value, dict) else {}
+
+
+def _is_track(value: Any) -> bool:
+    """Return whether a value is a point in every frame."""
+    return isinstance(value, list) and bool(value) and all(map(_is_point, value))
+
+
+def _document(file: TextFile) -> Any:
+    """Return the content of a file, of which each line may be a document."""
+    path = file.path
+    size = path.stat().st_size
+    if size > _LARGEST:
+        raise MotionFileError(f"{path}: is {size >> 20} MB of JSON; save the points as npz")
+    text = path.read_text(file.encoding, errors="replace")
+    try:
+        try:
+            return json.loads(text)
+        except json.JSONDecodeError as error:
+            if not error.msg.startswith("Extra data"):
+                raise
+            return [json.loads(line) for line in text.splitlines() if line.strip()]
+    except json.JSONDecodeError as error:
+        raise MotionFileError(
+            f"{path}: line {error.lineno}: is damaged or cut short JSON ({error.msg.lower()});"
+            " export it again"
+        ) from None
+    except (RecursionError, ValueError):
+        raise MotionFileError(f"{path}: is JSON of another kind; {_EXPECTED}") from None
+
+
+def _refuse_others(path: Path, document: Any) -> None:
+    """Refuse JSON of kinds that are known and hold no landmarks in space."""
+    if not isinstance(document, dict):
+        return
+    if "asset" in document:
+        raise MotionFileError(f"{path}: is a glTF scene", remedy="export it as BVH")
+    if "people" in document:
+        raise MotionFileError(
+            f"{path}: is one frame of OpenPose, in the picture; give three-dimensional joints of"
+            " all frames in one file"
+        )
+
+
+def _points(path: Path, number: int, frame: Any) -> dict[str, Point]:
+    """Return a frame's points by name, or by number where they have no name."""
+    frame = _held(frame)
+    if isinstance(frame, list) and len(frame) == 1 and not _is_point(frame[0]):
+        frame = _held(frame[0])  # one person
+    if not frame:
+        return {}
+    if isinstance(frame, dict):
+        items: Iterator[tuple[Any, Any]] = iter(frame.items())
+    elif isinstance(frame, list):
+        if all(
+            isinstance(p, list | dict) and not _is_point(p) and _held(p) is not None for p in frame
+        ):
+            raise MotionFileError(
+                f"{path}: frame {number} shows {len(frame)} people, or points without x, y, z;"
+                f" {_EXPECTED}"
+            )
+        items = ((_name(point, i), point) for i, point in enumerate(frame))
+    else:
+        raise MotionFileError(
+            f"{path}: frame {number} is '{printable(str(frame)[:40])}'; {_EXPECTED}"
+        )
+    points: dict[str, Point] = {}
+    for name, point in items:
+        if _is_point(point):
+            points[printable(str(name))] = _place(point)
+        elif point and (isinstance(frame, list) or _lower(point).keys() & set("xyz")):
+            raise MotionFileError(
+                f"{path}: frame {number}: point {printable(str(name)[:40])} has no x, y, z;"
+                f" {_EXPECTED}"
+            )
+    if not points:
+        raise MotionFileError(f"{path}: frame {number} has no points with x, y, z; {_EXPECTED}")
+    return points
+
+
+def _held(frame: Any) -> Any:
+    """Return what holds the points of a frame."""
+    while isinstance(frame, dict):
+        lower = _lower(frame)
+        key = next((name for name in _POINTS if name in lower), None)
+        if key is None:
+            break
+        frame = lower[key]
+    return frame
+
+
+def _name(point: Any, number: int) -> str:
+    """Return the name of a point in a list, or its number."""
+    if isinstance(point, dict):
+        return str(next((point[key] for key in _NAMES if key in point), number))
+    return str(number)
+
+
+def _cells(point: Any) -> tuple[Any, ...]:
+    """Return x, y and z of a point, and nothing of what is none."""
+    lower = _lower(point)
+    place = next((lower[key] for key in _PLACES if key in lower), point)
+    if isinstance(place, dict):
+        lower = _lower(place)
+        place = [lower[axis] for axis in "xyz"] if {"x", "y", "z"} <= lower.keys() else []
+    return tuple(place[:3]) if isinstance(place, list) and len(place) in (3, 4) else ()
+
+
+def _is_point(point: Any) -> bool:
+    cells = _cells(point)
+    return len(cells) == 3 and all(
+        cell is None or (isinstance(cell, int | float) and not isinstance(cell, bool))
+        for cell in cells
+    )
+
+
+def _place(point: Any) -> Point:
+    """Return x, y, z; NaN where one of them is missing, or no coordinate."""
+    x, y, z = (math.nan if c is None or not abs(c) < FARTHEST else float(c) for c in _cells(point))
+    return x, y, z
+
+
+def _is_positive(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and 0 < value < FARTHEST
+
+
+def _rate_of_times(frames: list[Any], report: ImportReport) -> float | None:
+    """Return the frame rate that the frames' times show, Hz, if all have one."""
+    rows = [_lower(frame) for frame in frames]
+    key = next((key for key in _TIMES if all(key in row for row in rows)), None)
+    cells = [row[key] for row in rows] if key else []
+    if len(cells) < 2 or not all(isinstance(cell, int | float) for cell in cells):
+        return None
+    times: NDArray[np.float64] = np.array(cells, float)
+    step = float(np.median(np.diff(times)))
+    unit = next((unit for unit in (1.0, 1e3, 1e6, 1e9) if _FASTEST <= step / unit < 1.0), None)
+    if unit is None:
+        return None
+    if unit > 1.0:
+        report.warn(f"the times are read as 1/{unit:.0f} s, which gives {unit / step:.4g} Hz")
+    if (np.abs(np.diff(times) - step) > _UNEVEN * step).any():
+        report.warn("the frames are unevenly spaced in time; they are treated as even")
+    return unit / step
