@@ -26,6 +26,8 @@ __all__ = ["read_joint_angles"]
 
 Array = NDArray[np.float64]
 
+_WORD = "abduction"  # in no other file: a quick look
+_LONGEST_HEADER = 60  # lines
 _UNITS = {"rad": 1.0, "radian": 1.0, "deg": np.pi / 180, "degree": np.pi / 180, "°": np.pi / 180}
 _UNIT = re.compile(r"(?:^|[\W_])(rad|radian|deg|degree)s?[)\]]?$|(°)", re.IGNORECASE)
 _JOINT = re.compile(
@@ -51,8 +53,10 @@ def read_joint_angles(path: Path, rate: float | None, report: ImportReport) -> M
         MotionFileError: A joint, the rate or the unit is missing, or a row cannot be read.
     """
     file = TextFile.open(path)
-    header = None if file is None else find_header(file, _names_joints)
-    if file is None or header is None:
+    if file is None or not any(_WORD in line.lower() for line in file.head(_LONGEST_HEADER)):
+        return None
+    header = find_header(file, _names_joints)
+    if header is None:
         return None
     columns = _columns(path, header)
     grid = Grid.starting(file, header.start + header.first)

@@ -41,6 +41,7 @@ FARTHEST = 1e9
 LONGEST_LINE = 1 << 23
 """Characters that a line has at most, which bounds what is held of a file without lines."""
 
+_LONGEST_HEAD = 1 << 20  # characters of a line of the header
 _HEAD = 65536  # bytes from which the encoding is detected
 _BLOCK = 4096  # rows that are turned into numbers at once
 _LOOK = 20  # rows from which the number format is detected
@@ -102,8 +103,12 @@ class TextFile:
                     yield line.rstrip("\n")
 
     def head(self, count: int) -> list[str]:
-        """Return the first lines, as `printable`."""
-        return list(map(printable, itertools.islice(self.lines(), count)))
+        """Return the first lines, as `printable`, up to one that is too long, which is cut."""
+        with self.path.open(encoding=self.encoding, errors="replace") as file:
+            pieces = iter(functools.partial(file.readline, _LONGEST_HEAD), "")
+            lines = list(itertools.islice(pieces, count))
+        long = next((i for i, line in enumerate(lines) if len(line) == _LONGEST_HEAD), count)
+        return [printable(line.rstrip("\n")) for line in lines[: long + 1]]
 
 
 @dataclass(frozen=True)
