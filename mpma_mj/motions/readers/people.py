@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.errors import MotionFileError
+from mpma_mj.motions.readers.cells import is_missing
 from mpma_mj.motions.readers.recording import Tracks
 from mpma_mj.motions.readers.text import printable
 
@@ -18,6 +19,7 @@ Array = NDArray[np.float64]
 
 _MOST = 6  # people whose rows alternate
 _TIMES = 3.0  # how much farther it is to another person than to oneself a frame later (choice)
+_APART = 0.03  # of a body's width that two people are at least apart: places may be rounded
 _LOOKED_AT = 4096  # rows
 _MOST_LISTED = 5
 
@@ -33,8 +35,9 @@ def refuse_several(path: Path, title: str, people: Sequence[str]) -> None:
     Raises:
         MotionFileError: They are several, of whom one has more than one row.
     """
-    several = list(dict.fromkeys(people))
-    if len(several) < 2 or len(several) == len(people):  # then it counts rows
+    named = [person for person in people if not is_missing(person)]
+    several = list(dict.fromkeys(named))
+    if len(several) < 2 or len(several) == len(named):  # then it counts rows
         return
     more = f" and {len(several) - _MOST_LISTED} more" if len(several) > _MOST_LISTED else ""
     raise MotionFileError(
@@ -59,9 +62,10 @@ def refuse_alternating(path: Path, tracks: Tracks, counter: Array | None) -> Non
     if not some:
         return
     places = np.stack(some, axis=1)  # (T, points, 3)
+    least = _APART * _extent(places)
     usual = {k: _usual_way(places[k:], places[:-k]) for k in range(1, _MOST + 1)}
     # Of one person who shakes the arms, the shoulders stay: so every point has to alternate.
-    ratios = {k: _ratios(usual[1], usual[k]).min() for k in range(2, _MOST + 1)}
+    ratios = {k: _ratios(usual[1], usual[k], least).min() for k in range(2, _MOST + 1)}
     people = max(ratios, key=lambda k: ratios[k])
     if ratios[people] > _TIMES:
         raise MotionFileError(
@@ -76,7 +80,7 @@ def refuse_alternating(path: Path, tracks: Tracks, counter: Array | None) -> Non
         return
     apart = _usual_way(places[second], places[second - 1])
     near = [_ways(places[second - i], places[second + j]) for i in (0, 1) for j in (1, -2)]
-    if _ratios(apart, _medians(np.fmin.reduce(near))).max() > _TIMES:
+    if _ratios(apart, _medians(np.fmin.reduce(near)), least).max() > _TIMES:
         raise MotionFileError(
             f"{path}: rows {second[0]} and {second[0] + 1} have the same time, but places far"
             " apart, as those of several people; keep the rows of one"
@@ -98,7 +102,13 @@ def _medians(ways: Array) -> Array:
     return np.array([np.median(c) if len(c := w[np.isfinite(w)]) else 0.0 for w in ways.T])
 
 
-def _ratios(ways: Array, shorter: Array) -> Array:
-    """Return how many times as long each point's ways are as others, shape (points,)."""
+def _extent(places: Array) -> float:
+    """Return how far apart the points of a row usually are, from places, (T, points, 3)."""
+    wide = np.fmax.reduce(places, axis=1) - np.fmin.reduce(places, axis=1)
+    return float(_medians(np.linalg.norm(wide, axis=1)[:, None])[0])
+
+
+def _ratios(ways: Array, shorter: Array, least: float) -> Array:
+    """Return how many times as long each point's ways are as others, 0 below the least way."""
     with np.errstate(over="ignore"):
-        return ways / np.maximum(shorter, np.finfo(float).tiny)
+        return np.where(ways < least, 0.0, ways / np.maximum(shorter, np.finfo(float).tiny))

@@ -54,6 +54,8 @@ def test_people_relative_to_themselves_are_refused_by_equal_times() -> None:
 def test_one_person_is_read_with_coarse_times_and_fast_arms() -> None:
     points = writers.arm_points()
     refuse_alternating(PATH, points, np.arange(60) // 3)
+    rounded = {name: np.round(track, -1) for name, track in points.items()}  # to a centimetre
+    refuse_alternating(PATH, rounded, np.arange(60) // 30)
     points["LWRI"][::2] += 300.0
     points["RWRI"][::2] += 300.0
     refuse_alternating(PATH, points, np.arange(60))
@@ -63,6 +65,7 @@ def test_one_person_is_read_with_coarse_times_and_fast_arms() -> None:
 
 def test_a_column_of_people_has_one_or_counts_rows() -> None:
     refuse_several(PATH, "id", ["7"] * 60)
+    refuse_several(PATH, "id", ["7", "nan", ""] * 20)
     refuse_several(PATH, "id", [str(i) for i in range(60)])
     with pytest.raises(MotionFileError, match="has rows of 2 people or takes, as column who has"):
         refuse_several(PATH, "who", ["Anna", "Ben"] * 30)
