@@ -25,7 +25,7 @@ class ReadingOptions:
 
     Attributes:
         map: Which points show the body: "left_elbow=EPICl+EPICm,…", or a TOML file.
-        skeleton: The ASF of an AMC, if it is in another folder.
+        skeleton: The ASF of an AMC, if it is in another folder, or the body model of an SMPL pose.
         unit: Unit of the file.
         up: Axis of the file that points up.
         rate_in: Frames per second of the file, Hz.

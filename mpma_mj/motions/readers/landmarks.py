@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator
 from pathlib import Path
+from types import NoneType
 from typing import Any
 
 import numpy as np
@@ -24,7 +24,7 @@ from mpma_mj.motions.readers.text import FARTHEST, TextFile, printable
 
 __all__ = ["is_json", "read_landmarks"]
 
-_LARGEST = 1 << 26  # bytes: as objects of Python they take twenty times as much memory
+_LARGEST = 1 << 25  # bytes: as objects of Python they take up to fifty times as much memory
 _FRAMES = ("frames", "poses", "data", "results", "sequence", "instance_info")
 # What holds a frame's points, the places in space first.
 _POINTS = (
@@ -107,7 +107,11 @@ def _lower(value: Any) -> dict[str, Any]:
 
 def _is_track(value: Any) -> bool:
     """Return whether a value is a point in every frame."""
-    return isinstance(value, list) and bool(value) and all(map(_is_point, value))
+    return (
+        isinstance(value, list)
+        and bool(value)
+        and all(_place(point) is not None for point in value)
+    )
 
 
 def _document(file: TextFile) -> Any:
@@ -149,36 +153,28 @@ def _refuse_others(path: Path, document: Any) -> None:
 def _points(path: Path, number: int, frame: Any) -> dict[str, Point]:
     """Return a frame's points by name, or by number where they have no name."""
     frame = _held(frame)
-    if isinstance(frame, list) and len(frame) == 1 and not _is_point(frame[0]):
+    if isinstance(frame, list) and len(frame) == 1 and _place(frame[0]) is None:
         frame = _held(frame[0])  # one person
     if not frame:
         return {}
-    if isinstance(frame, dict):
-        items: Iterator[tuple[Any, Any]] = iter(frame.items())
-    elif isinstance(frame, list):
-        if all(
-            isinstance(p, list | dict) and not _is_point(p) and _held(p) is not None for p in frame
-        ):
-            raise MotionFileError(
-                f"{path}: frame {number} shows {len(frame)} people, or points without x, y, z;"
-                f" {_EXPECTED}"
-            )
-        items = ((_name(point, i), point) for i, point in enumerate(frame))
-    else:
+    if not isinstance(frame, dict | list):
         raise MotionFileError(
             f"{path}: frame {number} is '{printable(str(frame)[:40])}'; {_EXPECTED}"
         )
-    points: dict[str, Point] = {}
-    for name, point in items:
-        if _is_point(point):
-            points[printable(str(name))] = _place(point)
-        elif point and (isinstance(frame, list) or _lower(point).keys() & set("xyz")):
+    named = frame if isinstance(frame, dict) else {_name(p, i): p for i, p in enumerate(frame)}
+    places = {str(name): _place(point) for name, point in named.items()}
+    points = {printable(name): place for name, place in places.items() if place is not None}
+    if not points and any(point and isinstance(point, list | dict) for point in named.values()):
+        raise MotionFileError(
+            f"{path}: frame {number} has several people, or points without x, y, z; {_EXPECTED}"
+        )
+    for name, point in named.items():
+        is_point = isinstance(frame, list) or bool(_lower(point).keys() & set("xyz"))
+        if is_point and point and places[str(name)] is None:
             raise MotionFileError(
                 f"{path}: frame {number}: point {printable(str(name)[:40])} has no x, y, z;"
                 f" {_EXPECTED}"
             )
-    if not points:
-        raise MotionFileError(f"{path}: frame {number} has no points with x, y, z; {_EXPECTED}")
     return points
 
 
@@ -200,27 +196,18 @@ def _name(point: Any, number: int) -> str:
     return str(number)
 
 
-def _cells(point: Any) -> tuple[Any, ...]:
-    """Return x, y and z of a point, and nothing of what is none."""
-    lower = _lower(point)
-    place = next((lower[key] for key in _PLACES if key in lower), point)
-    if isinstance(place, dict):
-        lower = _lower(place)
-        place = [lower[axis] for axis in "xyz"] if {"x", "y", "z"} <= lower.keys() else []
-    return tuple(place[:3]) if isinstance(place, list) and len(place) in (3, 4) else ()
-
-
-def _is_point(point: Any) -> bool:
-    cells = _cells(point)
-    return len(cells) == 3 and all(
-        cell is None or (isinstance(cell, int | float) and not isinstance(cell, bool))
-        for cell in cells
-    )
-
-
-def _place(point: Any) -> Point:
-    """Return x, y, z; NaN where one of them is missing, or no coordinate."""
-    x, y, z = (math.nan if c is None or not abs(c) < FARTHEST else float(c) for c in _cells(point))
+def _place(point: Any) -> Point | None:
+    """Return x, y, z of a point, NaN for what is no coordinate; None of what is no point."""
+    if isinstance(point, dict) and "x" not in point:
+        lower = _lower(point)
+        point = next((lower[key] for key in _PLACES if key in lower), lower)
+    if isinstance(point, dict):
+        point = [point.get(axis, "") for axis in "xyz"]
+    if not isinstance(point, list) or len(point) not in (3, 4):
+        return None
+    if not all(type(cell) in (float, int, NoneType) for cell in point[:3]):
+        return None
+    x, y, z = (math.nan if c is None or not abs(c) < FARTHEST else float(c) for c in point[:3])
     return x, y, z
 
 

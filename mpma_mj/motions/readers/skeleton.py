@@ -73,25 +73,33 @@ class AngleCheck:
         self._frames = frames
 
     def check(self, joint: Joint, angles: Array) -> Array:
-        """Return a joint's angles, shape (T, axes), rad.
+        """Return a joint's angles, shape (T, axes), rad; NaN is a gap.
 
         Raises:
             MotionFileError: One is of more turns than a body can make.
         """
+        missing = ~np.isfinite(angles).all(axis=1)
+        if missing.any():
+            self._warn(int(np.argmax(missing)), joint, "has no angle; such frames are gaps")
         if joint.parent is None:  # a dancer may spin, and only the root counts the turns
             return angles
-        largest = np.nan_to_num(np.abs(angles).max(axis=1))
+        largest = np.where(missing, 0.0, np.abs(angles).max(axis=1))
         frame = int(np.argmax(largest))
-        degrees = np.degrees(largest[frame])
-        where = f"frame {self._first + frame + 1}: {joint.name} turns by {degrees:.0f} degrees"
+        turns = f"turns by {np.degrees(largest[frame]):.0f} degrees"
         if largest[frame] > _IMPOSSIBLE:
             raise MotionFileError(
-                f"{self.path}: {where}, which no joint does; correct that frame, or export again"
+                f"{self.path}: frame {self._first + frame + 1}: {joint.name} {turns}, which no"
+                " joint does; correct that frame, or export again"
             )
-        if largest[frame] > _ODD and not self._warned:
-            self._warned = True
-            self.report.warn(f"{where}; check that frame")
+        if largest[frame] > _ODD:
+            self._warn(frame, joint, f"{turns}; check that frame")
         return angles
+
+    def _warn(self, frame: int, joint: Joint, what: str) -> None:
+        """Warn of a frame of the block, once for a file: more of them have the same reason."""
+        if not self._warned:
+            self.report.warn(f"frame {self._first + frame + 1}: {joint.name} {what}")
+        self._warned = True
 
 
 def joint_positions(

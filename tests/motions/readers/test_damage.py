@@ -1,5 +1,6 @@
 """Damaged files: either a one-line message, or what is left with a warning; never a crash."""
 
+import json
 import re
 import time
 from collections.abc import Callable
@@ -12,8 +13,11 @@ from mpma_mj.errors import MotionFileError, MpmaError
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.loader import ImportedMotion, import_motion
 from mpma_mj.motions.options import ReadingOptions
+from mpma_mj.motions.readers.joint_orders import known_orders
 from mpma_mj.motions.readers.recognise import open_recording
 from tests.motions.readers import writers
+from tests.motions.readers.test_mvnx import NAMES as MVNX_NAMES
+from tests.motions.readers.test_mvnx import text as mvnx_text
 
 CUTS, FLIPS = 20, 24
 SLOWEST = 10.0  # s: no damage makes a reader hang
@@ -60,6 +64,34 @@ def c3d(processor: str, *, whole_numbers: bool) -> Callable[[Path], Path]:
     )
 
 
+def bvh_line(folder: Path) -> Path:
+    path = bvh(folder)
+    header, time_line, frames = re.split("(Frame Time.*\n)", path.read_text())
+    path.write_text(header + time_line + " ".join(frames.split()) + "\n")
+    return path
+
+
+def npy(folder: Path) -> Path:
+    np.save(folder / "dance.npy", writers.body_joints(known_orders(24)[0].names(24), FRAMES))
+    return folder / "dance.npy"
+
+
+def smpl(folder: Path) -> Path:
+    poses = np.random.default_rng(0).normal(0.0, 0.02, (FRAMES, 72)).cumsum(axis=0)
+    np.savez(folder / "pose.npz", poses=poses, mocap_framerate=50.0)
+    return folder / "pose.npz"
+
+
+def landmarks(folder: Path) -> Path:
+    joints = writers.body_joints(known_orders(33)[0].names(33), FRAMES)
+    points = [
+        [dict(zip("xyz", place, strict=True)) for place in frame] for frame in joints.tolist()
+    ]
+    path = folder / "dance.json"
+    path.write_text(json.dumps({"fps": 50, "frames": points}, indent=0))
+    return path
+
+
 FORMATS: dict[str, Callable[[Path], Path]] = {
     "Qualisys": text("dance.tsv", writers.qualisys_text),
     "Qualisys with frames": text(
@@ -81,6 +113,11 @@ FORMATS: dict[str, Callable[[Path], Path]] = {
     "C3D": lambda folder: writers.write_c3d(
         folder / "dance.c3d", writers.arm_points(FRAMES), events=[("a", 0.1), ("b", 0.2)]
     ),
+    "BVH on one line": bvh_line,
+    "npy": npy,
+    "SMPL": smpl,
+    "JSON": landmarks,
+    "MVNX": text("dance.mvnx", lambda p: mvnx_text(dict(zip(MVNX_NAMES, p.values(), strict=True)))),
     "C3D of integers": c3d("mips", whole_numbers=True),
     "C3D of DEC": c3d("dec", whole_numbers=False),
 }
@@ -94,7 +131,7 @@ AT_LINES = (
 
 def read(path: Path, kind: str) -> ImportedMotion | None:
     """Read a file; None where it is refused, which takes one line and not long."""
-    options = ReadingOptions(rate_in=50.0 if kind == "Captury" else None, cutoff=4.0)
+    options = ReadingOptions(rate_in=50.0 if kind in ("Captury", "npy") else None, cutoff=4.0)
     imported, message = None, "none"
     begin = time.monotonic()
     try:

@@ -284,6 +284,31 @@ def test_bones_that_are_not_whole_are_refused(
         read(path)
 
 
+def test_an_angle_that_is_missing_is_told(tmp_path: Path) -> None:
+    angles, places = random_angles(5)
+    angles["LeftArm"][2, 1] = np.nan
+    path = tmp_path / "dance.bvh"
+    path.write_text(writers.bvh_text(angles, places))
+    _, tracks, report = read(path)
+    assert report.warnings == ["frame 3: LeftArm has no angle; such frames are gaps"]
+    assert np.flatnonzero(np.isnan(tracks["LeftHand"]).any(axis=1)).tolist() == [2]
+
+
+def test_angles_of_many_turns_are_no_angles_of_bones(tmp_path: Path) -> None:
+    path, _ = random_acclaim(tmp_path, 0)
+    lines = path.read_text().splitlines()
+    row = next(i for i, line in enumerate(lines) if line.startswith("lradius"))
+    for degrees, message in ((900, "turns by 900 degrees; check"), (9000, "which no joint does")):
+        lines[row] = f"lradius {degrees}"
+        path.write_text("\n".join(lines) + "\n")
+        try:
+            found = read(path)[2].warnings[-1]
+        except MotionFileError as error:
+            found = str(error)
+        assert f"frame 1: lradius turns by {degrees} degrees" in found
+        assert message in found
+
+
 def test_a_long_chain_of_bones_is_read(tmp_path: Path) -> None:
     path, _ = random_acclaim(tmp_path, 0)
     asf = tmp_path / "dance.asf"
