@@ -71,6 +71,12 @@ def read_joint_angles(path: Path, rate: float | None, report: ImportReport) -> M
     rows = stack(grid.blocks(needed, report, counters=len(counters)), len(needed))
     angles = rows[:, len(counters) :]
     angles = angles * _scale(path, header, columns, angles, report)
+    lacking = np.flatnonzero(~np.isfinite(angles).all(axis=1))
+    if len(lacking):
+        report.warn(
+            f"rows without all angles: {len(lacking)}, the first in line {grid.first + lacking[0] + 1};"
+            " they are bridged, or cut off at the ends"
+        )
     times = None if time is None else continuous(rows[:, 0])
     declared = header.rate
     if rate is None and times is not None:

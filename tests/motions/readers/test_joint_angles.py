@@ -110,6 +110,16 @@ def test_short_gaps_are_bridged_and_long_ones_refused(path: Path) -> None:
         read(path)
 
 
+@pytest.mark.parametrize("row", [0, 40, 79])
+def test_a_cell_that_is_empty_is_told(path: Path, row: int) -> None:
+    lines = write(path, ANGLES).read_text().splitlines()
+    lines[row + 1] = ",".join([*lines[row + 1].split(",")[:-1], ""])
+    path.write_text("\n".join(lines) + "\n")
+    motion, report = read(path)
+    assert f"rows without all angles: 1, the first in line {row + 2}" in report.warnings[0]
+    assert len(motion) == (80 if row == 40 else 79)
+
+
 def test_the_rate_may_be_given(path: Path) -> None:
     rows = [line.partition(",")[2] for line in write(path, ANGLES).read_text().splitlines()]
     path.write_text("\n".join(rows) + "\n")
