@@ -46,6 +46,12 @@ class Header:
     first: int
     start: int
 
+    @property
+    def width(self) -> int:
+        """Number of columns up to the last title in the row with the axes."""
+        titles = self.rows[self.axes]
+        return max((i + 1 for i, title in enumerate(titles) if title), default=0)
+
     def cell(self, row: int, column: int) -> str:
         """Return a cell, "" beyond the end of its row."""
         cells = self.rows[row]

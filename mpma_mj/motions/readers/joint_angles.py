@@ -59,7 +59,7 @@ def read_joint_angles(path: Path, rate: float | None, report: ImportReport) -> M
     if header is None:
         return None
     columns = _columns(path, header)
-    grid = Grid.starting(file, header.start + header.first)
+    grid = Grid.starting(file, header.start + header.first, columns=header.width)
     frame, time = header.counters
     counters = [column for column in (time, frame) if column is not None]
     needed = [*counters, *columns]
@@ -74,8 +74,8 @@ def read_joint_angles(path: Path, rate: float | None, report: ImportReport) -> M
     lacking = np.flatnonzero(~np.isfinite(angles).all(axis=1))
     if len(lacking):
         report.warn(
-            f"rows without all angles: {len(lacking)}, the first in line {grid.first + lacking[0] + 1};"
-            " they are bridged, or cut off at the ends"
+            f"rows without all angles: {len(lacking)}, the first in line"
+            f" {grid.first + lacking[0] + 1}; they are bridged, or cut off at the ends"
         )
     times = None if time is None else continuous(rows[:, 0])
     declared = header.rate

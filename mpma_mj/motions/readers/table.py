@@ -42,7 +42,7 @@ def read_table(file: TextFile, report: ImportReport) -> Recording:
             " as left_wrist_x, left_wrist_y, left_wrist_z; export as C3D, BVH, ASF/AMC, TRC,"
             " Qualisys TSV or CSV with a header"
         )
-    grid = Grid.starting(file, header.start + header.first)
+    grid = Grid.starting(file, header.start + header.first, columns=header.width)
     if is_long(header):
         return read_long(header, grid, report)
     columns, names = _columns(file.path, header, report)

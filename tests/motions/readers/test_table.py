@@ -46,6 +46,15 @@ def test_axes_may_be_grouped_or_in_any_order(path: Path, points: writers.Points,
         assert not report.warnings
 
 
+def test_the_last_cell_of_the_first_row_may_be_empty(path: Path, points: writers.Points) -> None:
+    columns = [(name, axis) for axis in "xyz" for name in points]
+    lines = write(path, points, columns).read_text().splitlines()
+    lines[1] = lines[1].rpartition(",")[0] + ","
+    path.write_text("\n".join(lines) + "\n")
+    points["RWRI"][0] = np.nan
+    assert_same(read(path)[1], points)
+
+
 @pytest.mark.parametrize("axes", ["zyx", "yzx", "xzy"])
 def test_axes_below_names_may_be_in_any_order(
     path: Path, points: writers.Points, axes: str
