@@ -26,6 +26,7 @@ from mpma_mj.motions.marker_sets import choose_markers, parse_mapping
 from mpma_mj.motions.motion import Motion, load_motion
 from mpma_mj.motions.options import ReadingOptions, given
 from mpma_mj.motions.orientation import check_sides
+from mpma_mj.motions.readers.joint_angles import read_joint_angles
 from mpma_mj.motions.readers.recognise import open_recording
 from mpma_mj.motions.readers.recording import Recording
 from mpma_mj.motions.synthetic import BUILT_IN, SYNTHETIC_MOTIONS
@@ -152,6 +153,10 @@ def _import(source: str | Path, options: ReadingOptions, rate: float) -> Importe
     stored = load_motion(path)
     if stored is not None:
         return _import_arms(at_rate(stored, rate, tempo), "npz", options, report)
+    angles = read_joint_angles(path, options.rate_in, report)
+    if angles is not None:
+        motion, of_arms = at_rate(angles, rate, tempo), replace(options, rate_in=None)
+        return _import_arms(motion, "joint angles", of_arms, report)
     skeleton = None if options.skeleton is None else Path(options.skeleton)
     recording = open_recording(path, report, skeleton=skeleton)
     return _import_recording(recording, options, rate, report)
@@ -270,8 +275,9 @@ def _source_rate(recording: Recording, options: ReadingOptions, report: ImportRe
         report.note(f"{options.rate_in:g} Hz, as given (the file declares {declared})")
         return options.rate_in
     if recording.rate is None:
+        reason = next((f" ({doubt})" for doubt in report.warnings if "times" in doubt), "")
         raise MotionFileError(
-            f"{recording.path}: does not declare its frame rate",
+            f"{recording.path}: does not declare its frame rate{reason}",
             remedy="give it with {rate_in}, such as {rate_in=50}",
         )
     return recording.rate

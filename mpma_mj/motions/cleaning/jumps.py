@@ -50,11 +50,11 @@ def single_frame_jumps(track: Array, arm_length: float) -> NDArray[np.int_]:
 
 
 def repair_jumps(trajectories: Trajectories, options: ReadingOptions, report: ImportReport) -> None:
-    """Make gaps of single-frame jumps of the arms' markers with `repair`, else warn of them."""
+    """Make gaps of single-frame jumps with `repair`, else warn of them."""
     arm = arm_length({point: trajectories.mean(point) for point in ARM_POINTS})
     found = {
         name: frames
-        for name in trajectories.arm_markers
+        for name in trajectories.tracks
         if len(frames := single_frame_jumps(trajectories.tracks[name], arm))
     }
     if not found:

@@ -31,6 +31,7 @@ from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.recording import UNITS, UPS, Recording, Tracks
 from mpma_mj.motions.readers.text import printable
+from mpma_mj.motions.readers.unseen import mark_unseen
 
 __all__ = ["is_c3d", "read_c3d"]
 
@@ -118,7 +119,7 @@ def read_c3d(path: Path, report: ImportReport) -> Recording:
         path,
         "C3D",
         tuple(name for name in names if name),
-        lambda names: _load(path, layout, min(held, layout.frames), indices, names),
+        lambda names: _load(path, layout, min(held, layout.frames), indices, names, report),
         rate=rate,
         unit=UNITS.get(unit),
         up=next((up for up in UPS if up == screen), None),
@@ -279,7 +280,12 @@ def _spans(parameters: Parameters, offset: float, report: ImportReport) -> tuple
 
 
 def _load(
-    path: Path, layout: _Layout, frames: int, indices: dict[str, int], names: Sequence[str]
+    path: Path,
+    layout: _Layout,
+    frames: int,
+    indices: dict[str, int],
+    names: Sequence[str],
+    report: ImportReport,
 ) -> Tracks:
     """Read the trajectories of some points, each shape (T, 3), NaN where not seen."""
     if not frames:
@@ -294,14 +300,16 @@ def _load(
             block = _block(file.read(count * layout.frame_bytes), layout)[:, chosen][
                 ..., layout.kept
             ]
-            seen = (block[..., 3] >= 0) & (block[..., :3] != 0).any(axis=2)
+            seen = block[..., 3] >= 0
             with np.errstate(invalid="ignore", over="ignore"):  # of damaged files
                 places = block[..., :3] * (layout.scale if layout.scale > 0 else 1.0)
             points[:, first : first + count] = np.where(seen[..., None], places, np.nan).swapaxes(
                 0, 1
             )
     points[~(np.abs(points) < np.finfo(np.float32).max)] = np.nan
-    return dict(zip(names, points, strict=True))
+    tracks = dict(zip(names, points, strict=True))
+    mark_unseen(tracks, report)
+    return tracks
 
 
 def _block(data: bytes, layout: _Layout) -> NDArray[Any]:

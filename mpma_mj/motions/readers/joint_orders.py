@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import tomllib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.kinematics import SIDES
 
-__all__ = ["JointOrder", "find_order", "known_orders"]
+__all__ = ["JointOrder", "find_order", "find_order_of", "known_orders"]
 
 Array = NDArray[np.float64]
 
@@ -47,13 +48,16 @@ class JointOrder:
 
 
 @functools.cache
-def known_orders(count: int) -> tuple[JointOrder, ...]:
-    """Return the known skeletons with a number of joints."""
+def _all_orders() -> tuple[JointOrder, ...]:
     content = tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))
-    orders = (
+    return tuple(
         JointOrder(o["name"], tuple(o["counts"]), tuple(o["joints"])) for o in content["order"]
     )
-    return tuple(order for order in orders if count in order.counts)
+
+
+def known_orders(count: int) -> tuple[JointOrder, ...]:
+    """Return the known skeletons with a number of joints."""
+    return tuple(order for order in _all_orders() if count in order.counts)
 
 
 def find_order(points: Array) -> JointOrder | None:
@@ -68,9 +72,30 @@ def find_order(points: Array) -> JointOrder | None:
     return fitting[0] if len(fitting) == 1 else None
 
 
+def find_order_of(tracks: Mapping[int, Array]) -> JointOrder | None:
+    """Return the known skeleton whose arms and trunk some joints make, if one alone does.
+
+    Args:
+        tracks: Trajectories by number, each shape (T, 3), any unit, NaN where not seen: of all
+            joints, or of some.
+    """
+    count = max(tracks) + 1
+    points = np.full((len(next(iter(tracks.values()))), count, 3), np.nan)
+    for number, track in tracks.items():
+        points[:, number] = track
+    if len(tracks) == count and known_orders(count):
+        return find_order(points)
+    fitting = [o for o in _all_orders() if count <= max(o.counts) and _fits(o, points)]
+    meant = {tuple(order.names(count)[number] for number in tracks) for order in fitting}
+    return fitting[0] if len(meant) == 1 else None
+
+
 def _fits(order: JointOrder, points: Array) -> bool:
     """Return whether points in an order make two arms and a trunk."""
     number = {name: i for i, name in enumerate(order.joints)}
+    needed = [f"{side}_{part}" for part in ("shoulder", "elbow", "wrist", "hip") for side in SIDES]
+    if max(number[joint] for joint in needed) >= points.shape[1]:
+        return False
     shoulder, elbow, wrist, hip = (
         points[:, [number[f"{side}_{part}"] for side in SIDES]]
         for part in ("shoulder", "elbow", "wrist", "hip")

@@ -11,7 +11,7 @@ import numpy as np
 
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
-from mpma_mj.motions.readers.columns import load_columns
+from mpma_mj.motions.readers.columns import load_columns, neighbours
 from mpma_mj.motions.readers.recording import UNITS, Recording
 from mpma_mj.motions.readers.text import Grid, TextFile, is_number, positive, printable
 
@@ -66,7 +66,7 @@ def read_qualisys(file: TextFile, report: ImportReport) -> Recording:
         path,
         "Qualisys TSV",
         tuple(names),
-        lambda names: load_columns(grid, columns, names, report, frame_column=counted),
+        lambda names: load_columns(grid, neighbours(columns), names, report, frame_column=counted),
         rate=_number(path, header, "FREQUENCY"),
         unit=UNITS["mm"],
         up="z",

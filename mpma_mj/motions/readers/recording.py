@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +12,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.context import Span
 
-__all__ = ["RATES", "UNITS", "UPS", "Recording", "Tracks", "Unit", "Up", "mark_missing"]
+__all__ = ["RATES", "UNITS", "UPS", "Recording", "Tracks", "Unit", "Up"]
 
 Tracks = dict[str, NDArray[np.float64]]
 Unit = Literal["m", "cm", "mm", "inch"]
@@ -51,21 +50,3 @@ class Recording:
     up: Up | None = None
     frames: int | None = None
     spans: tuple[Span, ...] = ()
-
-
-# Names of points relative to which a recording may give all others; 0 is the first joint's number.
-_ORIGIN = re.compile(r"pelvis|hips?$|root|waist|^0$", re.IGNORECASE)
-
-
-def mark_missing(name: str, track: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Make NaN of a point's places in frames in which it was not seen, and return them.
-
-    Args:
-        name: The point.
-        track: Its trajectory, shape (T, 3), which is changed. Not finite, or exactly 0, 0, 0, is
-            not seen; but a pelvis that is there in every frame is the origin.
-    """
-    away = track.any(axis=1)
-    origin = not away.any() and _ORIGIN.search(name) is not None
-    track[~(np.isfinite(track).all(axis=1) & (away | origin))] = np.nan
-    return track

@@ -8,6 +8,7 @@ and 0.92 s for an hour at 60 Hz, 18 columns), and its import takes 0.5 s and 41 
 from __future__ import annotations
 
 import codecs
+import functools
 import itertools
 import math
 import re
@@ -20,19 +21,31 @@ from numpy.typing import NDArray
 
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.readers.cells import is_missing, is_number, positive, seconds_of
 
-__all__ = ["FARTHEST", "Grid", "TextFile", "is_number", "positive", "printable", "stack"]
+__all__ = [
+    "FARTHEST",
+    "LONGEST_LINE",
+    "Grid",
+    "TextFile",
+    "is_number",
+    "positive",
+    "printable",
+    "stack",
+]
 
 Array = NDArray[np.float64]
 
 FARTHEST = 1e9
 """What is farther away, in any unit, is no coordinate."""
+LONGEST_LINE = 1 << 23
+"""Characters that a line has at most, which bounds what is held of a file without lines."""
 
+_LONGEST_HEAD = 1 << 20  # characters of a line of the header
 _HEAD = 65536  # bytes from which the encoding is detected
 _BLOCK = 4096  # rows that are turned into numbers at once
 _LOOK = 20  # rows from which the number format is detected
 _QUOTED_COMMA = re.compile(r'"([-+]?\d*),(\d+)"')  # which is decimal: commas separate cells
-_MISSING = {"", "nan", "null", "none", "n/a", "na", "-", "--"}
 _BYTE_ORDER_MARKS = {
     codecs.BOM_UTF8: "utf-8-sig",
     codecs.BOM_UTF16_LE: "utf-16",
@@ -73,14 +86,29 @@ class TextFile:
         return cls(path, encoding, tail.endswith((b"\n", b"\r")))
 
     def lines(self, first: int = 0) -> Iterator[str]:
-        """Iterate over the lines, without their ends, from the one with index `first`."""
+        """Iterate over the lines, without their ends, from the one with index `first`.
+
+        Raises:
+            MotionFileError: A line is longer than `LONGEST_LINE`.
+        """
         with self.path.open(encoding=self.encoding, errors="replace") as file:
-            for line in itertools.islice(file, first, None):
-                yield line.rstrip("\n")
+            pieces = iter(functools.partial(file.readline, LONGEST_LINE), "")
+            for number, line in enumerate(pieces, 1):
+                if len(line) == LONGEST_LINE:
+                    raise MotionFileError(
+                        f"{self.path}: line {number} has more than {LONGEST_LINE} characters;"
+                        " export one frame a line"
+                    )
+                if number > first:
+                    yield line.rstrip("\n")
 
     def head(self, count: int) -> list[str]:
-        """Return the first lines, as `printable`."""
-        return list(map(printable, itertools.islice(self.lines(), count)))
+        """Return the first lines, as `printable`, up to one that is too long, which is cut."""
+        with self.path.open(encoding=self.encoding, errors="replace") as file:
+            pieces = iter(functools.partial(file.readline, _LONGEST_HEAD), "")
+            lines = list(itertools.islice(pieces, count))
+        long = next((i for i, line in enumerate(lines) if len(line) == _LONGEST_HEAD), count)
+        return [printable(line.rstrip("\n")) for line in lines[: long + 1]]
 
 
 @dataclass(frozen=True)
@@ -93,6 +121,7 @@ class Grid:
         separator: What is between cells; None for white space.
         width: Number of cells in a row.
         decimal_comma: Whether numbers are written like 1,5.
+        ended: Whether a separator ends the rows.
     """
 
     file: TextFile
@@ -100,6 +129,7 @@ class Grid:
     separator: str | None
     width: int
     decimal_comma: bool = False
+    ended: bool = False
 
     @classmethod
     def starting(cls, file: TextFile, first: int, *, columns: int = 0) -> Grid:
@@ -125,17 +155,25 @@ class Grid:
         empty = len(cells) - max((i + 1 for i, cell in enumerate(cells) if cell), default=0)
         # A point that was not seen leaves three empty cells: one more ends the row.
         ending = empty % 3 == 1 and len(cells) > columns
-        return cls(file, first, separator, len(cells) - ending, comma)
+        return cls(file, first, separator, len(cells) - ending, comma, ending)
 
     def blocks(
-        self, columns: Sequence[int], report: ImportReport, *, counters: int = 0
+        self,
+        columns: Sequence[int],
+        report: ImportReport,
+        *,
+        counters: int = 0,
+        placeholders: bool = False,
     ) -> Iterator[Array]:
         """Iterate over blocks of rows.
 
         Args:
             columns: Indices of the requested cells of each row.
             report: Gets a warning where rows are left out.
-            counters: How many of the columns, the first ones, are no coordinates.
+            counters: How many of the columns, the first ones, are no coordinates: numbers of
+                frames, or times, which may be written as h:m:s.
+            placeholders: Whether coordinates beyond `FARTHEST` that stand there twice are read,
+                as numbers that stand for missing ones.
 
         Yields:
             Numbers, shape (rows, number of `columns`); a missing one is NaN.
@@ -147,8 +185,11 @@ class Grid:
         rows = self._rows(report)
         start = self.first
         while lines := list(itertools.islice(rows, _BLOCK)):
-            block = self._numbers(lines, start, columns)
+            block = self._numbers(lines, start, columns, counters)
             wild = np.abs(block[:, counters:]) > FARTHEST
+            if placeholders and wild.any():
+                values, counts = np.unique(block[:, counters:], return_counts=True)
+                wild &= np.isin(block[:, counters:], values[counts == 1])
             if wild.any():
                 row, column = np.argwhere(wild)[0] + [0, counters]
                 raise MotionFileError(
@@ -202,8 +243,9 @@ class Grid:
             cells = len(line.split())
         else:
             cells = line.count(separator) + 1
-            if cells == self.width + 1 and not line.rpartition(separator)[2].strip():
-                line, cells = line.rpartition(separator)[0], self.width
+            ended = (self.ended or cells == self.width + 1) and line.rstrip(" ").endswith(separator)
+            if ended:
+                line, cells = line.rpartition(separator)[0], cells - 1
         if cells != self.width:
             last = not self.file.ends_whole and next(self.file.lines(index + 1), None) is None
             where = ", where the file ends," if last else ""
@@ -223,26 +265,48 @@ class Grid:
         decimals = {len(end[0]) if end else 0 for end in ends}
         return len(rows) < 2 or len(decimals) > 1 or 0 in decimals
 
-    def _numbers(self, lines: list[str], start: int, columns: Sequence[int]) -> Array:
+    def words(self, column: int) -> list[str]:
+        """Return the cells of a column, as they are written."""
+        rows = self._rows(ImportReport())
+        return [row.split(self.separator)[column].strip() for row in rows]
+
+    def _numbers(
+        self, lines: list[str], start: int, columns: Sequence[int], counters: int
+    ) -> Array:
         try:
             return np.loadtxt(
                 lines, delimiter=self.separator, usecols=columns, ndmin=2, comments=None
             )
         except ValueError:
-            return np.array([self._row_numbers(r, start + i, columns) for i, r in enumerate(lines)])
+            rows = [
+                self._row_numbers(line, start + i, columns, counters)
+                for i, line in enumerate(lines)
+            ]
+            return np.array(rows)
 
-    def _row_numbers(self, line: str, index: int, columns: Sequence[int]) -> list[float]:
+    def _row_numbers(
+        self, line: str, index: int, columns: Sequence[int], counters: int
+    ) -> list[float]:
         cells = line.split(self.separator)
         numbers = []
-        for column in columns:
+        for i, column in enumerate(columns):
             cell = cells[column].strip()
-            if not (is_number(cell) or cell.lower() in _MISSING):
+            numbers.append(seconds_of(cell) if i < counters or is_number(cell) else math.nan)
+            other = i < counters and not self._begins_with_time(column)  # which is not used
+            if math.isnan(numbers[-1]) and not (other or is_missing(cell)):
                 raise MotionFileError(
                     f"{self.file.path}: line {index + 1}, column {column + 1}:"
                     f" '{printable(cell[:40])}' is not a number; correct that cell, or clear it"
                 )
-            numbers.append(float(cell) if is_number(cell) else np.nan)
         return numbers
+
+    def _begins_with_time(self, column: int) -> bool:
+        """Return whether the first cell of a column is a time or number."""
+        return not math.isnan(self._first_times[column])
+
+    @functools.cached_property
+    def _first_times(self) -> list[float]:
+        return list(map(seconds_of, next(self._rows(ImportReport())).split(self.separator)))
 
 
 def printable(text: str) -> str:
@@ -253,21 +317,6 @@ def printable(text: str) -> str:
 def _unquoted(line: str) -> str:
     """Return a line without the quotation marks around its cells."""
     return _QUOTED_COMMA.sub(r"\1.\2", line).replace('"', "") if '"' in line else line
-
-
-def is_number(cell: str) -> bool:
-    """Return whether a cell holds a number."""
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return "_" not in cell  # which Python allows between digits, and no file means
-
-
-def positive(cell: str) -> float | None:
-    """Return the number above 0 in a cell, if there is one."""
-    number = float(cell) if is_number(cell) else 0.0
-    return number if 0.0 < number < math.inf else None
 
 
 def stack(blocks: Iterator[Array], width: int) -> Array:

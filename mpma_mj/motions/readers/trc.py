@@ -12,7 +12,7 @@ from pathlib import Path
 
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
-from mpma_mj.motions.readers.columns import load_columns, rate_of_times
+from mpma_mj.motions.readers.columns import load_columns, neighbours, rate_of_times
 from mpma_mj.motions.readers.recording import UNITS, Recording
 from mpma_mj.motions.readers.text import Grid, TextFile, positive
 
@@ -56,7 +56,9 @@ def read_trc(file: TextFile, report: ImportReport) -> Recording:
         path,
         "TRC",
         tuple(name for _, name in named),
-        lambda names: load_columns(grid, columns, names, report, frame_column=0, time_column=1),
+        lambda names: load_columns(
+            grid, neighbours(columns), names, report, frame_column=0, time_column=1
+        ),
         rate=rate,
         unit=UNITS.get(header.get("units", "").lower()),
         frames=int(frames) if frames else None,

@@ -102,6 +102,8 @@ FORMATS: dict[str, Callable[[Path], Path]] = {
     "header row of short numbers": text(
         "dance.csv", lambda p: short_numbers(writers.header_row_text(p))
     ),
+    "grouped axes": text("dance.csv", writers.grouped_text),
+    "long table": text("dance.csv", writers.long_text),
     "Vicon": text("dance.csv", lambda p: short_numbers(writers.vicon_text(p))),
     "Captury": text("dance.csv", lambda p: writers.captury_text(p, decimal=",")),
     "OptiTrack": text("dance.csv", lambda p: writers.optitrack_text(writers.y_up(p))),
@@ -122,7 +124,9 @@ FORMATS: dict[str, Callable[[Path], Path]] = {
 
 
 # Formats that do not say how many frames they have: a cut between two lines does not show.
-AT_LINES = ("header row", "header row of short numbers", "Vicon", "AMC")
+AT_LINES = (
+    *("header row", "header row of short numbers", "grouped axes", "long table", "Vicon", "AMC"),
+)
 
 
 def read(path: Path, kind: str) -> ImportedMotion | None:

@@ -56,11 +56,6 @@ def assert_same(tracks: Tracks, points: writers.Points, atol: float = 1e-9) -> N
         np.testing.assert_allclose(track, known, rtol=0, atol=atol)
 
 
-@pytest.fixture
-def points() -> writers.Points:
-    return writers.arm_points()
-
-
 @pytest.mark.parametrize("kind", TEXTS)
 def test_points_come_back(tmp_path: Path, points: writers.Points, kind: str) -> None:
     path = tmp_path / "dance"
@@ -169,6 +164,18 @@ def test_separators_may_end_the_rows(tmp_path: Path, points: writers.Points, kin
     path = tmp_path / "dance"
     path.write_text(TEXTS[kind](points).replace("\n", "\t\n"))
     assert_same(read(path)[1], points)
+
+
+@pytest.mark.parametrize("kind", ["Qualisys", "header row with tabs", "Vicon with tabs"])
+def test_a_cell_that_is_lost_before_an_ending_separator_is_refused(
+    tmp_path: Path, points: writers.Points, kind: str
+) -> None:
+    lines = TEXTS[kind](points).splitlines()
+    lines[-9] = "\t".join(lines[-9].split("\t")[:-1])
+    path = tmp_path / "dance"
+    path.write_text("\t\n".join(lines) + "\t\n")
+    with pytest.raises(MotionFileError, match=rf"line {len(lines) - 8} has \d+ columns, expected"):
+        read(path)
 
 
 @pytest.mark.parametrize(

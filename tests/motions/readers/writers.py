@@ -18,7 +18,9 @@ __all__ = [
     "body_joints",
     "bvh_text",
     "captury_text",
+    "grouped_text",
     "header_row_text",
+    "long_text",
     "optitrack_text",
     "qualisys_text",
     "trc_text",
@@ -134,6 +136,23 @@ def header_row_text(
     titles = ["time", *(title.format(name, axis) for name in points for axis in "xyz")]
     rows = _rows(points, [_times(_count(points), rate)], separator)
     return _joined([separator.join(titles)], rows)
+
+
+def grouped_text(points: Points, rate: float = 100.0) -> str:
+    """Write a table with one header row, of all x, then all y, then all z."""
+    titles = ["time", *(f"{name}_{axis}" for axis in "xyz" for name in points)]
+    by_axis = {f"{axis}{name}": points[name][:, [axis]] for axis in range(3) for name in points}
+    return _joined([",".join(titles)], _rows(by_axis, [_times(_count(points), rate)], ","))
+
+
+def long_text(points: Points, rate: float = 100.0) -> str:
+    """Write a table of one point a row."""
+    rows = [
+        f"{i},{i / rate:.6f},{name},{','.join(f'{value:.3f}' for value in track[i])}"
+        for i in range(_count(points))
+        for name, track in points.items()
+    ]
+    return _joined(["frame,time,keypoint,x,y,z"], rows)
 
 
 def vicon_text(points: Points, rate: float = 100.0, *, separator: str = ",") -> str:

@@ -1,0 +1,190 @@
+"""Reader for tables of joint angles, as robots log them and `mpma motion` exports them.
+
+A header names the eight joints of `kinematics.JOINT_NAMES`, in any order and perhaps with a unit
+(`left_elbow`, `left_elbow_deg`, `left_elbow (rad)`), beside a column of times or frames.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj import kinematics
+from mpma_mj.errors import MotionFileError
+from mpma_mj.motions.cleaning.jumps import single_frame_jumps
+from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.motion import Motion
+from mpma_mj.motions.readers.header import Header, find_header
+from mpma_mj.motions.readers.text import Grid, TextFile, stack
+from mpma_mj.motions.readers.times import arrangement, continuous, rate_of
+from mpma_mj.motions.readers.titles import time_unit
+
+__all__ = ["read_joint_angles"]
+
+Array = NDArray[np.float64]
+
+_WORD = "abduction"  # in no other file: a quick look
+_LONGEST_HEADER = 60  # lines
+_UNITS = {"rad": 1.0, "radian": 1.0, "deg": np.pi / 180, "degree": np.pi / 180, "°": np.pi / 180}
+_UNIT = re.compile(r"(?:^|[\W_])(rad|radian|deg|degree)s?[)\]]?$|(°)", re.IGNORECASE)
+_JOINT = re.compile(
+    rf"(.*[./])?(?P<joint>{'|'.join(kinematics.JOINT_NAMES)})_*(angle|position|pos)?"
+)
+_TURNS = 4 * np.pi  # rad: angles that are larger may as well be degrees
+_ELBOW = 2 * np.pi  # rad: no elbow bends so far (choice)
+_LONGEST_GAP = 0.25  # s
+
+
+def read_joint_angles(path: Path, rate: float | None, report: ImportReport) -> Motion | None:
+    """Read a table of joint angles.
+
+    Args:
+        path: The file.
+        rate: Rows per second, Hz, that the user gives.
+        report: Gets what is odd.
+
+    Returns:
+        The motion; None if the file is something else.
+
+    Raises:
+        MotionFileError: A joint, the rate or the unit is missing, or a row cannot be read.
+    """
+    file = TextFile.open(path)
+    if file is None or not any(_WORD in line.lower() for line in file.head(_LONGEST_HEADER)):
+        return None
+    header = find_header(file, _names_joints)
+    if header is None:
+        return None
+    columns = _columns(path, header)
+    grid = Grid.starting(file, header.start + header.first, columns=header.width)
+    frame, time = header.counters
+    counters = [column for column in (time, frame) if column is not None]
+    needed = [*counters, *columns]
+    if grid.width <= max(needed):
+        raise MotionFileError(
+            f"{path}: line {grid.first + 1} has {grid.width} columns, but the header names"
+            f" {len(header.rows[header.axes])}; export the file again"
+        )
+    rows = stack(grid.blocks(needed, report, counters=len(counters)), len(needed))
+    angles = rows[:, len(counters) :]
+    angles = angles * _scale(path, header, columns, angles, report)
+    lacking = np.flatnonzero(~np.isfinite(angles).all(axis=1))
+    if len(lacking):
+        report.warn(
+            f"rows without all angles: {len(lacking)}, the first in line"
+            f" {grid.first + lacking[0] + 1}; they are bridged, or cut off at the ends"
+        )
+    times = None if time is None else continuous(rows[:, 0])
+    declared = header.rate
+    if rate is None and times is not None:
+        declared = rate_of(times, declared, report, time_unit(header.titles[time or 0]))
+    rate = rate or declared
+    if rate is None:
+        raise MotionFileError(
+            f"{path}: does not declare its frame rate",
+            remedy="give it with {rate_in}, such as {rate_in=50}",
+        )
+    numbers = None if frame is None else rows[:, len(counters) - 1]
+    arrange = arrangement(times, numbers, lambda row: f"line {grid.first + row + 1}", report)
+    angles = angles if arrange is None else arrange(angles)
+    posture = kinematics.posture_from_angles(_without_gaps(path, angles, rate))
+    _warn_of_jumps(posture, report)
+    source = f"joint angles of {path.name}"
+    return Motion(posture, np.ones((len(posture), 1)), ("1",), rate, path.stem, source)
+
+
+def _names_joints(cells: list[str]) -> bool:
+    """Return whether a row names angles; an elbow alone may be a point."""
+    return any("shoulder" in _joint(cell) for cell in cells)
+
+
+def _joint(title: str) -> str:
+    """Return the joint that a title names, or ""."""
+    letters = re.sub(r"[\s_\-]+", "_", _UNIT.sub("", title).strip(" ()[]").lower())
+    found = _JOINT.fullmatch(letters.strip("_"))
+    return found["joint"] if found else ""
+
+
+def _columns(path: Path, header: Header) -> list[int]:
+    """Return the columns of the joints, in the order of `JOINT_NAMES`."""
+    titles = [_joint(title) for title in header.rows[header.axes]]
+    for joint in kinematics.JOINT_NAMES:
+        if titles.count(joint) != 1:
+            how = "twice" if joint in titles else "no column of"
+            raise MotionFileError(
+                f"{path}: has joint angles, but {how} {joint}; expected one column each of"
+                f" {', '.join(kinematics.JOINT_NAMES)}"
+            )
+    return [titles.index(joint) for joint in kinematics.JOINT_NAMES]
+
+
+def _scale(
+    path: Path, header: Header, columns: list[int], angles: Array, report: ImportReport
+) -> Array:
+    """Return what one of each joint's units is, shape (8,), rad, declared or by the elbows.
+
+    Args:
+        path: The file, for messages.
+        header: Its header.
+        columns: Columns of the joints.
+        angles: Angles as they are in the file, shape (T, 8).
+        report: Gets a warning where the unit is taken from the angles.
+    """
+    found = [
+        next((u for row in range(header.axes, header.first) if (u := _unit(header, row, c))), "")
+        for c in columns
+    ]
+    above = {_unit(header, r, c) for r in range(header.axes) for c in range(len(header.rows[r]))}
+    declared = (set(found) | above) - {""}
+    if declared and (all(found) or len(declared) == 1):
+        return np.array([_UNITS[unit or next(iter(declared))] for unit in found])
+    largest = np.nanmax(np.abs(angles), axis=0, initial=0.0)
+    elbows = [i for i, joint in enumerate(kinematics.JOINT_NAMES) if joint.endswith("elbow")]
+    if not declared and largest.max() <= _TURNS:
+        return np.ones(len(columns))
+    if not declared and largest[elbows].max() > _ELBOW:
+        report.warn(
+            f"the angles are read as degrees, as an elbow has {largest[elbows].max():.4g}; write"
+            " the unit into the titles, such as left_elbow_deg"
+        )
+        return np.full(len(columns), _UNITS["deg"])
+    raise MotionFileError(
+        f"{path}: does not say whether its angles, up to {largest.max():.4g}, are in radians or"
+        " degrees; write the unit into the titles, such as left_elbow_deg or left_elbow_rad"
+    )
+
+
+def _unit(header: Header, row: int, column: int) -> str:
+    """Return the unit of angles that a cell names, or ""."""
+    found = _UNIT.search(header.cell(row, column))
+    return next(filter(None, found.groups())).lower() if found else ""
+
+
+def _without_gaps(path: Path, angles: Array, rate: float) -> Array:
+    """Return angles, shape (T, 8), rad, with short gaps bridged by linear interpolation."""
+    seen = np.isfinite(angles).all(axis=1)
+    known = np.flatnonzero(seen)
+    if len(known) < 2:
+        raise MotionFileError(f"{path}: has {len(known)} row(s) with all angles; expected two")
+    longest = int(np.argmax(np.diff(known)))
+    if np.diff(known).max() - 1 > _LONGEST_GAP * rate:
+        raise MotionFileError(
+            f"{path}: has no angles from {(known[longest] + 1) / rate:.2f} to"
+            f" {known[longest + 1] / rate:.2f} s; cut the file there"
+        )
+    frames = np.arange(known[0], known[-1] + 1)
+    return np.stack([np.interp(frames, known, column[known]) for column in angles.T], axis=1)
+
+
+def _warn_of_jumps(posture: Array, report: ImportReport) -> None:
+    """Warn of rows in which a segment of postures, shape (T, 12), jumps away and back."""
+    segments = zip(kinematics.SEGMENT_NAMES, np.split(posture, 4, axis=1), strict=True)
+    jumps = {name: single_frame_jumps(vectors, 1.0) + 1 for name, vectors in segments}
+    found = {name: rows for name, rows in jumps.items() if len(rows)}
+    if found:
+        count = sum(map(len, found.values()))
+        listed = "; ".join(f"{name} in row {rows[0]}" for name, rows in found.items())
+        report.warn(f"{count} single-frame jump{'s' * (count > 1)} ({listed}); correct those rows")

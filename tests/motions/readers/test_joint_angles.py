@@ -1,0 +1,145 @@
+"""Tables of joint angles become motions of these angles, in radians or degrees."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mpma_mj import kinematics
+from mpma_mj.errors import MotionFileError
+from mpma_mj.kinematics import JOINT_NAMES
+from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.loader import import_motion
+from mpma_mj.motions.motion import Motion
+from mpma_mj.motions.options import ReadingOptions
+from mpma_mj.motions.readers.joint_angles import read_joint_angles
+from tests.motions.readers import writers
+
+RATE = 50.0
+ANGLES = 0.4 + 0.9 * np.sin(np.arange(80)[:, None] / 12.0 + np.arange(8)) ** 2
+
+
+def write(
+    path: Path,
+    angles: np.ndarray,
+    titles: Sequence[str] = JOINT_NAMES,
+    *,
+    above: Sequence[str] = (),
+    separator: str = ",",
+) -> Path:
+    rows = np.column_stack([np.arange(len(angles)) / RATE, angles])
+    lines = [separator.join(["time", *titles])]
+    lines += [separator.join(f"{value:.9f}" for value in row) for row in rows]
+    path.write_text("\n".join([*above, *lines]) + "\n")
+    return path
+
+
+def read(path: Path, rate: float | None = None) -> tuple[Motion, ImportReport]:
+    report = ImportReport()
+    motion = read_joint_angles(path, rate, report)
+    assert motion is not None
+    return motion, report
+
+
+def assert_angles(motion: Motion, angles: np.ndarray = ANGLES) -> None:
+    posture = kinematics.posture_from_angles(angles)
+    np.testing.assert_allclose(motion.posture, posture, atol=1e-7)
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "robot.csv"
+
+
+@pytest.mark.parametrize("title", ["{}", "{}_rad", "{} (rad)", "joint_states.{}_position"])
+def test_radians_come_back(path: Path, title: str) -> None:
+    titles = [title.format(name) for name in JOINT_NAMES]
+    motion, report = read(write(path, ANGLES, titles, separator="\t"))
+    assert_angles(motion)
+    assert motion.rate == RATE
+    assert not report.warnings
+
+
+@pytest.mark.parametrize("title", ["{}_deg", "{} [degrees]", "{} (°)"])
+def test_degrees_come_back(path: Path, title: str) -> None:
+    titles = [title.format(name) for name in JOINT_NAMES]
+    motion, report = read(write(path, np.degrees(ANGLES), titles))
+    assert_angles(motion)
+    assert not report.warnings
+    assert_angles(read(write(path, np.degrees(ANGLES), above=["unit,deg"]))[0])
+
+
+def test_columns_may_be_in_any_order_with_others_between(path: Path) -> None:
+    titles = [*JOINT_NAMES[::-1], "left_elbow_command_rad/s", "force"]
+    motion, _ = read(write(path, np.column_stack([ANGLES[:, ::-1], 7 * ANGLES[:, :2]]), titles))
+    assert_angles(motion)
+
+
+def test_degrees_without_unit_are_told_by_the_elbows(path: Path) -> None:
+    motion, report = read(write(path, np.degrees(ANGLES)))
+    assert_angles(motion)
+    assert "the angles are read as degrees, as an elbow has" in report.warnings[0]
+
+
+def test_a_unit_that_cannot_be_told_is_asked_for(path: Path) -> None:
+    unwound = ANGLES + 20.0 * np.eye(8)[0]
+    with pytest.raises(MotionFileError, match="does not say whether its angles, up to 21"):
+        read(write(path, unwound))
+    motion, _ = read(write(path, unwound, [f"{name}_rad" for name in JOINT_NAMES]))
+    assert_angles(motion, unwound)
+
+
+def test_a_joint_that_is_missing_or_twice_is_named(path: Path) -> None:
+    with pytest.raises(MotionFileError, match="no column of right_elbow"):
+        read(write(path, ANGLES, [*JOINT_NAMES[:7], "q8"]))
+    with pytest.raises(MotionFileError, match="twice right_elbow"):
+        read(write(path, ANGLES[:, [*range(8), 7]], [*JOINT_NAMES, "right_elbow"]))
+
+
+def test_short_gaps_are_bridged_and_long_ones_refused(path: Path) -> None:
+    lines = write(path, ANGLES).read_text().splitlines(keepends=True)
+    path.write_text("".join(lines[:31] + lines[33:]))
+    motion, report = read(path)
+    bridged = ANGLES.copy()
+    bridged[30:32] = [[2 / 3], [1 / 3]] * ANGLES[29] + [[1 / 3], [2 / 3]] * ANGLES[32]
+    assert_angles(motion, bridged)
+    assert "2 frames are missing" in report.warnings[0]
+    path.write_text("".join(lines[:31] + lines[51:]))
+    with pytest.raises(MotionFileError, match=r"has no angles from 0.60 to 1.00 s"):
+        read(path)
+
+
+@pytest.mark.parametrize("row", [0, 40, 79])
+def test_a_cell_that_is_empty_is_told(path: Path, row: int) -> None:
+    lines = write(path, ANGLES).read_text().splitlines()
+    lines[row + 1] = ",".join([*lines[row + 1].split(",")[:-1], ""])
+    path.write_text("\n".join(lines) + "\n")
+    motion, report = read(path)
+    assert f"rows without all angles: 1, the first in line {row + 2}" in report.warnings[0]
+    assert len(motion) == (80 if row == 40 else 79)
+
+
+def test_the_rate_may_be_given(path: Path) -> None:
+    rows = [line.partition(",")[2] for line in write(path, ANGLES).read_text().splitlines()]
+    path.write_text("\n".join(rows) + "\n")
+    with pytest.raises(MotionFileError, match="does not declare its frame rate"):
+        read(path)
+    motion, _ = import_motion(path, ReadingOptions(rate_in=RATE), rate=RATE)
+    assert_angles(motion)
+
+
+def test_points_are_no_angles(path: Path) -> None:
+    names = [f"{s}_{p}" for s in ("left", "right") for p in ("shoulder", "elbow", "wrist")]
+    path.write_text(writers.vicon_text(writers.arm_points(names=names)))
+    assert read_joint_angles(path, None, ImportReport()) is None
+    path.write_bytes(b"\0" * 100)
+    assert read_joint_angles(path, None, ImportReport()) is None
+
+
+def test_a_row_that_jumps_away_is_told(path: Path) -> None:
+    jumping = ANGLES.copy()
+    jumping[40, 3] += 1.0
+    _, report = read(write(path, jumping))
+    (warning,) = report.warnings
+    assert warning.startswith("1 single-frame jump (left_forearm in row 41)")
