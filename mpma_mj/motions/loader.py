@@ -16,7 +16,8 @@ from mpma_mj.motions.cleaning import clean
 from mpma_mj.motions.cleaning.trajectories import Trajectories
 from mpma_mj.motions.context import label_motion
 from mpma_mj.motions.import_report import ImportReport
-from mpma_mj.motions.marker_sets import choose_markers, parse_mapping
+from mpma_mj.motions.mapping import parse_mapping
+from mpma_mj.motions.marker_sets import choose_markers
 from mpma_mj.motions.motion import Motion, load_motion
 from mpma_mj.motions.options import ReadingOptions, given
 from mpma_mj.motions.orientation import check_sides
@@ -109,7 +110,7 @@ def _import_recording(
     """Clean the trajectories of a recording and make a motion of them."""
     path = recording.path
     mapping = parse_mapping(options.map) if options.map else {}
-    groups = choose_markers(path, recording.names, mapping)
+    groups = choose_markers(path, recording.names, mapping, report)
     names = list(dict.fromkeys(name for group in groups.values() for name in group))
     if "pelvis" not in groups and len(recording.names) > _BODY * len(names):
         report.warn(

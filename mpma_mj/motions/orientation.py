@@ -11,7 +11,7 @@ from mpma_mj.errors import MotionFileError
 from mpma_mj.kinematics import SIDES
 from mpma_mj.motions.body import segments, trunk
 from mpma_mj.motions.import_report import ImportReport
-from mpma_mj.motions.marker_sets import Groups, mapping_option
+from mpma_mj.motions.mapping import Groups, mapping_option
 from mpma_mj.motions.readers.recording import UNITS, UPS, Up
 
 __all__ = ["arm_length", "check_sides", "find_unit", "find_up", "turn_z_up"]

@@ -11,7 +11,7 @@ from mpma_mj.errors import MotionFileError, placeholder
 from mpma_mj.motions.body import ARM_POINTS, TORSO_POINTS
 from mpma_mj.motions.cleaning.trajectories import Trajectories, missing
 from mpma_mj.motions.import_report import ImportReport
-from mpma_mj.motions.marker_sets import Groups
+from mpma_mj.motions.mapping import Groups
 from mpma_mj.motions.options import ReadingOptions
 
 __all__ = ["cut_long_gaps", "fill_gaps", "interpolate", "refuse_unseen", "replace_torso", "runs"]

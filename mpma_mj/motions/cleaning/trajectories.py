@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions.body import ARM_POINTS
 from mpma_mj.motions.import_report import ImportReport
-from mpma_mj.motions.marker_sets import Groups
+from mpma_mj.motions.mapping import Groups
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.motions.readers.recording import Recording, Tracks
 
