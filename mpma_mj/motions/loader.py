@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mpma_mj.errors import BadOptionError, MotionFileError, UnknownMotionError
-from mpma_mj.motions.body import posture_from_points
+from mpma_mj.motions.body import ARM_POINTS, posture_from_points
 from mpma_mj.motions.cleaning import clean
 from mpma_mj.motions.cleaning.trajectories import Trajectories
 from mpma_mj.motions.context import label_motion
@@ -33,7 +33,8 @@ _RATES = (1.0, 1000.0)  # Hz: at higher ones a motion fills the memory
 _BODY = 1.5  # times as many points as the arms need: then there is more of the body (choice)
 # Options for which a motion of arms, built in or stored, has no use.
 _FOR_RECORDINGS = {
-    *("map", "skeleton", "unit", "up", "rate_in", "max_gap", "longest", "repair", "cutoff"),
+    *("map", "skeleton", "unit", "up", "left_handed", "rate_in", "max_gap", "longest", "repair"),
+    *("other_arm", "cutoff"),
 }
 _OF_CONTEXT = {"context", "segments", "labels", "audio"}
 
@@ -110,7 +111,9 @@ def _import_recording(
     """Clean the trajectories of a recording and make a motion of them."""
     path = recording.path
     mapping = parse_mapping(options.map) if options.map else {}
-    groups = choose_markers(path, recording.names, mapping, report)
+    groups = choose_markers(
+        path, recording.names, mapping, report, one_arm=options.other_arm is not None
+    )
     names = list(dict.fromkeys(name for group in groups.values() for name in group))
     if "pelvis" not in groups and len(recording.names) > _BODY * len(names):
         report.warn(
@@ -130,7 +133,8 @@ def _import_recording(
     clean(trajectories, options, report)
     report.groups = trajectories.groups
     posture = posture_from_points(trajectories.tracks)
-    check_sides(trajectories.tracks, posture, trajectories.groups, report)
+    if groups.keys() >= set(ARM_POINTS):
+        check_sides(trajectories.tracks, posture, trajectories.groups, report)
     if len(posture) < 2:
         raise MotionFileError(
             f"{path}: has {len(posture)} posture(s) at {rate:g} Hz; a motion needs at least two;"

@@ -151,10 +151,11 @@ def choose_markers(
     if not complete:
         raise not_recognised(path, names, found[0], single[0] if single else None)
     groups = complete[0]
-    shoulders = tuple(n for s in SIDES for n in groups.get(f"{s}_shoulder", ()))
-    if "pelvis" in groups and groups.keys() >= set(ARM_POINTS):
-        groups.setdefault("neck", shoulders)
-    elif "pelvis" not in groups:
+    if not groups.keys() >= set(ARM_POINTS):
+        pass  # of one arm any point of the torso shows where its other side is
+    elif "pelvis" in groups:
+        groups.setdefault("neck", (*groups["left_shoulder"], *groups["right_shoulder"]))
+    else:
         groups.pop("neck", None)
     check_once(path, names, groups)
     if report is not None:

@@ -56,9 +56,14 @@ class Trajectories:
         return len(next(iter(self.tracks.values())))
 
     @property
+    def arm_points(self) -> list[str]:
+        """Points of the arms that are recorded: of both, or of one."""
+        return [point for point in ARM_POINTS if point in self.groups]
+
+    @property
     def arm_markers(self) -> list[str]:
         """Markers of the arms."""
-        return list(dict.fromkeys(name for point in ARM_POINTS for name in self.groups[point]))
+        return list(dict.fromkeys(name for p in self.arm_points for name in self.groups[p]))
 
     def cut(self, first: int, end: int) -> None:
         """Keep the frames from `first` to before `end`."""
