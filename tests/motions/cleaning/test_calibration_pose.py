@@ -62,7 +62,8 @@ def test_a_ramp_that_runs_out_unsteadily_is_start_up_whole(count: int, ramp: int
     posture = after_t_pose(count)
     # Not faster than human arms: up to 6° a frame, at 120 Hz.
     away = 0.1 * np.tile([1.0, 0.2, 0.8, 0.3, 0.6], 4)[:ramp] * np.linspace(1.0, 0.5, ramp)
-    angles = np.tile([0.4, 0.2, 0.0, 0.8], 2) + np.cumsum(away[::-1])[::-1, None] * np.eye(8)[3]
+    start = np.tile([0.4, 0.2, 0.0, 0.8], 2) + 0.4 * np.sin(np.arange(8))  # of the dance
+    angles = start + np.cumsum(away[::-1])[::-1, None] * np.eye(8)[3]
     ramped = [posture[:count], kinematics.posture_from_angles(angles), dance(400, rate=120.0)]
     assert calibration_frames(dancer(np.concatenate(ramped)), 120.0) == count + ramp
 
