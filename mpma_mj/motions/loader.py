@@ -17,10 +17,10 @@ from mpma_mj.motions.cleaning.trajectories import Trajectories
 from mpma_mj.motions.context import label_motion
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.mapping import parse_mapping
-from mpma_mj.motions.marker_sets import choose_markers
+from mpma_mj.motions.marker_sets import choose_markers, facing_markers
 from mpma_mj.motions.motion import Motion, load_motion
 from mpma_mj.motions.options import ReadingOptions, given
-from mpma_mj.motions.orientation import check_sides
+from mpma_mj.motions.orientation import check_handedness, check_sides
 from mpma_mj.motions.readers.recognise import open_recording
 from mpma_mj.motions.readers.recording import Recording
 from mpma_mj.motions.synthetic import BUILT_IN, SYNTHETIC_MOTIONS
@@ -122,7 +122,11 @@ def _import_recording(
             remedy='name it with {map="pelvis=…"}',
         )
     own_rate = _source_rate(recording, options, report)
-    trajectories = Trajectories(recording.load(names), groups, own_rate, rate, recording)
+    facing = facing_markers(recording.names, groups)
+    tracks = recording.load(list(dict.fromkeys((*names, *facing["front"], *facing["back"]))))
+    doubted = check_handedness(tracks, groups, facing, options, report)
+    tracks = {name: tracks[name] for name in names}
+    trajectories = Trajectories(tracks, groups, own_rate, rate, recording)
     report.format, report.names = recording.format, recording.names
     report.rate, report.frames = own_rate, trajectories.frames
     if recording.frames not in (None, report.frames):
@@ -133,7 +137,7 @@ def _import_recording(
     clean(trajectories, options, report)
     report.groups = trajectories.groups
     posture = posture_from_points(trajectories.tracks)
-    if groups.keys() >= set(ARM_POINTS):
+    if groups.keys() >= set(ARM_POINTS) and not doubted:
         check_sides(trajectories.tracks, posture, trajectories.groups, report)
     if len(posture) < 2:
         raise MotionFileError(

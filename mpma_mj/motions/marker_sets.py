@@ -26,7 +26,7 @@ from mpma_mj.motions.marker_guesses import (
     not_recognised,
 )
 
-__all__ = ["choose_markers", "half_pelvis"]
+__all__ = ["choose_markers", "facing_markers", "half_pelvis"]
 
 _FEWEST = 3  # points that have to fit before names are taken for those of a set
 _MOST_AFFIXES = 8  # that are tried
@@ -62,6 +62,7 @@ class _MarkerSets:
     arms: list[_MarkerSet]
     torso: dict[str, _Choices]
     half_pelvis: dict[Literal["front", "back"], re.Pattern[str]]
+    facing: list[tuple[tuple[str, ...], tuple[str, ...]]]
     only_with: dict[str, str]
     markers: frozenset[str]
     words: frozenset[str]
@@ -87,6 +88,11 @@ def _marker_sets() -> _MarkerSets:
         arms,
         {point: choices(groups) for point, groups in content["torso"].items()},
         {end: re.compile(pattern) for end, pattern in content["half_pelvis"].items()},
+        [
+            (front, back)
+            for pair in content["facing"]["pairs"]
+            for front, back in [choices(pair.split(" > "))]
+        ],
         content["only_with"],
         frozenset(s + w for w in markers for s in "lr") | {w + s for w in markers for s in "lr"},
         frozenset(
@@ -173,6 +179,23 @@ def half_pelvis(group: Sequence[str]) -> Literal["front", "back"] | None:
         if pattern.search(_short_name(name))
     }
     return ends.pop() if len(ends) == 1 else None
+
+
+def facing_markers(names: Sequence[str], groups: Groups) -> Groups:
+    """Return groups "front" and "back" of points that show where a person faces, or empty ones.
+
+    Args:
+        names: The names that the file has.
+        groups: The person's arms and torso.
+    """
+    arms = {name for point in ARM_POINTS for name in groups.get(point, ())}
+    for person in _people(names):
+        if arms <= set(person.values()):
+            for pair in _marker_sets().facing:
+                if all(word in person for group in pair for word in group):
+                    front, back = (tuple(person[word] for word in group) for group in pair)
+                    return {"front": front, "back": back}
+    return {"front": (), "back": ()}
 
 
 def _exact(path: Path, name: str, names: Sequence[str]) -> str:

@@ -9,12 +9,21 @@ from numpy.typing import NDArray
 
 from mpma_mj.errors import MotionFileError
 from mpma_mj.kinematics import SIDES
-from mpma_mj.motions.body import has_trunk, segments, trunk
+from mpma_mj.motions.body import ARM_POINTS, TORSO_POINTS, has_trunk, segments, trunk
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.mapping import Groups, mapping_option
-from mpma_mj.motions.readers.recording import UNITS, UPS, Up
+from mpma_mj.motions.options import ReadingOptions
+from mpma_mj.motions.readers.recording import UNITS, UPS, Tracks, Up
 
-__all__ = ["arm_length", "check_sides", "find_unit", "find_up", "refuse_pictures", "turn_z_up"]
+__all__ = [
+    "arm_length",
+    "check_handedness",
+    "check_sides",
+    "find_unit",
+    "find_up",
+    "refuse_pictures",
+    "turn_z_up",
+]
 
 Array = NDArray[np.float64]
 
@@ -29,6 +38,7 @@ _FLAT = 0.02  # of a picture's width and height, under which there is no depth
 _MOSTLY = 0.5  # share of the time
 _FORWARD = 0.2  # of a forearm's length that it has to point forward or backward to count
 _MOSTLY_BACKWARD = 0.75  # share of the time
+_PARTS = ("shoulder", "elbow", "wrist")
 _OFTEN = 0.1  # share of the time in which forearms have to point anywhere
 
 
@@ -232,9 +242,50 @@ def check_sides(
             f"forearms point backwards in {100 * backward:.0f} % of the frames in which they are"
             " bent: left and right look swapped, or up and down, or the file's axes are"
             " left-handed, as in Unity",
-            remedy=f"{_swapped(groups, ('shoulder', 'elbow', 'wrist'))} corrects the first,"
+            remedy=f"{_swapped(groups, _PARTS)} corrects the first,"
             " {up} the second, {left_handed} the third",
         )
+
+
+def check_handedness(
+    tracks: Tracks, groups: Groups, facing: Groups, options: ReadingOptions, report: ImportReport
+) -> bool:
+    """Warn of a file whose front, left and up are those of left-handed axes.
+
+    Args:
+        tracks: Trajectories by marker, as in the file, each shape (T, 3).
+        groups: Which markers show which point of the body.
+        facing: Which are at its "front" and "back".
+        options: Whether the file will be mirrored.
+        report: Gets the warning.
+
+    Returns:
+        Whether there is a warning.
+    """
+    if not facing["front"] or not groups.keys() >= {*ARM_POINTS, *TORSO_POINTS}:
+        return False
+    points = {
+        point: np.mean([tracks[name] for name in group], axis=0)
+        for point, group in (groups | facing).items()
+    }
+    across = points["left_shoulder"] - points["right_shoulder"]
+    forward = np.cross(across, trunk(points))
+    shown = np.sum(forward * (points["front"] - points["back"]), axis=1)
+    shown = shown[np.isfinite(shown)] * (-1.0 if options.left_handed else 1.0)
+    doubted = len(shown) > 0 and bool(np.mean(shown < 0.0) > _MOSTLY_BACKWARD)
+    if doubted and options.left_handed:
+        report.warn(
+            "mirrored, left is where right should be: the file's axes are right-handed",
+            remedy="leave out {left_handed}",
+        )
+    elif doubted:
+        seen = f"{'+'.join(facing['front'])} in front of {'+'.join(facing['back'])}"
+        report.warn(
+            f"with {seen}, left is where right should be: the file's axes are left-handed, as in"
+            " Unity, or the names of the sides are swapped",
+            remedy=f"{{left_handed}} corrects the first, {_swapped(groups, _PARTS)} the second",
+        )
+    return doubted
 
 
 def _swapped(groups: Groups, parts: Sequence[str]) -> str:

@@ -420,3 +420,32 @@ def test_a_torso_with_half_a_pelvis_leans_as_with_a_whole_one(
 def test_hips_and_whole_pelvises_are_no_halves() -> None:
     for group in ("Hips", "pelvis", "LHip RHip", "LASI RASI LPSI RPSI", "LASI RASI SACR SACR"):
         assert half_pelvis(group.split()) is None
+
+
+FRONTS = {
+    "toes": {"LeftToes": 180.0, "RightToes": 180.0, "LeftFoot": 20.0, "RightFoot": 20.0},
+    "nose": {"NOSE": 90.0, "LEFT_EAR": 0.0, "RIGHT_EAR": 0.0},
+    "chest": {"CLAV": 70.0, "C7": -70.0},
+}
+
+
+@pytest.mark.parametrize("front", FRONTS)
+@pytest.mark.parametrize("turn", [0.0, 2.0])
+def test_points_in_front_show_left_handed_axes(tmp_path: Path, front: str, turn: float) -> None:
+    points = standing(dancer_facing_with_straight_arms(), torso=True)
+    for name, forward in FRONTS[front].items():
+        points[name] = np.tile([forward, 0.0, 1500.0], (240, 1))
+    points = {n: Rotation.from_euler("z", turn).apply(track) for n, track in points.items()}
+    mirrored = {name: track * [-1.0, 1.0, 1.0] for name, track in points.items()}
+    assert not read(tmp_path / "a.npz", points, {}).report.warnings
+    (warning,) = read(tmp_path / "a.npz", mirrored, {}).report.warnings
+    assert "left is where right should be: the file's axes are left-handed" in warning
+    assert not read(tmp_path / "a.npz", mirrored, {}, left_handed=True).report.warnings
+    (warning,) = read(tmp_path / "a.npz", points, {}, left_handed=True).report.warnings
+    assert warning.endswith("the file's axes are right-handed; leave out left_handed")
+
+
+def dancer_facing_with_straight_arms() -> Array:
+    """Return postures in which elbows show nothing."""
+    phase = np.arange(240)[:, None] / 20 + np.arange(8)
+    return kinematics.posture_from_angles(np.tile([0.3, 0.2, 0.0, 0.02], 2) + 0.05 * np.sin(phase))

@@ -19,7 +19,7 @@ Mask = NDArray[np.bool_]
 _FAR = 5.0
 _ONE_PLACE = 0.02  # of the usual distance, under which most markers lie in one place (choice)
 _FEWEST = 3  # markers of which a frame shows where the body is
-_AT_ONCE = 1 << 14  # frames
+_AT_ONCE = 1 << 12  # frames
 
 
 def remove_outliers(
