@@ -49,22 +49,27 @@ def far_from_body(tracks: list[Array]) -> list[Mask]:
     Returns:
         For each, whether its place is none of the body, shape (T,).
     """
-    away = np.concatenate(
-        [
-            _from_middle(np.stack([track[i : i + _AT_ONCE] for track in tracks]))
-            for i in range(0, len(tracks[0]), _AT_ONCE)
-        ],
-        axis=1,
-    )  # (M, T)
+    frames = len(tracks[0])
+    some = _from_middle(np.stack([track[:: frames // _AT_ONCE + 1] for track in tracks]))
+    medians = [np.median(row[~np.isnan(row)]) for row in some if not np.isnan(row).all()]
+    usual = float(np.median(medians)) if medians else 0.0
+    blocks = [
+        _far(np.stack([track[i : i + _AT_ONCE] for track in tracks]), usual)
+        for i in range(0, frames, _AT_ONCE)
+    ]
+    return list(np.concatenate(blocks, axis=1))
+
+
+def _far(places: Array, usual: float) -> Mask:
+    """Return which places, shape (M, T, 3), are none of a body of usual size, shape (M, T)."""
+    away = _from_middle(places)
     seen = ~np.isnan(away)
-    usual = np.median([np.median(row[ok]) for row, ok in zip(away, seen, strict=True) if ok.any()])
     far = seen & (away > _FAR * usual)
     # Where most are lost at once, it is they that are in the middle of all.
     count = seen.sum(axis=0)
     close = (seen & (away <= _ONE_PLACE * usual)).sum(axis=0)
     together = (count >= _FEWEST) & (far.any(axis=0) | (close == count)) & (2 * close >= count)
-    far |= seen & together
-    return list(far)
+    return far | (seen & together)
 
 
 def _from_middle(places: Array) -> Array:
