@@ -125,8 +125,9 @@ def _import_recording(
     facing = facing_markers(recording.names, groups)
     tracks = recording.load(list(dict.fromkeys((*names, *facing["front"], *facing["back"]))))
     doubted = check_handedness(tracks, groups, facing, options, report)
-    tracks = {name: tracks[name] for name in names}
-    trajectories = Trajectories(tracks, groups, own_rate, rate, recording)
+    needed = {name: tracks[name] for name in names}
+    trajectories = Trajectories(needed, groups, own_rate, rate, recording)
+    del tracks, needed  # long recordings: cleaning drops each marker after its last use
     report.format, report.names = recording.format, recording.names
     report.rate, report.frames = own_rate, trajectories.frames
     if recording.frames not in (None, report.frames):
