@@ -182,8 +182,9 @@ def _cut_to_longest(
     usable = (stop - begin) / rate >= _SHORTEST
     kept = f"frames {offset + begin + 1} to {offset + stop}, {(stop - begin) / rate:.2f} s"
     first, end, name = min(gaps)
+    how = " or far outside the body" if name in trajectories.outliers else ""
     described = (
-        f"marker {name} is missing in frames {offset + first + 1} to {offset + end}"
+        f"marker {name} is missing{how} in frames {offset + first + 1} to {offset + end}"
         f" ({(end - first) / rate:.2f} s)"
     )
     if len(gaps) > 1:

@@ -5,11 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.motions.cleaning.trajectories import Trajectories
+from mpma_mj.errors import MotionFileError
+from mpma_mj.kinematics import SIDES
+from mpma_mj.motions.body import segments
+from mpma_mj.motions.cleaning.trajectories import Trajectories, missing
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.options import ReadingOptions
 
-__all__ = ["far_from_body", "remove_outliers"]
+__all__ = ["far_from_body", "overstretched", "remove_outliers"]
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -17,6 +20,8 @@ Mask = NDArray[np.bool_]
 # Distance from the middle of the markers, as a multiple of what is usual, from which a place is
 # none of the body; a stretched arm reaches 2.5 times as far as hanging markers (choice).
 _FAR = 5.0
+_STRETCHED = 3.0  # times its usual length, which no estimate of a segment reaches (choice)
+_MOST_LISTED = 5  # markers in a message
 _ONE_PLACE = 0.02  # of the usual distance, under which most markers lie in one place (choice)
 _FEWEST = 3  # markers of which a frame shows where the body is
 _AT_ONCE = 1 << 12  # frames
@@ -25,19 +30,82 @@ _AT_ONCE = 1 << 12  # frames
 def remove_outliers(
     trajectories: Trajectories, options: ReadingOptions, report: ImportReport
 ) -> None:
-    """Make gaps of places far outside the body."""
+    """Make gaps of places far outside the body, and of those that stretch an arm far too long.
+
+    Raises:
+        MotionFileError: A marker of the arms has no other places.
+    """
     tracks = trajectories.tracks
+    found: dict[str, Mask] = {}
     for name, far in zip(tracks, far_from_body(list(tracks.values())), strict=True):
-        frames = np.flatnonzero(far)
-        if not len(frames):
-            continue
-        x, y, z = tracks[name][frames[0]]
-        report.warn(
-            f"{name} lies far outside the body in {len(frames)} frame{'s' * (len(frames) != 1)},"
-            f" the first {trajectories.first + frames[0] + 1} (at {x:.6g}, {y:.6g}, {z:.6g}): taken"
-            " as missing there"
+        _remove(trajectories, name, far, found)
+    points = {point: trajectories.mean(point) for point in trajectories.arm_points}
+    for point, far in overstretched(points).items():
+        for name in trajectories.groups[point]:
+            _remove(trajectories, name, far, found)
+    if not found:
+        return
+    trajectories.outliers = set(found)
+    listed = [
+        f"{name} in {far.sum()} frame{'' if far.sum() == 1 else 's'} from"
+        f" {trajectories.first + np.argmax(far) + 1} on"
+        for name, far in found.items()
+    ]
+    more = f"; and {len(listed) - _MOST_LISTED} more" if len(listed) > _MOST_LISTED else ""
+    report.warn(
+        "places far outside the body are taken as missing:"
+        f" {'; '.join(listed[:_MOST_LISTED])}{more}"
+    )
+
+
+def _remove(trajectories: Trajectories, name: str, far: Mask, found: dict[str, Mask]) -> None:
+    """Make gaps in a marker's trajectory where it is far, and note where that is."""
+    track = trajectories.tracks[name]
+    far = far & ~missing(track)
+    if not far.any():
+        return
+    trajectories.tracks[name] = np.where(far[:, None], np.nan, track)
+    found[name] = found.get(name, np.zeros(len(far), bool)) | far
+    if name in trajectories.arm_markers and missing(trajectories.tracks[name]).all():
+        x, y, z = track[np.argmax(far)]
+        raise MotionFileError(
+            f"{trajectories.where}: marker {name} lies far outside the body in all frames in which"
+            f" it is seen, such as at ({x:.6g}, {y:.6g}, {z:.6g})",
+            remedy="correct it, or name another with {map}",
         )
-        tracks[name] = np.where(far[:, None], np.nan, tracks[name])
+
+
+def overstretched(points: dict[str, Array]) -> dict[str, Mask]:
+    """Find the points because of which a segment is several times as long as usual.
+
+    Of an arm's two segments that is the wrist for the forearm, the elbow for both, and for the
+    upper arm alone the shoulder, if it is also far from the other one, else elbow and wrist.
+
+    Args:
+        points: The points of `body.ARM_POINTS`, or of one arm, each shape (T, 3).
+
+    Returns:
+        For each such point the frames, shape (T,).
+    """
+    shoulders = [points[f"{side}_shoulder"] for side in SIDES if f"{side}_shoulder" in points]
+    apart = _is_long(shoulders[0] - shoulders[-1])
+    long = {name: _is_long(vectors) for name, vectors in segments(points).items()}
+    found = {}
+    for side in SIDES:
+        if f"{side} forearm" in long:
+            upper, fore = long[f"{side} upper arm"], long[f"{side} forearm"]
+            moved = upper & ~fore & ~apart
+            found[f"{side}_shoulder"] = upper & ~fore & apart
+            found[f"{side}_elbow"] = (upper & fore) | moved
+            found[f"{side}_wrist"] = (fore & ~upper) | moved
+    return {point: mask for point, mask in found.items() if mask.any()}
+
+
+def _is_long(vectors: Array) -> Mask:
+    """Return in which frames vectors, shape (T, 3), are several times as long as usual."""
+    length = np.linalg.norm(vectors, axis=1)
+    known = length[~np.isnan(length)]
+    return length > _STRETCHED * np.median(known) if known.any() else np.zeros(len(length), bool)
 
 
 def far_from_body(tracks: list[Array]) -> list[Mask]:

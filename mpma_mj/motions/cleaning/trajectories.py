@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,7 @@ class Trajectories:
         first: Index of the first frame in the file.
         removed_trunk: Vectors from pelvis to neck, shape (N, 3), of frames in which both are seen,
             if they are seen too rarely to be a point.
+        outliers: Markers of which places far outside the body became gaps.
     """
 
     tracks: Tracks
@@ -44,6 +45,7 @@ class Trajectories:
     recording: Recording
     first: int = 0
     removed_trunk: Array | None = None
+    outliers: set[str] = field(default_factory=set)
 
     @property
     def where(self) -> str:
