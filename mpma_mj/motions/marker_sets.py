@@ -272,7 +272,7 @@ def _recognise(person: _Person, *, one_arm: bool = False) -> Groups:
         if len(best) == len(ARM_POINTS):
             break
     if len(best) < _FEWEST:
-        return {}
+        best = {}
     for point, choices in sets.torso.items():
         for choice in choices:
             needed = {*choice, *(sets.only_with[w] for w in choice if w in sets.only_with)}

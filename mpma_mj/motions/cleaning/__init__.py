@@ -14,7 +14,7 @@ from mpma_mj.motions.cleaning.calibration_pose import cut_calibration_pose
 from mpma_mj.motions.cleaning.filtering import filter_and_resample
 from mpma_mj.motions.cleaning.gaps import cut_long_gaps, fill_gaps, refuse_unseen, replace_torso
 from mpma_mj.motions.cleaning.jumps import repair_jumps
-from mpma_mj.motions.cleaning.other_arm import add_other_arm
+from mpma_mj.motions.cleaning.other_arm import add_other_arm, add_other_shoulder
 from mpma_mj.motions.cleaning.outliers import remove_outliers
 from mpma_mj.motions.cleaning.trajectories import Trajectories, cut_time
 from mpma_mj.motions.import_report import ImportReport
@@ -39,8 +39,9 @@ POINT_STAGES: tuple[Stage, ...] = (
     average_markers,
     turn_upright,
     measure_segments,
-    add_other_arm,
+    add_other_shoulder,
     lean_torso,
+    add_other_arm,
     cut_calibration_pose,
     filter_and_resample,
 )

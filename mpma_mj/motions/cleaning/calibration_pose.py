@@ -31,6 +31,8 @@ def cut_calibration_pose(
     count = calibration_frames(trajectories.tracks, trajectories.rate)
     if count:
         frames_cut = "the first frame is" if count == 1 else f"the first {count} frames are"
+        if trajectories.first:
+            frames_cut = f"frames {trajectories.first + 1} to {trajectories.first + count} are"
         report.warn(f"{frames_cut} cut: a calibration pose")
         trajectories.cut(count, trajectories.frames)
 

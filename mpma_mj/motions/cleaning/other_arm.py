@@ -2,67 +2,87 @@
 
 from __future__ import annotations
 
-import itertools
+from collections.abc import Container
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.errors import MotionFileError
 from mpma_mj.kinematics import SIDES
-from mpma_mj.motions.body import ARM_POINTS, trunk
+from mpma_mj.motions.body import forward, segments, trunk
 from mpma_mj.motions.cleaning.trajectories import Trajectories
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.options import ReadingOptions
 
-__all__ = ["add_other_arm"]
+__all__ = ["add_other_arm", "add_other_shoulder"]
 
 Array = NDArray[np.float64]
 
+_ENDS = {"upper arm": "elbow", "forearm": "wrist"}
 _BREADTH = 0.65  # of the shoulders, in lengths of the arm; postures do not depend on it
 
 
-def add_other_arm(
+def add_other_shoulder(
     trajectories: Trajectories, options: ReadingOptions, report: ImportReport
 ) -> None:
-    """Add the arm that is not recorded: hanging along the trunk, or the known arm's mirror image.
+    """Add the shoulder that is not recorded, opposite to the known one.
 
     Raises:
         MotionFileError: The shoulder lies above the point that shows the middle of the torso.
     """
     points = trajectories.tracks
-    if all(point in points for point in ARM_POINTS):
+    side = _known_side(points)
+    if side is None:
         if options.other_arm is not None:
             report.warn("both arms are recorded", remedy="{other_arm} is of no use here")
         return
-    side, other = SIDES if "left_wrist" in points else SIDES[::-1]
-    joints = [points[f"{side}_{joint}"] for joint in ("shoulder", "elbow", "wrist")]
-    up = trunk(points)
-    up = up / np.linalg.norm(up, axis=1, keepdims=True)
-    across = _across(points, side, up, report)
-    length = np.linalg.norm(across, axis=1, keepdims=True)
-    if not length.min() > 0.0:
+    across = _across(points, side, report)
+    if not np.linalg.norm(across, axis=1).min() > 0.0:
         raise MotionFileError(
             f"{trajectories.where}: the {side} shoulder lies straight above the middle of the"
             " torso, which has to show where its other side is",
             remedy="name another point with {map}",
         )
-    mirror = across / length
-    shoulder = points.setdefault(f"{other}_shoulder", joints[0] + across)
-    ways = [end - start for start, end in itertools.pairwise(joints)]
-    for name, way in zip(("elbow", "wrist"), ways, strict=True):
+    points.setdefault(f"{_other(side)}_shoulder", points[f"{side}_shoulder"] + across)
+
+
+def add_other_arm(
+    trajectories: Trajectories, options: ReadingOptions, report: ImportReport
+) -> None:
+    """Add the arm that is not recorded: it hangs along the trunk, or mirrors the known one."""
+    points = trajectories.tracks
+    side = _known_side(points)
+    if side is None:
+        return
+    up, across = trunk(points), np.cross(forward(points), trunk(points))
+    up, mirror = (v / np.linalg.norm(v, axis=1, keepdims=True) for v in (up, across))
+    place = points[f"{_other(side)}_shoulder"]
+    for name in ("upper arm", "forearm"):
+        way = segments(points)[f"{side} {name}"]
         if options.other_arm == "hang":
             way = -up * np.median(np.linalg.norm(way, axis=1))
         else:
             way = way - 2.0 * np.sum(way * mirror, axis=1, keepdims=True) * mirror
-        shoulder = points[f"{other}_{name}"] = shoulder + way
+        place = place + way
+        points[f"{_other(side)}_{_ENDS[name]}"] = place
     done = "hangs" if options.other_arm == "hang" else f"is the mirror image of the {side} one"
-    report.note(f"the {other} arm is not recorded and {done}, as requested")
+    report.note(f"the {_other(side)} arm is not recorded and {done}, as requested")
 
 
-def _across(points: dict[str, Array], side: str, up: Array, report: ImportReport) -> Array:
+def _known_side(points: Container[str]) -> str | None:
+    """Return the side of the only arm that is whole, None if both are."""
+    whole = [side for side in SIDES if f"{side}_wrist" in points]
+    return whole[0] if len(whole) == 1 else None
+
+
+def _other(side: str) -> str:
+    return SIDES[1 - SIDES.index(side)]
+
+
+def _across(points: dict[str, Array], side: str, report: ImportReport) -> Array:
     """Return the way from the known to the other shoulder, perpendicular to the trunk, (T, 3)."""
-    other = SIDES[1 - SIDES.index(side)]
-    shoulder = points[f"{side}_shoulder"]
+    other = _other(side)
+    shoulder, up = points[f"{side}_shoulder"], trunk(points)
     middle = next((points[point] for point in ("neck", "pelvis") if point in points), None)
     if f"{other}_shoulder" in points:
         across = points[f"{other}_shoulder"] - shoulder
@@ -75,9 +95,10 @@ def _across(points: dict[str, Array], side: str, up: Array, report: ImportReport
             remedy='name one with {map="neck=…"}',
         )
         reach = points[f"{side}_wrist"] - shoulder
-        forward = np.mean(reach * [1.0, 1.0, 0.0], axis=0)
-        forward /= np.linalg.norm(forward) or 1.0
-        left = np.array([-forward[1], forward[0], 0.0]) if forward.any() else np.eye(3)[1]
+        front = np.mean(reach * [1.0, 1.0, 0.0], axis=0)
+        front /= np.linalg.norm(front) or 1.0
+        left = np.array([-front[1], front[0], 0.0]) if front.any() else np.eye(3)[1]
         length = _BREADTH * np.median(np.linalg.norm(reach, axis=1))
         across = np.tile(left * (length if other == "left" else -length), (len(shoulder), 1))
-    return across - np.sum(across * up, axis=1, keepdims=True) * up
+    along = np.sum(across * up, axis=1) / np.sum(up * up, axis=1)
+    return across - along[:, None] * up

@@ -114,6 +114,12 @@ def test_what_is_cut_is_told_and_time_still_counts_from_the_files_first_frame(
     assert cut.motion.context[:, 0].sum() == 30
 
 
+def test_frames_that_are_cut_count_as_in_the_file(write_tsv: WriteTsv) -> None:
+    path = write_tsv(markers_of(dancer(after_t_pose(90))))
+    imported = import_motion(path, ReadingOptions(start=1.0))
+    assert imported.report.warnings == ["frames 61 to 90 are cut: a calibration pose"]
+
+
 @pytest.mark.parametrize("tempo", [0.2, 1.0])
 def test_the_built_in_dance_is_left_whole(tempo: float) -> None:
     assert calibration_frames(dancer(ymca(rate=60.0, tempo=tempo).posture), 60.0) == 0

@@ -135,6 +135,26 @@ def test_an_arm_of_which_a_point_is_missing_can_be_done_without(tmp_path: Path) 
     np.testing.assert_allclose(found[:, 6:], POSTURE[:, 6:], atol=0.03)
 
 
+def test_the_other_arm_hangs_along_a_torso_with_half_a_pelvis(tmp_path: Path) -> None:
+    points = points_of(POSTURE, "right", "neck")
+    for name, side in (("LASI", 120.0), ("RASI", -120.0)):
+        points[name] = np.tile([105.0, side, 950.0], (len(POSTURE), 1))
+    found = read(tmp_path / "a.npz", points, "hang").motion.posture
+    np.testing.assert_allclose(found[:, :6], np.tile([0.0, 0.0, -1.0], (len(found), 2)), atol=0.05)
+    np.testing.assert_allclose(found[:, 6:], POSTURE[:, 6:], atol=0.06)
+
+
+def test_the_torso_is_found_beside_an_arm_that_is_mapped(tmp_path: Path) -> None:
+    points = points_of(POSTURE, "left", "neck", "pelvis")
+    odd = {f"m{i}": track for i, track in enumerate(points.values())}
+    names = dict(zip(odd, points, strict=True))
+    odd = {n if names[n] not in MIDDLE else names[n]: track for n, track in odd.items()}
+    mapping = ",".join(f"{names[n]}={n}" for n in odd if n in names)
+    imported = read(tmp_path / "a.npz", odd, "mirror", map=mapping)
+    np.testing.assert_allclose(imported.motion.posture[:, :6], POSTURE[:, :6], atol=0.03)
+    assert not imported.report.warnings
+
+
 def test_a_shoulder_above_the_middle_of_the_torso_is_refused(tmp_path: Path) -> None:
     points = points_of(POSTURE, "right", "neck")
     points["neck"] = points["right_shoulder"] - [0.0, 0.0, 100.0]
