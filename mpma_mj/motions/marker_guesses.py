@@ -24,6 +24,7 @@ _SIDED = {
     "left": re.compile(r"[Ll]eft|LEFT|(?<![^\W_])[lL](?=[\W_A-Z])|[\W_]l$|(?<=[a-z\W_])L$"),
     "right": re.compile(r"[Rr]ight|RIGHT|(?<![^\W_])[rR](?=[\W_A-Z])|[\W_]r$|(?<=[a-z\W_])R$"),
 }
+_LONGEST = 60  # letters of a name in a message
 _MOST_NAMED = 120  # names in a message
 
 
@@ -129,7 +130,8 @@ def listed(names: Sequence[str]) -> str:
     first = [n for n in names if any(pattern.search(_words(n)) for pattern in patterns)]
     ordered = list(dict.fromkeys((*first, *names)))
     more = f" and {len(ordered) - _MOST_NAMED} more" if len(ordered) > _MOST_NAMED else ""
-    return ", ".join(ordered[:_MOST_NAMED]) + more
+    shown = [f"{name[:_LONGEST]}{'…' * (len(name) > _LONGEST)}" for name in ordered[:_MOST_NAMED]]
+    return ", ".join(shown) + more
 
 
 def _guess(point: str, names: Sequence[str]) -> tuple[str, ...]:

@@ -73,7 +73,7 @@ def _marker_sets() -> _MarkerSets:
     content = tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))
 
     def choices(groups: list[str]) -> _Choices:
-        return [tuple(group.split("+")) for group in groups]
+        return [tuple(map(_short_name, group.split("+"))) for group in groups]
 
     arms = [
         _MarkerSet(
@@ -134,7 +134,7 @@ def choose_markers(
     people = _people(names)
     # The torso must be that of the person whose arms the user chose.
     meant = [person for person in people if mapped & set(person.values())]
-    found = [_recognise(person) | given for person in meant or people]
+    found = [_recognise(person) | given for person in meant or people] or [given]
     found.sort(key=len, reverse=True)
     complete = [groups for groups in found if groups.keys() >= set(ARM_POINTS)]
     single = [one for groups in found if (one := _single_arm(groups))]
@@ -229,10 +229,11 @@ def _glued(person: _Person) -> list[tuple[str, str]]:
     """Return beginnings and ends that names of arms share, such as "anna" of AnnaLSHO."""
     sets = _marker_sets()
     counts: Counter[tuple[str, str]] = Counter()
+    longest = max(map(len, sets.words))
     for name in person:
-        for i in range(1, len(name)):
-            if name[i:] in sets.words:
-                counts[name[:i], ""] += 1
+        for i in range(1, min(len(name), longest + 1)):
+            if name[-i:] in sets.words:
+                counts[name[:-i], ""] += 1
             if name[:i] in sets.words and not is_no_place(name[i:]):
                 counts["", name[i:]] += 1
     return [glued for glued, n in counts.most_common(_MOST_AFFIXES) if n >= _FEWEST]

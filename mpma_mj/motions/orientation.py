@@ -181,7 +181,8 @@ def refuse_pictures(points: dict[str, Array], where: str) -> None:
         raise MotionFileError(
             f"{where}: z of all points is within {depth:.3g}, with x and y over {width:.3g} and"
             f" {height:.3g}: these are places in a picture, without depth",
-            remedy="export places in space, such as the pose estimator's world landmarks",
+            remedy="export places in space, such as the pose estimator's world landmarks; a motion"
+            " within one plane is read with {unit=m}",
         )
 
 

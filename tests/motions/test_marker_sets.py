@@ -131,6 +131,22 @@ KNOWN = {
         "spalla_sx gomito_sx polso_sx spalla_dx gomito_dx polso_dx",
         "spalla_sx gomito_sx polso_sx spalla_dx gomito_dx polso_dx",
     ),
+    "MikuMikuDance": (
+        "左腕 左ひじ 左手首 右腕 右ひじ 右手首",
+        "左腕 左ひじ 左手首 右腕 右ひじ 右手首",
+    ),
+    "ARKit": (
+        "hips_joint left_arm_joint left_forearm_joint left_hand_joint right_arm_joint"
+        " right_forearm_joint right_hand_joint",
+        "left_arm_joint left_forearm_joint left_hand_joint right_arm_joint right_forearm_joint"
+        " right_hand_joint",
+    ),
+    "VRM": (
+        "J_Bip_C_Hips J_Bip_L_UpperArm J_Bip_L_LowerArm J_Bip_L_Hand J_Bip_R_UpperArm"
+        " J_Bip_R_LowerArm J_Bip_R_Hand",
+        "J_Bip_L_UpperArm J_Bip_L_LowerArm J_Bip_L_Hand J_Bip_R_UpperArm J_Bip_R_LowerArm"
+        " J_Bip_R_Hand",
+    ),
     "snake case": (
         "left_shoulder left_elbow left_wrist right_shoulder right_elbow right_wrist",
         "left_shoulder left_elbow left_wrist right_shoulder right_elbow right_wrist",
@@ -516,3 +532,11 @@ def test_names_may_be_numbers() -> None:
     points = zip(ARM_POINTS, "123456", strict=True)
     groups = parse_mapping(",".join(f"{point}={number}" for point, number in points))
     assert choose_markers(FILE, list("123456789"), groups) == groups
+
+
+@pytest.mark.parametrize("names", [[], [""], ["_", ":", "  "], ["x" * 1_000_000], ["L" * 50_000]])
+def test_odd_names_are_refused_in_one_line(names: list[str]) -> None:
+    match = "no point is recognised as the left shoulder"
+    with pytest.raises(MotionFileError, match=match) as caught:
+        choose_markers(FILE, names, {})
+    assert len(str(caught.value)) < 500
