@@ -21,8 +21,12 @@ __all__ = ["check_once", "hands_for_wrists", "is_no_place", "listed", "not_recog
 
 # "left", or an l at the start before a separator or a capital, or at the end after one.
 _SIDED = {
-    "left": re.compile(r"[Ll]eft|LEFT|(?<![^\W_])[lL](?=[\W_A-Z])|[\W_]l$|(?<=[a-z\W_])L$"),
-    "right": re.compile(r"[Rr]ight|RIGHT|(?<![^\W_])[rR](?=[\W_A-Z])|[\W_]r$|(?<=[a-z\W_])R$"),
+    "left": re.compile(
+        r"[Ll]eft|LEFT|(?<![^\W_])[lL](?=[\W_A-Z])|[\W_]l$|(?<=[a-z\W_])L(?=[\W_]|$)"
+    ),
+    "right": re.compile(
+        r"[Rr]ight|RIGHT|(?<![^\W_])[rR](?=[\W_A-Z])|[\W_]r$|(?<=[a-z\W_])R(?=[\W_]|$)"
+    ),
 }
 _LONGEST = 60  # letters of a name in a message
 _MOST_NAMED = 120  # names in a message
@@ -42,7 +46,7 @@ class _Guesses:
 def _guesses() -> _Guesses:
     content = tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))
     rules = {
-        kind: {part: re.compile(rf"\b[lr]?({rule})") for part, rule in content[kind].items()}
+        kind: {part: re.compile(rf"\b[lmr]?({rule})") for part, rule in content[kind].items()}
         for kind in ("markers", "bones")
     }
     pairs = frozenset(frozenset(pair.split()) for pair in content["pairs"]["differences"])
@@ -67,6 +71,10 @@ def not_recognised(
     """
     guess = {point: found.get(point) or _guess(point, names) for point in ARM_POINTS}
     check_once(path, names, guess)
+    if not any(guess[f"{side}_elbow"] for side in SIDES):  # then it may be the collar bone
+        for point in ("left_shoulder", "right_shoulder"):
+            if any(_words(name) == "shoulder" for name in guess[point]):
+                guess[point] = ()
     mapping = mapping_option({point: group or ("?",) for point, group in guess.items()})
     has = f"it has {listed(names)}"
     ways = f"name the points with {mapping}"
@@ -140,7 +148,11 @@ def _guess(point: str, names: Sequence[str]) -> tuple[str, ...]:
     mine, other = _SIDED[side], _SIDED[SIDES[1 - SIDES.index(side)]]
     rules = _guesses()
     are_markers = any(rules.markers["sure"].search(_words(name)) for name in names)
-    rule = (rules.markers if are_markers else rules.bones)[part]
+    # A bone of the forearm begins at the elbow, a marker on the forearm lies anywhere on it.
+    are_bones = not are_markers and any(rules.bones["shoulder"].search(_words(n)) for n in names)
+    if not are_markers and not are_bones and part == "elbow":
+        return ()
+    rule = (rules.bones if are_bones else rules.markers)[part]
     twins = {other.sub("*", name) for name in names if other.search(name)}
     sided = [n for n in names if mine.search(n) and mine.sub("*", n) in twins]
     alike = [n for n in sided if rule.search(_words(n)) and not rules.no_places.search(_words(n))]

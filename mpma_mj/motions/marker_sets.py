@@ -221,7 +221,8 @@ def _people(names: Sequence[str]) -> list[_Person]:
     for person in subjects.values():
         people.append(person)
         if not _recognise(person).keys() >= set(ARM_POINTS):
-            people += [_without(person, *affixes) for affixes in _glued(person)]
+            glued = [_without(person, *affixes) for affixes in _glued(person)]
+            people += [one for one in glued if _whole_arms(_recognise(one))]
     return people
 
 
@@ -234,7 +235,7 @@ def _glued(person: _Person) -> list[tuple[str, str]]:
         for i in range(1, min(len(name), longest + 1)):
             if name[-i:] in sets.words:
                 counts[name[:-i], ""] += 1
-            if name[:i] in sets.words and not is_no_place(name[i:]):
+            if name[:i] in sets.words and not (is_no_place(name[i:]) or name[i:].isdigit()):
                 counts["", name[i:]] += 1
     return [glued for glued, n in counts.most_common(_MOST_AFFIXES) if n >= _FEWEST]
 
@@ -267,6 +268,8 @@ def _recognise(person: _Person, *, one_arm: bool = False) -> Groups:
             for part in _PARTS
             if (group := _first_group(marker_set.spellings(part, "" if one_arm else side), person))
         }
+        if marker_set.bones and not any(point.endswith("shoulder") for point in groups):
+            continue  # names such as "forearm" and "hand" may be markers on these segments
         # Names of the elbow tell bones from markers best: a "shoulder" may be the collar bone.
         if _fit(groups) >= _fit(best):
             best = groups
@@ -297,11 +300,15 @@ def _first_group(spellings: Iterator[tuple[str, ...]], person: _Person) -> tuple
 
 def _single_arm(groups: Groups) -> Groups | None:
     """Return the only whole arm with the other shoulder and the torso; None if there is none."""
-    whole = [s for s in SIDES if all(f"{s}_{part}" in groups for part in _PARTS)]
+    whole = _whole_arms(groups)
     if len(whole) != 1:
         return None
     other = SIDES[1 - SIDES.index(whole[0])]
     return {p: g for p, g in groups.items() if p not in (f"{other}_elbow", f"{other}_wrist")}
+
+
+def _whole_arms(groups: Groups) -> list[str]:
+    return [side for side in SIDES if all(f"{side}_{part}" in groups for part in _PARTS)]
 
 
 def _as_left(groups: Groups) -> Groups:

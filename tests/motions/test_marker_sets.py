@@ -487,7 +487,19 @@ def mapping_in(message: str) -> Groups:
         # collar bones are no shoulders
         ("LCollar LElbow LWrist RCollar RElbow RWrist", "? LElbow LWrist"),
         ("LCLAV LELB LWRI RCLAV RELB RWRI SACR", "? LELB LWRI"),
-        ("LeftShoulder LeftForeArm LeftHand RightShoulder RightForeArm RightHand", "? LeftForeArm"),
+        (
+            "LeftShoulder LeftForeArm LeftHand RightShoulder RightForeArm RightHand",
+            "? ?",
+        ),
+        ("LShoulder LForeArm LWrist RShoulder RForeArm RWrist", "? ? LWrist"),
+        # one of two markers is beside the joint
+        ("LSHO LMELBO LLELBO LWRI RSHO RMELBO RLELBO RWRI", "LSHO LMELBO+LLELBO LWRI"),
+        ("LSho LElb1 LElb2 LWri1 LWri2 RSho RElb1 RElb2 RWri1 RWri2", "LSho ? ?"),
+        # joint angles are no places
+        (
+            "L_shoulder_pitch L_elbow_yaw L_wrist R_shoulder_pitch R_elbow_yaw R_wrist",
+            "? ? L_wrist",
+        ),
         # three look like it
         ("LSHO LELB LWR1 LWR2 LWR3 RSHO RELB RWR1 RWR2 RWR3", "LSHO LELB ?"),
         ("LSHO LELB1 LELB2 LWRI RSHO RELB1 RELB2 RWRI", "LSHO ? LWRI"),
