@@ -277,15 +277,15 @@ def check_handedness(
     doubted = len(shown) > 0 and bool(np.mean(shown < 0.0) > _MOSTLY_BACKWARD)
     if doubted and options.left_handed:
         report.warn(
-            "mirrored, left is where right should be: the file's axes are right-handed",
+            "mirrored, left and right are swapped: the file's axes are right-handed",
             remedy="leave out {left_handed}",
         )
     elif doubted:
         seen = f"{'+'.join(facing['front'])} in front of {'+'.join(facing['back'])}"
         report.warn(
-            f"with {seen}, left is where right should be: the file's axes are left-handed, as in"
-            " Unity, or the names of the sides are swapped",
-            remedy=f"{{left_handed}} corrects the first, {_swapped(groups, _PARTS)} the second",
+            f"with {seen}, left and right look swapped, or the file's axes are left-handed, as in"
+            " Unity",
+            remedy=f"{_swapped(groups, _PARTS)} corrects the first, {{left_handed}} the second",
         )
     return doubted
 

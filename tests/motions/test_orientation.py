@@ -439,7 +439,7 @@ def test_points_in_front_show_left_handed_axes(tmp_path: Path, front: str, turn:
     mirrored = {name: track * [-1.0, 1.0, 1.0] for name, track in points.items()}
     assert not read(tmp_path / "a.npz", points, {}).report.warnings
     (warning,) = read(tmp_path / "a.npz", mirrored, {}).report.warnings
-    assert "left is where right should be: the file's axes are left-handed" in warning
+    assert "left and right look swapped, or the file's axes are left-handed" in warning
     assert not read(tmp_path / "a.npz", mirrored, {}, left_handed=True).report.warnings
     (warning,) = read(tmp_path / "a.npz", points, {}, left_handed=True).report.warnings
     assert warning.endswith("the file's axes are right-handed; leave out left_handed")
