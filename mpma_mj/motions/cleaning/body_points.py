@@ -89,6 +89,9 @@ def measure_segments(
     for name, vectors in segments(points).items():
         length = np.linalg.norm(vectors, axis=1) * (unit or 1.0)
         report.lengths[name] = (float(length.mean()), float(length.std()))
+    torso = {"trunk": trunk(points)} if has_trunk(points) else {}
+    for name, vectors in (segments(points) | torso).items():
+        length = np.linalg.norm(vectors, axis=1)
         varies = length.std() / length.mean()
         if varies > _MOST_VARIED:
             report.warn(
