@@ -165,7 +165,7 @@ def refuse_pictures(points: dict[str, Array], where: str) -> None:
         MotionFileError: x and y are shares, and y is vertical; or all points have one depth.
     """
     places = np.concatenate([track[:: len(track) // _ENOUGH + 1] for track in points.values()])
-    low, high = np.percentile(places, (1.0, 99.0), axis=0)
+    low, high = np.percentile(places, (5.0, 95.0), axis=0)
     is_share = (low[:2] >= 0.0).all() and (high[:2] <= 1.0).all()
     is_vertical = _shown_up(points) in ("y", "-y", None)
     has_depth = low[2] > 0.0 and high[2] > 1.0  # m from a camera
@@ -179,7 +179,7 @@ def refuse_pictures(points: dict[str, Array], where: str) -> None:
         )
     if depth < _FLAT * min(width, height):
         raise MotionFileError(
-            f"{where}: z of all points is within {depth:.3g}, with x and y over {width:.3g} and"
+            f"{where}: z of all points varies by {depth:.3g}, x and y by {width:.3g} and"
             f" {height:.3g}: these are places in a picture, without depth",
             remedy="export places in space, such as the pose estimator's world landmarks; a motion"
             " within one plane is read with {unit=m}",
