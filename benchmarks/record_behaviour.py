@@ -246,7 +246,7 @@ def reading_entries(folder: Path) -> Iterator[tuple[str, str]]:
             for name in ("labels", "rate", "name", "source", "tempo"):
                 yield f"{key}/{title}/{name}", repr(getattr(motion, name))
             messages = [str(warning.message) for warning in caught]
-            report = [*facts.lines(same), *demand_lines(same, *limits)]
+            report = [*facts.lines(same), *demand_lines(same, limits)]
             for name, lines in (("warnings", messages), ("report", report)):
                 yield f"{key}/{title}/{name}", "\n".join(lines).replace(str(folder), "")
 

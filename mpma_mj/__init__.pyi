@@ -3,6 +3,7 @@ from .agents import MPMAConfig as MPMAConfig
 from .envs.load import load as load
 from .envs.vector_env import make_vec as make_vec
 from .motions import Motion as Motion
+from .motions import export_motion as export_motion
 from .motions import read_motion as read_motion
 from .training.factory import make_agent as make_agent
 from .training.run import Run as Run

@@ -21,7 +21,7 @@ from mpma_mj.commands.parser_errors import parser_error
 from mpma_mj.commands.run_options import REFUSED_OPTIONS, config_type, registry
 from mpma_mj.commands.study import parse_study, remedy_for_unused
 from mpma_mj.errors import BadOptionError, MpmaError, RecordingWarning
-from mpma_mj.utils.text import as_flag, did_you_mean
+from mpma_mj.utils.text import as_flag, did_you_mean, printable
 
 __all__ = ["main", "overview"]
 
@@ -103,10 +103,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _NO_READER
     except OSError as error:
         place = f"{error.filename}: " if error.filename else ""
-        print(
-            f"mpma: {place}{error.strerror or error}; check the path and its permissions",
-            file=sys.stderr,
-        )
+        problem = printable(f"{place}{error.strerror or error}")
+        print(f"mpma: {problem}; check the path and its permissions", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         print("mpma: interrupted", file=sys.stderr)
@@ -132,7 +130,7 @@ def _run(words: Sequence[str]) -> None:
     with _warnings_as_lines():
         last = command.run()
     if last is not None:
-        print(last)
+        print(printable(str(last)))
     _flush()
 
 

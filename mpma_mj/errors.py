@@ -31,11 +31,17 @@ __all__ = [
     "WriteOption",
     "as_keyword",
     "placeholder",
+    "printable",
 ]
 
 WriteOption = Callable[[str, str | None], str]
 """Writer of an option: takes its name in Python, and a value or None."""
 
+# Control characters, such as ESC; those that end a line or turn its direction; and lone surrogates,
+# which stand for bytes of a file's name that are not UTF-8 and cannot be drawn or encoded.
+_UNPRINTABLE = re.compile(
+    r"[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\u200e\u200f\ud800-\udfff]"
+)
 _OPTION = re.compile(r"\{(\w+)(?:=((?:[^{}]|\{\{|\}\})*))?\}")
 
 
@@ -48,6 +54,11 @@ def placeholder(option: str, value: object) -> str:
     """Return what stands for an option and its value in a remedy, whatever the value holds."""
     doubled = str(value).replace("{", "{{").replace("}", "}}")
     return f"{{{option}={doubled}}}"
+
+
+def printable(name: str) -> str:
+    r"""Return a name with escapes, such as \n or \udcff, for characters that cannot be printed."""
+    return _UNPRINTABLE.sub(lambda found: found[0].encode("unicode_escape").decode(), name)
 
 
 class _Mendable:
@@ -71,7 +82,7 @@ class _Mendable:
         return self.describe(as_keyword)
 
     def describe(self, write: WriteOption) -> str:
-        """Return the message with options in the reader's language.
+        """Return the message on one line, with options in the reader's language.
 
         Args:
             write: Writes the name of an option, with a value or without.
@@ -84,7 +95,8 @@ class _Mendable:
             return write(found[1], value)
 
         remedy = _OPTION.sub(written, self.remedy)
-        return self.context + "; ".join(part for part in (self._problem(write), remedy) if part)
+        parts = (part for part in (self._problem(write), remedy) if part)
+        return printable(self.context + "; ".join(parts))
 
     def with_context(self, context: object) -> Self:
         """Return the same message with what it is about in front, its options being kept."""

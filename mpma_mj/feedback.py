@@ -2,15 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj import kinematics
+from mpma_mj import joint_paths, kinematics
 from mpma_mj.utils.clipping import clip
 
-__all__ = ["feedback_action", "joint_error"]
+__all__ = ["feedback_action", "followed", "joint_error"]
 
 Array = NDArray[np.float64]
+
+
+def followed(observation: Mapping[str, Array], name: str) -> Array:
+    """Return what arms follow of an observation.
+
+    Args:
+        observation: An observation.
+        name: "reference" or "target".
+
+    Returns:
+        Joint angles, shape (..., 8), rad, where the motion has feasible ones; else the posture,
+        shape (..., 12).
+    """
+    angles = observation.get(f"{name}_angles")
+    return observation[name] if angles is None else angles
 
 
 def joint_error(joint_angles: Array, reference: Array) -> Array:
@@ -19,15 +36,18 @@ def joint_error(joint_angles: Array, reference: Array) -> Array:
         e = wrap(q' - q)        abduction weighted by cos²(flexion), rotation by sin(elbow)
 
     Where an angle is nearly undefined, noise on the posture becomes a large error of an angle that
-    hardly moves the arm. The weights suppress such errors (choice).
+    hardly moves the arm. The weights suppress such errors (choice). Demonstrated joint angles need
+    none.
 
     Args:
         joint_angles: Joint angles q, shape (..., 8), rad.
-        reference: Demonstrated posture, shape (..., 12).
+        reference: Demonstrated posture, shape (..., 12), or joint angles q', shape (..., 8), rad.
 
     Returns:
         Error, shape (..., 8), rad, in [-π, π), on the nearer branch.
     """
+    if reference.shape[-1] == len(kinematics.JOINT_NAMES):
+        return joint_paths.nearest_turn(reference, near=joint_angles)
     step, cos_b, sin_e = kinematics.nearest_step(reference, joint_angles)
     step[0] *= cos_b**2
     step[2] *= sin_e
@@ -43,7 +63,7 @@ def feedback_action(
 
     Args:
         joint_angles: Joint angles, shape (..., 8), rad.
-        reference: Demonstrated posture, shape (..., 12).
+        reference: Demonstrated posture, shape (..., 12), or joint angles, shape (..., 8), rad.
         max_joint_speed: Speed of each joint at action 1, shape (8,), rad/s.
         control_timestep: Δt, s.
 

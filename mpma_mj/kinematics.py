@@ -28,10 +28,12 @@ __all__ = [
     "JOINT_NAMES",
     "SEGMENT_NAMES",
     "SIDES",
+    "after_abduction",
     "angles_from_posture",
-    "continuous_angles",
+    "as_left_arms",
     "nearest_step",
     "posture_from_angles",
+    "segment_jacobian",
     "segment_leverage",
     "wrap",
 ]
@@ -128,21 +130,60 @@ def nearest_step(posture: Array, near: Array) -> tuple[Array, Array, Array]:
     return np.where(other, other_step, step), cos_b, sin_e
 
 
-def continuous_angles(posture: Array, start: Array | None = None) -> Array:
-    """Solve the inverse kinematics of a motion without jumps between branches.
+def as_left_arms(posture: Array) -> Array:
+    """Return the directions u and f of each arm as those of left arms, (2, T, 6) of (T, 12)."""
+    arms = posture.reshape(-1, 2, 2, 3) * _MIRROR[:, None, :]
+    return np.moveaxis(arms, 1, 0).reshape(2, -1, 6)
+
+
+def segment_jacobian(joint_angles: Array) -> tuple[Array, Array]:
+    """Compute the directions of the segments of left arms and their derivatives.
+
+        ∂d/∂q_j = axis_j × d        for a direction d that joint j turns
 
     Args:
-        posture: Postures over time, shape (T, 12).
-        start: Joint angles, shape (8,), rad, which select the branch of the first solution.
+        joint_angles: Joint angles of an arm, shape (T, 4), rad; those of a right arm have the
+            mirror image.
 
     Returns:
-        Joint angles, shape (T, 8), rad; each row is on the branch nearest to the previous row.
+        Directions u and f, shape (T, 6), and their derivatives, shape (T, 6, 4).
     """
-    angles = np.empty((len(posture), 8))
-    near = start
-    for t, now in enumerate(posture):
-        near = angles[t] = angles_from_posture(now, near)
-    return angles
+    a, b, c, e = joint_angles.T
+    x_axis, y_axis, upper_arm = _upper_arm_frame(a, b)
+    along_x, along_y = np.sin(c)[:, None], np.cos(c)[:, None]
+    bend = along_y * x_axis + along_x * y_axis
+    forearm = np.sin(e)[:, None] * bend + np.cos(e)[:, None] * upper_arm
+    axes = np.stack(
+        [
+            np.broadcast_to([1.0, 0.0, 0.0], upper_arm.shape),
+            -y_axis,
+            -upper_arm,
+            along_x * x_axis - along_y * y_axis,
+        ]
+    )
+    directions = np.concatenate([upper_arm, forearm], axis=1)
+    derivatives = np.zeros((len(a), 6, 4))
+    derivatives[:, :3, :2] = np.moveaxis(np.cross(axes[:2], upper_arm), 0, -1)
+    derivatives[:, 3:] = np.moveaxis(np.cross(axes, forearm), 0, -1)
+    return directions, derivatives
+
+
+def after_abduction(directions: Array, abduction: Array) -> tuple[Array, Array, Array]:
+    """Solve for flexion, rotation and elbow where abduction is given.
+
+    Args:
+        directions: Directions u and f of a left arm, shape (..., 6).
+        abduction: Abduction, shape (...), rad.
+
+    Returns:
+        Flexion with which u is nearest, rotation and elbow, each shape (...), rad.
+    """
+    upper_arm, forearm = directions[..., :3], directions[..., 3:]
+    down = upper_arm[..., 1] * np.sin(abduction) - upper_arm[..., 2] * np.cos(abduction)
+    flexion = np.arctan2(upper_arm[..., 0], down)
+    x_axis, y_axis, along = _upper_arm_frame(abduction, flexion)
+    g_x, g_y = np.vecdot(forearm, x_axis), np.vecdot(forearm, y_axis)
+    return flexion, np.arctan2(g_y, g_x), np.arctan2(np.hypot(g_x, g_y), np.vecdot(forearm, along))
 
 
 def segment_leverage(joint_angles: Array) -> Array:

@@ -255,7 +255,7 @@ def test_errors_name_files_that_a_terminal_cannot_show(monkeypatch: pytest.Monke
     monkeypatch.setattr(sys, "stderr", terminal)
     assert main(["imitate", "踊り\udcff.csv"]) == 2
     shown = r"\u8e0a\u308a\udcff.csv"
-    assert shown_on(terminal) == f"mpma: {shown}: no such file; give the path of a recording\n"
+    assert shown_on(terminal) == f"mpma: {shown}: no such file; check the path\n"
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,8 @@ CHAIN = (
     ("agents", "envs"),
     ("motions", "esn"),
     ("metrics", "feedback"),
-    ("context", "kinematics"),
+    ("context", "joint_paths"),
+    ("kinematics",),
     ("utils", "options"),
     ("errors", "_version"),
 )

@@ -9,10 +9,12 @@ from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.kinematics import (
     JOINT_NAMES,
     SIDES,
+    after_abduction,
     angles_from_posture,
-    continuous_angles,
+    as_left_arms,
     nearest_step,
     posture_from_angles,
+    segment_jacobian,
     segment_leverage,
     wrap,
 )
@@ -116,23 +118,6 @@ def test_the_branch_is_not_chosen_by_the_rotation_of_a_straight_arm() -> None:
     np.testing.assert_allclose(found, wanted, atol=1e-9)
 
 
-def test_arms_that_circle_overhead_do_not_jump() -> None:
-    turn = np.linspace(0.0, 4 * np.pi, 400)
-    circling = np.zeros((400, 8))
-    circling[:, 0] = circling[:, 4] = turn
-    circling[:, 1], circling[:, 3::4] = 0.3, 0.5
-    circling[:, 5] = 0.3
-    found = continuous_angles(posture_from_angles(circling), start=circling[0])
-    np.testing.assert_allclose(found, circling, atol=1e-9)
-
-
-def test_arms_that_swing_through_straight_forward_do_not_jump() -> None:
-    swinging = np.tile([0.3, 0.0, 0.2, 0.8], (200, 2))
-    swinging[:, 1] = swinging[:, 5] = np.linspace(0.0, np.pi, 200)
-    found = continuous_angles(posture_from_angles(swinging), start=swinging[0])
-    np.testing.assert_allclose(found, swinging, atol=1e-9)
-
-
 def test_batches_are_what_single_postures_are() -> None:
     rng = np.random.default_rng(0)
     postures = np.stack([unit(rng.normal(size=(4, 3))) for _ in range(6)])
@@ -181,3 +166,23 @@ def test_wrapped_angles_differ_by_whole_turns(angles: np.ndarray) -> None:
 def test_leverage_vanishes_where_angles_are_undefined() -> None:
     angles = np.array([0.3, np.pi / 2, 0.2, 0.0] * 2)
     np.testing.assert_allclose(segment_leverage(angles), [0, 1, 0, 1] * 2, atol=1e-15)
+
+
+@given(angles_anywhere)
+def test_derivatives_are_those_of_the_directions(angles: np.ndarray) -> None:
+    directions, derivatives = segment_jacobian(angles.reshape(2, 4))
+    np.testing.assert_allclose(directions, as_left_arms(posture_from_angles(angles))[:, 0])
+    for joint in range(4):
+        small = np.zeros(4)
+        small[joint] = 1e-6
+        ahead, behind = (segment_jacobian(angles.reshape(2, 4) + s)[0] for s in (small, -small))
+        found = derivatives[:, :, joint]
+        np.testing.assert_allclose(found, (ahead - behind) / 2e-6, atol=1e-8)
+
+
+@given(angles_anywhere)
+def test_the_other_angles_follow_a_given_abduction(angles: np.ndarray) -> None:
+    directions = as_left_arms(posture_from_angles(angles))[:, 0]
+    abduction = angles.reshape(2, 4)[:, 0]
+    rest = np.stack([abduction, *after_abduction(directions, abduction)], axis=1)
+    np.testing.assert_allclose(segment_jacobian(rest)[0], directions, atol=1e-9)

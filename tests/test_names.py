@@ -13,22 +13,25 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 
 from mpma_mj.cli import main
-from mpma_mj.motions import Motion, ymca
+from mpma_mj.errors import MpmaError
+from mpma_mj.motions import Motion, read_motion, ymca
 from mpma_mj.motions.motion import load_motion, save_motion
 from mpma_mj.utils.atomic_files import read_arrays, write_arrays, write_text
 from mpma_mj.utils.progress import show_range, show_runs
 from mpma_mj.utils.text import printable
 from mpma_mj.visualization.figure_file import figure_file
 from mpma_mj.visualization.responsibility_strip import Strip
-from tests.conftest import dancer, markers_of
+from tests.conftest import Refused, dancer, markers_of
 from tests.test_cli import mpma
 
 WriteTsv = Callable[..., Path]
 
 NOT_UTF8 = "dance\udcff"  # as Python has the name b"dance\xff"
 FORMULA = "take$1_$2"
-NAMES = (FORMULA, r"$\bad$", NOT_UTF8, "two\nlines", "踊り🕺")
-SHOWN = (FORMULA, r"$\bad$", r"dance\udcff", r"two\nlines", "踊り🕺")
+NAMES = (FORMULA, r"$\bad$", NOT_UTF8, "two\nlines", "red\x1b[31m", "turn\u202e", "踊り🕺")
+SHOWN = (
+    *(FORMULA, r"$\bad$", r"dance\udcff", r"two\nlines", r"red\x1b[31m", r"turn\u202e", "踊り🕺"),
+)
 TINY = ("--nodes", 5, "--modules", 2, "--repeats", 1, "--epochs", 2, "--no-video")
 
 
@@ -90,6 +93,45 @@ def test_a_run_of_a_name_that_is_not_utf8_has_a_folder_whose_name_is(
     assert (run / "figures" / "trajectory.png").exists()
     saved = json.loads((run / "config.json").read_text())["config"]["motions"]
     assert saved == [str(recording)]
+
+
+@pytest.mark.parametrize(("name", "shown"), [*zip(NAMES, SHOWN, strict=True)])
+def test_messages_show_a_name_on_one_line(
+    name: str, shown: str, write_tsv: WriteTsv, monkeypatch: pytest.MonkeyPatch, refused: Refused
+) -> None:
+    monkeypatch.chdir(write_tsv(name=f"{name}.tsv", edit=lambda text: "").parent)
+    refused(["motion", f"{name}.tsv"], f"mpma: {shown}.tsv: is empty; export the recording again")
+    refused(["imitate", f"{name}.bvh"], f"mpma: {shown}.bvh: no such file; check the path")
+    refused(["play", f"{name}"], f"mpma: no run or motion '{shown}'; expected the folder of a run")
+    refused(["play", "--out", f"{name}.avi", "ymca"], f"mpma: --out is {f'{name}.avi'!r}; expected")
+    with pytest.raises(MpmaError) as caught:
+        read_motion(f"{name}.tsv")
+    assert str(caught.value) == f"{shown}.tsv: is empty; export the recording again"
+    with pytest.raises(MpmaError) as caught:
+        read_motion(f"{name}.tsv", skeleton=f"{name}.asf")
+    assert len(str(caught.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize(("name", "shown"), [*zip(NAMES, SHOWN, strict=True)])
+def test_such_a_recording_is_inspected_and_exported(
+    name: str,
+    shown: str,
+    write_tsv: WriteTsv,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    folder = write_tsv(name=f"{name}.tsv", edit=lambda t: t.replace("FRAMES\t", "FRAMES\t9")).parent
+    monkeypatch.chdir(folder)
+    assert main(["motion", f"{name}.tsv", "--out", f"{name}.npz"]) == 0
+    printed = capsys.readouterr()
+    (warning,) = printed.err.splitlines()
+    assert warning.startswith(f"mpma: warning: {shown}.tsv: the file declares 9228 frames")
+    assert printed.out.splitlines()[0].startswith(f"{shown}: Qualisys TSV, 228 frames")
+    assert printed.out.splitlines()[-1] == f"{shown}-motion.png"
+    assert main(["play", f"{name}.npz", "--out", f"{name}.csv"]) == 0
+    assert capsys.readouterr().out == f"{shown}.csv\n"
+    written = {f"{name}.npz", f"{name}.csv", f"{shown}-motion.png"}
+    assert {path.name for path in folder.iterdir()} == {f"{name}.tsv", *written}
 
 
 @pytest.mark.usefixtures("opengl")

@@ -87,7 +87,7 @@ def motion_of(steps: int) -> Motion:
     """Return YMCA over and over, an epoch of which has so many steps."""
     dance = ymca()
     times = -(-(steps + 1) // len(dance))
-    posture, context = repeat(dance, times, arm_limits("physics")[0])
+    posture, context, _ = repeat(dance, times, arm_limits("physics").max_speed)
     return dataclasses.replace(dance, posture=posture[: steps + 1], context=context[: steps + 1])
 
 

@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj import kinematics
+from mpma_mj import joint_paths, kinematics
 from mpma_mj.agents.base import Agent, AgentSignals, AgentSpec, Observation, Seeds
 from mpma_mj.agents.config import (
     JOINTS,
@@ -19,6 +19,7 @@ from mpma_mj.agents.config import (
 )
 from mpma_mj.agents.episode_buffer import EpisodeBuffer
 from mpma_mj.agents.gain_schedule import FINAL_GAINS
+from mpma_mj.feedback import followed
 from mpma_mj.utils.clipping import clip
 from mpma_mj.utils.seeding import stream
 
@@ -74,15 +75,22 @@ class OpenLoop(Agent):
 
     def act(self, observation: Observation) -> Array:
         """Return the action, shape (..., 8), in [-1, 1]."""
-        angles = self._angles
+        angles, target = self._angles, followed(observation, "target")
         if angles is None:  # near 0, as the arms start
-            still = np.zeros((*observation["reference"].shape[:-1], JOINTS))
-            angles = kinematics.angles_from_posture(observation["reference"], near=still)
-        way = kinematics.angles_from_posture(observation["target"], near=angles) - angles
+            still = np.zeros((*target.shape[:-1], JOINTS))
+            angles = still + _way(still, followed(observation, "reference"))
+        way = _way(angles, target)
         farthest = self.spec.control_timestep * self.spec.max_joint_speed
         action = np.clip(way / farthest, -1.0, 1.0)
         self._angles = angles + farthest * action
         return action
+
+
+def _way(angles: Array, target: Array) -> Array:
+    """Return the way from joint angles, shape (..., 8), rad, to a posture or joint angles."""
+    if target.shape[-1] == JOINTS:
+        return joint_paths.nearest_turn(target, near=angles)
+    return kinematics.angles_from_posture(target, near=angles) - angles
 
 
 class FeedbackOnly(Agent):
@@ -108,7 +116,8 @@ class FeedbackOnly(Agent):
 
     def act(self, observation: Observation) -> Array:
         """Return the action, shape (..., 8), in [-1, 1]."""
-        action = self.spec.feedback(observation["joint_angles"], observation["reference"])
+        reference = followed(observation, "reference")
+        action = self.spec.feedback(observation["joint_angles"], reference)
         self._steps.append({"feedback": action})
         return action
 
@@ -133,6 +142,7 @@ class ResolvedRate(FeedbackOnly):
     def act(self, observation: Observation) -> Array:
         """Return the action, shape (..., 8), in [-1, 1]."""
         angles = observation["joint_angles"]
-        feedback = FINAL_GAINS.feedback * self.spec.feedback(angles, observation["reference"])
+        reference, target = followed(observation, "reference"), followed(observation, "target")
+        feedback = FINAL_GAINS.feedback * self.spec.feedback(angles, reference)
         self._steps.append({"feedback": feedback})
-        return clip(self.spec.feedback(angles, observation["target"]) + feedback)
+        return clip(self.spec.feedback(angles, target) + feedback)

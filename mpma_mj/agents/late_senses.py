@@ -15,6 +15,7 @@ from mpma_mj.agents.plant_models import gaussian_log_likelihood
 from mpma_mj.agents.senses import Senses, Steps
 from mpma_mj.agents.state_models import StateEstimate, StateModels, state_inputs
 from mpma_mj.agents.switching import filtered, predicted
+from mpma_mj.joint_paths import nearest_turn
 from mpma_mj.kinematics import angles_from_posture, posture_from_angles
 
 __all__ = ["LateSenses", "eased_target"]
@@ -37,12 +38,16 @@ def eased_target(joint_angles: Array, reference: Array, target: Array) -> Array:
 
     Args:
         joint_angles: Expected joint angles q, shape (..., 8), rad.
-        reference: Posture that is demonstrated then, shape (..., 12).
-        target: Posture one step later, shape (..., 12).
+        reference: Posture that is demonstrated then, shape (..., 12), or joint angles, (..., 8).
+        target: Posture or joint angles one step later, of the same shape.
 
     Returns:
-        Posture of q*, shape (..., 12).
+        Posture of q*, shape (..., 12), or q* itself, (..., 8), rad.
     """
+    if reference.shape[-1] == JOINTS:
+        error = nearest_turn(reference, near=joint_angles)
+        move = nearest_turn(target, near=joint_angles + error)
+        return joint_angles + move + _CORRECTION * error
     shown = angles_from_posture(reference, near=joint_angles)
     following = angles_from_posture(target, near=shown)
     error = shown - joint_angles
@@ -149,18 +154,15 @@ class LateSenses(Senses):
             under_way = (self.delay >= j)[..., None]
             angles = np.where(under_way, following[0], angles)
             speed = np.where(under_way, following[1], speed)
-        shown = np.concatenate(
-            [observation["reference"][..., None, :], self._coming(observation)], axis=-2
-        )
-        place = self.delay[..., None, None]
-        reference = np.take_along_axis(shown, place, axis=-2)[..., 0, :]
-        target = np.take_along_axis(shown, place + 1, axis=-2)[..., 0, :]
-        late = (self.delay > 0)[..., None]
-        eased = np.where(late, eased_target(angles, reference, target), target)
-        return self._with_state(observation, angles, speed) | {
-            "reference": reference,
-            "target": eased,
-        }
+        expected = self._with_state(observation, angles, speed)
+        expected |= self._shown(observation, angles, "", self._coming(observation))
+        if "reference_angles" not in observation:
+            return expected
+        if self._anticipation is not None:  # which predicts postures
+            del expected["reference_angles"], expected["target_angles"]
+            return expected
+        coming = observation.get("lookahead_angles", observation["target_angles"][..., None, :])
+        return expected | self._shown(observation, angles, "_angles", coming)
 
     def present(self, observation: Observation) -> Observation:
         """Return the observation with the state of now, as it is estimated."""
@@ -256,6 +258,26 @@ class LateSenses(Senses):
         for part in self._parts:
             if part is not self._anticipation or part.state_dict().keys() & state.keys():
                 part.load_state_dict(state)
+
+    def _shown(
+        self, observation: Observation, angles: Array, kind: str, coming: Array
+    ) -> dict[str, Array]:
+        """Return reference and target, eased, at the time at which the next command acts.
+
+        Args:
+            observation: The observation.
+            angles: Joint angles that are expected then, shape (..., 8), rad.
+            kind: "" for postures, "_angles" for joint angles, as names end.
+            coming: Targets of the next steps, shape (..., most + 1 or more, 12 or 8).
+        """
+        now = observation[f"reference{kind}"][..., None, :]
+        shown = np.concatenate([now, coming], axis=-2)
+        place = self.delay[..., None, None]
+        reference = np.take_along_axis(shown, place, axis=-2)[..., 0, :]
+        target = np.take_along_axis(shown, place + 1, axis=-2)[..., 0, :]
+        late = (self.delay > 0)[..., None]
+        eased = np.where(late, eased_target(angles, reference, target), target)
+        return {f"reference{kind}": reference, f"target{kind}": eased}
 
     def _coming(self, observation: Observation) -> Array:
         """Return the targets of the next steps, shape (..., most + 1 or more, 12)."""

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.agents.base import AgentSpec, Observation
 from mpma_mj.agents.config import JOINTS, POSTURE, PairedConfig
+from mpma_mj.feedback import followed
 from mpma_mj.kinematics import posture_from_angles
 from mpma_mj.utils.clipping import clip
 
@@ -103,16 +104,13 @@ class ModelSpace(ABC):
             Target, shape (..., K).
         """
 
-    def hindsight(
-        self, state: Array, joint_angles: Array, action: Array, reached: Array
-    ) -> Examples | None:
+    def hindsight(self, steps: Observation, *, by_angles: bool) -> Examples | None:
         """Return exact examples of the inverse: what was reached is taken for the target.
 
         Args:
-            state: Proprioceptive states, shape (T, S).
-            joint_angles: Joint angles q, shape (T, 8), rad.
-            action: Actions u, shape (T, 8).
-            reached: Postures x_{t+1} that were reached, shape (T, 12).
+            steps: Steps of an episode, by name: `state`, `joint_angles`, `action`, `next_posture`
+                and `next_joint_angles`, each of shape (T, ...).
+            by_angles: Whether joint angles are followed, not postures.
 
         Returns:
             Inputs of the inverse models, shape (T, D); their targets u - u_fb(q_t, x_{t+1}), shape
@@ -154,7 +152,8 @@ class PostureSpace(ModelSpace):
 
     def commands(self, observation: Observation) -> tuple[Array, Array | None]:
         """Return the feedback action; the inverse models' output is the command."""
-        return self.spec.feedback(observation["joint_angles"], observation["reference"]), None
+        reference = followed(observation, "reference")
+        return self.spec.feedback(observation["joint_angles"], reference), None
 
     def inverse_input(self, state: Array, target: Array, command: Array | None) -> Array:
         """Return state and target."""
@@ -209,8 +208,8 @@ class JointSpace(ModelSpace):
     def commands(self, observation: Observation) -> tuple[Array, Array]:
         """Return feedback action and resolved-rate command, which are computed together."""
         angles = observation["joint_angles"]
-        postures = np.array([observation["reference"], observation["target"]])
-        feedback, command = self.spec.feedback(np.array([angles, angles]), postures)
+        shown = np.array([followed(observation, "reference"), followed(observation, "target")])
+        feedback, command = self.spec.feedback(np.array([angles, angles]), shown)
         return feedback, command
 
     def inverse_input(self, state: Array, target: Array, command: Array | None) -> Array:
@@ -229,13 +228,12 @@ class JointSpace(ModelSpace):
         """Return the move, [q_{t+1} - q_t] / (Δt v)."""
         return self.spec.move(before, after)
 
-    def hindsight(
-        self, state: Array, joint_angles: Array, action: Array, reached: Array
-    ) -> Examples:
+    def hindsight(self, steps: Observation, *, by_angles: bool) -> Examples:
         """Return examples of residual commands; see `ModelSpace`."""
-        command = self.spec.feedback(joint_angles, reached)
-        inputs = self.inverse_input(state, reached, command)
-        residual = action - command
+        reached = steps["next_joint_angles" if by_angles else "next_posture"]
+        command = self.spec.feedback(steps["joint_angles"], reached)
+        inputs = self.inverse_input(steps["state"], steps["next_posture"], command)
+        residual = steps["action"] - command
         return inputs, residual, np.abs(residual).max(axis=1) < _IMPOSSIBLE
 
 

@@ -27,6 +27,7 @@ from mpma_mj.agents.model_space import Before, ModelSpace, module_action
 from mpma_mj.agents.networks import NetworkFactory, RunIndex
 from mpma_mj.agents.senses import Senses
 from mpma_mj.errors import BadOptionError, StateError
+from mpma_mj.feedback import followed
 from mpma_mj.options import EfferenceCopy
 from mpma_mj.utils.clipping import clip
 
@@ -37,7 +38,7 @@ __all__ = ["PairedModels"]
 
 Array = NDArray[np.float64]
 
-_NEEDED_LAST = ("posture", "joint_angles", "joint_velocities", "reference")
+_NEEDED_LAST = ("posture", "joint_angles", "joint_velocities", "reference", "reference_angles")
 
 
 class PairedModels(Agent):
@@ -165,7 +166,8 @@ class PairedModels(Agent):
 
     def observe(self, timestep: dm_env.TimeStep) -> None:
         """Receive the outcome of the action, from which some rules learn at once."""
-        self._last = {n: timestep.observation[n].copy() for n in _NEEDED_LAST}
+        observation = timestep.observation
+        self._last = {n: observation[n].copy() for n in _NEEDED_LAST if n in observation}
         if self._rule.online and len(self._steps):
             self._rule.partial_fit(self._readouts, self._step())
 
@@ -306,8 +308,7 @@ class PairedModels(Agent):
             features["forward_features"] = self._forward.replay(run, efference)
         if predictor is not None:
             features["predictor_features"] = predictor.episode(run, modules)
-        state, angles, action = steps["state"], steps["joint_angles"], steps["action"]
-        examples = self._space.hindsight(state, angles, action, steps["next_posture"])
+        examples = self._space.hindsight(steps, by_angles="reference_angles" in self._last)
         if examples is None:
             return features | {"inverse_features": self._inverse.episode(run, modules)}
         inputs, features["desired"], features["usable"] = examples
@@ -316,7 +317,7 @@ class PairedModels(Agent):
     def _epoch(self, run: RunIndex) -> Epoch:
         """Return the steps of one run, without features."""
         steps, last = self._own_steps(run), self._last
-        feedback = self.spec.feedback(last["joint_angles"][run], last["reference"][run])
+        feedback = self.spec.feedback(last["joint_angles"][run], followed(last, "reference")[run])
         next_feedback = np.concatenate([steps["feedback"][1:], feedback[None]])
         angles, after = steps["joint_angles"], steps["next_joint_angles"]
         return Epoch.without_features(
@@ -338,7 +339,7 @@ class PairedModels(Agent):
             responsibility=responsibility,
             predictions=steps.last("predictions"),
             outcome=self._space.outcome(angles, last["joint_angles"], last["posture"]),
-            next_feedback=self.spec.feedback(last["joint_angles"], last["reference"]),
+            next_feedback=self.spec.feedback(last["joint_angles"], followed(last, "reference")),
             feedback_gain=np.asarray(self.gains.feedback),
         )
 

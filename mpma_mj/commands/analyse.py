@@ -13,7 +13,7 @@ import tyro
 from mpma_mj.commands.folders import locked_runs, write_result
 from mpma_mj.commands.run_options import Outside, OutsideClasses, RunFolders
 from mpma_mj.errors import BadOptionError
-from mpma_mj.utils.text import did_you_mean
+from mpma_mj.utils.text import did_you_mean, printable
 
 if TYPE_CHECKING:
     from mpma_mj.training.run_folder import RunFolder
@@ -52,7 +52,7 @@ class Modules:
                 write_result(folder.results_of("modules"), motion.name, analysis.as_json())
                 picture = folder.figures / "modules.png"
                 write_figure(picture, analysis, motion)
-                title = f"{folder.path}\n\n" if len(folders) > 1 else ""
+                title = f"{printable(str(folder.path))}\n\n" if len(folders) > 1 else ""
                 print(f"{title}{as_markdown(analysis)}\n")
             return picture
 

@@ -11,6 +11,7 @@ import tyro
 from mpma_mj.commands.folders import check_new_file
 from mpma_mj.commands.run_options import Reading
 from mpma_mj.envs.gl import require_backend
+from mpma_mj.motions.export import MOTION_FORMATS, export_motion
 from mpma_mj.motions.options import ReadingOptions
 
 __all__ = ["InspectMotion"]
@@ -18,7 +19,10 @@ __all__ = ["InspectMotion"]
 
 @dataclass(frozen=True)
 class InspectMotion:
-    """Inspect or convert a motion: its report as text and figures, the motion itself as a file."""
+    """Inspect or convert a motion: its report as text and figures, the motion itself as a file.
+
+    Such as mpma motion dance.c3d --out dance.bvh for animators, or --out angles.csv for a robot.
+    """
 
     motion: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="MOTION")]
     """"ymca", or a recording: C3D, BVH, AMC, TRC, TSV, CSV, npz."""
@@ -27,9 +31,10 @@ class InspectMotion:
     video: bool = False
     """Write a video of arms that follow the motion ideally, next to the page, as .mp4."""
     out: Path | None = None
-    """Write the motion as an .npz file, which all commands can read."""
+    """Write the motion: joint angles as .csv, a skeleton as .bvh, points as .trc, or .npz, which
+    also has the context. All commands can read each of them."""
     overwrite: bool = False
-    """Replace the .npz file if it exists."""
+    """Replace that file if it exists."""
     reading: Reading = ReadingOptions()
     """Options of reading the recording."""
 
@@ -37,28 +42,27 @@ class InspectMotion:
         """Inspect the motion and return the path of the page."""
         if self.video:
             require_backend()
-        check_new_file("out", self.out, (".npz",), overwrite=self.overwrite)
+        check_new_file("out", self.out, MOTION_FORMATS, overwrite=self.overwrite)
         check_new_file("picture", self.picture, (".png",), overwrite=True)
         from mpma_mj.envs.load import arm_limits
         from mpma_mj.motions.feasibility import demand_lines
         from mpma_mj.motions.loader import import_motion
-        from mpma_mj.motions.motion import save_motion
         from mpma_mj.utils.progress import show_frames
-        from mpma_mj.utils.text import as_flag
+        from mpma_mj.utils.text import printable
         from mpma_mj.visualization.episode import ideal_trace
         from mpma_mj.visualization.motion_page import write_page
         from mpma_mj.visualization.video import write_video
 
-        motion, report = import_motion(self.motion, self.reading)
-        report.emit_warnings(self.motion)
         limits = arm_limits("physics")
+        motion, report = import_motion(self.motion, self.reading, limits=limits)
+        report.emit_warnings(self.motion)
         if self.out is not None:
-            save_motion(self.out, motion)
+            export_motion(self.out, motion)
         picture = self.picture or Path(f"{motion.name}-motion.png")
-        write_page(picture, motion, report, limits[0])
-        print("\n".join([*report.lines(motion), *demand_lines(motion, *limits, as_flag)]))
+        write_page(picture, motion, report, limits.max_speed)
+        print("\n".join([*report.lines(motion), *demand_lines(motion, limits)]))
         if self.video:
             video = picture.with_suffix(".mp4")
             write_video(video, ideal_trace(motion), motion, progress=show_frames)
-            print(video)
+            print(printable(str(video)))
         return picture

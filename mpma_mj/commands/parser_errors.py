@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 
+from mpma_mj.utils.text import option_name
+
 __all__ = ["parser_error"]
 
 _RULE = re.compile(r"[─-]{8,}")
@@ -20,6 +22,7 @@ _REWORDED = {
     r"Error parsing ([^\s:]+): could not convert string to float: (.+)": (
         "{0} is {1}; expected a number"
     ),
+    _NUMBERS.format(r"FLOAT\|\{(\w+)\}"): "{0} is {2}; expected a number, or {1}",
     r"Error parsing ([^\s:]+): no type matching .+? could be instantiated from \[\]": (
         "{0} has no value; expected two numbers"
     ),
@@ -71,6 +74,11 @@ def parser_error(box: str, example: str, unused: str = "leave it out") -> str:
     command = (named[1] or named[2]) if named else "mpma"
     words = {"command": command, "name": command.removeprefix("mpma ")}
     words |= {"example": example, "unused": unused}
+    unknown = re.search(r"Unrecognized .*?options: --([a-z]+)", text)
+    if unknown and (flag := option_name(unknown[1])) != unknown[1]:
+        return (
+            f"{words['name']} has no option --{unknown[1]}, which is --{flag} on the command line"
+        )
     for pattern, reworded in _REWORDED.items():
         found = re.search(pattern, text)
         if found:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import shlex
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,7 +14,9 @@ from mpma_mj.commands.folders import check_new_file
 from mpma_mj.commands.run_options import Reading
 from mpma_mj.envs.gl import require_backend
 from mpma_mj.errors import BadOptionError, RenderingError, UnknownMotionError
+from mpma_mj.motions.export import MOTION_FORMATS, export_motion, write_joint_angles
 from mpma_mj.motions.options import ReadingOptions, given
+from mpma_mj.utils.input_files import is_web_address
 
 if TYPE_CHECKING:
     import numpy as np
@@ -32,31 +34,42 @@ _SIZES = (160, 3840), (240, 2160)  # smallest and largest width and height of a 
 
 @dataclass(frozen=True)
 class Play:
-    """Play a trained run, or arms that follow a motion ideally, in a window or as a video file."""
+    """Play a trained run, or arms that follow a motion ideally, in a window or as a file.
+
+    Such as mpma play runs/ymca --out dance.mp4 for a video, or --out joints.csv for a robot.
+    """
 
     source: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|MOTION")]
     """Folder of a run; or "ymca", or a recording: C3D, BVH, AMC, TRC, TSV, CSV, npz."""
     out: Path | None = None
-    """Video to write, in place of the window: .mp4, .gif or .webp."""
+    """File to write, in place of the window: a video as .mp4, .gif or .webp; or what the arms did,
+    as .csv with joint angles and the commands of a run, .bvh, .trc or .npz."""
     size: Annotated[str | None, tyro.conf.arg(metavar="WIDTHxHEIGHT")] = None
     """Size of the video, pixels; 640x576 if not given."""
     camera: Annotated[str | None, tyro.conf.arg(metavar="NAME")] = None
     """Camera of the video: front, side or three_quarter, or one of the run's own model; front if
     not given."""
     overwrite: bool = False
-    """Replace the video if it exists."""
+    """Replace that file if it exists."""
     reading: Reading = ReadingOptions()
     """Options of reading a recording."""
 
     def run(self) -> Path | None:
-        """Play until the window is closed, or write the video and return its path."""
-        size = self._checked_size()
-        if self.out is not None:
-            from mpma_mj.envs.frame_writer import VIDEO_FORMATS
+        """Play until the window is closed, or write the file and return its path."""
+        from mpma_mj.envs.frame_writer import VIDEO_FORMATS
 
-            check_new_file("out", self.out, VIDEO_FORMATS, overwrite=self.overwrite)
+        check_new_file("out", self.out, VIDEO_FORMATS + MOTION_FORMATS, overwrite=self.overwrite)
+        is_video = self.out is not None and self.out.suffix in VIDEO_FORMATS
+        size = self._checked_size(is_video)
+        if is_video:
             require_backend()
         trace, motion, times, options = self._of_run() if self._is_run else self._of_motion()
+        if self.out is not None and not is_video:
+            if options is None:
+                export_motion(self.out, motion)
+            else:
+                _export_run(self.out, trace, motion, options)
+            return self.out
         if self.out is not None:
             from mpma_mj.utils.progress import show_frames
             from mpma_mj.visualization.video import VIDEO_SIZE, write_video
@@ -84,15 +97,15 @@ class Play:
         )
         return None
 
-    def _checked_size(self) -> tuple[int, int] | None:
+    def _checked_size(self, is_video: bool) -> tuple[int, int] | None:
         """Return width and height of the video, None for the default.
 
         Raises:
             BadOptionError: They are no two even numbers, or too small or large; or an option of
-                videos is given for the window.
+                videos is given for something else.
         """
         for option in ("size", "camera"):
-            if self.out is None and getattr(self, option) is not None:
+            if not is_video and getattr(self, option) is not None:
                 remedy = "give {out=dance.mp4}, or turn the view in the window with the mouse"
                 raise BadOptionError(f"--{option} is for a video file", remedy=remedy)
         if self.size is None:
@@ -125,18 +138,37 @@ class Play:
         return folder.read_trace(), folder.read_motion(), None, options
 
     def _of_motion(self) -> tuple[Trace, Motion, NDArray[np.float64], None]:
+        from mpma_mj.envs.load import arm_limits
         from mpma_mj.motions import BUILT_IN
         from mpma_mj.motions.loader import import_motion
         from mpma_mj.visualization.episode import ideal_trace
 
-        if self.source not in BUILT_IN and not Path(self.source).exists():
+        known = self.source in BUILT_IN or Path(self.source).exists()
+        if not (known or is_web_address(self.source)):
             raise UnknownMotionError(
                 f"no run or motion '{self.source}'; expected the folder of a run, ymca, or the path"
                 " of a recording"
             )
-        motion, report = import_motion(self.source, self.reading)
+        motion, report = import_motion(self.source, self.reading, limits=arm_limits("physics"))
         report.emit_warnings(self.source)
         return ideal_trace(motion), motion, report.times, None
+
+
+def _export_run(path: Path, trace: Trace, motion: Motion, options: EnvironmentOptions) -> None:
+    """Write what the arms of a run did: for each step the posture in which it began.
+
+    A `.csv` has the joint angles that the arms had, and the joint velocities commanded in the step.
+    """
+    from mpma_mj.envs.load import arm_limits
+
+    if path.suffix == ".csv":
+        commands = trace.action * arm_limits(options).max_speed
+        write_joint_angles(path, trace.true_joint_angles()[:-1], motion.rate, commands)
+        return
+    source = f"arms that imitate {motion.source}"
+    posture, context = trace.posture[:-1], trace.context[:-1]
+    done = replace(motion, posture=posture, context=context, source=source, feasible_angles=None)
+    export_motion(path, done)
 
 
 def missing_opengl() -> str | None:

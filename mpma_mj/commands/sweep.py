@@ -11,6 +11,7 @@ import tyro
 from mpma_mj.agents.config import AgentConfig
 from mpma_mj.commands.run_options import Motions, RunOptions
 from mpma_mj.commands.workers import StudyWorkers, Workers
+from mpma_mj.errors import BadOptionError, placeholder
 
 __all__ = ["Sweep"]
 
@@ -43,6 +44,10 @@ class Sweep(Generic[AgentT]):
         """Train all runs, print their table and return the folder."""
         from mpma_mj.experiments import sweep
 
+        for word in self.motions:
+            if "=" in word and not Path(word).exists():
+                remedy = f"did you mean {placeholder('grid', word)}?"
+                raise BadOptionError(f"no motion '{word}'", remedy=remedy)
         base = self.options.run_config(self.motions, "sweep")
         study = sweep.Sweep(
             grid=self.grid, base=base, runs=self.runs, seed=base.seed, epochs=self.epochs

@@ -89,8 +89,9 @@ def _latency(words: Sequence[str]) -> int | tuple[int, int]:
             return first
         (second,) = others
     except ValueError:
+        found = f"'{' '.join(words)}'" if words else "no value"
         raise BadOptionError(
-            f"--latency has '{' '.join(words)}'; expected one whole number, such as 3, or a range"
+            f"--latency has {found}; expected one whole number, such as 3, or a range"
             " of two, such as 0 5",
             remedy="put motions before {latency}",
         ) from None

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj import kinematics
+from mpma_mj import joint_paths, kinematics
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.schedules import LatencySchedule, PlantSchedule
 from mpma_mj.envs.step_rules import top_speeds
@@ -34,6 +34,8 @@ class Episode:
         start: Step of the demonstration at which it starts, from 0.
         reference: Demonstrated postures with their noise, shape (T + N, 12), N being the number of
             targets beyond the last moment, which repeat its posture.
+        reference_angles: Feasible joint angles with the same noise, shape (T + N, 8), rad; None for
+            a motion without them.
         sensor_noise: Noise on the observed state of the arms, shape (T, 28): posture, joint
             angles in rad, joint velocities in rad/s; None without noise.
         perturbations: Forces on left and right hand, shape (T, 2, 3), N; None without forces.
@@ -43,6 +45,7 @@ class Episode:
 
     start: int
     reference: Array
+    reference_angles: Array | None
     sensor_noise: Array | None
     perturbations: Array | None
     plant: NDArray[np.intp] | None
@@ -65,10 +68,10 @@ class Episode:
 
     def _arrays(self) -> Iterator[tuple[str, NDArray[Any]]]:
         """Yield names and arrays, of those that there are."""
-        for name in ("reference", "sensor_noise", "perturbations", "plant", "latency"):
-            array = getattr(self, name)
-            if array is not None:
-                yield name, array
+        for field in dataclasses.fields(self):
+            array = getattr(self, field.name)
+            if isinstance(array, np.ndarray):
+                yield field.name, array
 
 
 class Demonstration:
@@ -90,7 +93,7 @@ class Demonstration:
         self._plants = PlantSchedule(options, motion.rate)
         self._latencies = LatencySchedule(options, motion.rate)
         repeats = options.repeats
-        self._clean, self.context = repeat(motion, repeats, max_joint_speed)
+        self._clean, self.context, self._feasible = repeat(motion, repeats, max_joint_speed)
         between = len(self._clean) - repeats * len(motion)  # postures of all return moves
         self.period = len(motion) + between // max(repeats - 1, 1)
         turn = 2.0 * np.pi * np.arange(len(self._clean)) / self.period
@@ -112,9 +115,11 @@ class Demonstration:
         start = 0
         if options.random_start:
             start = int(stream(seed, "start", number).integers(self.steps))
+        reference, angles = self._with_noise(stream(seed, "demonstration", number))
         return Episode(
             start=start,
-            reference=self._with_noise(stream(seed, "demonstration", number)),
+            reference=reference,
+            reference_angles=angles,
             sensor_noise=self._sensor_noise(seed, number),
             perturbations=self._draw_perturbations(seed, number),
             plant=self._plants.draw(seed, number, start, len(self._clean)),
@@ -129,20 +134,47 @@ class Demonstration:
         velocity = (after - now) * self.motion.rate
         return now, np.clip(velocity, -self._top_speeds, self._top_speeds)
 
+    @property
+    def has_angles(self) -> bool:
+        """Whether the motion has feasible joint angles, which are demonstrated, too."""
+        return self._feasible is not None
+
     @functools.cached_property
     def _first_angles(self) -> Array:
+        if self._feasible is not None:
+            return self._feasible[0]
         return kinematics.angles_from_posture(self._clean[0], near=np.zeros(8))
 
     @functools.cached_property
     def _angles(self) -> Array:
-        return kinematics.continuous_angles(self._clean, self._first_angles)
+        if self._feasible is not None:
+            return self._feasible
+        return joint_paths.continuous_angles(self._clean, self._first_angles)
 
-    def _with_noise(self, rng: np.random.Generator) -> Array:
+    def _with_noise(self, rng: np.random.Generator) -> tuple[Array, Array | None]:
+        """Draw the noise of the demonstration.
+
+        Where the motion has feasible joint angles, noise is drawn on them, since near a singular
+        pose noise on the posture would be a large one on the angles; the posture then moves as the
+        angles move theirs.
+        """
         vectors = self._clean.reshape(-1, 4, 3)
-        vectors = vectors + self._options.reference_noise * rng.standard_normal(vectors.shape)
+        angles = self._feasible
+        if angles is None:
+            vectors = vectors + self._options.reference_noise * rng.standard_normal(vectors.shape)
+        else:
+            still = kinematics.posture_from_angles(angles)
+            angles = angles + self._options.reference_noise * rng.standard_normal(angles.shape)
+            moved = kinematics.posture_from_angles(angles) - still
+            vectors = vectors + moved.reshape(vectors.shape)
+            angles = self._with_end(angles)
         vectors /= np.linalg.norm(vectors, axis=-1, keepdims=True)
-        beyond = np.repeat(vectors[-1:], max(1, self._options.lookahead), axis=0)
-        return np.concatenate([vectors, beyond]).reshape(-1, 12)
+        return self._with_end(vectors.reshape(-1, 12)), angles
+
+    def _with_end(self, rows: Array) -> Array:
+        """Return rows with the last one repeated, as often as targets are observed beyond it."""
+        beyond = max(1, self._options.lookahead)
+        return np.concatenate([rows, np.repeat(rows[-1:], beyond, axis=0)])
 
     def _sensor_noise(self, seed: int, number: int) -> Array | None:
         if self._options.observation_noise == 0.0:

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Mapping
 from pathlib import Path
 
-import numpy as np
 from dm_control.rl import control
-from numpy.typing import NDArray
 
 from mpma_mj.envs.model_validation import check_geometry
 from mpma_mj.envs.options import EnvironmentOptions, check_seed, options_among
 from mpma_mj.envs.physics import KinematicArms, PhysicsArms
 from mpma_mj.envs.plants import PlantsLike
 from mpma_mj.envs.task import TwoArmImitation
-from mpma_mj.errors import BadOptionError
+from mpma_mj.errors import BadOptionError, RecordingWarning
 from mpma_mj.motions import Motion, read_motion
-from mpma_mj.motions.feasibility import check_feasibility, check_ranges
+from mpma_mj.motions.feasibility import JointLimits
+from mpma_mj.motions.feasible_motion import feasible
 from mpma_mj.options import Arms
 
 __all__: list[str] = ["arm_limits", "load", "make_environment", "prepare"]
@@ -68,7 +68,7 @@ def load(  # noqa: D417 # the fields of `EnvironmentOptions` are documented ther
 
     Raises:
         BadOptionError: An option is out of bounds, or contradicts another.
-        MpmaError: The motion cannot be read, or is faster than the arms.
+        MpmaError: The motion cannot be read.
     """
     return make_environment(motion, options_among(locals()), seed)
 
@@ -86,35 +86,36 @@ def make_environment(
 def prepare(
     motion: Motion | str | Path, options: EnvironmentOptions
 ) -> tuple[Motion, PhysicsArms, int]:
-    """Return the motion, arms that can follow it, and the physics steps of a control step.
+    """Return a motion that arms can follow, the arms, and the physics steps of a control step.
 
-    Motion, options and errors are those of `load`.
+    Where the motion demands more than the arms have, a warning says what is changed. Motion,
+    options and errors are those of `load`.
     """
     motion = _read(motion, options.control_timestep)
     physics = _KINDS[options.arms].make(options)
     if options.model is not None:
         check_geometry(Path(options.model), physics)
-    check_feasibility(motion, physics.max_joint_speed, physics.max_elbow)
-    if options.model is not None:
-        check_ranges(motion, *physics.joint_range)
+    motion, change = feasible(motion, _limits(physics))
+    if change is not None:
+        warnings.warn(RecordingWarning(f"{motion.name}: {change}"), stacklevel=4)
     return motion, physics, _physics_steps(motion.rate, physics.timestep())
 
 
-def arm_limits(arms: Arms | EnvironmentOptions) -> tuple[NDArray[np.float64], float]:
-    """Return the limits of an environment's arms.
+def arm_limits(arms: Arms | EnvironmentOptions) -> JointLimits:
+    """Return the limits of the joints of an environment's arms.
 
     Args:
         arms: Options of the environment; "physics" or "kinematic" are the package's arms.
-
-    Returns:
-        Top speed of each joint, shape (8,), rad/s, and greatest elbow flexion, rad.
 
     Raises:
         BadOptionError: A user's model cannot be read, or is incomplete.
     """
     options = arms if isinstance(arms, EnvironmentOptions) else EnvironmentOptions(arms=arms)
-    physics = _KINDS[options.arms].make(options)
-    return physics.max_joint_speed, physics.max_elbow
+    return _limits(_KINDS[options.arms].make(options))
+
+
+def _limits(physics: PhysicsArms) -> JointLimits:
+    return JointLimits(physics.max_joint_speed, *physics.joint_range)
 
 
 def _physics_steps(rate: float, timestep: float) -> int:

@@ -46,8 +46,12 @@ class Observer:
             "context": self._context.shape[1:],
             **{"joint_angles": (8,), "joint_velocities": (8,)},
         }
+        if demonstration.has_angles:
+            self.shapes |= {"reference_angles": (8,), "target_angles": (8,)}
         if self._lookahead:
             self.shapes["lookahead"] = (self._lookahead, 12)
+            if demonstration.has_angles:
+                self.shapes["lookahead_angles"] = (self._lookahead, 8)
         if self._shows_phase:
             self.shapes["phase"] = (2,)
 
@@ -84,12 +88,21 @@ class Observer:
             "joint_angles": joint_angles,
             "joint_velocities": joint_velocities,
         }
+        if episode.reference_angles is not None:
+            observation["reference_angles"] = episode.reference_angles[now].copy()
+            observation["target_angles"] = episode.reference_angles[after].copy()
         if self._lookahead:
-            windows = sliding_window_view(episode.reference, self._lookahead, axis=-2)
-            observation["lookahead"] = np.moveaxis(windows[after], -1, -2).copy()
+            observation["lookahead"] = self._ahead(episode.reference, after)
+            if episode.reference_angles is not None:
+                observation["lookahead_angles"] = self._ahead(episode.reference_angles, after)
         if self._shows_phase:
             observation["phase"] = self._phase[step].copy()
         return observation
+
+    def _ahead(self, shown: Array, after: tuple[Any, ...]) -> Array:
+        """Return the next targets, shape (..., N, 12 or 8), from an index on."""
+        windows = sliding_window_view(shown, self._lookahead, axis=-2)
+        return np.moveaxis(windows[after], -1, -2).copy()
 
 
 def action_space() -> spaces.Box[np.float32]:

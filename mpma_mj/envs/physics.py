@@ -92,11 +92,6 @@ class PhysicsArms(dm_mujoco.Physics):
         low, high = np.array([joint.range for joint in joints]).T
         return np.where(limited, low, -np.inf), np.where(limited, high, np.inf)
 
-    @property
-    def max_elbow(self) -> float:
-        """Greatest elbow flexion, rad."""
-        return float(self.joint_range[1][3::4].min())
-
     @functools.cached_property
     def segment_lengths(self) -> Array:
         """Lengths of the four segments, shape (4,), m, in the order of `SEGMENT_NAMES`."""

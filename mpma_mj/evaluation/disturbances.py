@@ -13,7 +13,7 @@ from typing import Any
 
 from mpma_mj.envs.load import prepare
 from mpma_mj.envs.options import FIELDS_OF_PLANTS, MASS_OPTIONS, EnvironmentOptions
-from mpma_mj.errors import BadOptionError, InfeasibleMotionError, MotionFileError, MpmaError
+from mpma_mj.errors import BadOptionError, MotionFileError
 from mpma_mj.evaluation.evaluate import EvalCondition
 from mpma_mj.kinematics import JOINT_NAMES
 from mpma_mj.motions import BUILT_IN, Motion, read_motion
@@ -170,12 +170,12 @@ class DisturbanceLevel:
     Attributes:
         disturbance: Name of the disturbance.
         level: The level.
-        condition: The condition at that level; None where it is beyond the arms.
+        condition: The condition at that level.
     """
 
     disturbance: str
     level: Level
-    condition: EvalCondition | None
+    condition: EvalCondition
 
 
 def shown(level: Level) -> str:
@@ -204,7 +204,7 @@ def disturbance_levels(
 
     Raises:
         MpmaError: There is no such disturbance, a level is out of bounds, or an unseen motion
-            cannot be read, was learned, or is too fast for the arms.
+            cannot be read, or was learned.
     """
     possible = (d.name for d in DISTURBANCES.values() if arms == "physics" or not d.needs_mass)
     chosen = [_disturbance(name) for name in dict.fromkeys(disturbances or possible)]
@@ -257,8 +257,8 @@ def _unseen_motions(config: RunConfig) -> Sequence[str]:
 
 def _condition(
     disturbance: Disturbance, level: Level, config: RunConfig, undisturbed: EvalCondition
-) -> EvalCondition | None:
-    """Return the condition of a level; None where the arms cannot follow the learned motion."""
+) -> EvalCondition:
+    """Return the condition of a level, with a motion that the arms can follow."""
     name = f"{disturbance.name} {shown(level)}"
     unseen = disturbance.name == "unseen"
     learned = [Path(motion).resolve() for motion in config.motions]
@@ -269,22 +269,14 @@ def _condition(
         same = all(value == _DEFAULTS[option] for option, value in changed.items())
         if motion is undisturbed.motion and same:
             return undisturbed
-        condition = EvalCondition(name, motion, {**undisturbed.options, **changed})
-        prepare(motion, dataclasses.replace(config.env, **condition.options))
+        options = {**undisturbed.options, **changed}
+        motion, _, _ = prepare(motion, dataclasses.replace(config.env, **options))
     except BadOptionError as error:
         # As text, since options of environments and motions are none of an evaluation.
         raise BadOptionError(f"{name}: {error}") from None
     except MotionFileError as error:
-        raise _advise_writing(error) from None
-    except InfeasibleMotionError as error:
-        if not unseen:
-            return None
-        raise _advise_writing(error) from None
-    return condition
-
-
-def _advise_writing(error: MpmaError) -> MpmaError:
-    """Return an error whose remedy, an option of reading, is given to `mpma motion`."""
-    writes = "mpma motion, with that and {out=FILE.npz}, writes such a motion"
-    error.remedy = f"{error.remedy}: {writes}" if error.remedy else writes
-    return error
+        # Its remedy, an option of reading, is given to `mpma motion`.
+        writes = "mpma motion, with that and {out=FILE.npz}, writes such a motion"
+        error.remedy = f"{error.remedy}: {writes}" if error.remedy else writes
+        raise
+    return EvalCondition(name, motion, options)

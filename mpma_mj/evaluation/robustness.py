@@ -33,7 +33,7 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
-Outcome = Literal["completed", "diverged", "beyond the arms"]
+Outcome = Literal["completed", "diverged"]
 Episodes = tuple[float, tuple[float, ...]]  # p_e without learning, and of epochs of fine-tuning
 
 RECOVERED = 1.0
@@ -90,13 +90,10 @@ def evaluate_levels(
     results = []
     for number in progress(range(len(levels))):
         condition = levels[number].condition
-        if condition is not None and condition not in p_es:
+        if condition not in p_es:
             p_es[condition] = _p_e(trained, condition, epochs)
         for row, seed in enumerate(trained.seeds):
             name = (agent, seed, levels[number].disturbance, levels[number].level)
-            if condition is None:
-                results.append(LevelResult(*name, "beyond the arms", None, {}))
-                continue
             p_e, course = (_or_none(values[..., row]) for values in p_es[condition])
             outcome: Outcome = "diverged" if p_e[0] is None else "completed"
             fine_tuned = {str(epoch): value for epoch, value in enumerate(course)}
@@ -148,8 +145,7 @@ class Robustness:
     Attributes:
         results: The results in the order of agents, seeds, disturbances and levels.
         agents: Names of the agents.
-        levels: Levels of each disturbance, by its name, but for those beyond the arms.
-        beyond: Levels of each disturbance that are beyond the arms.
+        levels: Levels of each disturbance, by its name.
         epochs: Number of epochs of fine-tuning; 0 for none.
     """
 
@@ -168,13 +164,10 @@ class Robustness:
         )
         self.agents, self.epochs = tuple(agents), epochs
         self.levels: dict[str, list[Level]] = {}
-        self.beyond: dict[str, list[Level]] = {}
         for one in self.results:
-            within = self.levels.setdefault(one.disturbance, [])
-            beyond = self.beyond.setdefault(one.disturbance, [])
-            kind = beyond if one.outcome == "beyond the arms" else within
-            if one.level not in kind:
-                kind.append(one.level)
+            levels = self.levels.setdefault(one.disturbance, [])
+            if one.level not in levels:
+                levels.append(one.level)
         if len(self.levels.get("unseen", ())) > 1:
             self.levels["unseen"].append(MEAN)
 
@@ -276,10 +269,6 @@ def _table(
         rows += [
             [title, shown(level), *(cell(agent, name, level) for agent in agents)]
             for level in levels
-        ]
-        rows += [
-            [title, shown(level), *("beyond the arms" for _ in agents)]
-            for level in robustness.beyond[name]
         ]
     return markdown_table(["disturbance", "level", *agents], rows)
 

@@ -109,9 +109,9 @@ def _draw(
         for cross in axis.plot(lost, np.ones(len(lost)), "x", color=colour, transform=edge):
             cross.set(clip_on=False, in_layout=False)
     if disturbance.is_ordered:
-        ticks = [float(level) for level in (*levels, *robustness.beyond[name])]
+        ticks = [float(level) for level in levels]
         axis.set_xticks(ticks, [f"{level:g}" for level in ticks])
-        _order(axis, disturbance, robustness.beyond[name])
+        _order(axis, disturbance)
     else:
         axis.set_xticks(range(len(levels)), [_on_lines(level) for level in levels])
         axis.set_xlim(-0.5, len(levels) - 0.5)
@@ -127,25 +127,11 @@ def _draw(
     axis.spines[["top", "right"]].set_visible(False)
 
 
-def _order(axis: Axes, disturbance: Disturbance, beyond: Sequence[Level]) -> None:
-    """Order the levels from easy to hard, and mark those beyond the arms."""
+def _order(axis: Axes, disturbance: Disturbance) -> None:
+    """Order the levels from easy to hard."""
     first, *_, last = map(float, disturbance.levels)
     if first > last:
         axis.invert_xaxis()
-    for level in beyond:
-        axis.axvline(float(level), color="0.6", linestyle=":")
-        axis.annotate(
-            "beyond the arms",
-            (float(level), 0.5),
-            xycoords=("data", "axes fraction"),
-            xytext=(-3, 0),
-            textcoords="offset points",
-            rotation=90,
-            ha="right",
-            va="center",
-            fontsize="small",
-            color="0.4",
-        )
 
 
 def _on_lines(level: Level) -> str:

@@ -73,7 +73,6 @@ class Unseen(ImitationStudy):
     def jobs(self) -> list[ImitationJob]:
         """Return a job for each left-out motion and agent; errors as of `Study`."""
         from mpma_mj.envs.load import arm_limits
-        from mpma_mj.motions.feasibility import check_feasibility
         from mpma_mj.motions.transforms import join
         from mpma_mj.training.dataset import read_motions
 
@@ -81,11 +80,9 @@ class Unseen(ImitationStudy):
         base = RunConfig.of(*sources, arms=self.arms, repeats=1, seed=self.seed)
         limits = arm_limits(base.env)
         motions = [read_motions(base.replace(motions=(source,))) for source in sources]
-        for motion in motions:
-            check_feasibility(motion, *limits)
         jobs = []
         for source, unseen, condition in zip(sources, motions, self.conditions(), strict=True):
-            learned = join([motion for motion in motions if motion is not unseen], limits[0])
+            learned = join([motion for motion in motions if motion is not unseen], limits.max_speed)
             others = base.replace(motions=tuple(one for one in sources if one != source))
             jobs += [
                 ImitationJob(

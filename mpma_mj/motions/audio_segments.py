@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.context import Span
 from mpma_mj.errors import BadOptionError, MotionFileError
+from mpma_mj.utils.input_files import file_problem
 
 __all__ = ["bars", "sections"]
 
@@ -26,6 +27,7 @@ _LEAD = 1.0  # s of silence in front, without which the first beat is found too 
 _BEATS = 4  # of a bar (choice)
 _SHORTEST = 1.0  # s: a bar at 240 beats a minute (choice)
 _WHOLE = 0.99  # share of the samples that a header promises; that of an MP3 is rough (choice)
+_LARGEST = 1_000_000_000  # bytes: an hour of sound, all of which is held in memory (choice)
 _SILENCE = 1e-4  # loudest sample, of 1 (choice)
 _FEWEST_BARS = 3  # of a section (choice)
 _MOST_PARTS = 24  # that the music is cut into (choice)
@@ -87,6 +89,8 @@ def sections(path: Path) -> tuple[Span, ...]:
 
 def _read(path: Path) -> Samples:
     """Read an audio file as mono samples at `_RATE`, shape (S,)."""
+    if problem := file_problem(path, largest=_LARGEST):
+        raise MotionFileError(f"{path}: {problem}")
     try:
         import librosa
         import soundfile
@@ -96,15 +100,8 @@ def _read(path: Path) -> Samples:
             " -e '.[audio]'"
         ) from None
     try:
-        if not path.is_file():
-            problem = "is not a file" if path.exists() else "no such file"
-            raise MotionFileError(f"{path}: {problem}; give the path of an audio file")
-        # Opened here: libsndfile does not report the reason, and takes no name but UTF-8.
-        opened = path.open("rb")
-    except OSError as error:
-        raise MotionFileError(f"{path}: cannot be read ({error.strerror})") from None
-    try:
-        with opened, _silenced(), soundfile.SoundFile(opened) as file:
+        # Opened here: libsndfile takes no name but UTF-8.
+        with path.open("rb") as opened, _silenced(), soundfile.SoundFile(opened) as file:
             promised, rate, notes = file.frames, float(file.samplerate), file.extra_info
             channels = file.read(dtype="float32", always_2d=True)
     except (soundfile.SoundFileError, TypeError):  # TypeError: a name that ends in .raw

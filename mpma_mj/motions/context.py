@@ -16,6 +16,7 @@ from mpma_mj.motions import audio_segments
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.motions.readers.text import TextFile, is_number
+from mpma_mj.utils.input_files import SMALL_FILE, file_problem
 
 __all__ = ["change_points", "label_motion", "read_labels"]
 
@@ -119,10 +120,9 @@ def read_labels(path: Path) -> tuple[Span, ...]:
         MotionFileError: The file cannot be read, or a row is not as it should be; names the
             line.
     """
-    try:
-        file = TextFile.open(path)
-    except OSError as error:
-        raise MotionFileError(f"{path}: cannot be read ({error.strerror})") from None
+    if problem := file_problem(path, largest=SMALL_FILE):
+        raise MotionFileError(f"{path}: {problem}")
+    file = TextFile.open(path)
     if file is None:
         raise MotionFileError(
             f"{path}: is not a text file; expected rows of start,end,label in seconds"

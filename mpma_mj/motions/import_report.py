@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.errors import RecordingWarning
+from mpma_mj.errors import RecordingWarning, printable
 from mpma_mj.motions.mapping import Groups
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ class ImportReport:
 
     def note(self, step: str) -> None:
         """Add a step."""
-        self.steps.append(step)
+        self.steps.append(printable(step))
 
     def warn(self, warning: str, *, remedy: str = "") -> None:
         """Add a warning.

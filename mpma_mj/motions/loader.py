@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 import math
-import os
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from mpma_mj.errors import BadOptionError, MotionFileError, UnknownMotionError
+from mpma_mj.errors import (
+    BadOptionError,
+    InfeasibleMotionError,
+    MotionFileError,
+    UnknownMotionError,
+)
 from mpma_mj.motions.body import ARM_POINTS, posture_from_points
 from mpma_mj.motions.cleaning import clean
 from mpma_mj.motions.cleaning.trajectories import Trajectories
 from mpma_mj.motions.context import label_motion
+from mpma_mj.motions.feasibility import JointLimits
+from mpma_mj.motions.feasible_motion import feasible, feasible_tempo
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.mapping import parse_mapping
 from mpma_mj.motions.marker_sets import choose_markers, facing_markers
@@ -25,6 +31,7 @@ from mpma_mj.motions.readers.recognise import open_recording
 from mpma_mj.motions.readers.recording import Recording
 from mpma_mj.motions.synthetic import BUILT_IN, SYNTHETIC_MOTIONS
 from mpma_mj.motions.transforms import at_rate, close_loop
+from mpma_mj.utils.input_files import FOLDER, MISSING, file_problem
 
 __all__ = ["ImportedMotion", "import_motion", "read_motion", "refuse_run"]
 
@@ -46,7 +53,13 @@ class ImportedMotion(NamedTuple):
     report: ImportReport
 
 
-def read_motion(source: str | Path, *, rate: float = _RATE, **options: Any) -> Motion:
+def read_motion(
+    source: str | Path,
+    *,
+    rate: float = _RATE,
+    limits: JointLimits | None = None,
+    **options: Any,
+) -> Motion:
     """Read a motion: a built-in one by name, or a recording by its file.
 
     A `RecordingWarning` is issued for everything that may be wrong with a recording.
@@ -55,6 +68,9 @@ def read_motion(source: str | Path, *, rate: float = _RATE, **options: Any) -> M
         source: "ymca", "synthetic", or the path of a recording: C3D, BVH, ASF/AMC, TRC, Qualisys
             TSV, a table with a header, or npz.
         rate: Requested postures per second, Hz.
+        limits: Limits of the arms that are to follow it, as `arm_limits` returns them; then the
+            motion is made feasible (see `feasible`), or refused with strict=True. If not given, an
+            environment does so later.
         **options: The fields of `ReadingOptions`, such as tempo=0.5 or max_gap=0.3.
 
     Returns:
@@ -69,13 +85,17 @@ def read_motion(source: str | Path, *, rate: float = _RATE, **options: Any) -> M
     unknown = [name for name in options if name not in known]
     if unknown:
         raise BadOptionError(f"no option {unknown[0]}; expected {', '.join(known)}")
-    motion, report = import_motion(source, ReadingOptions(**options), rate=rate)
+    motion, report = import_motion(source, ReadingOptions(**options), rate=rate, limits=limits)
     report.emit_warnings(source)
     return motion
 
 
 def import_motion(
-    source: str | Path, options: ReadingOptions, *, rate: float = _RATE
+    source: str | Path,
+    options: ReadingOptions,
+    *,
+    rate: float = _RATE,
+    limits: JointLimits | None = None,
 ) -> ImportedMotion:
     """Read a motion, and report what was found and done.
 
@@ -83,23 +103,57 @@ def import_motion(
         source: As for `read_motion`.
         options: How to read it.
         rate: Requested postures per second, Hz.
+        limits: As for `read_motion`; options `strict` and `tempo="auto"` need them.
 
     Raises:
+        InfeasibleMotionError: The arms cannot follow the motion, and `strict` is given; or they
+            cannot at any tempo that is looked for.
         MpmaError: As for `read_motion`.
     """
     options.check()
     if not _RATES[0] <= rate <= _RATES[1]:
         expected = f"{_RATES[0]:g} to {_RATES[1]:g} Hz"
         raise BadOptionError(option="rate", value=rate, expected=expected)
+    if limits is None:
+        if options.strict or options.tempo == "auto":
+            needy = "strict" if options.strict else "tempo=auto"
+            raise BadOptionError(
+                f"the limits of the arms are needed for {needy}",
+                remedy="give them with {limits=arm_limits(...)}",
+            )
+        return _import(source, options, rate)
+    if options.tempo == "auto":
+        tempo = feasible_tempo(lambda tempo: _at_tempo(source, options, rate, tempo).motion, limits)
+        imported = _at_tempo(source, options, rate, tempo)
+        imported.report.note(f"tempo {tempo:g}, at which the arms need no change")
+    else:
+        imported = _import(source, options, rate)
+    motion, change = feasible(imported.motion, limits)
+    if change is not None and options.strict:
+        raise InfeasibleMotionError(f"{source}: {change}", remedy="leave out {strict}")
+    if change is not None:
+        imported.report.warn(str(change), remedy="{strict} refuses such a motion")
+    return ImportedMotion(motion, imported.report)
+
+
+def _at_tempo(
+    source: str | Path, options: ReadingOptions, rate: float, tempo: float
+) -> ImportedMotion:
+    return _import(source, replace(options, tempo=tempo), rate)
+
+
+def _import(source: str | Path, options: ReadingOptions, rate: float) -> ImportedMotion:
+    """Read a motion as it is, whether arms can follow it or not; see `import_motion`."""
     report = ImportReport()
+    tempo = options.own_tempo
     if str(source) in BUILT_IN:
-        motion = BUILT_IN[str(source)](rate, options.tempo)
+        motion = BUILT_IN[str(source)](rate, tempo)
         return _import_arms(motion, "built in", options, report)
     path = Path(source)
-    _check_file(path)
+    _check_file(source)
     stored = load_motion(path)
     if stored is not None:
-        return _import_arms(at_rate(stored, rate, options.tempo), "npz", options, report)
+        return _import_arms(at_rate(stored, rate, tempo), "npz", options, report)
     skeleton = None if options.skeleton is None else Path(options.skeleton)
     recording = open_recording(path, report, skeleton=skeleton)
     return _import_recording(recording, options, rate, report)
@@ -148,10 +202,13 @@ def _import_recording(
     if options.loop:
         posture = close_loop(posture, rate)
     begins = trajectories.first / own_rate
-    report.times = begins + np.arange(len(posture)) / rate * options.tempo
+    report.times = begins + np.arange(len(posture)) / rate * options.own_tempo
     context, labels = label_motion(posture, report.times, recording.spans, options, path, report)
     source = f"{recording.format} recording {path.name}"
-    motion = Motion(posture, context, labels, rate, path.stem, source, options.tempo)
+    tempo = options.own_tempo
+    motion = Motion(
+        posture, context, labels, rate, path.stem, source, tempo, float(report.times[0])
+    )
     return ImportedMotion(motion, report)
 
 
@@ -176,13 +233,16 @@ def _import_arms(
             f"{motion.name} is a complete motion",
             remedy=f"leave out {{{min(useless)}}}, which is for recordings",
         )
-    times = np.arange(len(motion)) / motion.rate * options.tempo
+    times = motion.start + np.arange(len(motion)) / motion.rate * options.own_tempo
     start, end = options.start or 0.0, math.inf if options.end is None else options.end
+    if start >= times[-1]:
+        expected = f"less, as {motion.name} lasts {times[-1]:.2f} s"
+        raise BadOptionError(option="start", value=start, expected=expected)
     kept = (times >= start) & (times < end)
     if kept.sum() < 2:
         raise BadOptionError(
-            f"from {start:g} to {end:g} s {motion.name}, which lasts {times[-1]:.2f} s, has"
-            f" {kept.sum()} postures; give a longer time"
+            f"{motion.name} has {kept.sum()} posture(s) from {start:g} to"
+            f" {min(end, times[-1]):g} s; give a longer time"
         )
     if options.end is not None and end > times[-1] + 1.0 / motion.rate:
         report.warn(
@@ -200,7 +260,17 @@ def _import_arms(
         # Labels whose frames were all cut off are left out.
         present = np.flatnonzero(context.any(axis=0) | ~motion.context.any(axis=0))
         context, labels = context[:, present], tuple(motion.labels[i] for i in present)
-    motion = replace(motion, posture=posture, context=context, labels=labels)
+    angles = motion.feasible_angles
+    if angles is not None:
+        angles = None if options.loop else angles[kept]
+    motion = replace(
+        motion,
+        posture=posture,
+        context=context,
+        labels=labels,
+        start=float(report.times[0]),
+        feasible_angles=angles,
+    )
     return ImportedMotion(motion, report)
 
 
@@ -231,18 +301,16 @@ def refuse_run(folder: Path) -> None:
         )
 
 
-def _check_file(path: Path) -> None:
-    if not path.exists():
-        if path.suffix or len(path.parts) > 1:
-            raise UnknownMotionError(f"{path}: no such file; give the path of a recording")
+def _check_file(source: str | Path) -> None:
+    problem, path = file_problem(source), Path(source)
+    if problem == FOLDER:
+        refuse_run(path)
+    if problem == MISSING and not path.suffix and len(path.parts) == 1:
         raise UnknownMotionError(
             f"no motion '{path}'; expected ymca, synthetic, synthetic-1 to"
             f" synthetic-{SYNTHETIC_MOTIONS}, or the path of a recording"
         )
-    if path.is_dir():
-        refuse_run(path)
-        raise MotionFileError(f"{path}: is a folder; give the path of a recording in it")
-    if not path.is_file():
-        raise MotionFileError(f"{path}: is not a file; give the path of a recording")
-    if not os.access(path, os.R_OK):
-        raise MotionFileError(f"{path}: cannot be read; check its permissions")
+    if problem:
+        raise (UnknownMotionError if problem == MISSING else MotionFileError)(
+            f"{source}: {problem}"
+        )

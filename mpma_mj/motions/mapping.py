@@ -8,6 +8,7 @@ from pathlib import Path
 
 from mpma_mj.errors import BadOptionError, placeholder
 from mpma_mj.motions.body import ARM_POINTS, TORSO_POINTS
+from mpma_mj.utils.input_files import SMALL_FILE, file_problem
 
 __all__ = ["Groups", "mapping_option", "parse_mapping"]
 
@@ -46,11 +47,10 @@ def mapping_option(groups: Groups) -> str:
 
 
 def _read_toml(path: Path) -> Iterator[tuple[str, tuple[str, ...]]]:
+    if problem := file_problem(path, largest=SMALL_FILE):
+        raise BadOptionError(f"names {path}: {problem}", option="map")
     try:
         content = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        problem = f"names {path}, which cannot be read ({error.strerror})"
-        raise BadOptionError(problem, option="map") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         problem = f"names {path}, which is not a TOML file ({error})"
         raise BadOptionError(problem, option="map") from None

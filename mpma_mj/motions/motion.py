@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj import kinematics
+from mpma_mj import joint_paths
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.readers.npz import is_archive, read_archive
 from mpma_mj.utils.atomic_files import atomic_write
@@ -37,6 +37,9 @@ class Motion:
         name: Short name, used for folders and titles.
         source: Where the motion comes from, one sentence.
         tempo: Speed relative to the original.
+        start: Where it begins in the recording, s.
+        feasible_angles: Joint angles of the closest motion that arms can follow, shape (T, 8), rad;
+            None for a motion that needs no change. See `feasible`.
 
     Raises:
         MotionFileError: Shapes do not fit, a value is not finite, a vector has not length 1,
@@ -50,6 +53,8 @@ class Motion:
     name: str
     source: str
     tempo: float = 1.0
+    start: float = 0.0
+    feasible_angles: Array | None = None
 
     def __repr__(self) -> str:
         """Return name and length in one line, without the arrays."""
@@ -71,6 +76,8 @@ class Motion:
                 " least two; record for longer"
             )
         expected = {"posture": (frames, 12), "context": (frames, len(self.labels))}
+        if self.feasible_angles is not None:
+            expected["feasible_angles"] = (frames, 8)
         for field, shape in expected.items():
             value = np.array(getattr(self, field), np.float64)  # a copy, which stays as it is
             value.setflags(write=False)
@@ -93,10 +100,20 @@ class Motion:
 
     @functools.cached_property
     def joint_angles(self) -> Array:
-        """Joint angles that hold the postures, without jumps between branches, (T, 8), rad."""
-        angles = kinematics.continuous_angles(self.posture)
+        """Joint angles, without jumps between branches, (T, 8), rad.
+
+        Those of a feasible motion; else those that hold the postures, see
+        `joint_paths.held_angles`.
+        """
+        if self.feasible_angles is not None:
+            return self.feasible_angles
+        angles = joint_paths.held_angles(self.posture)
         angles.setflags(write=False)
         return angles
+
+    def time(self, step: int) -> float:
+        """Return the time of a step in the recording, s."""
+        return self.start + step / self.rate * self.tempo
 
     @property
     def duration(self) -> float:
@@ -111,7 +128,7 @@ def save_motion(path: Path, motion: Motion) -> None:
         RunFolderError: The file cannot be written.
     """
     named = {field.name: getattr(motion, field.name) for field in dataclasses.fields(motion)}
-    arrays: dict[str, Any] = {name: np.asarray(value) for name, value in named.items()}
+    arrays: dict[str, Any] = {n: np.asarray(v) for n, v in named.items() if v is not None}
     arrays["format"] = np.array(FORMAT)
     with atomic_write(path) as temporary:
         np.savez(temporary, **arrays)
@@ -151,6 +168,8 @@ def load_motion(path: Path) -> Motion | None:
             str(arrays.get("name", path.stem)),
             str(arrays.get("source", path.name)),
             tempo,
+            float(arrays.get("start", 0.0)),
+            arrays.get("feasible_angles"),
         )
     except KeyError as error:
         raise MotionFileError(f"{path}: lacks {error.args[0]}; add it as an array") from None

@@ -38,7 +38,10 @@ class ReadingOptions:
         repair: Bridge single frames in which a marker jumps away and back.
         other_arm: What the other arm does in a recording of one arm: hang, or mirror that one.
         cutoff: Cut-off frequency of the low-pass filter, Hz; from the data if not given.
-        tempo: Speed relative to the original; 0.5 takes twice as long.
+        tempo: Speed relative to the original; 0.5 takes twice as long; "auto" is the fastest,
+            up to 1, at which the arms can follow the motion as it is.
+        strict: Refuse a motion that the arms cannot follow, instead of changing it as little as
+            possible.
         loop: Bend the end of the motion so that it leads into its start.
         context: What labels the motion: equal parts, changes found in the motion, events in
             a C3D, bars or repeated sections of the audio. By default the labels or the bars if
@@ -61,7 +64,8 @@ class ReadingOptions:
     repair: bool = False
     other_arm: OtherArm | None = None
     cutoff: Annotated[float, Bounds(0.0, 1e6, above=True, hint="Hz")] | None = None
-    tempo: Annotated[float, _TEMPO] = 1.0
+    tempo: Annotated[float, _TEMPO] | Literal["auto"] = 1.0
+    strict: bool = False
     loop: bool = False
     context: ContextName = "auto"
     segments: Annotated[int, Bounds(1, 1e6)] = _PARTS
@@ -83,6 +87,11 @@ class ReadingOptions:
             expected = f"more than {start:g} s, where the motion begins"
             raise BadOptionError(option="end", value=self.end, expected=expected)
         self._check_context()
+
+    @property
+    def own_tempo(self) -> float:
+        """The tempo as a number, 1 where it is found later."""
+        return 1.0 if self.tempo == "auto" else self.tempo
 
     def _check_context(self) -> None:
         """Check that one thing only labels the motion."""

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj import kinematics
+from mpma_mj import joint_paths, kinematics
 from mpma_mj.context import one_hot
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions.motion import Motion
@@ -146,7 +146,7 @@ def _moves(keys: Iterable[Array], phase: Array) -> Array:
 def _letter_angles() -> Array:
     """Return the joint angles of the letters, shape (4, 8), rad."""
     poses = np.array([np.ravel(KEY_POSES[letter]) for letter in LETTERS])
-    return kinematics.continuous_angles(poses, start=np.zeros(8))
+    return joint_paths.continuous_angles(poses, start=np.zeros(8))
 
 
 def _random_angles() -> Array:

@@ -6,11 +6,12 @@ import dataclasses
 import itertools
 from collections import Counter
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj import kinematics
+from mpma_mj import joint_paths, kinematics
 from mpma_mj.context import one_hot
 from mpma_mj.motions.cleaning.filtering import anti_alias, resample
 from mpma_mj.motions.motion import Motion
@@ -20,6 +21,7 @@ __all__ = [
     "at_rate",
     "close_loop",
     "join",
+    "leads_on",
     "minimum_jerk",
     "mirrored",
     "move_between",
@@ -56,7 +58,10 @@ def mirrored(motion: Motion) -> Motion:
     """Return a motion with left and right exchanged, and the same context."""
     arms = motion.posture.reshape(-1, 2, 2, 3)  # (T, arm, segment, xyz)
     posture = (arms[:, ::-1] * _SIDEWAYS).reshape(-1, 12)
-    return dataclasses.replace(motion, posture=posture)
+    angles = motion.feasible_angles
+    if angles is not None:  # equal angles hold mirrored postures
+        angles = np.roll(angles, 4, axis=1)
+    return dataclasses.replace(motion, posture=posture, feasible_angles=angles)
 
 
 def with_context_of(motion: Motion, other: Motion) -> Motion:
@@ -67,7 +72,10 @@ def with_context_of(motion: Motion, other: Motion) -> Motion:
 
 
 def at_rate(motion: Motion, rate: float, tempo: float) -> Motion:
-    """Return a motion at another rate, Hz, and at a tempo relative to its own."""
+    """Return a motion at another rate, Hz, and at a tempo relative to its own.
+
+    It has no feasible angles: at another speed others are.
+    """
     if rate == motion.rate and tempo == 1.0:
         return motion
     own_rate = motion.rate * tempo
@@ -80,6 +88,7 @@ def at_rate(motion: Motion, rate: float, tempo: float) -> Motion:
         context=motion.context[np.minimum(nearest, len(motion) - 1)],
         rate=rate,
         tempo=motion.tempo * tempo,
+        feasible_angles=None,
     )
 
 
@@ -97,7 +106,7 @@ def close_loop(posture: Array, rate: float) -> Array:
     Returns:
         Postures, shape (T, 12): the first ones as they were.
     """
-    angles = kinematics.continuous_angles(posture)
+    angles = joint_paths.continuous_angles(posture)
     count = max(1, min(round(_LONGEST_BEND * rate), int(_BENT_SHARE * len(posture))))
     # Where the motion would be one sample after its end, and where it should be.
     end = 2.0 * angles[-1] - angles[-2]
@@ -110,7 +119,21 @@ def close_loop(posture: Array, rate: float) -> Array:
     return kinematics.posture_from_angles(angles)
 
 
-def repeat(motion: Motion, times: int, max_joint_speed: Array) -> tuple[Array, Array]:
+class Repetitions(NamedTuple):
+    """Repetitions of a motion, T' postures in all.
+
+    Attributes:
+        posture: Postures, shape (T', 12).
+        context: Context, shape (T', C).
+        angles: Feasible joint angles, shape (T', 8), rad; None for a motion without them.
+    """
+
+    posture: Array
+    context: Array
+    angles: Array | None
+
+
+def repeat(motion: Motion, times: int, max_joint_speed: Array) -> Repetitions:
     """Join repetitions of a motion.
 
     Where it ends elsewhere than it starts, the arms return by a minimum-jerk move at half the
@@ -121,50 +144,59 @@ def repeat(motion: Motion, times: int, max_joint_speed: Array) -> tuple[Array, A
         motion: The motion, T postures.
         times: Number of repetitions.
         max_joint_speed: Largest speed of each joint, shape (8,), rad/s.
-
-    Returns:
-        Posture, shape (T', 12), and context, shape (T', C).
     """
-    way_back = np.empty((0, 12))
-    if not _leads_on(motion):
-        way_back = move_between(motion, motion.posture[0], max_joint_speed)
+    way_back = np.empty((0, 8))
+    if not leads_on(motion):
+        way_back = move_between(motion, motion, max_joint_speed)
     back_context = np.repeat(motion.context[:1], len(way_back), axis=0)
-    posture = [motion.posture, way_back] * times
+    posture = [motion.posture, kinematics.posture_from_angles(way_back)] * times
     context = [motion.context, back_context] * times
-    return np.concatenate(posture[:-1]), np.concatenate(context[:-1])
+    angles = None
+    if motion.feasible_angles is not None:
+        angles = _continued(([motion.feasible_angles, way_back] * times)[:-1])
+    return Repetitions(np.concatenate(posture[:-1]), np.concatenate(context[:-1]), angles)
 
 
-def _leads_on(motion: Motion) -> bool:
+def leads_on(motion: Motion) -> bool:
     """Return whether the step from a motion's end to its start is like those around it."""
     near = 1 + max(1, round(_AROUND * motion.rate))
     step = motion.posture[0] - motion.posture[-1]
     around = [np.diff(motion.posture[stretch], axis=0) for stretch in (np.s_[:near], np.s_[-near:])]
-    return _longest(step) <= _LIKE * max(map(_longest, around))
+    if _longest(step) > _LIKE * max(map(_longest, around)):
+        return False
+    if motion.feasible_angles is None:
+        return True
+    angles = motion.feasible_angles
+    back = np.abs(joint_paths.nearest_turn(angles[0], near=angles[-1]))
+    return bool((back <= _LIKE * np.abs(np.diff(angles, axis=0)).max(axis=0)).all())
 
 
 def _longest(steps: Array) -> float:
     return float(np.linalg.norm(steps.reshape(-1, 3), axis=1).max())
 
 
-def move_between(motion: Motion, after: Array, max_joint_speed: Array) -> Array:
-    """Return a minimum-jerk move from the end of a motion to another posture.
+def move_between(motion: Motion, following: Motion, max_joint_speed: Array) -> Array:
+    """Return a minimum-jerk move from the end of a motion to the start of another.
 
     Args:
         motion: The motion.
-        after: Posture to which the move leads, shape (12,).
+        following: The motion to which the move leads.
         max_joint_speed: Largest speed of each joint, shape (8,), rad/s.
 
     Returns:
-        The postures in between, shape (N, 12); N is 0 if one sample is enough.
+        The joint angles in between, shape (N, 8), rad; N is 0 if one sample is enough.
     """
     end = motion.joint_angles[-1]
-    way = kinematics.angles_from_posture(after, near=end) - end
+    if following.feasible_angles is not None:
+        way = joint_paths.nearest_turn(following.feasible_angles[0], near=end)
+    else:
+        way = kinematics.angles_from_posture(following.posture[0], near=end) - end
     time = PEAK_SPEED * np.max(np.abs(way) / max_joint_speed) / _SPEED  # s
     count = int(np.ceil(time * motion.rate))
     if count <= 1:
-        return np.empty((0, 12))
+        return np.empty((0, 8))
     share = minimum_jerk(np.arange(1, count) / count)[:, None]
-    return kinematics.posture_from_angles(end + share * way)
+    return end + share * way
 
 
 def join(motions: Sequence[Motion], max_joint_speed: Array) -> Motion:
@@ -177,11 +209,14 @@ def join(motions: Sequence[Motion], max_joint_speed: Array) -> Motion:
         max_joint_speed: Largest speed of each joint, shape (8,), rad/s.
     """
     names = _distinct([motion.name for motion in motions])
-    postures, labels = [motions[0].posture], [0] * len(motions[0])
+    postures, angles = [motions[0].posture], [motions[0].joint_angles]
+    labels = [0] * len(motions[0])
     for number, (before, motion) in enumerate(itertools.pairwise(motions), start=1):
-        way = move_between(before, motion.posture[0], max_joint_speed)
-        postures += [way, motion.posture] if len(way) else [motion.posture]
+        way = move_between(before, motion, max_joint_speed)
+        postures += [kinematics.posture_from_angles(way), motion.posture]
+        angles += [way, motion.joint_angles]
         labels += [number] * (len(way) + len(motion))
+    changed = any(motion.feasible_angles is not None for motion in motions)
     return Motion(
         np.concatenate(postures),
         one_hot(np.array(labels), len(motions)),
@@ -190,7 +225,18 @@ def join(motions: Sequence[Motion], max_joint_speed: Array) -> Motion:
         "repertoire",
         "; ".join(motion.source for motion in motions),
         motions[0].tempo,
+        feasible_angles=_continued(angles) if changed else None,
     )
+
+
+def _continued(parts: Sequence[Array]) -> Array:
+    """Join joint angles, each part on the branch and turn on which the part before ends."""
+    joined = [parts[0]]
+    for part in parts[1:]:
+        if len(part):
+            sign, offset = joint_paths.continuation(part[0], near=joined[-1][-1])
+            joined.append(sign * part + offset)
+    return np.concatenate(joined)
 
 
 def _distinct(names: Sequence[str]) -> tuple[str, ...]:

@@ -18,6 +18,7 @@ from mpma_mj.kinematics import JOINT_NAMES
 from mpma_mj.motions.readers.text import TextFile, is_number, printable
 from mpma_mj.utils.atomic_files import atomic_write
 from mpma_mj.utils.clipping import clip
+from mpma_mj.utils.input_files import file_problem
 
 __all__ = ["COLUMNS", "FIRST_ROW", "RobotLog", "check_log", "read_log", "record", "write_log"]
 
@@ -114,12 +115,8 @@ def read_log(path: str | Path) -> RobotLog:
             no finite number; names row and column.
     """
     path = Path(path)
-    if not path.is_file():
-        found = "this is a folder" if path.is_dir() else "there is no such file"
-        raise RobotLogError(
-            f"{path}: expected a robot's log as a CSV file, but {found}; give one with the header"
-            f" {_HEADER}"
-        )
+    if problem := file_problem(path):
+        raise RobotLogError(f"{path}: {problem}; a robot's log is CSV with the header {_HEADER}")
     file = TextFile.open(path)
     if file is None:
         raise RobotLogError(f"{path}: is not a text file; expected CSV with the header {_HEADER}")

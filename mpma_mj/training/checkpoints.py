@@ -111,7 +111,7 @@ def demonstrated(folder: RunFolder) -> tuple[Demonstration, Trace]:
     """
     config, trace, motion = folder.read_config(), folder.read_trace(), folder.read_motion()
     options = dataclasses.replace(config.env, reference_noise=0.0)
-    demonstration = Demonstration(motion, options, arm_limits(config.env)[0])
+    demonstration = Demonstration(motion, options, arm_limits(config.env).max_speed)
     moments, expected = len(trace.posture), demonstration.steps + 1
     if moments != expected:
         raise CheckpointError(

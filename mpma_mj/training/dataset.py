@@ -9,13 +9,11 @@ from mpma_mj.envs.load import arm_limits
 from mpma_mj.errors import BadOptionError, MotionFileError
 from mpma_mj.motions import Motion
 from mpma_mj.motions.context import read_labels
-from mpma_mj.motions.feasibility import check_feasibility
 from mpma_mj.motions.loader import import_motion, refuse_run
 from mpma_mj.motions.options import ReadingOptions, given
 from mpma_mj.motions.synthetic import BUILT_IN
 from mpma_mj.motions.transforms import join
 from mpma_mj.training.config import RunConfig
-from mpma_mj.utils.text import option_name
 
 __all__ = ["expand_folders", "read_motions"]
 
@@ -64,19 +62,18 @@ def _is_label_file(path: Path) -> bool:
 
 
 def read_motions(config: RunConfig) -> Motion:
-    """Read the motion of a run; several motions become a repertoire with a label for each.
+    """Read the motion of a run, feasible for its arms; several become a repertoire.
 
     Raises:
-        MpmaError: A recording cannot be read, the arms cannot follow a motion, or an option of a
-            single recording is given with several motions.
+        MpmaError: A recording cannot be read, or an option of a single recording is given with
+            several motions.
     """
     single = len(config.motions) == 1
     single_file_options = given(config.reading) & _SINGLE_FILE_OPTIONS
     if single_file_options and not single:
-        raise BadOptionError(
-            f"{option_name(min(single_file_options))} is for one recording, but there are"
-            f" {len(config.motions)}; leave it out"
-        )
+        problem = f"is for one recording, but there are {len(config.motions)}; leave it out"
+        raise BadOptionError(problem, option=min(single_file_options))
+    limits = arm_limits(config.env)
     timestep = config.env.control_timestep
     rate = {} if timestep is None else {"rate": 1.0 / timestep}
     motions = []
@@ -84,12 +81,7 @@ def read_motions(config: RunConfig) -> Motion:
         # In a repertoire the options of recordings do not apply to built-in motions.
         all_options = single or source not in BUILT_IN
         options = config.reading if all_options else ReadingOptions(tempo=config.reading.tempo)
-        motion, report = import_motion(source, options, **rate)
+        motion, report = import_motion(source, options, limits=limits, **rate)
         report.emit_warnings(source)
         motions.append(motion)
-    if len(motions) == 1:
-        return motions[0]
-    limits = arm_limits(config.env)
-    for motion in motions:
-        check_feasibility(motion, *limits)
-    return join(motions, limits[0])
+    return join(motions, limits.max_speed) if len(motions) > 1 else motions[0]

@@ -17,6 +17,8 @@ from rich.progress import (
     track,
 )
 
+from mpma_mj.utils.text import printable
+
 __all__ = ["show_count", "show_epochs", "show_frames", "show_range", "show_runs"]
 
 
@@ -90,7 +92,7 @@ def show_frames(steps: range) -> Iterable[int]:
 
 def show_range(steps: range, title: str) -> Iterable[int]:
     """Show a title and, on a terminal, the progress through a range."""
-    console = _console()
+    console, title = _console(), printable(title)
     disable = not console.is_terminal
     if disable:
         console.print(title, soft_wrap=True)

@@ -3,21 +3,14 @@
 from __future__ import annotations
 
 import difflib
-import re
 from collections.abc import Iterable, Sequence
+
+from mpma_mj.errors import printable
 
 __all__ = ["as_flag", "did_you_mean", "field_name", "markdown_table", "option_name", "printable"]
 
-# Control characters; and lone surrogates, which stand for bytes of a file's name that are not UTF-8
-# and cannot be drawn or encoded.
-_UNPRINTABLE = re.compile(r"[\x00-\x1f\x7f-\x9f\ud800-\udfff]")
 _FLAGS = {"start": "from", "end": "to"}  # `from` is a keyword of Python
 _FIELDS = {flag: field for field, flag in _FLAGS.items()}
-
-
-def printable(name: str) -> str:
-    r"""Return a name with escapes, such as \n or \udcff, for characters that cannot be printed."""
-    return _UNPRINTABLE.sub(lambda found: found[0].encode("unicode_escape").decode(), name)
 
 
 def option_name(field: str) -> str:

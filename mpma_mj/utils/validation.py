@@ -78,25 +78,28 @@ def check_fields(options: object) -> None:
     Raises:
         BadOptionError: A value is of another type, or out of bounds; the error names the field.
     """
-    for name, (kind, bounds, optional) in _checked_fields(type(options)).items():  # type: ignore[arg-type] # classes are hashable
+    for name, (kind, bounds, words) in _checked_fields(type(options)).items():  # type: ignore[arg-type] # classes are hashable
         value = getattr(options, name)
-        if value is None and optional:
+        if (value is None or isinstance(value, str)) and value in words:
             continue
-        object.__setattr__(options, name, _checked(name, value, kind, bounds))
+        object.__setattr__(options, name, _checked(name, value, kind, bounds, words))
 
 
 @functools.cache
-def _checked_fields(owner: type) -> dict[str, tuple[Any, Bounds | None, bool]]:
-    """Return the type, the bounds and whether None is allowed, for each field to check."""
+def _checked_fields(owner: type) -> dict[str, tuple[Any, Bounds | None, tuple[str | None, ...]]]:
+    """Return the type, the bounds, and words or None that are allowed, too, of fields to check."""
     hints = get_type_hints(owner, include_extras=True)
     checked = {}
     for field in dataclasses.fields(owner):
         kind, bounds = _unwrap(hints[field.name])
         choices = get_args(kind) if get_origin(kind) in (Union, types.UnionType) else (kind,)
+        words: list[str | None] = [None for choice in choices if choice is types.NoneType]
         others = [choice for choice in choices if choice is not types.NoneType]
+        if len(others) == 2 and get_origin(others[1]) is Literal:
+            words += get_args(others.pop())
         if len(others) == 1:
             kind, inner = _unwrap(others[0])
-            checked[field.name] = kind, bounds or inner, len(others) < len(choices)
+            checked[field.name] = kind, bounds or inner, tuple(words)
     return {
         name: check
         for name, check in checked.items()
@@ -112,7 +115,9 @@ def _unwrap(hint: Any) -> tuple[Any, Bounds | None]:
     return kind, next((extra for extra in extras if isinstance(extra, Bounds)), None)
 
 
-def _checked(name: str, value: Any, kind: Any, bounds: Bounds | None) -> Any:
+def _checked(
+    name: str, value: Any, kind: Any, bounds: Bounds | None, words: tuple[str | None, ...]
+) -> Any:
     """Return a valid value as plain Python of its type."""
     if kind is bool:
         if not is_boolean(value):
@@ -127,7 +132,8 @@ def _checked(name: str, value: Any, kind: Any, bounds: Bounds | None) -> Any:
     whole = kind is int
     fits = is_integer(value) if whole else is_number(value)
     if not (fits and bounds.admit(value)):
-        raise BadOptionError(option=name, value=value, expected=bounds.describe(whole=whole))
+        expected = "".join([bounds.describe(whole=whole), *(f", or {w}" for w in words if w)])
+        raise BadOptionError(option=name, value=value, expected=expected)
     return kind(value)
 
 

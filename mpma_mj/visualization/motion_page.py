@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from mpma_mj import kinematics
+from mpma_mj import joint_paths, kinematics
 from mpma_mj.motions.feasibility import joint_speeds
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.motion import Motion
@@ -48,6 +48,9 @@ def write_page(path: Path, motion: Motion, report: ImportReport, max_joint_speed
         rows = [figure.add_subplot(grid[i]) for i in range(1, 6)]
         _draw_story(story, motion.posture, times)
         angles = motion.joint_angles
+        original = None
+        if motion.feasible_angles is not None:
+            original = joint_paths.held_angles(motion.posture)
         speeds = joint_speeds(motion) / max_joint_speed
         for side, name in enumerate(kinematics.SIDES):
             for joint in range(4):
@@ -56,6 +59,10 @@ def write_page(path: Path, motion: Motion, report: ImportReport, max_joint_speed
                 rows[side].plot(
                     times, angles[:, column], color=f"C{joint}", linewidth=1, label=label
                 )
+                if original is not None:
+                    rows[side].plot(
+                        times, original[:, column], color=f"C{joint}", linewidth=0.8, linestyle=":"
+                    )
                 rows[2 + side].plot(times[1:], speeds[:, column], color=f"C{joint}", linewidth=1)
             rows[side].set_ylabel(f"{name} arm\nangle, rad")
             rows[2 + side].axhline(1.0, color=INK, linestyle="--", linewidth=0.8)
@@ -69,7 +76,12 @@ def write_page(path: Path, motion: Motion, report: ImportReport, max_joint_speed
                 row.tick_params(labelbottom=False)
                 _shade_gaps(row, report)
         rows[0].legend(**_ABOVE, ncols=4)
-        rows[-1].set_xlabel("time in the recording, s" + ("; grey: gaps" if report.gaps else ""))
+        notes = ["time in the recording, s"]
+        if original is not None:
+            notes.append("dotted: angles of the recording, which the arms cannot follow")
+        if report.gaps:
+            notes.append("grey: gaps")
+        rows[-1].set_xlabel("; ".join(notes))
         figure.suptitle(f"{motion.name}: {motion.source}", fontsize="medium")
 
 

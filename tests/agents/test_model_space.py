@@ -114,7 +114,8 @@ def arrived(action: Array, gain: float = 1.0) -> tuple[Array, Array]:
 def hindsight(q: Array, action: Array, reached: Array) -> tuple[Array, Array, Array]:
     space = JointSpace(SPEC)
     seen = {"posture": posture_from_angles(q), "joint_angles": q, "joint_velocities": 0.0 * q}
-    return space.hindsight(space.state(seen, None), q, action, reached)
+    steps = {**seen, "state": space.state(seen, None), "action": action, "next_posture": reached}
+    return space.hindsight(steps, by_angles=False)
 
 
 def test_hindsight_residuals_are_0_for_the_resolved_rate_command_that_reached_the_posture() -> None:
@@ -146,13 +147,29 @@ def test_hindsight_is_the_inverse_of_the_module_action() -> None:
     np.testing.assert_array_equal(usable, (np.abs(residual) < 0.7).all(axis=1))
 
 
+def test_hindsight_of_followed_joint_angles_needs_no_weights() -> None:
+    q = angles()
+    q[:, 1::4] = np.pi / 2 - 0.01  # near straight forward, where a posture hardly shows abduction
+    action = np.random.default_rng(0).uniform(-0.5, 0.5, q.shape)
+    after = q + 0.05 * SPEED * action
+    space, seen = JointSpace(SPEC), observation()
+    steps = {"joint_angles": q, "state": space.state(seen, None), "action": action}
+    steps |= {"next_posture": posture_from_angles(after), "next_joint_angles": after}
+    _, residual, _ = space.hindsight(steps, by_angles=True)
+    np.testing.assert_allclose(residual, 0.0, atol=1e-9)
+    _, residual, _ = space.hindsight(steps, by_angles=False)
+    assert np.abs(residual[:, 0::4]).max() > 0.1
+
+
 def test_impossible_examples_are_left_out() -> None:
     space, seen = JointSpace(SPEC), observation()
     q = seen["joint_angles"]
     command = SPEC.feedback(q, seen["posture"])  # 0: nothing moves
     action = command.copy()
     action[3, 2], action[5, 7], action[7, 0] = 0.8, -0.7, 0.69
-    _, _, usable = space.hindsight(space.state(seen, None), q, action, seen["posture"])
+    steps = {"joint_angles": q, "state": space.state(seen, None), "action": action}
+    steps["next_posture"] = seen["posture"]
+    _, _, usable = space.hindsight(steps, by_angles=False)
     assert np.flatnonzero(~usable).tolist() == [3, 5]
 
 

@@ -42,7 +42,7 @@ def test_a_comparison_writes_tables_and_figures(
         ("ymca --modules 0", "modules is 0"),
         ("ymca --agent open_loop", "--agent is 'open_loop'; expected an agent that learns"),
         ("ymca --agent mosaic --rule gated", "mosaic has no option --rule"),
-        ("ymca --tempo 5", "slow the motion with --tempo"),
+        ("ymca --tempo 5 --strict", "leave out --strict"),
     ],
 )
 def test_bad_input_is_one_line_and_exit_2(

@@ -98,7 +98,7 @@ def test_a_new_best_epoch_removes_evaluations(run: Path) -> None:
         ),
         (["--disturbances", "payload", "--levels", "-1"], "payload -1: payload is -1.0; expected"),
         (["--levels", "1"], "but they belong to a single disturbance; name it with --disturbances"),
-        (["--motions", "gone.bvh"], "gone.bvh: no such file; give the path of a recording"),
+        (["--motions", "gone.bvh"], "gone.bvh: no such file; check the path"),
         (
             ["--motions", "ymca", *QUICK],
             "not evaluated; leave --motions out, or choose --disturbanc",

@@ -44,7 +44,10 @@ def test_a_log_gives_a_table_and_a_model_that_dances_like_the_robot(
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["gone.csv"], "gone.csv: expected a robot's log as a CSV file, but there is no such file"),
+        (
+            ["gone.csv"],
+            "gone.csv: no such file; check the path; a robot's log is CSV with the header time,",
+        ),
         (["bad.csv"], "mpma: bad.csv: lacks command_left_shoulder_abduction, "),
         (
             ["robot.csv", "--model", "robot.csv"],

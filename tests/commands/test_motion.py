@@ -48,15 +48,15 @@ def test_it_tells_what_the_file_holds(
     assert len(np.unique(page.reshape(-1, page.shape[2]), axis=0)) > 20
 
 
-def test_a_movement_that_is_too_fast_is_shown_all_the_same(
+def test_what_is_changed_of_a_motion_is_reported(
     write_tsv: WriteTsv, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = write_tsv(markers_of(dancer(ymca(rate=60.0, tempo=6.0).posture)))
     assert main(["motion", str(path)]) == 0
-    printed = capsys.readouterr().out
-    assert "too fast" in printed
-    assert "the arms cannot follow it: dance: " in printed
-    assert "--tempo" in printed
+    printed = capsys.readouterr()
+    assert "the arms follow the closest motion that they can" in printed.out
+    assert "its actuator reaches" in printed.err
+    assert "% of the steps are changed by" in printed.err
 
 
 def test_the_npz_that_it_writes_is_the_same_movement(write_tsv: WriteTsv) -> None:
@@ -66,9 +66,25 @@ def test_the_npz_that_it_writes_is_the_same_movement(write_tsv: WriteTsv) -> Non
     np.testing.assert_array_equal(stored.posture, read.posture)
     np.testing.assert_array_equal(stored.context, read.context)
     assert (stored.labels, stored.rate, stored.tempo) == (read.labels, read.rate, read.tempo)
-    for words in (["--out", "x.csv"], ["--picture", "x.xyz"], ["--out", "x.npz"]):
+    for words in (["--out", "x.fbx"], ["--picture", "x.xyz"], ["--out", "x.npz"]):
         assert main(["motion", str(path), *words]) == 2
     assert main(["motion", "x.npz", "--out", "x.npz", "--overwrite"]) == 0
+
+
+@pytest.mark.parametrize("ending", [".bvh", ".trc"])
+def test_other_programs_get_the_motion_at_its_tempo(ending: str, write_tsv: WriteTsv) -> None:
+    path, out = write_tsv(), f"x{ending}"
+    assert main(["motion", str(path), "--tempo", "0.5", "--out", out]) == 0
+    written, read = read_motion(out, cutoff=9.0), read_motion(path, tempo=0.5)
+    assert written.posture.shape == read.posture.shape
+    assert np.abs(written.posture - read.posture).max() < 0.01
+
+
+def test_a_robot_gets_the_joint_angles() -> None:
+    assert main(["motion", "ymca", "--from", "1", "--out", "x.csv"]) == 0
+    table = np.genfromtxt("x.csv", delimiter=",", names=True)
+    for joint, angle in zip(kinematics.JOINT_NAMES, ymca().joint_angles[20:].T, strict=True):
+        np.testing.assert_allclose(np.sin(table[joint]), np.sin(angle), atol=1e-8)
 
 
 def test_its_video_shows_the_movement_once(capsys: pytest.CaptureFixture[str]) -> None:

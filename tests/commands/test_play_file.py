@@ -15,6 +15,10 @@ from PIL import Image, ImageSequence
 
 from mpma_mj.cli import main
 from mpma_mj.envs import gl
+from mpma_mj.envs.load import load
+from mpma_mj.kinematics import JOINT_NAMES
+from mpma_mj.motions import read_motion, ymca
+from mpma_mj.motions.export import COMMAND_COLUMNS
 from mpma_mj.trace import OBSERVED, Trace
 from mpma_mj.training.run_folder import RunFolder
 from tests.conftest import DISK_FULL, FAILED, Encoder, Refused
@@ -68,6 +72,49 @@ def test_a_motion_becomes_a_file_read_as_its_options_say(tmp_path: Path) -> None
     assert (first_frames[0] != later_frames[0]).any()
 
 
+def test_a_robot_gets_what_the_arms_of_a_run_did_and_what_was_commanded(short_run: Path) -> None:
+    assert main(["play", str(short_run), "--out", str(short_run / "x.csv")]) == 0
+    head, *rows = (short_run / "x.csv").read_text().splitlines()
+    assert head.split(",") == ["time", *JOINT_NAMES, *COMMAND_COLUMNS]
+    table = np.array([row.split(",") for row in rows], float)
+    trace = RunFolder(short_run).read_trace()
+    np.testing.assert_allclose(table[:, 0], np.arange(20) / 20.0)
+    np.testing.assert_allclose(table[:, 1:9], trace.true_joint_angles()[:-1], atol=1e-8)
+    speed = load("ymca", control_timestep=0.05).task.max_joint_speed
+    np.testing.assert_allclose(table[:, 9:], trace.action * speed, atol=1e-8)
+
+
+@pytest.mark.parametrize("ending", [".bvh", ".trc", ".npz"])
+def test_animators_get_what_the_arms_of_a_run_did(ending: str, short_run: Path) -> None:
+    out = short_run / f"x{ending}"
+    assert main(["play", str(short_run), "--out", str(out)]) == 0
+    options = {} if ending == ".npz" else {"cutoff": 9.0}
+    done, demonstrated = read_motion(out, **options), ymca().posture[:20]
+    trace = RunFolder(short_run).read_trace()
+    assert done.posture.shape == (20, 12)
+    assert np.abs(done.posture - trace.posture[:20]).max() < 0.01
+    assert np.abs(done.posture - demonstrated).max() > 1e-4
+
+
+def test_a_motion_that_is_played_to_a_file_is_the_motion(tmp_path: Path) -> None:
+    words = ["--from", "1", "--out"]
+    assert main(["play", "ymca", *words, str(tmp_path / "a.bvh")]) == 0
+    assert (
+        main(
+            [
+                "motion",
+                "ymca",
+                *words,
+                str(tmp_path / "b.bvh"),
+                "--picture",
+                str(tmp_path / "a.png"),
+            ]
+        )
+        == 0
+    )
+    assert (tmp_path / "a.bvh").read_text() == (tmp_path / "b.bvh").read_text()
+
+
 @pytest.mark.usefixtures("opengl")
 def test_pictures_may_be_larger_than_the_models_buffer(tmp_path: Path) -> None:
     out = tmp_path / "wide.webp"
@@ -79,7 +126,12 @@ def test_pictures_may_be_larger_than_the_models_buffer(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--out", "dance.avi"], "--out is 'dance.avi'; expected a file name that ends in .mp4"),
+        (
+            ["--out", "dance.avi"],
+            "--out is 'dance.avi'; expected a file name that ends in .mp4 or .gif or .webp or .bvh"
+            " or .csv or .npz or .trc",
+        ),
+        (["--out", "a.csv", "--size", "640x480"], "--size is for a video file; give --out"),
         (["--out", "old.mp4"], "old.mp4: already exists; --overwrite replaces it"),
         (["--size", "640x480"], "--size is for a video file; give --out dance.mp4"),
         (["--camera", "side"], "--camera is for a video file; give --out dance.mp4"),

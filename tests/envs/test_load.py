@@ -16,7 +16,7 @@ from mpma_mj import metrics
 from mpma_mj.envs.gym_env import ImitationEnv
 from mpma_mj.envs.load import load
 from mpma_mj.envs.options import EnvironmentOptions
-from mpma_mj.errors import BadOptionError, InfeasibleMotionError
+from mpma_mj.errors import BadOptionError, RecordingWarning
 from mpma_mj.feedback import feedback_action
 from mpma_mj.motions import read_motion, ymca
 
@@ -115,6 +115,16 @@ def test_a_rate_that_does_not_fit_the_physics_is_refused() -> None:
         load(ymca(rate=30.0))
 
 
-def test_a_motion_that_is_too_fast_is_refused() -> None:
-    with pytest.raises(InfeasibleMotionError, match=r"tempo=[1-3]\.?\d* or less"):
-        load(ymca(tempo=4.0))
+def test_a_motion_that_is_too_fast_is_made_feasible_and_its_angles_are_observed() -> None:
+    with pytest.warns(RecordingWarning, match=r"ymca: .* its actuator reaches 12; in the closest"):
+        env = load(ymca(tempo=4.0), reference_noise=0.0, repeats=1)
+    angles = env.task.motion.feasible_angles
+    seen = env.reset().observation
+    np.testing.assert_array_equal(seen["reference_angles"], angles[0])
+    np.testing.assert_array_equal(seen["joint_angles"], angles[0])
+    for number in (1, 2):
+        seen = env.step(np.zeros(8)).observation
+        np.testing.assert_array_equal(seen["reference_angles"], angles[number])
+        np.testing.assert_array_equal(seen["target_angles"], angles[number + 1])
+        np.testing.assert_allclose(seen["reference"], env.task.motion.posture[number], atol=1e-12)
+    assert "reference_angles" not in load("ymca").reset().observation

@@ -10,7 +10,7 @@ from mpma_mj.cli import main
 from mpma_mj.envs.gym_env import ImitationEnv
 from mpma_mj.envs.load import load
 from mpma_mj.envs.vector_env import make_vec
-from mpma_mj.errors import InfeasibleMotionError, RenderingError
+from mpma_mj.errors import RecordingWarning, RenderingError
 from mpma_mj.training.checkpoints import demonstrated
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.dataset import read_motions
@@ -295,6 +295,7 @@ def test_a_run_is_checked_and_drawn_with_its_own_arms(quick: Path, tmp_path: Pat
 
 def test_a_repertoire_may_be_as_fast_as_its_own_arms(quick: Path) -> None:
     config = RunConfig.of("ymca", "ymca", model=str(quick), tempo=2.0)
-    read_motions(config)
-    with pytest.raises(InfeasibleMotionError):
-        read_motions(config.replace(model=None))
+    assert read_motions(config).feasible_angles is None
+    with pytest.warns(RecordingWarning, match="the closest motion"):
+        changed = read_motions(config.replace(model=None))
+    assert changed.feasible_angles is not None

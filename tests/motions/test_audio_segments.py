@@ -157,7 +157,7 @@ def test_bad_files_are_one_line_that_names_them(
     samples, _ = click_track(120.0, 4)
     bad = {
         "missing.wav": "no such file",
-        ".": "is not a file",
+        ".": "is a folder",
         "text.wav": "cannot be read as audio",
         "text.mp3": "cannot be read as audio",
         "text.raw": "cannot be read as audio",

@@ -289,8 +289,8 @@ def test_what_is_no_text_file_is_one_line(tmp_path: Path) -> None:
     binary.write_bytes(b"\0\1\2" * 100)
     for path, problem in {
         binary: "is not a text file; expected rows of start,end,label in seconds",
-        tmp_path / "missing.csv": "cannot be read (No such file or directory)",
-        tmp_path: "cannot be read (Is a directory)",
+        tmp_path / "missing.csv": "no such file; check the path",
+        tmp_path: "is a folder; give the path of a file in it",
     }.items():
         with pytest.raises(MotionFileError) as caught:
             read_labels(path)

@@ -114,9 +114,9 @@ def test_what_is_no_table_of_a_log_is_refused(
 
 
 def test_what_is_no_file_of_text_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(RobotLogError, match="but there is no such file"):
+    with pytest.raises(RobotLogError, match=r"no such file; .* with the header time"):
         read_log(tmp_path / "gone.csv")
-    with pytest.raises(RobotLogError, match="but this is a folder"):
+    with pytest.raises(RobotLogError, match="is a folder"):
         read_log(tmp_path)
     (tmp_path / "a.csv").write_bytes(b"\0\1\2")
     with pytest.raises(RobotLogError, match="is not a text file"):

@@ -126,7 +126,10 @@ def test_the_command_line_takes_one_number_as_before(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("typed", "message"),
     [
-        ("--latency", "--latency has ''; expected one whole number, such as 3, or a range of two"),
+        (
+            "--latency",
+            "--latency has no value; expected one whole number, such as 3, or a range of two",
+        ),
         (
             "--latency 0.5",
             "--latency has '0.5'; expected one whole number, such as 3, or a range of",

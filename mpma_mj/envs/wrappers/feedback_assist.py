@@ -17,7 +17,7 @@ from mpma_mj.envs.step_rules import check_action
 from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.envs.wrappers.base import Wrapper, unwrap
 from mpma_mj.errors import BadOptionError
-from mpma_mj.feedback import feedback_action
+from mpma_mj.feedback import feedback_action, followed
 from mpma_mj.utils.clipping import clip
 from mpma_mj.utils.validation import is_number
 
@@ -51,7 +51,7 @@ class _Controller:
     def observe(self, observation: Mapping[str, Array]) -> None:
         """Compute u_fb at once, since the agent may write into the observation later."""
         self._feedback = feedback_action(
-            observation["joint_angles"], observation["reference"], *self._limits
+            observation["joint_angles"], followed(observation, "reference"), *self._limits
         )
 
     def assist(self, action: ArrayLike) -> tuple[Array, Array]:

@@ -37,7 +37,7 @@ def filter_and_resample(
     nothing = cutoff >= 0.5 * rate
     done = "no low-pass filter" if nothing else f"low-pass filter at {cutoff:.3g} Hz, {how}"
     report.note(f"{done}; resampled from {rate:g} Hz to {new_rate:g} Hz")
-    played = rate * options.tempo  # frames per second of the motion, Hz
+    played = rate * options.own_tempo  # frames per second of the motion, Hz
     for name in list(points):
         smooth = low_pass(points[name], rate, cutoff)
         points[name] = resample(anti_alias(smooth, played, new_rate), played, new_rate)

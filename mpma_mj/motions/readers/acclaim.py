@@ -16,6 +16,7 @@ from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.recording import Recording, Tracks
 from mpma_mj.motions.readers.skeleton import Joint, ancestry, joint_positions, tracks_of
 from mpma_mj.motions.readers.text import FARTHEST, TextFile, is_number, printable
+from mpma_mj.utils.input_files import SMALL_FILE, file_problem
 
 __all__ = ["is_amc", "is_asf", "read_acclaim"]
 
@@ -58,10 +59,9 @@ def read_acclaim(file: TextFile, skeleton: Path | None, report: ImportReport) ->
         MotionFileError: There is no skeleton, or it is damaged.
     """
     path = skeleton or _skeleton_in_folder(file.path, report)
-    try:
-        asf = TextFile.open(path)
-    except OSError as error:
-        raise MotionFileError(f"{path}: cannot be read ({error.strerror})") from None
+    if problem := file_problem(path, largest=SMALL_FILE):
+        raise MotionFileError(f"{path}: {problem}")
+    asf = TextFile.open(path)
     if asf is None or not is_asf(asf.head(60)):
         raise MotionFileError(
             f"{path}: is not an ASF skeleton", remedy="give another one with {skeleton}"

@@ -1,0 +1,154 @@
+"""Feasible motions: joint angles within the arms' limits that come closest to a motion."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj import joint_paths, kinematics
+from mpma_mj.errors import InfeasibleMotionError
+from mpma_mj.motions.feasibility import JointLimits, beyond_limits
+from mpma_mj.motions.motion import Motion
+from mpma_mj.motions.transforms import leads_on
+
+__all__ = ["MotionChange", "feasible", "feasible_tempo"]
+
+Array = NDArray[np.float64]
+
+_HEADROOM = 0.9  # share of the joints' top speed; the rest is the controller's (choice)
+_CHANGED = 1.0  # degrees from which a step counts as changed (choice)
+
+
+@dataclass(frozen=True)
+class MotionChange:
+    """What had to be changed of a motion.
+
+    Attributes:
+        reason: Which joint would have to do what, and where.
+        changed: Share of the steps of which a segment is turned by more than 1°.
+        mean: Mean of the largest change of each step, degrees.
+        largest: Largest change, degrees.
+        where: Segment and time of the largest change.
+        unavoidable: Posture error that no controller can avoid, percent.
+    """
+
+    reason: str
+    changed: float
+    mean: float
+    largest: float
+    where: str
+    unavoidable: float
+
+    def __str__(self) -> str:
+        """Return it in one line."""
+        return (
+            f"{self.reason}; in the closest motion that the arms can follow"
+            f" {100 * self.changed:.1f} % of the steps are changed by more than {_CHANGED:g}°, all"
+            f" by {self.mean:.2f}° in the mean and {self.largest:.1f}° at most ({self.where}), an"
+            f" error of {self.unavoidable:.2f} % that no controller can avoid"
+        )
+
+
+def feasible(motion: Motion, limits: JointLimits) -> tuple[Motion, MotionChange | None]:
+    """Return a motion that arms can follow.
+
+    A motion within the limits is returned as it is. Otherwise joint angles are fitted to the whole
+    motion (`fit_joint_angles`), within the joints' ranges and 90 % of their top speeds, and cyclic
+    where its end leads into its start. They become `feasible_angles`; the posture stays, so that
+    errors are those from the original.
+
+    Args:
+        motion: The motion.
+        limits: Limits of the arms.
+
+    Returns:
+        The motion, and what was changed; None where no segment is turned by more than 1°.
+    """
+    reason = beyond_limits(motion, limits)
+    if not reason:
+        return motion, None
+    original = dataclasses.replace(motion, feasible_angles=None)
+    angles = _fitted(original, limits)
+    change = _change(original, angles, reason)
+    return dataclasses.replace(motion, feasible_angles=angles), change if change.changed else None
+
+
+def feasible_tempo(read: Callable[[float], Motion], limits: JointLimits) -> float:
+    """Return a tempo, up to 1, at which nothing of a motion has to be changed.
+
+    A slower motion is sampled more finely and may show higher peaks, so that tempos are tried.
+
+    Args:
+        read: Reads the motion at a tempo.
+        limits: Limits of the arms.
+
+    Returns:
+        The tempo: at the next 0.01 more, something has to be changed.
+
+    Raises:
+        InfeasibleMotionError: None was found, as a joint would have to leave its range.
+    """
+    passes, fails, tried = 0, 101, 100  # hundredths
+    while fails - passes > 1:
+        motion = read(tried / 100.0)
+        change = feasible(motion, limits)[1]
+        if change is None:
+            passes = tried
+        else:
+            fails = tried
+        if fails == 1:
+            raise InfeasibleMotionError(
+                f"{motion.name}: no tempo is slow enough: {change}", remedy="leave out {tempo}"
+            )
+        tried = (passes + fails) // 2
+    return passes / 100.0
+
+
+def _fitted(motion: Motion, limits: JointLimits) -> Array:
+    """Return the joint angles that come closest to a motion, shape (T, 8), rad."""
+    # Here, as scipy takes longer to import than most motions, which need no fit, to read.
+    from mpma_mj.motions.branch_search import best_branches
+    from mpma_mj.motions.joint_fit import Seam, StepLimits, fit_joint_angles
+
+    start, cyclic = motion.joint_angles, leads_on(motion)
+    sign, offset = joint_paths.continuation(start[0], near=start[-1])
+    angles = np.empty_like(start)
+    for arm, directions in enumerate(kinematics.as_left_arms(motion.posture)):
+        own = slice(4 * arm, 4 * arm + 4)
+        lowest, highest = limits.lowest[own], limits.highest[own]
+        step = _HEADROOM * limits.max_speed[own] / motion.rate
+        arm_limits = StepLimits(step, lowest, highest)
+        limited = np.isfinite(lowest[:3]).any() or np.isfinite(highest[:3]).any()
+        starts = [start[:, own]]
+        if limited:  # other branches and turns may lie within the ranges
+            starts.append(best_branches(directions, arm_limits))
+        seam = Seam(sign[own], offset[own]) if cyclic and not limited else None
+        fits = [
+            fit_joint_angles(directions, kinematics.segment_jacobian, one, arm_limits, seam)
+            for one in starts
+        ]
+        angles[:, own] = min(fits, key=lambda fit: fit[1])[0]
+    return angles
+
+
+def _change(motion: Motion, angles: Array, reason: str) -> MotionChange:
+    from mpma_mj.metrics import posture_error_percent
+
+    posture = kinematics.posture_from_angles(angles)
+    cosines = np.vecdot(posture.reshape(-1, 4, 3), motion.posture.reshape(-1, 4, 3))
+    turned = np.degrees(np.arccos(np.clip(cosines, -1.0, 1.0)))
+    step, segment = np.unravel_index(np.argmax(turned), turned.shape)
+    most = turned.max(axis=1)
+    name = kinematics.SEGMENT_NAMES[segment].replace("_", " ")
+    return MotionChange(
+        reason=reason,
+        changed=float(np.mean(most > _CHANGED)),
+        mean=float(most.mean()),
+        largest=float(most.max()),
+        where=f"{name} at {motion.time(int(step)):.2f} s",
+        unavoidable=posture_error_percent(posture, motion.posture),
+    )
