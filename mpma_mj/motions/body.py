@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Container
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,6 +14,8 @@ __all__ = [
     "ARM_POINTS",
     "TORSO_POINTS",
     "check_segments",
+    "forward",
+    "has_trunk",
     "posture_from_points",
     "segments",
     "trunk",
@@ -53,7 +57,7 @@ def check_segments(points: dict[str, Array], where: str, first: int = 0) -> None
     """Refuse points that are not those of arms.
 
     Args:
-        points: As for `posture_from_points`, frames as in the recording.
+        points: As for `posture_from_points`, or those of one arm, frames as in the recording.
         where: What an error calls the recording.
         first: Index of the first frame in the file.
 
@@ -62,8 +66,9 @@ def check_segments(points: dict[str, Array], where: str, first: int = 0) -> None
             the frame.
     """
     _check_lengths({"trunk": trunk(points)} | segments(points), where, first)
-    across = {"line between the shoulders, seen from above,": _across(points)}
-    _check_lengths(across, where, first)
+    if all(f"{side}_shoulder" in points for side in SIDES):
+        across = {"line between the shoulders, seen from above,": _across(points)}
+        _check_lengths(across, where, first)
 
 
 def _check_lengths(lines: dict[str, Array], where: str, first: int) -> None:
@@ -86,21 +91,32 @@ def _check_lengths(lines: dict[str, Array], where: str, first: int) -> None:
             )
 
 
+def has_trunk(points: Container[str]) -> bool:
+    """Return whether points show the trunk, which needs pelvis and neck."""
+    return all(point in points for point in TORSO_POINTS)
+
+
 def trunk(points: dict[str, Array]) -> Array:
     """Return the way from pelvis to neck, or up where these are not known, shape (T, 3)."""
-    if "pelvis" in points:
+    if has_trunk(points):
         return points["neck"] - points["pelvis"]
-    return np.broadcast_to([0.0, 0.0, 1.0], points["left_shoulder"].shape)
+    return np.broadcast_to([0.0, 0.0, 1.0], next(iter(points.values())).shape)
 
 
 def segments(points: dict[str, Array]) -> dict[str, Array]:
-    """Return the arms' segments by name, in the order of a posture, each shape (T, 3)."""
+    """Return the segments of the arms that are there by name, in a posture's order, (T, 3)."""
     ends = {"upper arm": ("shoulder", "elbow"), "forearm": ("elbow", "wrist")}
     return {
         f"{side} {name}": points[f"{side}_{end}"] - points[f"{side}_{start}"]
         for side in SIDES
         for name, (start, end) in ends.items()
+        if f"{side}_{end}" in points
     }
+
+
+def forward(points: dict[str, Array]) -> Array:
+    """Return unit vectors to the front of the torso, shape (T, 3)."""
+    return np.cross(_unit(_across(points)), _unit(trunk(points)))
 
 
 def _across(points: dict[str, Array]) -> Array:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.errors import RecordingWarning, printable
-from mpma_mj.motions.marker_sets import Groups
+from mpma_mj.motions.mapping import Groups
 
 if TYPE_CHECKING:
     from mpma_mj.motions.motion import Motion  # whose file readers read

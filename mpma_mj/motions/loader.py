@@ -15,17 +15,18 @@ from mpma_mj.errors import (
     MotionFileError,
     UnknownMotionError,
 )
-from mpma_mj.motions.body import posture_from_points
+from mpma_mj.motions.body import ARM_POINTS, posture_from_points
 from mpma_mj.motions.cleaning import clean
 from mpma_mj.motions.cleaning.trajectories import Trajectories
 from mpma_mj.motions.context import label_motion
 from mpma_mj.motions.feasibility import JointLimits
 from mpma_mj.motions.feasible_motion import feasible, feasible_tempo
 from mpma_mj.motions.import_report import ImportReport
-from mpma_mj.motions.marker_sets import choose_markers, parse_mapping
+from mpma_mj.motions.mapping import parse_mapping
+from mpma_mj.motions.marker_sets import choose_markers, facing_markers
 from mpma_mj.motions.motion import Motion, load_motion
 from mpma_mj.motions.options import ReadingOptions, given
-from mpma_mj.motions.orientation import check_sides
+from mpma_mj.motions.orientation import check_handedness, check_sides
 from mpma_mj.motions.readers.joint_angles import read_joint_angles
 from mpma_mj.motions.readers.recognise import open_recording
 from mpma_mj.motions.readers.recording import Recording
@@ -40,7 +41,8 @@ _RATES = (1.0, 1000.0)  # Hz: at higher ones a motion fills the memory
 _BODY = 1.5  # times as many points as the arms need: then there is more of the body (choice)
 # Options for which a motion of arms, built in or stored, has no use.
 _FOR_RECORDINGS = {
-    *("map", "skeleton", "unit", "up", "rate_in", "max_gap", "longest", "repair", "cutoff"),
+    *("map", "skeleton", "unit", "up", "left_handed", "rate_in", "max_gap", "longest", "repair"),
+    *("other_arm", "cutoff"),
 }
 _OF_CONTEXT = {"context", "segments", "labels", "audio"}
 
@@ -168,7 +170,9 @@ def _import_recording(
     """Clean the trajectories of a recording and make a motion of them."""
     path = recording.path
     mapping = parse_mapping(options.map) if options.map else {}
-    groups = choose_markers(path, recording.names, mapping)
+    groups = choose_markers(
+        path, recording.names, mapping, report, one_arm=options.other_arm is not None
+    )
     names = list(dict.fromkeys(name for group in groups.values() for name in group))
     if "pelvis" not in groups and len(recording.names) > _BODY * len(names):
         report.warn(
@@ -177,7 +181,12 @@ def _import_recording(
             remedy='name it with {map="pelvis=…"}',
         )
     own_rate = _source_rate(recording, options, report)
-    trajectories = Trajectories(recording.load(names), groups, own_rate, rate, recording)
+    facing = facing_markers(recording.names, groups)
+    tracks = recording.load(list(dict.fromkeys((*names, *facing["front"], *facing["back"]))))
+    doubted = check_handedness(tracks, groups, facing, options, report)
+    needed = {name: tracks[name] for name in names}
+    trajectories = Trajectories(needed, groups, own_rate, rate, recording)
+    del tracks, needed  # long recordings: cleaning drops each marker after its last use
     report.format, report.names = recording.format, recording.names
     report.rate, report.frames = own_rate, trajectories.frames
     if recording.frames not in (None, report.frames):
@@ -188,7 +197,8 @@ def _import_recording(
     clean(trajectories, options, report)
     report.groups = trajectories.groups
     posture = posture_from_points(trajectories.tracks)
-    check_sides(trajectories.tracks, posture, trajectories.groups, report)
+    if groups.keys() >= set(ARM_POINTS) and not doubted:
+        check_sides(trajectories.tracks, posture, trajectories.groups, report)
     if len(posture) < 2:
         raise MotionFileError(
             f"{path}: has {len(posture)} posture(s) at {rate:g} Hz; a motion needs at least two;"

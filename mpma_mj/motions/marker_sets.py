@@ -6,140 +6,196 @@ import functools
 import itertools
 import re
 import tomllib
+import unicodedata
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
-from mpma_mj.errors import BadOptionError, MotionFileError, placeholder
+from mpma_mj.errors import MotionFileError
 from mpma_mj.kinematics import SIDES
-from mpma_mj.motions.body import ARM_POINTS, TORSO_POINTS
-from mpma_mj.utils.input_files import SMALL_FILE, file_problem
+from mpma_mj.motions.body import ARM_POINTS
+from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.mapping import Groups, mapping_option
+from mpma_mj.motions.marker_guesses import (
+    check_once,
+    hands_for_wrists,
+    is_no_place,
+    listed,
+    not_recognised,
+)
 
-__all__ = ["Groups", "choose_markers", "mapping_option", "parse_mapping"]
+__all__ = ["choose_markers", "facing_markers", "half_pelvis"]
 
-Groups = dict[str, tuple[str, ...]]
-"""For each point of the body the markers or joints whose mean it is."""
-
-# "left", or an l at the start before a separator or a capital, or at the end after one.
-_SIDED = {
-    "left": re.compile(r"[Ll]eft|LEFT|(?<![^\W_])[lL](?=[\W_A-Z])|[\W_]l$|(?<=[a-z\W_])L$"),
-    "right": re.compile(r"[Rr]ight|RIGHT|(?<![^\W_])[rR](?=[\W_A-Z])|[\W_]r$|(?<=[a-z\W_])R$"),
-}
-_MOST_GUESSED = 2
 _FEWEST = 3  # points that have to fit before names are taken for those of a set
-_MOST_NAMED = 120  # names in a message
+_MOST_AFFIXES = 8  # that are tried
 # Parts of names that do not identify a point.
 _PREFIX = re.compile(r"^mixamorig\d*")
 _SUFFIX = re.compile(r"(positions?|pos|jointcent(er|re))$")
 
 _PARTS = ("shoulder", "elbow", "wrist")
 _Choices = list[tuple[str, ...]]  # groups of names, of which the first complete one is taken
+_Person = dict[str, str]  # the names of one person, by short name
+
+
+@dataclass(frozen=True)
+class _MarkerSet:
+    """A marker set or skeleton, by its names of the arms."""
+
+    parts: dict[str, _Choices]
+    sides: dict[str, tuple[str, ...]]
+    bones: bool
+
+    def spellings(self, part: str, side: str) -> Iterator[tuple[str, ...]]:
+        """Iterate over the names that a part has on a side, the first choice first; "" is none."""
+        for choice in self.parts[part]:
+            for word_of_side in self.sides.get(side, ("",)):
+                yield tuple(word_of_side + word for word in choice)
+                yield tuple(word + word_of_side for word in choice)
 
 
 @dataclass(frozen=True)
 class _MarkerSets:
     """Content of `marker_sets.toml`."""
 
-    arms: list[dict[str, _Choices]]
+    arms: list[_MarkerSet]
     torso: dict[str, _Choices]
+    half_pelvis: dict[Literal["front", "back"], re.Pattern[str]]
+    facing: list[tuple[tuple[str, ...], tuple[str, ...]]]
     only_with: dict[str, str]
-    guesses: dict[str, re.Pattern[str]]
+    markers: frozenset[str]
+    words: frozenset[str]
 
 
 @functools.cache
 def _marker_sets() -> _MarkerSets:
     content = tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))
 
-    def choices(table: dict[str, list[str]]) -> dict[str, _Choices]:
-        return {point: [tuple(c.split("+")) for c in groups] for point, groups in table.items()}
+    def choices(groups: list[str]) -> _Choices:
+        return [tuple(map(_short_name, group.split("+"))) for group in groups]
 
+    arms = [
+        _MarkerSet(
+            {part: choices(table[part]) for part in _PARTS},
+            {side: tuple(table.get(side, (side, side[0]))) for side in SIDES},
+            table.get("bones", False),
+        )
+        for table in content["set"]
+    ]
+    markers = content["markers"]["words"]
     return _MarkerSets(
-        [choices(table) for table in content["set"]],
-        choices(content["torso"]),
+        arms,
+        {point: choices(groups) for point, groups in content["torso"].items()},
+        {end: re.compile(pattern) for end, pattern in content["half_pelvis"].items()},
+        [
+            (front, back)
+            for pair in content["facing"]["pairs"]
+            for front, back in [choices(pair.split(" > "))]
+        ],
         content["only_with"],
-        {part: re.compile(pattern, re.IGNORECASE) for part, pattern in content["guess"].items()},
+        frozenset(s + w for w in markers for s in "lr") | {w + s for w in markers for s in "lr"},
+        frozenset(
+            word
+            for marker_set, part, side in itertools.product(arms, _PARTS, SIDES)
+            for spelling in marker_set.spellings(part, side)
+            for word in spelling
+        ),
     )
 
 
-def parse_mapping(option: str) -> Groups:
-    """Read the mapping from points to markers that the user gave.
-
-    Args:
-        option: "left_elbow=EPICl+EPICm,…", where + is the mean, or the path of a TOML file
-            with lines such as left_elbow = "EPICl+EPICm" or ["EPICl", "EPICm"].
-
-    Raises:
-        BadOptionError: It is neither, or names no point of the body.
-    """
-    given = _read_toml(Path(option)) if option.endswith(".toml") else _read_inline(option)
-    groups: Groups = {}
-    for point, names in given:
-        if point in groups:
-            problem = f"has {point} twice; join all its markers with +"
-            raise BadOptionError(problem, option="map")
-        if point not in (*ARM_POINTS, *TORSO_POINTS):
-            known = ", ".join((*ARM_POINTS, *TORSO_POINTS))
-            problem = f"has unknown point '{point}'; expected {known}"
-            raise BadOptionError(problem, option="map")
-        groups[point] = names
-    return groups
-
-
-def mapping_option(groups: Groups) -> str:
-    """Return the option with which the arms are these groups, for a remedy."""
-    entries = (f"{point}={'+'.join(groups[point])}" for point in ARM_POINTS)
-    return placeholder("map", f'"{",".join(entries)}"')
-
-
-def choose_markers(path: Path, names: Sequence[str], mapping: Groups) -> Groups:
+def choose_markers(
+    path: Path,
+    names: Sequence[str],
+    mapping: Groups,
+    report: ImportReport | None = None,
+    *,
+    one_arm: bool = False,
+) -> Groups:
     """Find which of a file's points show the arms and, if it has some, the torso.
 
     Args:
         path: The file, for messages.
         names: The names that it has.
         mapping: Markers that the user gave; other points are recognised by name.
+        report: Gets what is assumed.
+        one_arm: Whether one arm is enough.
 
     Returns:
-        A group for every one of `ARM_POINTS`, and for `TORSO_POINTS` where the pelvis is shown.
+        A group for every one of `ARM_POINTS`, or for those of one arm and perhaps the other
+        shoulder, and for `TORSO_POINTS` where they are shown.
 
     Raises:
         MotionFileError: A point is not recognised, or two people are, or a name that is needed
             appears twice; the message lists the file's names and a mapping to edit.
     """
     given = {p: tuple(_exact(path, n, names) for n in group) for p, group in mapping.items()}
-    recognised = _recognised(names)
+    mapped = {name for group in given.values() for name in group}
+    people = _people(names)
     # The torso must be that of the person whose arms the user chose.
-    meant = [groups for groups in recognised if _subjects(groups) & _subjects(given)]
-    found = [groups | given for groups in meant or recognised] or [given]
+    meant = [person for person in people if mapped & set(person.values())]
+    found = [_recognise(person) | given for person in meant or people] or [given]
+    found.sort(key=len, reverse=True)
     complete = [groups for groups in found if groups.keys() >= set(ARM_POINTS)]
-    if len({tuple(groups[p] for p in ARM_POINTS) for groups in complete}) > 1:
+    single = [one for groups in found if (one := _single_arm(groups))]
+    if not complete and not single:
+        unsided = [_recognise(person, one_arm=True) | given for person in meant or people]
+        single = [one for groups in unsided if (one := _single_arm(groups))]
+        if single and one_arm and report is not None:
+            report.warn(
+                "the arm is named neither left nor right and taken as the right one",
+                remedy=f"{mapping_option(_as_left(single[0]))} makes it the left one",
+            )
+    complete = complete or single * one_arm
+    distinct = {tuple(groups.get(p) for p in ARM_POINTS): groups for groups in complete}
+    if len(distinct) > 1:
+        first, second, *_ = distinct.values()
         raise MotionFileError(
-            f"{path}: shows {len(complete)} people",
-            remedy=f"choose one with {mapping_option(complete[0])}, or"
-            f" {mapping_option(complete[1])}",
+            f"{path}: shows {len(distinct)} people",
+            remedy=f"choose one with {mapping_option(first)}, or {mapping_option(second)}",
         )
     if not complete:
-        best = max(found, key=len)
-        guessed = {p: _guess(p, names) for p in ARM_POINTS if p not in best}
-        _check_once(path, names, {p: g for p, g in guessed.items() if len(set(g)) == 1})
-        raise _not_recognised(path, names, best)
+        raise not_recognised(path, names, found[0], single[0] if single else None)
     groups = complete[0]
-    if "pelvis" in groups:
-        shoulders = (*groups["left_shoulder"], *groups["right_shoulder"])
-        groups.setdefault("neck", shoulders)
+    if not groups.keys() >= set(ARM_POINTS):
+        pass  # of one arm any point of the torso shows where its other side is
+    elif "pelvis" in groups:
+        groups.setdefault("neck", (*groups["left_shoulder"], *groups["right_shoulder"]))
     else:
         groups.pop("neck", None)
-    _check_once(path, names, groups)
+    check_once(path, names, groups)
+    if report is not None:
+        for hand in hands_for_wrists(groups):
+            report.note(f"{hand} stands for a wrist, which the file does not name")
     return groups
 
 
-def _check_once(path: Path, names: Sequence[str], groups: Groups) -> None:
-    """Refuse names that appear twice in the file."""
-    counts = Counter(names)
-    twice = next((n for group in groups.values() for n in group if counts[n] > 1), None)
-    if twice is not None:
-        raise MotionFileError(f"{path}: {twice} appears twice; rename or remove one")
+def half_pelvis(group: Sequence[str]) -> Literal["front", "back"] | None:
+    """Return at which end of the pelvis its markers are, None if at both or unknown."""
+    ends = {
+        end
+        for name in group
+        for end, pattern in _marker_sets().half_pelvis.items()
+        if pattern.search(_short_name(name))
+    }
+    return ends.pop() if len(ends) == 1 else None
+
+
+def facing_markers(names: Sequence[str], groups: Groups) -> Groups:
+    """Return groups "front" and "back" of points that show where a person faces, or empty ones.
+
+    Args:
+        names: The names that the file has.
+        groups: The person's arms and torso.
+    """
+    arms = {name for point in ARM_POINTS for name in groups.get(point, ())}
+    for person in _people(names):
+        if arms <= set(person.values()):
+            for pair in _marker_sets().facing:
+                if all(word in person for group in pair for word in group):
+                    front, back = (tuple(person[word] for word in group) for group in pair)
+                    return {"front": front, "back": back}
+    return {"front": (), "back": ()}
 
 
 def _exact(path: Path, name: str, names: Sequence[str]) -> str:
@@ -150,147 +206,116 @@ def _exact(path: Path, name: str, names: Sequence[str]) -> str:
     if len(set(alike)) != 1:
         raise MotionFileError(
             f"{path}: map names {name}, which the file"
-            f" {'does not have' if not alike else 'has twice'}; it has {_listed(names)}"
+            f" {'does not have' if not alike else 'has twice'}; it has {listed(names)}"
         )
     return alike[0]
 
 
-def _subjects(groups: Groups) -> set[str]:
-    return {name.rpartition(":")[0] for group in groups.values() for name in group}
-
-
-def _recognised(names: Sequence[str]) -> list[Groups]:
-    """Return what is recognised of each subject of the file, the most first."""
-    subjects: dict[str, dict[str, str]] = {}
-    common = _common_prefix(names)
+def _people(names: Sequence[str]) -> list[_Person]:
+    """Return the names of each person by subject, and by what is glued to all their names."""
+    subjects: dict[str, _Person] = {}
     for name in names:
-        subject, _, rest = name.rpartition(":")
-        short = _short_name(rest.removeprefix(common) if rest != common else rest)
-        subjects.setdefault(subject, {}).setdefault(short, name)
-    found = [_recognise(short) for short in subjects.values()]
-    return sorted((groups for groups in found if groups), key=len, reverse=True)
+        subject = name.rpartition(":")[0]
+        subjects.setdefault(subject, {}).setdefault(_short_name(name), name)
+    people = []
+    for person in subjects.values():
+        people.append(person)
+        if not _recognise(person).keys() >= set(ARM_POINTS):
+            glued = [_without(person, *affixes) for affixes in _glued(person)]
+            people += [one for one in glued if _whole_arms(_recognise(one))]
+    return people
 
 
-def _recognise(short: Mapping[str, str]) -> Groups:
-    """Return the groups of one subject: arms by the first set that fits, and torso."""
+def _glued(person: _Person) -> list[tuple[str, str]]:
+    """Return beginnings and ends that names of arms share, such as "anna" of AnnaLSHO."""
+    sets = _marker_sets()
+    counts: Counter[tuple[str, str]] = Counter()
+    longest = max(map(len, sets.words))
+    for name in person:
+        for i in range(1, min(len(name), longest + 1)):
+            if name[-i:] in sets.words:
+                counts[name[:-i], ""] += 1
+            if name[:i] in sets.words and not (is_no_place(name[i:]) or name[i:].isdigit()):
+                counts["", name[i:]] += 1
+    return [glued for glued, n in counts.most_common(_MOST_AFFIXES) if n >= _FEWEST]
+
+
+def _without(person: _Person, start: str, end: str) -> _Person:
+    """Return the names that have a beginning and an end, by what is between."""
+    return {
+        short.removeprefix(start).removesuffix(end): name
+        for short, name in person.items()
+        if short.startswith(start) and short.endswith(end) and len(short) > len(start + end)
+    }
+
+
+def _recognise(person: _Person, *, one_arm: bool = False) -> Groups:
+    """Return the groups of one person: arms by the first set that fits, else the best; and torso.
+
+    Args:
+        person: Names of the person.
+        one_arm: Whether names have no side; they are taken as those of the right arm.
+    """
     best: Groups = {}
     sets = _marker_sets()
-    for words in sets.arms:
+    beside_markers = not sets.markers.isdisjoint(person)
+    for marker_set in sets.arms:
+        if marker_set.bones and beside_markers:
+            continue
         groups = {
             f"{side}_{part}": group
-            for side in SIDES
+            for side in (SIDES[1:] if one_arm else SIDES)
             for part in _PARTS
-            if (group := _first_group(words[part], short, side))
+            if (group := _first_group(marker_set.spellings(part, "" if one_arm else side), person))
         }
-        if len(groups) > len(best):
+        if marker_set.bones and not any(point.endswith("shoulder") for point in groups):
+            continue  # names such as "forearm" and "hand" may be markers on these segments
+        # Names of the elbow tell bones from markers best: a "shoulder" may be the collar bone.
+        if _fit(groups) >= _fit(best):
             best = groups
         if len(best) == len(ARM_POINTS):
             break
     if len(best) < _FEWEST:
-        return {}
+        best = {}
     for point, choices in sets.torso.items():
         for choice in choices:
             needed = {*choice, *(sets.only_with[w] for w in choice if w in sets.only_with)}
-            if needed <= short.keys():
-                best[point] = tuple(short[word] for word in choice)
+            if needed <= person.keys():
+                best[point] = tuple(person[word] for word in choice)
                 break
     return best
 
 
-def _first_group(choices: _Choices, short: Mapping[str, str], side: str) -> tuple[str, ...] | None:
-    """Return the names of the first choice that is there on a side."""
-    for choice in choices:
-        spellings = (
-            tuple(pattern.format(side=s, word=word) for word in choice)
-            for s, pattern in itertools.product((side, side[0]), ("{side}{word}", "{word}{side}"))
-        )
-        for spelling in spellings:
-            if all(word in short for word in spelling):
-                return tuple(short[word] for word in spelling)
+def _fit(groups: Groups) -> int:
+    return len(groups) + sum(point.endswith("elbow") for point in groups)
+
+
+def _first_group(spellings: Iterator[tuple[str, ...]], person: _Person) -> tuple[str, ...] | None:
+    """Return the names of the first spelling that is there."""
+    for spelling in spellings:
+        if all(word in person for word in spelling):
+            return tuple(person[word] for word in spelling)
     return None
 
 
-def _not_recognised(path: Path, names: Sequence[str], found: Groups) -> MotionFileError:
-    """Return an error with the missing points, the file's names, and a mapping to edit."""
-    guess = {point: found.get(point) or _guess(point, names) for point in ARM_POINTS}
-    mapping = mapping_option({point: group or ("?",) for point, group in guess.items()})
-    missing = [point.replace("_", " ") for point in ARM_POINTS if point not in found]
-    has = f"it has {_listed(names)}"
-    if not any(guess.values()):
-        guesses = _marker_sets().guesses
-        one = {part: [n for n in names if rule.search(n)] for part, rule in guesses.items()}
-        if all(one.values()):
-            return MotionFileError(
-                f"{path}: shows a single arm, named neither left nor right"
-                f" ({'; '.join('+'.join(group[:2]) for group in one.values())}); both arms are"
-                " needed"
-            )
-    for side in SIDES:
-        if any(guess.values()) and not any(guess[p] for p in ARM_POINTS if p.startswith(side)):
-            return MotionFileError(
-                f"{path}: has no {side} arm, and both arms are needed; {has}",
-                remedy=f"if that arm is among them, name its points with {mapping}",
-            )
-    return MotionFileError(
-        f"{path}: no point is recognised as the {', the '.join(missing)}; {has}",
-        remedy=f"name the points with {mapping}",
-    )
+def _single_arm(groups: Groups) -> Groups | None:
+    """Return the only whole arm with the other shoulder and the torso; None if there is none."""
+    whole = _whole_arms(groups)
+    if len(whole) != 1:
+        return None
+    other = SIDES[1 - SIDES.index(whole[0])]
+    return {p: g for p, g in groups.items() if p not in (f"{other}_elbow", f"{other}_wrist")}
 
 
-def _guess(point: str, names: Sequence[str]) -> tuple[str, ...]:
-    """Return names that look like a point: with the right word, a side, and a twin opposite."""
-    side, _, part = point.partition("_")
-    mine, other = _SIDED[side], _SIDED[SIDES[1 - SIDES.index(side)]]
-    rule = _marker_sets().guesses[part]
-    twins = {other.sub("*", name) for name in names if other.search(name)}
-    fitting = (
-        name
-        for name in names
-        if rule.search(name) and mine.search(name) and mine.sub("*", name) in twins
-    )
-    return tuple(itertools.islice(fitting, _MOST_GUESSED))
+def _whole_arms(groups: Groups) -> list[str]:
+    return [side for side in SIDES if all(f"{side}_{part}" in groups for part in _PARTS)]
 
 
-def _listed(names: Sequence[str]) -> str:
-    more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
-    return ", ".join(names[:_MOST_NAMED]) + more
-
-
-def _common_prefix(names: Sequence[str]) -> str:
-    """Return the beginning that most names share, such as "Bip01 ", or ""."""
-    starts = [re.match(r"[^\W_]+[\W_]+", name.rpartition(":")[2]) for name in names]
-    prefix, count = Counter(start[0] if start else "" for start in starts).most_common(1)[0]
-    is_side = re.fullmatch(r"(l|r|left|right)[\W_]+", prefix.lower())
-    return prefix if 5 * count > 3 * len(names) and not is_side else ""
+def _as_left(groups: Groups) -> Groups:
+    return {f"left_{part}": groups[f"right_{part}"] for part in _PARTS}
 
 
 def _short_name(name: str) -> str:
-    """Return a name without subject, case, separators and insignificant parts."""
-    letters = re.sub(r"[\W_]+", "", name.rpartition(":")[2].lower())
-    return _SUFFIX.sub("", _PREFIX.sub("", letters))
-
-
-def _read_toml(path: Path) -> Iterator[tuple[str, tuple[str, ...]]]:
-    if problem := file_problem(path, largest=SMALL_FILE):
-        raise BadOptionError(f"names {path}: {problem}", option="map")
-    try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        problem = f"names {path}, which is not a TOML file ({error})"
-        raise BadOptionError(problem, option="map") from None
-    for point, value in content.items():
-        names = [name.strip() for name in value.split("+")] if isinstance(value, str) else value
-        if not (isinstance(names, list) and names and all(isinstance(n, str) and n for n in names)):
-            problem = f"names {path}, where {point} is '{value}'; expected a name or names"
-            raise BadOptionError(problem, option="map")
-        yield point, tuple(names)
-
-
-def _read_inline(option: str) -> Iterator[tuple[str, tuple[str, ...]]]:
-    for entry in filter(None, (part.strip() for part in option.split(","))):
-        point, equals, names = entry.partition("=")
-        group = tuple(name.strip() for name in names.split("+"))
-        if not equals or not all(group):
-            problem = f"has '{entry}', not POINT=NAME or POINT=NAME+NAME, such as left_elbow=LELB"
-            raise BadOptionError(problem, option="map")
-        yield point.strip(), group
+    """Return a name without subject, case, accents, separators and insignificant parts."""
+    plain = unicodedata.normalize("NFKD", name.rpartition(":")[2].lower())
+    return _SUFFIX.sub("", _PREFIX.sub("", re.sub(r"[\W_]+", "", plain)))

@@ -13,6 +13,7 @@ from mpma_mj.utils.validation import Bounds, check_fields
 __all__ = ["ContextName", "ReadingOptions", "given"]
 
 ContextName = Literal["auto", "equal", "changes", "events", "bars", "sections"]
+OtherArm = Literal["hang", "mirror"]
 
 _PARTS = 4
 _SECONDS = Bounds(0.0, 1e6, hint="s")
@@ -28,12 +29,14 @@ class ReadingOptions:
         skeleton: The ASF of an AMC, if it is in another folder, or the body model of an SMPL pose.
         unit: Unit of the file.
         up: Axis of the file that points up.
+        left_handed: Mirror a file whose axes are left-handed, as Unity's and Unreal's are.
         rate_in: Frames per second of the file, Hz.
         start: Where to begin, in seconds of the recording.
         end: Where to end, in seconds of the recording.
         max_gap: Longest gap in a marker's trajectory that is bridged, in seconds.
         longest: Keep the longest stretch without longer gaps, instead of refusing the file.
         repair: Bridge single frames in which a marker jumps away and back.
+        other_arm: What the other arm does in a recording of one arm: hang, or mirror that one.
         cutoff: Cut-off frequency of the low-pass filter, Hz; from the data if not given.
         tempo: Speed relative to the original; 0.5 takes twice as long; "auto" is the fastest,
             up to 1, at which the arms can follow the motion as it is.
@@ -52,12 +55,14 @@ class ReadingOptions:
     skeleton: str | None = None
     unit: Unit | None = None
     up: Up | None = None
+    left_handed: bool = False
     rate_in: Annotated[float, Bounds(*RATES, hint="Hz")] | None = None
     start: Annotated[float, _SECONDS] | None = None
     end: Annotated[float, _SECONDS] | None = None
     max_gap: Annotated[float, _SECONDS] = 0.25
     longest: bool = False
     repair: bool = False
+    other_arm: OtherArm | None = None
     cutoff: Annotated[float, Bounds(0.0, 1e6, above=True, hint="Hz")] | None = None
     tempo: Annotated[float, _TEMPO] | Literal["auto"] = 1.0
     strict: bool = False

@@ -9,12 +9,21 @@ from numpy.typing import NDArray
 
 from mpma_mj.errors import MotionFileError
 from mpma_mj.kinematics import SIDES
-from mpma_mj.motions.body import segments, trunk
+from mpma_mj.motions.body import ARM_POINTS, TORSO_POINTS, has_trunk, segments, trunk
 from mpma_mj.motions.import_report import ImportReport
-from mpma_mj.motions.marker_sets import Groups, mapping_option
-from mpma_mj.motions.readers.recording import UNITS, UPS, Up
+from mpma_mj.motions.mapping import Groups, mapping_option
+from mpma_mj.motions.options import ReadingOptions
+from mpma_mj.motions.readers.recording import UNITS, UPS, Tracks, Up
 
-__all__ = ["arm_length", "check_sides", "find_unit", "find_up", "turn_z_up"]
+__all__ = [
+    "arm_length",
+    "check_handedness",
+    "check_sides",
+    "find_unit",
+    "find_up",
+    "refuse_pictures",
+    "turn_z_up",
+]
 
 Array = NDArray[np.float64]
 
@@ -24,10 +33,13 @@ _ARMS = (0.25, 0.9)  # m: of children and giants
 _LENGTHS = {**UNITS, "inch/0.45": UNITS["inch"] / 0.45}
 _USUAL = ("y", "z")  # axes that point up in nearly every file
 _CLEAR = 0.7  # share of a direction along one axis from which it decides
+_ENOUGH = 4096  # frames that show whether it is a picture
+_FLAT = 0.02  # of a picture's width and height, under which there is no depth
 # Of left and right:
 _MOSTLY = 0.5  # share of the time
 _FORWARD = 0.2  # of a forearm's length that it has to point forward or backward to count
 _MOSTLY_BACKWARD = 0.75  # share of the time
+_PARTS = ("shoulder", "elbow", "wrist")
 _OFTEN = 0.1  # share of the time in which forearms have to point anywhere
 
 
@@ -35,7 +47,11 @@ def arm_length(points: dict[str, Array]) -> float:
     """Return the usual length of upper arm and forearm, the longer side, in the file's unit."""
     length = {k: np.nanmedian(np.linalg.norm(v, axis=1)) for k, v in segments(points).items()}
     return float(
-        max(length[f"{side} upper arm"] + length[f"{side} forearm"] for side in ("left", "right"))
+        max(
+            length[f"{side} upper arm"] + length[f"{side} forearm"]
+            for side in SIDES
+            if f"{side} forearm" in length
+        )
     )
 
 
@@ -107,19 +123,15 @@ def find_up(
     if given is not None:
         report.note(f"{given} is up, as given")
         return given
-    has_trunk = "pelvis" in points or removed_trunk is not None
-    if has_trunk:
-        ways = trunk(points) if removed_trunk is None else removed_trunk
-        shown, how = _axis_of(ways), "by the trunk"
-    else:
-        hanging = [-vectors for name, vectors in segments(points).items() if "upper" in name]
-        shown, how = _axis_of(np.concatenate(hanging)), "by the hanging upper arms"
-        if shown not in _USUAL:  # then it is rather the arms that do not hang
-            shown = None
-    if declared is not None and (shown in (declared, None) or not has_trunk):
+    trunk_shown = has_trunk(points) or removed_trunk is not None
+    how = "by the trunk" if trunk_shown else "by the hanging upper arms"
+    shown = _shown_up(points, removed_trunk)
+    if not trunk_shown and shown not in _USUAL:  # then it is rather the arms that do not hang
+        shown = None
+    if declared is not None and (shown in (declared, None) or not trunk_shown):
         report.note(f"{declared} is up, as the file or its format declares")
         return declared
-    if shown is None and "pelvis" in points:
+    if shown is None and has_trunk(points):
         return "z"  # the trunk's direction is known in every frame, so that none else matters
     if shown is None:
         raise MotionFileError(
@@ -130,6 +142,48 @@ def find_up(
     instead = f"; the file or its format declares {declared}" if declared is not None else ""
     report.note(f"{shown} is up, {how}{instead}")
     return shown
+
+
+def _shown_up(points: dict[str, Array], removed_trunk: Array | None = None) -> Up | None:
+    """Return the axis along which the trunk points, or else against which the upper arms hang."""
+    if removed_trunk is not None:
+        return _axis_of(removed_trunk)
+    if has_trunk(points):
+        return _axis_of(trunk(points))
+    hanging = [-vectors for name, vectors in segments(points).items() if "upper" in name]
+    return _axis_of(np.concatenate(hanging))
+
+
+def refuse_pictures(points: dict[str, Array], where: str) -> None:
+    """Refuse places in a picture, which pose estimators give in pixels or shares of its size.
+
+    Args:
+        points: Points as in the file, each shape (T, 3).
+        where: What an error calls the recording.
+
+    Raises:
+        MotionFileError: x and y are shares, and y is vertical; or all points have one depth.
+    """
+    places = np.concatenate([track[:: len(track) // _ENOUGH + 1] for track in points.values()])
+    low, high = np.percentile(places, (5.0, 95.0), axis=0)
+    is_share = (low[:2] >= 0.0).all() and (high[:2] <= 1.0).all()
+    is_vertical = _shown_up(points) in ("y", "-y", None)
+    has_depth = low[2] > 0.0 and high[2] > 1.0  # m from a camera
+    width, height, depth = high - low
+    if is_share and is_vertical and not has_depth:
+        raise MotionFileError(
+            f"{where}: x and y of all points are between 0 and 1, so they are shares of a picture's"
+            " width and height, which keep no angles",
+            remedy="export the pose estimator's world landmarks; if they are metres, say so with"
+            " {unit=m}",
+        )
+    if depth < _FLAT * min(width, height):
+        raise MotionFileError(
+            f"{where}: z of all points varies by {depth:.3g}, x and y by {width:.3g} and"
+            f" {height:.3g}: these are places in a picture, without depth",
+            remedy="export places in space, such as the pose estimator's world landmarks; a motion"
+            " within one plane is read with {unit=m}",
+        )
 
 
 def turn_z_up(track: Array, up: Up) -> Array:
@@ -190,9 +244,50 @@ def check_sides(
             f"forearms point backwards in {100 * backward:.0f} % of the frames in which they are"
             " bent: left and right look swapped, or up and down, or the file's axes are"
             " left-handed, as in Unity",
-            remedy=f"{_swapped(groups, ('shoulder', 'elbow', 'wrist'))} corrects the first,"
-            " {up} the second",
+            remedy=f"{_swapped(groups, _PARTS)} corrects the first,"
+            " {up} the second, {left_handed} the third",
         )
+
+
+def check_handedness(
+    tracks: Tracks, groups: Groups, facing: Groups, options: ReadingOptions, report: ImportReport
+) -> bool:
+    """Warn of a file whose front, left and up are those of left-handed axes.
+
+    Args:
+        tracks: Trajectories by marker, as in the file, each shape (T, 3).
+        groups: Which markers show which point of the body.
+        facing: Which are at its "front" and "back".
+        options: Whether the file will be mirrored.
+        report: Gets the warning.
+
+    Returns:
+        Whether there is a warning.
+    """
+    if not facing["front"] or not groups.keys() >= {*ARM_POINTS, *TORSO_POINTS}:
+        return False
+    points = {
+        point: np.mean([tracks[name] for name in group], axis=0)
+        for point, group in (groups | facing).items()
+    }
+    across = points["left_shoulder"] - points["right_shoulder"]
+    forward = np.cross(across, trunk(points))
+    shown = np.sum(forward * (points["front"] - points["back"]), axis=1)
+    shown = shown[np.isfinite(shown)] * (-1.0 if options.left_handed else 1.0)
+    doubted = len(shown) > 0 and bool(np.mean(shown < 0.0) > _MOSTLY_BACKWARD)
+    if doubted and options.left_handed:
+        report.warn(
+            "mirrored, left and right are swapped: the file's axes are right-handed",
+            remedy="leave out {left_handed}",
+        )
+    elif doubted:
+        seen = f"{'+'.join(facing['front'])} in front of {'+'.join(facing['back'])}"
+        report.warn(
+            f"with {seen}, left and right look swapped, or the file's axes are left-handed, as in"
+            " Unity",
+            remedy=f"{_swapped(groups, _PARTS)} corrects the first, {{left_handed}} the second",
+        )
+    return doubted
 
 
 def _swapped(groups: Groups, parts: Sequence[str]) -> str:

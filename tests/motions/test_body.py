@@ -138,3 +138,12 @@ def test_shoulders_above_each_other_are_named_as_that() -> None:
     points["left_shoulder"][7] = points["right_shoulder"][7] + [0.0, 0.0, 300.0]
     with pytest.raises(MotionFileError, match=r"shoulders, seen.* frame 8 .*lie above each other"):
         check_segments(points, "dance.x")
+
+
+def test_a_trunk_whose_length_varies_is_warned_about(tmp_path: Path) -> None:
+    points = with_torso(dancer(POSTURE))
+    whole = import_motion(save(tmp_path / "a.npz", points), ReadingOptions())
+    assert not whole.report.warnings
+    points["neck"][20:30] = [1.0, 1.0, 1.0]  # on the floor, below the pelvis
+    (warning,) = import_motion(save(tmp_path / "a.npz", points), ReadingOptions()).report.warnings
+    assert warning.startswith("the trunk's length varies by ")

@@ -7,7 +7,9 @@ import pytest
 
 from mpma_mj.errors import BadOptionError, MotionFileError
 from mpma_mj.motions.body import ARM_POINTS
-from mpma_mj.motions.marker_sets import Groups, choose_markers, parse_mapping
+from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.mapping import Groups, parse_mapping
+from mpma_mj.motions.marker_sets import choose_markers
 
 FILE = Path("dance.c3d")
 _PLUG_IN_GAIT = (
@@ -91,6 +93,60 @@ KNOWN = {
         " lowerarm_r hand_r",
         "upperarm_l lowerarm_l hand_l upperarm_r lowerarm_r hand_r",
     ),
+    "OpenSim": (
+        "pelvis torso humerus_l ulna_l radius_l hand_l humerus_r ulna_r radius_r hand_r",
+        "humerus_l ulna_l hand_l humerus_r ulna_r hand_r",
+    ),
+    "Theia": (
+        "pelvis torso l_uarm l_larm l_hand r_uarm r_larm r_hand l_thigh r_thigh",
+        "l_uarm l_larm l_hand r_uarm r_larm r_hand",
+    ),
+    "NITE, without wrists": (
+        "ShoulderLeft ElbowLeft HandLeft ShoulderRight ElbowRight HandRight HipLeft HipRight",
+        "ShoulderLeft ElbowLeft HandLeft ShoulderRight ElbowRight HandRight",
+    ),
+    "hands beside wrists": (
+        "lcollar lshoulder lelbow lwrist lhand rcollar rshoulder relbow rwrist rhand",
+        "lshoulder lelbow lwrist rshoulder relbow rwrist",
+    ),
+    "segment markers beside joint markers": (
+        "LSH LARM LELB LFOREARM LHAND LWR RSH RARM RELB RFOREARM RHAND RWR",
+        "LSH LELB LWR RSH RELB RWR",
+    ),
+    "German": (
+        "Schulter_links Ellenbogen_links Handgelenk_links rechte_Schulter rechter_Ellenbogen"
+        " rechtes_Handgelenk Becken",
+        "Schulter_links Ellenbogen_links Handgelenk_links rechte_Schulter rechter_Ellenbogen"
+        " rechtes_Handgelenk",
+    ),
+    "French": (
+        "épaule_gauche coude_gauche poignet_gauche épaule_droite coude_droit poignet_droit",
+        "épaule_gauche coude_gauche poignet_gauche épaule_droite coude_droit poignet_droit",
+    ),
+    "Spanish": (
+        "hombro_izq codo_izq muñeca_izq hombro_der codo_der muñeca_der",
+        "hombro_izq codo_izq muñeca_izq hombro_der codo_der muñeca_der",
+    ),
+    "Italian": (
+        "spalla_sx gomito_sx polso_sx spalla_dx gomito_dx polso_dx",
+        "spalla_sx gomito_sx polso_sx spalla_dx gomito_dx polso_dx",
+    ),
+    "MikuMikuDance": (
+        "左腕 左ひじ 左手首 右腕 右ひじ 右手首",
+        "左腕 左ひじ 左手首 右腕 右ひじ 右手首",
+    ),
+    "ARKit": (
+        "hips_joint left_arm_joint left_forearm_joint left_hand_joint right_arm_joint"
+        " right_forearm_joint right_hand_joint",
+        "left_arm_joint left_forearm_joint left_hand_joint right_arm_joint right_forearm_joint"
+        " right_hand_joint",
+    ),
+    "VRM": (
+        "J_Bip_C_Hips J_Bip_L_UpperArm J_Bip_L_LowerArm J_Bip_L_Hand J_Bip_R_UpperArm"
+        " J_Bip_R_LowerArm J_Bip_R_Hand",
+        "J_Bip_L_UpperArm J_Bip_L_LowerArm J_Bip_L_Hand J_Bip_R_UpperArm J_Bip_R_LowerArm"
+        " J_Bip_R_Hand",
+    ),
     "snake case": (
         "left_shoulder left_elbow left_wrist right_shoulder right_elbow right_wrist",
         "left_shoulder left_elbow left_wrist right_shoulder right_elbow right_wrist",
@@ -118,7 +174,7 @@ def test_the_order_of_the_names_does_not_matter(kind: str) -> None:
     assert arms(choose_markers(FILE, names.split()[::-1], {})) == groups_of(expected)
 
 
-@pytest.mark.parametrize("subject", ["Anna:", "Skeleton 001:", "take:Anna:"])
+@pytest.mark.parametrize("subject", ["Anna:", "Skeleton 001:", "take:Anna:", "Anna", "P1_"])
 @pytest.mark.parametrize("kind", ["Plug-in Gait", "CMU", "ISB", "Xsens"])
 def test_a_subject_before_the_names_does_not_matter(kind: str, subject: str) -> None:
     names, expected = KNOWN[kind]
@@ -154,7 +210,7 @@ def test_optitracks_bones_are_recognised() -> None:
         ("Plug-in Gait", "LASI RASI LPSI RPSI", "C7 CLAV"),
         ("CMU", "LFWT RFWT LBWT RBWT", "C7 CLAV"),
         ("CMU BVH", "Hips", "Neck"),
-        ("Kinect", None, None),
+        ("Kinect", "SpineBase", "Neck"),
         ("MediaPipe", "LEFT_HIP RIGHT_HIP", "LEFT_SHOULDER RIGHT_SHOULDER"),
         ("Acclaim", "root", "thorax"),
         ("snake case", None, None),
@@ -382,3 +438,117 @@ def test_guesses_are_of_the_right_side() -> None:
 def test_hundreds_of_names_are_not_all_listed() -> None:
     with pytest.raises(MotionFileError, match="and 180 more"):
         choose_markers(FILE, [f"M{i}" for i in range(300)], {})
+
+
+@pytest.mark.parametrize("kind", ["Plug-in Gait", "CMU", "Xsens", "Kinect"])
+def test_a_subject_at_the_end_of_the_names_does_not_matter(kind: str) -> None:
+    names, expected = KNOWN[kind]
+    groups = choose_markers(FILE, [f"{name}_anna" for name in names.split()], {})
+    known = groups_of(expected)
+    assert arms(groups) == {p: tuple(f"{n}_anna" for n in group) for p, group in known.items()}
+
+
+@pytest.mark.parametrize("spelling", ["{1}{0}", "{0}{1}", "{1}_{0}"])
+def test_two_dancers_are_told_apart_by_names_that_are_glued_on(spelling: str) -> None:
+    names = [spelling.format(n, d) for d in ("Anna", "Ben") for n in _PLUG_IN_GAIT.split()]
+    with pytest.raises(MotionFileError, match="shows 2 people; choose one with") as caught:
+        choose_markers(FILE, names, {})
+    options = re.findall(r'map="([^"]*)"', str(caught.value))
+    chosen = [choose_markers(FILE, names, parse_mapping(option)) for option in options]
+    for groups, dancer in zip(chosen, ("Anna", "Ben"), strict=True):
+        assert all(dancer in name for group in groups.values() for name in group)
+        assert len(groups["pelvis"]) == 4
+
+
+def test_ends_of_bones_and_angles_of_joints_are_no_joints() -> None:
+    bones = ("LeftArm", "LeftForeArm", "LeftHand", "RightArm", "RightForeArm", "RightHand")
+    joints = ("LShoulder", "LElbow", "LWrist", "RShoulder", "RElbow", "RWrist")
+    for names in ([f"{bone}_end" for bone in bones], [f"{joint}Angles" for joint in joints]):
+        with pytest.raises(MotionFileError, match="no point is recognised") as caught:
+            choose_markers(FILE, names, {})
+        assert mapping_in(str(caught.value)) == {point: ("?",) for point in ARM_POINTS}
+
+
+def mapping_in(message: str) -> Groups:
+    (option,) = re.findall(r'map="([^"]*)"', message)
+    return parse_mapping(option)
+
+
+@pytest.mark.parametrize(
+    ("names", "left"),
+    [
+        # "elbowright" contains the beginning of a wrist
+        ("ShoulderLeft ElbowLeft ShoulderRight ElbowRight", "ShoulderLeft ElbowLeft ?"),
+        # of OpenSim's two bones of the forearm, neither is the wrist
+        ("humerus_l ulna_l radius_l humerus_r ulna_r radius_r", "humerus_l ulna_l ?"),
+        # markers on segments are no joints
+        ("LSHO LUARM LFARM LWRA LWRB RSHO RUARM RFARM RWRA RWRB", "LSHO ? LWRA+LWRB"),
+        ("LUPA LARM LELB LFRM LFOREARM RUPA RARM RELB RFRM RFOREARM", "? LELB ?"),
+        # collar bones are no shoulders
+        ("LCollar LElbow LWrist RCollar RElbow RWrist", "? LElbow LWrist"),
+        ("LCLAV LELB LWRI RCLAV RELB RWRI SACR", "? LELB LWRI"),
+        (
+            "LeftShoulder LeftForeArm LeftHand RightShoulder RightForeArm RightHand",
+            "? ?",
+        ),
+        ("LShoulder LForeArm LWrist RShoulder RForeArm RWrist", "? ? LWrist"),
+        # one of two markers is beside the joint
+        ("LSHO LMELBO LLELBO LWRI RSHO RMELBO RLELBO RWRI", "LSHO LMELBO+LLELBO LWRI"),
+        ("LSho LElb1 LElb2 LWri1 LWri2 RSho RElb1 RElb2 RWri1 RWri2", "LSho ? ?"),
+        # joint angles are no places
+        (
+            "L_shoulder_pitch L_elbow_yaw L_wrist R_shoulder_pitch R_elbow_yaw R_wrist",
+            "? ? L_wrist",
+        ),
+        # three look like it
+        ("LSHO LELB LWR1 LWR2 LWR3 RSHO RELB RWR1 RWR2 RWR3", "LSHO LELB ?"),
+        ("LSHO LELB1 LELB2 LWRI RSHO RELB1 RELB2 RWRI", "LSHO ? LWRI"),
+    ],
+)
+def test_the_mapping_in_a_refusal_is_right_or_holds_a_question_mark(names: str, left: str) -> None:
+    with pytest.raises(MotionFileError) as caught:
+        choose_markers(FILE, names.split(), {})
+    groups = mapping_in(str(caught.value))
+    for side in "lr":
+        shown = ["+".join(g) for p, g in groups.items() if p.startswith(side)]
+        swap = {"L": "R", "_l": "_r", "Left": "Right"}
+        expected = left.split()
+        if side == "r":
+            for one, other in sorted(swap.items(), key=lambda pair: -len(pair[0])):
+                expected = [
+                    name.replace(one, other) if len(one) > 1 else re.sub(r"\bL(?!eft)", "R", name)
+                    for name in expected
+                ]
+        assert shown[: len(expected)] == expected
+
+
+def test_names_that_look_like_arms_are_listed_first() -> None:
+    others = [f"m{i}" for i in range(150)]
+    with pytest.raises(MotionFileError, match="it has LSHO, LELB, RSHO, RELB, m0, m1"):
+        choose_markers(FILE, [*others, "LSHO", "LELB", "RSHO", "RELB"], {})
+
+
+def test_a_hand_in_place_of_a_wrist_is_noted() -> None:
+    report = ImportReport()
+    choose_markers(FILE, KNOWN["NITE, without wrists"][0].split(), {}, report)
+    assert report.steps == [
+        f"Hand{side} stands for a wrist, which the file does not name" for side in ("Left", "Right")
+    ]
+    for kind in KNOWN.keys() - {"NITE, without wrists"}:
+        report = ImportReport()
+        choose_markers(FILE, KNOWN[kind][0].split(), {}, report)
+        assert not report.steps, kind
+
+
+def test_names_may_be_numbers() -> None:
+    points = zip(ARM_POINTS, "123456", strict=True)
+    groups = parse_mapping(",".join(f"{point}={number}" for point, number in points))
+    assert choose_markers(FILE, list("123456789"), groups) == groups
+
+
+@pytest.mark.parametrize("names", [[], [""], ["_", ":", "  "], ["x" * 1_000_000], ["L" * 50_000]])
+def test_odd_names_are_refused_in_one_line(names: list[str]) -> None:
+    match = "no point is recognised as the left shoulder"
+    with pytest.raises(MotionFileError, match=match) as caught:
+        choose_markers(FILE, names, {})
+    assert len(str(caught.value)) < 500

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from mpma_mj import kinematics
 from mpma_mj.errors import MotionFileError
@@ -13,6 +14,7 @@ from mpma_mj.motions import ymca
 from mpma_mj.motions.body import posture_from_points
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.loader import ImportedMotion, import_motion
+from mpma_mj.motions.marker_sets import half_pelvis
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.motions.orientation import arm_length, check_sides, find_unit, find_up, turn_z_up
 from mpma_mj.motions.readers.recording import UNITS, UPS, Up
@@ -319,3 +321,131 @@ def test_sides_of_a_file_are_checked(write_tsv: WriteTsv) -> None:
     assert not mended.report.warnings
     right = import_motion(write_tsv(markers_of(points)), ReadingOptions())
     np.testing.assert_allclose(mended.motion.posture, right.motion.posture, atol=1e-9)
+
+
+def picture(points: Points, width: float, height: float) -> Points:
+    """Return points as a picture, of a size in pixels, shows them: x to the right, y down, z."""
+    scale = 500.0  # pixels a metre
+    shown = {}
+    for name, track in points.items():
+        left, up, forward = track[:, 1] / 1e3, track[:, 2] / 1e3, track[:, 0] / 1e3
+        x, y = 960.0 + scale * left, 1300.0 - scale * up
+        shown[name] = np.stack([x / width, y / height, -scale * forward / width], axis=1)
+    return shown
+
+
+@pytest.mark.parametrize("torso", [False, True])
+def test_shares_of_a_picture_are_refused(tmp_path: Path, torso: bool) -> None:
+    points = picture(standing(HANGING, torso=torso), 1920.0, 1300.0)
+    with pytest.raises(MotionFileError, match="shares of a picture's width and height") as caught:
+        read(tmp_path / "a.npz", points, {})
+    assert "world landmarks" in str(caught.value)
+    assert len(read(tmp_path / "a.npz", points, {}, unit="m", up="-y").motion) > 70
+
+
+@pytest.mark.parametrize("depth", ["zero", "constant", "confidence"])
+def test_pixels_without_depth_are_refused(tmp_path: Path, depth: str) -> None:
+    rng = np.random.default_rng(0)
+    points = picture(standing(HANGING, torso=True), 1.0, 1.0)
+    for track in points.values():
+        confidence = rng.uniform(0.5, 1.0, len(track))
+        track[:, 2] = {"zero": 0.0, "constant": 7.0, "confidence": confidence}[depth]
+    with pytest.raises(MotionFileError, match=r"these are places in a picture, without depth"):
+        read(tmp_path / "a.npz", points, {})
+
+
+@pytest.mark.parametrize("up", UPS)
+@pytest.mark.parametrize("way", [0.0, 300.0])  # mm
+def test_places_in_space_are_no_picture(tmp_path: Path, up: Up, way: float) -> None:
+    shift = np.array([way, way, 0.0])
+    points = {n: (t + shift) / 1e3 for n, t in standing(HANGING, torso=True).items()}
+    assert len(read(tmp_path / "a.npz", turned_to(points, up), {}).motion) > 70
+
+
+@pytest.mark.parametrize("up", UPS)
+@pytest.mark.parametrize("axis", range(3))
+def test_left_handed_axes_are_mirrored(tmp_path: Path, up: Up, axis: int) -> None:
+    points = standing(HANGING, torso=True)
+    plain = read(tmp_path / "plain.npz", points, {})
+    mirror = np.where(np.arange(3) == axis, -1.0, 1.0)
+    mirrored = {name: track * mirror for name, track in turned_to(points, up).items()}
+    imported = read(tmp_path / "a.npz", mirrored, {}, left_handed=True)
+    np.testing.assert_allclose(imported.motion.posture, plain.motion.posture, atol=1e-9)
+    assert "left-handed axes, as given: mirrored" in imported.report.steps
+    assert not imported.report.warnings
+
+
+def test_left_handed_axes_are_warned_about_with_the_option_that_mirrors(tmp_path: Path) -> None:
+    points = {name: track * [1.0, -1.0, 1.0] for name, track in moving(0).items()}
+    (warning,) = read(tmp_path / "a.npz", points, {"up": "z"}).report.warnings
+    assert warning.endswith("left_handed the third")
+    assert not read(tmp_path / "a.npz", points, {"up": "z"}, left_handed=True).report.warnings
+
+
+PELVIS = {
+    "front": [["LASI", "RASI"], ["L_IAS", "R_IAS"], ["LFWT", "RFWT"], ["Hip_FL", "Hip_FR"]],
+    "back": [
+        ["LPSI", "RPSI"],
+        ["L_IPS", "R_IPS"],
+        ["LBWT", "RBWT"],
+        ["Hip_BL", "Hip_BR"],
+        ["SACR"],
+    ],
+}
+
+
+@pytest.mark.parametrize("end", PELVIS)
+@pytest.mark.parametrize("lean", [0.0, 0.6])
+@pytest.mark.parametrize("given", [False, True])
+def test_a_torso_with_half_a_pelvis_leans_as_with_a_whole_one(
+    tmp_path: Path, end: str, lean: float, given: bool
+) -> None:
+    plain = read(tmp_path / "plain.npz", standing(HANGING, torso=True), {})
+    turn = Rotation.from_euler("y", lean)
+    for names in PELVIS[end]:
+        points = standing(HANGING, torso=True)
+        del points["pelvis"]
+        for name in names:
+            side = {"L": 110.0, "R": -110.0}.get(name[0] if "Hip" not in name else name[-1], 0.0)
+            x = 105.0 if end == "front" else -105.0
+            points[name] = np.tile([x, side, 950.0], (len(HANGING), 1))
+        turned = {name: turn.apply(track) for name, track in points.items()}
+        mapping = f"pelvis={'+'.join(names)}" if given else None
+        imported = read(tmp_path / "a.npz", turned, {}, map=mapping)
+        angle = np.sum((imported.motion.posture * plain.motion.posture).reshape(-1, 4, 3), axis=2)
+        assert np.degrees(np.arccos(angle.min())) < 1.0
+        assert any(f"only the {end} of the pelvis" in w for w in imported.report.warnings)
+
+
+def test_hips_and_whole_pelvises_are_no_halves() -> None:
+    for group in ("Hips", "pelvis", "LHip RHip", "LASI RASI LPSI RPSI", "LASI RASI SACR SACR"):
+        assert half_pelvis(group.split()) is None
+
+
+FRONTS = {
+    "toes": {"LeftToes": 180.0, "RightToes": 180.0, "LeftFoot": 20.0, "RightFoot": 20.0},
+    "nose": {"NOSE": 90.0, "LEFT_EAR": 0.0, "RIGHT_EAR": 0.0},
+    "chest": {"CLAV": 70.0, "C7": -70.0},
+}
+
+
+@pytest.mark.parametrize("front", FRONTS)
+@pytest.mark.parametrize("turn", [0.0, 2.0])
+def test_points_in_front_show_left_handed_axes(tmp_path: Path, front: str, turn: float) -> None:
+    points = standing(dancer_facing_with_straight_arms(), torso=True)
+    for name, forward in FRONTS[front].items():
+        points[name] = np.tile([forward, 0.0, 1500.0], (240, 1))
+    points = {n: Rotation.from_euler("z", turn).apply(track) for n, track in points.items()}
+    mirrored = {name: track * [-1.0, 1.0, 1.0] for name, track in points.items()}
+    assert not read(tmp_path / "a.npz", points, {}).report.warnings
+    (warning,) = read(tmp_path / "a.npz", mirrored, {}).report.warnings
+    assert "left and right look swapped, or the file's axes are left-handed" in warning
+    assert not read(tmp_path / "a.npz", mirrored, {}, left_handed=True).report.warnings
+    (warning,) = read(tmp_path / "a.npz", points, {}, left_handed=True).report.warnings
+    assert warning.endswith("the file's axes are right-handed; leave out left_handed")
+
+
+def dancer_facing_with_straight_arms() -> Array:
+    """Return postures in which elbows show nothing."""
+    phase = np.arange(240)[:, None] / 20 + np.arange(8)
+    return kinematics.posture_from_angles(np.tile([0.3, 0.2, 0.0, 0.02], 2) + 0.05 * np.sin(phase))

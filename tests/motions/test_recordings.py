@@ -39,7 +39,7 @@ def test_people_have_arms_that_bend_forward_and_bodies_of_human_size(
         assert 0.18 < mean < 0.45
         assert deviation < 0.05 * mean
     duration = imported.report.frames / imported.report.rate
-    assert imported.motion.duration == pytest.approx(duration, abs=0.1)
+    assert imported.motion.duration == pytest.approx(duration, abs=0.2)  # without a ramp
     assert np.abs(np.diff(imported.motion.posture, axis=0)).max() < 0.75  # 15 rad/s
     load(imported.motion)
 
@@ -53,7 +53,7 @@ def test_good_recordings_are_not_warned_about(mocap: Path, name: str) -> None:
 
 @pytest.mark.parametrize("name", PEOPLE)
 def test_only_the_pose_that_export_puts_first_is_cut(mocap: Path, name: str) -> None:
-    poses = {"cmu_amc/01_01.bvh": 1, "cmu_bvh/indian_13.bvh": 4}
+    poses = {"cmu_amc/01_01.bvh": 1, "cmu_bvh/indian_13.bvh": 16}
     imported = read(mocap / name)
     cut = [step for step in imported.report.warnings if "calibration" in step]
     assert len(cut) == (name in poses)
@@ -103,7 +103,8 @@ def test_the_gap_in_the_qualisys_walk_is_refused_by_name(mocap: Path) -> None:
 def test_a_recording_of_one_arm_is_refused_in_words(mocap: Path) -> None:
     for name in ("markers.csv", "markers.trc", "markers_analogs.c3d"):
         with pytest.raises(
-            MotionFileError, match=r"^[^\n]*a single arm[^\n]*both arms are needed$"
+            MotionFileError,
+            match=r"^[^\n]*a single arm[^\n]*both arms are needed;[^\n]*other_arm=hang[^\n]*$",
         ):
             read_motion(mocap / "vicon_trc" / name)
 

@@ -14,7 +14,7 @@ from mpma_mj.motions import read_motion
 from mpma_mj.motions.audio_segments import bars
 from mpma_mj.motions.context import read_labels
 from mpma_mj.motions.import_report import ImportReport
-from mpma_mj.motions.marker_sets import parse_mapping
+from mpma_mj.motions.mapping import parse_mapping
 from mpma_mj.motions.readers.recognise import open_recording
 from mpma_mj.sysid.log import read_log
 from mpma_mj.utils.input_files import file_problem, is_web_address

@@ -4,11 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from mpma_mj.motions.cleaning.body_points import average_markers, measure_segments, turn_upright
+from mpma_mj.motions.cleaning.body_points import (
+    average_markers,
+    lean_torso,
+    measure_segments,
+    turn_upright,
+)
 from mpma_mj.motions.cleaning.calibration_pose import cut_calibration_pose
 from mpma_mj.motions.cleaning.filtering import filter_and_resample
 from mpma_mj.motions.cleaning.gaps import cut_long_gaps, fill_gaps, refuse_unseen, replace_torso
 from mpma_mj.motions.cleaning.jumps import repair_jumps
+from mpma_mj.motions.cleaning.other_arm import add_other_arm, add_other_shoulder
+from mpma_mj.motions.cleaning.outliers import remove_outliers
 from mpma_mj.motions.cleaning.trajectories import Trajectories, cut_time
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.options import ReadingOptions
@@ -19,6 +26,7 @@ Stage = Callable[[Trajectories, ReadingOptions, ImportReport], None]
 
 MARKER_STAGES: tuple[Stage, ...] = (
     cut_time,
+    remove_outliers,
     refuse_unseen,
     repair_jumps,
     cut_long_gaps,
@@ -31,6 +39,9 @@ POINT_STAGES: tuple[Stage, ...] = (
     average_markers,
     turn_upright,
     measure_segments,
+    add_other_shoulder,
+    lean_torso,
+    add_other_arm,
     cut_calibration_pose,
     filter_and_resample,
 )

@@ -20,6 +20,8 @@ _SUDDEN = 0.25  # share of that speed at which human arms would already have bee
 _STILL = 0.35  # rad: more than a T-pose sways (choice)
 _LATEST = 3.0  # s that a pose is held at most (choice)
 _RAMP = 0.25  # s that a ramp lasts at most (choice)
+_AFTER = 1.0  # s after it, which show how steady the motion is (choice)
+_UNSTEADY = 3.0  # times as much as in that second (choice)
 
 
 def cut_calibration_pose(
@@ -29,6 +31,8 @@ def cut_calibration_pose(
     count = calibration_frames(trajectories.tracks, trajectories.rate)
     if count:
         frames_cut = "the first frame is" if count == 1 else f"the first {count} frames are"
+        if trajectories.first:
+            frames_cut = f"frames {trajectories.first + 1} to {trajectories.first + count} are"
         report.warn(f"{frames_cut} cut: a calibration pose")
         trajectories.cut(count, trajectories.frames)
 
@@ -37,7 +41,9 @@ def calibration_frames(points: dict[str, Array], rate: float) -> int:
     """Count the frames before the motion itself.
 
     They end where arms leave their first pose, from one frame to the next, faster than any human
-    arm, stay so for up to a quarter of a second, and do not come back at once, as jumps do.
+    arm, stay so for up to a quarter of a second, and do not come back at once, as jumps do. A ramp
+    that runs out at lower speed lasts, in the same quarter of a second, while speeds change from
+    frame to frame by far more than in the second after it.
 
     Args:
         points: The points of `body.ARM_POINTS`, each shape (T, 3), without gaps.
@@ -56,7 +62,13 @@ def calibration_frames(points: dict[str, Array], rate: float) -> int:
     left_suddenly = first == 0 or (
         step[first - 1] < _SUDDEN * step[first] and (away[:first] < _STILL).all()
     )
-    end = int(fast[fast < first + max(1, round(_RAMP * rate))][-1]) + 1
+    latest = first + max(1, round(_RAMP * rate))
+    end = int(fast[fast < latest][-1]) + 1
+    change = np.abs(np.diff(step))
+    usual = np.max(change[latest : latest + round(_AFTER * rate)], initial=0.0)
+    if usual:
+        unsteady = np.flatnonzero(change[end:latest] > _UNSTEADY * usual)
+        end += int(np.max(unsteady, initial=-1)) + 1
     stays_away = (away[end - 1 : end + 2] > _STILL).all() and end < len(step)
     return end if left_suddenly and stays_away else 0
 

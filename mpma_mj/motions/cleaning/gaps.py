@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.errors import MotionFileError, placeholder
-from mpma_mj.motions.body import ARM_POINTS, TORSO_POINTS
+from mpma_mj.motions.body import ARM_POINTS, TORSO_POINTS, has_trunk
 from mpma_mj.motions.cleaning.trajectories import Trajectories, missing
 from mpma_mj.motions.import_report import ImportReport
-from mpma_mj.motions.marker_sets import Groups
+from mpma_mj.motions.mapping import Groups
 from mpma_mj.motions.options import ReadingOptions
 
 __all__ = ["cut_long_gaps", "fill_gaps", "interpolate", "refuse_unseen", "replace_torso", "runs"]
@@ -38,7 +38,7 @@ def refuse_unseen(
                 f"{where}: marker {name} is missing in all {trajectories.frames} frames",
                 remedy=_without(name, trajectories) or "the arms cannot be followed without it",
             )
-    for point in ARM_POINTS:
+    for point in trajectories.arm_points:
         if not trajectories.seen(groups[point]).any():
             raise MotionFileError(
                 f"{where}: {' and '.join(groups[point])} are never seen together, but the"
@@ -156,7 +156,7 @@ def _trim(
 
 def _without(name: str, trajectories: Trajectories) -> str:
     """Return how to do without a marker of a point that has others; "" if it has none."""
-    for point in ARM_POINTS:
+    for point in trajectories.arm_points:
         group = trajectories.groups[point]
         others = [other for other in group if other != name]
         if name in group and others:
@@ -182,8 +182,9 @@ def _cut_to_longest(
     usable = (stop - begin) / rate >= _SHORTEST
     kept = f"frames {offset + begin + 1} to {offset + stop}, {(stop - begin) / rate:.2f} s"
     first, end, name = min(gaps)
+    how = " or far outside the body" if name in trajectories.outliers else ""
     described = (
-        f"marker {name} is missing in frames {offset + first + 1} to {offset + end}"
+        f"marker {name} is missing{how} in frames {offset + first + 1} to {offset + end}"
         f" ({(end - first) / rate:.2f} s)"
     )
     if len(gaps) > 1:
@@ -218,13 +219,14 @@ def _replace_torso(
     others = _other_torso(trajectories, removed)
     if others is None:
         report.warn(f"{missed}; the torso is assumed to be upright, so that bending moves the arms")
-        pelvis, neck = map(trajectories.mean, TORSO_POINTS)
-        seen = ~missing(neck - pelvis)
-        trajectories.removed_trunk = (neck - pelvis)[seen] if seen.any() else None
+        if has_trunk(trajectories.groups):
+            pelvis, neck = map(trajectories.mean, TORSO_POINTS)
+            seen = ~missing(neck - pelvis)
+            trajectories.removed_trunk = (neck - pelvis)[seen] if seen.any() else None
     else:
         used = "; ".join(f"{point} {' + '.join(group)}" for point, group in others.items())
         report.warn(f"{missed}; the torso is computed from other markers: {used}")
-    arms = {point: trajectories.groups[point] for point in ARM_POINTS}
+    arms = {point: trajectories.groups[point] for point in trajectories.arm_points}
     trajectories.groups = arms | (others or {})
     kept = {name for group in trajectories.groups.values() for name in group}
     trajectories.tracks = {n: track for n, track in trajectories.tracks.items() if n in kept}
@@ -237,6 +239,8 @@ def _other_torso(trajectories: Trajectories, removed: set[str]) -> Groups | None
     neck the shoulders.
     """
     groups = trajectories.groups
+    if not groups.keys() >= {*ARM_POINTS, *TORSO_POINTS}:
+        return None  # of one arm
     pelvis, neck = (groups[point] for point in TORSO_POINTS)
     pelvises = [pelvis, pelvis[2:], pelvis[:2]] if len(pelvis) == 4 else [pelvis]
     necks = [neck, (*groups["left_shoulder"], *groups["right_shoulder"])]

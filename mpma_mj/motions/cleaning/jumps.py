@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.motions.body import ARM_POINTS
 from mpma_mj.motions.cleaning.trajectories import Trajectories
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.options import ReadingOptions
@@ -51,7 +50,7 @@ def single_frame_jumps(track: Array, arm_length: float) -> NDArray[np.int_]:
 
 def repair_jumps(trajectories: Trajectories, options: ReadingOptions, report: ImportReport) -> None:
     """Make gaps of single-frame jumps with `repair`, else warn of them."""
-    arm = arm_length({point: trajectories.mean(point) for point in ARM_POINTS})
+    arm = arm_length({point: trajectories.mean(point) for point in trajectories.arm_points})
     found = {
         name: frames
         for name in trajectories.tracks

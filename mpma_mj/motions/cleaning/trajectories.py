@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions.body import ARM_POINTS
 from mpma_mj.motions.import_report import ImportReport
-from mpma_mj.motions.marker_sets import Groups
+from mpma_mj.motions.mapping import Groups
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.motions.readers.recording import Recording, Tracks
 
@@ -35,6 +35,7 @@ class Trajectories:
         first: Index of the first frame in the file.
         removed_trunk: Vectors from pelvis to neck, shape (N, 3), of frames in which both are seen,
             if they are seen too rarely to be a point.
+        outliers: Markers of which places far outside the body became gaps.
     """
 
     tracks: Tracks
@@ -44,6 +45,7 @@ class Trajectories:
     recording: Recording
     first: int = 0
     removed_trunk: Array | None = None
+    outliers: set[str] = field(default_factory=set)
 
     @property
     def where(self) -> str:
@@ -56,9 +58,14 @@ class Trajectories:
         return len(next(iter(self.tracks.values())))
 
     @property
+    def arm_points(self) -> list[str]:
+        """Points of the arms that are recorded: of both, or of one."""
+        return [point for point in ARM_POINTS if point in self.groups]
+
+    @property
     def arm_markers(self) -> list[str]:
         """Markers of the arms."""
-        return list(dict.fromkeys(name for point in ARM_POINTS for name in self.groups[point]))
+        return list(dict.fromkeys(name for p in self.arm_points for name in self.groups[p]))
 
     def cut(self, first: int, end: int) -> None:
         """Keep the frames from `first` to before `end`."""

@@ -56,6 +56,18 @@ def test_a_fast_ramp_after_the_jump_is_start_up_too(count: int, ramp: int) -> No
     assert calibration_frames(dancer(after_t_pose(count, ramp)), 240.0) == count + ramp
 
 
+@pytest.mark.parametrize("count", [1, 40])
+@pytest.mark.parametrize("ramp", [2, 5, 20])
+def test_a_ramp_that_runs_out_unsteadily_is_start_up_whole(count: int, ramp: int) -> None:
+    posture = after_t_pose(count)
+    # Not faster than human arms: up to 6° a frame, at 120 Hz.
+    away = 0.1 * np.tile([1.0, 0.2, 0.8, 0.3, 0.6], 4)[:ramp] * np.linspace(1.0, 0.5, ramp)
+    start = np.tile([0.4, 0.2, 0.0, 0.8], 2) + 0.4 * np.sin(np.arange(8))  # of the dance
+    angles = start + np.cumsum(away[::-1])[::-1, None] * np.eye(8)[3]
+    ramped = [posture[:count], kinematics.posture_from_angles(angles), dance(400, rate=120.0)]
+    assert calibration_frames(dancer(np.concatenate(ramped)), 120.0) == count + ramp
+
+
 @settings(max_examples=30)
 @given(
     still=st.integers(0, 120),
@@ -100,6 +112,12 @@ def test_what_is_cut_is_told_and_time_still_counts_from_the_files_first_frame(
     assert cut.report.warnings == ["the first 90 frames are cut: a calibration pose"]
     np.testing.assert_allclose(cut.report.times, 1.5 + np.arange(len(cut.motion)) / 20.0)
     assert cut.motion.context[:, 0].sum() == 30
+
+
+def test_frames_that_are_cut_count_as_in_the_file(write_tsv: WriteTsv) -> None:
+    path = write_tsv(markers_of(dancer(after_t_pose(90))))
+    imported = import_motion(path, ReadingOptions(start=1.0))
+    assert imported.report.warnings == ["frames 61 to 90 are cut: a calibration pose"]
 
 
 @pytest.mark.parametrize("tempo", [0.2, 1.0])
