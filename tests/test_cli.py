@@ -82,7 +82,7 @@ def test_bash_completes_commands_and_options(tmp_path: Path) -> None:
     for words, completed in {
         "mpma im": "imitate",
         "mpma imitate --over": "--overwrite",
-        "mpma play --o": "--out --overwrite",
+        "mpma play --ou": "--out",
     }.items():
         bash = ["bash", "-c", ask, str(script), *words.split()]
         result = subprocess.run(bash, capture_output=True, text=True, check=False)
