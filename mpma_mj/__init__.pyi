@@ -1,5 +1,6 @@
 from ._version import __version__ as __version__
 from .agents import MPMAConfig as MPMAConfig
+from .envs.load import arm_limits as arm_limits
 from .envs.load import load as load
 from .envs.vector_env import make_vec as make_vec
 from .motions import Motion as Motion

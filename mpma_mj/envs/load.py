@@ -101,7 +101,7 @@ def prepare(
     return motion, physics, _physics_steps(motion.rate, physics.timestep())
 
 
-def arm_limits(arms: Arms | EnvironmentOptions) -> JointLimits:
+def arm_limits(arms: Arms | EnvironmentOptions = "physics") -> JointLimits:
     """Return the limits of the joints of an environment's arms.
 
     Args:

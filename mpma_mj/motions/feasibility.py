@@ -11,11 +11,13 @@ from mpma_mj import joint_paths, kinematics
 from mpma_mj.motions.motion import Motion
 
 __all__ = [
+    "CHANGED",
     "JointLimits",
     "beyond_limits",
     "demand_lines",
     "joint_speeds",
     "near_singularity",
+    "turned",
 ]
 
 Array = NDArray[np.float64]
@@ -23,6 +25,9 @@ Array = NDArray[np.float64]
 # Leverage of a joint over its segment below which a pose counts as near a singularity: within
 # 15° of straight forward or back, or an elbow straighter than that (choice).
 _LITTLE = np.sin(np.radians(15.0))
+
+CHANGED = 1.0
+"""Degrees from which a segment counts as changed (choice)."""
 
 
 class JointLimits(NamedTuple):
@@ -106,11 +111,23 @@ def demand_lines(motion: Motion, limits: JointLimits) -> list[str]:
         f"near a singularity: an upper arm points straight forward or back {100 * forward:.0f} %"
         f" of the time, an elbow is straight {100 * straight:.0f} %"
     )
-    if motion.feasible_angles is None:
-        lines.append("the arms can follow it")
-    else:
-        lines.append("the arms follow the closest motion that they can, whose joints these are")
+    changed = float(np.mean(turned(motion).max(axis=1) > CHANGED))
+    lines.append(
+        f"the arms follow the closest motion that they can, with {100 * changed:.1f} % of the steps"
+        f" changed by more than {CHANGED:g}°"
+        if changed
+        else "the arms can follow it"
+    )
     return lines
+
+
+def turned(motion: Motion) -> Array:
+    """Return by how much each segment is turned in a feasible motion, shape (T, 4), degrees."""
+    if motion.feasible_angles is None:
+        return np.zeros((len(motion), 4))
+    shown = kinematics.posture_from_angles(motion.feasible_angles)
+    cosines = np.vecdot(shown.reshape(-1, 4, 3), motion.posture.reshape(-1, 4, 3))
+    return np.degrees(np.arccos(np.clip(cosines, -1.0, 1.0)))
 
 
 def near_singularity(joint_angles: Array) -> tuple[float, float]:

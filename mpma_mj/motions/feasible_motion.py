@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mpma_mj import joint_paths, kinematics
 from mpma_mj.errors import InfeasibleMotionError
-from mpma_mj.motions.feasibility import JointLimits, beyond_limits
+from mpma_mj.motions.feasibility import CHANGED, JointLimits, beyond_limits, turned
 from mpma_mj.motions.motion import Motion
 from mpma_mj.motions.transforms import leads_on
 
@@ -20,7 +20,6 @@ __all__ = ["MotionChange", "feasible", "feasible_tempo"]
 Array = NDArray[np.float64]
 
 _HEADROOM = 0.9  # share of the joints' top speed; the rest is the controller's (choice)
-_CHANGED = 1.0  # degrees from which a step counts as changed (choice)
 
 
 @dataclass(frozen=True)
@@ -47,7 +46,7 @@ class MotionChange:
         """Return it in one line."""
         return (
             f"{self.reason}; in the closest motion that the arms can follow"
-            f" {100 * self.changed:.1f} % of the steps are changed by more than {_CHANGED:g}°, all"
+            f" {100 * self.changed:.1f} % of the steps are changed by more than {CHANGED:g}°, all"
             f" by {self.mean:.2f}° in the mean and {self.largest:.1f}° at most ({self.where}), an"
             f" error of {self.unavoidable:.2f} % that no controller can avoid"
         )
@@ -73,8 +72,9 @@ def feasible(motion: Motion, limits: JointLimits) -> tuple[Motion, MotionChange 
         return motion, None
     original = dataclasses.replace(motion, feasible_angles=None)
     angles = _fitted(original, limits)
-    change = _change(original, angles, reason)
-    return dataclasses.replace(motion, feasible_angles=angles), change if change.changed else None
+    fitted = dataclasses.replace(motion, feasible_angles=angles)
+    change = _change(fitted, reason)
+    return fitted, change if change.changed else None
 
 
 def feasible_tempo(read: Callable[[float], Motion], limits: JointLimits) -> float:
@@ -135,20 +135,19 @@ def _fitted(motion: Motion, limits: JointLimits) -> Array:
     return angles
 
 
-def _change(motion: Motion, angles: Array, reason: str) -> MotionChange:
+def _change(motion: Motion, reason: str) -> MotionChange:
     from mpma_mj.metrics import posture_error_percent
 
-    posture = kinematics.posture_from_angles(angles)
-    cosines = np.vecdot(posture.reshape(-1, 4, 3), motion.posture.reshape(-1, 4, 3))
-    turned = np.degrees(np.arccos(np.clip(cosines, -1.0, 1.0)))
-    step, segment = np.unravel_index(np.argmax(turned), turned.shape)
-    most = turned.max(axis=1)
+    degrees = turned(motion)
+    step, segment = np.unravel_index(np.argmax(degrees), degrees.shape)
+    most = degrees.max(axis=1)
+    shown = kinematics.posture_from_angles(motion.joint_angles)
     name = kinematics.SEGMENT_NAMES[segment].replace("_", " ")
     return MotionChange(
         reason=reason,
-        changed=float(np.mean(most > _CHANGED)),
+        changed=float(np.mean(most > CHANGED)),
         mean=float(most.mean()),
         largest=float(most.max()),
         where=f"{name} at {motion.time(int(step)):.2f} s",
-        unavoidable=posture_error_percent(posture, motion.posture),
+        unavoidable=posture_error_percent(shown, motion.posture),
     )

@@ -120,7 +120,7 @@ def import_motion(
             needy = "strict" if options.strict else "tempo=auto"
             raise BadOptionError(
                 f"the limits of the arms are needed for {needy}",
-                remedy="give them with {limits=arm_limits(...)}",
+                remedy="give them with {limits=mpma_mj.arm_limits()}",
             )
         return _import(source, options, rate)
     if options.tempo == "auto":

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from mpma_mj import joint_paths, kinematics
-from mpma_mj.motions.feasibility import joint_speeds
+from mpma_mj.motions.feasibility import CHANGED, joint_speeds, turned
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.motion import Motion
 from mpma_mj.visualization.colours import DEMONSTRATED, INK, module_colours
@@ -29,6 +29,7 @@ _ABOVE: dict[str, Any] = {
 }  # a legend above the axes, where it hides no curve
 _SIDE_COLOURS = ("#0072b2", "#d55e00")  # left, right
 _SHOULDERS = np.array([[0.0, 0.18, 0.0], [0.0, -0.18, 0.0]])  # m, of the stick figure
+_LEAST = 0.2  # rad that an axis of angles spans at least, or rounding errors fill it
 _LENGTHS = (0.3, 0.27)  # m: upper arm, forearm
 
 
@@ -49,7 +50,7 @@ def write_page(path: Path, motion: Motion, report: ImportReport, max_joint_speed
         _draw_story(story, motion.posture, times)
         angles = motion.joint_angles
         original = None
-        if motion.feasible_angles is not None:
+        if turned(motion).max() > CHANGED:
             original = joint_paths.held_angles(motion.posture)
         speeds = joint_speeds(motion) / max_joint_speed
         for side, name in enumerate(kinematics.SIDES):
@@ -65,6 +66,8 @@ def write_page(path: Path, motion: Motion, report: ImportReport, max_joint_speed
                     )
                 rows[2 + side].plot(times[1:], speeds[:, column], color=f"C{joint}", linewidth=1)
             rows[side].set_ylabel(f"{name} arm\nangle, rad")
+            low, high = rows[side].get_ylim()
+            rows[side].set_ylim(min(low, high - _LEAST), max(high, low + _LEAST))
             rows[2 + side].axhline(1.0, color=INK, linestyle="--", linewidth=0.8)
             rows[2 + side].set_ylabel(f"{name} arm\nspeed / limit")
             rows[2 + side].set_ylim(0.0, max(1.1, 1.05 * float(speeds.max())))

@@ -54,7 +54,7 @@ def test_what_is_changed_of_a_motion_is_reported(
     path = write_tsv(markers_of(dancer(ymca(rate=60.0, tempo=6.0).posture)))
     assert main(["motion", str(path)]) == 0
     printed = capsys.readouterr()
-    assert "the arms follow the closest motion that they can" in printed.out
+    assert "the arms follow the closest motion that they can, with" in printed.out
     assert "its actuator reaches" in printed.err
     assert "% of the steps are changed by" in printed.err
 

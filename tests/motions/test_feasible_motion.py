@@ -175,7 +175,9 @@ def test_a_repertoire_with_it_has_angles_throughout() -> None:
 def test_options_that_need_limits_say_so(tmp_path: Path) -> None:
     save_motion(tmp_path / "a.npz", raising(20.0, frames=30))
     strict = ReadingOptions(strict=True)
-    with pytest.raises(ValueError, match=r"needed for strict; give them with limits=arm_limits"):
+    with pytest.raises(
+        ValueError, match=r"needed for strict; give them with limits=mpma_mj.arm_limits"
+    ):
         import_motion(tmp_path / "a.npz", strict)
     with pytest.raises(InfeasibleMotionError, match=r"a\.npz: .* leave out strict"):
         import_motion(tmp_path / "a.npz", strict, limits=LIMITS)
