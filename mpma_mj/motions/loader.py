@@ -27,9 +27,9 @@ from mpma_mj.motions.marker_sets import choose_markers, facing_markers
 from mpma_mj.motions.motion import Motion, load_motion
 from mpma_mj.motions.options import ReadingOptions, given
 from mpma_mj.motions.orientation import check_handedness, check_sides
-from mpma_mj.motions.readers.joint_angles import read_joint_angles
 from mpma_mj.motions.readers.recognise import open_recording
 from mpma_mj.motions.readers.recording import Recording
+from mpma_mj.motions.readers.tables.joint_angles import read_joint_angles
 from mpma_mj.motions.synthetic import BUILT_IN, SYNTHETIC_MOTIONS
 from mpma_mj.motions.transforms import at_rate, close_loop
 from mpma_mj.utils.input_files import FOLDER, MISSING, file_problem

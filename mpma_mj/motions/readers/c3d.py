@@ -29,9 +29,9 @@ from numpy.typing import NDArray
 from mpma_mj.context import Span
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.readers.missing_samples import mark_missing
 from mpma_mj.motions.readers.recording import UNITS, UPS, Recording, Tracks
 from mpma_mj.motions.readers.text import printable
-from mpma_mj.motions.readers.unseen import mark_unseen
 
 __all__ = ["is_c3d", "read_c3d"]
 
@@ -308,7 +308,7 @@ def _load(
             )
     points[~(np.abs(points) < np.finfo(np.float32).max)] = np.nan
     tracks = dict(zip(names, points, strict=True))
-    mark_unseen(tracks, report)
+    mark_missing(tracks, report)
     return tracks
 
 

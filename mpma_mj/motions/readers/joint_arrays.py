@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.joint_orders import find_order, known_orders
+from mpma_mj.motions.readers.missing_samples import mark_missing
 from mpma_mj.motions.readers.recording import Recording, Tracks, Up
-from mpma_mj.motions.readers.unseen import mark_unseen
 
 __all__ = ["FEWEST", "find_joints", "is_npy", "read_joints", "read_npy"]
 
@@ -151,7 +151,7 @@ def read_joints(
 
     def load(requested: Sequence[str]) -> Tracks:
         tracks = {name: array[:, number[name]].copy() for name in requested}
-        mark_unseen(tracks, report)
+        mark_missing(tracks, report)
         return tracks
 
     return Recording(path, format_name, names, load, rate=rate, unit=unit, up=up)

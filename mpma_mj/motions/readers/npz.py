@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers import joint_arrays, smpl
-from mpma_mj.motions.readers.foreign import refuse_zip
+from mpma_mj.motions.readers.foreign_formats import refuse_zip
+from mpma_mj.motions.readers.missing_samples import mark_missing
 from mpma_mj.motions.readers.recording import UNITS, UPS, Recording, Tracks
 from mpma_mj.motions.readers.text import positive, printable
-from mpma_mj.motions.readers.unseen import mark_unseen
 
 __all__ = ["is_archive", "read_archive", "read_arrays"]
 
@@ -110,7 +110,7 @@ def read_arrays(
 
     def load(names: Sequence[str]) -> Tracks:
         tracks = {name: points[name] for name in names}
-        mark_unseen(tracks, report)
+        mark_missing(tracks, report)
         return tracks
 
     return Recording(path, "npz", tuple(points), load, **declared)

@@ -11,8 +11,8 @@ import numpy as np
 
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
-from mpma_mj.motions.readers.columns import load_columns, neighbours
 from mpma_mj.motions.readers.recording import UNITS, Recording
+from mpma_mj.motions.readers.tables.columns import load_columns, neighbours
 from mpma_mj.motions.readers.text import Grid, TextFile, is_number, positive, printable
 
 __all__ = ["is_qualisys", "read_qualisys"]

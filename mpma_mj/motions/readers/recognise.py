@@ -20,11 +20,11 @@ from mpma_mj.motions.readers import (
     npz,
     qualisys,
     smpl,
-    table,
     trc,
 )
-from mpma_mj.motions.readers.foreign import refuse_foreign
+from mpma_mj.motions.readers.foreign_formats import refuse_foreign
 from mpma_mj.motions.readers.recording import RATES, Recording
+from mpma_mj.motions.readers.tables.table import read_table
 from mpma_mj.motions.readers.text import TextFile, printable
 
 __all__ = ["TEXT_FORMATS", "open_recording"]
@@ -99,4 +99,4 @@ def _open(path: Path, head: bytes, report: ImportReport, skeleton: Path | None) 
     if acclaim.is_amc(lines):
         return acclaim.read_acclaim(text, skeleton, report)
     readers = (read for recognises, read in TEXT_FORMATS.items() if recognises(lines))
-    return next(readers, table.read_table)(text, report)
+    return next(readers, read_table)(text, report)

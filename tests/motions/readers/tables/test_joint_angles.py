@@ -13,7 +13,7 @@ from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.loader import import_motion
 from mpma_mj.motions.motion import Motion
 from mpma_mj.motions.options import ReadingOptions
-from mpma_mj.motions.readers.joint_angles import read_joint_angles
+from mpma_mj.motions.readers.tables.joint_angles import read_joint_angles
 from tests.motions.readers import writers
 
 RATE = 50.0

@@ -9,7 +9,7 @@ import pytest
 
 from mpma_mj.errors import MotionFileError
 from tests.motions.readers import writers
-from tests.motions.readers.test_tables import assert_same, read
+from tests.motions.readers.test_text_formats import assert_same, read
 
 RATE = 60.0
 

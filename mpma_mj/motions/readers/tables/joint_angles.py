@@ -17,10 +17,10 @@ from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.cleaning.jumps import single_frame_jumps
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.motion import Motion
-from mpma_mj.motions.readers.header import Header, find_header
+from mpma_mj.motions.readers.tables.header import Header, find_header
+from mpma_mj.motions.readers.tables.times import arrangement, continuous, rate_of
+from mpma_mj.motions.readers.tables.titles import time_unit
 from mpma_mj.motions.readers.text import Grid, TextFile, stack
-from mpma_mj.motions.readers.times import arrangement, continuous, rate_of
-from mpma_mj.motions.readers.titles import time_unit
 
 __all__ = ["read_joint_angles"]
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from mpma_mj.errors import MotionFileError
-from mpma_mj.motions.readers.people import refuse_alternating, refuse_several
 from mpma_mj.motions.readers.recording import Tracks
+from mpma_mj.motions.readers.tables.people import refuse_alternating, refuse_several
 from tests.motions.readers import writers
 
 PATH = Path("dance.csv")

@@ -11,8 +11,14 @@ from dataclasses import dataclass
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.readers.cells import is_missing, is_number, positive
 from mpma_mj.motions.readers.recording import Up
+from mpma_mj.motions.readers.tables.titles import (
+    is_frame,
+    is_point,
+    is_time,
+    length_unit,
+    split_axis,
+)
 from mpma_mj.motions.readers.text import TextFile
-from mpma_mj.motions.readers.titles import is_frame, is_point, is_time, length_unit, split_axis
 
 __all__ = ["Header", "find_header", "names_axes"]
 

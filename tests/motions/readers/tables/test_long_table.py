@@ -8,7 +8,7 @@ import pytest
 
 from mpma_mj.errors import MotionFileError
 from tests.motions.readers import writers
-from tests.motions.readers.test_tables import assert_same, read
+from tests.motions.readers.test_text_formats import assert_same, read
 
 TITLES = ["frame", "time", "keypoint", "x", "y", "z"]
 

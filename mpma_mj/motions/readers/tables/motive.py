@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from mpma_mj.motions.import_report import ImportReport
-from mpma_mj.motions.readers.header import Header
+from mpma_mj.motions.readers.tables.header import Header
 
 __all__ = ["rename_bones"]
 

@@ -9,14 +9,14 @@ import numpy as np
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.cells import is_number
-from mpma_mj.motions.readers.columns import in_place
-from mpma_mj.motions.readers.header import Header
-from mpma_mj.motions.readers.numbered import name_numbered
-from mpma_mj.motions.readers.people import refuse_several
 from mpma_mj.motions.readers.recording import Recording, Tracks
+from mpma_mj.motions.readers.tables.columns import in_place
+from mpma_mj.motions.readers.tables.header import Header
+from mpma_mj.motions.readers.tables.numbered_points import name_numbered
+from mpma_mj.motions.readers.tables.people import refuse_several
+from mpma_mj.motions.readers.tables.times import continuous, rate_of
+from mpma_mj.motions.readers.tables.titles import is_person, is_point, split_axis, time_unit
 from mpma_mj.motions.readers.text import Grid, printable, stack
-from mpma_mj.motions.readers.times import continuous, rate_of
-from mpma_mj.motions.readers.titles import is_person, is_point, split_axis, time_unit
 
 __all__ = ["is_long", "read_long"]
 

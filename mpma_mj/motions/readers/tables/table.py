@@ -13,15 +13,15 @@ from pathlib import Path
 
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
-from mpma_mj.motions.readers.columns import Columns, load_columns, rate_of_times
-from mpma_mj.motions.readers.header import Header, find_header, names_axes
-from mpma_mj.motions.readers.long_table import is_long, read_long
-from mpma_mj.motions.readers.motive import rename_bones
-from mpma_mj.motions.readers.numbered import name_numbered
-from mpma_mj.motions.readers.people import refuse_several
 from mpma_mj.motions.readers.recording import Recording
+from mpma_mj.motions.readers.tables.columns import Columns, load_columns, rate_of_times
+from mpma_mj.motions.readers.tables.header import Header, find_header, names_axes
+from mpma_mj.motions.readers.tables.long_table import is_long, read_long
+from mpma_mj.motions.readers.tables.motive import rename_bones
+from mpma_mj.motions.readers.tables.numbered_points import name_numbered
+from mpma_mj.motions.readers.tables.people import refuse_several
+from mpma_mj.motions.readers.tables.titles import is_person, split_axis, time_unit
 from mpma_mj.motions.readers.text import Grid, TextFile
-from mpma_mj.motions.readers.titles import is_person, split_axis, time_unit
 
 __all__ = ["read_table"]
 
