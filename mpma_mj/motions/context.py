@@ -15,7 +15,8 @@ from mpma_mj.errors import BadOptionError, MotionFileError
 from mpma_mj.motions import audio_segments
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.options import ReadingOptions
-from mpma_mj.motions.readers.text import TextFile, is_number
+from mpma_mj.motions.readers.cells import is_number
+from mpma_mj.motions.readers.text import TextFile
 from mpma_mj.utils.input_files import SMALL_FILE, file_problem
 
 __all__ = ["change_points", "label_motion", "read_labels"]

@@ -77,7 +77,7 @@ class ImportReport:
             warnings.warn(doubt.with_context(source), stacklevel=3)
 
     def lines(self, motion: Motion) -> list[str]:
-        """Describe the recording, every step of its import, and the resulting motion."""
+        """Return lines about the recording, every step of its import, and the motion."""
         lines = [
             f"{motion.name}: {self.format}, {self.frames} frames at {self.rate:g} Hz"
             f" ({self.frames / self.rate:.2f} s)"
@@ -95,4 +95,4 @@ class ImportReport:
             lines.append(f"segments: mean length, {unit}, and how much it varies")
         for name, (mean, deviation) in self.lengths.items():
             lines.append(f"  {name:<15} {mean:.3f}  ±{100 * deviation / mean:.1f} %")
-        return lines
+        return [printable(line) for line in lines]

@@ -31,7 +31,6 @@ from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.missing_samples import mark_missing
 from mpma_mj.motions.readers.recording import UNITS, UPS, Recording, Tracks
-from mpma_mj.motions.readers.text import printable
 
 __all__ = ["is_c3d", "read_c3d"]
 
@@ -173,7 +172,7 @@ def _text(cell: bytes) -> str:
         text = cell.decode("utf-8")
     except UnicodeDecodeError:
         text = cell.decode("latin-1")
-    return printable(text.strip(" \0"))
+    return text.strip(" \0")
 
 
 def _floats(data: bytes, processor: int) -> NDArray[np.float32]:

@@ -6,7 +6,6 @@ import zipfile
 from pathlib import Path
 
 from mpma_mj.errors import MotionFileError
-from mpma_mj.motions.readers.text import printable
 
 __all__ = ["refuse_foreign", "refuse_zip"]
 
@@ -118,5 +117,5 @@ def refuse_zip(path: Path) -> None:
             raise MotionFileError(f"{path}: is {what}", remedy=remedy)
     if names and not any(name.endswith(".npy") for name in names):
         more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
-        listed = ", ".join(map(printable, names[:_MOST_NAMED])) + more
+        listed = ", ".join(names[:_MOST_NAMED]) + more
         raise MotionFileError(f"{path}: is a ZIP archive with {listed}", remedy=_UNPACK)

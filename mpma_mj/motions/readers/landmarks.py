@@ -20,7 +20,7 @@ from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.joint_arrays import FEWEST, Joints, read_joints
 from mpma_mj.motions.readers.recording import Recording
-from mpma_mj.motions.readers.text import FARTHEST, TextFile, printable
+from mpma_mj.motions.readers.text import FARTHEST, TextFile
 
 __all__ = ["is_json", "read_landmarks"]
 
@@ -158,12 +158,10 @@ def _points(path: Path, number: int, frame: Any) -> dict[str, Point]:
     if not frame:
         return {}
     if not isinstance(frame, dict | list):
-        raise MotionFileError(
-            f"{path}: frame {number} is '{printable(str(frame)[:40])}'; {_EXPECTED}"
-        )
+        raise MotionFileError(f"{path}: frame {number} is '{str(frame)[:40]}'; {_EXPECTED}")
     named = frame if isinstance(frame, dict) else {_name(p, i): p for i, p in enumerate(frame)}
     places = {str(name): _place(point) for name, point in named.items()}
-    points = {printable(name): place for name, place in places.items() if place is not None}
+    points = {name: place for name, place in places.items() if place is not None}
     if not points and any(point and isinstance(point, list | dict) for point in named.values()):
         raise MotionFileError(
             f"{path}: frame {number} has several people, or points without x, y, z; {_EXPECTED}"
@@ -172,8 +170,7 @@ def _points(path: Path, number: int, frame: Any) -> dict[str, Point]:
         is_point = isinstance(frame, list) or bool(_lower(point).keys() & set("xyz"))
         if is_point and point and places[str(name)] is None:
             raise MotionFileError(
-                f"{path}: frame {number}: point {printable(str(name)[:40])} has no x, y, z;"
-                f" {_EXPECTED}"
+                f"{path}: frame {number}: point {str(name)[:40]} has no x, y, z; {_EXPECTED}"
             )
     return points
 

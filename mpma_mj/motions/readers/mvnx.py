@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.readers.cells import is_number, positive
 from mpma_mj.motions.readers.recording import UNITS, Recording, Tracks
-from mpma_mj.motions.readers.text import FARTHEST, TextFile, is_number, positive, printable
+from mpma_mj.motions.readers.text import FARTHEST, TextFile
 
 __all__ = ["is_xml", "read_mvnx"]
 
@@ -104,7 +105,7 @@ class _Content:
                 raise self._refuse("has a second subject; export one person a file")
             self.rate = positive(attributes.get("frameRate", ""))
         elif tag == "segment" and "label" in attributes:
-            self.names.append(printable(attributes["label"]))
+            self.names.append(attributes["label"])
         elif tag == "frame":
             self._kept = attributes.get("type", "normal") == "normal"
             index = attributes.get("index", "")
@@ -117,7 +118,7 @@ class _Content:
             what = _SCENES[self._root]
             raise MotionFileError(f"{self.path}: is {what}", remedy="export it as BVH")
         if self._root != "mvnx":
-            what = f"XML, of a kind that is not known (<{printable(str(self._root)[:40])}>)"
+            what = f"XML, of a kind that is not known (<{str(self._root)[:40]}>)"
             raise MotionFileError(f"{self.path}: is {what}; export as C3D, BVH or CSV")
 
     def _characters(self, text: str) -> None:
@@ -136,7 +137,7 @@ class _Content:
             )
         wrong = next((c for c in cells if not is_number(c) or not abs(float(c)) < FARTHEST), None)
         if wrong is not None:
-            raise self._refuse(f"'{printable(wrong[:40])}' is not a coordinate")
+            raise self._refuse(f"'{wrong[:40]}' is not a coordinate")
         self.places.extend(map(float, cells))
         self.numbers.append(self._number)
 

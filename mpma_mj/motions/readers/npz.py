@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers import joint_arrays, smpl
+from mpma_mj.motions.readers.cells import positive
 from mpma_mj.motions.readers.foreign_formats import refuse_zip
 from mpma_mj.motions.readers.missing_samples import mark_missing
 from mpma_mj.motions.readers.recording import UNITS, UPS, Recording, Tracks
-from mpma_mj.motions.readers.text import positive, printable
 
 __all__ = ["is_archive", "read_archive", "read_arrays"]
 
@@ -58,7 +58,7 @@ def read_archive(path: Path, only: Collection[str] = ()) -> Arrays:
                     f"{path}: unpacks to {size / 2**30:.1f} GB; keep the arrays of one recording"
                 )
             names = [name for name in file.files if name in only or not only]
-            arrays = {printable(name): file[name] for name in names}
+            arrays = {name: file[name] for name in names}
     except _DAMAGED:
         arrays = {}
     if not (arrays or only) or not all(isinstance(array, np.ndarray) for array in arrays.values()):
@@ -128,7 +128,7 @@ def _read_rate(path: Path, arrays: Arrays) -> float | None:
     for name, rate in rates.items():
         if rate is None:
             raise MotionFileError(
-                f"{path}: {name} is '{printable(str(found[name])[:40])}'; expected a number above 0"
+                f"{path}: {name} is '{str(found[name])[:40]}'; expected a number above 0"
             )
     if len(set(rates.values())) > 1:
         given = " and ".join(f"{name} {rate:g}" for name, rate in rates.items())
@@ -141,6 +141,6 @@ def _declared(path: Path, arrays: Arrays, name: str, known: Collection[str]) -> 
     text = _text(arrays[name]) if name in arrays and arrays[name].ndim < 2 else ""
     if text not in ("", *known):
         raise MotionFileError(
-            f"{path}: {name} is '{printable(text[:40])}'; expected one of {', '.join(known)}"
+            f"{path}: {name} is '{text[:40]}'; expected one of {', '.join(known)}"
         )
     return text

@@ -25,7 +25,7 @@ from mpma_mj.motions.readers import (
 from mpma_mj.motions.readers.foreign_formats import refuse_foreign
 from mpma_mj.motions.readers.recording import RATES, Recording
 from mpma_mj.motions.readers.tables.table import read_table
-from mpma_mj.motions.readers.text import TextFile, printable
+from mpma_mj.motions.readers.text import TextFile
 
 __all__ = ["TEXT_FORMATS", "open_recording"]
 
@@ -93,7 +93,7 @@ def _open(path: Path, head: bytes, report: ImportReport, skeleton: Path | None) 
             f"{path}: is binary, of a format that is not known; export it as C3D, BVH or CSV"
         )
     opened = io.StringIO(head.decode(text.encoding, errors="replace"), newline=None)
-    lines = [printable(line.rstrip("\n")) for line in itertools.islice(opened, _LINES)]
+    lines = [line.rstrip("\n") for line in itertools.islice(opened, _LINES)]
     if acclaim.is_asf(lines):
         raise MotionFileError(f"{path}: is a skeleton; give the .amc with the motion instead")
     if acclaim.is_amc(lines):

@@ -16,7 +16,7 @@ from mpma_mj.motions.readers.tables.numbered_points import name_numbered
 from mpma_mj.motions.readers.tables.people import refuse_several
 from mpma_mj.motions.readers.tables.times import continuous, rate_of
 from mpma_mj.motions.readers.tables.titles import is_person, is_point, split_axis, time_unit
-from mpma_mj.motions.readers.text import Grid, printable, stack
+from mpma_mj.motions.readers.text import Grid, stack
 
 __all__ = ["is_long", "read_long"]
 
@@ -98,6 +98,6 @@ def _refuse_twice(points: list[str], keys: np.ndarray, grid: Grid) -> None:
         again[first] = False
         row = int(np.argmax(again))
         raise MotionFileError(
-            f"{grid.file.path}: line {grid.first + row + 1} has {printable(points[row])} again in"
+            f"{grid.file.path}: line {grid.first + row + 1} has {points[row]} again in"
             " the same frame, as that of another person; keep the rows of one"
         )

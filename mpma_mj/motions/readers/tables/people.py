@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.readers.cells import is_missing
 from mpma_mj.motions.readers.recording import Tracks
-from mpma_mj.motions.readers.text import printable
 
 __all__ = ["refuse_alternating", "refuse_several"]
 
@@ -42,7 +41,7 @@ def refuse_several(path: Path, title: str, people: Sequence[str]) -> None:
     more = f" and {len(several) - _MOST_LISTED} more" if len(several) > _MOST_LISTED else ""
     raise MotionFileError(
         f"{path}: has rows of {len(several)} people or takes, as column {title} has"
-        f" {', '.join(map(printable, several[:_MOST_LISTED]))}{more}; keep the rows of one"
+        f" {', '.join(several[:_MOST_LISTED])}{more}; keep the rows of one"
     )
 
 
