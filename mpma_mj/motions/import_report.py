@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.errors import RecordingWarning, printable
 from mpma_mj.motions.mapping import Groups
+from mpma_mj.utils.text import listing
 
 if TYPE_CHECKING:
     from mpma_mj.motions.motion import Motion  # whose file readers read
@@ -85,10 +86,9 @@ class ImportReport:
         ]
         lines += [f"  {point:<15} {' + '.join(group)}" for point, group in self.groups.items()]
         lines += [f"  {step}" for step in self.steps]
-        labels, more = ", ".join(motion.labels[:_MOST_LABELS]), len(motion.labels) - _MOST_LABELS
         lines.append(
             f"motion: {len(motion)} postures at {motion.rate:g} Hz ({motion.duration:.2f} s),"
-            f" labels {labels}" + (f" and {more} more" if more > 0 else "")
+            f" labels {listing(motion.labels, _MOST_LABELS)}"
         )
         if self.lengths:
             unit = "m" if self.metric else "units of the file"

@@ -16,6 +16,7 @@ from mpma_mj.errors import MotionFileError
 from mpma_mj.kinematics import SIDES
 from mpma_mj.motions.body import ARM_POINTS
 from mpma_mj.motions.mapping import Groups, mapping_option
+from mpma_mj.utils.text import listing
 
 __all__ = ["check_once", "hands_for_wrists", "is_no_place", "listed", "not_recognised"]
 
@@ -29,7 +30,7 @@ _SIDED = {
     ),
 }
 _LONGEST = 60  # letters of a name in a message
-_MOST_NAMED = 120  # names in a message
+_MOST_LISTED = 120  # names in a message
 
 
 @dataclass(frozen=True)
@@ -137,9 +138,8 @@ def listed(names: Sequence[str]) -> str:
     patterns = [*rules.markers.values(), *rules.bones.values()]
     first = [n for n in names if any(pattern.search(_words(n)) for pattern in patterns)]
     ordered = list(dict.fromkeys((*first, *names)))
-    more = f" and {len(ordered) - _MOST_NAMED} more" if len(ordered) > _MOST_NAMED else ""
-    shown = [f"{name[:_LONGEST]}{'…' * (len(name) > _LONGEST)}" for name in ordered[:_MOST_NAMED]]
-    return ", ".join(shown) + more
+    short = [f"{name[:_LONGEST]}{'…' * (len(name) > _LONGEST)}" for name in ordered]
+    return listing(short, _MOST_LISTED)
 
 
 def _guess(point: str, names: Sequence[str]) -> tuple[str, ...]:

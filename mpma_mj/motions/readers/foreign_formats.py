@@ -6,6 +6,7 @@ import zipfile
 from pathlib import Path
 
 from mpma_mj.errors import MotionFileError
+from mpma_mj.utils.text import listing
 
 __all__ = ["refuse_foreign", "refuse_zip"]
 
@@ -85,7 +86,7 @@ _ZIPPED: dict[str, tuple[str, str]] = {
     "data.pkl": ("a PyTorch file, which can run code and is never opened", _SAVE),
 }
 _TEXT = 512  # bytes within which a text shows what it is
-_MOST_NAMED = 3
+_MOST_LISTED = 3  # names in a message
 
 
 def refuse_foreign(path: Path, head: bytes) -> None:
@@ -116,6 +117,5 @@ def refuse_zip(path: Path) -> None:
         if any(name.startswith(sign) or name.endswith(sign) for name in names):
             raise MotionFileError(f"{path}: is {what}", remedy=remedy)
     if names and not any(name.endswith(".npy") for name in names):
-        more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
-        listed = ", ".join(names[:_MOST_NAMED]) + more
+        listed = listing(names, _MOST_LISTED)
         raise MotionFileError(f"{path}: is a ZIP archive with {listed}", remedy=_UNPACK)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.readers.cells import is_missing
 from mpma_mj.motions.readers.recording import Tracks
+from mpma_mj.utils.text import listing
 
 __all__ = ["refuse_alternating", "refuse_several"]
 
@@ -38,10 +39,9 @@ def refuse_several(path: Path, title: str, people: Sequence[str]) -> None:
     several = list(dict.fromkeys(named))
     if len(several) < 2 or len(several) == len(named):  # then it counts rows
         return
-    more = f" and {len(several) - _MOST_LISTED} more" if len(several) > _MOST_LISTED else ""
     raise MotionFileError(
         f"{path}: has rows of {len(several)} people or takes, as column {title} has"
-        f" {', '.join(several[:_MOST_LISTED])}{more}; keep the rows of one"
+        f" {listing(several, _MOST_LISTED)}; keep the rows of one"
     )
 
 

@@ -22,6 +22,7 @@ from mpma_mj.motions.readers.tables.numbered_points import name_numbered
 from mpma_mj.motions.readers.tables.people import refuse_several
 from mpma_mj.motions.readers.tables.titles import is_person, split_axis, time_unit
 from mpma_mj.motions.readers.text import Grid, TextFile
+from mpma_mj.utils.text import listing
 
 __all__ = ["read_table"]
 
@@ -102,7 +103,7 @@ def _columns(path: Path, header: Header, report: ImportReport) -> tuple[Columns,
     _warn_of_disorder(columns, report)
     incomplete = [name for name, axes in found.items() if name not in columns]
     if header.name_row is not None and columns and incomplete:
-        listed = ", ".join(incomplete[:_MOST_LISTED])
+        listed = listing(incomplete, _MOST_LISTED)
         report.warn(f"{listed} are not above an x, a y and a z each; check the row of names")
     return columns, tuple(names)
 
@@ -112,7 +113,7 @@ def _warn_of_disorder(columns: Columns, report: ImportReport) -> None:
     ways = {name: (y - x, z - x) for name, (x, y, z) in columns.items()}
     usual, count = Counter(ways.values()).most_common(1)[0] if ways else ((0, 0), 0)
     if len(ways) > count > 1:
-        other = ", ".join([name for name, way in ways.items() if way != usual][:_MOST_LISTED])
+        other = listing([name for name, way in ways.items() if way != usual], _MOST_LISTED)
         report.warn(
             f"the columns of {other} do not lie like those of other points; check their titles"
         )
