@@ -20,6 +20,7 @@ from mpma_mj.motions.readers.cells import positive
 from mpma_mj.motions.readers.foreign_formats import refuse_zip
 from mpma_mj.motions.readers.missing_samples import mark_missing
 from mpma_mj.motions.readers.recording import UNITS, UPS, Recording, Tracks
+from mpma_mj.motions.readers.tables.titles import is_rate
 
 __all__ = ["is_archive", "read_archive", "read_arrays"]
 
@@ -30,8 +31,6 @@ _DAMAGED = (
     *(zipfile.BadZipFile, zlib.error, SyntaxError, TokenError, NotImplementedError),
 )
 _LARGEST = 1 << 30  # bytes that arrays may unpack to
-# Names of the frame rate, Hz; AMASS has the last two.
-_RATES = ("rate", "fps", "framerate", "frame_rate", "mocap_framerate", "mocap_frame_rate")
 
 
 def is_archive(head: bytes) -> bool:
@@ -123,7 +122,7 @@ def _text(array: NDArray[Any]) -> str:
 
 def _read_rate(path: Path, arrays: Arrays) -> float | None:
     """Return the frame rate, Hz, if an array is named so."""
-    found = {name: array for name, array in arrays.items() if name.lower() in _RATES}
+    found = {name: array for name, array in arrays.items() if is_rate(name)}
     rates = {name: positive(_text(array)) for name, array in found.items()}
     for name, rate in rates.items():
         if rate is None:

@@ -52,7 +52,7 @@ def read_table(file: TextFile, report: ImportReport) -> Recording:
     rate = header.rate
     if header.first < len(header.rows):
         needed = [c for xyz in columns.values() for c in xyz]
-        _check_width(header, grid, needed + [c for c in (counter, timer) if c is not None])
+        header.check_width(grid, needed + [c for c in (counter, timer) if c is not None])
         for column in (i for i, title in enumerate(titles[: grid.width]) if is_person(title)):
             refuse_several(file.path, titles[column], grid.words(column))
         if timer is not None:
@@ -70,20 +70,6 @@ def read_table(file: TextFile, report: ImportReport) -> Recording:
         frames=header.frames,
     )
     return name_numbered(recording, report)
-
-
-def _check_width(header: Header, grid: Grid, needed: list[int]) -> None:
-    """Refuse rows that have too few columns, or titles that are shifted.
-
-    Captury has columns without a title at the end. One more is R's names of the rows, and with
-    commas between cells, more are decimal commas.
-    """
-    more = grid.width - max(len(row) for row in header.rows[: header.first])
-    if grid.width <= max(needed, default=0) or more == 1 or (more > 0 and grid.separator == ","):
-        raise MotionFileError(
-            f"{grid.file.path}: line {grid.first + 1} has {grid.width} columns, but the header"
-            f" names {len(header.rows[header.axes])}; export the file again"
-        )
 
 
 def _columns(path: Path, header: Header, report: ImportReport) -> tuple[Columns, tuple[str, ...]]:
