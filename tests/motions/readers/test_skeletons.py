@@ -463,6 +463,7 @@ def test_a_skeleton_in_place_of_the_motion_is_refused(tmp_path: Path) -> None:
         ("length 5.0", ""),
         ("axis 20.0", "axis nan"),
         ("lclavicle rclavicle", "lclavicle knee"),
+        ("    lclavicle lhumerus", "    nobody lhumerus"),
         ("  end\n", ""),
     ],
 )
@@ -472,6 +473,14 @@ def test_damaged_skeletons_are_named(tmp_path: Path, old: str, new: str) -> None
     assert old in asf.read_text()
     asf.write_text(asf.read_text().replace(old, new))
     with pytest.raises(MotionFileError, match=r"dance\.asf: is damaged or cut short"):
+        read(path)
+
+
+def test_a_skeleton_that_is_cut_in_its_hierarchy_is_named(tmp_path: Path) -> None:
+    path, _ = random_acclaim(tmp_path, 0)
+    asf = path.with_suffix(".asf")
+    asf.write_text(asf.read_text().rpartition("  end")[0])
+    with pytest.raises(MotionFileError, match=r"dance\.asf: is damaged or cut short \(no end of"):
         read(path)
 
 

@@ -95,7 +95,7 @@ def in_place(
         MotionFileError: Rows are of several people.
     """
     mark_missing(tracks, report)
-    refuse_alternating(path, tracks, numbers if times is None else times)
+    refuse_alternating(path, tracks, numbers if times is None else times, where)
     arrange = arrangement(times, numbers, where, report)
     return tracks if arrange is None else {name: arrange(t) for name, t in tracks.items()}
 

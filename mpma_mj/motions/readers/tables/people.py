@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.readers.cells import is_missing
 from mpma_mj.motions.readers.recording import Tracks
+from mpma_mj.motions.readers.tables.times import Where
 from mpma_mj.utils.text import listing
 
 __all__ = ["refuse_alternating", "refuse_several"]
@@ -45,13 +46,14 @@ def refuse_several(path: Path, title: str, people: Sequence[str]) -> None:
     )
 
 
-def refuse_alternating(path: Path, tracks: Tracks, counter: Array | None) -> None:
+def refuse_alternating(path: Path, tracks: Tracks, counter: Array | None, where: Where) -> None:
     """Refuse a table in which rows of several people alternate, or have the same time.
 
     Args:
         path: The file.
         tracks: Trajectories, each shape (T, 3), NaN where not seen.
         counter: Number or time of every row, shape (T,), if the table has one.
+        where: Names a row.
 
     Raises:
         MotionFileError: From row to row every point is far away, or some point in a row of the
@@ -81,8 +83,8 @@ def refuse_alternating(path: Path, tracks: Tracks, counter: Array | None) -> Non
     near = [_ways(places[second - i], places[second + j]) for i in (0, 1) for j in (1, -2)]
     if _ratios(apart, _medians(np.fmin.reduce(near)), least).max() > _TIMES:
         raise MotionFileError(
-            f"{path}: rows {second[0]} and {second[0] + 1} have the same time, but places far"
-            " apart, as those of several people; keep the rows of one"
+            f"{path}: {where(second[0] - 1)} and {where(second[0])} have the same time, but places"
+            " far apart, as those of several people; keep the rows of one"
         )
 
 

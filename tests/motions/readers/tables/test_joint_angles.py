@@ -97,6 +97,20 @@ def test_a_joint_that_is_missing_or_twice_is_named(path: Path) -> None:
         read(write(path, ANGLES[:, [*range(8), 7]], [*JOINT_NAMES, "right_elbow"]))
 
 
+def test_rows_of_another_width_than_the_header_are_refused(path: Path) -> None:
+    header, *rows = write(path, ANGLES, separator="\t").read_text().splitlines()
+    path.write_text("\n".join([header, *(f"{i}\t{row}" for i, row in enumerate(rows))]) + "\n")
+    with pytest.raises(MotionFileError, match="line 2 has 10 columns, but the header names 9"):
+        read(path)
+
+
+def test_one_row_is_no_motion(path: Path) -> None:
+    lacking = ANGLES.copy()
+    lacking[1:] = np.nan
+    with pytest.raises(MotionFileError, match=r"has 1 row\(s\) with all angles; expected two"):
+        read(write(path, lacking))
+
+
 def test_short_gaps_are_bridged_and_long_ones_refused(path: Path) -> None:
     lines = write(path, ANGLES).read_text().splitlines(keepends=True)
     path.write_text("".join(lines[:31] + lines[33:]))

@@ -90,6 +90,25 @@ def test_titles_that_changed_places_are_told(path: Path, points: writers.Points)
     assert "the columns of RELB, LELB do not lie like those of other points" in warning
 
 
+def test_rows_of_another_width_than_the_header_are_refused(
+    path: Path, points: writers.Points
+) -> None:
+    header, *rows = writers.header_row_text(points, separator="\t").splitlines()
+    for change in ("1\t{}", "{}\t1"):  # R's names of the rows; a title that is missing
+        path.write_text("\n".join([header, *map(change.format, rows)]) + "\n")
+        with pytest.raises(MotionFileError, match="line 2 has 20 columns, but the header names 19"):
+            read(path)
+    path.write_text("\n".join([header, *(row.rpartition("\t")[0] for row in rows)]) + "\n")
+    with pytest.raises(MotionFileError, match="line 2 has 18 columns, but the header names 19"):
+        read(path)
+
+
+def test_a_number_that_is_no_coordinate_is_refused(path: Path, points: writers.Points) -> None:
+    points["LWRI"][7, 1] = 1e12
+    with pytest.raises(MotionFileError, match=r"line 9, column \d+: 1e\+12 is not a coordinate"):
+        read(write(path, points, [(name, axis) for name in points for axis in "xyz"]))
+
+
 def test_places_in_a_picture_are_refused(path: Path, points: writers.Points) -> None:
     with pytest.raises(MotionFileError, match="has x and y of points, but no z"):
         read(write(path, points, [(name, axis) for name in points for axis in "xy"]))
