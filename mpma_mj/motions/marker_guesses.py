@@ -116,7 +116,7 @@ def check_once(path: Path, names: Sequence[str], groups: Groups) -> None:
 
 
 def hands_for_wrists(groups: Groups) -> list[str]:
-    """Return the hands that stand beside elbows, where a wrist would be expected."""
+    """Return the hands in place of wrists: those of arms whose elbows are no bones."""
     rules = _guesses()
     return [
         "+".join(groups[f"{side}_wrist"])

@@ -215,7 +215,7 @@ def _rate(seconds: float, text: str) -> float | None:
 
 
 def _header_value(words: Iterator[tuple[str, int]], key: str) -> tuple[str, int]:
-    """Return what `KEY: value`, which comes next, gives, and the line's number."""
+    """Return the value of the next words, `KEY: value`, and the number of its line."""
     expected = key.split()
     found: list[str] = []
     line = 0

@@ -38,7 +38,7 @@ _BLOCK = 512  # bytes
 _KEY = 80  # second byte of every C3D
 _DEC, _MIPS = 85, 86  # processors; any other stores as Intel does
 _BYTES_AT_ONCE = 1 << 24
-# What parameters list points that are computed values, not places.
+# Parameters that list points which are computed values, not places.
 _NO_PLACES = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS")
 _CHAR, _BYTE, _INTEGER, _FLOAT = -1, 1, 2, 4  # types of a parameter
 _POSE = re.compile("_4x4$", re.IGNORECASE)  # which ends the names of segments

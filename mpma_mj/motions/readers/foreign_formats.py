@@ -1,4 +1,4 @@
-"""Formats that people have and that are not read: how each is recognised, and the way out."""
+"""Formats that are not read: how each is recognised, and the remedy."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def refuse_foreign(path: Path, head: bytes) -> None:
     """Refuse a file of a format that is not read, by its first bytes.
 
     Raises:
-        MotionFileError: It is one; names the format, and what to do.
+        MotionFileError: It is one; the message names the format and a remedy.
     """
     text = head[:_TEXT].decode("utf-8-sig", errors="replace").lstrip().lower()
     found = next((f for (at, sign), f in _BYTES.items() if head.startswith(sign, at)), None)
@@ -106,13 +106,13 @@ def refuse_zip(path: Path) -> None:
     """Refuse a ZIP archive that holds no NumPy arrays.
 
     Raises:
-        MotionFileError: It does; says what it is.
+        MotionFileError: It is one; the message names its content.
     """
     try:
         with zipfile.ZipFile(path) as archive:
             names = [name for name in archive.namelist() if not name.endswith("/")]
     except (zipfile.BadZipFile, OSError, ValueError, NotImplementedError):
-        return  # damaged, which who reads it says
+        return  # damaged, which its reader reports
     for sign, (what, remedy) in _ZIPPED.items():
         if any(name.startswith(sign) or name.endswith(sign) for name in names):
             raise MotionFileError(f"{path}: is {what}", remedy=remedy)

@@ -92,7 +92,7 @@ def find_joints(path: Path, arrays: Mapping[str, NDArray[Any]]) -> Joints | None
     """Return the joints in an archive, if one of its arrays holds some.
 
     Raises:
-        MotionFileError: Several do, or what may be some is none.
+        MotionFileError: Several do, or it holds something else in their place.
     """
     found = {
         name: array
@@ -127,7 +127,7 @@ def read_joints(
 
     Args:
         path: The file.
-        joints: What it holds.
+        joints: Its joints.
         report: Gets which skeleton is found.
         format_name: Name of the file's format.
         rate: Declared frames per second, Hz.

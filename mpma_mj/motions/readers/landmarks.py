@@ -2,7 +2,7 @@
 
 A frame is a list of points, or an object that holds one, perhaps with its time; a point is [x, y,
 z], or an object with x, y, z and perhaps a name; or an object has the points by name. World
-landmarks come before those in the picture.
+landmarks are preferred to those in the picture.
 """
 
 from __future__ import annotations

@@ -65,7 +65,7 @@ def read_mvnx(file: TextFile, report: ImportReport) -> Recording:
 
 
 class _Content:
-    """What a parser of XML, which expands no entities, has found so far."""
+    """Content of an MVNX, found by a parser of XML that expands no entities."""
 
     def __init__(self, path: Path) -> None:
         self.path = path

@@ -55,7 +55,7 @@ class Recording:
 
 
 def unknown_rate(path: Path, report: ImportReport) -> MotionFileError:
-    """Return an error for a file without a rate, with what the report says of its times."""
+    """Return an error for a file without a rate, with the warning about its times."""
     reason = next((f" ({doubt})" for doubt in report.warnings if "times" in doubt), "")
     return MotionFileError(
         f"{path}: does not declare its frame rate{reason}",

@@ -135,8 +135,8 @@ class Grid:
         Args:
             file: The file.
             first: Index of the line.
-            columns: Number of coordinates that a row has at least, for telling a separator that
-                ends the row from an empty cell.
+            columns: Number of coordinates that a row has at least, to distinguish a separator
+                that ends the row from an empty cell.
         """
         rows = [_unquoted(row) for row in itertools.islice(file.lines(first), _LOOK)]
         row = rows[0] if rows else ""

@@ -240,7 +240,7 @@ def test_a_file_of_forces_has_no_points(tmp_path: Path) -> None:
         read(tmp_path / "force.c3d")
 
 
-def test_two_rates_that_differ_are_told(tmp_path: Path) -> None:
+def test_two_rates_that_differ_are_reported(tmp_path: Path) -> None:
     path = tmp_path / "dance.c3d"
     writers.write_c3d_of(path, writers.arm_points(), "intel", whole_numbers=False)
     data = bytearray(path.read_bytes())

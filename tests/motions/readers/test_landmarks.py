@@ -138,6 +138,7 @@ def test_frames_that_their_times_leave_out_are_gaps(tmp_path: Path, known: Any) 
     np.testing.assert_allclose(imported.motion.posture, known, atol=0.02)
 
 
+@pytest.mark.filterwarnings("error")
 def test_a_number_that_is_no_coordinate_is_a_gap(tmp_path: Path, known: Any) -> None:
     frames = json.loads(json.dumps(POINTS))
     frames[20][NAMES.index("left_elbow")]["x"] = 1e300

@@ -81,7 +81,7 @@ class Header:
 
     @property
     def titles(self) -> list[str]:
-        """Of every column the title that is neither an axis nor a point's name, as that of time."""
+        """Title of every column: that of times or frames, if a cell has one, else the first."""
         rows = [*range(self.axes, self.first), *range(max(0, self.axes - 1), self.axes)]
         width = max(map(len, self.rows[: self.first]))
         columns = [[self.cell(row, column) for row in rows] for column in range(width)]
@@ -126,7 +126,7 @@ class Header:
 
     @property
     def up(self) -> Up | None:
-        """OptiTrack's tables, which name their coordinate space, have y up."""
+        """Axis that points up: y in OptiTrack's tables, which name their coordinate space."""
         top = {cell.lower() for row in self.rows[: self.axes] for cell in row}
         return "y" if "coordinate space" in top else None
 

@@ -1,7 +1,7 @@
 """Reader for tables of joint angles, as robots log them and `mpma motion` exports them.
 
 A header names the eight joints of `kinematics.JOINT_NAMES`, in any order and perhaps with a unit
-(`left_elbow`, `left_elbow_deg`, `left_elbow (rad)`), beside a column of times or frames.
+(`left_elbow`, `left_elbow_deg`, `left_elbow (rad)`), with a column of times or of frames.
 """
 
 from __future__ import annotations
@@ -107,9 +107,9 @@ def _columns(path: Path, header: Header) -> list[int]:
     titles = [_joint(title) for title in header.rows[header.axes]]
     for joint in kinematics.JOINT_NAMES:
         if titles.count(joint) != 1:
-            how = "twice" if joint in titles else "no column of"
+            how = "several columns" if joint in titles else "no column"
             raise MotionFileError(
-                f"{path}: has joint angles, but {how} {joint}; expected one column each of"
+                f"{path}: has joint angles, but {how} of {joint}; expected one column each of"
                 f" {', '.join(kinematics.JOINT_NAMES)}"
             )
     return [titles.index(joint) for joint in kinematics.JOINT_NAMES]

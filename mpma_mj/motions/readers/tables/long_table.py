@@ -31,7 +31,7 @@ def read_long(header: Header, grid: Grid, report: ImportReport) -> Recording:
     """Read a long table.
 
     Raises:
-        MotionFileError: No column tells the frame, a frame has a point twice, or rows are of
+        MotionFileError: No column has the frame, a frame has a point twice, or rows are of
             several people.
     """
     path, titles = grid.file.path, header.rows[header.axes]
@@ -40,7 +40,7 @@ def read_long(header: Header, grid: Grid, report: ImportReport) -> Recording:
     counter, timer = header.counters
     if counter is None and timer is None:
         raise MotionFileError(
-            f"{path}: a row has one point, but no column its frame or time; add a column frame"
+            f"{path}: has one point a row, and no column of its frame or time; add a column frame"
         )
     points = _names(header, grid)
     for column, title in enumerate(titles):
@@ -91,7 +91,7 @@ def _names(header: Header, grid: Grid) -> list[str]:
 
 
 def _refuse_twice(points: list[str], keys: np.ndarray, grid: Grid) -> None:
-    """Refuse rows with the same frame and point, which `keys`, shape (rows,), tell."""
+    """Refuse rows of the same frame and point, that is with equal `keys`, shape (rows,)."""
     _, first = np.unique(keys, return_index=True)
     if len(first) < len(keys):
         again = np.ones(len(keys), bool)

@@ -1,4 +1,4 @@
-"""Names that OptiTrack Motive gives to several things, told apart by rows of its tables."""
+"""Names that OptiTrack Motive gives to several objects, distinguished by rows of its tables."""
 
 from __future__ import annotations
 

@@ -95,21 +95,22 @@ def _columns(path: Path, header: Header, report: ImportReport) -> tuple[Columns,
 
 
 def _warn_of_disorder(columns: Columns, report: ImportReport) -> None:
-    """Warn of points whose columns do not lie like those of the others: a title may be wrong."""
+    """Warn of points whose columns are in another order than most: a title may be wrong."""
     ways = {name: (y - x, z - x) for name, (x, y, z) in columns.items()}
     usual, count = Counter(ways.values()).most_common(1)[0] if ways else ((0, 0), 0)
     if len(ways) > count > 1:
         other = listing([name for name, way in ways.items() if way != usual], _MOST_LISTED)
         report.warn(
-            f"the columns of {other} do not lie like those of other points; check their titles"
+            f"the columns of {other} are in another order than those of other points; check their"
+            " titles"
         )
 
 
 def _titled(header: Header) -> dict[int, tuple[str, str]]:
     """Return for each column of a coordinate the point's name and the axis.
 
-    A name counts until the next one, or until an axis comes again: what follows has no name.
-    Names may also stand above the middle of their axes.
+    A name counts until the next one, or until an axis is repeated: the columns after it have no
+    name. Names may also stand above the middle of their axes.
     """
     titled: dict[int, tuple[str, str]] = {}
     row = header.name_row

@@ -66,7 +66,7 @@ def _by_times(times: Array, where: Where, report: ImportReport) -> Callable[[Arr
     """
     steps = np.diff(times)
     usual = _usual_step(times)
-    if _come_unevenly(times):
+    if _are_uneven(times):
         return functools.partial(_interpolated, times=times, step=usual)
     numbers = np.concatenate([[0.0], np.cumsum(_frames_of(steps, usual))])
     places = _places(numbers, where, report)
@@ -91,7 +91,7 @@ def _frames_of(steps: Array, usual: float) -> Array:
     return np.maximum(1, np.round(steps / usual))
 
 
-def _come_unevenly(times: Array) -> bool:
+def _are_uneven(times: Array) -> bool:
     """Return whether steps between times often differ from whole frames by more than rounding."""
     steps = np.diff(times)
     usual = _usual_step(times)
@@ -125,7 +125,7 @@ def rate_of(
     Args:
         times: Times of frames, shape (T,).
         declared: The rate that the header declares, Hz, if any.
-        report: Gets a warning where the two contradict each other, or frames come unevenly.
+        report: Gets a warning where the two contradict each other, or frames are unevenly spaced.
         unit: Unit of the times, s, where it is declared.
 
     Returns:
@@ -144,7 +144,7 @@ def rate_of(
             rate, steps = scale * rate, steps / scale
             report.warn(f"the times are read as {name}, which gives {rate:.4g} Hz")
             break
-    if _come_unevenly(times):
+    if _are_uneven(times):
         report.warn(
             f"the frames are unevenly spaced; they are interpolated to an even {rate:.4g} Hz"
         )

@@ -117,7 +117,7 @@ def is_rate(title: str) -> bool:
 
 
 def is_person(title: str) -> bool:
-    """Return whether a column tells people, or takes, apart."""
+    """Return whether a column distinguishes people, or takes."""
     return _PEOPLE.fullmatch(_letters(title)) is not None
 
 

@@ -86,7 +86,7 @@ def test_people_are_refused(path: Path, points: writers.Points) -> None:
 
 def test_a_table_without_frames_is_refused(path: Path, points: writers.Points) -> None:
     rows = [row[2:] for row in rows_of(points)]
-    with pytest.raises(MotionFileError, match="no column its frame or time"):
+    with pytest.raises(MotionFileError, match="no column of its frame or time"):
         read(write(path, rows, TITLES[2:]))
     rows = rows_of(points)
     rows[9][0] = ""

@@ -72,7 +72,7 @@ def test_names_may_stand_above_the_middle_axis(path: Path, points: writers.Point
     assert_same(read(path)[1], points)
 
 
-def test_names_that_are_shifted_are_told(path: Path, points: writers.Points) -> None:
+def test_names_that_are_shifted_are_reported(path: Path, points: writers.Points) -> None:
     lines = motive(points, {}, {}).splitlines()
     cells = lines[3].split(",")
     lines[3] = ",".join([*cells[:2], *cells[3:]])
@@ -81,13 +81,13 @@ def test_names_that_are_shifted_are_told(path: Path, points: writers.Points) -> 
     assert "Skel:LSHO are not above an x, a y and a z each" in report.warnings[0]
 
 
-def test_titles_that_changed_places_are_told(path: Path, points: writers.Points) -> None:
+def test_titles_that_changed_places_are_reported(path: Path, points: writers.Points) -> None:
     lines = writers.header_row_text(points).splitlines()
     titles = lines[0].split(",")
     titles[4], titles[13] = titles[13], titles[4]
     path.write_text("\n".join([",".join(titles), *lines[1:]]) + "\n")
     (warning,) = read(path)[2].warnings
-    assert "the columns of RELB, LELB do not lie like those of other points" in warning
+    assert "the columns of RELB, LELB are in another order than those of other points" in warning
 
 
 def test_rows_of_another_width_than_the_header_are_refused(
