@@ -150,8 +150,6 @@ def _guess(point: str, names: Sequence[str]) -> tuple[str, ...]:
     are_markers = any(rules.markers["sure"].search(_words(name)) for name in names)
     # A bone of the forearm begins at the elbow, a marker on the forearm lies anywhere on it.
     are_bones = not are_markers and any(rules.bones["shoulder"].search(_words(n)) for n in names)
-    if not are_markers and not are_bones and part == "elbow":
-        return ()
     rule = (rules.bones if are_bones else rules.markers)[part]
     twins = {other.sub("*", name) for name in names if other.search(name)}
     sided = [n for n in names if mine.search(n) and mine.sub("*", n) in twins]
