@@ -19,7 +19,7 @@ __all__ = ["refuse_alternating", "refuse_several"]
 Array = NDArray[np.float64]
 
 _MOST = 6  # people whose rows alternate
-_TIMES = 3.0  # how much farther it is to another person than to oneself a frame later (choice)
+_FARTHER = 3.0  # times that it is to another person than to oneself a frame later (choice)
 _APART = 0.03  # of a body's width that two people are at least apart: places may be rounded
 _LOOKED_AT = 4096  # rows
 _MOST_LISTED = 5
@@ -68,7 +68,7 @@ def refuse_alternating(path: Path, tracks: Tracks, counter: Array | None, where:
     # Of one person who shakes the arms, the shoulders stay: so every point has to alternate.
     ratios = {k: _ratios(usual[1], usual[k], least).min() for k in range(2, _MOST + 1)}
     people = max(ratios, key=lambda k: ratios[k])
-    if ratios[people] > _TIMES:
+    if ratios[people] > _FARTHER:
         raise MotionFileError(
             f"{path}: the rows of {people} people seem to alternate, as a row continues the motion"
             f" of the one {people} before; keep the rows of one"
@@ -81,7 +81,7 @@ def refuse_alternating(path: Path, tracks: Tracks, counter: Array | None, where:
         return
     apart = _usual_way(places[second], places[second - 1])
     near = [_ways(places[second - i], places[second + j]) for i in (0, 1) for j in (1, -2)]
-    if _ratios(apart, _medians(np.fmin.reduce(near)), least).max() > _TIMES:
+    if _ratios(apart, _medians(np.fmin.reduce(near)), least).max() > _FARTHER:
         raise MotionFileError(
             f"{path}: {where(second[0] - 1)} and {where(second[0])} have the same time, but places"
             " far apart, as those of several people; keep the rows of one"
