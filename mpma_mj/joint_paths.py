@@ -82,7 +82,7 @@ def held_angles(posture: Array) -> Array:
 def angles_seen(joint_angles: Array) -> NDArray[np.bool_]:
     """Return which joint angles, shape (..., 8), rad, are seen in a posture: (..., 8).
 
-    Within 3° of a singular posture an angle cannot be told from noise.
+    Within 3° of a singular posture an angle cannot be distinguished from noise.
     """
     return segment_leverage(joint_angles) > _UNSEEN
 

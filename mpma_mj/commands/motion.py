@@ -25,7 +25,7 @@ class InspectMotion:
     """
 
     motion: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="MOTION")]
-    """"ymca", or a recording: C3D, BVH, AMC, TRC, TSV, CSV, npz."""
+    """"ymca", or a recording: C3D, BVH, AMC, TRC, TSV, CSV, MVNX, JSON, npz."""
     picture: Path | None = None
     """File of the page of figures, .png; NAME-motion.png if not given."""
     video: bool = False

@@ -15,8 +15,10 @@ from mpma_mj.errors import BadOptionError, MotionFileError
 from mpma_mj.motions import audio_segments
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.options import ReadingOptions
-from mpma_mj.motions.readers.text import TextFile, is_number
+from mpma_mj.motions.readers.cells import is_number
+from mpma_mj.motions.readers.text import TextFile
 from mpma_mj.utils.input_files import SMALL_FILE, file_problem
+from mpma_mj.utils.text import listing
 
 __all__ = ["change_points", "label_motion", "read_labels"]
 
@@ -105,9 +107,7 @@ def _spans(
 
 
 def _listed(times: Iterable[float]) -> str:
-    listed = [f"{time:.2f}" for time in times]
-    more = f" and {len(listed) - _MOST_LISTED} more" if len(listed) > _MOST_LISTED else ""
-    return ", ".join(listed[:_MOST_LISTED]) + more
+    return listing([f"{time:.2f}" for time in times], _MOST_LISTED)
 
 
 def read_labels(path: Path) -> tuple[Span, ...]:

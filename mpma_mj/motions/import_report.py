@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.errors import RecordingWarning, printable
 from mpma_mj.motions.mapping import Groups
+from mpma_mj.utils.text import listing
 
 if TYPE_CHECKING:
     from mpma_mj.motions.motion import Motion  # whose file readers read
@@ -77,7 +78,7 @@ class ImportReport:
             warnings.warn(doubt.with_context(source), stacklevel=3)
 
     def lines(self, motion: Motion) -> list[str]:
-        """Describe the recording, every step of its import, and the resulting motion."""
+        """Return lines about the recording, every step of its import, and the motion."""
         lines = [
             f"{motion.name}: {self.format}, {self.frames} frames at {self.rate:g} Hz"
             f" ({self.frames / self.rate:.2f} s)"
@@ -85,14 +86,13 @@ class ImportReport:
         ]
         lines += [f"  {point:<15} {' + '.join(group)}" for point, group in self.groups.items()]
         lines += [f"  {step}" for step in self.steps]
-        labels, more = ", ".join(motion.labels[:_MOST_LABELS]), len(motion.labels) - _MOST_LABELS
         lines.append(
             f"motion: {len(motion)} postures at {motion.rate:g} Hz ({motion.duration:.2f} s),"
-            f" labels {labels}" + (f" and {more} more" if more > 0 else "")
+            f" labels {listing(motion.labels, _MOST_LABELS)}"
         )
         if self.lengths:
             unit = "m" if self.metric else "units of the file"
             lines.append(f"segments: mean length, {unit}, and how much it varies")
         for name, (mean, deviation) in self.lengths.items():
             lines.append(f"  {name:<15} {mean:.3f}  ±{100 * deviation / mean:.1f} %")
-        return lines
+        return [printable(line) for line in lines]

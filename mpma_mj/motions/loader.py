@@ -27,9 +27,9 @@ from mpma_mj.motions.marker_sets import choose_markers, facing_markers
 from mpma_mj.motions.motion import Motion, load_motion
 from mpma_mj.motions.options import ReadingOptions, given
 from mpma_mj.motions.orientation import check_handedness, check_sides
-from mpma_mj.motions.readers.joint_angles import read_joint_angles
 from mpma_mj.motions.readers.recognise import open_recording
-from mpma_mj.motions.readers.recording import Recording
+from mpma_mj.motions.readers.recording import Recording, unknown_rate
+from mpma_mj.motions.readers.tables.joint_angles import read_joint_angles
 from mpma_mj.motions.synthetic import BUILT_IN, SYNTHETIC_MOTIONS
 from mpma_mj.motions.transforms import at_rate, close_loop
 from mpma_mj.utils.input_files import FOLDER, MISSING, file_problem
@@ -285,11 +285,7 @@ def _source_rate(recording: Recording, options: ReadingOptions, report: ImportRe
         report.note(f"{options.rate_in:g} Hz, as given (the file declares {declared})")
         return options.rate_in
     if recording.rate is None:
-        reason = next((f" ({doubt})" for doubt in report.warnings if "times" in doubt), "")
-        raise MotionFileError(
-            f"{recording.path}: does not declare its frame rate{reason}",
-            remedy="give it with {rate_in}, such as {rate_in=50}",
-        )
+        raise unknown_rate(recording.path, report)
     return recording.rate
 
 

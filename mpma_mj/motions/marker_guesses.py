@@ -16,6 +16,7 @@ from mpma_mj.errors import MotionFileError
 from mpma_mj.kinematics import SIDES
 from mpma_mj.motions.body import ARM_POINTS
 from mpma_mj.motions.mapping import Groups, mapping_option
+from mpma_mj.utils.text import listing
 
 __all__ = ["check_once", "hands_for_wrists", "is_no_place", "listed", "not_recognised"]
 
@@ -29,7 +30,7 @@ _SIDED = {
     ),
 }
 _LONGEST = 60  # letters of a name in a message
-_MOST_NAMED = 120  # names in a message
+_MOST_LISTED = 120  # names in a message
 
 
 @dataclass(frozen=True)
@@ -115,7 +116,7 @@ def check_once(path: Path, names: Sequence[str], groups: Groups) -> None:
 
 
 def hands_for_wrists(groups: Groups) -> list[str]:
-    """Return the hands that stand beside elbows, where a wrist would be expected."""
+    """Return the hands in place of wrists: those of arms whose elbows are no bones."""
     rules = _guesses()
     return [
         "+".join(groups[f"{side}_wrist"])
@@ -137,9 +138,8 @@ def listed(names: Sequence[str]) -> str:
     patterns = [*rules.markers.values(), *rules.bones.values()]
     first = [n for n in names if any(pattern.search(_words(n)) for pattern in patterns)]
     ordered = list(dict.fromkeys((*first, *names)))
-    more = f" and {len(ordered) - _MOST_NAMED} more" if len(ordered) > _MOST_NAMED else ""
-    shown = [f"{name[:_LONGEST]}{'…' * (len(name) > _LONGEST)}" for name in ordered[:_MOST_NAMED]]
-    return ", ".join(shown) + more
+    short = [f"{name[:_LONGEST]}{'…' * (len(name) > _LONGEST)}" for name in ordered]
+    return listing(short, _MOST_LISTED)
 
 
 def _guess(point: str, names: Sequence[str]) -> tuple[str, ...]:
@@ -150,8 +150,6 @@ def _guess(point: str, names: Sequence[str]) -> tuple[str, ...]:
     are_markers = any(rules.markers["sure"].search(_words(name)) for name in names)
     # A bone of the forearm begins at the elbow, a marker on the forearm lies anywhere on it.
     are_bones = not are_markers and any(rules.bones["shoulder"].search(_words(n)) for n in names)
-    if not are_markers and not are_bones and part == "elbow":
-        return ()
     rule = (rules.bones if are_bones else rules.markers)[part]
     twins = {other.sub("*", name) for name in names if other.search(name)}
     sided = [n for n in names if mine.search(n) and mine.sub("*", n) in twins]

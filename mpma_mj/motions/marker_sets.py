@@ -258,9 +258,9 @@ def _recognise(person: _Person, *, one_arm: bool = False) -> Groups:
     """
     best: Groups = {}
     sets = _marker_sets()
-    beside_markers = not sets.markers.isdisjoint(person)
+    has_markers = not sets.markers.isdisjoint(person)
     for marker_set in sets.arms:
-        if marker_set.bones and beside_markers:
+        if marker_set.bones and has_markers:
             continue
         groups = {
             f"{side}_{part}": group
@@ -270,7 +270,7 @@ def _recognise(person: _Person, *, one_arm: bool = False) -> Groups:
         }
         if marker_set.bones and not any(point.endswith("shoulder") for point in groups):
             continue  # names such as "forearm" and "hand" may be markers on these segments
-        # Names of the elbow tell bones from markers best: a "shoulder" may be the collar bone.
+        # Elbows distinguish bones from markers best: a "shoulder" may be the collar bone.
         if _fit(groups) >= _fit(best):
             best = groups
         if len(best) == len(ARM_POINTS):

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from mpma_mj.errors import RobotLogError
 from mpma_mj.kinematics import JOINT_NAMES
-from mpma_mj.motions.readers.text import TextFile, is_number, printable
+from mpma_mj.motions.readers.cells import is_number
+from mpma_mj.motions.readers.text import TextFile
 from mpma_mj.utils.atomic_files import atomic_write
 from mpma_mj.utils.clipping import clip
 from mpma_mj.utils.input_files import file_problem
@@ -155,14 +156,14 @@ def _numbers(file: TextFile, titles: list[str]) -> Array:
         if len(cells) != len(titles):
             raise RobotLogError(
                 f"{file.path}: row {number} has {len(cells)} cells, but the header has"
-                f" {len(titles)}; correct or delete that row: {printable(line[:_SHOWN])}"
+                f" {len(titles)}; correct or delete that row: {line[:_SHOWN]}"
             )
         for column, place in enumerate(columns):
             cell = cells[place]
             if not is_number(cell) or not math.isfinite(float(cell)):
                 raise RobotLogError(
                     f"{file.path}: row {number}, column {COLUMNS[column]}:"
-                    f" '{printable(cell[:_SHOWN])}' is not a finite number; correct that cell"
+                    f" '{cell[:_SHOWN]}' is not a finite number; correct that cell"
                 )
             table[row, column] = float(cell)
     return table

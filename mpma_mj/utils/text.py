@@ -1,4 +1,4 @@
-"""Text for people: printable names, options as they are typed, near matches, tables."""
+"""Text for people: printable names, options as they are typed, near matches, lists, tables."""
 
 from __future__ import annotations
 
@@ -7,7 +7,15 @@ from collections.abc import Iterable, Sequence
 
 from mpma_mj.errors import printable
 
-__all__ = ["as_flag", "did_you_mean", "field_name", "markdown_table", "option_name", "printable"]
+__all__ = [
+    "as_flag",
+    "did_you_mean",
+    "field_name",
+    "listing",
+    "markdown_table",
+    "option_name",
+    "printable",
+]
 
 _FLAGS = {"start": "from", "end": "to"}  # `from` is a keyword of Python
 _FIELDS = {flag: field for field, flag in _FLAGS.items()}
@@ -39,6 +47,17 @@ def did_you_mean(name: str, known: Iterable[str], form: str = "{}") -> str:
     """
     near = difflib.get_close_matches(name, list(known), n=1)
     return f"did you mean {form.format(near[0])}?" if near else ""
+
+
+def listing(items: Sequence[object], most: int) -> str:
+    """Return a list of items in words, such as "a, b and 3 more".
+
+    Args:
+        items: What is listed.
+        most: Number of items that are written out.
+    """
+    shown = ", ".join(map(str, items[:most]))
+    return f"{shown} and {len(items) - most} more" if len(items) > most else shown
 
 
 def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

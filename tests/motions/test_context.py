@@ -65,7 +65,7 @@ def test_labels_that_overlap_are_both_1(write_labels: WriteLabels) -> None:
     assert not report.warnings
 
 
-def test_where_no_label_is_the_context_is_0_and_that_is_told(write_labels: WriteLabels) -> None:
+def test_where_no_label_is_the_context_is_0_and_that_is_reported(write_labels: WriteLabels) -> None:
     path = write_labels("0,1,Y\n1.95,9,M\n")
     context, _, report = labelled(ReadingOptions(labels=path))
     silent = (TIMES >= 1.0) & (TIMES < 1.95)

@@ -117,6 +117,13 @@ def test_a_single_wrist_marker_will_do(write_tsv: WriteTsv) -> None:
     np.testing.assert_allclose(single.posture, double.posture, atol=1e-6)
 
 
+def test_a_body_without_pelvis_is_a_warning(write_tsv: WriteTsv) -> None:
+    assert not import_motion(write_tsv(), ReadingOptions()).report.warnings
+    more = {f"knee_{i}": np.ones((228, 3)) for i in range(20)}
+    (warning,) = import_motion(write_tsv(markers() | more), ReadingOptions()).report.warnings
+    assert warning.startswith("none of its points is recognised as the pelvis")
+
+
 def test_a_recording_has_equal_segments_as_context(write_tsv: WriteTsv) -> None:
     motion = read_motion(write_tsv(), segments=5)
     assert motion.labels == ("1", "2", "3", "4", "5")

@@ -307,14 +307,14 @@ def test_a_mapping_need_not_spell_names_as_the_file_does() -> None:
     assert groups["left_shoulder"] == ("Anna:ac",)
 
 
-def test_a_name_that_the_file_has_not_is_told() -> None:
+def test_a_name_that_the_file_has_not_is_reported() -> None:
     with pytest.raises(
         MotionFileError, match="names olecranon, which the file does not have; it has"
     ):
         choose_markers(FILE, ODD, {"left_elbow": ("olecranon",)})
 
 
-def test_a_name_that_two_dancers_have_is_told() -> None:
+def test_a_name_that_two_dancers_have_is_reported() -> None:
     names = [f"{dancer}:{name}" for dancer in ("Anna", "Ben") for name in ODD]
     with pytest.raises(MotionFileError, match="map names ac, which the file has twice"):
         choose_markers(FILE, names, parse_mapping(WHOLE))

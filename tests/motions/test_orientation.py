@@ -362,6 +362,14 @@ def test_places_in_space_are_no_picture(tmp_path: Path, up: Up, way: float) -> N
     assert len(read(tmp_path / "a.npz", turned_to(points, up), {}).motion) > 70
 
 
+def test_places_before_a_camera_are_no_picture(tmp_path: Path) -> None:
+    points = turned_to({n: t / 1e3 for n, t in standing(HANGING, torso=True).items()}, "-y")
+    lowest = np.min([track.min(axis=0) for track in points.values()], axis=0)
+    seen = {name: track - lowest + [0.05, 0.05, 2.0] for name, track in points.items()}
+    assert max(track[:, :2].max() for track in seen.values()) < 1.0
+    assert len(read(tmp_path / "a.npz", seen, {}).motion) > 70
+
+
 @pytest.mark.parametrize("up", UPS)
 @pytest.mark.parametrize("axis", range(3))
 def test_left_handed_axes_are_mirrored(tmp_path: Path, up: Up, axis: int) -> None:

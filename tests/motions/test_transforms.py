@@ -335,7 +335,7 @@ def test_names_that_stand_twice_are_numbered(names: str, labels: tuple[str, ...]
     assert join(motions, SPEED).labels == labels
 
 
-def test_the_sources_of_all_are_told() -> None:
+def test_the_sources_of_all_are_reported() -> None:
     joined = join([wandering(0, 5, "a"), wandering(1, 5, "b")], SPEED)
     assert joined.source == "source of a; source of b"
     assert joined.rate == 20.0

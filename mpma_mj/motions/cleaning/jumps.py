@@ -9,6 +9,7 @@ from mpma_mj.motions.cleaning.trajectories import Trajectories
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.motions.orientation import arm_length
+from mpma_mj.utils.text import listing
 
 __all__ = ["repair_jumps", "single_frame_jumps"]
 
@@ -61,7 +62,7 @@ def repair_jumps(trajectories: Trajectories, options: ReadingOptions, report: Im
     count = sum(map(len, found.values()))
     jumps = f"{count} single-frame jump{'s' * (count != 1)}"
     listed = "; ".join(
-        f"{name} in frame {_listed(trajectories.first + frames + 1)}"
+        f"{name} in frame {listing((trajectories.first + frames + 1).tolist(), _MOST_LISTED)}"
         for name, frames in found.items()
     )
     if not options.repair:
@@ -70,8 +71,3 @@ def repair_jumps(trajectories: Trajectories, options: ReadingOptions, report: Im
     for name, frames in found.items():
         trajectories.tracks[name][frames] = np.nan
     report.note(f"{jumps} bridged ({listed})")
-
-
-def _listed(frames: NDArray[np.int_]) -> str:
-    more = f" and {len(frames) - _MOST_LISTED} more" if len(frames) > _MOST_LISTED else ""
-    return ", ".join(map(str, frames[:_MOST_LISTED])) + more

@@ -11,6 +11,7 @@ from mpma_mj.motions.body import segments
 from mpma_mj.motions.cleaning.trajectories import Trajectories, missing
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.options import ReadingOptions
+from mpma_mj.utils.text import listing
 
 __all__ = ["far_from_body", "overstretched", "remove_outliers"]
 
@@ -47,14 +48,12 @@ def remove_outliers(
         return
     trajectories.outliers = set(found)
     listed = [
-        f"{name} in {far.sum()} frame{'' if far.sum() == 1 else 's'} from"
-        f" {trajectories.first + np.argmax(far) + 1} on"
+        f"{name} ({far.sum()} frame{'' if far.sum() == 1 else 's'} from"
+        f" {trajectories.first + np.argmax(far) + 1} on)"
         for name, far in found.items()
     ]
-    more = f"; and {len(listed) - _MOST_LISTED} more" if len(listed) > _MOST_LISTED else ""
     report.warn(
-        "places far outside the body are taken as missing:"
-        f" {'; '.join(listed[:_MOST_LISTED])}{more}"
+        f"places far outside the body are taken as missing: {listing(listed, _MOST_LISTED)}"
     )
 
 

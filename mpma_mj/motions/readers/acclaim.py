@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.readers.cells import is_number
 from mpma_mj.motions.readers.recording import Recording, Tracks
 from mpma_mj.motions.readers.skeleton import (
     AngleCheck,
@@ -22,7 +23,7 @@ from mpma_mj.motions.readers.skeleton import (
     joint_positions,
     tracks_of,
 )
-from mpma_mj.motions.readers.text import FARTHEST, TextFile, is_number, printable
+from mpma_mj.motions.readers.text import FARTHEST, TextFile
 from mpma_mj.utils.input_files import SMALL_FILE, file_problem
 
 __all__ = ["is_amc", "is_asf", "read_acclaim"]
@@ -116,7 +117,7 @@ def _skeleton_in_folder(path: Path, report: ImportReport) -> Path:
 def _read_skeleton(file: TextFile) -> _Skeleton:
     sections: dict[str, list[list[str]]] = {}
     section: list[list[str]] = []
-    for line in map(printable, file.lines()):
+    for line in file.lines():
         words = line.split("#")[0].split()
         if words and words[0].startswith(":"):
             section = sections.setdefault(words[0].lower(), [])
@@ -296,7 +297,7 @@ def _row(path: Path, index: int, words: list[str], channels: Sequence[str]) -> l
     if len(words) != 1 + len(channels) or not all(map(is_number, words[1:])):
         raise MotionFileError(
             f"{path}: line {index}: expected {words[0]} and {len(channels)} numbers, found"
-            f" '{printable(' '.join(words)[:60])}'",
+            f" '{' '.join(words)[:60]}'",
             remedy=_MENDED,
         )
     return [float(word) for word in words[1:]]

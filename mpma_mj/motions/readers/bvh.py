@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.readers.cells import is_number
 from mpma_mj.motions.readers.recording import Recording, Tracks
 from mpma_mj.motions.readers.skeleton import (
     AngleCheck,
@@ -22,7 +23,7 @@ from mpma_mj.motions.readers.skeleton import (
     joint_positions,
     tracks_of,
 )
-from mpma_mj.motions.readers.text import FARTHEST, Grid, TextFile, is_number, printable
+from mpma_mj.motions.readers.text import FARTHEST, Grid, TextFile
 
 __all__ = ["is_bvh", "read_bvh"]
 
@@ -122,7 +123,7 @@ def _read_hierarchy(words: Iterator[tuple[str, int]]) -> _Skeleton:
             _check_offsets(skeleton)
             return skeleton
         elif key not in _KEYS:
-            raise ValueError(f"line {line}: '{printable(word[:40])}' is no part of a hierarchy")
+            raise ValueError(f"line {line}: '{word[:40]}' is no part of a hierarchy")
         elif not open_joints or key == "{":
             raise ValueError(f"line {line}: '{word}' outside a joint")
         elif key == "}":
@@ -145,7 +146,7 @@ def _joint_name(words: Iterator[tuple[str, int]], line: int) -> str:
             return " ".join(name)
         if number > line and word.upper() in _KEYS:
             raise ValueError(f"line {number}: expected '{{', found '{word}'")
-        name.append(printable(word))
+        name.append(word)
     raise StopIteration
 
 
@@ -185,7 +186,7 @@ def _add_channels(
     cells = itertools.islice(words, int(count) if count in map(str, range(7)) else 0)
     channels = [word.upper() for word, _ in cells]
     if str(len(channels)) != count or not set(channels) <= _CHANNELS:
-        found = printable(" ".join([count, *channels])[:60])
+        found = " ".join([count, *channels])[:60]
         raise ValueError(
             f"line {line}: '{found}' is not a list of channels, such as 3 Zrotation Xrotation"
             " Yrotation"
@@ -214,7 +215,7 @@ def _rate(seconds: float, text: str) -> float | None:
 
 
 def _header_value(words: Iterator[tuple[str, int]], key: str) -> tuple[str, int]:
-    """Return what `KEY: value`, which comes next, gives, and the line's number."""
+    """Return the value of the next words, `KEY: value`, and the number of its line."""
     expected = key.split()
     found: list[str] = []
     line = 0
@@ -222,7 +223,7 @@ def _header_value(words: Iterator[tuple[str, int]], key: str) -> tuple[str, int]
         word, line = next(words)
         found += word.replace(":", " ").split()
     if [word.upper() for word in found[:-1]] != expected:
-        text = printable(" ".join(found)[:40])
+        text = " ".join(found)[:40]
         raise ValueError(f"line {line}: expected '{key.capitalize()}:', found '{text}'")
     return found[-1], line
 
@@ -231,7 +232,7 @@ def _number(word: str, number: int) -> float:
     """Return the number in a word, which may have a decimal comma."""
     text = word.replace(",", ".")
     if not is_number(text) or not abs(float(text)) < FARTHEST:
-        raise ValueError(f"line {number}: '{printable(word[:40])}' is not a number")
+        raise ValueError(f"line {number}: '{word[:40]}' is not a number")
     return float(text)
 
 

@@ -29,9 +29,8 @@ from numpy.typing import NDArray
 from mpma_mj.context import Span
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.readers.missing_samples import mark_missing
 from mpma_mj.motions.readers.recording import UNITS, UPS, Recording, Tracks
-from mpma_mj.motions.readers.text import printable
-from mpma_mj.motions.readers.unseen import mark_unseen
 
 __all__ = ["is_c3d", "read_c3d"]
 
@@ -39,7 +38,7 @@ _BLOCK = 512  # bytes
 _KEY = 80  # second byte of every C3D
 _DEC, _MIPS = 85, 86  # processors; any other stores as Intel does
 _BYTES_AT_ONCE = 1 << 24
-# What parameters list points that are computed values, not places.
+# Parameters that list points which are computed values, not places.
 _NO_PLACES = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS")
 _CHAR, _BYTE, _INTEGER, _FLOAT = -1, 1, 2, 4  # types of a parameter
 _POSE = re.compile("_4x4$", re.IGNORECASE)  # which ends the names of segments
@@ -173,7 +172,7 @@ def _text(cell: bytes) -> str:
         text = cell.decode("utf-8")
     except UnicodeDecodeError:
         text = cell.decode("latin-1")
-    return printable(text.strip(" \0"))
+    return text.strip(" \0")
 
 
 def _floats(data: bytes, processor: int) -> NDArray[np.float32]:
@@ -308,7 +307,7 @@ def _load(
             )
     points[~(np.abs(points) < np.finfo(np.float32).max)] = np.nan
     tracks = dict(zip(names, points, strict=True))
-    mark_unseen(tracks, report)
+    mark_missing(tracks, report)
     return tracks
 
 

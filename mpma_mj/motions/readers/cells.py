@@ -26,7 +26,7 @@ def is_number(cell: str) -> bool:
 
 
 def is_missing(cell: str) -> bool:
-    """Return whether a cell says that there is no value."""
+    """Return whether a cell stands for a missing value."""
     return _MISSING.fullmatch(cell.strip()) is not None
 
 

@@ -19,15 +19,20 @@ from numpy.typing import NDArray
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.joint_orders import find_order, known_orders
+from mpma_mj.motions.readers.missing_samples import mark_missing
 from mpma_mj.motions.readers.recording import Recording, Tracks, Up
-from mpma_mj.motions.readers.unseen import mark_unseen
 
-__all__ = ["FEWEST", "find_joints", "is_npy", "read_joints", "read_npy"]
+__all__ = ["FEWEST", "NAME_LISTS", "find_joints", "is_npy", "read_joints", "read_npy"]
 
 Array = NDArray[np.float64]
 
 FEWEST = 6
 """Joints that two arms have."""
+NAME_LISTS = (
+    *("names", "joint_names", "joints_names", "keypoint_names", "landmark_names", "marker_names"),
+    *("body_names", "labels"),
+)
+"""What files call the list of the joints' names, in lower case."""
 
 _LARGEST = 1 << 30  # bytes
 _HUMANML = 22  # joints; HumanML3D's are at 20 Hz, y up
@@ -41,15 +46,6 @@ _FEATURES = {
 # Arrays that have the shape of joints and are no places.
 _NO_PLACES = re.compile(r"vel|acc|rot|quat|orient|vert|normal|force|conf", re.IGNORECASE)
 _PICTURE = 10.0  # x and y beyond which a third number in 0-1 is a confidence, not a depth
-_NAMES = (
-    "names",
-    "joint_names",
-    "joints_names",
-    "keypoint_names",
-    "marker_names",
-    "body_names",
-    "labels",
-)
 
 
 @dataclass(frozen=True)
@@ -96,7 +92,7 @@ def find_joints(path: Path, arrays: Mapping[str, NDArray[Any]]) -> Joints | None
     """Return the joints in an archive, if one of its arrays holds some.
 
     Raises:
-        MotionFileError: Several do, or what may be some is none.
+        MotionFileError: Several do, or it holds something else in their place.
     """
     found = {
         name: array
@@ -111,7 +107,7 @@ def find_joints(path: Path, arrays: Mapping[str, NDArray[Any]]) -> Joints | None
         raise MotionFileError(f"{path}: has several arrays of joints, {listed}; keep one of them")
     for title, array in found.items():
         joints = _checked(path, title, array)
-        named = next((arrays[n] for n in arrays if n.lower() in _NAMES), np.empty(0))
+        named = next((arrays[n] for n in arrays if n.lower() in NAME_LISTS), np.empty(0))
         names = tuple(str(name) for name in named.reshape(-1)) if named.dtype.kind == "U" else ()
         return Joints(joints, names if len(names) == joints.shape[1] else (), title)
     return None
@@ -131,7 +127,7 @@ def read_joints(
 
     Args:
         path: The file.
-        joints: What it holds.
+        joints: Its joints.
         report: Gets which skeleton is found.
         format_name: Name of the file's format.
         rate: Declared frames per second, Hz.
@@ -151,7 +147,7 @@ def read_joints(
 
     def load(requested: Sequence[str]) -> Tracks:
         tracks = {name: array[:, number[name]].copy() for name in requested}
-        mark_unseen(tracks, report)
+        mark_missing(tracks, report)
         return tracks
 
     return Recording(path, format_name, names, load, rate=rate, unit=unit, up=up)

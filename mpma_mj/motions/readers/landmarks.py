@@ -2,7 +2,7 @@
 
 A frame is a list of points, or an object that holds one, perhaps with its time; a point is [x, y,
 z], or an object with x, y, z and perhaps a name; or an object has the points by name. World
-landmarks come before those in the picture.
+landmarks are preferred to those in the picture.
 """
 
 from __future__ import annotations
@@ -18,9 +18,12 @@ from numpy.typing import NDArray
 
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
-from mpma_mj.motions.readers.joint_arrays import FEWEST, Joints, read_joints
+from mpma_mj.motions.readers.cells import positive, seconds_of
+from mpma_mj.motions.readers.joint_arrays import FEWEST, NAME_LISTS, Joints, read_joints
 from mpma_mj.motions.readers.recording import Recording
-from mpma_mj.motions.readers.text import FARTHEST, TextFile, printable
+from mpma_mj.motions.readers.tables.times import arrangement, continuous, rate_of
+from mpma_mj.motions.readers.tables.titles import is_rate, is_time, time_unit
+from mpma_mj.motions.readers.text import FARTHEST, TextFile
 
 __all__ = ["is_json", "read_landmarks"]
 
@@ -33,25 +36,12 @@ _POINTS = (
     *("landmarks", "landmark", "keypoints", "joints", "points", "markers", "positions", "pose"),
     *("joint_positions", "bodies", "instances"),
 )
-_LISTS = ("joint_names", "keypoint_names", "landmark_names", "names")  # of all frames' points
 _PLACES = ("position", "pos", "location", "translation")  # of a point that has more than that
 _NAMES = ("name", "label", "part", "joint", "keypoint", "id", "index")
-_RATES = ("fps", "rate", "framerate", "frame_rate", "frequency")
-_TIMES = (
-    "timestamp",
-    "time",
-    "t",
-    "time_s",
-    "timestamp_ms",
-    "time_ms",
-    "timestampms",
-    "timestamp_usec",
-)
 _MOST = 2000  # points
-_FASTEST = 1.5e-3  # s between frames; at less, times are rather numbers of frames
-_UNEVEN = 0.25  # frames that a step is off (choice)
 _EXPECTED = 'expected a list of frames, each a list of points {"x": …, "y": …, "z": …} or [x, y, z]'
 
+Array = NDArray[np.float64]
 Point = tuple[float, float, float]
 
 
@@ -81,10 +71,17 @@ def read_landmarks(file: TextFile, report: ImportReport) -> Recording:
     missing = (math.nan,) * 3
     places = np.array([[points.get(name, missing) for name in names] for points in found])
     if names[0] == "0":
-        given: list[Any] = next((top[key] for key in _LISTS if isinstance(top.get(key), list)), [])
+        given: list[Any] = next(
+            (top[key] for key in NAME_LISTS if isinstance(top.get(key), list)), []
+        )
         names = tuple(map(str, given)) if len(given) == len(names) else ()
-    rate = next((float(top[key]) for key in _RATES if _is_positive(top.get(key))), None)
-    rate = rate or _rate_of_times(frames, report)
+    rate = next((positive(str(value)) for key, value in top.items() if is_rate(key)), None)
+    titled = _times(frames)
+    if titled is not None:
+        title, times = titled
+        rate = rate_of(times, rate, report, time_unit(title))
+        arrange = arrangement(times, None, lambda frame: f"frame {frame + 1}", report)
+        places = places if arrange is None else arrange(places)
     return read_joints(path, Joints(places, names), report, format_name="JSON", rate=rate)
 
 
@@ -158,12 +155,10 @@ def _points(path: Path, number: int, frame: Any) -> dict[str, Point]:
     if not frame:
         return {}
     if not isinstance(frame, dict | list):
-        raise MotionFileError(
-            f"{path}: frame {number} is '{printable(str(frame)[:40])}'; {_EXPECTED}"
-        )
+        raise MotionFileError(f"{path}: frame {number} is '{str(frame)[:40]}'; {_EXPECTED}")
     named = frame if isinstance(frame, dict) else {_name(p, i): p for i, p in enumerate(frame)}
     places = {str(name): _place(point) for name, point in named.items()}
-    points = {printable(name): place for name, place in places.items() if place is not None}
+    points = {name: place for name, place in places.items() if place is not None}
     if not points and any(point and isinstance(point, list | dict) for point in named.values()):
         raise MotionFileError(
             f"{path}: frame {number} has several people, or points without x, y, z; {_EXPECTED}"
@@ -172,8 +167,7 @@ def _points(path: Path, number: int, frame: Any) -> dict[str, Point]:
         is_point = isinstance(frame, list) or bool(_lower(point).keys() & set("xyz"))
         if is_point and point and places[str(name)] is None:
             raise MotionFileError(
-                f"{path}: frame {number}: point {printable(str(name)[:40])} has no x, y, z;"
-                f" {_EXPECTED}"
+                f"{path}: frame {number}: point {str(name)[:40]} has no x, y, z; {_EXPECTED}"
             )
     return points
 
@@ -211,24 +205,10 @@ def _place(point: Any) -> Point | None:
     return x, y, z
 
 
-def _is_positive(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and 0 < value < FARTHEST
-
-
-def _rate_of_times(frames: list[Any], report: ImportReport) -> float | None:
-    """Return the frame rate that the frames' times show, Hz, if all have one."""
-    rows = [_lower(frame) for frame in frames]
-    key = next((key for key in _TIMES if all(key in row for row in rows)), None)
-    cells = [row[key] for row in rows] if key else []
-    if len(cells) < 2 or not all(isinstance(cell, int | float) for cell in cells):
+def _times(frames: list[Any]) -> tuple[str, Array] | None:
+    """Return the title of the frames' times, and the times, shape (T,), if all frames have one."""
+    rows = [frame if isinstance(frame, dict) else {} for frame in frames]
+    title = next((t for t in rows[0] if is_time(t) and all(t in row for row in rows)), None)
+    if title is None:
         return None
-    times: NDArray[np.float64] = np.array(cells, float)
-    step = float(np.median(np.diff(times)))
-    unit = next((unit for unit in (1.0, 1e3, 1e6, 1e9) if _FASTEST <= step / unit < 1.0), None)
-    if unit is None:
-        return None
-    if unit > 1.0:
-        report.warn(f"the times are read as 1/{unit:.0f} s, which gives {unit / step:.4g} Hz")
-    if (np.abs(np.diff(times) - step) > _UNEVEN * step).any():
-        report.warn("the frames are unevenly spaced in time; they are treated as even")
-    return unit / step
+    return title, continuous(np.array([seconds_of(str(row[title])) for row in rows]))

@@ -12,17 +12,17 @@ from pathlib import Path
 from xml.parsers import expat
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.readers.cells import is_number, positive
 from mpma_mj.motions.readers.recording import UNITS, Recording, Tracks
-from mpma_mj.motions.readers.text import FARTHEST, TextFile, is_number, positive, printable
+from mpma_mj.motions.readers.tables.times import arrangement
+from mpma_mj.motions.readers.text import FARTHEST, TextFile
 
 __all__ = ["is_xml", "read_mvnx"]
 
 _SCENES = {"COLLADA": "a COLLADA scene", "X3D": "an X3D scene"}
-_MOST_MISSING = 10  # times as many frames as there are: then the numbers are wrong instead
 
 
 def is_xml(head: list[str]) -> bool:
@@ -50,7 +50,10 @@ def read_mvnx(file: TextFile, report: ImportReport) -> Recording:
             f"{file.path}: has no positions of segments; export the MVNX with them"
         )
     places = np.array(content.places).reshape(-1, len(content.names), 3)
-    places = _at_numbers(places, np.array(content.numbers), report)
+    arrange = arrangement(
+        None, np.array(content.numbers), lambda frame: f"frame {frame + 1}", report
+    )
+    places = places if arrange is None else arrange(places)
     number = {name: i for i, name in reversed([*enumerate(content.names)])}
 
     def load(names: Sequence[str]) -> Tracks:
@@ -62,7 +65,7 @@ def read_mvnx(file: TextFile, report: ImportReport) -> Recording:
 
 
 class _Content:
-    """What a parser of XML, which expands no entities, has found so far."""
+    """Content of an MVNX, found by a parser of XML that expands no entities."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -104,7 +107,7 @@ class _Content:
                 raise self._refuse("has a second subject; export one person a file")
             self.rate = positive(attributes.get("frameRate", ""))
         elif tag == "segment" and "label" in attributes:
-            self.names.append(printable(attributes["label"]))
+            self.names.append(attributes["label"])
         elif tag == "frame":
             self._kept = attributes.get("type", "normal") == "normal"
             index = attributes.get("index", "")
@@ -117,7 +120,7 @@ class _Content:
             what = _SCENES[self._root]
             raise MotionFileError(f"{self.path}: is {what}", remedy="export it as BVH")
         if self._root != "mvnx":
-            what = f"XML, of a kind that is not known (<{printable(str(self._root)[:40])}>)"
+            what = f"XML, of a kind that is not known (<{str(self._root)[:40]}>)"
             raise MotionFileError(f"{self.path}: is {what}; export as C3D, BVH or CSV")
 
     def _characters(self, text: str) -> None:
@@ -136,23 +139,6 @@ class _Content:
             )
         wrong = next((c for c in cells if not is_number(c) or not abs(float(c)) < FARTHEST), None)
         if wrong is not None:
-            raise self._refuse(f"'{printable(wrong[:40])}' is not a coordinate")
+            raise self._refuse(f"'{wrong[:40]}' is not a coordinate")
         self.places.extend(map(float, cells))
         self.numbers.append(self._number)
-
-
-def _at_numbers(
-    places: NDArray[np.float64], numbers: NDArray[np.float64], report: ImportReport
-) -> NDArray[np.float64]:
-    """Return places, shape (T, J, 3), with gaps where numbers, shape (T,), leave frames out."""
-    steps = np.diff(numbers)
-    if (steps == 1).all():
-        return places
-    count = numbers[-1] - numbers[0] + 1
-    if not (steps >= 1).all() or count > _MOST_MISSING * len(numbers):
-        report.warn("the frames are not numbered one after another; they are used as they come")
-        return places
-    report.warn(f"{count - len(numbers):.0f} frames are missing; they are treated as gaps")
-    whole = np.full((int(count), *places.shape[1:]), np.nan)
-    whole[(numbers - numbers[0]).astype(int)] = places
-    return whole

@@ -16,10 +16,11 @@ from numpy.typing import NDArray
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers import joint_arrays, smpl
-from mpma_mj.motions.readers.foreign import refuse_zip
+from mpma_mj.motions.readers.cells import positive
+from mpma_mj.motions.readers.foreign_formats import refuse_zip
+from mpma_mj.motions.readers.missing_samples import mark_missing
 from mpma_mj.motions.readers.recording import UNITS, UPS, Recording, Tracks
-from mpma_mj.motions.readers.text import positive, printable
-from mpma_mj.motions.readers.unseen import mark_unseen
+from mpma_mj.motions.readers.tables.titles import is_rate
 
 __all__ = ["is_archive", "read_archive", "read_arrays"]
 
@@ -30,8 +31,6 @@ _DAMAGED = (
     *(zipfile.BadZipFile, zlib.error, SyntaxError, TokenError, NotImplementedError),
 )
 _LARGEST = 1 << 30  # bytes that arrays may unpack to
-# Names of the frame rate, Hz; AMASS has the last two.
-_RATES = ("rate", "fps", "framerate", "frame_rate", "mocap_framerate", "mocap_frame_rate")
 
 
 def is_archive(head: bytes) -> bool:
@@ -58,7 +57,7 @@ def read_archive(path: Path, only: Collection[str] = ()) -> Arrays:
                     f"{path}: unpacks to {size / 2**30:.1f} GB; keep the arrays of one recording"
                 )
             names = [name for name in file.files if name in only or not only]
-            arrays = {printable(name): file[name] for name in names}
+            arrays = {name: file[name] for name in names}
     except _DAMAGED:
         arrays = {}
     if not (arrays or only) or not all(isinstance(array, np.ndarray) for array in arrays.values()):
@@ -110,7 +109,7 @@ def read_arrays(
 
     def load(names: Sequence[str]) -> Tracks:
         tracks = {name: points[name] for name in names}
-        mark_unseen(tracks, report)
+        mark_missing(tracks, report)
         return tracks
 
     return Recording(path, "npz", tuple(points), load, **declared)
@@ -123,12 +122,12 @@ def _text(array: NDArray[Any]) -> str:
 
 def _read_rate(path: Path, arrays: Arrays) -> float | None:
     """Return the frame rate, Hz, if an array is named so."""
-    found = {name: array for name, array in arrays.items() if name.lower() in _RATES}
+    found = {name: array for name, array in arrays.items() if is_rate(name)}
     rates = {name: positive(_text(array)) for name, array in found.items()}
     for name, rate in rates.items():
         if rate is None:
             raise MotionFileError(
-                f"{path}: {name} is '{printable(str(found[name])[:40])}'; expected a number above 0"
+                f"{path}: {name} is '{str(found[name])[:40]}'; expected a number above 0"
             )
     if len(set(rates.values())) > 1:
         given = " and ".join(f"{name} {rate:g}" for name, rate in rates.items())
@@ -141,6 +140,6 @@ def _declared(path: Path, arrays: Arrays, name: str, known: Collection[str]) -> 
     text = _text(arrays[name]) if name in arrays and arrays[name].ndim < 2 else ""
     if text not in ("", *known):
         raise MotionFileError(
-            f"{path}: {name} is '{printable(text[:40])}'; expected one of {', '.join(known)}"
+            f"{path}: {name} is '{text[:40]}'; expected one of {', '.join(known)}"
         )
     return text

@@ -11,9 +11,10 @@ import numpy as np
 
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
-from mpma_mj.motions.readers.columns import load_columns, neighbours
+from mpma_mj.motions.readers.cells import is_number, positive
 from mpma_mj.motions.readers.recording import UNITS, Recording
-from mpma_mj.motions.readers.text import Grid, TextFile, is_number, positive, printable
+from mpma_mj.motions.readers.tables.columns import load_columns, neighbours
+from mpma_mj.motions.readers.text import Grid, TextFile
 
 __all__ = ["is_qualisys", "read_qualisys"]
 
@@ -42,7 +43,7 @@ def read_qualisys(file: TextFile, report: ImportReport) -> Recording:
     included = header.get("DATA_INCLUDED", "3D")
     if "MARKER_NAMES" not in header and included != "3D":
         raise MotionFileError(
-            f"{path}: holds {printable(included[:40])}, such as rotations of bodies, and no"
+            f"{path}: holds {included[:40]}, such as rotations of bodies, and no"
             " markers; export the 3D data"
         )
     if "MARKER_NAMES" not in header:

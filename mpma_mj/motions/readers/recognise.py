@@ -20,12 +20,12 @@ from mpma_mj.motions.readers import (
     npz,
     qualisys,
     smpl,
-    table,
     trc,
 )
-from mpma_mj.motions.readers.foreign import refuse_foreign
+from mpma_mj.motions.readers.foreign_formats import refuse_foreign
 from mpma_mj.motions.readers.recording import RATES, Recording
-from mpma_mj.motions.readers.text import TextFile, printable
+from mpma_mj.motions.readers.tables.table import read_table
+from mpma_mj.motions.readers.text import TextFile
 
 __all__ = ["TEXT_FORMATS", "open_recording"]
 
@@ -93,10 +93,10 @@ def _open(path: Path, head: bytes, report: ImportReport, skeleton: Path | None) 
             f"{path}: is binary, of a format that is not known; export it as C3D, BVH or CSV"
         )
     opened = io.StringIO(head.decode(text.encoding, errors="replace"), newline=None)
-    lines = [printable(line.rstrip("\n")) for line in itertools.islice(opened, _LINES)]
+    lines = [line.rstrip("\n") for line in itertools.islice(opened, _LINES)]
     if acclaim.is_asf(lines):
         raise MotionFileError(f"{path}: is a skeleton; give the .amc with the motion instead")
     if acclaim.is_amc(lines):
         return acclaim.read_acclaim(text, skeleton, report)
     readers = (read for recognises, read in TEXT_FORMATS.items() if recognises(lines))
-    return next(readers, table.read_table)(text, report)
+    return next(readers, read_table)(text, report)

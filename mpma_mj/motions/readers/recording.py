@@ -11,8 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.context import Span
+from mpma_mj.errors import MotionFileError
+from mpma_mj.motions.import_report import ImportReport
 
-__all__ = ["RATES", "UNITS", "UPS", "Recording", "Tracks", "Unit", "Up"]
+__all__ = ["RATES", "UNITS", "UPS", "Recording", "Tracks", "Unit", "Up", "unknown_rate"]
 
 Tracks = dict[str, NDArray[np.float64]]
 Unit = Literal["m", "cm", "mm", "inch"]
@@ -50,3 +52,12 @@ class Recording:
     up: Up | None = None
     frames: int | None = None
     spans: tuple[Span, ...] = ()
+
+
+def unknown_rate(path: Path, report: ImportReport) -> MotionFileError:
+    """Return an error for a file without a rate, with the warning about its times."""
+    reason = next((f" ({doubt})" for doubt in report.warnings if "times" in doubt), "")
+    return MotionFileError(
+        f"{path}: does not declare its frame rate{reason}",
+        remedy="give it with {rate_in}, such as {rate_in=50}",
+    )

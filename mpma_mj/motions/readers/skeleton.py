@@ -54,7 +54,7 @@ def ancestry(joints: Mapping[str, Joint], names: Sequence[str]) -> list[str]:
 
 @dataclass
 class AngleCheck:
-    """Check of joint angles, block after block: what turns by many turns is damaged, or no angle.
+    """Check of joint angles, block after block: one of many turns is damaged, or no angle.
 
     Attributes:
         path: The file, for messages.

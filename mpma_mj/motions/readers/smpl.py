@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 FORMAT = "SMPL pose"
 """Name of the format."""
 MODEL_ARRAYS = ("J", "v_template", "J_regressor")
-"""Arrays of a body model that say where its joints are."""
+"""Arrays of a body model from which its joints follow."""
 
 # Joints that arms and trunk need: the parent, and where the joint is in the T-pose, m, x to the
 # left, y up, z forward. Rounded to 5 mm and made symmetrical from the mean neutral SMPL body,
@@ -49,7 +49,7 @@ _ARM: dict[str, tuple[str, tuple[float, float, float]]] = {
 }
 _JOINTS = known_orders(22)[0].joints
 # What holds all rotations, all but the root's, and the root's alone. Names may have a prefix. How
-# many there are says whether the root is among them: SMPL-X and SMPL have 21 and 23 others.
+# many there are shows whether the root is among them: SMPL-X and SMPL have 21 and 23 others.
 _WHOLE = r"poses?|full_?pose|smpl_poses?|pose_world|pose_aa|thetas?|rotmats?"
 _BODY_ONLY = r"pose_body|body_pose|poses_body"
 _ROOT = r"root_orient|global_orient|poses_root(_world)?"
@@ -59,7 +59,12 @@ _MOST = 3.0 * np.pi  # rad; a turn is given by less than 2π, and half of one wo
 
 @dataclass(frozen=True)
 class Pose:
-    """Rotations of the joints, the root first, shape (T, J, 3) or (T, J, 3, 3)."""
+    """Rotations of the joints.
+
+    Attributes:
+        title: Name of the array.
+        rotations: The root first, shape (T, J, 3) or (T, J, 3, 3).
+    """
 
     title: str
     rotations: NDArray[Any]
@@ -100,11 +105,11 @@ def read_pose(
         pose: Its pose.
         model: Arrays of the body model, if the user has it.
         rate: Declared frames per second, Hz.
-        report: Gets what it costs to have no model.
+        report: Gets a warning where there is no model.
         skeleton: File of the model, for messages.
 
     Raises:
-        MotionFileError: Rotations are none, or too few, or the model has no joints.
+        MotionFileError: Rotations are impossible or too few, or the model has no joints.
     """
     rotations = pose.rotations
     if rotations.shape[1] < len(_JOINTS) - 1:
@@ -171,7 +176,7 @@ def _rotations(path: Path, title: str, array: NDArray[Any]) -> NDArray[Any]:
 
 
 def _check_angles(path: Path, pose: Pose) -> None:
-    """Refuse rotations that are none."""
+    """Refuse arrays that are not rotations."""
     rotations = pose.rotations[:, : len(_JOINTS)].astype(float)
     if rotations.ndim == 4:
         product = np.einsum("tjik,tjil->tjkl", rotations, rotations)

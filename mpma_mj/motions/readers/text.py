@@ -21,16 +21,13 @@ from numpy.typing import NDArray
 
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
-from mpma_mj.motions.readers.cells import is_missing, is_number, positive, seconds_of
+from mpma_mj.motions.readers.cells import is_missing, is_number, seconds_of
 
 __all__ = [
     "FARTHEST",
     "LONGEST_LINE",
     "Grid",
     "TextFile",
-    "is_number",
-    "positive",
-    "printable",
     "stack",
 ]
 
@@ -103,12 +100,12 @@ class TextFile:
                     yield line.rstrip("\n")
 
     def head(self, count: int) -> list[str]:
-        """Return the first lines, as `printable`, up to one that is too long, which is cut."""
+        """Return the first lines, up to one that is too long, which is cut."""
         with self.path.open(encoding=self.encoding, errors="replace") as file:
             pieces = iter(functools.partial(file.readline, _LONGEST_HEAD), "")
             lines = list(itertools.islice(pieces, count))
         long = next((i for i, line in enumerate(lines) if len(line) == _LONGEST_HEAD), count)
-        return [printable(line.rstrip("\n")) for line in lines[: long + 1]]
+        return [line.rstrip("\n") for line in lines[: long + 1]]
 
 
 @dataclass(frozen=True)
@@ -138,8 +135,8 @@ class Grid:
         Args:
             file: The file.
             first: Index of the line.
-            columns: Number of coordinates that a row has at least, for telling a separator that
-                ends the row from an empty cell.
+            columns: Number of coordinates that a row has at least, to distinguish a separator
+                that ends the row from an empty cell.
         """
         rows = [_unquoted(row) for row in itertools.islice(file.lines(first), _LOOK)]
         row = rows[0] if rows else ""
@@ -296,7 +293,7 @@ class Grid:
             if math.isnan(numbers[-1]) and not (other or is_missing(cell)):
                 raise MotionFileError(
                     f"{self.file.path}: line {index + 1}, column {column + 1}:"
-                    f" '{printable(cell[:40])}' is not a number; correct that cell, or clear it"
+                    f" '{cell[:40]}' is not a number; correct that cell, or clear it"
                 )
         return numbers
 
@@ -307,11 +304,6 @@ class Grid:
     @functools.cached_property
     def _first_times(self) -> list[float]:
         return list(map(seconds_of, next(self._rows(ImportReport())).split(self.separator)))
-
-
-def printable(text: str) -> str:
-    """Return a text without what could break a message's line, or do things to a terminal."""
-    return "".join(c if c.isprintable() or c == "\t" else "\N{REPLACEMENT CHARACTER}" for c in text)
 
 
 def _unquoted(line: str) -> str:

@@ -12,9 +12,10 @@ from pathlib import Path
 
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
-from mpma_mj.motions.readers.columns import load_columns, neighbours, rate_of_times
+from mpma_mj.motions.readers.cells import positive
 from mpma_mj.motions.readers.recording import UNITS, Recording
-from mpma_mj.motions.readers.text import Grid, TextFile, positive
+from mpma_mj.motions.readers.tables.columns import load_columns, neighbours, rate_of_times
+from mpma_mj.motions.readers.text import Grid, TextFile
 
 __all__ = ["is_trc", "read_trc"]
 

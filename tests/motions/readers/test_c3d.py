@@ -234,13 +234,25 @@ def test_a_segment_that_is_not_seen_is_a_gap(tmp_path: Path) -> None:
     assert np.flatnonzero(lost).tolist() == [10, 11]
 
 
+def test_segments_that_begin_nowhere_are_no_points(tmp_path: Path) -> None:
+    path = tmp_path / "dance.c3d"
+    write_segments(path, writers.arm_points())
+    data = bytearray(path.read_bytes())
+    value = data.rindex(b"DATA_START") + len("DATA_START") + 2
+    value += 2 + data[value + 1]  # after the type and the sizes
+    data[value : value + 2] = bytes(2)
+    path.write_bytes(data)
+    with pytest.raises(MotionFileError, match="has no points"):
+        read(path)
+
+
 def test_a_file_of_forces_has_no_points(tmp_path: Path) -> None:
     write_segments(tmp_path / "force.c3d", writers.arm_points(), analog=True)
     with pytest.raises(MotionFileError, match="has no points; export the C3D with its traj"):
         read(tmp_path / "force.c3d")
 
 
-def test_two_rates_that_differ_are_told(tmp_path: Path) -> None:
+def test_two_rates_that_differ_are_reported(tmp_path: Path) -> None:
     path = tmp_path / "dance.c3d"
     writers.write_c3d_of(path, writers.arm_points(), "intel", whole_numbers=False)
     data = bytearray(path.read_bytes())

@@ -144,7 +144,7 @@ def read(path: Path, kind: str) -> ImportedMotion | None:
 
 
 @pytest.mark.parametrize("kind", FORMATS)
-def test_what_is_cut_off_is_told(tmp_path: Path, kind: str) -> None:
+def test_what_is_cut_off_is_reported(tmp_path: Path, kind: str) -> None:
     path = FORMATS[kind](tmp_path)
     whole, data = read(path, kind), path.read_bytes()
     assert whole is not None

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions import loader
 from mpma_mj.motions.options import ReadingOptions
+from mpma_mj.motions.readers import joint_arrays, npz
 from mpma_mj.motions.readers.joint_orders import known_orders
 from tests.motions.readers import writers
 
@@ -123,6 +124,7 @@ def test_a_known_number_in_another_order_is_not_guessed(tmp_path: Path) -> None:
         (np.zeros((60, 263)), "HumanML3D's features; give the joints"),
         (np.zeros((60, 322)), r"Motion-X's parameters of SMPL-X; save array\[:, :66\] as poses"),
         (np.zeros((2, 60, 22, 3)), "it shows 2 people; save one of them"),
+        (np.full((60, 22, 4), 7.0), "four numbers a joint are no place"),
         (np.zeros(60), r"the array has shape \(60,\); expected joints"),
         (np.array(["a"]), "holds <U1; expected numbers"),
         (np.array([{}]), "holds Python objects, which can run code and are never opened"),
@@ -135,6 +137,30 @@ def test_a_known_number_in_another_order_is_not_guessed(tmp_path: Path) -> None:
 def test_other_arrays_are_refused(tmp_path: Path, array: NDArray[Any], message: str) -> None:
     with pytest.raises(MotionFileError, match=message):
         read(tmp_path / "a.npy", array, **RATE)
+
+
+def test_what_is_too_large_is_refused_before_it_is_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(joint_arrays, "_LARGEST", 1000)
+    monkeypatch.setattr(npz, "_LARGEST", 1000)
+    with pytest.raises(MotionFileError, match=r"holds 0.0 GB; keep one recording"):
+        read(tmp_path / "a.npy", joints(), **RATE)
+    np.savez(tmp_path / "a.npz", joints=joints(), fps=60)
+    with pytest.raises(MotionFileError, match=r"unpacks to 0.0 GB; keep the arrays of one"):
+        loader.import_motion(tmp_path / "a.npz", ReadingOptions())
+
+
+def test_a_rate_that_cannot_be_is_not_used(tmp_path: Path) -> None:
+    np.savez(tmp_path / "a.npz", joints=joints(), fps=1e6)
+    with pytest.raises(MotionFileError, match="does not declare its frame rate"):
+        loader.import_motion(tmp_path / "a.npz", ReadingOptions())
+
+
+def test_a_unit_that_is_not_known_is_refused(tmp_path: Path) -> None:
+    np.savez(tmp_path / "a.npz", joints=joints(), fps=60, unit="foot")
+    with pytest.raises(MotionFileError, match="unit is 'foot'; expected one of m, cm, mm, inch"):
+        loader.import_motion(tmp_path / "a.npz", ReadingOptions())
 
 
 def test_a_damaged_array_is_refused(tmp_path: Path) -> None:

@@ -51,6 +51,29 @@ def test_an_arm_that_is_never_seen_is_no_skeleton() -> None:
     assert find_order(points) is None
 
 
+def test_an_arm_whose_length_varies_is_no_skeleton() -> None:
+    points = of(known_orders(22)[0], 22)
+    for elbow, wrist in ((18, 20), (19, 21)):
+        forearm = points[:, wrist] - points[:, elbow]
+        points[:, wrist] = (
+            points[:, elbow] + forearm * np.where(np.arange(60) % 2, 0.6, 1.2)[:, None]
+        )
+    assert find_order(points) is None
+
+
+def test_shoulders_along_the_trunk_are_no_skeleton() -> None:
+    order = known_orders(22)[0]
+    points = of(order, 22)
+    shoulders = points[:, 16:18]
+    across, up = shoulders[:, :1] - shoulders[:, 1:], np.array([0.0, 0.0, 1.0])
+    turned = np.array([0.5, -0.5])[:, None] * np.linalg.norm(across, axis=2, keepdims=True) * up
+    moved = shoulders.mean(axis=1, keepdims=True) + turned - shoulders  # (T, 2, 3)
+    for part in (16, 18, 20):
+        points[:, part : part + 2] += moved
+    points[:, 1:3] = points[:, 1:3].mean(axis=1, keepdims=True) + turned  # the flanks stay alike
+    assert find_order(points) is None
+
+
 def test_joints_that_are_lost_for_a_while_do_not_matter() -> None:
     points = of(known_orders(22)[0], 22)
     points[5:20, 18] = np.nan

@@ -10,6 +10,7 @@ import pytest
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions import loader
 from mpma_mj.motions.options import ReadingOptions
+from mpma_mj.motions.readers import landmarks
 from mpma_mj.motions.readers.joint_orders import known_orders
 from tests.motions.readers import writers
 
@@ -128,6 +129,28 @@ def test_a_frame_without_points_is_a_gap(tmp_path: Path, known: Any) -> None:
 def test_other_json_is_refused(tmp_path: Path, document: Any, message: str) -> None:
     with pytest.raises(MotionFileError, match=message):
         read(tmp_path, document, rate_in=60.0)
+
+
+def test_frames_that_their_times_leave_out_are_gaps(tmp_path: Path, known: Any) -> None:
+    frames = [{"timestamp": i / 60.0, "landmarks": frame} for i, frame in enumerate(POINTS)]
+    imported = read(tmp_path, frames[:20] + frames[24:])
+    assert "4 frames are missing, the first after frame 20" in imported.report.warnings[0]
+    np.testing.assert_allclose(imported.motion.posture, known, atol=0.02)
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_number_that_is_no_coordinate_is_a_gap(tmp_path: Path, known: Any) -> None:
+    frames = json.loads(json.dumps(POINTS))
+    frames[20][NAMES.index("left_elbow")]["x"] = 1e300
+    imported = read(tmp_path, frames, rate_in=60.0)
+    assert "left_elbow: 1 missing sample bridged" in "\n".join(imported.report.steps)
+    np.testing.assert_allclose(imported.motion.posture, known, atol=0.02)
+
+
+def test_a_large_file_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(landmarks, "_LARGEST", 1000)
+    with pytest.raises(MotionFileError, match="is 0 MB of JSON; save the points as npz"):
+        read(tmp_path, POINTS, rate_in=60.0)
 
 
 def test_a_frame_may_be_long(tmp_path: Path) -> None:

@@ -62,7 +62,9 @@ def test_frames_that_are_left_out_are_gaps(tmp_path: Path) -> None:
     _, tracks, report = read(tmp_path / "dance.mvnx", content[:start] + content[end:])
     lost = np.flatnonzero(np.isnan(tracks["LeftHand"]).any(axis=1))
     assert (len(tracks["LeftHand"]), lost.tolist()) == (60, [10, 11])
-    assert report.warnings == ["2 frames are missing; they are treated as gaps"]
+    assert report.warnings == [
+        "2 frames are missing, the first after frame 10; they are treated as gaps"
+    ]
 
 
 @pytest.mark.parametrize(

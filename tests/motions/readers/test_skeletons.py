@@ -287,7 +287,7 @@ def test_bones_that_are_not_whole_are_refused(
         read(path)
 
 
-def test_an_angle_that_is_missing_is_told(tmp_path: Path) -> None:
+def test_an_angle_that_is_missing_is_reported(tmp_path: Path) -> None:
     angles, places = random_angles(5)
     angles["LeftArm"][2, 1] = np.nan
     path = tmp_path / "dance.bvh"
@@ -431,7 +431,7 @@ def test_the_only_skeleton_is_taken_but_doubted_if_its_name_is_another(
     assert any("the only skeleton" in warning for warning in report.warnings) == doubted
 
 
-def test_frame_numbers_that_jump_are_told(tmp_path: Path) -> None:
+def test_frame_numbers_that_jump_are_reported(tmp_path: Path) -> None:
     path, tracks = random_acclaim(tmp_path, 0)
     path.write_text(path.read_text().replace("\n3\n", "\n30\n"))
     _, read_tracks, report = read(path)
@@ -463,6 +463,7 @@ def test_a_skeleton_in_place_of_the_motion_is_refused(tmp_path: Path) -> None:
         ("length 5.0", ""),
         ("axis 20.0", "axis nan"),
         ("lclavicle rclavicle", "lclavicle knee"),
+        ("    lclavicle lhumerus", "    nobody lhumerus"),
         ("  end\n", ""),
     ],
 )
@@ -472,6 +473,14 @@ def test_damaged_skeletons_are_named(tmp_path: Path, old: str, new: str) -> None
     assert old in asf.read_text()
     asf.write_text(asf.read_text().replace(old, new))
     with pytest.raises(MotionFileError, match=r"dance\.asf: is damaged or cut short"):
+        read(path)
+
+
+def test_a_skeleton_that_is_cut_in_its_hierarchy_is_named(tmp_path: Path) -> None:
+    path, _ = random_acclaim(tmp_path, 0)
+    asf = path.with_suffix(".asf")
+    asf.write_text(asf.read_text().rpartition("  end")[0])
+    with pytest.raises(MotionFileError, match=r"dance\.asf: is damaged or cut short \(no end of"):
         read(path)
 
 

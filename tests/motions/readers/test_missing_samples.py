@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.readers.missing_samples import mark_missing
 from mpma_mj.motions.readers.recording import Tracks
-from mpma_mj.motions.readers.unseen import mark_unseen
 from tests.motions.readers import writers
 
 LOST = slice(20, 28)
@@ -20,14 +20,14 @@ def seen(tracks: Tracks) -> dict[str, list[int]]:
 def test_zeros_are_gaps_unless_they_are_the_origin() -> None:
     points = writers.arm_points()
     points["LELB"][5] = 0.0
-    mark_unseen(points, ImportReport())
+    mark_missing(points, ImportReport())
     assert seen(points) == {"LELB": [5]}
 
     pelvis = np.array([0.0, 0.0, 950.0])
     relative = {name: track - pelvis for name, track in writers.arm_points().items()}
     relative["pelvis"] = np.zeros((60, 3))
     report = ImportReport()
-    mark_unseen(relative, report)
+    mark_missing(relative, report)
     assert not seen(relative)
     assert report.steps == ["pelvis is 0, 0, 0 throughout: the origin"]
 
@@ -36,5 +36,5 @@ def test_zeros_are_gaps_unless_they_are_the_origin() -> None:
 def test_a_point_of_zeros_far_from_the_body_is_never_seen(place: tuple[float, ...]) -> None:
     tracks = {name: track + np.array(place) for name, track in writers.arm_points().items()}
     tracks["LWRI"][:] = 0.0
-    mark_unseen(tracks, ImportReport())
+    mark_missing(tracks, ImportReport())
     assert seen(tracks) == {"LWRI": list(range(60))}

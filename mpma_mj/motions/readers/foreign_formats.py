@@ -1,4 +1,4 @@
-"""Formats that people have and that are not read: how each is recognised, and the way out."""
+"""Formats that are not read: how each is recognised, and the remedy."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import zipfile
 from pathlib import Path
 
 from mpma_mj.errors import MotionFileError
-from mpma_mj.motions.readers.text import printable
+from mpma_mj.utils.text import listing
 
 __all__ = ["refuse_foreign", "refuse_zip"]
 
@@ -86,14 +86,14 @@ _ZIPPED: dict[str, tuple[str, str]] = {
     "data.pkl": ("a PyTorch file, which can run code and is never opened", _SAVE),
 }
 _TEXT = 512  # bytes within which a text shows what it is
-_MOST_NAMED = 3
+_MOST_LISTED = 3  # names in a message
 
 
 def refuse_foreign(path: Path, head: bytes) -> None:
     """Refuse a file of a format that is not read, by its first bytes.
 
     Raises:
-        MotionFileError: It is one; names the format, and what to do.
+        MotionFileError: It is one; the message names the format and a remedy.
     """
     text = head[:_TEXT].decode("utf-8-sig", errors="replace").lstrip().lower()
     found = next((f for (at, sign), f in _BYTES.items() if head.startswith(sign, at)), None)
@@ -106,17 +106,16 @@ def refuse_zip(path: Path) -> None:
     """Refuse a ZIP archive that holds no NumPy arrays.
 
     Raises:
-        MotionFileError: It does; says what it is.
+        MotionFileError: It is one; the message names its content.
     """
     try:
         with zipfile.ZipFile(path) as archive:
             names = [name for name in archive.namelist() if not name.endswith("/")]
     except (zipfile.BadZipFile, OSError, ValueError, NotImplementedError):
-        return  # damaged, which who reads it says
+        return  # damaged, which its reader reports
     for sign, (what, remedy) in _ZIPPED.items():
         if any(name.startswith(sign) or name.endswith(sign) for name in names):
             raise MotionFileError(f"{path}: is {what}", remedy=remedy)
     if names and not any(name.endswith(".npy") for name in names):
-        more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
-        listed = ", ".join(map(printable, names[:_MOST_NAMED])) + more
+        listed = listing(names, _MOST_LISTED)
         raise MotionFileError(f"{path}: is a ZIP archive with {listed}", remedy=_UNPACK)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from mpma_mj.motions.readers import titles
+from mpma_mj.motions.readers.tables import titles
 
 
 @pytest.mark.parametrize(

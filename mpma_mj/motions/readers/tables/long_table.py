@@ -9,14 +9,14 @@ import numpy as np
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.cells import is_number
-from mpma_mj.motions.readers.columns import in_place
-from mpma_mj.motions.readers.header import Header
-from mpma_mj.motions.readers.numbered import name_numbered
-from mpma_mj.motions.readers.people import refuse_several
 from mpma_mj.motions.readers.recording import Recording, Tracks
-from mpma_mj.motions.readers.text import Grid, printable, stack
-from mpma_mj.motions.readers.times import continuous, rate_of
-from mpma_mj.motions.readers.titles import is_person, is_point, split_axis, time_unit
+from mpma_mj.motions.readers.tables.columns import in_place
+from mpma_mj.motions.readers.tables.header import Header
+from mpma_mj.motions.readers.tables.numbered_points import name_numbered
+from mpma_mj.motions.readers.tables.people import refuse_several
+from mpma_mj.motions.readers.tables.times import continuous, rate_of
+from mpma_mj.motions.readers.tables.titles import is_person, is_point, split_axis, time_unit
+from mpma_mj.motions.readers.text import Grid, stack
 
 __all__ = ["is_long", "read_long"]
 
@@ -31,7 +31,7 @@ def read_long(header: Header, grid: Grid, report: ImportReport) -> Recording:
     """Read a long table.
 
     Raises:
-        MotionFileError: No column tells the frame, a frame has a point twice, or rows are of
+        MotionFileError: No column has the frame, a frame has a point twice, or rows are of
             several people.
     """
     path, titles = grid.file.path, header.rows[header.axes]
@@ -40,7 +40,7 @@ def read_long(header: Header, grid: Grid, report: ImportReport) -> Recording:
     counter, timer = header.counters
     if counter is None and timer is None:
         raise MotionFileError(
-            f"{path}: a row has one point, but no column its frame or time; add a column frame"
+            f"{path}: has one point a row, and no column of its frame or time; add a column frame"
         )
     points = _names(header, grid)
     for column, title in enumerate(titles):
@@ -91,13 +91,13 @@ def _names(header: Header, grid: Grid) -> list[str]:
 
 
 def _refuse_twice(points: list[str], keys: np.ndarray, grid: Grid) -> None:
-    """Refuse rows with the same frame and point, which `keys`, shape (rows,), tell."""
+    """Refuse rows of the same frame and point, that is with equal `keys`, shape (rows,)."""
     _, first = np.unique(keys, return_index=True)
     if len(first) < len(keys):
         again = np.ones(len(keys), bool)
         again[first] = False
         row = int(np.argmax(again))
         raise MotionFileError(
-            f"{grid.file.path}: line {grid.first + row + 1} has {printable(points[row])} again in"
+            f"{grid.file.path}: line {grid.first + row + 1} has {points[row]} again in"
             " the same frame, as that of another person; keep the rows of one"
         )

@@ -9,7 +9,7 @@ import pytest
 
 from mpma_mj.errors import MotionFileError
 from tests.motions.readers import writers
-from tests.motions.readers.test_tables import assert_same, read
+from tests.motions.readers.test_text_formats import assert_same, read
 
 RATE = 60.0
 
@@ -72,7 +72,7 @@ def test_names_may_stand_above_the_middle_axis(path: Path, points: writers.Point
     assert_same(read(path)[1], points)
 
 
-def test_names_that_are_shifted_are_told(path: Path, points: writers.Points) -> None:
+def test_names_that_are_shifted_are_reported(path: Path, points: writers.Points) -> None:
     lines = motive(points, {}, {}).splitlines()
     cells = lines[3].split(",")
     lines[3] = ",".join([*cells[:2], *cells[3:]])
@@ -81,13 +81,32 @@ def test_names_that_are_shifted_are_told(path: Path, points: writers.Points) -> 
     assert "Skel:LSHO are not above an x, a y and a z each" in report.warnings[0]
 
 
-def test_titles_that_changed_places_are_told(path: Path, points: writers.Points) -> None:
+def test_titles_that_changed_places_are_reported(path: Path, points: writers.Points) -> None:
     lines = writers.header_row_text(points).splitlines()
     titles = lines[0].split(",")
     titles[4], titles[13] = titles[13], titles[4]
     path.write_text("\n".join([",".join(titles), *lines[1:]]) + "\n")
     (warning,) = read(path)[2].warnings
-    assert "the columns of RELB, LELB do not lie like those of other points" in warning
+    assert "the columns of RELB, LELB are in another order than those of other points" in warning
+
+
+def test_rows_of_another_width_than_the_header_are_refused(
+    path: Path, points: writers.Points
+) -> None:
+    header, *rows = writers.header_row_text(points, separator="\t").splitlines()
+    for change in ("1\t{}", "{}\t1"):  # R's names of the rows; a title that is missing
+        path.write_text("\n".join([header, *map(change.format, rows)]) + "\n")
+        with pytest.raises(MotionFileError, match="line 2 has 20 columns, but the header names 19"):
+            read(path)
+    path.write_text("\n".join([header, *(row.rpartition("\t")[0] for row in rows)]) + "\n")
+    with pytest.raises(MotionFileError, match="line 2 has 18 columns, but the header names 19"):
+        read(path)
+
+
+def test_a_number_that_is_no_coordinate_is_refused(path: Path, points: writers.Points) -> None:
+    points["LWRI"][7, 1] = 1e12
+    with pytest.raises(MotionFileError, match=r"line 9, column \d+: 1e\+12 is not a coordinate"):
+        read(write(path, points, [(name, axis) for name in points for axis in "xyz"]))
 
 
 def test_places_in_a_picture_are_refused(path: Path, points: writers.Points) -> None:

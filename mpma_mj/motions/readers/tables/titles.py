@@ -1,4 +1,4 @@
-"""Titles of a table's columns: which axis, time, frame, person or point they announce."""
+"""Titles of columns, arrays and values: the axis, time, rate, frame, person or point meant."""
 
 from __future__ import annotations
 
@@ -7,14 +7,22 @@ import re
 from mpma_mj.motions.readers.recording import UNITS
 
 __all__ = [
+    "RATE",
     "is_frame",
     "is_person",
     "is_point",
+    "is_rate",
     "is_time",
     "length_unit",
     "split_axis",
     "time_unit",
 ]
+
+RATE = (
+    r"((export|capture|frame|data|camera|sample|sampling|video|mocap|acquisition|marker)s?[\s_]*)*"
+    r"(rate|frequency|freq|fps|per[\s_]second)[\s_]*([(\[]?(hz|fps)[)\]]?)?"
+)
+"""Pattern of titles of a rate, whatever their case."""
 
 _BRACKETED = r"\s*[(\[]\s*[\w.°]+\s*[)\]]"
 # left_wrist_x, LWRI.X, LWristX, X1, "left wrist x (mm)", left_wrist_x_mm
@@ -103,8 +111,13 @@ def time_unit(title: str) -> float | None:
     return next((_SECONDS[word] for word in _words(title) if word in _SECONDS), None)
 
 
+def is_rate(title: str) -> bool:
+    """Return whether a title is that of a rate, Hz."""
+    return re.fullmatch(RATE, title, re.IGNORECASE) is not None
+
+
 def is_person(title: str) -> bool:
-    """Return whether a column tells people, or takes, apart."""
+    """Return whether a column distinguishes people, or takes."""
     return _PEOPLE.fullmatch(_letters(title)) is not None
 
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from mpma_mj.motions.import_report import ImportReport
-from mpma_mj.motions.readers.numbered import name_numbered
 from mpma_mj.motions.readers.recording import Recording
+from mpma_mj.motions.readers.tables.numbered_points import name_numbered
 from tests.motions.readers import writers
 
 # Of MediaPipe's 33 landmarks those of arms and hips.

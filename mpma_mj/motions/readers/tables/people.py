@@ -11,14 +11,15 @@ from numpy.typing import NDArray
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.readers.cells import is_missing
 from mpma_mj.motions.readers.recording import Tracks
-from mpma_mj.motions.readers.text import printable
+from mpma_mj.motions.readers.tables.times import Where
+from mpma_mj.utils.text import listing
 
 __all__ = ["refuse_alternating", "refuse_several"]
 
 Array = NDArray[np.float64]
 
 _MOST = 6  # people whose rows alternate
-_TIMES = 3.0  # how much farther it is to another person than to oneself a frame later (choice)
+_FARTHER = 3.0  # times that it is to another person than to oneself a frame later (choice)
 _APART = 0.03  # of a body's width that two people are at least apart: places may be rounded
 _LOOKED_AT = 4096  # rows
 _MOST_LISTED = 5
@@ -39,20 +40,20 @@ def refuse_several(path: Path, title: str, people: Sequence[str]) -> None:
     several = list(dict.fromkeys(named))
     if len(several) < 2 or len(several) == len(named):  # then it counts rows
         return
-    more = f" and {len(several) - _MOST_LISTED} more" if len(several) > _MOST_LISTED else ""
     raise MotionFileError(
         f"{path}: has rows of {len(several)} people or takes, as column {title} has"
-        f" {', '.join(map(printable, several[:_MOST_LISTED]))}{more}; keep the rows of one"
+        f" {listing(several, _MOST_LISTED)}; keep the rows of one"
     )
 
 
-def refuse_alternating(path: Path, tracks: Tracks, counter: Array | None) -> None:
+def refuse_alternating(path: Path, tracks: Tracks, counter: Array | None, where: Where) -> None:
     """Refuse a table in which rows of several people alternate, or have the same time.
 
     Args:
         path: The file.
         tracks: Trajectories, each shape (T, 3), NaN where not seen.
         counter: Number or time of every row, shape (T,), if the table has one.
+        where: Names a row.
 
     Raises:
         MotionFileError: From row to row every point is far away, or some point in a row of the
@@ -67,7 +68,7 @@ def refuse_alternating(path: Path, tracks: Tracks, counter: Array | None) -> Non
     # Of one person who shakes the arms, the shoulders stay: so every point has to alternate.
     ratios = {k: _ratios(usual[1], usual[k], least).min() for k in range(2, _MOST + 1)}
     people = max(ratios, key=lambda k: ratios[k])
-    if ratios[people] > _TIMES:
+    if ratios[people] > _FARTHER:
         raise MotionFileError(
             f"{path}: the rows of {people} people seem to alternate, as a row continues the motion"
             f" of the one {people} before; keep the rows of one"
@@ -80,10 +81,10 @@ def refuse_alternating(path: Path, tracks: Tracks, counter: Array | None) -> Non
         return
     apart = _usual_way(places[second], places[second - 1])
     near = [_ways(places[second - i], places[second + j]) for i in (0, 1) for j in (1, -2)]
-    if _ratios(apart, _medians(np.fmin.reduce(near)), least).max() > _TIMES:
+    if _ratios(apart, _medians(np.fmin.reduce(near)), least).max() > _FARTHER:
         raise MotionFileError(
-            f"{path}: rows {second[0]} and {second[0] + 1} have the same time, but places far"
-            " apart, as those of several people; keep the rows of one"
+            f"{path}: {where(second[0] - 1)} and {where(second[0])} have the same time, but places"
+            " far apart, as those of several people; keep the rows of one"
         )
 
 

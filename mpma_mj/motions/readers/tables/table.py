@@ -13,15 +13,16 @@ from pathlib import Path
 
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
-from mpma_mj.motions.readers.columns import Columns, load_columns, rate_of_times
-from mpma_mj.motions.readers.header import Header, find_header, names_axes
-from mpma_mj.motions.readers.long_table import is_long, read_long
-from mpma_mj.motions.readers.motive import rename_bones
-from mpma_mj.motions.readers.numbered import name_numbered
-from mpma_mj.motions.readers.people import refuse_several
 from mpma_mj.motions.readers.recording import Recording
+from mpma_mj.motions.readers.tables.columns import Columns, load_columns, rate_of_times
+from mpma_mj.motions.readers.tables.header import Header, find_header, names_axes
+from mpma_mj.motions.readers.tables.long_table import is_long, read_long
+from mpma_mj.motions.readers.tables.motive import rename_bones
+from mpma_mj.motions.readers.tables.numbered_points import name_numbered
+from mpma_mj.motions.readers.tables.people import refuse_several
+from mpma_mj.motions.readers.tables.titles import is_person, split_axis, time_unit
 from mpma_mj.motions.readers.text import Grid, TextFile
-from mpma_mj.motions.readers.titles import is_person, split_axis, time_unit
+from mpma_mj.utils.text import listing
 
 __all__ = ["read_table"]
 
@@ -51,7 +52,7 @@ def read_table(file: TextFile, report: ImportReport) -> Recording:
     rate = header.rate
     if header.first < len(header.rows):
         needed = [c for xyz in columns.values() for c in xyz]
-        _check_width(header, grid, needed + [c for c in (counter, timer) if c is not None])
+        header.check_width(grid, needed + [c for c in (counter, timer) if c is not None])
         for column in (i for i, title in enumerate(titles[: grid.width]) if is_person(title)):
             refuse_several(file.path, titles[column], grid.words(column))
         if timer is not None:
@@ -71,20 +72,6 @@ def read_table(file: TextFile, report: ImportReport) -> Recording:
     return name_numbered(recording, report)
 
 
-def _check_width(header: Header, grid: Grid, needed: list[int]) -> None:
-    """Refuse rows that have too few columns, or titles that are shifted.
-
-    Captury has columns without a title at the end. One more is R's names of the rows, and with
-    commas between cells, more are decimal commas.
-    """
-    more = grid.width - max(len(row) for row in header.rows[: header.first])
-    if grid.width <= max(needed, default=0) or more == 1 or (more > 0 and grid.separator == ","):
-        raise MotionFileError(
-            f"{grid.file.path}: line {grid.first + 1} has {grid.width} columns, but the header"
-            f" names {len(header.rows[header.axes])}; export the file again"
-        )
-
-
 def _columns(path: Path, header: Header, report: ImportReport) -> tuple[Columns, tuple[str, ...]]:
     """Return the columns of every point, and the points' names in order."""
     found: dict[str, dict[str, list[int]]] = {}
@@ -102,27 +89,28 @@ def _columns(path: Path, header: Header, report: ImportReport) -> tuple[Columns,
     _warn_of_disorder(columns, report)
     incomplete = [name for name, axes in found.items() if name not in columns]
     if header.name_row is not None and columns and incomplete:
-        listed = ", ".join(incomplete[:_MOST_LISTED])
+        listed = listing(incomplete, _MOST_LISTED)
         report.warn(f"{listed} are not above an x, a y and a z each; check the row of names")
     return columns, tuple(names)
 
 
 def _warn_of_disorder(columns: Columns, report: ImportReport) -> None:
-    """Warn of points whose columns do not lie like those of the others: a title may be wrong."""
+    """Warn of points whose columns are in another order than most: a title may be wrong."""
     ways = {name: (y - x, z - x) for name, (x, y, z) in columns.items()}
     usual, count = Counter(ways.values()).most_common(1)[0] if ways else ((0, 0), 0)
     if len(ways) > count > 1:
-        other = ", ".join([name for name, way in ways.items() if way != usual][:_MOST_LISTED])
+        other = listing([name for name, way in ways.items() if way != usual], _MOST_LISTED)
         report.warn(
-            f"the columns of {other} do not lie like those of other points; check their titles"
+            f"the columns of {other} are in another order than those of other points; check their"
+            " titles"
         )
 
 
 def _titled(header: Header) -> dict[int, tuple[str, str]]:
     """Return for each column of a coordinate the point's name and the axis.
 
-    A name counts until the next one, or until an axis comes again: what follows has no name.
-    Names may also stand above the middle of their axes.
+    A name counts until the next one, or until an axis is repeated: the columns after it have no
+    name. Names may also stand above the middle of their axes.
     """
     titled: dict[int, tuple[str, str]] = {}
     row = header.name_row

@@ -8,14 +8,14 @@ from numpy.typing import NDArray
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.recording import Tracks
 
-__all__ = ["mark_unseen"]
+__all__ = ["mark_missing"]
 
 Array = NDArray[np.float64]
 
 _AMID = 0.75  # of the body's extent that its nearest point is at most from the origin (choice)
 
 
-def mark_unseen(tracks: Tracks, report: ImportReport) -> None:
+def mark_missing(tracks: Tracks, report: ImportReport) -> None:
     """Set to NaN, in place, where points were not seen.
 
     A point was not seen where a coordinate is not finite, and where it is exactly 0, 0, 0: unless

@@ -35,7 +35,7 @@ def continuous(times: Array) -> Array:
 def arrangement(
     times: Array | None, numbers: Array | None, where: Where, report: ImportReport
 ) -> Callable[[Array], Array] | None:
-    """Return what puts rows, shape (T, n), where they belong; None where they are there already.
+    """Return what puts rows, shape (T, ...), where they belong; None where they are there already.
 
     Args:
         times: Times of the rows, shape (T,), in any unit, if there are some: they count for more
@@ -57,7 +57,7 @@ def ascend(times: Array) -> bool:
 
 
 def _by_times(times: Array, where: Where, report: ImportReport) -> Callable[[Array], Array] | None:
-    """Return what puts rows, shape (T, n), to even times; None where they are as they should be.
+    """Return what puts rows, shape (T, ...), to even times; None where they are as they should be.
 
     Args:
         times: Times of the rows, shape (T,), rising, in any unit.
@@ -66,7 +66,7 @@ def _by_times(times: Array, where: Where, report: ImportReport) -> Callable[[Arr
     """
     steps = np.diff(times)
     usual = _usual_step(times)
-    if _come_unevenly(times):
+    if _are_uneven(times):
         return functools.partial(_interpolated, times=times, step=usual)
     numbers = np.concatenate([[0.0], np.cumsum(_frames_of(steps, usual))])
     places = _places(numbers, where, report)
@@ -74,8 +74,8 @@ def _by_times(times: Array, where: Where, report: ImportReport) -> Callable[[Arr
 
 
 def _placed(track: Array, *, places: NDArray[np.int_]) -> Array:
-    """Return rows, shape (T, n), with gaps where some are missing."""
-    whole = np.full((places[-1] + 1, track.shape[1]), np.nan)
+    """Return rows, shape (T, ...), with gaps where some are missing."""
+    whole = np.full((places[-1] + 1, *track.shape[1:]), np.nan)
     whole[places] = track
     return whole
 
@@ -91,7 +91,7 @@ def _frames_of(steps: Array, usual: float) -> Array:
     return np.maximum(1, np.round(steps / usual))
 
 
-def _come_unevenly(times: Array) -> bool:
+def _are_uneven(times: Array) -> bool:
     """Return whether steps between times often differ from whole frames by more than rounding."""
     steps = np.diff(times)
     usual = _usual_step(times)
@@ -110,9 +110,11 @@ def _resolution(times: Array) -> float:
 
 
 def _interpolated(track: Array, *, times: Array, step: float) -> Array:
-    """Return rows, shape (T, n), at even times, by linear interpolation."""
+    """Return rows, shape (T, ...), at even times, by linear interpolation."""
     even = np.arange(times[0], times[-1] + 1e-3 * step, step)
-    return np.stack([np.interp(even, times, column) for column in track.T], axis=1)
+    columns = track.reshape(len(track), -1).T
+    rows = np.stack([np.interp(even, times, column) for column in columns], axis=1)
+    return rows.reshape(-1, *track.shape[1:])
 
 
 def rate_of(
@@ -123,7 +125,7 @@ def rate_of(
     Args:
         times: Times of frames, shape (T,).
         declared: The rate that the header declares, Hz, if any.
-        report: Gets a warning where the two contradict each other, or frames come unevenly.
+        report: Gets a warning where the two contradict each other, or frames are unevenly spaced.
         unit: Unit of the times, s, where it is declared.
 
     Returns:
@@ -134,12 +136,15 @@ def rate_of(
     if not ascend(times):
         return _coarse_rate(times, declared, report)
     rate = 1.0 / _usual_step(times)
+    if unit is None and rate == 1.0:
+        report.warn("the times rise by 1 a frame, as numbers of frames do; they are not used")
+        return declared
     for name, scale in _UNITS_OF_TIME.items() if unit is None else ():
         if rate < 1.0 <= scale * rate <= _FASTEST:
             rate, steps = scale * rate, steps / scale
             report.warn(f"the times are read as {name}, which gives {rate:.4g} Hz")
             break
-    if _come_unevenly(times):
+    if _are_uneven(times):
         report.warn(
             f"the frames are unevenly spaced; they are interpolated to an even {rate:.4g} Hz"
         )

@@ -8,7 +8,7 @@ import pytest
 
 from mpma_mj.errors import MotionFileError
 from tests.motions.readers import writers
-from tests.motions.readers.test_tables import assert_same, read
+from tests.motions.readers.test_text_formats import assert_same, read
 
 TITLES = ["frame", "time", "keypoint", "x", "y", "z"]
 
@@ -86,7 +86,7 @@ def test_people_are_refused(path: Path, points: writers.Points) -> None:
 
 def test_a_table_without_frames_is_refused(path: Path, points: writers.Points) -> None:
     rows = [row[2:] for row in rows_of(points)]
-    with pytest.raises(MotionFileError, match="no column its frame or time"):
+    with pytest.raises(MotionFileError, match="no column of its frame or time"):
         read(write(path, rows, TITLES[2:]))
     rows = rows_of(points)
     rows[9][0] = ""

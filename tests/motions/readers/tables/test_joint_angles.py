@@ -13,7 +13,7 @@ from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.loader import import_motion
 from mpma_mj.motions.motion import Motion
 from mpma_mj.motions.options import ReadingOptions
-from mpma_mj.motions.readers.joint_angles import read_joint_angles
+from mpma_mj.motions.readers.tables.joint_angles import read_joint_angles
 from tests.motions.readers import writers
 
 RATE = 50.0
@@ -93,8 +93,22 @@ def test_a_unit_that_cannot_be_told_is_asked_for(path: Path) -> None:
 def test_a_joint_that_is_missing_or_twice_is_named(path: Path) -> None:
     with pytest.raises(MotionFileError, match="no column of right_elbow"):
         read(write(path, ANGLES, [*JOINT_NAMES[:7], "q8"]))
-    with pytest.raises(MotionFileError, match="twice right_elbow"):
+    with pytest.raises(MotionFileError, match="several columns of right_elbow"):
         read(write(path, ANGLES[:, [*range(8), 7]], [*JOINT_NAMES, "right_elbow"]))
+
+
+def test_rows_of_another_width_than_the_header_are_refused(path: Path) -> None:
+    header, *rows = write(path, ANGLES, separator="\t").read_text().splitlines()
+    path.write_text("\n".join([header, *(f"{i}\t{row}" for i, row in enumerate(rows))]) + "\n")
+    with pytest.raises(MotionFileError, match="line 2 has 10 columns, but the header names 9"):
+        read(path)
+
+
+def test_one_row_is_no_motion(path: Path) -> None:
+    lacking = ANGLES.copy()
+    lacking[1:] = np.nan
+    with pytest.raises(MotionFileError, match=r"has 1 row\(s\) with all angles; expected two"):
+        read(write(path, lacking))
 
 
 def test_short_gaps_are_bridged_and_long_ones_refused(path: Path) -> None:
@@ -111,7 +125,7 @@ def test_short_gaps_are_bridged_and_long_ones_refused(path: Path) -> None:
 
 
 @pytest.mark.parametrize("row", [0, 40, 79])
-def test_a_cell_that_is_empty_is_told(path: Path, row: int) -> None:
+def test_a_cell_that_is_empty_is_reported(path: Path, row: int) -> None:
     lines = write(path, ANGLES).read_text().splitlines()
     lines[row + 1] = ",".join([*lines[row + 1].split(",")[:-1], ""])
     path.write_text("\n".join(lines) + "\n")
@@ -137,7 +151,7 @@ def test_points_are_no_angles(path: Path) -> None:
     assert read_joint_angles(path, None, ImportReport()) is None
 
 
-def test_a_row_that_jumps_away_is_told(path: Path) -> None:
+def test_a_row_that_jumps_away_is_reported(path: Path) -> None:
     jumping = ANGLES.copy()
     jumping[40, 3] += 1.0
     _, report = read(write(path, jumping))

@@ -11,8 +11,16 @@ from dataclasses import dataclass
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.readers.cells import is_missing, is_number, positive
 from mpma_mj.motions.readers.recording import Up
-from mpma_mj.motions.readers.text import TextFile
-from mpma_mj.motions.readers.titles import is_frame, is_point, is_time, length_unit, split_axis
+from mpma_mj.motions.readers.tables.titles import (
+    RATE,
+    is_frame,
+    is_point,
+    is_rate,
+    is_time,
+    length_unit,
+    split_axis,
+)
+from mpma_mj.motions.readers.text import Grid, TextFile
 
 __all__ = ["Header", "find_header", "names_axes"]
 
@@ -20,12 +28,7 @@ _LONGEST = 60  # lines
 _FEWEST_POINTS = 2
 _FEWEST_NUMBERS = 6  # in a row, with which it is one of the table and not of the header
 _OTHER_SECTIONS = {"Devices", "Events", "Joints", "Model Outputs", "Segments"}
-_RATE = (
-    r"(export|capture)?\s*(frame|data|camera|sample|sampling|video|mocap|acquisition|marker)?"
-    r"s?[\s_]*(rate|frequency|freq|fps|per[\s_]second)[\s_]*([(\[]?(hz|fps)[)\]]?)?"
-)
-_RATE_TITLE = re.compile(_RATE, re.IGNORECASE)
-_RATE_IN_CELL = re.compile(rf"\W*{_RATE}[\s:;=]*(?P<value>[\d.]+)\s*(hz|fps)?", re.IGNORECASE)
+_RATE_IN_CELL = re.compile(rf"\W*{RATE}[\s:;=]*(?P<value>[\d.]+)\s*(hz|fps)?", re.IGNORECASE)
 _RATE_ALONE = re.compile(r"\W*(?P<value>\d[\d.]*)\W*(hz|fps|frames per second)?\W*", re.IGNORECASE)
 _FRAMES_TITLE = re.compile(r"(number of |total )?(exported )?frames", re.IGNORECASE)
 
@@ -78,7 +81,7 @@ class Header:
 
     @property
     def titles(self) -> list[str]:
-        """Of every column the title that is neither an axis nor a point's name, as that of time."""
+        """Title of every column: that of times or frames, if a cell has one, else the first."""
         rows = [*range(self.axes, self.first), *range(max(0, self.axes - 1), self.axes)]
         width = max(map(len, self.rows[: self.first]))
         columns = [[self.cell(row, column) for row in rows] for column in range(width)]
@@ -101,7 +104,7 @@ class Header:
             cells = [cell.replace(",", ".") for cell in row if cell]
             for title, value in itertools.pairwise([*cells, ""]):
                 number = None
-                if _RATE_TITLE.fullmatch(title) and (alone := _RATE_ALONE.fullmatch(value)):
+                if is_rate(title) and (alone := _RATE_ALONE.fullmatch(value)):
                     number = positive(alone["value"])
                 elif inside := _RATE_IN_CELL.fullmatch(title):
                     number = positive(inside["value"])
@@ -123,9 +126,29 @@ class Header:
 
     @property
     def up(self) -> Up | None:
-        """OptiTrack's tables, which name their coordinate space, have y up."""
+        """Axis that points up: y in OptiTrack's tables, which name their coordinate space."""
         top = {cell.lower() for row in self.rows[: self.axes] for cell in row}
         return "y" if "coordinate space" in top else None
+
+    def check_width(self, grid: Grid, needed: Sequence[int]) -> None:
+        """Refuse rows that have too few columns, or titles that are shifted.
+
+        Captury has columns without a title at the end. One more is R's names of the rows, and with
+        commas between cells, more are decimal commas.
+
+        Args:
+            grid: The rows.
+            needed: Columns that are read.
+
+        Raises:
+            MotionFileError: The rows have fewer columns than the header, or one more.
+        """
+        more = grid.width - max(len(row) for row in self.rows[: self.first])
+        if grid.width <= max(needed) or more == 1 or (more > 0 and grid.separator == ","):
+            raise MotionFileError(
+                f"{grid.file.path}: line {grid.first + 1} has {grid.width} columns, but the header"
+                f" names {len(self.rows[self.axes])}; export the file again"
+            )
 
     def unit(self, columns: Sequence[int]) -> float | None:
         """Return the declared length of the unit, m.

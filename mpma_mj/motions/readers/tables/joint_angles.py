@@ -1,7 +1,7 @@
 """Reader for tables of joint angles, as robots log them and `mpma motion` exports them.
 
 A header names the eight joints of `kinematics.JOINT_NAMES`, in any order and perhaps with a unit
-(`left_elbow`, `left_elbow_deg`, `left_elbow (rad)`), beside a column of times or frames.
+(`left_elbow`, `left_elbow_deg`, `left_elbow (rad)`), with a column of times or of frames.
 """
 
 from __future__ import annotations
@@ -17,10 +17,11 @@ from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.cleaning.jumps import single_frame_jumps
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.motion import Motion
-from mpma_mj.motions.readers.header import Header, find_header
+from mpma_mj.motions.readers.recording import unknown_rate
+from mpma_mj.motions.readers.tables.header import Header, find_header
+from mpma_mj.motions.readers.tables.times import arrangement, continuous, rate_of
+from mpma_mj.motions.readers.tables.titles import time_unit
 from mpma_mj.motions.readers.text import Grid, TextFile, stack
-from mpma_mj.motions.readers.times import arrangement, continuous, rate_of
-from mpma_mj.motions.readers.titles import time_unit
 
 __all__ = ["read_joint_angles"]
 
@@ -63,11 +64,7 @@ def read_joint_angles(path: Path, rate: float | None, report: ImportReport) -> M
     frame, time = header.counters
     counters = [column for column in (time, frame) if column is not None]
     needed = [*counters, *columns]
-    if grid.width <= max(needed):
-        raise MotionFileError(
-            f"{path}: line {grid.first + 1} has {grid.width} columns, but the header names"
-            f" {len(header.rows[header.axes])}; export the file again"
-        )
+    header.check_width(grid, needed)
     rows = stack(grid.blocks(needed, report, counters=len(counters)), len(needed))
     angles = rows[:, len(counters) :]
     angles = angles * _scale(path, header, columns, angles, report)
@@ -83,10 +80,7 @@ def read_joint_angles(path: Path, rate: float | None, report: ImportReport) -> M
         declared = rate_of(times, declared, report, time_unit(header.titles[time or 0]))
     rate = rate or declared
     if rate is None:
-        raise MotionFileError(
-            f"{path}: does not declare its frame rate",
-            remedy="give it with {rate_in}, such as {rate_in=50}",
-        )
+        raise unknown_rate(path, report)
     numbers = None if frame is None else rows[:, len(counters) - 1]
     arrange = arrangement(times, numbers, lambda row: f"line {grid.first + row + 1}", report)
     angles = angles if arrange is None else arrange(angles)
@@ -113,9 +107,9 @@ def _columns(path: Path, header: Header) -> list[int]:
     titles = [_joint(title) for title in header.rows[header.axes]]
     for joint in kinematics.JOINT_NAMES:
         if titles.count(joint) != 1:
-            how = "twice" if joint in titles else "no column of"
+            how = "several columns" if joint in titles else "no column"
             raise MotionFileError(
-                f"{path}: has joint angles, but {how} {joint}; expected one column each of"
+                f"{path}: has joint angles, but {how} of {joint}; expected one column each of"
                 f" {', '.join(kinematics.JOINT_NAMES)}"
             )
     return [titles.index(joint) for joint in kinematics.JOINT_NAMES]

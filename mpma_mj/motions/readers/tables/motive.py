@@ -1,11 +1,11 @@
-"""Names that OptiTrack Motive gives to several things, told apart by rows of its tables."""
+"""Names that OptiTrack Motive gives to several objects, distinguished by rows of its tables."""
 
 from __future__ import annotations
 
 import re
 
 from mpma_mj.motions.import_report import ImportReport
-from mpma_mj.motions.readers.header import Header
+from mpma_mj.motions.readers.tables.header import Header
 
 __all__ = ["rename_bones"]
 

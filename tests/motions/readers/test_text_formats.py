@@ -262,7 +262,9 @@ def test_frames_that_are_left_out_are_gaps(tmp_path: Path, points: writers.Point
     ]
 
 
-def test_frame_numbers_that_stand_still_are_told(tmp_path: Path, points: writers.Points) -> None:
+def test_frame_numbers_that_stand_still_are_reported(
+    tmp_path: Path, points: writers.Points
+) -> None:
     lines = writers.trc_text(points).splitlines()
     lines[6:] = ["7\t0.5\t" + line.split("\t", 2)[2] for line in lines[6:]]
     path = tmp_path / "dance.trc"
@@ -320,7 +322,7 @@ def test_other_sections_before_vicons_trajectories_are_passed_over(
         assert_same(tracks, points, atol=1e-3)
 
 
-def test_lines_after_an_empty_one_are_told(tmp_path: Path, points: writers.Points) -> None:
+def test_lines_after_an_empty_one_are_reported(tmp_path: Path, points: writers.Points) -> None:
     lines = writers.vicon_text(points).splitlines()
     lines.insert(5 + 40, "")
     path = tmp_path / "dance.csv"
@@ -416,7 +418,9 @@ def test_rates_are_not_rounded_where_times_tell_them_well(tmp_path: Path, rate: 
     assert read(path)[0].rate == pytest.approx(rate, rel=1e-5)
 
 
-def test_a_rate_that_the_times_contradict_is_told(tmp_path: Path, points: writers.Points) -> None:
+def test_a_rate_that_the_times_contradict_is_reported(
+    tmp_path: Path, points: writers.Points
+) -> None:
     text = writers.trc_text(points, 100.0).replace("\n100\t100\t", "\n200\t200\t")
     path = tmp_path / "dance.trc"
     path.write_text(text)

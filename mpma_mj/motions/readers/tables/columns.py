@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
-from mpma_mj.motions.readers.people import refuse_alternating
+from mpma_mj.motions.readers.missing_samples import mark_missing
 from mpma_mj.motions.readers.recording import Tracks
+from mpma_mj.motions.readers.tables.people import refuse_alternating
+from mpma_mj.motions.readers.tables.times import Where, arrangement, continuous, rate_of
 from mpma_mj.motions.readers.text import Grid, stack
-from mpma_mj.motions.readers.times import Where, arrangement, continuous, rate_of
-from mpma_mj.motions.readers.unseen import mark_unseen
 
 __all__ = ["Columns", "in_place", "load_columns", "neighbours", "rate_of_times"]
 
@@ -94,8 +94,8 @@ def in_place(
     Raises:
         MotionFileError: Rows are of several people.
     """
-    mark_unseen(tracks, report)
-    refuse_alternating(path, tracks, numbers if times is None else times)
+    mark_missing(tracks, report)
+    refuse_alternating(path, tracks, numbers if times is None else times, where)
     arrange = arrangement(times, numbers, where, report)
     return tracks if arrange is None else {name: arrange(t) for name, t in tracks.items()}
 
