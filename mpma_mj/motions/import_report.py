@@ -72,6 +72,10 @@ class ImportReport:
         """
         self.doubts.append(RecordingWarning(warning, remedy=remedy))
 
+    def settle(self, option: str) -> None:
+        """Drop the warnings whose remedy is an option, as it is given."""
+        self.doubts = [doubt for doubt in self.doubts if f"{{{option}}}" not in doubt.remedy]
+
     def emit_warnings(self, source: str | Path) -> None:
         """Issue the warnings as Python's, each with the file that it is about."""
         for doubt in self.doubts:

@@ -281,6 +281,7 @@ def _import_arms(
 
 def _source_rate(recording: Recording, options: ReadingOptions, report: ImportReport) -> float:
     if options.rate_in is not None:
+        report.settle("rate_in")
         declared = "no rate" if recording.rate is None else f"{recording.rate:g} Hz"
         report.note(f"{options.rate_in:g} Hz, as given (the file declares {declared})")
         return options.rate_in

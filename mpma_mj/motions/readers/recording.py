@@ -17,10 +17,10 @@ from mpma_mj.motions.import_report import ImportReport
 __all__ = ["RATES", "UNITS", "UPS", "Recording", "Tracks", "Unit", "Up", "unknown_rate"]
 
 Tracks = dict[str, NDArray[np.float64]]
-Unit = Literal["m", "cm", "mm", "inch"]
+Unit = Literal["m", "cm", "mm", "inch", "ft"]
 Up = Literal["x", "y", "z", "-x", "-y", "-z"]
 
-UNITS: dict[str, float] = {"m": 1.0, "cm": 0.01, "mm": 0.001, "inch": 0.0254}
+UNITS: dict[str, float] = {"m": 1.0, "cm": 0.01, "mm": 0.001, "inch": 0.0254, "ft": 0.3048}
 """Length of each unit, m."""
 RATES = (1.0, 10_000.0)
 """Lowest and highest rate of recordings, Hz."""
@@ -56,7 +56,8 @@ class Recording:
 
 def unknown_rate(path: Path, report: ImportReport) -> MotionFileError:
     """Return an error for a file without a rate, with the warning about its times."""
-    reason = next((f" ({doubt})" for doubt in report.warnings if "times" in doubt), "")
+    problems = [doubt.args[0] for doubt in report.doubts]
+    reason = next((f" ({problem})" for problem in problems if "times" in problem), "")
     return MotionFileError(
         f"{path}: does not declare its frame rate{reason}",
         remedy="give it with {rate_in}, such as {rate_in=50}",

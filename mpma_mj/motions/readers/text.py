@@ -21,7 +21,13 @@ from numpy.typing import NDArray
 
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
-from mpma_mj.motions.readers.cells import is_missing, is_number, seconds_of
+from mpma_mj.motions.readers.cells import (
+    is_missing,
+    is_number,
+    is_timecode,
+    seconds_of,
+    timecode_rate,
+)
 
 __all__ = [
     "FARTHEST",
@@ -288,8 +294,10 @@ class Grid:
         numbers = []
         for i, column in enumerate(columns):
             cell = cells[column].strip()
-            numbers.append(seconds_of(cell) if i < counters or is_number(cell) else math.nan)
-            other = i < counters and not self._begins_with_time(column)  # which is not used
+            counts = i < counters
+            rate = self._timecode_rates[column] if counts else None
+            numbers.append(seconds_of(cell, rate) if counts or is_number(cell) else math.nan)
+            other = counts and not self._begins_with_time(column)  # which is not used
             if math.isnan(numbers[-1]) and not (other or is_missing(cell)):
                 raise MotionFileError(
                     f"{self.file.path}: line {index + 1}, column {column + 1}:"
@@ -300,6 +308,15 @@ class Grid:
     def _begins_with_time(self, column: int) -> bool:
         """Return whether the first cell of a column is a time or number."""
         return not math.isnan(self._first_times[column])
+
+    @functools.cached_property
+    def _timecode_rates(self) -> list[float | None]:
+        """Rate of the timecodes in every column, Hz; None where there are none."""
+        first = next(self._rows(ImportReport())).split(self.separator)
+        return [
+            timecode_rate(self.words(column)) if is_timecode(cell.strip()) else None
+            for column, cell in enumerate(first)
+        ]
 
     @functools.cached_property
     def _first_times(self) -> list[float]:

@@ -10,13 +10,20 @@ from numpy.typing import NDArray
 
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.readers.cells import seconds_of
 from mpma_mj.motions.readers.missing_samples import mark_missing
 from mpma_mj.motions.readers.recording import Tracks
 from mpma_mj.motions.readers.tables.people import refuse_alternating
-from mpma_mj.motions.readers.tables.times import Where, arrangement, continuous, rate_of
+from mpma_mj.motions.readers.tables.times import (
+    Where,
+    arrangement,
+    continuous,
+    may_be_times,
+    rate_of,
+)
 from mpma_mj.motions.readers.text import Grid, stack
 
-__all__ = ["Columns", "in_place", "load_columns", "neighbours", "rate_of_times"]
+__all__ = ["Columns", "in_place", "load_columns", "neighbours", "rate_of_times", "suggest_times"]
 
 Array = NDArray[np.float64]
 Columns = Mapping[str, tuple[int, int, int]]
@@ -111,3 +118,25 @@ def rate_of_times(
     blocks = grid.blocks([time_column], ImportReport(), counters=1)
     times = next(blocks, np.empty((0, 1)))[:, 0]
     return rate_of(continuous(times), declared, report, unit)
+
+
+def suggest_times(
+    grid: Grid, titles: Sequence[str], known: Sequence[int], report: ImportReport
+) -> None:
+    """Warn of a column that may hold times, in a table that has no column of times.
+
+    Args:
+        grid: The rows.
+        titles: Title of every column.
+        known: Columns that hold something else, between which there are no times.
+        report: Gets the warning.
+    """
+    for column in {*range(min(known)), *range(max(known) + 1, grid.width)} - {*known}:
+        if may_be_times(np.array([*map(seconds_of, grid.words(column))])):
+            title = titles[column] if column < len(titles) else ""
+            report.warn(
+                f"column {column + 1}, {title or 'without a title'}, rises evenly; if it holds"
+                " times, call it time",
+                remedy="or give the rate with {rate_in}",
+            )
+            return

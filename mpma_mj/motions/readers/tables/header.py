@@ -18,6 +18,7 @@ from mpma_mj.motions.readers.tables.titles import (
     is_rate,
     is_time,
     length_unit,
+    may_be_time,
     split_axis,
 )
 from mpma_mj.motions.readers.text import Grid, TextFile
@@ -85,8 +86,9 @@ class Header:
         rows = [*range(self.axes, self.first), *range(max(0, self.axes - 1), self.axes)]
         width = max(map(len, self.rows[: self.first]))
         columns = [[self.cell(row, column) for row in rows] for column in range(width)]
+        told = (lambda c: is_time(c) or is_frame(c), may_be_time)
         return [
-            next((c for c in cells if is_time(c) or is_frame(c)), cells[0]) for cells in columns
+            next((c for is_one in told for c in cells if is_one(c)), cells[0]) for cells in columns
         ]
 
     @property
@@ -94,7 +96,8 @@ class Header:
         """Columns of the frame's number and of its time, where there are such."""
         titles = self.titles
         frame = next((i for i, title in enumerate(titles) if is_frame(title)), None)
-        return frame, next((i for i, title in enumerate(titles) if is_time(title)), None)
+        times = (i for is_one in (is_time, may_be_time) for i, t in enumerate(titles) if is_one(t))
+        return frame, next(times, None)
 
     @property
     def rate(self) -> float | None:
@@ -188,7 +191,7 @@ def find_header(file: TextFile, is_title_row: Callable[[list[str]], bool]) -> He
 def names_axes(cells: list[str]) -> bool:
     """Return whether a row names the axes of several points, or of one that a column names."""
     axes = [split_axis(cell)[1] for cell in cells]
-    if axes.count("x") >= _FEWEST_POINTS:
+    if axes.count("x") >= _FEWEST_POINTS and "y" in axes:
         return True
     return all(axes.count(axis) == 1 for axis in "xyz") and any(map(is_point, cells))
 

@@ -14,7 +14,12 @@ from pathlib import Path
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.recording import Recording
-from mpma_mj.motions.readers.tables.columns import Columns, load_columns, rate_of_times
+from mpma_mj.motions.readers.tables.columns import (
+    Columns,
+    load_columns,
+    rate_of_times,
+    suggest_times,
+)
 from mpma_mj.motions.readers.tables.header import Header, find_header, names_axes
 from mpma_mj.motions.readers.tables.long_table import is_long, read_long
 from mpma_mj.motions.readers.tables.motive import rename_bones
@@ -52,11 +57,14 @@ def read_table(file: TextFile, report: ImportReport) -> Recording:
     rate = header.rate
     if header.first < len(header.rows):
         needed = [c for xyz in columns.values() for c in xyz]
-        header.check_width(grid, needed + [c for c in (counter, timer) if c is not None])
+        needed += [c for c in (counter, timer) if c is not None]
+        header.check_width(grid, needed)
         for column in (i for i, title in enumerate(titles[: grid.width]) if is_person(title)):
             refuse_several(file.path, titles[column], grid.words(column))
         if timer is not None:
             rate = rate_of_times(grid, timer, rate, report, time_unit(titles[timer]))
+        elif rate is None:
+            suggest_times(grid, titles, needed, report)
     recording = Recording(
         file.path,
         "table",

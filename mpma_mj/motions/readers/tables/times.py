@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.motions.import_report import ImportReport
 
-__all__ = ["Where", "arrangement", "ascend", "continuous", "rate_of"]
+__all__ = ["Where", "arrangement", "ascend", "continuous", "may_be_times", "rate_of"]
 
 Array = NDArray[np.float64]
 Where = Callable[[int], str]
@@ -21,6 +21,9 @@ _UNEVEN, _OFTEN = 0.25, 0.05  # frames that a step is off; share of the steps (c
 _LOOKED_AT = 4096  # first times, from which the rate and its rounding are estimated
 _UNITS_OF_TIME = {"milliseconds": 1e3, "microseconds": 1e6, "nanoseconds": 1e9}
 _FASTEST = 1000.0  # Hz that such times are taken to make
+_COUNTS = (1.0, 2.0, 3.0)  # steps of numbers of frames; as milliseconds they would make over 300 Hz
+_DAYS = 86400.0  # s
+_FIRST_DAY = 20_000.0  # days since 1900, that is 1954, after which times in days are dates
 _MOST_MISSING = 10  # times as many frames as there are rows: then the numbers are wrong instead
 _HALF_A_DAY = 12 * 3600.0  # s, after which clocks start again, or twice that
 
@@ -91,6 +94,11 @@ def _frames_of(steps: Array, usual: float) -> Array:
     return np.maximum(1, np.round(steps / usual))
 
 
+def may_be_times(numbers: Array) -> bool:
+    """Return whether numbers, shape (T,), rise evenly, as times and numbers of frames do."""
+    return ascend(numbers) and not _are_uneven(numbers)
+
+
 def _are_uneven(times: Array) -> bool:
     """Return whether steps between times often differ from whole frames by more than rounding."""
     steps = np.diff(times)
@@ -132,17 +140,26 @@ def rate_of(
         Frames per second, Hz: that of the times where they are usable, else the declared one.
     """
     times = times * (unit or 1.0)
+    if unit is None and ascend(times) and _are_days(times):
+        times = times * _DAYS
     steps = np.diff(times)
     if not ascend(times):
         return _coarse_rate(times, declared, report)
-    rate = 1.0 / _usual_step(times)
-    if unit is None and rate == 1.0:
-        report.warn("the times rise by 1 a frame, as numbers of frames do; they are not used")
+    usual = _usual_step(times)
+    rate = 1.0 / usual
+    if unit is None and usual in _COUNTS:
+        report.warn(
+            f"the times rise by {usual:g} a frame, as numbers of frames do; they are not used",
+            remedy="{rate_in} gives the rate",
+        )
         return declared
     for name, scale in _UNITS_OF_TIME.items() if unit is None else ():
         if rate < 1.0 <= scale * rate <= _FASTEST:
             rate, steps = scale * rate, steps / scale
-            report.warn(f"the times are read as {name}, which gives {rate:.4g} Hz")
+            report.warn(
+                f"the times are read as {name}, which gives {rate:.4g} Hz",
+                remedy="{rate_in} overrides it",
+            )
             break
     if _are_uneven(times):
         report.warn(
@@ -167,17 +184,32 @@ def _coarse_rate(times: Array, declared: float | None, report: ImportReport) -> 
     """Return the rate where times do not rise from frame to frame."""
     if len(times) < 3:
         return declared
-    span = float(times[-1] - times[0])
-    if declared is None and span > 0 and (np.diff(times) >= 0).all():
-        rate = (len(times) - 1) / span
+    if not np.isfinite(times).any():
+        report.warn(
+            "the times are neither numbers nor h:m:s, nor timecodes h:m:s:frames over a whole"
+            " second; they are not used",
+            remedy="{rate_in} gives the rate",
+        )
+        return declared
+    risen = 1 + np.flatnonzero(np.diff(times) > 0)
+    if declared is None and len(risen) and (np.diff(times) >= 0).all():
+        # Of the frames between two times that rise, each lasts as long as the others.
+        first, last = (risen[0], risen[-1]) if len(risen) > 1 else (0, len(times) - 1)
+        rate = float((last - first) / (times[last] - times[first]))
         report.warn(
             f"the times are too coarse to distinguish frames; {rate:.4g} Hz is used, from the"
-            " first and last time",
+            " first and last time that rises",
             remedy="{rate_in} overrides it",
         )
         return rate
     report.warn("the column of times does not ascend throughout; it is not used")
     return declared
+
+
+def _are_days(times: Array) -> bool:
+    """Return whether times, shape (T,), are days of a calendar, as spreadsheets count them."""
+    seconds = _usual_step(times) * _DAYS
+    return times[0] > _FIRST_DAY and 1.0 / _FASTEST <= seconds <= 1.0
 
 
 def _places(numbers: Array, where: Where, report: ImportReport) -> NDArray[np.int_] | None:

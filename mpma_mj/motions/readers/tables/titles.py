@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 
 from mpma_mj.motions.readers.recording import UNITS
 
@@ -14,6 +15,7 @@ __all__ = [
     "is_rate",
     "is_time",
     "length_unit",
+    "may_be_time",
     "split_axis",
     "time_unit",
 ]
@@ -34,7 +36,12 @@ _AXIS_FIRST = re.compile(r"(?P<axis>[xyzXYZ])[\s_.:\-]+(?P<name>.*)")
 _PLACE = re.compile(r"(?<![^\W_])[pt](?=[xyz](?![^\W_]))", re.IGNORECASE)  # left_wrist_px, tx
 _OF_AN_AXIS = {"", "axis", "position", "pos", "coord", "coordinate", "coordinates", "location"}
 
-_TIMES = {"t", "time", "times", "timestamp", "timestamps", "timecode", "zeit", "seconds", "secs"}
+_TIMES = {
+    *("t", "ts", "time", "times", "timestamp", "timestamps", "timecode", "datetime", "seconds"),
+    *("secs", "zeit", "zeitstempel", "uhrzeit", "temps", "horodatage", "tiempo", "tempo", "hora"),
+    *("tijd", "tijdstip", "czas", "aika", "zaman", "время", "時間", "时间"),
+}
+_PERHAPS_TIMES = {"stamp", "clock", "elapsed", "date", "datum", "epoch", "utc", "unix"}
 _OF_TIME = {
     *("elapsed", "capture", "frame", "recording", "record", "sample", "video", "unix", "epoch"),
     *("system", "device", "sensor", "host", "ros", "relative", "rel", "utc", "local", "stamp"),
@@ -45,7 +52,13 @@ _SECONDS = {
     **dict.fromkeys(("ms", "msec", "msecs", "millis", "millisecond", "milliseconds"), 1e-3),
     **dict.fromkeys(("us", "µs", "usec", "micros", "microseconds"), 1e-6),
     **dict.fromkeys(("ns", "nsec", "nanos", "nanoseconds"), 1e-9),
+    **dict.fromkeys(("sekunden", "secondes", "segundos", "secondi", "seconden", "sek"), 1.0),
+    **dict.fromkeys(("millisekunden", "millisecondes", "milisegundos", "millisecondi"), 1e-3),
+    **dict.fromkeys(("min", "mins", "minute", "minutes", "minuten", "minutos", "minuti"), 60.0),
+    **dict.fromkeys(("h", "hr", "hrs", "hour", "hours", "stunden", "heures", "horas"), 3600.0),
+    **dict.fromkeys(("d", "day", "days", "tage", "jours", "dias"), 86400.0),
 }
+_NOT_ALONE = {"s", "min", "mins", "h", "hr", "d", "day", "days"}  # "min" is a minimum
 _FRAMES = {
     *("frame", "frames", "index", "field", "framenumber", "framenum", "frameno", "framenr"),
     *("fnum", "frameindex", "frameidx", "frameid", "fieldnumber", "fieldno", "samplenumber"),
@@ -64,6 +77,7 @@ _LENGTHS = {
     **{"m": "m", "meter": "m", "meters": "m", "metres": "m"},
     **{"cm": "cm", "centimeters": "cm", "mm": "mm", "millimeters": "mm", "inches": "inch"},
     **{"metre": "m", "centimetres": "cm", "millimetres": "mm", "inch": "inch", "in": "inch"},
+    **dict.fromkeys(("ft", "feet", "foot"), "ft"),
 }
 
 
@@ -102,8 +116,14 @@ def is_frame(title: str) -> bool:
 def is_time(title: str) -> bool:
     """Return whether a column holds times."""
     words = set(_words(title))
-    units = {word for word in words & _SECONDS.keys() if len(word) > 1}
+    units = (words & _SECONDS.keys()) - _NOT_ALONE
     return bool(words & _TIMES or units) and words <= _TIMES | _OF_TIME | _SECONDS.keys()
+
+
+def may_be_time(title: str) -> bool:
+    """Return whether a column holds times if no other does, as one of dates may."""
+    words = set(_words(title))
+    return bool(words & _PERHAPS_TIMES) and words <= _OF_TIME | _PERHAPS_TIMES | _SECONDS.keys()
 
 
 def time_unit(title: str) -> float | None:
@@ -138,6 +158,7 @@ def _letters(title: str) -> str:
 
 
 def _words(title: str) -> list[str]:
-    """Return the words of a title in lower case, whether set off by signs or by capitals."""
+    """Return the words of a title in lower case without accents, set off by signs or capitals."""
     parted = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", title)
-    return re.findall(r"[^\W_\d]+", parted.lower())
+    plain = "".join(c for c in unicodedata.normalize("NFD", parted) if not unicodedata.combining(c))
+    return re.findall(r"[^\W_\d]+", plain.lower())

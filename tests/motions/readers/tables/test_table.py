@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from mpma_mj.errors import MotionFileError
+from mpma_mj.motions.loader import import_motion
+from mpma_mj.motions.options import ReadingOptions
 from tests.motions.readers import writers
 from tests.motions.readers.test_text_formats import assert_same, read
 
@@ -155,9 +157,55 @@ def test_times_that_cannot_be_read_are_not_used(path: Path, points: writers.Poin
     recording, tracks, report = read(write(path, points, columns, lead={"timecode": smpte}))
     assert recording.rate is None
     assert_same(tracks, points)
-    assert set(report.warnings) == {
-        "the column of times does not ascend throughout; it is not used"
-    }
+    assert "the times are neither numbers nor h:m:s" in report.warnings[0]
+
+
+@pytest.mark.parametrize("title", ["Temps [s]", "Tiempo (s)", "Uhrzeit", "ts", "stamp", "elapsed"])
+def test_times_are_found_by_titles_in_other_languages(
+    path: Path, points: writers.Points, title: str
+) -> None:
+    columns = [(name, axis) for name in points for axis in "xyz"]
+    lead = {"Date": ["2024-05-01"] * 60, title: [f"{i / RATE:.4f}" for i in range(60)]}
+    if title in ("stamp", "elapsed"):
+        del lead["Date"]
+    recording, _, report = read(write(path, points, columns, lead=lead))
+    assert recording.rate == RATE
+    assert not report.warnings
+
+
+@pytest.mark.parametrize(
+    ("title", "seconds", "start"),
+    [("Zeit [min]", 60.0, 0.0), ("time_h", 3600.0, 0.0), ("Date", 86400.0, 45413.4)],
+)
+def test_times_may_be_in_longer_units(
+    path: Path, points: writers.Points, title: str, seconds: float, start: float
+) -> None:
+    columns = [(name, axis) for name in points for axis in "xyz"]
+    lead = {title: [f"{start + i / RATE / seconds:.11f}" for i in range(60)]}
+    recording, _, _ = read(write(path, points, columns, lead=lead))
+    assert recording.rate == pytest.approx(RATE, rel=1e-4)
+
+
+def test_timecodes_show_their_rate_if_a_second_ends(path: Path, points: writers.Points) -> None:
+    columns = [(name, axis) for name in points for axis in "xyz"]
+    frames = [*range(5, 40), *range(42, 67)]
+    lead = {"Timecode": [f"01:02:{i // 30:02}:{i % 30:02}" for i in frames]}
+    recording, tracks, report = read(write(path, points, columns, lead=lead))
+    assert recording.rate == 30.0
+    assert len(next(iter(tracks.values()))) == 62
+    assert "2 frames are missing, the first after line 36" in report.warnings[0]
+
+
+@pytest.mark.parametrize("title", ["sample", ""])
+def test_a_column_that_may_hold_times_is_named(
+    path: Path, points: writers.Points, title: str
+) -> None:
+    columns = [(name, axis) for name in points for axis in "xyz"]
+    write(path, points, columns, lead={title: [f"{i / RATE:.4f}" for i in range(60)]})
+    with pytest.raises(MotionFileError, match=r"\(column 1, .* rises evenly; .* call it time\)"):
+        import_motion(path, ReadingOptions())
+    recording, _, _ = read(path)
+    assert recording.rate is None
 
 
 def test_a_word_amid_times_is_named(path: Path, points: writers.Points) -> None:

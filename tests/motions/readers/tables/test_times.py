@@ -17,9 +17,18 @@ def test_times_that_count_frames_show_no_rate() -> None:
     report = ImportReport()
     assert rate_of(np.arange(20.0), None, report) is None
     assert rate_of(np.arange(20.0), 50.0, report) == 50.0
-    assert len(report.warnings) == 2
+    assert rate_of(2.0 * np.arange(20.0), None, report) is None
+    assert len(report.warnings) == 3
     assert rate_of(np.arange(20.0), None, report, 1e-3) == 1000.0
     assert rate_of(np.arange(20.0) / 25.0, None, report) == 25.0
+
+
+def test_whole_seconds_show_the_rate_by_the_frames_between_them() -> None:
+    report = ImportReport()
+    assert rate_of(np.arange(50, 239) // 60 * 1.0, None, report) == 60.0
+    assert "too coarse" in report.warnings[0]
+    report.settle("rate_in")
+    assert not report.warnings
 
 
 def test_numbers_that_leave_frames_out_are_gaps() -> None:
