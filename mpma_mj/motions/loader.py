@@ -150,15 +150,15 @@ def _import(source: str | Path, options: ReadingOptions, rate: float) -> Importe
     if str(source) in BUILT_IN:
         motion = BUILT_IN[str(source)](rate, tempo)
         return _import_arms(motion, "built in", options, report)
-    path = Path(source)
     _check_file(source)
+    path = Path(source)
     stored = load_motion(path)
     if stored is not None:
         return _import_arms(at_rate(stored, rate, tempo), "npz", options, report)
     angles = read_joint_angles(path, options.rate_in, report)
     if angles is not None:
         motion, of_arms = at_rate(angles, rate, tempo), replace(options, rate_in=None)
-        return _import_arms(motion, "joint angles", of_arms, report)
+        return _import_arms(motion, "joint angles", of_arms, report, labelled=False)
     skeleton = None if options.skeleton is None else Path(options.skeleton)
     recording = open_recording(path, report, skeleton=skeleton)
     return _import_recording(recording, options, rate, report)
@@ -218,7 +218,7 @@ def _import_recording(
 
 
 def _import_arms(
-    motion: Motion, kind: str, options: ReadingOptions, report: ImportReport
+    motion: Motion, kind: str, options: ReadingOptions, report: ImportReport, *, labelled: bool = True
 ) -> ImportedMotion:
     """Cut, close and label a motion of arms, built in or stored, as the options require.
 
@@ -227,6 +227,7 @@ def _import_arms(
         kind: What the report calls its format.
         options: How to read it.
         report: Gets what is done.
+        labelled: Whether the motion has labels of its own, which it keeps by default.
 
     Raises:
         BadOptionError: An option is given that applies only to recordings, or
@@ -259,7 +260,7 @@ def _import_arms(
     report.times, posture, context = times[kept], motion.posture[kept], motion.context[kept]
     if options.loop:
         posture = close_loop(posture, motion.rate)
-    if given(options) & _OF_CONTEXT:
+    if given(options) & _OF_CONTEXT or not labelled:
         context, labels = label_motion(posture, report.times, (), options, motion.name, report)
     else:
         # Labels whose frames were all cut off are left out.
@@ -305,6 +306,10 @@ def refuse_run(folder: Path) -> None:
 
 
 def _check_file(source: str | Path) -> None:
+    if not isinstance(source, str | Path):
+        raise BadOptionError(
+            option="source", value=source, expected="the name of a motion, or a path"
+        )
     problem, path = file_problem(source), Path(source)
     if problem == FOLDER:
         refuse_run(path)

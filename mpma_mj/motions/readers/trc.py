@@ -13,8 +13,9 @@ from pathlib import Path
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.cells import positive
-from mpma_mj.motions.readers.recording import UNITS, Recording
+from mpma_mj.motions.readers.recording import Recording
 from mpma_mj.motions.readers.tables.columns import load_columns, neighbours, rate_of_times
+from mpma_mj.motions.readers.tables.titles import length_unit
 from mpma_mj.motions.readers.text import Grid, TextFile
 
 __all__ = ["is_trc", "read_trc"]
@@ -61,7 +62,7 @@ def read_trc(file: TextFile, report: ImportReport) -> Recording:
             grid, neighbours(columns), names, report, frame_column=0, time_column=1
         ),
         rate=rate,
-        unit=UNITS.get(header.get("units", "").lower()),
+        unit=length_unit(header.get("units", "")),
         frames=int(frames) if frames else None,
     )
 
