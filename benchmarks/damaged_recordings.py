@@ -35,6 +35,7 @@ SECONDS = 20.0  # for a file
 WRONG = 0.01  # of a posture
 TELLING = ("bridged", "cut ", "missing")  # words in a step that says what was lost
 SKELETON = 0.2  # share of the damage that is the skeleton's, where it is a file of its own
+TABLES = (".csv", ".tsv", ".trc")
 ROOT = Path(__file__).parent.parent
 
 
@@ -149,7 +150,7 @@ def try_layout(
         for number in range(files if whole and "posture" in whole else 0):
             assert whole is not None
             target = path if len(contents) == 1 or rng.random() > SKELETON else max(contents)
-            damage, data = mangle(contents[target], rng)
+            damage, data = mangle(contents[target], rng, is_table=target.suffix in TABLES)
             target.write_bytes(data)
             found = reader.read(path, layout.rate, options)
             result, error = _judge(reader, whole_path, whole, found, layout.rate, options)
