@@ -38,7 +38,7 @@ __all__ = ["ImportedMotion", "import_motion", "read_motion", "refuse_run"]
 
 _RATE = 20.0  # Hz, of the paper's control step
 _RATES = (1.0, 1000.0)  # Hz: at higher ones a motion fills the memory
-_BODY = 1.5  # times as many points as the arms need: then there is more of the body (choice)
+_BODY = 1.25  # times as many points as the arms need: then there is more of the body (choice)
 # Options for which a motion of arms, built in or stored, has no use.
 _FOR_RECORDINGS = {
     *("map", "skeleton", "unit", "up", "left_handed", "rate_in", "max_gap", "longest", "repair"),

@@ -16,6 +16,7 @@ from mpma_mj.motions import read_motion, ymca
 from mpma_mj.motions.loader import import_motion
 from mpma_mj.motions.options import ReadingOptions
 from tests.conftest import dancer, markers_of
+from tests.motions.readers import writers
 
 WriteTsv = Callable[..., Path]
 
@@ -343,3 +344,13 @@ def test_the_report_has_what_the_file_has(write_tsv: WriteTsv) -> None:
     assert (report.frames, report.rate, report.metric) == (228, 60.0, True)
     np.testing.assert_allclose(report.times, np.arange(76) / 20)
     assert report.gaps == {}
+
+
+def test_a_torso_without_pelvis_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "dance.csv"
+    points = writers.arm_points() | {"pelwis": np.full((60, 3), [0.0, 0.0, 900.0])}
+    path.write_text(writers.header_row_text(points))
+    assert not import_motion(path, ReadingOptions()).report.warnings
+    path.write_text(writers.header_row_text(points | {"neck": np.full((60, 3), 1400.0)}))
+    (warning,) = import_motion(path, ReadingOptions()).report.warnings
+    assert warning.startswith("none of its points is recognised as the pelvis")

@@ -13,9 +13,11 @@ from mpma_mj.motions.cleaning.body_points import (
 from mpma_mj.motions.cleaning.calibration_pose import cut_calibration_pose
 from mpma_mj.motions.cleaning.filtering import filter_and_resample
 from mpma_mj.motions.cleaning.gaps import cut_long_gaps, fill_gaps, refuse_unseen, replace_torso
-from mpma_mj.motions.cleaning.jumps import repair_jumps
+from mpma_mj.motions.cleaning.jumps import check_ends, repair_jumps
 from mpma_mj.motions.cleaning.other_arm import add_other_arm, add_other_shoulder
 from mpma_mj.motions.cleaning.outliers import remove_outliers
+from mpma_mj.motions.cleaning.pace import check_pace
+from mpma_mj.motions.cleaning.proportions import check_proportions
 from mpma_mj.motions.cleaning.trajectories import Trajectories, cut_time
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.options import ReadingOptions
@@ -29,6 +31,7 @@ MARKER_STAGES: tuple[Stage, ...] = (
     remove_outliers,
     refuse_unseen,
     repair_jumps,
+    check_pace,
     cut_long_gaps,
     replace_torso,
     fill_gaps,
@@ -39,10 +42,12 @@ POINT_STAGES: tuple[Stage, ...] = (
     average_markers,
     turn_upright,
     measure_segments,
+    check_proportions,
     add_other_shoulder,
     lean_torso,
     add_other_arm,
     cut_calibration_pose,
+    check_ends,
     filter_and_resample,
 )
 """Stages that see points of the body, in order."""

@@ -23,7 +23,6 @@ __all__ = ["average_markers", "lean_torso", "measure_segments", "turn_upright"]
 # Angle at the neck from the middle of the pelvis to its front or back markers: 10.5° to 16°, median
 # 12°, on the whole pelvises of five public recordings (two of Qualisys, HDM05, ISB, Vicon).
 _HALF_PELVIS = np.radians(12.0)
-_MOST_VARIED = 0.15  # of a segment's length; skin markers make 3 % (choice)
 
 
 def average_markers(
@@ -89,12 +88,3 @@ def measure_segments(
     for name, vectors in segments(points).items():
         length = np.linalg.norm(vectors, axis=1) * (unit or 1.0)
         report.lengths[name] = (float(length.mean()), float(length.std()))
-    torso = {"trunk": trunk(points)} if has_trunk(points) else {}
-    for name, vectors in (segments(points) | torso).items():
-        length = np.linalg.norm(vectors, axis=1)
-        varies = length.std() / length.mean()
-        if varies > _MOST_VARIED:
-            report.warn(
-                f"the {name}'s length varies by {100 * varies:.0f} %: one of its markers is"
-                " misplaced for part of the time"
-            )

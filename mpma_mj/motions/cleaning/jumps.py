@@ -1,4 +1,4 @@
-"""Jumps of a marker for a single frame: a wrong match, or a flicker."""
+"""Jumps of a marker for a single frame: a wrong match, a flicker, or a wrong number."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.motions.orientation import arm_length
 from mpma_mj.utils.text import listing
 
-__all__ = ["repair_jumps", "single_frame_jumps"]
+__all__ = ["check_ends", "off_at_end", "repair_jumps", "single_frame_jumps"]
 
 Array = NDArray[np.float64]
 
@@ -19,6 +19,12 @@ Array = NDArray[np.float64]
 # arms move on, a jump comes back.
 _SHARE = 0.1
 _USUAL = 15.0
+# Smaller ones are so much farther from the curve through their neighbours than all frames near, and
+# this much farther than the next two, which are 2/3 as far from theirs because of the jump.
+_SMALL_SHARE = 0.04
+_NEAR, _UNLIKE_NEAR, _SINGLE = 8, 5.0, 1.3
+_END_SHARE = 0.01  # of the arm's length, that an end is off
+_FITTED = 6  # frames, of which the curve shows where an end belongs
 _MOST_LISTED = 5
 
 
@@ -26,7 +32,7 @@ def single_frame_jumps(track: Array, arm_length: float) -> NDArray[np.int_]:
     """Find the frames in which a marker leaves its path and comes back at once.
 
     There it is farther from the middle of its neighbours than these are from each other, and
-    than the two frames next to it are from the middle of theirs.
+    than the two frames next to it are from the middle of theirs; or it is off a smooth path.
 
     Args:
         track: Trajectory, shape (T, 3), NaN where not seen.
@@ -46,7 +52,28 @@ def single_frame_jumps(track: Array, arm_length: float) -> NDArray[np.int_]:
     padded = np.pad(np.nan_to_num(away), 1)
     farthest = away >= np.maximum(padded[:-2], padded[2:])
     far = (away > _SHARE * arm_length) & (away > onward) & (away > _USUAL * usual)
-    return np.flatnonzero(far & farthest) + 1
+    return np.union1d(np.flatnonzero(far & farthest) + 1, _small_jumps(track, arm_length))
+
+
+def _small_jumps(track: Array, arm_length: float) -> NDArray[np.int_]:
+    """Find the frames that lie off the cubic curve through the four next to them."""
+    if len(track) < 5:
+        return np.empty(0, int)
+    curve = (4.0 * (track[1:-3] + track[3:-1]) - track[:-4] - track[4:]) / 6.0
+    off = np.linalg.norm(track[2:-2] - curve, axis=1)  # NaN next to gaps
+    if not np.isfinite(off).any():
+        return np.empty(0, int)
+    large = off > max(_SMALL_SHARE * arm_length, _USUAL * float(np.nanmedian(off)))
+    known = np.nan_to_num(off)
+    found = []
+    for i in np.flatnonzero(large[1:-1]) + 1:  # the next two have to be known
+        near = np.concatenate(
+            [known[max(0, i - _NEAR) : max(0, i - 2)], known[i + 3 : i + _NEAR + 1]]
+        )
+        unlike_near = off[i] > _UNLIKE_NEAR * near.max(initial=0.0)
+        if unlike_near and off[i] > _SINGLE * max(known[i - 1], known[i + 1]):
+            found.append(i + 2)
+    return np.array(found, int)
 
 
 def repair_jumps(trajectories: Trajectories, options: ReadingOptions, report: ImportReport) -> None:
@@ -71,3 +98,33 @@ def repair_jumps(trajectories: Trajectories, options: ReadingOptions, report: Im
     for name, frames in found.items():
         trajectories.tracks[name][frames] = np.nan
     report.note(f"{jumps} bridged ({listed})")
+
+
+def check_ends(trajectories: Trajectories, options: ReadingOptions, report: ImportReport) -> None:
+    """Warn of first and last frames that are off the path, where a filter does not smooth."""
+    points = trajectories.tracks
+    arm = arm_length(points)
+    for frame, order in ((0, 1), (trajectories.frames - 1, -1)):
+        off = [name for name, track in points.items() if off_at_end(track[::order], arm)]
+        if off:
+            report.warn(
+                f"in frame {trajectories.first + frame + 1}, at the end of the recording, the"
+                f" {', '.join(off).replace('_', ' ')} jumps; correct that frame, or cut it off with"
+                " {start} and {end}"
+            )
+
+
+def off_at_end(track: Array, arm_length: float) -> bool:
+    """Return whether the first place of a trajectory is off the parabola through the next ones.
+
+    Args:
+        track: Trajectory, shape (T, D), without gaps.
+        arm_length: As of `single_frame_jumps`.
+    """
+    if len(track) < 2 * _NEAR:
+        return False
+    powers = np.vander(np.arange(1.0, 1 + _FITTED), 3)
+    weights = np.linalg.pinv(powers)[-1]  # of the places, for the parabola at 0
+    windows = np.lib.stride_tricks.sliding_window_view(track[: 2 * _NEAR], 1 + _FITTED, axis=0)
+    off = np.linalg.norm(windows[..., 0] - windows[..., 1:] @ weights, axis=1)
+    return bool(off[0] > max(_END_SHARE * arm_length, _UNLIKE_NEAR * off[1:].max()))

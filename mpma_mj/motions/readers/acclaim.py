@@ -19,6 +19,7 @@ from mpma_mj.motions.readers.skeleton import (
     AngleCheck,
     Joint,
     ancestry,
+    compare_sides,
     euler_turn,
     joint_positions,
     tracks_of,
@@ -32,6 +33,7 @@ Array = NDArray[np.float64]
 
 _USUAL_RATE = 120.0  # Hz: of CMU's and HDM05's recordings; the format has no place for it
 _CHANNELS = {"tx", "ty", "tz", "rx", "ry", "rz", "l"}
+_ROUNDED = 3e-3  # of a direction's length, for three decimals
 _BLOCK = 2048  # frames that are turned into places at once
 _MENDED = "export it again, or give the right {skeleton}"
 
@@ -75,7 +77,7 @@ def read_acclaim(file: TextFile, skeleton: Path | None, report: ImportReport) ->
             f"{path}: is not an ASF skeleton", remedy="give another one with {skeleton}"
         )
     try:
-        bones = _read_skeleton(asf)
+        bones = _read_skeleton(asf, report)
     except (ValueError, IndexError, KeyError) as error:
         raise MotionFileError(
             f"{path}: is damaged or cut short ({error})",
@@ -114,7 +116,7 @@ def _skeleton_in_folder(path: Path, report: ImportReport) -> Path:
     )
 
 
-def _read_skeleton(file: TextFile) -> _Skeleton:
+def _read_skeleton(file: TextFile, report: ImportReport) -> _Skeleton:
     sections: dict[str, list[list[str]]] = {}
     section: list[list[str]] = []
     for line in file.lines():
@@ -143,9 +145,15 @@ def _read_skeleton(file: TextFile) -> _Skeleton:
         dof = tuple(word.lower() for word in bone.get("dof", []))
         _check_channels(name, dof)
         axis = turn * _numbers(bone["axis"][:3])
-        way = _numbers(bone["direction"]) * _numbers(bone["length"])
-        if way.shape != (3,):
+        direction = _numbers(bone["direction"])
+        if direction.shape != (3,):
             raise ValueError(f"{name} has the direction {' '.join(bone['direction'])}")
+        if abs(np.linalg.norm(direction) - 1.0) > _ROUNDED:
+            report.warn(
+                f"the direction of {name} has the length {np.linalg.norm(direction):.4g} instead of"
+                " 1; check it in the skeleton"
+            )
+        way = direction * _numbers(bone["length"])
         begins = joints.get(f"{parent}_end", joints["root"])
         joints[name] = Joint(name, parent, begins.offset, _axes(dof), _frame(axis, bone["axis"][3]))
         joints[f"{name}_end"] = Joint(f"{name}_end", name, way, "", np.eye(3))
@@ -214,6 +222,7 @@ def _load(
 ) -> Tracks:
     """Compute where joints are, each shape (T, 3)."""
     chain = ancestry(skeleton.joints, names)
+    compare_sides(skeleton.joints, chain, report)
     channels = {name: skeleton.channels[name] for name in chain if name in skeleton.channels}
     bones = {name: given for name, given in channels.items() if given}
     places = {}

@@ -19,6 +19,7 @@ from mpma_mj.motions.readers.skeleton import (
     AngleCheck,
     Joint,
     ancestry,
+    compare_sides,
     euler_turn,
     joint_positions,
     tracks_of,
@@ -304,6 +305,7 @@ def _load(
     if rows is None:
         raise MotionFileError(f"{path}: has a hierarchy but no frames; export the motion too")
     chain = ancestry(skeleton.joints, names)
+    compare_sides(skeleton.joints, chain, report)
     columns = sorted(
         {
             c

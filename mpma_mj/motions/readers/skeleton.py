@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import re
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -15,11 +17,24 @@ from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.recording import Tracks
 from mpma_mj.motions.readers.text import stack
 
-__all__ = ["AngleCheck", "Joint", "ancestry", "euler_turn", "joint_positions", "tracks_of"]
+__all__ = [
+    "AngleCheck",
+    "Joint",
+    "ancestry",
+    "compare_sides",
+    "euler_turn",
+    "joint_positions",
+    "tracks_of",
+]
 
 Array = NDArray[np.float64]
 
 _ODD, _IMPOSSIBLE = 4.0 * np.pi, 20.0 * np.pi  # rad that a joint below the root turns (choice)
+
+_SIDES = ((r"left", "right"), (r"Left", "Right"), (r"LEFT", "RIGHT"))
+_LETTERS = ((r"^l|(?<=[\W_])l$", "r"), (r"^L|(?<=[\W_])L$|(?<=[a-z])L$", "R"))
+_ALIKE = 0.01  # of its length, by which an offset may differ from the other side's
+_FEWEST_PAIRS = 3  # of which all but one are alike
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +54,35 @@ class Joint:
     offset: Array
     axes: str
     frame: Array
+
+
+def compare_sides(joints: Mapping[str, Joint], needed: Sequence[str], report: ImportReport) -> None:
+    """Warn of the only offset that is not, but for signs, that of the other side.
+
+    Args:
+        joints: The skeleton, by name.
+        needed: Joints on whose offsets the motion depends.
+        report: Gets the warning.
+    """
+    pairs = {}
+    for left, word in itertools.product(joints, (*_SIDES, *_LETTERS)):
+        right = re.sub(*word, left)
+        if right != left and right in joints:
+            pairs[left] = right
+    offsets = {(tuple(joints[a].offset), tuple(joints[b].offset)): (a, b) for a, b in pairs.items()}
+    unlike = [names for pair, names in offsets.items() if not _alike(*map(np.array, pair))]
+    if len(unlike) == 1 and len(offsets) >= _FEWEST_PAIRS and not {*unlike[0]}.isdisjoint(needed):
+        a, b = unlike[0]
+        first, second = (" ".join(f"{x:g}" for x in joints[name].offset) for name in (a, b))
+        report.warn(
+            f"the offset of {a} is {first}, and that of {b} {second}, while the other"
+            f" {len(offsets) - 1} on the left are those on the right; check both"
+        )
+
+
+def _alike(one: Array, other: Array) -> bool:
+    """Return whether two offsets are the same but for signs."""
+    return bool(np.abs(np.abs(one) - np.abs(other)).max() <= _ALIKE * np.linalg.norm(other))
 
 
 def ancestry(joints: Mapping[str, Joint], names: Sequence[str]) -> list[str]:

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from mpma_mj.motions import ymca
-from mpma_mj.motions.cleaning.jumps import single_frame_jumps
+from mpma_mj.motions.cleaning.jumps import off_at_end, single_frame_jumps
 from mpma_mj.motions.loader import import_motion
 from mpma_mj.motions.options import ReadingOptions
 from tests.conftest import WriteTsv, dancer, markers_of
@@ -105,3 +105,29 @@ def test_jumps_are_repaired_only_if_that_is_asked_for(write_tsv: WriteTsv, tmp_p
 
 def test_a_whole_recording_has_no_jumps(write_tsv: WriteTsv) -> None:
     assert not import_motion(write_tsv(), ReadingOptions()).report.warnings
+
+
+@given(frame=st.integers(3, 296), way=st.floats(30.0, 54.0), seed=st.integers(0, 999))
+def test_a_wrong_digit_in_a_smooth_path_is_found(frame: int, way: float, seed: int) -> None:
+    track = swing(3.0, 0.7, 100.0, 300)
+    track += np.random.default_rng(seed).normal(0.0, 0.3, track.shape)
+    track[frame, 1] += way
+    np.testing.assert_array_equal(single_frame_jumps(track, ARM), [frame])
+
+
+@pytest.mark.parametrize("frame", [0, -1])
+def test_an_end_that_is_off_is_told(write_tsv: WriteTsv, frame: int) -> None:
+    points = dancer(ymca(rate=60.0, tempo=0.5).posture)
+    markers = markers_of(points)
+    markers["Elbow_L"][frame, 1] += 20.0
+    (warning,) = import_motion(write_tsv(markers), ReadingOptions()).report.warnings
+    number = len(points["left_elbow"]) if frame else 1
+    assert warning.startswith(f"in frame {number}, at the end of the recording, the left elbow")
+
+
+@given(speed=st.floats(0.1, 15.0), frequency=st.floats(0.3, 3.0), seed=st.integers(0, 999))
+def test_the_end_of_a_movement_is_not_off(speed: float, frequency: float, seed: int) -> None:
+    track = swing(speed, frequency, 100.0)[seed % 100 :]
+    noise = np.random.default_rng(seed).normal(0.0, 0.3, track.shape)
+    assert not off_at_end(track + noise, ARM)
+    assert not off_at_end(track[:8] + noise[:8], ARM)

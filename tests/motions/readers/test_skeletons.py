@@ -506,3 +506,44 @@ def test_a_motion_and_its_bvh_show_the_same_arms(mocap: Path) -> None:
             unit = [v / np.linalg.norm(v, axis=1, keepdims=True) for v in (mine, theirs)]
             angle = 2 * np.arcsin(np.linalg.norm(unit[0] - unit[1], axis=1) / 2)
             assert np.median(angle) < 1e-3, (side, bone)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("OFFSET 2.0 -30.0", "OFFSET 2.0 -80.0", "the offset of LeftForeArm is 2 -80 0.5"),
+        ("OFFSET -1.0 -25.0", "OFFSET -9.0 -25.0", "and that of RightHand -9 -25 0.25"),
+        ("OFFSET 0.0 50.0", "OFFSET 9.0 50.0", ""),  # the only one of its kind
+    ],
+)
+def test_an_offset_unlike_the_other_sides_is_told(
+    tmp_path: Path, old: str, new: str, told: str
+) -> None:
+    path = tmp_path / "dance.bvh"
+    angles, places = random_angles(0)
+    text = writers.bvh_text(angles, {"Hips": places["Hips"]})
+    path.write_text(text)
+    assert not read(path)[2].warnings
+    path.write_text(text.replace(old, new))
+    found = [warning for warning in read(path)[2].warnings if told in warning]
+    assert len(found) == bool(told)
+
+
+def test_an_asymmetric_skeleton_is_not_doubted(tmp_path: Path) -> None:
+    path = tmp_path / "dance.bvh"
+    angles, places = random_angles(0)
+    text = writers.bvh_text(angles, {"Hips": places["Hips"]})
+    path.write_text(
+        text.replace("OFFSET 2.0 -30.0", "OFFSET 2.0 -31.0").replace("-1.0 -25", "-2 -25")
+    )
+    assert not read(path)[2].warnings
+
+
+def test_a_direction_that_is_no_unit_vector_is_told(tmp_path: Path) -> None:
+    path, skeleton = random_acclaim(tmp_path, 0)[0], tmp_path / "dance.asf"
+    text = skeleton.read_text()
+    skeleton.write_text(text.replace("direction 0.0 1.0 0.0", "direction 0.6 1.0 0.0", 1))
+    told = [warning for warning in read(path)[2].warnings if "direction" in warning]
+    assert told == [
+        "the direction of lowerback has the length 1.166 instead of 1; check it in the skeleton"
+    ]

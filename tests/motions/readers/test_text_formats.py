@@ -527,3 +527,16 @@ def test_what_is_no_recording_is_refused(tmp_path: Path, content: bytes, message
     path.write_bytes(content)
     with pytest.raises(MotionFileError, match=message):
         read(path)
+
+
+def test_a_point_without_its_y_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "dance.csv"
+    text = writers.header_row_text(writers.arm_points() | {"pelvis": np.zeros((60, 3))})
+    path.write_text(text.replace("pelvis_y", "pelv_y"))
+    report = ImportReport()
+    open_recording(path, report)
+    assert report.warnings == ["pelvis has a z, but not both x and y; check the titles"]
+    path.write_text(text.replace("pelvis_z", "pelvis_c"))  # places in a picture, and a confidence
+    report = ImportReport()
+    open_recording(path, report)
+    assert not report.warnings

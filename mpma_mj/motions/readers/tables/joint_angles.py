@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from mpma_mj import kinematics
 from mpma_mj.errors import MotionFileError
-from mpma_mj.motions.cleaning.jumps import single_frame_jumps
+from mpma_mj.motions.cleaning.jumps import off_at_end, single_frame_jumps
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.motion import Motion
 from mpma_mj.motions.readers.recording import unknown_rate
@@ -176,8 +176,12 @@ def _without_gaps(path: Path, angles: Array, rate: float) -> Array:
 def _warn_of_jumps(posture: Array, report: ImportReport) -> None:
     """Warn of rows in which a segment of postures, shape (T, 12), jumps away and back."""
     segments = zip(kinematics.SEGMENT_NAMES, np.split(posture, 4, axis=1), strict=True)
-    jumps = {name: single_frame_jumps(vectors, 1.0) + 1 for name, vectors in segments}
-    found = {name: rows for name, rows in jumps.items() if len(rows)}
+    found = {}
+    for name, vectors in segments:
+        rows = [int(row) + 1 for row in single_frame_jumps(vectors, 1.0)]
+        rows += [1] * off_at_end(vectors, 1.0) + [len(vectors)] * off_at_end(vectors[::-1], 1.0)
+        if rows:
+            found[name] = rows
     if found:
         count = sum(map(len, found.values()))
         listed = "; ".join(f"{name} in row {rows[0]}" for name, rows in found.items())

@@ -99,6 +99,9 @@ def _columns(path: Path, header: Header, report: ImportReport) -> tuple[Columns,
     if header.name_row is not None and columns and incomplete:
         listed = listing(incomplete, _MOST_LISTED)
         report.warn(f"{listed} are not above an x, a y and a z each; check the row of names")
+    elif columns and any(found[name]["z"] for name in incomplete):  # only x and y: of a picture
+        listed = ", ".join([name for name in incomplete if found[name]["z"]][:_MOST_LISTED])
+        report.warn(f"{listed} has a z, but not both x and y; check the titles")
     return columns, tuple(names)
 
 

@@ -157,3 +157,12 @@ def test_a_row_that_jumps_away_is_reported(path: Path) -> None:
     _, report = read(write(path, jumping))
     (warning,) = report.warnings
     assert warning.startswith("1 single-frame jump (left_forearm in row 41)")
+
+
+@pytest.mark.parametrize("row", [0, 79])
+def test_a_first_or_last_row_that_is_off_is_told(path: Path, row: int) -> None:
+    off = ANGLES.copy()
+    off[row, 3] += 0.3
+    _, report = read(write(path, off))
+    (warning,) = report.warnings
+    assert warning.startswith(f"1 single-frame jump (left_forearm in row {row + 1})")
