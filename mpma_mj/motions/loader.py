@@ -218,7 +218,12 @@ def _import_recording(
 
 
 def _import_arms(
-    motion: Motion, kind: str, options: ReadingOptions, report: ImportReport, *, labelled: bool = True
+    motion: Motion,
+    kind: str,
+    options: ReadingOptions,
+    report: ImportReport,
+    *,
+    labelled: bool = True,
 ) -> ImportedMotion:
     """Cut, close and label a motion of arms, built in or stored, as the options require.
 

@@ -267,6 +267,8 @@ def test_unknown_names_and_missing_files(tmp_path: Path) -> None:
         read_motion(tmp_path / "gone.tsv")
     with pytest.raises(MotionFileError, match="is a folder"):
         read_motion(tmp_path)
+    with pytest.raises(BadOptionError, match="source is 5; expected the name of a motion, or a"):
+        read_motion(5)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(

@@ -77,3 +77,9 @@ def test_a_table_with_spaces_is_read(tmp_path: Path) -> None:
     assert (recording.rate, recording.unit, recording.frames) == (100.0, 0.001, 60)
     for name, track in recording.load(recording.names).items():
         np.testing.assert_array_equal(track, points[name])
+
+
+@pytest.mark.parametrize(("unit", "metres"), [("ft", 0.3048), ("Feet", 0.3048), ("m", 1.0)])
+def test_units_are_read(tmp_path: Path, unit: str, metres: float) -> None:
+    text = writers.trc_text(writers.arm_points()).replace("\tmm\t", f"\t{unit}\t")
+    assert read(tmp_path / "dance.trc", text).unit == metres

@@ -1,12 +1,14 @@
 """Reader for tables of joint angles, as robots log them and `mpma motion` exports them.
 
 A header names the eight joints of `kinematics.JOINT_NAMES`, in any order and perhaps with a unit
-(`left_elbow`, `left_elbow_deg`, `left_elbow (rad)`), with a column of times or of frames.
+(`left_elbow`, `left_elbow_deg`, `angle_left_elbow`, `joint_states/left_elbow/position`), with a
+column of times or of frames. ROS's exports of JointState have the names in every row instead.
 """
 
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +19,7 @@ from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.cleaning.jumps import off_at_end, single_frame_jumps
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.motion import Motion
+from mpma_mj.motions.readers.cells import is_number
 from mpma_mj.motions.readers.recording import unknown_rate
 from mpma_mj.motions.readers.tables.header import Header, find_header
 from mpma_mj.motions.readers.tables.times import arrangement, continuous, rate_of
@@ -32,7 +35,9 @@ _LONGEST_HEADER = 60  # lines
 _UNITS = {"rad": 1.0, "radian": 1.0, "deg": np.pi / 180, "degree": np.pi / 180, "°": np.pi / 180}
 _UNIT = re.compile(r"(?:^|[\W_])(rad|radian|deg|degree)s?[)\]]?$|(°)", re.IGNORECASE)
 _JOINT = re.compile(
-    rf"(.*[./])?(?P<joint>{'|'.join(kinematics.JOINT_NAMES)})_*(angle|position|pos)?"
+    r"(?!.*(vel|acc|effort|torque|current|command|target|desired|error))"  # of the same joints
+    r"(.*[./])?((?:angle|position|pos|q|joint|measured|actual)_)*"
+    rf"(?P<joint>{'|'.join(kinematics.JOINT_NAMES)})[_./]*(angle|position|pos|q)?"
 )
 _TURNS = 4 * np.pi  # rad: angles that are larger may as well be degrees
 _ELBOW = 2 * np.pi  # rad: no elbow bends so far (choice)
@@ -59,7 +64,10 @@ def read_joint_angles(path: Path, rate: float | None, report: ImportReport) -> M
     header = find_header(file, _names_joints)
     if header is None:
         return None
-    columns = _columns(path, header)
+    states = _state_columns(header)
+    if states is not None:
+        header = replace(header, first=header.axes)
+    columns = _columns(path, header) if states is None else states
     grid = Grid.starting(file, header.start + header.first, columns=header.width)
     frame, time = header.counters
     counters = [column for column in (time, frame) if column is not None]
@@ -102,9 +110,32 @@ def _joint(title: str) -> str:
     return found["joint"] if found else ""
 
 
+def _state_columns(header: Header) -> list[int] | None:
+    """Return the columns of the joints in ROS's JointState, whose rows name them; else None.
+
+    Its titles are field.name0, …, field.position0, …: the joints' names are cells of every row.
+    """
+    row = header.axes
+    titles = header.rows[row - 1] if row else []
+    places = {title: column for column, title in enumerate(titles)}
+    found = {
+        _joint(header.cell(row, column)): places.get(title.replace("name", "position"))
+        for title, column in places.items()
+        if "name" in title
+    }
+    columns = [found.get(joint) for joint in kinematics.JOINT_NAMES]
+    known = [column for column in columns if column is not None]
+    return known if len(known) == len(columns) else None
+
+
 def _columns(path: Path, header: Header) -> list[int]:
     """Return the columns of the joints, in the order of `JOINT_NAMES`."""
     titles = [_joint(title) for title in header.rows[header.axes]]
+    if any(is_number(cell) for cell in header.rows[header.axes]):
+        raise MotionFileError(
+            f"{path}: line {header.start + header.axes + 1} has joints' names amid numbers, as"
+            " messages of ROS do; give one column to each joint, titled by its name"
+        )
     for joint in kinematics.JOINT_NAMES:
         if titles.count(joint) != 1:
             how = "several columns" if joint in titles else "no column"
@@ -138,6 +169,13 @@ def _scale(
     largest = np.nanmax(np.abs(angles), axis=0, initial=0.0)
     elbows = [i for i, joint in enumerate(kinematics.JOINT_NAMES) if joint.endswith("elbow")]
     if not declared and largest.max() <= _TURNS:
+        # Logs of robots, as `mpma identify` reads them or of ROS, are in radians (its REP 103).
+        titles = [re.sub(r"[\W_]+", "_", header.cell(header.axes, c)).lower() for c in columns]
+        if set(titles) & set(kinematics.JOINT_NAMES):
+            report.warn(
+                f"its titles name no unit: the angles, up to {largest.max():.3g}, are read as"
+                " radians; write the unit into the titles, such as left_elbow_rad or left_elbow_deg"
+            )
         return np.ones(len(columns))
     if not declared and largest[elbows].max() > _ELBOW:
         report.warn(

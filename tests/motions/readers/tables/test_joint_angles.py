@@ -17,13 +17,14 @@ from mpma_mj.motions.readers.tables.joint_angles import read_joint_angles
 from tests.motions.readers import writers
 
 RATE = 50.0
+IN_RADIANS = [f"{name}_rad" for name in JOINT_NAMES]
 ANGLES = 0.4 + 0.9 * np.sin(np.arange(80)[:, None] / 12.0 + np.arange(8)) ** 2
 
 
 def write(
     path: Path,
     angles: np.ndarray,
-    titles: Sequence[str] = JOINT_NAMES,
+    titles: Sequence[str] = IN_RADIANS,
     *,
     above: Sequence[str] = (),
     separator: str = ",",
@@ -52,7 +53,13 @@ def path(tmp_path: Path) -> Path:
     return tmp_path / "robot.csv"
 
 
-@pytest.mark.parametrize("title", ["{}", "{}_rad", "{} (rad)", "joint_states.{}_position"])
+@pytest.mark.parametrize(
+    "title",
+    [
+        *("{}_rad", "{} (rad)", "joint_states.{}_position", "joint_states/{}/position"),
+        *("angle_{}", "position_{}", "q_{}", "actual/{}", "position.{}"),
+    ],
+)
 def test_radians_come_back(path: Path, title: str) -> None:
     titles = [title.format(name) for name in JOINT_NAMES]
     motion, report = read(write(path, ANGLES, titles, separator="\t"))
@@ -67,17 +74,53 @@ def test_degrees_come_back(path: Path, title: str) -> None:
     motion, report = read(write(path, np.degrees(ANGLES), titles))
     assert_angles(motion)
     assert not report.warnings
-    assert_angles(read(write(path, np.degrees(ANGLES), above=["unit,deg"]))[0])
+    assert_angles(read(write(path, np.degrees(ANGLES), JOINT_NAMES, above=["unit,deg"]))[0])
 
 
 def test_columns_may_be_in_any_order_with_others_between(path: Path) -> None:
-    titles = [*JOINT_NAMES[::-1], "left_elbow_command_rad/s", "force"]
-    motion, _ = read(write(path, np.column_stack([ANGLES[:, ::-1], 7 * ANGLES[:, :2]]), titles))
+    others = [
+        *("left_elbow_command_rad/s", "velocity_left_elbow", "command_left_elbow", "force"),
+        *("desired/left_elbow/position", "joint_states/left_elbow/effort", "velocity.left_elbow"),
+    ]
+    rows = np.column_stack([ANGLES[:, ::-1], 7 * ANGLES[:, : len(others)]])
+    motion, _ = read(write(path, rows, [*JOINT_NAMES[::-1], *others]))
     assert_angles(motion)
 
 
+def test_radians_without_unit_are_told(path: Path) -> None:
+    for titles in (JOINT_NAMES, [name.replace("_", " ").title() for name in JOINT_NAMES]):
+        motion, report = read(write(path, ANGLES, titles))
+        assert_angles(motion)
+        assert "its titles name no unit: the angles, up to 1.3, are read as" in report.warnings[0]
+
+
+def test_joint_states_of_ros_name_the_joints_in_every_row(path: Path) -> None:
+    order = np.roll(np.arange(8), 3)
+    titles = [f"field.{what}{i}" for what in ("name", "position", "velocity") for i in range(8)]
+    lines = [",".join(["%time", *titles])]
+    for i, angles in enumerate(ANGLES[:, order]):
+        names = [JOINT_NAMES[joint] for joint in order]
+        stamp = 1_700_000_000_000_000_000 + int(i * 1e9 / RATE)
+        lines.append(",".join(map(str, [stamp, *names, *angles, *7 * angles])))
+    path.write_text("\n".join(lines) + "\n")
+    motion, _ = read(path)
+    assert motion.rate == RATE
+    assert_angles(motion)
+    lists = [f'{i},"[{", ".join(JOINT_NAMES)}]","{list(row)}"' for i, row in enumerate(ANGLES)]
+    path.write_text("\n".join(["%time,field.name,field.position", *lists]) + "\n")
+    with pytest.raises(MotionFileError, match="line 2 has joints' names amid numbers"):
+        read(path)
+
+
+def test_equal_parts_are_the_labels_by_default(path: Path) -> None:
+    imported = import_motion(write(path, ANGLES), ReadingOptions())
+    assert imported.motion.labels == ("1", "2", "3", "4")
+    halves = import_motion(path, ReadingOptions(segments=2)).motion
+    assert len(halves.labels) == 2
+
+
 def test_degrees_without_unit_are_told_by_the_elbows(path: Path) -> None:
-    motion, report = read(write(path, np.degrees(ANGLES)))
+    motion, report = read(write(path, np.degrees(ANGLES), JOINT_NAMES))
     assert_angles(motion)
     assert "the angles are read as degrees, as an elbow has" in report.warnings[0]
 
@@ -85,8 +128,8 @@ def test_degrees_without_unit_are_told_by_the_elbows(path: Path) -> None:
 def test_a_unit_that_cannot_be_told_is_asked_for(path: Path) -> None:
     unwound = ANGLES + 20.0 * np.eye(8)[0]
     with pytest.raises(MotionFileError, match="does not say whether its angles, up to 21"):
-        read(write(path, unwound))
-    motion, _ = read(write(path, unwound, [f"{name}_rad" for name in JOINT_NAMES]))
+        read(write(path, unwound, JOINT_NAMES))
+    motion, _ = read(write(path, unwound))
     assert_angles(motion, unwound)
 
 
