@@ -32,9 +32,10 @@ _FRAMES = ("frames", "poses", "data", "results", "sequence", "instance_info")
 # What holds a frame's points, the places in space first.
 _POINTS = (
     *("pose_world_landmarks", "poseworldlandmarks", "world_landmarks", "worldlandmarks"),
-    *("keypoints3d", "keypoints_3d", "joints3d", "joints_3d", "pose_landmarks", "poselandmarks"),
+    *("pose_keypoints_3d", "keypoints3d", "keypoints_3d", "joints3d", "joints_3d"),
+    *("pose_landmarks", "poselandmarks"),
     *("landmarks", "landmark", "keypoints", "joints", "points", "markers", "positions", "pose"),
-    *("joint_positions", "bodies", "instances"),
+    *("joint_positions", "bodies", "instances", "people"),
 )
 _PLACES = ("position", "pos", "location", "translation")  # of a point that has more than that
 _NAMES = ("name", "label", "part", "joint", "keypoint", "id", "index")
@@ -142,8 +143,8 @@ def _refuse_others(path: Path, document: Any) -> None:
         raise MotionFileError(f"{path}: is a glTF scene", remedy="export it as BVH")
     if "people" in document:
         raise MotionFileError(
-            f"{path}: is one frame of OpenPose, in the picture; give three-dimensional joints of"
-            " all frames in one file"
+            f"{path}: is one frame of OpenPose; give three-dimensional joints of all frames in one"
+            " file, as a list of such documents"
         )
 
 
@@ -152,6 +153,7 @@ def _points(path: Path, number: int, frame: Any) -> dict[str, Point]:
     frame = _held(frame)
     if isinstance(frame, list) and len(frame) == 1 and _place(frame[0]) is None:
         frame = _held(frame[0])  # one person
+    frame = _parted(frame)
     if not frame:
         return {}
     if not isinstance(frame, dict | list):
@@ -181,6 +183,21 @@ def _held(frame: Any) -> Any:
             break
         frame = lower[key]
     return frame
+
+
+def _parted(frame: Any) -> Any:
+    """Return the points of a flat list x, y, z, or x, y, z and a confidence in 0-1, in turn.
+
+    Triples whose third number is in 0-2 are in a picture: it is a confidence, or COCO's visibility.
+    """
+    if not isinstance(frame, list) or not all(type(n) in (float, int, NoneType) for n in frame):
+        return frame
+    shares = len(frame) % 4 == 0 and all(0 <= (share or 0) <= 1 for share in frame[3::4])
+    count = 4 if shares else 3
+    flat = count == 3 and all(0 <= (share or 0) <= 2 for share in frame[2::3])
+    if len(frame) % count or len(frame) < FEWEST * count or flat:
+        return frame
+    return [frame[i : i + count] for i in range(0, len(frame), count)]
 
 
 def _name(point: Any, number: int) -> str:

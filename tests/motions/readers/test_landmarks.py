@@ -68,6 +68,14 @@ FORMS: dict[str, Any] = {
     "instances of MMPose": {
         "instance_info": [{"instances": [{"keypoints": f, "scores": [1]}]} for f in BODY.tolist()]
     },
+    "OpenPose, with confidences": {
+        "fps": 60.0,
+        "frames": [
+            {"people": [{"pose_keypoints_3d": [n for x, y, z in f for n in (x, y, z, 0.9)]}]}
+            for f in BODY.tolist()
+        ],
+    },
+    "flat lists": [{"keypoints": frame} for frame in (1000.0 * BODY).reshape(60, -1).tolist()],
     "tracks": {name: BODY[:, i].tolist() for i, name in enumerate(NAMES)},
     "a line a frame": "\n".join(map(json.dumps, POINTS)),
 }
@@ -113,6 +121,7 @@ def test_a_frame_without_points_is_a_gap(tmp_path: Path, known: Any) -> None:
         ([{"type": "Feature"}], "JSON without points of a body"),
         (BODY[..., :2].tolist(), "frame 1 has several people, or points without x, y, z"),
         ([[frame, frame] for frame in POINTS], "frame 1 has several people"),
+        ([{"keypoints": [300.5, 200.5, 2] * 17}] * 9, "frame 1: point 0 has no x, y, z"),
         ([[{"x": 1, "y": 2}, *POINTS[0][1:]]], "frame 1: point 0 has no x, y, z"),
         (
             [dict(zip(NAMES, NAMED[0], strict=True)) | {"nose": {"x": 1}}],

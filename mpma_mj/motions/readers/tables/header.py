@@ -14,6 +14,7 @@ from mpma_mj.motions.readers.recording import Up
 from mpma_mj.motions.readers.tables.titles import (
     RATE,
     is_frame,
+    is_no_place,
     is_point,
     is_rate,
     is_time,
@@ -61,11 +62,11 @@ class Header:
         cells = self.rows[row]
         return cells[column] if column < len(cells) else ""
 
-    def column_has(self, column: int, words: set[str]) -> bool:
-        """Return whether a cell from a column's name on is one of some words."""
+    def is_no_place(self, column: int) -> bool:
+        """Return whether a cell from a column's name on says that it holds no places."""
         names = self.name_row
         rows = range(self.axes if names is None else min(names, self.axes), self.first)
-        return any(self.cell(row, column).lower() in words for row in rows)
+        return any(is_no_place(self.cell(row, column)) for row in (*rows, self.axes))
 
     @functools.cached_property
     def name_row(self) -> int | None:

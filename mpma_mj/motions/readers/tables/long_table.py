@@ -15,7 +15,13 @@ from mpma_mj.motions.readers.tables.header import Header
 from mpma_mj.motions.readers.tables.numbered_points import name_numbered
 from mpma_mj.motions.readers.tables.people import refuse_several
 from mpma_mj.motions.readers.tables.times import continuous, rate_of
-from mpma_mj.motions.readers.tables.titles import is_person, is_point, split_axis, time_unit
+from mpma_mj.motions.readers.tables.titles import (
+    is_no_place,
+    is_person,
+    is_point,
+    split_axis,
+    time_unit,
+)
 from mpma_mj.motions.readers.text import Grid, stack
 
 __all__ = ["is_long", "read_long"]
@@ -23,8 +29,7 @@ __all__ = ["is_long", "read_long"]
 
 def is_long(header: Header) -> bool:
     """Return whether a table has one column of x, and one that names the point."""
-    titles = header.rows[header.axes]
-    return sum(split_axis(title)[1] == "x" for title in titles) == 1 and any(map(is_point, titles))
+    return _axes(header).count("x") == 1 and any(map(is_point, header.rows[header.axes]))
 
 
 def read_long(header: Header, grid: Grid, report: ImportReport) -> Recording:
@@ -35,7 +40,7 @@ def read_long(header: Header, grid: Grid, report: ImportReport) -> Recording:
             several people.
     """
     path, titles = grid.file.path, header.rows[header.axes]
-    axes = [split_axis(title)[1] for title in titles]
+    axes = _axes(header)
     columns = [axes.index(axis) for axis in "xyz"]
     counter, timer = header.counters
     if counter is None and timer is None:
@@ -81,6 +86,11 @@ def read_long(header: Header, grid: Grid, report: ImportReport) -> Recording:
         path, "long table", names, load, rate=rate, unit=header.unit(columns), up=header.up
     )
     return name_numbered(recording, report)
+
+
+def _axes(header: Header) -> list[str]:
+    """Return the axis of places that each column holds, "" for another one."""
+    return ["" if is_no_place(t) else split_axis(t)[1] for t in header.rows[header.axes]]
 
 
 def _names(header: Header, grid: Grid) -> list[str]:

@@ -31,7 +31,6 @@ from mpma_mj.utils.text import listing
 
 __all__ = ["read_table"]
 
-_NO_PLACES = {"rotation", "quaternion", "deg", "rad", "°", "degrees", "radians"}
 _MOST_LISTED = 5  # names in a warning
 
 
@@ -87,13 +86,15 @@ def _columns(path: Path, header: Header, report: ImportReport) -> tuple[Columns,
     rename_bones(titled, header, report)
     for column, (name, axis) in titled.items():
         found.setdefault(name, {"x": [], "y": [], "z": []})[axis].append(column)
-    if found and not any(axes["z"] for axes in found.values()):
-        raise MotionFileError(f"{path}: has x and y of points, but no z; export places in space")
     columns, names = {}, []
     for name, (x, y, z) in ((name, axes.values()) for name, axes in found.items()):
         if x and y and z:
             columns[name] = (x[0], y[0], z[0])
             names += [name] * min(len(x), len(y), len(z))  # twice is refused if it is needed
+    if not columns:
+        _refuse_no_places(
+            path, header, {axis for axes in found.values() for axis in axes if axes[axis]}
+        )
     _warn_of_disorder(columns, report)
     incomplete = [name for name, axes in found.items() if name not in columns]
     if header.name_row is not None and columns and incomplete:
@@ -103,6 +104,19 @@ def _columns(path: Path, header: Header, report: ImportReport) -> tuple[Columns,
         listed = ", ".join([name for name in incomplete if found[name]["z"]][:_MOST_LISTED])
         report.warn(f"{listed} has a z, but not both x and y; check the titles")
     return columns, tuple(names)
+
+
+def _refuse_no_places(path: Path, header: Header, axes: set[str]) -> None:
+    """Refuse a table of which no point is in space, if it says why; `axes` are those of points."""
+    if axes == {"x", "y"}:
+        raise MotionFileError(f"{path}: has x and y of points, but no z; export places in space")
+    if axes:
+        raise MotionFileError(f"{path}: no point has x, y and z; check the titles of the columns")
+    if any(map(header.is_no_place, range(len(header.rows[header.axes])))):
+        raise MotionFileError(
+            f"{path}: its columns of x, y, z hold rotations, speeds or pixels; export places in"
+            " space"
+        )
 
 
 def _warn_of_disorder(columns: Columns, report: ImportReport) -> None:
@@ -134,7 +148,7 @@ def _titled(header: Header) -> dict[int, tuple[str, str]]:
         if row is not None and (cell := header.cell(row, column + late)):
             shared, seen = cell, set()
         own, axis = split_axis(title)
-        if not axis or header.column_has(column, _NO_PLACES):
+        if not axis or header.is_no_place(column):
             continue
         name = own if own and not (own.isdigit() and shared) else shared
         if name and not (name == shared and axis in seen):

@@ -10,6 +10,7 @@ from mpma_mj.motions.readers.recording import UNITS
 __all__ = [
     "RATE",
     "is_frame",
+    "is_no_place",
     "is_person",
     "is_point",
     "is_rate",
@@ -26,14 +27,17 @@ RATE = (
 )
 """Pattern of titles of a rate, whatever their case."""
 
-_BRACKETED = r"\s*[(\[]\s*[\w.°]+\s*[)\]]"
+_BRACKETED = r"\s*[(\[]\s*[\w.°/²^]+\s*[)\]]"
 # left_wrist_x, LWRI.X, LWristX, X1, "left wrist x (mm)", left_wrist_x_mm
 _AXIS_LAST = re.compile(
-    rf"(?P<name>.*?)[\s_.:\-(\[]*(?P<axis>[xyzXYZ])\d*[)\]]?(?:{_BRACKETED}|[\s_]+[mc]?m)?\s*$"
+    rf"(?P<name>.*?)[\s_.:\-(\[]*(?P<axis>[xyzXYZ])\d*[)\]]?"
+    rf"(?:{_BRACKETED}|[\s_]+([mc]?m|world|global|px|pixels?))?\s*$"
 )
 # x_left_wrist, "X position"
 _AXIS_FIRST = re.compile(r"(?P<axis>[xyzXYZ])[\s_.:\-]+(?P<name>.*)")
-_PLACE = re.compile(r"(?<![^\W_])[pt](?=[xyz](?![^\W_]))", re.IGNORECASE)  # left_wrist_px, tx
+_PLACE = re.compile(
+    r"(?<![^\W_])(?<![xyz][\s_])[pt](?=[xyz](?![^\W_]))", re.IGNORECASE
+)  # left_wrist_px, tx
 _OF_AN_AXIS = {"", "axis", "position", "pos", "coord", "coordinate", "coordinates", "location"}
 
 _TIMES = {
@@ -71,7 +75,16 @@ _PEOPLE = re.compile(
 )
 _POINTS = re.compile(
     "(keypoint|joint|marker|landmark|bodypart|bodypoint|bone|segment|point|node|sensor|keypt|kp|part"
-    "|label|feature|trajectory)s?(id|ids|idx|index|no|nr|num|number|name|label|type)?|name"
+    "|label|feature|trajectory|gelenk|punkt|knochen|articulation|articulacion|articolazione|giunto"
+    "|gewricht|punto)s?(id|ids|idx|index|no|nr|num|number|name|label|type)?|name|(child)?frameid"
+)
+# Of a point, but not where it is: "x (m/s)", left_wrist_velocity_x, transform.rotation.x, x_px
+_NO_PLACE = re.compile(
+    r"/\s*s|[(\[]\s*(deg|rad|°)|^(deg|rad|°)$|(?<![a-z])(degrees|radians)(?![a-z])"
+    r"|[xyz][\s_(\[]+(px|pixels?)(?![a-z])"
+    r"|(?<![a-z])(rot|rotation|quat|quaternion|orientation|euler|vel|velocity|speed|accel"
+    r"|acceleration)(?![a-z])",
+    re.IGNORECASE,
 )
 _LENGTHS = {
     **{"m": "m", "meter": "m", "meters": "m", "metres": "m"},
@@ -79,6 +92,11 @@ _LENGTHS = {
     **{"metre": "m", "centimetres": "cm", "millimetres": "mm", "inch": "inch", "in": "inch"},
     **dict.fromkeys(("ft", "feet", "foot"), "ft"),
 }
+
+
+def is_no_place(title: str) -> bool:
+    """Return whether a cell is that of rotations, speeds or pixels, and not of places."""
+    return _NO_PLACE.search(title) is not None
 
 
 def split_axis(title: str) -> tuple[str, str]:

@@ -32,7 +32,9 @@ def path(tmp_path: Path) -> Path:
     return tmp_path / "dance.csv"
 
 
-@pytest.mark.parametrize("title", ["keypoint", "joint", "Marker Name", "landmark", "bodypart"])
+@pytest.mark.parametrize(
+    "title", ["keypoint", "Marker Name", "bodypart", "Gelenk", "child_frame_id"]
+)
 @pytest.mark.parametrize("separator", [",", "\t"])
 def test_points_come_back(path: Path, points: writers.Points, title: str, separator: str) -> None:
     titles = [*TITLES[:2], title, *TITLES[3:]]
@@ -40,6 +42,14 @@ def test_points_come_back(path: Path, points: writers.Points, title: str, separa
     assert_same(tracks, points)
     assert (recording.format, recording.rate) == ("long table", 60.0)
     assert not report.warnings
+
+
+def test_rotations_of_frames_are_left_out(path: Path, points: writers.Points) -> None:
+    titles = [*TITLES[1:3], *(f"transform.{what}.{a}" for what in ("t", "rotation") for a in "xyz")]
+    rows = [[*row[1:], "0", "0", "1"] for row in rows_of(points)]
+    recording, tracks, _ = read(write(path, rows, titles))
+    assert_same(tracks, points)
+    assert recording.format == "long table"
 
 
 @pytest.mark.parametrize("order", [[2, 5, 4, 3, 1], [0, 2, 3, 4, 5], [3, 4, 5, 2, 1, 0]])

@@ -151,6 +151,34 @@ def test_clocks_show_the_rate_past_midnight(
     assert not report.warnings
 
 
+@pytest.mark.parametrize(
+    "title",
+    [
+        *("{}_{} (m/s)", "{}_vel_{}", "{}_rotation_{}", "{}_{} (deg)"),
+        *("{}_{}_px", "{}_{} [pixels]", "{}.orientation.{}"),
+    ],
+)
+def test_what_is_no_place_is_left_out_or_refused(
+    path: Path, points: writers.Points, title: str
+) -> None:
+    columns = [(name, axis) for name in points for axis in "xyz"]
+    lines = write(path, points, columns).read_text().splitlines()
+    others = ",".join(title.format(name, axis) for name, axis in columns)
+    both = [f"{line},{line.partition(',')[2]}" for line in lines[1:]]
+    path.write_text("\n".join([f"{lines[0].partition(',')[0]},{others}", *lines[1:]]) + "\n")
+    with pytest.raises(MotionFileError, match="hold rotations, speeds or pixels"):
+        read(path)
+    placed = ",".join(f"{name}_{axis}_world" for name, axis in columns)
+    path.write_text("\n".join([f"time,{others},{placed}", *both]) + "\n")
+    assert_same(read(path)[1], points)
+
+
+def test_parents_called_x_are_no_axes(path: Path, points: writers.Points) -> None:
+    text = writers.vicon_text(points)
+    path.write_text("parent," + ",".join("x" * len(points)) + "\n" + text)
+    assert_same(read(path)[1], points)
+
+
 def test_times_that_cannot_be_read_are_not_used(path: Path, points: writers.Points) -> None:
     columns = [(name, axis) for name in points for axis in "xyz"]
     smpte = stamps(lambda time: time.strftime("%H:%M:%S:") + "07")
