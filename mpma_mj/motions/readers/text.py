@@ -7,7 +7,6 @@ and 0.92 s for an hour at 60 Hz, 18 columns), and its import takes 0.5 s and 41 
 
 from __future__ import annotations
 
-import codecs
 import functools
 import itertools
 import math
@@ -28,6 +27,7 @@ from mpma_mj.motions.readers.cells import (
     seconds_of,
     timecode_rate,
 )
+from mpma_mj.motions.readers.encodings import encoding_of
 
 __all__ = [
     "FARTHEST",
@@ -49,11 +49,6 @@ _HEAD = 65536  # bytes from which the encoding is detected
 _BLOCK = 4096  # rows that are turned into numbers at once
 _LOOK = 20  # rows from which the number format is detected
 _QUOTED_COMMA = re.compile(r'"([-+]?\d*),(\d+)"')  # which is decimal: commas separate cells
-_BYTE_ORDER_MARKS = {
-    codecs.BOM_UTF8: "utf-8-sig",
-    codecs.BOM_UTF16_LE: "utf-16",
-    codecs.BOM_UTF16_BE: "utf-16",
-}
 
 
 @dataclass(frozen=True)
@@ -77,15 +72,9 @@ class TextFile:
             head = file.read(_HEAD)
             file.seek(max(0, file.seek(0, 2) - 2))
             tail = file.read().rstrip(b"\0")  # half of a letter in UTF-16
-        encoding = next((n for mark, n in _BYTE_ORDER_MARKS.items() if head.startswith(mark)), "")
-        if not encoding:
-            if b"\0" in head:
-                return None
-            try:
-                codecs.getincrementaldecoder("utf-8")().decode(head)
-                encoding = "utf-8"
-            except UnicodeDecodeError:
-                encoding = "latin-1"
+        encoding = encoding_of(head)
+        if encoding is None:
+            return None
         return cls(path, encoding, tail.endswith((b"\n", b"\r")))
 
     def lines(self, first: int = 0) -> Iterator[str]:
