@@ -95,8 +95,8 @@ def _frames_of(steps: Array, usual: float) -> Array:
 
 
 def may_be_times(numbers: Array) -> bool:
-    """Return whether numbers, shape (T,), rise evenly, as times and numbers of frames do."""
-    return ascend(numbers) and not _are_uneven(numbers)
+    """Return whether numbers, shape (T,), rise evenly, but do not count frames."""
+    return ascend(numbers) and _usual_step(numbers) not in _COUNTS and not _are_uneven(numbers)
 
 
 def _are_uneven(times: Array) -> bool:

@@ -45,11 +45,23 @@ _TIMES = {
     *("secs", "zeit", "zeitstempel", "uhrzeit", "temps", "horodatage", "tiempo", "tempo", "hora"),
     *("tijd", "tijdstip", "czas", "aika", "zaman", "время", "時間", "时间"),
 }
-_PERHAPS_TIMES = {"stamp", "clock", "elapsed", "date", "datum", "epoch", "utc", "unix"}
+_PERHAPS_TIMES = {
+    "stamp",
+    "clock",
+    "elapsed",
+    "date",
+    "datum",
+    "datenum",
+    "fecha",
+    "epoch",
+    "utc",
+    "unix",
+}
 _OF_TIME = {
     *("elapsed", "capture", "frame", "recording", "record", "sample", "video", "unix", "epoch"),
     *("system", "device", "sensor", "host", "ros", "relative", "rel", "utc", "local", "stamp"),
     *("in", "of", "since", "start", "begin", "date", "iso", "real", "wall", "clock", "mocap"),
+    *("datum", "fecha"),
 }
 _SECONDS = {
     **dict.fromkeys(("s", "sec", "secs", "second", "seconds"), 1.0),

@@ -188,7 +188,9 @@ def test_times_that_cannot_be_read_are_not_used(path: Path, points: writers.Poin
     assert "the times are neither numbers nor h:m:s" in report.warnings[0]
 
 
-@pytest.mark.parametrize("title", ["Temps [s]", "Tiempo (s)", "Uhrzeit", "ts", "stamp", "elapsed"])
+@pytest.mark.parametrize(
+    "title", ["Temps [s]", "Tiempo (s)", "Datum Uhrzeit", "ts", "stamp", "elapsed"]
+)
 def test_times_are_found_by_titles_in_other_languages(
     path: Path, points: writers.Points, title: str
 ) -> None:
