@@ -51,7 +51,10 @@ def _read_toml(path: Path) -> Iterator[tuple[str, tuple[str, ...]]]:
         raise BadOptionError(f"names {path}: {problem}", option="map")
     try:
         content = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except UnicodeDecodeError:
+        problem = f"names {path}, which is not a TOML file: it is not text in UTF-8"
+        raise BadOptionError(problem, option="map") from None
+    except tomllib.TOMLDecodeError as error:
         problem = f"names {path}, which is not a TOML file ({error})"
         raise BadOptionError(problem, option="map") from None
     for point, value in content.items():

@@ -19,17 +19,20 @@ from mpma_mj.motions.body import ARM_POINTS
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.mapping import Groups, mapping_option
 from mpma_mj.motions.marker_guesses import (
+    check_joints,
     check_once,
     hands_for_wrists,
     is_no_place,
     listed,
     not_recognised,
 )
+from mpma_mj.utils.text import listing
 
-__all__ = ["choose_markers", "facing_markers", "half_pelvis"]
+__all__ = ["choose_markers", "facing_markers", "half_pelvis", "unrecognised"]
 
 _FEWEST = 3  # points that have to fit before names are taken for those of a set
 _MOST_AFFIXES = 8  # that are tried
+_MOST_LISTED = 20  # names that are not recognised, in a message
 # Parts of names that do not identify a point.
 _PREFIX = re.compile(r"^mixamorig\d*")
 _SUFFIX = re.compile(r"(positions?|pos|jointcent(er|re))$")
@@ -63,7 +66,8 @@ class _MarkerSets:
     torso: dict[str, _Choices]
     half_pelvis: dict[Literal["front", "back"], re.Pattern[str]]
     facing: list[tuple[tuple[str, ...], tuple[str, ...]]]
-    only_with: dict[str, str]
+    stand_ins: frozenset[str]
+    only_with: dict[str, list[str]]
     markers: frozenset[str]
     words: frozenset[str]
 
@@ -84,15 +88,31 @@ def _marker_sets() -> _MarkerSets:
         for table in content["set"]
     ]
     markers = content["markers"]["words"]
+
+    def torso(point: str) -> _Choices:
+        own = (choices(table.get(point, [])) for table in content["set"])
+        return choices(content["torso"][point]) + list(itertools.chain(*own))
+
+    hips = [
+        tuple(map(_short_name, pair))
+        for marker_set, table in zip(arms, content["set"], strict=True)
+        for word in table.get("hip", [])
+        for left, right in itertools.product(*(marker_set.sides[side] for side in SIDES))
+        for pair in ((left + word, right + word), (word + left, word + right))
+    ]
     return _MarkerSets(
         arms,
-        {point: choices(groups) for point, groups in content["torso"].items()},
+        {
+            "pelvis": [*torso("pelvis"), *hips, *choices(content["stand_ins"]["pelvis"])],
+            "neck": torso("neck"),
+        },
         {end: re.compile(pattern) for end, pattern in content["half_pelvis"].items()},
         [
             (front, back)
             for pair in content["facing"]["pairs"]
             for front, back in [choices(pair.split(" > "))]
         ],
+        frozenset(content["stand_ins"]["pelvis"]),
         content["only_with"],
         frozenset(s + w for w in markers for s in "lr") | {w + s for w in markers for s in "lr"},
         frozenset(
@@ -111,6 +131,7 @@ def choose_markers(
     report: ImportReport | None = None,
     *,
     one_arm: bool = False,
+    root: str | None = None,
 ) -> Groups:
     """Find which of a file's points show the arms and, if it has some, the torso.
 
@@ -120,6 +141,8 @@ def choose_markers(
         mapping: Markers that the user gave; other points are recognised by name.
         report: Gets what is assumed.
         one_arm: Whether one arm is enough.
+        root: Joint of a skeleton from which its legs branch, which is taken for a pelvis that is
+            not recognised.
 
     Returns:
         A group for every one of `ARM_POINTS`, or for those of one arm and perhaps the other
@@ -157,6 +180,9 @@ def choose_markers(
     if not complete:
         raise not_recognised(path, names, found[0], single[0] if single else None)
     groups = complete[0]
+    stand_in = _stand_in(groups)
+    if root is not None and ("pelvis" not in groups or stand_in):
+        groups["pelvis"], stand_in = (root,), ""
     if not groups.keys() >= set(ARM_POINTS):
         pass  # of one arm any point of the torso shows where its other side is
     elif "pelvis" in groups:
@@ -164,10 +190,23 @@ def choose_markers(
     else:
         groups.pop("neck", None)
     check_once(path, names, groups)
+    check_joints(path, names, {p: group for p, group in groups.items() if p not in given})
     if report is not None:
         for hand in hands_for_wrists(groups):
             report.note(f"{hand} stands for a wrist, which the file does not name")
+        if stand_in and "pelvis" not in given:
+            report.warn(
+                f"{stand_in} stands for the pelvis, which is not recognised: the torso may be off"
+                " by some degrees",
+                remedy='name it with {map="pelvis=?"}',
+            )
     return groups
+
+
+def unrecognised(names: Sequence[str], groups: Groups) -> str:
+    """Return the names that show none of a person's points, for a message; "" if there are none."""
+    used = {name for group in groups.values() for name in group}
+    return listing([name for name in dict.fromkeys(names) if name not in used], _MOST_LISTED)
 
 
 def half_pelvis(group: Sequence[str]) -> Literal["front", "back"] | None:
@@ -198,6 +237,12 @@ def facing_markers(names: Sequence[str], groups: Groups) -> Groups:
     return {"front": (), "back": ()}
 
 
+def _stand_in(groups: Groups) -> str:
+    """Return the point that stands for the pelvis, "" if it is the pelvis or is not there."""
+    (name, *more) = groups.get("pelvis", ("",))
+    return name if not more and _short_name(name) in _marker_sets().stand_ins else ""
+
+
 def _exact(path: Path, name: str, names: Sequence[str]) -> str:
     """Return the file's spelling of a name that the user gave."""
     if name in names:
@@ -205,8 +250,8 @@ def _exact(path: Path, name: str, names: Sequence[str]) -> str:
     alike = [n for n in names if _short_name(n) == _short_name(name)]
     if len(set(alike)) != 1:
         raise MotionFileError(
-            f"{path}: map names {name}, which the file"
-            f" {'does not have' if not alike else 'has twice'}; it has {listed(names)}"
+            f"{path}: has {'two points' if alike else 'no point'} {name}; it has {listed(names)}",
+            remedy="correct the name in {map}",
         )
     return alike[0]
 
@@ -235,7 +280,7 @@ def _glued(person: _Person) -> list[tuple[str, str]]:
         for i in range(1, min(len(name), longest + 1)):
             if name[-i:] in sets.words:
                 counts[name[:-i], ""] += 1
-            if name[:i] in sets.words and not (is_no_place(name[i:]) or name[i:].isdigit()):
+            if name[:i] in sets.words and not is_no_place(name[i:]):
                 counts["", name[i:]] += 1
     return [glued for glued, n in counts.most_common(_MOST_AFFIXES) if n >= _FEWEST]
 
@@ -277,13 +322,20 @@ def _recognise(person: _Person, *, one_arm: bool = False) -> Groups:
             break
     if len(best) < _FEWEST:
         best = {}
+    return best | _torso(person)
+
+
+def _torso(person: _Person) -> Groups:
+    """Return the groups of the torso that a person has."""
+    sets = _marker_sets()
+    groups: Groups = {}
     for point, choices in sets.torso.items():
         for choice in choices:
-            needed = {*choice, *(sets.only_with[w] for w in choice if w in sets.only_with)}
-            if needed <= person.keys():
-                best[point] = tuple(person[word] for word in choice)
+            company = [sets.only_with[word] for word in choice if word in sets.only_with]
+            if person.keys() >= set(choice) and not any(map(person.keys().isdisjoint, company)):
+                groups[point] = tuple(person[word] for word in choice)
                 break
-    return best
+    return groups
 
 
 def _fit(groups: Groups) -> int:
