@@ -22,7 +22,7 @@ from mpma_mj.motions.context import label_motion
 from mpma_mj.motions.feasibility import JointLimits
 from mpma_mj.motions.feasible_motion import feasible, feasible_tempo
 from mpma_mj.motions.import_report import ImportReport
-from mpma_mj.motions.mapping import parse_mapping
+from mpma_mj.motions.mapping import TRUNK_OPTION, parse_mapping
 from mpma_mj.motions.marker_sets import choose_markers, facing_markers, unrecognised
 from mpma_mj.motions.motion import Motion, load_motion
 from mpma_mj.motions.options import ReadingOptions, given
@@ -286,7 +286,7 @@ def _warn_of_no_trunk(others: str, report: ImportReport) -> None:
         report.warn(
             "no point is recognised as the pelvis, so that the torso is assumed to be upright and"
             f" bending moves the arms; not recognised are {others}",
-            remedy='name pelvis and neck with {map="pelvis=?,neck=?"}',
+            remedy=f"name pelvis and neck with {TRUNK_OPTION}",
         )
     else:
         report.warn("has no points of the trunk, so that the torso is assumed to be upright")

@@ -10,10 +10,12 @@ from mpma_mj.errors import BadOptionError, placeholder
 from mpma_mj.motions.body import ARM_POINTS, TORSO_POINTS
 from mpma_mj.utils.input_files import SMALL_FILE, file_problem
 
-__all__ = ["Groups", "mapping_option", "parse_mapping"]
+__all__ = ["TRUNK_OPTION", "Groups", "mapping_option", "parse_mapping"]
 
 Groups = dict[str, tuple[str, ...]]
 """For each point of the body the markers or joints whose mean it is."""
+TRUNK_OPTION = placeholder("map", '"pelvis=?,neck=?"')
+"""Option that names the trunk, to complete, for a remedy."""
 
 
 def parse_mapping(option: str) -> Groups:

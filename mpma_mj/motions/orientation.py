@@ -11,7 +11,7 @@ from mpma_mj.errors import MotionFileError
 from mpma_mj.kinematics import SIDES
 from mpma_mj.motions.body import ARM_POINTS, TORSO_POINTS, has_trunk, segments, trunk
 from mpma_mj.motions.import_report import ImportReport
-from mpma_mj.motions.mapping import Groups, mapping_option
+from mpma_mj.motions.mapping import TRUNK_OPTION, Groups, mapping_option
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.motions.readers.recording import UNITS, UPS, Tracks, Up
 
@@ -141,13 +141,14 @@ def find_up(
     if shown is None and has_trunk(points):
         return "z"  # the trunk's direction is known in every frame, so that none else matters
     if shown is None:
-        first = f"no point of the trunk is recognised among {others}, and " if others else ""
-        naming = 'name pelvis and neck with {map="pelvis=?,neck=?"}, or else ' if others else ""
-        raise MotionFileError(
-            f"{where}: {first}the up axis is unknown: the file does not declare it, and the arms do"
-            " not hang down",
-            remedy=f"{naming}give it with {{up}}, such as {{up=z}}",
+        problem = (
+            "the up axis is unknown: the file does not declare it, and the arms do not hang down"
         )
+        remedy = "give the axis with {up}, such as {up=z}"
+        if others:
+            problem = f"no point of the trunk is recognised among {others}, and {problem}"
+            remedy = f"name pelvis and neck with {TRUNK_OPTION}, or {remedy}"
+        raise MotionFileError(f"{where}: {problem}", remedy=remedy)
     instead = f"; the file or its format declares {declared}" if declared is not None else ""
     report.note(f"{shown} is up, {how}{instead}")
     return shown
