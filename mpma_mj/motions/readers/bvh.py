@@ -22,6 +22,7 @@ from mpma_mj.motions.readers.skeleton import (
     compare_sides,
     euler_turn,
     joint_positions,
+    root_of_legs,
     tracks_of,
 )
 from mpma_mj.motions.readers.text import FARTHEST, Grid, TextFile
@@ -90,28 +91,8 @@ def read_bvh(file: TextFile, report: ImportReport) -> Recording:
         rate=_rate(seconds, text.replace(",", ".")),
         up="y",
         frames=int(frames),
-        root=_pelvis(skeleton.joints),
+        root=root_of_legs(skeleton.joints),
     )
-
-
-def _pelvis(joints: dict[str, Joint]) -> str | None:
-    """Return the first joint that branches if one of its branches, the spine, branches again.
-
-    A root before it may stand on the floor; of an upper body the first such joint is the chest.
-    """
-    children: dict[str, list[str]] = {name: [] for name in joints}
-    for name, joint in joints.items():
-        if joint.parent is not None:
-            children[joint.parent].append(name)
-
-    def first_branching(name: str) -> str | None:
-        while len(children[name]) == 1:
-            (name,) = children[name]
-        return name if children[name] else None
-
-    pelvis = first_branching(next(iter(joints))) if joints else None
-    branches = children[pelvis] if pelvis is not None else []
-    return pelvis if len([b for b in branches if first_branching(b)]) == 1 else None
 
 
 def _words(file: TextFile) -> Iterator[tuple[str, int]]:
