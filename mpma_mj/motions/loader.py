@@ -15,15 +15,15 @@ from mpma_mj.errors import (
     MotionFileError,
     UnknownMotionError,
 )
-from mpma_mj.motions.body import ARM_POINTS, posture_from_points
+from mpma_mj.motions.body import ARM_POINTS, has_trunk, posture_from_points
 from mpma_mj.motions.cleaning import clean
 from mpma_mj.motions.cleaning.trajectories import Trajectories
 from mpma_mj.motions.context import label_motion
 from mpma_mj.motions.feasibility import JointLimits
 from mpma_mj.motions.feasible_motion import feasible, feasible_tempo
 from mpma_mj.motions.import_report import ImportReport
-from mpma_mj.motions.mapping import parse_mapping
-from mpma_mj.motions.marker_sets import choose_markers, facing_markers
+from mpma_mj.motions.mapping import TRUNK_OPTION, parse_mapping
+from mpma_mj.motions.marker_sets import choose_markers, facing_markers, unrecognised
 from mpma_mj.motions.motion import Motion, load_motion
 from mpma_mj.motions.options import ReadingOptions, given
 from mpma_mj.motions.orientation import check_handedness, check_sides
@@ -38,7 +38,6 @@ __all__ = ["ImportedMotion", "import_motion", "read_motion", "refuse_run"]
 
 _RATE = 20.0  # Hz, of the paper's control step
 _RATES = (1.0, 1000.0)  # Hz: at higher ones a motion fills the memory
-_BODY = 1.25  # times as many points as the arms need: then there is more of the body (choice)
 # Options for which a motion of arms, built in or stored, has no use.
 _FOR_RECORDINGS = {
     *("map", "skeleton", "unit", "up", "left_handed", "rate_in", "max_gap", "longest", "repair"),
@@ -171,21 +170,23 @@ def _import_recording(
     path = recording.path
     mapping = parse_mapping(options.map) if options.map else {}
     groups = choose_markers(
-        path, recording.names, mapping, report, one_arm=options.other_arm is not None
+        path,
+        recording.names,
+        mapping,
+        report,
+        one_arm=options.other_arm is not None,
+        root=recording.root,
     )
     names = list(dict.fromkeys(name for group in groups.values() for name in group))
-    if "pelvis" not in groups and len(recording.names) > _BODY * len(names):
-        report.warn(
-            "none of its points is recognised as the pelvis, so that the torso is assumed to be"
-            " upright and bending moves the arms",
-            remedy='name it with {map="pelvis=…"}',
-        )
+    others = "" if has_trunk(groups) else unrecognised(recording.names, groups)
+    if not has_trunk(groups):
+        _warn_of_no_trunk(others, report)
     own_rate = _source_rate(recording, options, report)
     facing = facing_markers(recording.names, groups)
     tracks = recording.load(list(dict.fromkeys((*names, *facing["front"], *facing["back"]))))
     doubted = check_handedness(tracks, groups, facing, options, report)
     needed = {name: tracks[name] for name in names}
-    trajectories = Trajectories(needed, groups, own_rate, rate, recording)
+    trajectories = Trajectories(needed, groups, own_rate, rate, recording, others=others)
     del tracks, needed  # long recordings: cleaning drops each marker after its last use
     report.format, report.names = recording.format, recording.names
     report.rate, report.frames = own_rate, trajectories.frames
@@ -283,6 +284,18 @@ def _import_arms(
         feasible_angles=angles,
     )
     return ImportedMotion(motion, report)
+
+
+def _warn_of_no_trunk(others: str, report: ImportReport) -> None:
+    """Warn of points that show no trunk; others are those that are not recognised."""
+    if others:
+        report.warn(
+            "no point is recognised as the pelvis, so that the torso is assumed to be upright and"
+            f" bending moves the arms; not recognised are {others}",
+            remedy=f"name pelvis and neck with {TRUNK_OPTION}",
+        )
+    else:
+        report.warn("has no points of the trunk, so that the torso is assumed to be upright")
 
 
 def _source_rate(recording: Recording, options: ReadingOptions, report: ImportReport) -> float:

@@ -10,10 +10,12 @@ from mpma_mj.errors import BadOptionError, placeholder
 from mpma_mj.motions.body import ARM_POINTS, TORSO_POINTS
 from mpma_mj.utils.input_files import SMALL_FILE, file_problem
 
-__all__ = ["Groups", "mapping_option", "parse_mapping"]
+__all__ = ["TRUNK_OPTION", "Groups", "mapping_option", "parse_mapping"]
 
 Groups = dict[str, tuple[str, ...]]
 """For each point of the body the markers or joints whose mean it is."""
+TRUNK_OPTION = placeholder("map", '"pelvis=?,neck=?"')
+"""Option that names the trunk, to complete, for a remedy."""
 
 
 def parse_mapping(option: str) -> Groups:
@@ -51,7 +53,10 @@ def _read_toml(path: Path) -> Iterator[tuple[str, tuple[str, ...]]]:
         raise BadOptionError(f"names {path}: {problem}", option="map")
     try:
         content = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except UnicodeDecodeError:
+        problem = f"names {path}, which is not a TOML file: it is not text in UTF-8"
+        raise BadOptionError(problem, option="map") from None
+    except tomllib.TOMLDecodeError as error:
         problem = f"names {path}, which is not a TOML file ({error})"
         raise BadOptionError(problem, option="map") from None
     for point, value in content.items():

@@ -18,7 +18,14 @@ from mpma_mj.motions.body import ARM_POINTS
 from mpma_mj.motions.mapping import Groups, mapping_option
 from mpma_mj.utils.text import listing
 
-__all__ = ["check_once", "hands_for_wrists", "is_no_place", "listed", "not_recognised"]
+__all__ = [
+    "check_joints",
+    "check_once",
+    "hands_for_wrists",
+    "is_no_place",
+    "listed",
+    "not_recognised",
+]
 
 # "left", or an l at the start before a separator or a capital, or at the end after one.
 _SIDED = {
@@ -31,6 +38,7 @@ _SIDED = {
 }
 _LONGEST = 60  # letters of a name in a message
 _MOST_LISTED = 120  # names in a message
+_MOST_CENTRES = 3
 
 
 @dataclass(frozen=True)
@@ -41,6 +49,9 @@ class _Guesses:
     bones: dict[str, re.Pattern[str]]
     pairs: frozenset[frozenset[str]]
     no_places: re.Pattern[str]
+    centres: re.Pattern[str]
+    centre_of_bodies: str
+    bodies: re.Pattern[str]
 
 
 @functools.cache
@@ -51,8 +62,15 @@ def _guesses() -> _Guesses:
         for kind in ("markers", "bones")
     }
     pairs = frozenset(frozenset(pair.split()) for pair in content["pairs"]["differences"])
+    centres = content["centres_of_mass"]
     return _Guesses(
-        rules["markers"], rules["bones"], pairs, re.compile(content["no_places"]["ends"])
+        rules["markers"],
+        rules["bones"],
+        pairs,
+        re.compile(content["no_places"]["ends"]),
+        re.compile(centres["words"]),
+        centres["with"],
+        re.compile(centres["bodies"]),
     )
 
 
@@ -115,6 +133,33 @@ def check_once(path: Path, names: Sequence[str], groups: Groups) -> None:
         raise MotionFileError(f"{path}: {twice} appears twice; rename or remove one")
 
 
+def check_joints(path: Path, names: Sequence[str], groups: Groups) -> None:
+    """Refuse arms of which a file holds the segments' centres of mass.
+
+    Args:
+        path: The file.
+        names: The names that it has.
+        groups: Points that are recognised in it.
+
+    Raises:
+        MotionFileError: It does.
+    """
+    rules = _guesses()
+    of_bodies = any(_words(name) == rules.centre_of_bodies for name in names)
+    centres = [
+        name
+        for point in ARM_POINTS
+        for name in groups.get(point, ())
+        if _is_centre(name) or (of_bodies and rules.bodies.match(_words(name)))
+    ]
+    if centres:
+        raise MotionFileError(
+            f"{path}: {listing(centres, _MOST_CENTRES)} are centres of mass of segments, which are"
+            " no joints",
+            remedy="export places of joints; if they are joints, name them with {map}",
+        )
+
+
 def hands_for_wrists(groups: Groups) -> list[str]:
     """Return the hands in place of wrists: those of arms whose elbows are no bones."""
     rules = _guesses()
@@ -125,6 +170,10 @@ def hands_for_wrists(groups: Groups) -> list[str]:
         and all(re.search(r"\b[lr]?(hand|main|mano)\b", _words(n)) for n in groups[f"{side}_wrist"])
         and any(rules.markers["elbow"].search(_words(n)) for n in groups[f"{side}_elbow"])
     ]
+
+
+def _is_centre(name: str) -> bool:
+    return _guesses().centres.search(_words(name)) is not None
 
 
 def is_no_place(end: str) -> bool:
@@ -154,7 +203,7 @@ def _guess(point: str, names: Sequence[str]) -> tuple[str, ...]:
     twins = {other.sub("*", name) for name in names if other.search(name)}
     sided = [n for n in names if mine.search(n) and mine.sub("*", n) in twins]
     alike = [n for n in sided if rule.search(_words(n)) and not rules.no_places.search(_words(n))]
-    fitting = tuple(dict.fromkeys(alike))
+    fitting = tuple(name for name in dict.fromkeys(alike) if not _is_centre(name))
     is_clear = len(fitting) == 1 or (len(fitting) == 2 and _is_pair(*fitting))
     return fitting if is_clear else ()
 

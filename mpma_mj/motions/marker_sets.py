@@ -2,14 +2,8 @@
 
 from __future__ import annotations
 
-import functools
-import itertools
-import re
-import tomllib
-import unicodedata
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
@@ -19,89 +13,22 @@ from mpma_mj.motions.body import ARM_POINTS
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.mapping import Groups, mapping_option
 from mpma_mj.motions.marker_guesses import (
+    check_joints,
     check_once,
     hands_for_wrists,
     is_no_place,
     listed,
     not_recognised,
 )
+from mpma_mj.motions.marker_set_file import PARTS, marker_sets, short_name
+from mpma_mj.utils.text import listing
 
-__all__ = ["choose_markers", "facing_markers", "half_pelvis"]
+__all__ = ["choose_markers", "facing_markers", "half_pelvis", "unrecognised"]
 
 _FEWEST = 3  # points that have to fit before names are taken for those of a set
 _MOST_AFFIXES = 8  # that are tried
-# Parts of names that do not identify a point.
-_PREFIX = re.compile(r"^mixamorig\d*")
-_SUFFIX = re.compile(r"(positions?|pos|jointcent(er|re))$")
-
-_PARTS = ("shoulder", "elbow", "wrist")
-_Choices = list[tuple[str, ...]]  # groups of names, of which the first complete one is taken
+_MOST_LISTED = 20  # names that are not recognised, in a message
 _Person = dict[str, str]  # the names of one person, by short name
-
-
-@dataclass(frozen=True)
-class _MarkerSet:
-    """A marker set or skeleton, by its names of the arms."""
-
-    parts: dict[str, _Choices]
-    sides: dict[str, tuple[str, ...]]
-    bones: bool
-
-    def spellings(self, part: str, side: str) -> Iterator[tuple[str, ...]]:
-        """Iterate over the names that a part has on a side, the first choice first; "" is none."""
-        for choice in self.parts[part]:
-            for word_of_side in self.sides.get(side, ("",)):
-                yield tuple(word_of_side + word for word in choice)
-                yield tuple(word + word_of_side for word in choice)
-
-
-@dataclass(frozen=True)
-class _MarkerSets:
-    """Content of `marker_sets.toml`."""
-
-    arms: list[_MarkerSet]
-    torso: dict[str, _Choices]
-    half_pelvis: dict[Literal["front", "back"], re.Pattern[str]]
-    facing: list[tuple[tuple[str, ...], tuple[str, ...]]]
-    only_with: dict[str, str]
-    markers: frozenset[str]
-    words: frozenset[str]
-
-
-@functools.cache
-def _marker_sets() -> _MarkerSets:
-    content = tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))
-
-    def choices(groups: list[str]) -> _Choices:
-        return [tuple(map(_short_name, group.split("+"))) for group in groups]
-
-    arms = [
-        _MarkerSet(
-            {part: choices(table[part]) for part in _PARTS},
-            {side: tuple(table.get(side, (side, side[0]))) for side in SIDES},
-            table.get("bones", False),
-        )
-        for table in content["set"]
-    ]
-    markers = content["markers"]["words"]
-    return _MarkerSets(
-        arms,
-        {point: choices(groups) for point, groups in content["torso"].items()},
-        {end: re.compile(pattern) for end, pattern in content["half_pelvis"].items()},
-        [
-            (front, back)
-            for pair in content["facing"]["pairs"]
-            for front, back in [choices(pair.split(" > "))]
-        ],
-        content["only_with"],
-        frozenset(s + w for w in markers for s in "lr") | {w + s for w in markers for s in "lr"},
-        frozenset(
-            word
-            for marker_set, part, side in itertools.product(arms, _PARTS, SIDES)
-            for spelling in marker_set.spellings(part, side)
-            for word in spelling
-        ),
-    )
 
 
 def choose_markers(
@@ -111,6 +38,7 @@ def choose_markers(
     report: ImportReport | None = None,
     *,
     one_arm: bool = False,
+    root: str | None = None,
 ) -> Groups:
     """Find which of a file's points show the arms and, if it has some, the torso.
 
@@ -120,6 +48,8 @@ def choose_markers(
         mapping: Markers that the user gave; other points are recognised by name.
         report: Gets what is assumed.
         one_arm: Whether one arm is enough.
+        root: Joint of a skeleton from which its legs branch, which is taken for a pelvis that is
+            not recognised.
 
     Returns:
         A group for every one of `ARM_POINTS`, or for those of one arm and perhaps the other
@@ -157,6 +87,9 @@ def choose_markers(
     if not complete:
         raise not_recognised(path, names, found[0], single[0] if single else None)
     groups = complete[0]
+    stand_in = _stand_in(groups)
+    if root is not None and ("pelvis" not in groups or stand_in):
+        groups["pelvis"], stand_in = (root,), ""
     if not groups.keys() >= set(ARM_POINTS):
         pass  # of one arm any point of the torso shows where its other side is
     elif "pelvis" in groups:
@@ -164,10 +97,23 @@ def choose_markers(
     else:
         groups.pop("neck", None)
     check_once(path, names, groups)
+    check_joints(path, names, {p: group for p, group in groups.items() if p not in given})
     if report is not None:
         for hand in hands_for_wrists(groups):
             report.note(f"{hand} stands for a wrist, which the file does not name")
+        if stand_in and "pelvis" not in given:
+            report.warn(
+                f"{stand_in} stands for the pelvis, which is not recognised: the torso may be off"
+                " by some degrees",
+                remedy='name it with {map="pelvis=?"}',
+            )
     return groups
+
+
+def unrecognised(names: Sequence[str], groups: Groups) -> str:
+    """Return the names that show none of a person's points, for a message; "" if there are none."""
+    used = {name for group in groups.values() for name in group}
+    return listing([name for name in dict.fromkeys(names) if name not in used], _MOST_LISTED)
 
 
 def half_pelvis(group: Sequence[str]) -> Literal["front", "back"] | None:
@@ -175,8 +121,8 @@ def half_pelvis(group: Sequence[str]) -> Literal["front", "back"] | None:
     ends = {
         end
         for name in group
-        for end, pattern in _marker_sets().half_pelvis.items()
-        if pattern.search(_short_name(name))
+        for end, pattern in marker_sets().half_pelvis.items()
+        if pattern.search(short_name(name))
     }
     return ends.pop() if len(ends) == 1 else None
 
@@ -191,22 +137,28 @@ def facing_markers(names: Sequence[str], groups: Groups) -> Groups:
     arms = {name for point in ARM_POINTS for name in groups.get(point, ())}
     for person in _people(names):
         if arms <= set(person.values()):
-            for pair in _marker_sets().facing:
+            for pair in marker_sets().facing:
                 if all(word in person for group in pair for word in group):
                     front, back = (tuple(person[word] for word in group) for group in pair)
                     return {"front": front, "back": back}
     return {"front": (), "back": ()}
 
 
+def _stand_in(groups: Groups) -> str:
+    """Return the point that stands for the pelvis, "" if it is the pelvis or is not there."""
+    (name, *more) = groups.get("pelvis", ("",))
+    return name if not more and short_name(name) in marker_sets().stand_ins else ""
+
+
 def _exact(path: Path, name: str, names: Sequence[str]) -> str:
     """Return the file's spelling of a name that the user gave."""
     if name in names:
         return name
-    alike = [n for n in names if _short_name(n) == _short_name(name)]
+    alike = [n for n in names if short_name(n) == short_name(name)]
     if len(set(alike)) != 1:
         raise MotionFileError(
-            f"{path}: map names {name}, which the file"
-            f" {'does not have' if not alike else 'has twice'}; it has {listed(names)}"
+            f"{path}: has {'two points' if alike else 'no point'} {name}; it has {listed(names)}",
+            remedy="correct the name in {map}",
         )
     return alike[0]
 
@@ -216,7 +168,7 @@ def _people(names: Sequence[str]) -> list[_Person]:
     subjects: dict[str, _Person] = {}
     for name in names:
         subject = name.rpartition(":")[0]
-        subjects.setdefault(subject, {}).setdefault(_short_name(name), name)
+        subjects.setdefault(subject, {}).setdefault(short_name(name), name)
     people = []
     for person in subjects.values():
         people.append(person)
@@ -228,14 +180,14 @@ def _people(names: Sequence[str]) -> list[_Person]:
 
 def _glued(person: _Person) -> list[tuple[str, str]]:
     """Return beginnings and ends that names of arms share, such as "anna" of AnnaLSHO."""
-    sets = _marker_sets()
+    sets = marker_sets()
     counts: Counter[tuple[str, str]] = Counter()
     longest = max(map(len, sets.words))
     for name in person:
         for i in range(1, min(len(name), longest + 1)):
             if name[-i:] in sets.words:
                 counts[name[:-i], ""] += 1
-            if name[:i] in sets.words and not (is_no_place(name[i:]) or name[i:].isdigit()):
+            if name[:i] in sets.words and not is_no_place(name[i:]):
                 counts["", name[i:]] += 1
     return [glued for glued, n in counts.most_common(_MOST_AFFIXES) if n >= _FEWEST]
 
@@ -257,7 +209,7 @@ def _recognise(person: _Person, *, one_arm: bool = False) -> Groups:
         one_arm: Whether names have no side; they are taken as those of the right arm.
     """
     best: Groups = {}
-    sets = _marker_sets()
+    sets = marker_sets()
     has_markers = not sets.markers.isdisjoint(person)
     for marker_set in sets.arms:
         if marker_set.bones and has_markers:
@@ -265,7 +217,7 @@ def _recognise(person: _Person, *, one_arm: bool = False) -> Groups:
         groups = {
             f"{side}_{part}": group
             for side in (SIDES[1:] if one_arm else SIDES)
-            for part in _PARTS
+            for part in PARTS
             if (group := _first_group(marker_set.spellings(part, "" if one_arm else side), person))
         }
         if marker_set.bones and not any(point.endswith("shoulder") for point in groups):
@@ -277,13 +229,20 @@ def _recognise(person: _Person, *, one_arm: bool = False) -> Groups:
             break
     if len(best) < _FEWEST:
         best = {}
+    return best | _torso(person)
+
+
+def _torso(person: _Person) -> Groups:
+    """Return the groups of the torso that a person has."""
+    sets = marker_sets()
+    groups: Groups = {}
     for point, choices in sets.torso.items():
         for choice in choices:
-            needed = {*choice, *(sets.only_with[w] for w in choice if w in sets.only_with)}
-            if needed <= person.keys():
-                best[point] = tuple(person[word] for word in choice)
+            company = [sets.only_with[word] for word in choice if word in sets.only_with]
+            if person.keys() >= set(choice) and not any(map(person.keys().isdisjoint, company)):
+                groups[point] = tuple(person[word] for word in choice)
                 break
-    return best
+    return groups
 
 
 def _fit(groups: Groups) -> int:
@@ -308,14 +267,8 @@ def _single_arm(groups: Groups) -> Groups | None:
 
 
 def _whole_arms(groups: Groups) -> list[str]:
-    return [side for side in SIDES if all(f"{side}_{part}" in groups for part in _PARTS)]
+    return [side for side in SIDES if all(f"{side}_{part}" in groups for part in PARTS)]
 
 
 def _as_left(groups: Groups) -> Groups:
-    return {f"left_{part}": groups[f"right_{part}"] for part in _PARTS}
-
-
-def _short_name(name: str) -> str:
-    """Return a name without subject, case, accents, separators and insignificant parts."""
-    plain = unicodedata.normalize("NFKD", name.rpartition(":")[2].lower())
-    return _SUFFIX.sub("", _PREFIX.sub("", re.sub(r"[\W_]+", "", plain)))
+    return {f"left_{part}": groups[f"right_{part}"] for part in PARTS}

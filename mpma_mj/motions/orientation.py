@@ -11,7 +11,7 @@ from mpma_mj.errors import MotionFileError
 from mpma_mj.kinematics import SIDES
 from mpma_mj.motions.body import ARM_POINTS, TORSO_POINTS, has_trunk, segments, trunk
 from mpma_mj.motions.import_report import ImportReport
-from mpma_mj.motions.mapping import Groups, mapping_option
+from mpma_mj.motions.mapping import TRUNK_OPTION, Groups, mapping_option
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.motions.readers.recording import UNITS, UPS, Tracks, Up
 
@@ -35,6 +35,11 @@ _USUAL = ("y", "z")  # axes that point up in nearly every file
 _CLEAR = 0.7  # share of a direction along one axis from which it decides
 _ENOUGH = 4096  # frames that show whether it is a picture
 _FLAT = 0.02  # of a picture's width and height, under which there is no depth
+# Lengths of segments vary by more than that of skin markers, and by far less with other scales of
+# the axes: then these are not those of space (choices).
+_VARIED = 0.05
+_BETTER = 3.0  # times
+_UNEVEN = 1.2  # largest scale by smallest
 # Of left and right:
 _MOSTLY = 0.5  # share of the time
 _FORWARD = 0.2  # of a forearm's length that it has to point forward or backward to count
@@ -104,6 +109,7 @@ def find_up(
     where: str,
     report: ImportReport,
     removed_trunk: Array | None = None,
+    others: str = "",
 ) -> Up:
     """Find the axis that points up: by the trunk, the file, or hanging arms, in this order.
 
@@ -116,6 +122,7 @@ def find_up(
         report: Gets what is taken.
         removed_trunk: Vectors from pelvis to neck, shape (N, 3), of frames in which both are seen,
             if they are seen too rarely to be among the points.
+        others: Names in the file that are not recognised, among which the trunk may be.
 
     Raises:
         MotionFileError: None of these shows it.
@@ -134,11 +141,14 @@ def find_up(
     if shown is None and has_trunk(points):
         return "z"  # the trunk's direction is known in every frame, so that none else matters
     if shown is None:
-        raise MotionFileError(
-            f"{where}: the up axis is unknown: the file does not declare it, and the arms do not"
-            " hang down",
-            remedy="give it with {up}, such as {up=z}",
+        problem = (
+            "the up axis is unknown: the file does not declare it, and the arms do not hang down"
         )
+        remedy = "give the axis with {up}, such as {up=z}"
+        if others:
+            problem = f"no point of the trunk is recognised among {others}, and {problem}"
+            remedy = f"name pelvis and neck with {TRUNK_OPTION}, or {remedy}"
+        raise MotionFileError(f"{where}: {problem}", remedy=remedy)
     instead = f"; the file or its format declares {declared}" if declared is not None else ""
     report.note(f"{shown} is up, {how}{instead}")
     return shown
@@ -162,7 +172,8 @@ def refuse_pictures(points: dict[str, Array], where: str) -> None:
         where: What an error calls the recording.
 
     Raises:
-        MotionFileError: x and y are shares, and y is vertical; or all points have one depth.
+        MotionFileError: x and y are shares, and y is vertical; or all points have one depth; or
+            the axes have different scales.
     """
     places = np.concatenate([track[:: len(track) // _ENOUGH + 1] for track in points.values()])
     low, high = np.percentile(places, (5.0, 95.0), axis=0)
@@ -184,6 +195,44 @@ def refuse_pictures(points: dict[str, Array], where: str) -> None:
             remedy="export places in space, such as the pose estimator's world landmarks; a motion"
             " within one plane is read with {unit=m}",
         )
+    scales, varied, left = _scales_of_axes(points)
+    if varied > _VARIED and left * _BETTER < varied and max(scales) > _UNEVEN * min(scales):
+        raise MotionFileError(
+            f"{where}: lengths of segments vary by {100 * varied:.0f} %, but by {100 * left:.0f} %"
+            f" if x, y and z are stretched as {' : '.join(f'{s:.3g}' for s in scales)}: these are"
+            " places in a picture, which keep no angles",
+            remedy="export places in space, such as the pose estimator's world landmarks; {unit=m}"
+            " reads them as they are",
+        )
+
+
+def _scales_of_axes(points: dict[str, Array]) -> tuple[tuple[float, ...], float, float]:
+    """Find scales of y and z, that of x being 1, with which segments vary least in length.
+
+    A squared length is linear in the squared scales, so that these follow by least squares.
+
+    Returns:
+        The scales of x, y and z; and by what share of their root mean square lengths vary, as
+        they are and with the scales.
+    """
+    lines = list(segments(points).values())
+    if has_trunk(points):
+        lines.append(trunk(points))
+    squares = [line[:: len(line) // _ENOUGH + 1] ** 2 for line in lines]
+    squares = [square / square.sum(axis=1).mean() for square in squares]
+    change = np.concatenate([square - square.mean(axis=0) for square in squares])
+    found, *_ = np.linalg.lstsq(change[:, 1:], -change[:, 0])
+    if not (found > 0.0).all():
+        found = np.ones(2)
+    weights = np.array([1.0, *found])
+
+    def varied(weights: Array) -> float:
+        lengths = np.concatenate(
+            [square @ weights / (square @ weights).mean() for square in squares]
+        )
+        return float(lengths.std() / 2.0)  # of the squares, which vary by twice as much
+
+    return tuple(np.sqrt(weights)), varied(np.ones(3)), varied(weights)
 
 
 def turn_z_up(track: Array, up: Up) -> Array:
@@ -242,10 +291,10 @@ def check_sides(
     if backward > _MOSTLY_BACKWARD and clear.mean() > _OFTEN:
         report.warn(
             f"forearms point backwards in {100 * backward:.0f} % of the frames in which they are"
-            " bent: left and right look swapped, or up and down, or the file's axes are"
-            " left-handed, as in Unity",
-            remedy=f"{_swapped(groups, _PARTS)} corrects the first,"
-            " {up} the second, {left_handed} the third",
+            " bent: the file's axes look left-handed, as in Unity, or left and right are swapped,"
+            " or up and down",
+            remedy=f"{{left_handed}} corrects the first, {_swapped(groups, _PARTS)} the second,"
+            " {up} the third",
         )
 
 
@@ -283,9 +332,9 @@ def check_handedness(
     elif doubted:
         seen = f"{'+'.join(facing['front'])} in front of {'+'.join(facing['back'])}"
         report.warn(
-            f"with {seen}, left and right look swapped, or the file's axes are left-handed, as in"
-            " Unity",
-            remedy=f"{_swapped(groups, _PARTS)} corrects the first, {{left_handed}} the second",
+            f"with {seen}, the file's axes look left-handed, as in Unity, or left and right are"
+            " swapped",
+            remedy=f"{{left_handed}} corrects the first, {_swapped(groups, _PARTS)} the second",
         )
     return doubted
 

@@ -11,7 +11,7 @@ from mpma_mj import kinematics
 from mpma_mj.cli import main
 from mpma_mj.motions import read_motion, ymca
 from mpma_mj.motions.feasibility import near_singularity
-from tests.conftest import DISK_FULL, FAILED, Encoder, dancer, markers_of
+from tests.conftest import DISK_FULL, FAILED, NO_TRUNK, Encoder, dancer, markers_of
 
 WriteTsv = Callable[..., Path]
 
@@ -100,7 +100,8 @@ def test_a_warning_is_one_line_and_says_what_is_used(
 ) -> None:
     path = write_tsv(edit=lambda text: text.replace("NO_OF_FRAMES\t", "NO_OF_FRAMES\t9"))
     assert main(["motion", str(path)]) == 0
-    (line,) = capsys.readouterr().err.splitlines()
+    upright, line = capsys.readouterr().err.splitlines()
+    assert upright == f"mpma: warning: {path}: {NO_TRUNK}"
     assert line.startswith(f"mpma: warning: {path}: the file declares 9")
     assert line.endswith("are used")
 

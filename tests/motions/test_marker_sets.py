@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from mpma_mj.errors import BadOptionError, MotionFileError
+from mpma_mj.kinematics import SIDES
 from mpma_mj.motions.body import ARM_POINTS
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.mapping import Groups, parse_mapping
@@ -227,6 +228,123 @@ def test_the_torso_is_found_where_it_is_shown(
         assert groups["neck"] == tuple(neck.split())
 
 
+ENGLISH = [f"{side}_{part}" for side in SIDES for part in ("shoulder", "elbow", "wrist")]
+GERMAN = "Schulter_links Ellenbogen_links Handgelenk_links Schulter_re Ellenbogen_re Handgelenk_re"
+
+
+@pytest.mark.parametrize(
+    ("names", "pelvis", "neck"),
+    [
+        (f"{GERMAN} Becken Hals", "Becken", "Hals"),
+        (f"{GERMAN} Huefte_links Huefte_rechts Nacken", "Huefte_links Huefte_rechts", "Nacken"),
+        (f"{GERMAN} linke_Hüfte rechte_Hüfte Hals", "linke_Hüfte rechte_Hüfte", "Hals"),
+        (f"{KNOWN['French'][1]} bassin cou", "bassin", "cou"),
+        (
+            f"{KNOWN['French'][1]} hanche_gauche hanche_droite cou",
+            "hanche_gauche hanche_droite",
+            "cou",
+        ),
+        (f"{KNOWN['Spanish'][1]} pelvis cuello", "pelvis", "cuello"),
+        (f"{KNOWN['Spanish'][1]} cadera_izq cadera_der cuello", "cadera_izq cadera_der", "cuello"),
+        (f"{KNOWN['Italian'][1]} bacino collo", "bacino", "collo"),
+        (f"{KNOWN['Italian'][1]} anca_sx anca_dx collo", "anca_sx anca_dx", "collo"),
+        (f"{KNOWN['MikuMikuDance'][1]} 下半身 首", "下半身", "首"),
+        (
+            "HipCenter ShoulderCenter Spine ShoulderLeft ElbowLeft WristLeft ShoulderRight"
+            " ElbowRight WristRight",
+            "HipCenter",
+            "ShoulderCenter",
+        ),
+        (
+            "J_Bip_L_UpperArm J_Bip_L_LowerArm J_Bip_L_Hand J_Bip_R_UpperArm J_Bip_R_LowerArm"
+            " J_Bip_R_Hand J_Bip_C_Hips J_Bip_C_Spine J_Bip_C_Neck",
+            "J_Bip_C_Hips",
+            "J_Bip_C_Neck",
+        ),
+        (
+            "root torso_1 neck_1 l_up_arm l_low_arm l_hand r_up_arm r_low_arm r_hand",
+            "root",
+            "neck_1",
+        ),
+        (f"{' '.join(ENGLISH)} root centerShoulder topHead", "root", "centerShoulder"),
+        (f"{KNOWN['ARKit'][1]} root hips_joint neck_1_joint", "hips_joint", "neck_1_joint"),
+        (f"{' '.join(ENGLISH)} hips_center neck_center", "hips_center", "neck_center"),
+    ],
+)
+def test_the_torso_is_known_by_name_wherever_the_arms_are(
+    names: str, pelvis: str, neck: str
+) -> None:
+    report = ImportReport()
+    groups = choose_markers(FILE, names.split(), {}, report)
+    assert (groups["pelvis"], groups["neck"]) == (tuple(pelvis.split()), tuple(neck.split()))
+    assert not report.warnings
+
+
+@pytest.mark.parametrize("spine", ["spine", "lower_back", "Spine1", "waist"])
+def test_what_stands_for_the_pelvis_is_told(spine: str) -> None:
+    report = ImportReport()
+    groups = choose_markers(FILE, [*ENGLISH, spine, "chest"], {}, report)
+    assert groups["pelvis"] == (spine,)
+    assert groups["neck"] == ("left_shoulder", "right_shoulder")
+    (warning,) = report.warnings
+    assert warning.startswith(f"{spine} stands for the pelvis")
+    assert choose_markers(FILE, [*ENGLISH, spine, "base"], {}, root="base")["pelvis"] == ("base",)
+    mapped = ImportReport()
+    choose_markers(FILE, [*ENGLISH, spine], {"pelvis": (spine,)}, mapped)
+    assert not mapped.warnings
+
+
+def test_a_root_may_stand_on_the_floor() -> None:
+    assert "pelvis" not in choose_markers(FILE, [*ENGLISH, "Root", "Neck"], {})
+
+
+SEGMENTS = ("upper_arm", "forearm", "hand")
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        [f"{side}_{part}_com" for side in SIDES for part in SEGMENTS],
+        [
+            f"CoG {side} {part}"
+            for side in ("Left", "Right")
+            for part in ("UpperArm", "Forearm", "Hand")
+        ],
+        [
+            f"{side}{part}CoM"
+            for side in ("Left", "Right")
+            for part in ("UpperArm", "Forearm", "Hand")
+        ],
+        [f"center_of_mass_{part}_{side}" for side in "lr" for part in SEGMENTS],
+        [f"{part}_{side}" for side in "lr" for part in ("humerus", "ulna", "hand")]
+        + ["center_of_mass"],
+    ],
+)
+def test_centres_of_mass_are_no_joints(names: list[str]) -> None:
+    with pytest.raises(
+        MotionFileError, match="are centres of mass of segments, which are no joints"
+    ):
+        choose_markers(FILE, [*names, "pelvis"], {})
+    mapping = dict(zip(ARM_POINTS, ((name,) for name in names), strict=False))
+    assert choose_markers(FILE, [*names, "pelvis"], mapping).keys() > set(ARM_POINTS)
+
+
+def test_the_bodys_centre_of_mass_may_stand_beside_joints() -> None:
+    for name in ("CenterOfGravity", "center_of_mass", "CoM"):
+        assert choose_markers(FILE, [*ENGLISH, name, "pelvis"], {})["left_wrist"] == ("left_wrist",)
+
+
+@pytest.mark.parametrize("form", ["{}_{}", "{}.{}", "{}{}", "{} {}"])
+def test_two_people_may_differ_by_a_number_after_their_names(form: str) -> None:
+    names = [form.format(name, i) for i in (1, 2) for name in (*ENGLISH, "pelvis", "neck")]
+    with pytest.raises(MotionFileError, match="shows 2 people; choose one with map=") as caught:
+        choose_markers(FILE, names, {})
+    for i, mapping in enumerate(re.findall(r'map="(.*?)"', str(caught.value)), 1):
+        groups = choose_markers(FILE, names, parse_mapping(mapping))
+        assert groups["left_wrist"] == (form.format("left_wrist", i),)
+        assert groups["pelvis"] == (form.format("pelvis", i),)
+
+
 ODD = ["ac", "olec", "caput", "dx_ac", "dx_olec", "dx_caput", "knee"]
 WHOLE = (
     "left_shoulder=ac,left_elbow=olec,left_wrist=caput,right_shoulder=dx_ac,right_elbow=dx_olec,"
@@ -282,7 +400,7 @@ def test_bad_mappings_say_what_is_wrong(mapping: str, message: str) -> None:
         ("left_elbow = ''", "expected a name or names"),
         ("left_elbow = 'a+'", "expected a name or names"),
         ("left_elbow", "is not a TOML file"),
-        ("\udcff", "is not a TOML file"),
+        ("\udcff", "is not a TOML file: it is not text in UTF-8$"),
     ],
 )
 def test_bad_toml_files_say_what_is_wrong(tmp_path: Path, content: str, message: str) -> None:
@@ -309,14 +427,14 @@ def test_a_mapping_need_not_spell_names_as_the_file_does() -> None:
 
 def test_a_name_that_the_file_has_not_is_reported() -> None:
     with pytest.raises(
-        MotionFileError, match="names olecranon, which the file does not have; it has"
+        MotionFileError, match=r"has no point olecranon; it has .*; correct the name in map$"
     ):
         choose_markers(FILE, ODD, {"left_elbow": ("olecranon",)})
 
 
 def test_a_name_that_two_dancers_have_is_reported() -> None:
     names = [f"{dancer}:{name}" for dancer in ("Anna", "Ben") for name in ODD]
-    with pytest.raises(MotionFileError, match="map names ac, which the file has twice"):
+    with pytest.raises(MotionFileError, match=r"has two points ac; it has .* in map$"):
         choose_markers(FILE, names, parse_mapping(WHOLE))
 
 

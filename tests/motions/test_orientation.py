@@ -18,7 +18,7 @@ from mpma_mj.motions.marker_sets import half_pelvis
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.motions.orientation import arm_length, check_sides, find_unit, find_up, turn_z_up
 from mpma_mj.motions.readers.recording import UNITS, UPS, Up
-from tests.conftest import WriteTsv, dancer, markers_of
+from tests.conftest import WriteTsv, dancer, doubts, markers_of
 
 Array = NDArray[np.float64]
 
@@ -94,7 +94,7 @@ def test_the_axis_that_is_up_is_found(tmp_path: Path, up: Up, torso: bool, how: 
     found = read(tmp_path / "turned.npz", turned_to(points, up), {})
     np.testing.assert_allclose(found.motion.posture, plain.motion.posture, atol=1e-9)
     assert f"{up} is up, {how}" in found.report.steps
-    assert not found.report.warnings
+    assert not doubts(found.report)
 
 
 @pytest.mark.parametrize("up", UPS)
@@ -122,6 +122,11 @@ def test_where_nothing_tells_what_is_up_it_is_asked_for(tmp_path: Path) -> None:
     with pytest.raises(MotionFileError, match=r"the up axis is unknown: [^\n]* such as up=z$"):
         read(tmp_path / "a.npz", points, {})
     assert len(read(tmp_path / "a.npz", points, {}, up="z").motion) == 20
+    more = {name: np.tile([0.0, 0.0, z], (60, 1)) for name, z in (("Bauch", 900), ("Kinn", 1400))}
+    with pytest.raises(MotionFileError, match=r"is recognised among Bauch, Kinn, and the up axis"):
+        read(tmp_path / "a.npz", points | more, {})
+    named = read(tmp_path / "a.npz", points | more, {}, map="pelvis=Bauch,neck=Kinn")
+    assert not named.report.warnings
 
 
 def test_with_a_trunk_that_turns_everywhere_no_axis_needs_to_be_up(tmp_path: Path) -> None:
@@ -133,7 +138,7 @@ def test_with_a_trunk_that_turns_everywhere_no_axis_needs_to_be_up(tmp_path: Pat
     turn[:, 0, 2], turn[:, 2, 0], turn[:, 1, 1] = np.sin(angle), -np.sin(angle), 1.0
     rolling = {name: np.einsum("tij,tj->ti", turn, track) for name, track in points.items()}
     imported = read(tmp_path / "a.npz", rolling, {})
-    assert not imported.report.warnings
+    assert not doubts(imported.report)
     assert np.abs(imported.motion.posture - plain.motion.posture).mean() < 0.01  # filtered
 
 
@@ -310,15 +315,15 @@ def test_arms_that_cross_now_and_then_are_not_warned_about() -> None:
 
 def test_sides_of_a_file_are_checked(write_tsv: WriteTsv) -> None:
     points = moving(1)
-    assert not import_motion(
-        write_tsv(markers_of(points), name="right.tsv"), ReadingOptions()
-    ).report.warnings
+    assert not doubts(
+        import_motion(write_tsv(markers_of(points), name="right.tsv"), ReadingOptions()).report
+    )
     wrong = swapped(points, "shoulder", "elbow", "wrist")
     imported = import_motion(write_tsv(markers_of(wrong)), ReadingOptions())
-    assert len(imported.report.warnings) == 1
-    mapping = re.findall(r'map="(.*?)" corrects', imported.report.warnings[0])
+    assert len(doubts(imported.report)) == 1
+    mapping = re.findall(r'map="(.*?)" the second', doubts(imported.report)[0])
     mended = import_motion(write_tsv(markers_of(wrong)), ReadingOptions(map=mapping[0]))
-    assert not mended.report.warnings
+    assert not doubts(mended.report)
     right = import_motion(write_tsv(markers_of(points)), ReadingOptions())
     np.testing.assert_allclose(mended.motion.posture, right.motion.posture, atol=1e-9)
 
@@ -341,6 +346,27 @@ def test_shares_of_a_picture_are_refused(tmp_path: Path, torso: bool) -> None:
         read(tmp_path / "a.npz", points, {})
     assert "world landmarks" in str(caught.value)
     assert len(read(tmp_path / "a.npz", points, {}, unit="m", up="-y").motion) > 70
+
+
+@pytest.mark.parametrize("scales", [(1.0, 16 / 9, 1.0), (0.5, 0.5, 5.0)])
+@pytest.mark.parametrize("shift", [0.0, 0.9, -3.0])
+def test_axes_of_different_scales_are_refused(
+    tmp_path: Path, scales: tuple[float, float, float], shift: float
+) -> None:
+    points = {n: t / 1e3 + shift for n, t in standing(POSTURE, torso=True).items()}
+    assert not read(tmp_path / "a.npz", points, {}).report.warnings
+    uneven = {name: track * scales for name, track in points.items()}
+    with pytest.raises(MotionFileError, match="which keep no angles; export places in space"):
+        read(tmp_path / "a.npz", uneven, {})
+    assert len(read(tmp_path / "a.npz", uneven, {}, unit="m").motion) > 70
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_noisy_places_are_no_picture(tmp_path: Path, seed: int) -> None:
+    noise = np.random.default_rng(seed).normal(size=(6, len(POSTURE), 3)) * [10.0, 10.0, 60.0]
+    points = standing(POSTURE, torso=False)
+    noisy = {name: track + noise[i] for i, (name, track) in enumerate(points.items())}
+    assert len(read(tmp_path / "a.npz", noisy, {"up": "z"}).motion) > 70
 
 
 @pytest.mark.parametrize("depth", ["zero", "constant", "confidence"])
@@ -380,14 +406,15 @@ def test_left_handed_axes_are_mirrored(tmp_path: Path, up: Up, axis: int) -> Non
     imported = read(tmp_path / "a.npz", mirrored, {}, left_handed=True)
     np.testing.assert_allclose(imported.motion.posture, plain.motion.posture, atol=1e-9)
     assert "left-handed axes, as given: mirrored" in imported.report.steps
-    assert not imported.report.warnings
+    assert not doubts(imported.report)
 
 
 def test_left_handed_axes_are_warned_about_with_the_option_that_mirrors(tmp_path: Path) -> None:
     points = {name: track * [1.0, -1.0, 1.0] for name, track in moving(0).items()}
-    (warning,) = read(tmp_path / "a.npz", points, {"up": "z"}).report.warnings
-    assert warning.endswith("left_handed the third")
-    assert not read(tmp_path / "a.npz", points, {"up": "z"}, left_handed=True).report.warnings
+    (warning,) = doubts(read(tmp_path / "a.npz", points, {"up": "z"}).report)
+    assert warning.endswith("up the third")
+    assert "; left_handed corrects the first, map=" in warning
+    assert not doubts(read(tmp_path / "a.npz", points, {"up": "z"}, left_handed=True).report)
 
 
 PELVIS = {
@@ -422,7 +449,7 @@ def test_a_torso_with_half_a_pelvis_leans_as_with_a_whole_one(
         imported = read(tmp_path / "a.npz", turned, {}, map=mapping)
         angle = np.sum((imported.motion.posture * plain.motion.posture).reshape(-1, 4, 3), axis=2)
         assert np.degrees(np.arccos(angle.min())) < 1.0
-        assert any(f"only the {end} of the pelvis" in w for w in imported.report.warnings)
+        assert any(f"only the {end} of the pelvis" in w for w in doubts(imported.report))
 
 
 def test_hips_and_whole_pelvises_are_no_halves() -> None:
@@ -445,11 +472,12 @@ def test_points_in_front_show_left_handed_axes(tmp_path: Path, front: str, turn:
         points[name] = np.tile([forward, 0.0, 1500.0], (240, 1))
     points = {n: Rotation.from_euler("z", turn).apply(track) for n, track in points.items()}
     mirrored = {name: track * [-1.0, 1.0, 1.0] for name, track in points.items()}
-    assert not read(tmp_path / "a.npz", points, {}).report.warnings
-    (warning,) = read(tmp_path / "a.npz", mirrored, {}).report.warnings
-    assert "left and right look swapped, or the file's axes are left-handed" in warning
-    assert not read(tmp_path / "a.npz", mirrored, {}, left_handed=True).report.warnings
-    (warning,) = read(tmp_path / "a.npz", points, {}, left_handed=True).report.warnings
+    assert not doubts(read(tmp_path / "a.npz", points, {}).report)
+    (warning,) = doubts(read(tmp_path / "a.npz", mirrored, {}).report)
+    assert "the file's axes look left-handed, as in Unity, or left and right are swapped" in warning
+    assert "; left_handed corrects the first, map=" in warning
+    assert not doubts(read(tmp_path / "a.npz", mirrored, {}, left_handed=True).report)
+    (warning,) = doubts(read(tmp_path / "a.npz", points, {}, left_handed=True).report)
     assert warning.endswith("the file's axes are right-handed; leave out left_handed")
 
 

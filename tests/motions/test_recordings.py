@@ -119,7 +119,7 @@ def test_left_and_right_of_a_dancer_are_told_apart(mocap: Path) -> None:
         for point, group in names.items()
     )
     imported = import_motion(path, ReadingOptions(map=swapped))
-    assert any("left and right look swapped" in line for line in imported.report.warnings)
+    assert any("left and right are swapped" in line for line in imported.report.warnings)
 
 
 @pytest.mark.parametrize("name", ["dance", "walk"])

@@ -51,7 +51,8 @@ def turn_upright(trajectories: Trajectories, options: ReadingOptions, report: Im
     if options.unit is None:
         refuse_pictures(points, where)
     declared = trajectories.recording.up
-    up = find_up(points, declared, options.up, where, report, trajectories.removed_trunk)
+    shown = trajectories.removed_trunk
+    up = find_up(points, declared, options.up, where, report, shown, trajectories.others)
     for name in list(points):
         points[name] = turn_z_up(points[name], up)
         if options.left_handed:

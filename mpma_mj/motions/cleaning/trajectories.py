@@ -36,6 +36,7 @@ class Trajectories:
         removed_trunk: Vectors from pelvis to neck, shape (N, 3), of frames in which both are seen,
             if they are seen too rarely to be a point.
         outliers: Markers of which places far outside the body became gaps.
+        others: Names of the recording that are not recognised, where it shows no trunk.
     """
 
     tracks: Tracks
@@ -46,6 +47,7 @@ class Trajectories:
     first: int = 0
     removed_trunk: Array | None = None
     outliers: set[str] = field(default_factory=set)
+    others: str = ""
 
     @property
     def where(self) -> str:

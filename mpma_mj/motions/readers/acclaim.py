@@ -94,6 +94,7 @@ def read_acclaim(file: TextFile, skeleton: Path | None, report: ImportReport) ->
         lambda names: _load(file, bones, names, report),
         rate=_USUAL_RATE,
         up="y",
+        root="root",
     )
 
 

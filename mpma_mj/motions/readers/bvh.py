@@ -22,6 +22,7 @@ from mpma_mj.motions.readers.skeleton import (
     compare_sides,
     euler_turn,
     joint_positions,
+    root_of_legs,
     tracks_of,
 )
 from mpma_mj.motions.readers.text import FARTHEST, Grid, TextFile
@@ -90,6 +91,7 @@ def read_bvh(file: TextFile, report: ImportReport) -> Recording:
         rate=_rate(seconds, text.replace(",", ".")),
         up="y",
         frames=int(frames),
+        root=root_of_legs(skeleton.joints),
     )
 
 

@@ -41,6 +41,7 @@ class Recording:
         up: Axis that points up, declared or that of the format.
         frames: Declared number of frames.
         spans: Labelled stretches of time.
+        root: Joint from which a skeleton's legs branch, whatever its name.
     """
 
     path: Path
@@ -52,6 +53,7 @@ class Recording:
     up: Up | None = None
     frames: int | None = None
     spans: tuple[Span, ...] = ()
+    root: str | None = None
 
 
 def unknown_rate(path: Path, report: ImportReport) -> MotionFileError:

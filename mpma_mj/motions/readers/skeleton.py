@@ -85,6 +85,26 @@ def _alike(one: Array, other: Array) -> bool:
     return bool(np.abs(np.abs(one) - np.abs(other)).max() <= _ALIKE * np.linalg.norm(other))
 
 
+def root_of_legs(joints: dict[str, Joint]) -> str | None:
+    """Return the first joint that branches if one of its branches, the spine, branches again.
+
+    A root before it may stand on the floor; of an upper body the first such joint is the chest.
+    """
+    children: dict[str, list[str]] = {name: [] for name in joints}
+    for name, joint in joints.items():
+        if joint.parent is not None:
+            children[joint.parent].append(name)
+
+    def first_branching(name: str) -> str | None:
+        while len(children[name]) == 1:
+            (name,) = children[name]
+        return name if children[name] else None
+
+    pelvis = first_branching(next(iter(joints))) if joints else None
+    branches = children[pelvis] if pelvis is not None else []
+    return pelvis if len([b for b in branches if first_branching(b)]) == 1 else None
+
+
 def ancestry(joints: Mapping[str, Joint], names: Sequence[str]) -> list[str]:
     """Return the joints on the way from the root to some joints, parents first."""
     found: dict[str, None] = {}

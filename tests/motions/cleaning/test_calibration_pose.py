@@ -11,7 +11,7 @@ from mpma_mj.motions import ymca
 from mpma_mj.motions.cleaning.calibration_pose import calibration_frames
 from mpma_mj.motions.loader import import_motion
 from mpma_mj.motions.options import ReadingOptions
-from tests.conftest import WriteTsv, dancer, markers_of
+from tests.conftest import WriteTsv, dancer, doubts, markers_of
 
 Array = NDArray[np.float64]
 
@@ -109,7 +109,7 @@ def test_what_is_cut_is_told_and_time_still_counts_from_the_files_first_frame(
     path = write_tsv(markers_of(dancer(after_t_pose(90))))
     cut = import_motion(path, ReadingOptions(cutoff=6.0, labels=str(labels)))
     np.testing.assert_allclose(cut.motion.posture, plain.motion.posture, atol=1e-9)
-    assert cut.report.warnings == ["the first 90 frames are cut: a calibration pose"]
+    assert doubts(cut.report) == ["the first 90 frames are cut: a calibration pose"]
     np.testing.assert_allclose(cut.report.times, 1.5 + np.arange(len(cut.motion)) / 20.0)
     assert cut.motion.context[:, 0].sum() == 30
 
@@ -117,7 +117,7 @@ def test_what_is_cut_is_told_and_time_still_counts_from_the_files_first_frame(
 def test_frames_that_are_cut_count_as_in_the_file(write_tsv: WriteTsv) -> None:
     path = write_tsv(markers_of(dancer(after_t_pose(90))))
     imported = import_motion(path, ReadingOptions(start=1.0))
-    assert imported.report.warnings == ["frames 61 to 90 are cut: a calibration pose"]
+    assert doubts(imported.report) == ["frames 61 to 90 are cut: a calibration pose"]
 
 
 @pytest.mark.parametrize("tempo", [0.2, 1.0])

@@ -10,7 +10,7 @@ from mpma_mj.motions import ymca
 from mpma_mj.motions.cleaning.jumps import off_at_end, single_frame_jumps
 from mpma_mj.motions.loader import import_motion
 from mpma_mj.motions.options import ReadingOptions
-from tests.conftest import WriteTsv, dancer, markers_of
+from tests.conftest import WriteTsv, dancer, doubts, markers_of
 
 Array = NDArray[np.float64]
 
@@ -76,7 +76,7 @@ def test_hardly_any_frames_have_no_jumps(frames: int) -> None:
 
 def test_jumps_are_told_with_marker_and_frame(write_tsv: WriteTsv) -> None:
     imported = import_motion(write_tsv(jumping()[1]), ReadingOptions())
-    assert imported.report.warnings == [
+    assert doubts(imported.report) == [
         "3 single-frame jumps (Elbow_L in frame 101; Radius_R in frame 51, 201); repair bridges"
         " them"
     ]
@@ -84,7 +84,7 @@ def test_jumps_are_told_with_marker_and_frame(write_tsv: WriteTsv) -> None:
 
 def test_frames_of_jumps_count_from_the_files_first(write_tsv: WriteTsv) -> None:
     imported = import_motion(write_tsv(jumping()[1]), ReadingOptions(start=1.0, end=3.0))
-    assert imported.report.warnings == [
+    assert doubts(imported.report) == [
         "1 single-frame jump (Elbow_L in frame 101); repair bridges them"
     ]
 
@@ -98,13 +98,13 @@ def test_jumps_are_repaired_only_if_that_is_asked_for(write_tsv: WriteTsv, tmp_p
     error = np.abs(left.motion.posture - whole.motion.posture).max()
     assert error > 0.1
     assert np.abs(repaired.motion.posture - whole.motion.posture).max() < 0.02 * error
-    assert not repaired.report.warnings
+    assert not doubts(repaired.report)
     assert any("3 single-frame jumps bridged" in step for step in repaired.report.steps)
     assert repaired.report.gaps["Elbow_L"] == [(pytest.approx(100 / 60), pytest.approx(101 / 60))]
 
 
 def test_a_whole_recording_has_no_jumps(write_tsv: WriteTsv) -> None:
-    assert not import_motion(write_tsv(), ReadingOptions()).report.warnings
+    assert not doubts(import_motion(write_tsv(), ReadingOptions()).report)
 
 
 @given(frame=st.integers(3, 296), way=st.floats(30.0, 54.0), seed=st.integers(0, 999))
@@ -120,7 +120,7 @@ def test_an_end_that_is_off_is_told(write_tsv: WriteTsv, frame: int) -> None:
     points = dancer(ymca(rate=60.0, tempo=0.5).posture)
     markers = markers_of(points)
     markers["Elbow_L"][frame, 1] += 20.0
-    (warning,) = import_motion(write_tsv(markers), ReadingOptions()).report.warnings
+    (warning,) = doubts(import_motion(write_tsv(markers), ReadingOptions()).report)
     number = len(points["left_elbow"]) if frame else 1
     assert warning.startswith(f"in frame {number}, at the end of the recording, the left elbow")
 

@@ -14,7 +14,7 @@ from mpma_mj.kinematics import SIDES
 from mpma_mj.motions import read_motion, ymca
 from mpma_mj.motions.loader import ImportedMotion, import_motion
 from mpma_mj.motions.options import OtherArm, ReadingOptions
-from tests.conftest import dancer
+from tests.conftest import dancer, doubts
 
 Array = NDArray[np.float64]
 Points = dict[str, Array]
@@ -61,7 +61,7 @@ def test_the_known_arm_stays_and_the_other_is_its_mirror_image(
     found = imported.motion.posture
     np.testing.assert_allclose(arm_of(found, side), arm_of(POSTURE, side), atol=0.03)
     np.testing.assert_allclose(arm_of(found, other), arm_of(found, side) * MIRROR, atol=1e-9)
-    assert not imported.report.warnings
+    assert not doubts(imported.report)
     step = f"the {other} arm is not recorded and is the mirror image of the {side} one"
     assert f"{step}, as requested" in imported.report.steps
     assert set(imported.report.groups) == set(points)
@@ -82,7 +82,7 @@ def test_the_other_arm_hangs(tmp_path: Path, side: str) -> None:
 @pytest.mark.parametrize("side", SIDES)
 def test_without_a_torso_the_front_is_where_the_wrist_points(tmp_path: Path, side: str) -> None:
     imported = read(tmp_path / "a.npz", points_of(FORWARD, side, turn=1.0), "mirror")
-    (warning,) = imported.report.warnings
+    (warning,) = doubts(imported.report)
     assert warning.startswith("no point between the shoulders is recognised; the torso is assumed")
     reach = np.sum(arm_of(imported.motion.posture, side).reshape(-1, 2, 3), axis=1).mean(axis=0)
     assert reach[0] > 0.0
@@ -108,14 +108,14 @@ def test_an_arm_that_is_named_neither_left_nor_right_is_the_right_one(tmp_path: 
     with pytest.raises(MotionFileError, match="a single arm, named neither left nor right"):
         read(tmp_path / "a.npz", unnamed, None)
     imported = read(tmp_path / "a.npz", unnamed, "mirror")
-    (warning,) = imported.report.warnings
+    (warning,) = doubts(imported.report)
     assert warning.startswith("the arm is named neither left nor right and taken as the right one")
     same = read(tmp_path / "b.npz", points, "mirror").motion.posture
     np.testing.assert_allclose(imported.motion.posture, same, atol=1e-9)
     mapping = re.findall(r'map="(.*?)" makes it the left one', warning)[0]
     left = read(tmp_path / "a.npz", unnamed, "mirror", map=mapping)
     assert {"left_shoulder", "left_elbow", "left_wrist"} <= set(left.report.groups)
-    assert not any("neither left" in warning for warning in left.report.warnings)
+    assert not any("neither left" in warning for warning in doubts(left.report))
 
 
 def test_a_recording_of_both_arms_does_not_need_it(tmp_path: Path) -> None:
@@ -123,7 +123,7 @@ def test_a_recording_of_both_arms_does_not_need_it(tmp_path: Path) -> None:
     plain = read(tmp_path / "a.npz", points, None)
     imported = read(tmp_path / "a.npz", points, "hang")
     np.testing.assert_array_equal(imported.motion.posture, plain.motion.posture)
-    assert imported.report.warnings == ["both arms are recorded; other_arm is of no use here"]
+    assert doubts(imported.report) == ["both arms are recorded; other_arm is of no use here"]
 
 
 def test_an_arm_of_which_a_point_is_missing_can_be_done_without(tmp_path: Path) -> None:
@@ -152,7 +152,7 @@ def test_the_torso_is_found_beside_an_arm_that_is_mapped(tmp_path: Path) -> None
     mapping = ",".join(f"{names[n]}={n}" for n in odd if n in names)
     imported = read(tmp_path / "a.npz", odd, "mirror", map=mapping)
     np.testing.assert_allclose(imported.motion.posture[:, :6], POSTURE[:, :6], atol=0.03)
-    assert not imported.report.warnings
+    assert not doubts(imported.report)
 
 
 def test_a_shoulder_above_the_middle_of_the_torso_is_refused(tmp_path: Path) -> None:

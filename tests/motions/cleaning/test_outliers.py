@@ -11,7 +11,7 @@ from mpma_mj.motions import ymca
 from mpma_mj.motions.cleaning.outliers import far_from_body, overstretched
 from mpma_mj.motions.loader import ImportedMotion, import_motion
 from mpma_mj.motions.options import ReadingOptions
-from tests.conftest import WriteTsv, dancer, markers_of
+from tests.conftest import WriteTsv, dancer, doubts, markers_of
 
 Array = NDArray[np.float64]
 
@@ -35,7 +35,7 @@ def test_a_number_for_missing_is_a_gap(write_tsv: WriteTsv, value: float, axes: 
     markers["Elbow_L"][LOST, axes] = value
     imported = read(write_tsv, markers)
     np.testing.assert_allclose(imported.motion.posture, gap.motion.posture, atol=1e-9)
-    (warning,) = imported.report.warnings
+    (warning,) = doubts(imported.report)
     assert warning == TAKEN + "Elbow_L (8 frames from 21 on)"
 
 
@@ -46,7 +46,7 @@ def test_many_markers_may_be_lost_at_once(write_tsv: WriteTsv, lost: int) -> Non
     for name in names:
         markers[name][LOST] = -9999.0
     imported = read(write_tsv, markers)
-    (warning,) = imported.report.warnings
+    (warning,) = doubts(imported.report)
     listed, _, more = warning.removeprefix(TAKEN).partition(" and ")
     expected = [f"{name} (8 frames from 21 on)" for name in names[:5]]
     assert listed.split(", ")[: len(expected)] == expected
@@ -66,7 +66,7 @@ def test_a_marker_that_is_far_away_for_long_is_refused(write_tsv: WriteTsv) -> N
 def test_frames_count_as_in_the_file(write_tsv: WriteTsv) -> None:
     markers = markers_of(dancer(POSTURE))
     markers["Elbow_L"][90] = 9999.0
-    (warning,) = read(write_tsv, markers, start=1.0).report.warnings
+    (warning,) = doubts(read(write_tsv, markers, start=1.0).report)
     assert warning == TAKEN + "Elbow_L (1 frame from 91 on)"
 
 

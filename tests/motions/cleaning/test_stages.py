@@ -18,7 +18,7 @@ from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.loader import import_motion
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.motions.readers.recording import Recording
-from tests.conftest import WriteTsv, dancer, markers_of
+from tests.conftest import WriteTsv, dancer, doubts, markers_of
 
 Array = NDArray[np.float64]
 Tracks = dict[str, Array]
@@ -285,7 +285,7 @@ def test_of_a_pelvis_either_pair_will_do(write_tsv: WriteTsv) -> None:
     imported = import_motion(write_tsv(markers), ReadingOptions())
     assert (
         "LASI is missing for up to 0.67 s; the torso is computed from other markers"
-        in (imported.report.warnings[0])
+        in (doubts(imported.report)[0])
     )
     assert imported.report.groups["pelvis"] == ("LPSI", "RPSI")
 
@@ -362,10 +362,10 @@ def test_what_a_long_bridge_invents_and_a_segment_that_varies_are_warned_about(
     markers = markers_of(dancer(ymca(rate=60.0).posture))
     markers["Elbow_L"][60:120] = np.nan
     imported = import_motion(write_tsv(markers), ReadingOptions(max_gap=2.0))
-    assert "Elbow_L is bridged over 1.00 s from frame 61 on" in imported.report.warnings[0]
+    assert "Elbow_L is bridged over 1.00 s from frame 61 on" in doubts(imported.report)[0]
     markers = markers_of(dancer(ymca(rate=60.0).posture))
     markers["Elbow_L"][100:] *= [1.0, 0.5, 1.0]
-    warnings = import_motion(write_tsv(markers), ReadingOptions()).report.warnings
+    warnings = doubts(import_motion(write_tsv(markers), ReadingOptions()).report)
     assert any("the left upper arm's length varies by" in warning for warning in warnings)
 
 

@@ -1,6 +1,6 @@
 """BVH and ASF/AMC against closed forms, and against each other."""
 
-from itertools import permutations
+from itertools import pairwise, permutations
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +12,8 @@ from scipy.spatial.transform import Rotation
 
 from mpma_mj.errors import BadOptionError, MotionFileError
 from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.loader import import_motion
+from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.motions.readers.recognise import open_recording
 from mpma_mj.motions.readers.recording import Recording, Tracks
 from tests.motions.readers import writers
@@ -151,6 +153,57 @@ def test_spelling_and_spaces_do_not_matter(tmp_path: Path, old: str, new: str) -
     path.write_bytes(text.replace(old, new).encode())
     for name, known in bvh_places(angles, places, "ZXY").items():
         np.testing.assert_allclose(read(path)[1][name], known, atol=1e-9)
+
+
+def skeleton_text(chains: str) -> str:
+    """Return a BVH without frames of chains such as "a b c; b d", each joint after its parent."""
+    children: dict[str, list[str]] = {}
+    for chain in chains.split(";"):
+        for parent, child in pairwise(chain.split()):
+            children.setdefault(parent, []).append(child)
+
+    def inside(name: str) -> str:
+        below = "".join(f"JOINT {child} {inside(child)}" for child in children.get(name, ()))
+        end = "End Site { OFFSET 0 1 0 } " if not below else ""
+        return f"{{ OFFSET 0 1 0 CHANNELS 0 {below}{end}}} "
+
+    root = chains.split()[0]
+    return f"HIERARCHY\nROOT {root} {inside(root)}\nMOTION\nFrames: 0\nFrame Time: 0.01\n"
+
+
+@pytest.mark.parametrize(
+    ("chains", "root"),
+    [
+        ("body spine chest head; chest arm_l; chest arm_r; body leg_l; body leg_r", "body"),
+        ("ground body spine chest head; chest arm_l; chest arm_r; body leg_l; body leg_r", "body"),
+        ("ground chest head; chest arm_l; chest arm_r", None),
+        ("ground chest head; chest arm_l hand a; hand b; chest arm_r palm c; palm d", None),
+        ("chain link end", None),
+    ],
+)
+def test_the_root_is_where_legs_branch_from_the_spine(
+    tmp_path: Path, chains: str, root: str | None
+) -> None:
+    path = tmp_path / "dance.bvh"
+    path.write_text(skeleton_text(chains))
+    assert open_recording(path, ImportReport()).root == root
+
+
+def test_the_root_is_taken_for_a_pelvis_of_unknown_name(tmp_path: Path) -> None:
+    angles, _ = random_angles(0)
+    angles = {name: np.tile(angle[:1] / 6.0, (60, 1)) for name, angle in angles.items()}
+    places = {"Hips": np.full((60, 3), 100.0)}
+    known, unknown = tmp_path / "known.bvh", tmp_path / "unknown.bvh"
+    known.write_text(writers.bvh_text(angles, places))
+    leg = "JOINT Leg{} {{ OFFSET 9 -5 0 CHANNELS 0 End Site {{ OFFSET 0 -90 0 }} }}\n"
+    text = known.read_text().replace("ROOT Hips", "ROOT Kreuz")
+    unknown.write_text(
+        text.replace("JOINT Spine", leg.format("A") + leg.format("B") + "JOINT Spine")
+    )
+    expected = import_motion(known, ReadingOptions(), rate=60.0)
+    found = import_motion(unknown, ReadingOptions(), rate=60.0)
+    assert found.report.groups["pelvis"] == ("Kreuz",)
+    np.testing.assert_array_equal(found.motion.posture, expected.motion.posture)
 
 
 def test_a_joint_below_another_of_its_name_is_no_endless_loop(tmp_path: Path) -> None:
