@@ -19,6 +19,7 @@ __all__ = [
     "continuous_angles",
     "held_angles",
     "nearest_turn",
+    "unwound",
 ]
 
 Array = NDArray[np.float64]
@@ -124,6 +125,20 @@ def continuation(joint_angles: Array, near: Array) -> tuple[Array, Array]:
     sign = np.ones(8)
     sign[1::4] = np.where(other_branch, -1.0, 1.0)
     return sign, np.round((nearest - sign * joint_angles) / np.pi) * np.pi
+
+
+def unwound(joint_angles: Array) -> Array:
+    """Return a path of joint angles without the whole turns that can be left out.
+
+    Args:
+        joint_angles: Joint angles over time, shape (T, n), rad.
+
+    Returns:
+        Joint angles, shape (T, n), rad, less a number of turns for each joint, after which the
+        middle of its range is within half a turn of 0.
+    """
+    middle = 0.5 * (joint_angles.min(axis=0) + joint_angles.max(axis=0))
+    return joint_angles - 2.0 * np.pi * np.round(middle / (2.0 * np.pi))
 
 
 def _interpolate(angle: Array, seen: NDArray[np.bool_]) -> None:

@@ -84,7 +84,7 @@ def test_a_robot_gets_the_joint_angles() -> None:
     assert main(["motion", "ymca", "--from", "1", "--out", "x.csv"]) == 0
     table = np.genfromtxt("x.csv", delimiter=",", names=True)
     for joint, angle in zip(kinematics.JOINT_NAMES, ymca().joint_angles[20:].T, strict=True):
-        np.testing.assert_allclose(np.sin(table[joint]), np.sin(angle), atol=1e-8)
+        np.testing.assert_allclose(np.sin(table[f"{joint}_rad"]), np.sin(angle), atol=1e-8)
 
 
 def test_its_video_shows_the_movement_once(capsys: pytest.CaptureFixture[str]) -> None:

@@ -16,9 +16,8 @@ from PIL import Image, ImageSequence
 from mpma_mj.cli import main
 from mpma_mj.envs import gl
 from mpma_mj.envs.load import load
-from mpma_mj.kinematics import JOINT_NAMES
 from mpma_mj.motions import read_motion, ymca
-from mpma_mj.motions.export import COMMAND_COLUMNS
+from mpma_mj.motions.export import ANGLE_COLUMNS, COMMAND_COLUMNS
 from mpma_mj.trace import OBSERVED, Trace
 from mpma_mj.training.run_folder import RunFolder
 from tests.conftest import DISK_FULL, FAILED, Encoder, Refused
@@ -75,7 +74,7 @@ def test_a_motion_becomes_a_file_read_as_its_options_say(tmp_path: Path) -> None
 def test_a_robot_gets_what_the_arms_of_a_run_did_and_what_was_commanded(short_run: Path) -> None:
     assert main(["play", str(short_run), "--out", str(short_run / "x.csv")]) == 0
     head, *rows = (short_run / "x.csv").read_text().splitlines()
-    assert head.split(",") == ["time", *JOINT_NAMES, *COMMAND_COLUMNS]
+    assert head.split(",") == ["time", *ANGLE_COLUMNS, *COMMAND_COLUMNS]
     table = np.array([row.split(",") for row in rows], float)
     trace = RunFolder(short_run).read_trace()
     np.testing.assert_allclose(table[:, 0], np.arange(20) / 20.0)
