@@ -73,6 +73,17 @@ def test_a_motion_file_is_the_same_motion(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("ending", [".bvh", ".trc"])
+@pytest.mark.parametrize("tempo", [1.0, 4.0])
+def test_an_exported_motion_is_read_without_a_filter(
+    ending: str, tempo: float, tmp_path: Path
+) -> None:
+    motion = ymca(tempo=tempo)
+    export_motion(tmp_path / f"x{ending}", motion)
+    again = read_motion(tmp_path / f"x{ending}")
+    np.testing.assert_allclose(again.posture, motion.posture, rtol=0.0, atol=1e-5)
+
+
+@pytest.mark.parametrize("ending", [".bvh", ".trc"])
 @pytest.mark.filterwarnings("error")
 def test_a_body_is_upright_and_as_large_as_the_arms(ending: str, tmp_path: Path) -> None:
     motion = ymca(rate=60.0, tempo=0.5)
