@@ -41,7 +41,8 @@ class Play:
     """
 
     source: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|MOTION")]
-    """Folder of a run; or "ymca", or a recording: C3D, BVH, AMC, TRC, TSV, CSV, MVNX, JSON, npz."""
+    """Folder of a run; or "ymca", or a recording: C3D, BVH, AMC, TRC, CSV and others
+    (docs/guides/recordings.md)."""
     out: Path | None = None
     """File to write, in place of the window: a video as .mp4, .gif or .webp; or what the arms did,
     as .csv with joint angles and the commands of a run, .bvh, .trc or .npz."""
