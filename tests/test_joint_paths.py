@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
@@ -84,6 +85,15 @@ def test_angles_that_are_seen_are_the_continuous_ones() -> None:
         np.tile([0.5, 0.2, 0.4, 1.0], 2) + 0.4 * np.sin(times + np.arange(8))
     )
     np.testing.assert_array_equal(held_angles(posture), continuous_angles(posture))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_noise_of_arms_that_begin_straight_forward_does_not_turn_them_over(seed: int) -> None:
+    angles = np.tile([0.1, 0.5 * np.pi, 0.1, 0.5] * 2, (100, 1))
+    angles[40:, 1::4] = np.linspace(0.5 * np.pi, 0.0, 60)[:, None]
+    noise = np.random.default_rng(seed).normal(0.0, 0.01, (100, 12))
+    found = held_angles(posture_from_angles(angles) + noise)
+    np.testing.assert_allclose(found[-1], angles[-1], atol=0.1)
 
 
 def test_a_rotation_that_is_never_seen_is_0() -> None:
