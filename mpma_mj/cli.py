@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import os
+import re
 import sys
 import textwrap
 import warnings
@@ -50,6 +51,7 @@ def overview() -> str:
     return "\n\n".join([*paragraphs, _FOOT])
 
 
+_FILE_LIKE_AN_OPTION = re.compile(r"-[^-\d.][^=]*[./]")  # no option has one dash and such signs
 _INTERRUPTED = 130  # exit code that shells expect after Ctrl-C
 _COMPLETION = {"--tyro-print-completion": 2, "--tyro-write-completion": 3}  # number of words
 _NO_READER = 141  # exit code after a closed pipe, as in `mpma ... | head -1`
@@ -124,6 +126,8 @@ def _run(words: Sequence[str]) -> None:
     for word in words:
         if word == "" or (word.startswith("--") and word.endswith("=")):
             raise BadOptionError(f"'{word}' is an empty argument; give it a value, or leave it out")
+        if _FILE_LIKE_AN_OPTION.match(word):
+            raise BadOptionError(f"'{word}' begins like an option; for a file, write ./{word}")
     command = _parse(words)
     if isinstance(command, Imitate):
         command = command.with_words(words)

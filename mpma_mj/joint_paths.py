@@ -19,6 +19,7 @@ __all__ = [
     "continuous_angles",
     "held_angles",
     "nearest_turn",
+    "unwound",
 ]
 
 Array = NDArray[np.float64]
@@ -50,7 +51,7 @@ def held_angles(posture: Array) -> Array:
 
     Within 3° of a singular posture noise turns abduction or rotation by whole turns. There the
     angle goes evenly from its last seen value to the next, and the others follow it; a segment
-    moves by less than 6°.
+    moves by less than 6°. Where an abduction is first seen, its flexion is at most π/2.
 
     Args:
         posture: Postures over time, shape (T, 12).
@@ -59,11 +60,11 @@ def held_angles(posture: Array) -> Array:
         Joint angles, shape (T, 8), rad; those of `continuous_angles` where all angles are seen.
     """
     angles, seen = np.empty((len(posture), 8)), np.ones((len(posture), 8), bool)
-    near: Array | None = None
+    near = _first_seen(posture)
     for t, now in enumerate(posture):
         angles[t] = angles_from_posture(now, near)
         seen[t] = angles_seen(angles[t])
-        near = angles[t] if near is None or seen[t].all() else np.where(seen[t], angles[t], near)
+        near = angles[t] if seen[t].all() else np.where(seen[t], angles[t], near)
     for arm, held in enumerate(np.moveaxis(seen.reshape(-1, 2, 4), 1, 0)):
         abduction, flexion, rotation, elbow = angles[:, 4 * arm : 4 * arm + 4].T  # views
         if not held[:, 0].all():
@@ -124,6 +125,27 @@ def continuation(joint_angles: Array, near: Array) -> tuple[Array, Array]:
     sign = np.ones(8)
     sign[1::4] = np.where(other_branch, -1.0, 1.0)
     return sign, np.round((nearest - sign * joint_angles) / np.pi) * np.pi
+
+
+def unwound(joint_angles: Array) -> Array:
+    """Return a path of joint angles without the whole turns that can be left out.
+
+    Args:
+        joint_angles: Joint angles over time, shape (T, n), rad.
+
+    Returns:
+        Joint angles, shape (T, n), rad, less a number of turns for each joint, after which the
+        middle of its range is within half a turn of 0.
+    """
+    middle = 0.5 * (joint_angles.min(axis=0) + joint_angles.max(axis=0))
+    return joint_angles - 2.0 * np.pi * np.round(middle / (2.0 * np.pi))
+
+
+def _first_seen(posture: Array) -> Array:
+    """Return each arm's joint angles, together (8,), rad, where its abduction is first seen."""
+    angles = angles_from_posture(posture)
+    first = np.argmax(angles_seen(angles)[:, 0::4], axis=0)
+    return angles[np.repeat(first, 4), np.arange(8)]
 
 
 def _interpolate(angle: Array, seen: NDArray[np.bool_]) -> None:

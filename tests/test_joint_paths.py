@@ -1,9 +1,16 @@
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from mpma_mj.joint_paths import continuation, continuous_angles, held_angles, nearest_turn
+from mpma_mj.joint_paths import (
+    continuation,
+    continuous_angles,
+    held_angles,
+    nearest_turn,
+    unwound,
+)
 from mpma_mj.kinematics import posture_from_angles, wrap
 
 angles_anywhere = arrays(np.float64, 8, elements=st.floats(-7.0, 7.0))
@@ -80,6 +87,21 @@ def test_angles_that_are_seen_are_the_continuous_ones() -> None:
     np.testing.assert_array_equal(held_angles(posture), continuous_angles(posture))
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_noise_of_arms_that_begin_straight_forward_does_not_turn_them_over(seed: int) -> None:
+    angles = np.tile([0.1, 0.5 * np.pi, 0.1, 0.5] * 2, (100, 1))
+    angles[40:, 1::4] = np.linspace(0.5 * np.pi, 0.0, 60)[:, None]
+    noise = np.random.default_rng(seed).normal(0.0, 0.01, (100, 12))
+    found = held_angles(posture_from_angles(angles) + noise)
+    np.testing.assert_allclose(found[-1], angles[-1], atol=0.1)
+
+
 def test_a_rotation_that_is_never_seen_is_0() -> None:
     posture = np.tile([0.0, 0.6, -0.8], (5, 4))
     np.testing.assert_array_equal(held_angles(posture)[:, [2, 6]], 0.0)
+
+
+def test_whole_turns_are_left_out_of_a_path_and_no_jump_is_made() -> None:
+    path = np.linspace([-1.0, -30.0, 0.0, 3.0], [1.0, -28.0, 14.0, 4.0], 50)
+    found = unwound(path)
+    np.testing.assert_allclose(found, path + 2 * np.pi * np.array([0, 5, -1, -1]), atol=1e-9)

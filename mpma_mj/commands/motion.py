@@ -25,7 +25,7 @@ class InspectMotion:
     """
 
     motion: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="MOTION")]
-    """"ymca", or a recording: C3D, BVH, AMC, TRC, TSV, CSV, MVNX, JSON, npz."""
+    """"ymca", or a recording: C3D, BVH, AMC, TRC, CSV and others (docs/guides/recordings.md)."""
     picture: Path | None = None
     """File of the page of figures, .png; NAME-motion.png if not given."""
     video: bool = False
@@ -34,16 +34,19 @@ class InspectMotion:
     """Write the motion: joint angles as .csv, a skeleton as .bvh, points as .trc, or .npz, which
     also has the context. All commands can read each of them."""
     overwrite: bool = False
-    """Replace that file if it exists."""
+    """Replace the files of --out and --picture if they exist."""
     reading: Reading = ReadingOptions()
     """Options of reading the recording."""
 
     def run(self) -> Path:
-        """Inspect the motion and return the path of the page."""
+        """Inspect the motion and return the path of the file that is asked for, or the page."""
         if self.video:
             require_backend()
         check_new_file("out", self.out, MOTION_FORMATS, overwrite=self.overwrite)
-        check_new_file("picture", self.picture, (".png",), overwrite=True)
+        check_new_file("picture", self.picture, (".png",), overwrite=self.overwrite)
+        if self.video and self.picture is not None:
+            video = self.picture.with_suffix(".mp4")
+            check_new_file("picture", video, (".mp4",), overwrite=self.overwrite)
         from mpma_mj.envs.load import arm_limits
         from mpma_mj.motions.feasibility import demand_lines
         from mpma_mj.motions.loader import import_motion
@@ -65,4 +68,7 @@ class InspectMotion:
             video = picture.with_suffix(".mp4")
             write_video(video, ideal_trace(motion), motion, progress=show_frames)
             print(printable(str(video)))
-        return picture
+        if self.out is None:
+            return picture
+        print(printable(str(picture)))
+        return self.out

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import shlex
 from dataclasses import dataclass, replace
@@ -40,7 +41,8 @@ class Play:
     """
 
     source: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|MOTION")]
-    """Folder of a run; or "ymca", or a recording: C3D, BVH, AMC, TRC, TSV, CSV, MVNX, JSON, npz."""
+    """Folder of a run; or "ymca", or a recording: C3D, BVH, AMC, TRC, CSV and others
+    (docs/guides/recordings.md)."""
     out: Path | None = None
     """File to write, in place of the window: a video as .mp4, .gif or .webp; or what the arms did,
     as .csv with joint angles and the commands of a run, .bvh, .trc or .npz."""
@@ -157,13 +159,17 @@ class Play:
 def _export_run(path: Path, trace: Trace, motion: Motion, options: EnvironmentOptions) -> None:
     """Write what the arms of a run did: for each step the posture in which it began.
 
-    A `.csv` has the joint angles that the arms had, and the joint velocities commanded in the step.
+    A `.csv` has the joint angles that the arms had, less whole turns where a joint has no range,
+    and the joint velocities commanded in the step.
     """
     from mpma_mj.envs.load import arm_limits
+    from mpma_mj.joint_paths import unwound
 
     if path.suffix == ".csv":
-        commands = trace.action * arm_limits(options).max_speed
-        write_joint_angles(path, trace.true_joint_angles()[:-1], motion.rate, commands)
+        limits, angles = arm_limits(options), trace.true_joint_angles()[:-1]
+        free = limits.highest - limits.lowest == math.inf
+        angles[:, free] = unwound(angles[:, free])
+        write_joint_angles(path, angles, motion.rate, trace.action * limits.max_speed)
         return
     source = f"arms that imitate {motion.source}"
     posture, context = trace.posture[:-1], trace.context[:-1]

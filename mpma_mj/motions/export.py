@@ -9,15 +9,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.errors import BadOptionError
-from mpma_mj.kinematics import JOINT_NAMES, SIDES, angles_from_posture
+from mpma_mj.joint_paths import unwound
+from mpma_mj.kinematics import JOINT_NAMES, SIDES, angles_from_posture, wrap
 from mpma_mj.motions.motion import Motion, save_motion
 from mpma_mj.utils.atomic_files import atomic_write
 from mpma_mj.utils.text import printable
 
-__all__ = ["COMMAND_COLUMNS", "MOTION_FORMATS", "export_motion", "write_joint_angles"]
+__all__ = [
+    "ANGLE_COLUMNS",
+    "COMMAND_COLUMNS",
+    "MOTION_FORMATS",
+    "export_motion",
+    "write_joint_angles",
+]
 
 Array = NDArray[np.float64]
 
+ANGLE_COLUMNS = tuple(f"{joint}_rad" for joint in JOINT_NAMES)
+"""Titles of the columns of joint angles."""
 COMMAND_COLUMNS = tuple(f"{joint}_command_rad/s" for joint in JOINT_NAMES)
 """Titles of the columns of commanded joint velocities."""
 
@@ -55,9 +64,9 @@ def export_motion(path: str | Path, motion: Motion) -> None:
     """Write a motion, at its own rate and tempo, to a file for other programs.
 
     The ending of the name decides: `.csv` has columns of time, s, and of the motion's joint angles,
-    rad, named by `kinematics.JOINT_NAMES`; `.bvh` has a skeleton of the upper body that turns to
-    the postures, cm and y up; `.trc` has shoulders, elbows, wrists, pelvis and neck, mm and y up;
-    `.npz` has the motion itself, with its context.
+    rad, less whole turns (`joint_paths.unwound`), titled `ANGLE_COLUMNS`; `.bvh` has a skeleton of
+    the upper body that turns to the postures, cm and y up; `.trc` has shoulders, elbows, wrists,
+    pelvis and neck, mm and y up; `.npz` has the motion itself, with its context.
 
     Args:
         path: The file; an existing one is replaced.
@@ -89,7 +98,7 @@ def write_joint_angles(
     Raises:
         RunFolderError: The file cannot be written.
     """
-    titles = ["time", *JOINT_NAMES]
+    titles = ["time", *ANGLE_COLUMNS]
     columns = [_times(joint_angles, rate), joint_angles]
     if commands is not None:
         titles += COMMAND_COLUMNS
@@ -98,7 +107,7 @@ def write_joint_angles(
 
 
 def _write_csv(path: Path, motion: Motion) -> None:
-    write_joint_angles(path, motion.joint_angles, motion.rate)
+    write_joint_angles(path, unwound(motion.joint_angles), motion.rate)
 
 
 def _write_bvh(path: Path, motion: Motion) -> None:
@@ -106,9 +115,10 @@ def _write_bvh(path: Path, motion: Motion) -> None:
 
     From the T-pose, in which abduction is π/2, an upper arm turns by R Rx(-π/2) = Rx(a - π/2)
     Rz(-b) Ry(-c), with R and the angles a, b, c, e of `kinematics`, and a forearm by Rz(-e); the
-    right arm is the mirror image. In the axes of the file these are turns about z, y, x and y.
+    right arm is the mirror image. In the axes of the file these are turns about z, y, x and y,
+    which are continuous up to a turn; what is beyond is less whole turns.
     """
-    joint_angles = angles_from_posture(motion.posture, near=motion.joint_angles)
+    joint_angles = angles_from_posture(motion.posture, near=unwound(motion.joint_angles))
     names = list(_BONES)
     channels = np.zeros((len(motion), len(names), 3))  # turns about z, y and x
     for side, angles in zip(SIDES, np.split(joint_angles, 2, axis=1), strict=True):
@@ -117,6 +127,7 @@ def _write_bvh(path: Path, motion: Motion) -> None:
         arm, forearm = (names.index(f"{side.title()}{name}") for name in ("Arm", "ForeArm"))
         channels[:, arm] = np.stack([mirror * (a - 90.0), -mirror * b, -c], axis=1)
         channels[:, forearm, 1] = -mirror * e
+    channels = np.where(np.abs(channels) > 360.0, np.degrees(wrap(np.radians(channels))), channels)
     place = np.tile([0.0, _CENTIMETRES * _PELVIS, 0.0], (len(motion), 1))
     header = [
         "HIERARCHY",

@@ -94,15 +94,14 @@ def feasible_tempo(read: Callable[[float], Motion], limits: JointLimits) -> floa
     """
     passes, fails, tried = 0, 101, 100  # hundredths
     while fails - passes > 1:
-        motion = read(tried / 100.0)
-        change = feasible(motion, limits)[1]
+        change = feasible(read(tried / 100.0), limits)[1]
         if change is None:
             passes = tried
         else:
             fails = tried
         if fails == 1:
             raise InfeasibleMotionError(
-                f"{motion.name}: no tempo is slow enough: {change}", remedy="leave out {tempo}"
+                f"no tempo is slow enough: {change}", remedy="leave out {tempo}"
             )
         tried = (passes + fails) // 2
     return passes / 100.0

@@ -123,7 +123,10 @@ def import_motion(
             )
         return _import(source, options, rate)
     if options.tempo == "auto":
-        tempo = feasible_tempo(lambda tempo: _at_tempo(source, options, rate, tempo).motion, limits)
+        try:
+            tempo = feasible_tempo(lambda t: _at_tempo(source, options, rate, t).motion, limits)
+        except InfeasibleMotionError as error:
+            raise error.with_context(source) from None
         imported = _at_tempo(source, options, rate, tempo)
         imported.report.note(f"tempo {tempo:g}, at which the arms need no change")
     else:

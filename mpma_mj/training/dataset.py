@@ -2,23 +2,28 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 
 from mpma_mj.envs.load import arm_limits
-from mpma_mj.errors import BadOptionError, MotionFileError
+from mpma_mj.errors import BadOptionError, MotionFileError, RecordingWarning
 from mpma_mj.motions import Motion
 from mpma_mj.motions.context import read_labels
+from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.loader import import_motion, refuse_run
 from mpma_mj.motions.options import ReadingOptions, given
+from mpma_mj.motions.readers.recognise import open_recording
 from mpma_mj.motions.synthetic import BUILT_IN
 from mpma_mj.motions.transforms import join
 from mpma_mj.training.config import RunConfig
+from mpma_mj.utils.input_files import file_problem
 
 __all__ = ["expand_folders", "read_motions"]
 
-# Endings of files in a folder that count as recordings; their format is recognised by content.
-_ENDINGS = {".amc", ".bvh", ".c3d", ".csv", ".mvnx", ".npy", ".npz", ".trc", ".tsv"}
+# Endings of files in a folder that count as recordings, JSON if it has points of a body; their
+# format is recognised by content.
+_ENDINGS = {".amc", ".bvh", ".c3d", ".csv", ".json", ".mvnx", ".npy", ".npz", ".trc", ".tsv"}
 # Options of reading that refer to one file.
 _SINGLE_FILE_OPTIONS = {
     *("start", "end", "skeleton", "loop", "context", "segments", "labels", "audio"),
@@ -41,7 +46,7 @@ def expand_folders(sources: Sequence[str]) -> tuple[str, ...]:
             continue
         refuse_run(Path(source))
         files = sorted(p for p in Path(source).iterdir() if p.suffix.lower() in _ENDINGS)
-        recordings = [str(path) for path in files if not _is_label_file(path)]
+        recordings = [str(path) for path in files if not path.is_dir() and _is_recording(path)]
         if not recordings:
             raise MotionFileError(
                 f"{source}: contains no recording; expected files that end in"
@@ -51,14 +56,22 @@ def expand_folders(sources: Sequence[str]) -> tuple[str, ...]:
     return tuple(expanded)
 
 
-def _is_label_file(path: Path) -> bool:
-    """Return whether a file contains the labels of a recording, rather than a recording."""
-    if path.suffix.lower() != ".csv":
-        return False
+def _is_recording(path: Path) -> bool:
+    """Return whether a file is a recording, rather than labels of one or JSON of something else.
+
+    A `RecordingWarning` names such JSON, as it may also be a damaged recording.
+    """
+    ending = path.suffix.lower()
     try:
-        return bool(read_labels(path))
-    except MotionFileError:
-        return False
+        if ending == ".csv":
+            return not read_labels(path)
+        if ending == ".json" and not file_problem(path):
+            open_recording(path, ImportReport())
+    except MotionFileError as error:
+        if ending == ".json":
+            warnings.warn(RecordingWarning(f"left out: {error}"), stacklevel=3)
+        return ending == ".csv"
+    return True
 
 
 def read_motions(config: RunConfig) -> Motion:

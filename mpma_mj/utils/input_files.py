@@ -42,6 +42,8 @@ def file_problem(path: str | Path, *, largest: int = _LARGEST) -> str:
     except FileNotFoundError:
         if is_web_address(path):
             return "is a web address; download it first, and give the path of the file"
+        if Path(path).is_symlink():
+            return "is a link to a file that is not there; mend or remove the link"
         return MISSING
     except (OSError, ValueError) as error:  # ValueError: a NUL in the name
         return f"cannot be read ({getattr(error, 'strerror', error)}); check the path"

@@ -11,7 +11,7 @@ from mpma_mj import kinematics
 from mpma_mj.cli import main
 from mpma_mj.motions import read_motion, ymca
 from mpma_mj.motions.feasibility import near_singularity
-from tests.conftest import DISK_FULL, FAILED, NO_TRUNK, Encoder, dancer, markers_of
+from tests.conftest import DISK_FULL, FAILED, NO_TRUNK, Encoder, Refused, dancer, markers_of
 
 WriteTsv = Callable[..., Path]
 
@@ -71,6 +71,28 @@ def test_the_npz_that_it_writes_is_the_same_movement(write_tsv: WriteTsv) -> Non
     assert main(["motion", "x.npz", "--out", "x.npz", "--overwrite"]) == 0
 
 
+def test_the_last_line_is_the_file_that_is_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["motion", "ymca", "--out", "x.csv"]) == 0
+    assert capsys.readouterr().out.splitlines()[-2:] == ["ymca-motion.png", "x.csv"]
+    assert main(["motion", "ymca"]) == 0  # the page with its own name is replaced
+
+
+@pytest.mark.parametrize(
+    ("there", "words"),
+    [("x.png", []), ("x.mp4", ["--video"]), ("x.csv", ["--out", "x.csv"])],
+)
+def test_no_file_that_is_named_is_replaced_unless_that_is_asked_for(
+    there: str, words: list[str], refused: Refused
+) -> None:
+    Path(there).write_text("old")
+    command = ["motion", "ymca", "--picture", "x.png", *words]
+    refused(command, f"{there}: already exists; --overwrite replaces it")
+    assert Path(there).read_text() == "old"
+    if not there.endswith(".mp4"):
+        assert main([*command, "--overwrite"]) == 0
+        assert Path(there).read_bytes() != b"old"
+
+
 @pytest.mark.parametrize("ending", [".bvh", ".trc"])
 def test_other_programs_get_the_motion_at_its_tempo(ending: str, write_tsv: WriteTsv) -> None:
     path, out = write_tsv(), f"x{ending}"
@@ -84,7 +106,7 @@ def test_a_robot_gets_the_joint_angles() -> None:
     assert main(["motion", "ymca", "--from", "1", "--out", "x.csv"]) == 0
     table = np.genfromtxt("x.csv", delimiter=",", names=True)
     for joint, angle in zip(kinematics.JOINT_NAMES, ymca().joint_angles[20:].T, strict=True):
-        np.testing.assert_allclose(np.sin(table[joint]), np.sin(angle), atol=1e-8)
+        np.testing.assert_allclose(np.sin(table[f"{joint}_rad"]), np.sin(angle), atol=1e-8)
 
 
 def test_its_video_shows_the_movement_once(capsys: pytest.CaptureFixture[str]) -> None:
@@ -129,7 +151,10 @@ def test_a_video_that_fails_leaves_the_old_one(
 ) -> None:
     (tmp_path / "page.mp4").write_text("old")
     encoder(DISK_FULL)
-    assert main(["motion", "ymca", "--video", "--picture", str(tmp_path / "page.png")]) == 1
+    assert (
+        main(["motion", "ymca", "--video", "--overwrite", "--picture", str(tmp_path / "page.png")])
+        == 1
+    )
     line = capsys.readouterr().err.splitlines()[-1]
     assert line.startswith(f"mpma: {tmp_path / 'page.mp4'}: {FAILED}")
     assert (tmp_path / "page.mp4").read_text() == "old"

@@ -56,6 +56,8 @@ from tests.conftest import Refused
         ),
         ("imitate F --latency x", "--latency has 'x'; expected one whole number, such as 3, or a"),
         ("play ymca dance.csv", "play has no use for 'dance.csv'; leave it out"),
+        ("motion -dash.tsv", "'-dash.tsv' begins like an option; for a file, write ./-dash.tsv"),
+        ("play ymca --out -runs/a.mp4", "'-runs/a.mp4' begins like an option; for a file, write"),
         ("motion", "no motion given; try: mpma motion dance.c3d --video"),
         ("identify", "no log given; try: mpma identify robot.csv"),
         ("play", "no run or motion given; try: mpma play runs/ymca --out dance.mp4"),

@@ -1,5 +1,6 @@
 """`mpma play --out`: runs and motions as files."""
 
+import dataclasses
 import json
 import resource
 import shutil
@@ -16,9 +17,8 @@ from PIL import Image, ImageSequence
 from mpma_mj.cli import main
 from mpma_mj.envs import gl
 from mpma_mj.envs.load import load
-from mpma_mj.kinematics import JOINT_NAMES
 from mpma_mj.motions import read_motion, ymca
-from mpma_mj.motions.export import COMMAND_COLUMNS
+from mpma_mj.motions.export import ANGLE_COLUMNS, COMMAND_COLUMNS
 from mpma_mj.trace import OBSERVED, Trace
 from mpma_mj.training.run_folder import RunFolder
 from tests.conftest import DISK_FULL, FAILED, Encoder, Refused
@@ -75,13 +75,27 @@ def test_a_motion_becomes_a_file_read_as_its_options_say(tmp_path: Path) -> None
 def test_a_robot_gets_what_the_arms_of_a_run_did_and_what_was_commanded(short_run: Path) -> None:
     assert main(["play", str(short_run), "--out", str(short_run / "x.csv")]) == 0
     head, *rows = (short_run / "x.csv").read_text().splitlines()
-    assert head.split(",") == ["time", *JOINT_NAMES, *COMMAND_COLUMNS]
+    assert head.split(",") == ["time", *ANGLE_COLUMNS, *COMMAND_COLUMNS]
     table = np.array([row.split(",") for row in rows], float)
     trace = RunFolder(short_run).read_trace()
     np.testing.assert_allclose(table[:, 0], np.arange(20) / 20.0)
     np.testing.assert_allclose(table[:, 1:9], trace.true_joint_angles()[:-1], atol=1e-8)
     speed = load("ymca", control_timestep=0.05).task.max_joint_speed
     np.testing.assert_allclose(table[:, 9:], trace.action * speed, atol=1e-8)
+
+
+def test_a_robot_gets_no_turns_that_can_be_left_out_unless_a_joint_has_a_range(
+    short_run: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    trace = RunFolder(short_run).read_trace()
+    turned = trace.joint_angles + 6 * np.pi
+    wound = dataclasses.replace(trace, joint_angles=turned)
+    monkeypatch.setattr(RunFolder, "read_trace", lambda _: wound)
+    assert main(["play", str(short_run), "--out", str(short_run / "x.csv")]) == 0
+    table = np.genfromtxt(short_run / "x.csv", delimiter=",", skip_header=1)[:, 1:9]
+    expected = trace.joint_angles[:-1].copy()
+    expected[:, 3::4] += 6 * np.pi  # the elbows have a range
+    np.testing.assert_allclose(table, expected, atol=1e-8)
 
 
 @pytest.mark.parametrize("ending", [".bvh", ".trc", ".npz"])

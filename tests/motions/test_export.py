@@ -10,10 +10,11 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from mpma_mj.errors import BadOptionError, RunFolderError
-from mpma_mj.kinematics import JOINT_NAMES, posture_from_angles
+from mpma_mj.kinematics import posture_from_angles
 from mpma_mj.motions import Motion, read_motion, ymca
 from mpma_mj.motions.body import posture_from_points
 from mpma_mj.motions.export import (
+    ANGLE_COLUMNS,
     COMMAND_COLUMNS,
     MOTION_FORMATS,
     export_motion,
@@ -22,7 +23,7 @@ from mpma_mj.motions.export import (
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.marker_sets import choose_markers
 from mpma_mj.motions.readers.recognise import open_recording
-from tests.motions.known_motions import check_equal, moving
+from tests.motions.known_motions import check_equal, moving, singular
 
 Array = NDArray[np.float64]
 
@@ -72,6 +73,17 @@ def test_a_motion_file_is_the_same_motion(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("ending", [".bvh", ".trc"])
+@pytest.mark.parametrize("tempo", [1.0, 4.0])
+def test_an_exported_motion_is_read_without_a_filter(
+    ending: str, tempo: float, tmp_path: Path
+) -> None:
+    motion = ymca(tempo=tempo)
+    export_motion(tmp_path / f"x{ending}", motion)
+    again = read_motion(tmp_path / f"x{ending}")
+    np.testing.assert_allclose(again.posture, motion.posture, rtol=0.0, atol=1e-5)
+
+
+@pytest.mark.parametrize("ending", [".bvh", ".trc"])
 @pytest.mark.filterwarnings("error")
 def test_a_body_is_upright_and_as_large_as_the_arms(ending: str, tmp_path: Path) -> None:
     motion = ymca(rate=60.0, tempo=0.5)
@@ -109,20 +121,46 @@ def test_a_skeleton_turns_its_arms_by_the_joint_angles_alone(tmp_path: Path) -> 
     assert "-0.000000" not in text
 
 
-def test_joint_angles_are_columns_by_name(tmp_path: Path) -> None:
+def test_joint_angles_are_columns_by_name_and_unit(tmp_path: Path) -> None:
     motion = ymca(rate=30.0)
     export_motion(tmp_path / "x.csv", motion)
     titles, table = table_of(tmp_path / "x.csv")
-    assert titles == ["time", *JOINT_NAMES]
+    assert titles == ["time", *ANGLE_COLUMNS]
+    assert ANGLE_COLUMNS[3] == "left_elbow_rad"
     np.testing.assert_allclose(table[:, 0], np.arange(len(motion)) / 30.0, atol=1e-9)
     np.testing.assert_allclose(table[:, 1:], motion.joint_angles, atol=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("ending", [".bvh", ".csv"])
+@pytest.mark.filterwarnings("error:.* turns by ")
+def test_arms_that_turn_many_times_are_within_few_turns(
+    ending: str, seed: int, tmp_path: Path
+) -> None:
+    motion = singular(seed, frames=2000)
+    assert np.abs(motion.joint_angles).max() > 4 * np.pi
+    path = tmp_path / f"x{ending}"
+    export_motion(path, motion)
+    read_motion(path, rate=20.0)  # without a warning of turns
+    if ending == ".csv":
+        table = table_of(path)[1][:, 1:]
+        middle = 0.5 * (table.min(axis=0) + table.max(axis=0))
+        assert np.abs(middle).max() <= np.pi
+        steps = np.diff(motion.joint_angles, axis=0)
+        np.testing.assert_allclose(np.diff(table, axis=0), steps, atol=1e-8)
+    else:
+        np.testing.assert_allclose(posture_in(path), motion.posture, rtol=0.0, atol=1e-6)
+        rows = [line.split() for line in path.read_text().splitlines()[-len(motion) :]]
+        turns = np.array(rows, float)[:, 3:]
+        assert np.abs(turns).max() <= 360.0
+        assert np.abs(np.diff(turns, axis=0)).max() <= 360.0
 
 
 def test_commands_have_their_unit_in_their_title(tmp_path: Path) -> None:
     angles, commands = np.random.default_rng(0).normal(size=(2, 4, 8))
     write_joint_angles(tmp_path / "x.csv", angles, 20.0, commands)
     titles, table = table_of(tmp_path / "x.csv")
-    assert titles == ["time", *JOINT_NAMES, *COMMAND_COLUMNS]
+    assert titles == ["time", *ANGLE_COLUMNS, *COMMAND_COLUMNS]
     assert COMMAND_COLUMNS[3] == "left_elbow_command_rad/s"
     np.testing.assert_allclose(table[:, 9:], commands, atol=1e-9)
 

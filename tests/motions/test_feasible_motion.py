@@ -1,5 +1,6 @@
 import dataclasses
 import itertools
+import re
 from pathlib import Path
 
 import numpy as np
@@ -112,10 +113,12 @@ def test_the_tempo_that_is_found_needs_no_change_and_the_next_one_does() -> None
     assert 0.5 < tempo < 0.7
 
 
-def test_no_tempo_bends_an_elbow_less() -> None:
-    angles = np.tile([0.3, 0.1, 0.2, 3.1] * 2, (60, 1))
-    with pytest.raises(InfeasibleMotionError, match=r"no tempo is slow enough: .*_elbow would"):
-        feasible_tempo(lambda tempo: at_rate(moving(angles), 20.0, tempo), LIMITS)
+def test_no_tempo_bends_an_elbow_less(tmp_path: Path) -> None:
+    path = tmp_path / "a.npz"
+    save_motion(path, moving(np.tile([0.3, 0.1, 0.2, 3.1] * 2, (60, 1))))
+    expected = rf"^{re.escape(str(path))}: no tempo is slow enough: .*_elbow would"
+    with pytest.raises(InfeasibleMotionError, match=expected):
+        read_motion(path, tempo="auto", limits=LIMITS)
 
 
 def test_it_is_the_same_after_it_was_written(tmp_path: Path) -> None:

@@ -37,7 +37,7 @@ SPECIAL = {
     "socket": "is a socket, not a file; save its content to a file first",
     "device": "is a device, not a file; save its content to a file first",
     "folder": "is a folder; give the path of a file in it",
-    "dead link": "no such file; check the path",
+    "dead link": "is a link to a file that is not there",
     "loop": "cannot be read (Too many levels of symbolic links); check the path",
     "huge": "MB; expected at most",
     "nothing": "no such file; check the path",
@@ -125,6 +125,9 @@ def test_what_lies_in_a_folder_is_checked_as_well(refused: Refused) -> None:
     Path("dances").mkdir()
     os.mkfifo("dances/x.csv")  # which may be a recording or labels
     refused(["imitate", "dances"], "dances/x.csv: is a pipe, not a file")
+    Path("links").mkdir()
+    Path("links/x.bvh").symlink_to("y.bvh")
+    refused(["imitate", "links"], "links/x.bvh: is a link to a file that is not there; mend or")
     os.mkfifo("bones.asf")
     refused(["motion", str(_amc())], "bones.asf: is a pipe, not a file")
 

@@ -18,6 +18,7 @@ _CUTOFFS = np.arange(2.0, 20.25, 0.5)  # Hz, that are tried
 _HUMAN = (4.0, 10.0)  # Hz: lower cuts motion, higher keeps noise (choice, after Winter)
 _LONGEST = 60.0  # s that are looked at for a cut-off
 _PADDING = 2.0  # periods of the cut-off, in which a filter has settled
+_TOP = 0.45  # of the rate: only noise is above, if there is any
 _BAND = 0.4  # share of a lower rate up to which resampling lets pass
 _AT_ONCE = 4096  # samples
 _REACH = 40  # frames
@@ -49,7 +50,9 @@ def data_cutoff(points: Array, rate: float) -> float:
     The residual R(f) between raw and filtered data falls along a line where only noise is
     removed; extended to f = 0 the line gives the noise within the motion, and the cut-off is
     where R reaches it: Winter (2009), Biomechanics and Motor Control of Human Movement, 4th
-    ed., §3.4.4.3.
+    ed., §3.4.4.3. At a low rate that line may be motion as well. Then the noise is taken from what
+    is next to half the rate; where the filter would remove more motion than noise, such as from
+    an exported motion, which has none, the cut-off is the highest.
 
     Args:
         points: Trajectories, shape (T, D).
@@ -58,16 +61,27 @@ def data_cutoff(points: Array, rate: float) -> float:
     Returns:
         Cut-off frequency, 4 to 10 Hz.
     """
-    tried = _CUTOFFS[0.45 * rate > _CUTOFFS]
+    tried = _CUTOFFS[_TOP * rate > _CUTOFFS]
     some = points[: looked_at(rate)]
     if len(tried) < 8 or len(some) < rate:
         return _HUMAN[0] if len(tried) < 8 else sum(_HUMAN) / 2
     some = some - some.mean(axis=0)
-    residual = np.array([np.sqrt(np.mean((some - low_pass(some, rate, f)) ** 2)) for f in tried])
+    residual = np.array([_residual(some, rate, f) for f in tried])
     tail = tried >= 0.6 * tried[-1]
     noise = np.polyval(np.polyfit(tried[tail], residual[tail], 1), 0.0)
     enough = np.flatnonzero(residual <= max(noise, residual[-1]))
-    return float(np.clip(tried[enough[0]], *_HUMAN))
+    cutoff = float(np.clip(tried[enough[0]], *_HUMAN))
+    if tried[tail][0] < _HUMAN[1]:
+        top = _residual(some, rate, _TOP * rate, order=6) ** 2 / (0.5 - _TOP)  # per relative band
+        removed = _residual(some, rate, cutoff) ** 2
+        if top * (0.5 - cutoff / rate) < 0.5 * removed:
+            return _HUMAN[1]
+    return cutoff
+
+
+def _residual(points: Array, rate: float, cutoff: float, order: int = 2) -> float:
+    """Return the root mean square of what a low-pass filter removes from trajectories, (T, D)."""
+    return float(np.sqrt(np.mean((points - low_pass(points, rate, cutoff, order=order)) ** 2)))
 
 
 def looked_at(rate: float) -> int:

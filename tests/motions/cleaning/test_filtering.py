@@ -100,9 +100,17 @@ def test_filtering_at_the_cutoff_is_nearer_to_the_truth_than_the_data(bandwidth:
         assert error[60:-60].std() < 0.8 * noise
 
 
-def test_noise_alone_is_cut_off_as_low_as_can_be() -> None:
+@pytest.mark.parametrize("rate", [20.0, 30.0, 60.0])
+def test_noise_alone_is_cut_off_as_low_as_can_be(rate: float) -> None:
     noise = np.random.default_rng(0).normal(size=(1200, 18))
-    assert data_cutoff(noise, 60.0) == 4.0
+    assert data_cutoff(noise, rate) == 4.0
+
+
+@pytest.mark.parametrize(("noise", "cutoff"), [(0.0, 10.0), (20.0, 4.0)])
+def test_a_low_rate_leaves_motion_unless_there_is_more_noise(noise: float, cutoff: float) -> None:
+    points = movement(6.0, rate=20.0)
+    points = points + np.random.default_rng(0).normal(0.0, noise, points.shape)
+    assert data_cutoff(points, 20.0) == cutoff
 
 
 def test_only_the_start_of_a_long_recording_decides() -> None:
