@@ -75,6 +75,13 @@ def markers_of(points: dict[str, Array]) -> dict[str, Array]:
     return markers
 
 
+def with_trunk(markers: dict[str, Array]) -> dict[str, Array]:
+    """Return markers of arms, and those of an upright trunk."""
+    frames = len(next(iter(markers.values())))
+    trunk = {"Hips": [0.0, 0.0, 900.0], "Neck": [0.0, 0.0, 1400.0]}
+    return markers | {name: np.tile(place, (frames, 1)) for name, place in trunk.items()}
+
+
 def doubts(report: ImportReport) -> list[str]:
     """Return the warnings of a report but that of points of the arms alone."""
     return [warning for warning in report.warnings if warning != NO_TRUNK]

@@ -21,7 +21,7 @@ from mpma_mj.utils.progress import show_range, show_runs
 from mpma_mj.utils.text import printable
 from mpma_mj.visualization.figure_file import figure_file
 from mpma_mj.visualization.responsibility_strip import Strip
-from tests.conftest import Refused, dancer, markers_of
+from tests.conftest import Refused, dancer, markers_of, with_trunk
 from tests.test_cli import mpma
 
 WriteTsv = Callable[..., Path]
@@ -63,7 +63,7 @@ def test_files_hold_any_name(tmp_path: Path) -> None:
 def test_a_repertoire_of_such_names_is_learned_and_examined(
     write_tsv: WriteTsv, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    markers = markers_of(dancer(ymca(rate=60.0).posture[:90]))
+    markers = with_trunk(markers_of(dancer(ymca(rate=60.0).posture[:90])))
     recordings = [write_tsv(markers, name=f"{name}.tsv") for name in NAMES]
     run = tmp_path / "[run]\udcff$1_$2"
     words = [*recordings, *TINY, "--out", run]
@@ -120,7 +120,9 @@ def test_such_a_recording_is_inspected_and_exported(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    folder = write_tsv(name=f"{name}.tsv", edit=lambda t: t.replace("FRAMES\t", "FRAMES\t9")).parent
+    markers = with_trunk(markers_of(dancer(ymca(rate=60.0).posture)))
+    path = write_tsv(markers, name=f"{name}.tsv", edit=lambda t: t.replace("FRAMES\t", "FRAMES\t9"))
+    folder = path.parent
     monkeypatch.chdir(folder)
     assert main(["motion", f"{name}.tsv", "--out", f"{name}.npz"]) == 0
     printed = capsys.readouterr()
@@ -158,7 +160,8 @@ def test_a_recordings_page_stands_by_its_printable_name(
 ) -> None:
     spans = "0,1,$\\bad$\n1,2,$x\n2,9,踊り\n"
     (tmp_path / "labels.csv").write_text(spans, encoding="utf-8")
-    recording = write_tsv(name=f"{NOT_UTF8}.tsv")
+    markers = with_trunk(markers_of(dancer(ymca(rate=60.0).posture)))
+    recording = write_tsv(markers, name=f"{NOT_UTF8}.tsv")
     monkeypatch.chdir(tmp_path)
     assert main(["motion", str(recording), "--labels", "labels.csv"]) == 0
     printed = capsys.readouterr()

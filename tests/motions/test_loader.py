@@ -15,7 +15,7 @@ from mpma_mj.errors import (
 from mpma_mj.motions import read_motion, ymca
 from mpma_mj.motions.loader import import_motion
 from mpma_mj.motions.options import ReadingOptions
-from tests.conftest import NO_TRUNK, dancer, doubts, markers_of
+from tests.conftest import NO_TRUNK, dancer, doubts, markers_of, with_trunk
 from tests.motions.readers import writers
 
 WriteTsv = Callable[..., Path]
@@ -339,8 +339,7 @@ def test_what_may_be_wrong_is_a_warning_that_names_the_file(write_tsv: WriteTsv)
 
 @pytest.mark.filterwarnings("error")
 def test_a_good_recording_is_read_without_a_warning(write_tsv: WriteTsv) -> None:
-    trunk = {name: np.tile([0.0, 0.0, z], (228, 1)) for name, z in (("Hips", 900), ("Neck", 1400))}
-    assert len(read_motion(write_tsv(markers() | trunk))) == 76
+    assert len(read_motion(write_tsv(with_trunk(markers())))) == 76
 
 
 def test_the_report_has_what_the_file_has(write_tsv: WriteTsv) -> None:

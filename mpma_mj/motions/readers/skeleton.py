@@ -24,6 +24,7 @@ __all__ = [
     "compare_sides",
     "euler_turn",
     "joint_positions",
+    "root_of_legs",
     "tracks_of",
 ]
 
