@@ -72,7 +72,7 @@ def test_every_option_but_the_seed_can_vary(name: str) -> None:
         (["loop=maybe"], "loop 'maybe'; expected true or false"),
         (["rule=weighted,gated"], "gated is for posture models: choose models=posture"),
         (["rule=gatd"], "rule is 'gatd'; expected weighted, gated, or the path of a class"),
-        (["unit=km"], "unit 'km'; expected one of m, cm, mm, inch or none"),
+        (["unit=km"], "unit 'km'; expected one of m, cm, mm, inch, ft or none"),
         (["nodes=5", "nodes=6"], "nodes twice; give all its values at once"),
         (["from=1", "start=2"], "start twice"),
         (["nodes=5,6,05"], "a value of nodes twice: '5,6,05'"),
