@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import special
@@ -23,6 +25,7 @@ __all__ = [
     "repeatability",
     "rp_error_percent",
     "sharing_entropy",
+    "tracking_errors",
     "usage_entropy",
 ]
 
@@ -253,6 +256,25 @@ def mpkpe(sites: Array, demonstrated_sites: Array) -> float:
     """
     offset = (sites - demonstrated_sites)[:, :, 1:]
     return float(np.mean(np.linalg.norm(offset, axis=-1)))
+
+
+def tracking_errors(
+    posture: Array, reference: Array, site_positions: Callable[[Array], Array]
+) -> dict[str, float]:
+    """Return both measures of how well an episode tracks its demonstration.
+
+    Args:
+        posture: True postures after each step, shape (T, 12).
+        reference: Demonstrated postures after each step, shape (T, 12).
+        site_positions: Positions of shoulders, elbows and wrists in postures, as of the arms.
+
+    Returns:
+        `p_e_percent`, see `posture_error_percent`, and `mpkpe_m`, see `mpkpe`.
+    """
+    return {
+        "p_e_percent": posture_error_percent(posture, reference),
+        "mpkpe_m": mpkpe(site_positions(posture), site_positions(reference)),
+    }
 
 
 def phase_lag(posture: Array, reference: Array, timestep: float) -> float:

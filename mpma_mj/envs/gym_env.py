@@ -49,7 +49,9 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
     - `termination_reason`: why the episode has ended; empty while it continues;
     - `plant`: with the option `plants`, the index of the plant that the next action meets;
     - `latency`: where this option is a range, the latency that the next action meets, in control
-      steps.
+      steps;
+    - at the end of an episode `p_e_percent` and `mpkpe_m`, its tracking errors (see `metrics`), of
+      the true posture of the arms.
 
     Episodes follow from the seed: `reset(seed=s)` starts the first episode of seed s, and
     `reset()` the next one. Before any `reset(seed=…)` it is the argument `seed`. In Gymnasium's
@@ -171,8 +173,14 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
             self._show()
         terminated = self._over and timestep.discount == 0.0
         truncated = self._over and not terminated
-        observation = self._pack(timestep.observation)
-        return observation, float(timestep.reward), terminated, truncated, self._info()
+        observation, info = self._pack(timestep.observation), self._info()
+        if self._over:
+            info |= self.tracking_errors()
+        return observation, float(timestep.reward), terminated, truncated, info
+
+    def tracking_errors(self) -> dict[str, float]:
+        """Return `p_e_percent` and `mpkpe_m` of the episode so far; see `metrics`."""
+        return self._env.task.tracking_errors(self._env.physics)
 
     def render(self) -> NDArray[np.uint8] | None:
         """Draw the arms and the demonstration's ghost.

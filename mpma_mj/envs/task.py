@@ -7,7 +7,7 @@ from dm_control.rl import control
 from dm_env import specs
 from numpy.typing import NDArray
 
-from mpma_mj import kinematics
+from mpma_mj import kinematics, metrics
 from mpma_mj.envs.demonstration import Demonstration
 from mpma_mj.envs.observation import Observer
 from mpma_mj.envs.options import EnvironmentOptions
@@ -63,6 +63,7 @@ class TwoArmImitation(control.Task):
         self._observer = Observer(self._demonstration, options)
         self._rules = StepRules(options, self.steps, self.max_joint_speed, physics.segment_lengths)
         self._pending: Array = np.zeros((options.longest_latency, 8))
+        self._postures: Array = np.zeros((self.steps + 1, 12))  # by step of the demonstration
         self._begin(physics)
         self._evaluate(physics)
 
@@ -137,6 +138,15 @@ class TwoArmImitation(control.Task):
         self.termination_reason = physics.divergence or self._outcome.termination_reason
         return 0.0 if self._outcome.terminated else 1.0
 
+    def tracking_errors(self, physics: PhysicsArms) -> dict[str, float]:
+        """Return `p_e_percent` and `mpkpe_m` of the steps of this episode; see `metrics`.
+
+        The true posture of the arms counts, whatever the observation noise.
+        """
+        steps = slice(self._drawn.start + 1, self._step + 1)
+        posture, reference = self._postures[steps], self._drawn.reference[steps]
+        return metrics.tracking_errors(posture, reference, physics.site_positions)
+
     def action_spec(self, physics: PhysicsArms) -> specs.BoundedArray:
         """Return the specification of actions."""
         return specs.BoundedArray(
@@ -168,5 +178,5 @@ class TwoArmImitation(control.Task):
 
     def _evaluate(self, physics: PhysicsArms, diverged: np.bool_ = np.False_) -> None:
         """Compute posture and outcome, once for reward, observation and termination."""
-        self._posture = physics.posture()
+        self._posture = self._postures[self._step] = physics.posture()
         self._outcome = self._rules.outcome(self._posture, self.reference, self._step, diverged)
