@@ -116,6 +116,16 @@ class PhysicsArms(dm_mujoco.Physics):
         """Matrix that takes site positions to unit vectors, shape (4, number of sites)."""
         return self._segments / self.segment_lengths[:, None]
 
+    @functools.cached_property
+    def keypoints(self) -> Array:
+        """Matrix that takes postures to positions of elbows and wrists from the shoulders, (12, 12).
+
+        A row of postures times the matrix is in the order of postures, elbow then wrist, in m.
+        """
+        reaches = np.diag(self.segment_lengths)
+        reaches[[0, 2], [1, 3]] = self.segment_lengths[[0, 2]]  # upper arms move wrists, too
+        return np.kron(reaches, np.eye(3))
+
     def posture(self) -> Array:
         """Return the posture from the sites' positions, shape (12,), unit vectors."""
         return np.dot(self.directions, self.data.ptr.site_xpos).ravel()

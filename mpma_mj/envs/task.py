@@ -145,7 +145,7 @@ class TwoArmImitation(control.Task):
         """
         steps = slice(self._drawn.start + 1, self._step + 1)
         posture, reference = self._postures[steps], self._drawn.reference[steps]
-        return metrics.tracking_errors(posture, reference, physics.site_positions)
+        return metrics.tracking_errors(posture, reference, physics.keypoints)
 
     def action_spec(self, physics: PhysicsArms) -> specs.BoundedArray:
         """Return the specification of actions."""

@@ -14,6 +14,7 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AsyncVectorEnv
 from numpy.typing import NDArray
 
+from mpma_mj import metrics
 from mpma_mj.envs.gym_env import ImitationEnv
 from mpma_mj.envs.load import load
 from mpma_mj.errors import BadOptionError, MpmaError
@@ -110,6 +111,41 @@ def test_the_end_of_the_demonstration_is_named() -> None:
     while not (step := env.step(np.zeros(8)))[3]:
         pass
     assert step[4]["termination_reason"] == "the demonstration is over"
+
+
+@pytest.mark.parametrize("options", [{}, {"random_start": True, "observation_noise": 0.1}])
+def test_the_last_info_of_an_episode_has_the_tracking_errors_of_the_true_arms(
+    options: dict[str, Any],
+) -> None:
+    env = make(**options)
+    sites = env.unwrapped.physics.site_positions
+    for episode in range(2):
+        env.reset(seed=4) if episode == 0 else env.reset()
+        postures, references, truncated = [], [], False
+        while not truncated:
+            *_, truncated, info = env.step(np.full(8, 0.2))
+            postures.append(env.unwrapped.physics.posture())
+            references.append(env.unwrapped.last_observation["reference"])
+            assert ("p_e_percent" in info, "mpkpe_m" in info) == (truncated, truncated)
+        posture, reference = np.array(postures), np.array(references)
+        assert info["p_e_percent"] == metrics.posture_error_percent(posture, reference)
+        mpkpe = metrics.mpkpe(sites(posture), sites(reference))
+        assert info["mpkpe_m"] == pytest.approx(mpkpe, rel=1e-12)
+
+
+def test_the_length_of_an_episode_is_known_and_no_limit() -> None:
+    env = make(repeats=2, motion="ymca")
+    assert env.spec is not None
+    assert env.spec.max_episode_steps == env.unwrapped._env.task.steps
+    assert not isinstance(env, gymnasium.wrappers.TimeLimit)
+    again = gymnasium.make(env.spec)
+    assert again.spec == env.spec
+    timed = gymnasium.wrappers.TimeAwareObservation(env, normalize_time=True)
+    timed.reset()
+    while not (step := timed.step(np.zeros(8)))[3]:
+        pass
+    assert step[0]["time"] == 1.0
+    assert gymnasium.make(env.spec, max_episode_steps=5).spec.max_episode_steps == 5
 
 
 def test_arms_beyond_the_termination_distance_end_the_episode() -> None:
