@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+
 import numpy as np
 from dm_control.rl import control
 from dm_env import specs
@@ -45,6 +47,8 @@ class TwoArmImitation(control.Task):
         episode: Number of the episode that the next reset starts, from 0.
         seed: Seed of everything random.
         termination_reason: Why the episode has ended; empty while it continues.
+        visualize_reward: Whether pictures show the reward, as the suite's do: the arms' own colours
+            where it is 1, grey where it is 0; False at first.
         last_action: The last action as it was given, shape (8,).
     """
 
@@ -57,6 +61,8 @@ class TwoArmImitation(control.Task):
         self.episode = 0
         self.seed = seed
         self.termination_reason = ""
+        self.visualize_reward = False
+        self._generator = _generator(seed)
         self._demonstration = Demonstration(motion, options, self.max_joint_speed)
         self.steps, self.period = self._demonstration.steps, self._demonstration.period
         self.context = self._demonstration.context
@@ -66,6 +72,22 @@ class TwoArmImitation(control.Task):
         self._postures: Array = np.zeros((self.steps + 1, 12))  # by step of the demonstration
         self._begin(physics)
         self._evaluate(physics)
+
+    @property
+    def random(self) -> np.random.RandomState:
+        """Generator for wrappers that draw, as those of dm_control's suite; the task draws none."""
+        return self._generator
+
+    @property
+    def _random(self) -> np.random.RandomState:
+        """The same by the name by which Shimmy reads and replaces it."""
+        return self._generator
+
+    @_random.setter
+    def _random(self, generator: np.random.RandomState) -> None:
+        # Replaced by whoever seeds the suite's environments, so that a first episode follows.
+        self._generator = generator
+        self.seed, self.episode = int(copy.deepcopy(generator).randint(2**31)), 0
 
     @property
     def reference(self) -> Array:
@@ -180,3 +202,10 @@ class TwoArmImitation(control.Task):
         """Compute posture and outcome, once for reward, observation and termination."""
         self._posture = self._postures[self._step] = physics.posture()
         self._outcome = self._rules.outcome(self._posture, self.reference, self._step, diverged)
+        if self.visualize_reward:
+            physics.set_brightness(float(self._outcome.reward))
+
+
+def _generator(seed: int) -> np.random.RandomState:
+    """Return the generator that dm_control's wrappers expect, from a seed of any size."""
+    return np.random.RandomState(np.random.MT19937(np.random.SeedSequence(seed)))

@@ -111,10 +111,8 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         self.num_envs = num_envs = int(num_envs)
         self.max_joint_speed = self.arms.max_joint_speed
         self.control_timestep = 1.0 / self.motion.rate
-        self.metadata = self.metadata | {
-            "autoreset_mode": self._autoreset,
-            "render_fps": round(self.motion.rate, 3),
-        }
+        own = {"autoreset_mode": self._autoreset, "render_fps": round(self.motion.rate, 3)}
+        self.metadata = self.metadata | own
         self._renderer: ArmRenderer | None = None
         if render_mode is not None:
             self._renderer = ArmRenderer(self.arms, width=width, height=height, camera=camera)
@@ -174,8 +172,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
             Observations and info.
 
         Raises:
-            BadOptionError: A seed is negative or no integer, or there are not N of them; or
-                there is no such option.
+            BadOptionError: A seed is no whole number, there are not N, or there is no such option.
             ClosedEnvironmentError: `close` has been called.
         """
         self._check_open()
@@ -240,9 +237,9 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         if self._renderer is None:
             gymnasium.logger.warn('nothing is drawn without render_mode="rgb_array"')
             return None
-        plant, pictures = self.plant, []
+        pictures = []
         for row in range(self.num_envs):
-            if plant is not None:
+            if (plant := self.plant) is not None:
                 self.arms.set_plant(int(plant[row]))  # whose payload is seen
             self._batch.pose(row)
             pictures.append(self._renderer.picture(self._drawn.reference[row, self._step[row]]))
@@ -256,24 +253,22 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
 
     def __getstate__(self) -> dict[str, Any]:
         """Refuse to be pickled or copied, as threads cannot be."""
-        raise StateError(
-            "a vector of environments cannot be pickled or copied; call make_vec again"
-        )
+        problem = "a vector of environments cannot be pickled or copied"
+        raise StateError(problem, remedy="call make_vec again")
 
     def _check_open(self) -> None:
         if self.closed:
-            raise gymnasium.error.ClosedEnvironmentError(
-                "the environments are closed; create others with make_vec()"
-            )
+            closed = "the environments are closed; create others with make_vec()"
+            raise gymnasium.error.ClosedEnvironmentError(closed)
 
     def _check_under_way(self) -> None:
         if not self.episode.any():
             raise gymnasium.error.ResetNeeded("no episode is under way; call reset()")
         if self._autoreset is AutoresetMode.DISABLED and self._over.any():
             over = ", ".join(map(str, np.flatnonzero(self._over)))
+            mask = 'options={"reset_mask": terminated | truncated}'
             raise gymnasium.error.ResetNeeded(
-                f"the episodes of environments {over} are over; call reset, with"
-                ' options={"reset_mask": terminated | truncated} for these alone'
+                f"the episodes of environments {over} are over; call reset, with {mask} for these"
             )
 
     def _begin_episodes(self, begins: Mask) -> None:
@@ -288,17 +283,16 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
 
     def _begin_at_once(self, entries: dict[str, Any]) -> dict[str, Any]:
         """Begin an episode where one has ended; return `info`, given the entries of the old."""
-        ended = self._over
+        ended, final = self._over, np.full(self.num_envs, None, object)
         self._observe()
-        final = np.full(self.num_envs, None, object)
         for row in np.flatnonzero(ended):
             own = {name: part[row] for name, part in self.last_observation.items()}
             final[row] = flatten(own) if self._flat else own
         old = {"final_obs": final, "final_info": entries | self._tracking_errors()}
         self._over = ~self._every
         self._begin_episodes(ended)
-        outcome = self._evaluate(begins=ended)
-        new = self._info(outcome, np.where(ended, 0, entries["clipped"]))
+        clipped = np.where(ended, 0, entries["clipped"])
+        new = self._info(self._evaluate(begins=ended), clipped)
         return masked(new, self._every) | masked(old, ended)
 
     def _evaluate(self, *, begins: Mask, diverged: Mask | None = None) -> Outcome:
@@ -313,8 +307,8 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         """Return the tracking errors of the episodes that are over, each shape (N,)."""
         errors: dict[str, Array] = {}
         for row in np.flatnonzero(self._over):
-            steps = slice(self._start[row] + 1, self._step[row] + 1)
-            posture, reference = self._postures[row, steps], self._drawn.reference[row, steps]
+            now = row, slice(self._start[row] + 1, self._step[row] + 1)
+            posture, reference = self._postures[now], self._drawn.reference[now]
             found = metrics.tracking_errors(posture, reference, self.arms.keypoints)
             for name, error in found.items():
                 errors.setdefault(name, np.zeros(self.num_envs))[row] = error
@@ -336,11 +330,14 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
 
     def _info(self, outcome: Outcome, clipped: NDArray[np.intp]) -> dict[str, Any]:
         """Return the entries of `info`, each of shape (N,)."""
-        terms = dict(zip(kinematics.SEGMENT_NAMES, outcome.reward_terms.T, strict=True))
-        info = {"reward_terms": terms, "clipped": clipped}
-        info["termination_reason"] = outcome.termination_reason
-        hidden = {"plant": self.plant, "latency": self.latency}
-        return info | {name: now for name, now in hidden.items() if now is not None}
+        info = {
+            "reward_terms": dict(
+                zip(kinematics.SEGMENT_NAMES, outcome.reward_terms.T, strict=True)
+            ),
+            **{"clipped": clipped, "termination_reason": outcome.termination_reason},
+            **{"plant": self.plant, "latency": self.latency},
+        }
+        return {name: now for name, now in info.items() if now is not None}
 
 
 class FlatVectorImitationEnv(VectorImitationEnv):

@@ -140,7 +140,7 @@ def test_the_length_of_an_episode_is_known_and_no_limit() -> None:
     assert not isinstance(env, gymnasium.wrappers.TimeLimit)
     again = gymnasium.make(env.spec)
     assert again.spec == env.spec
-    timed = gymnasium.wrappers.TimeAwareObservation(env, normalize_time=True)
+    timed = gymnasium.wrappers.TimeAwareObservation(env, flatten=False, normalize_time=True)
     timed.reset()
     while not (step := timed.step(np.zeros(8)))[3]:
         pass
