@@ -100,6 +100,11 @@ class Batch(abc.ABC):
             np.dot(directions, site_xpos, out=one)
         return posture.reshape(-1, 12)
 
+    def pose(self, row: int) -> None:
+        """Give the model of all pairs the joint angles of one, to draw it."""
+        self._arms.data.qpos[:] = self._state[row, self._qpos]
+        mujoco.mj_kinematics(self._arms.model.ptr, self._arms.data.ptr)
+
     def close(self) -> None:  # noqa: B027, subclasses without resources need none
         """Release the resources of the batch."""
 

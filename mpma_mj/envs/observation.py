@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-import mujoco
 import numpy as np
 from gymnasium import spaces
 from numpy.lib.stride_tricks import sliding_window_view
@@ -25,9 +24,9 @@ _BOUNDS: dict[str, tuple[float, float]] = dict.fromkeys(
     ("posture", "reference", "target", "lookahead", "phase"), _UNIT
 )
 _BOUNDS["context"] = (0.0, 1.0)
-# Shoulders have no limits and simulated arms overshoot theirs, so the only bound of angles and
-# velocities is the one from which MuJoCo regards a simulation as diverged.
-_NO_BOUND = (-mujoco.mjMAXVAL, mujoco.mjMAXVAL)
+# Shoulders have no limits and simulated arms overshoot theirs. A finite bound, however large, would
+# let wrappers rescale angles and velocities to nothing, instead of refusing.
+_NO_BOUND = (-np.inf, np.inf)
 
 
 class Observer:

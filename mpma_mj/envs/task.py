@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import copy
+
 import numpy as np
 from dm_control.rl import control
 from dm_env import specs
 from numpy.typing import NDArray
 
-from mpma_mj import kinematics
+from mpma_mj import kinematics, metrics
 from mpma_mj.envs.demonstration import Demonstration
 from mpma_mj.envs.observation import Observer
 from mpma_mj.envs.options import EnvironmentOptions
@@ -45,6 +47,8 @@ class TwoArmImitation(control.Task):
         episode: Number of the episode that the next reset starts, from 0.
         seed: Seed of everything random.
         termination_reason: Why the episode has ended; empty while it continues.
+        visualize_reward: Whether pictures show the reward, as the suite's do: the arms' own colours
+            where it is 1, grey where it is 0; False at first.
         last_action: The last action as it was given, shape (8,).
     """
 
@@ -57,14 +61,33 @@ class TwoArmImitation(control.Task):
         self.episode = 0
         self.seed = seed
         self.termination_reason = ""
+        self.visualize_reward = False
+        self._generator = _generator(seed)
         self._demonstration = Demonstration(motion, options, self.max_joint_speed)
         self.steps, self.period = self._demonstration.steps, self._demonstration.period
         self.context = self._demonstration.context
         self._observer = Observer(self._demonstration, options)
         self._rules = StepRules(options, self.steps, self.max_joint_speed, physics.segment_lengths)
         self._pending: Array = np.zeros((options.longest_latency, 8))
+        self._postures: Array = np.zeros((self.steps + 1, 12))  # by step of the demonstration
         self._begin(physics)
         self._evaluate(physics)
+
+    @property
+    def random(self) -> np.random.RandomState:
+        """Generator for wrappers that draw, as those of dm_control's suite; the task draws none."""
+        return self._generator
+
+    @property
+    def _random(self) -> np.random.RandomState:
+        """The same by the name by which Shimmy reads and replaces it."""
+        return self._generator
+
+    @_random.setter
+    def _random(self, generator: np.random.RandomState) -> None:
+        # Replaced by whoever seeds the suite's environments, so that a first episode follows.
+        self._generator = generator
+        self.seed, self.episode = int(copy.deepcopy(generator).randint(2**31)), 0
 
     @property
     def reference(self) -> Array:
@@ -137,6 +160,15 @@ class TwoArmImitation(control.Task):
         self.termination_reason = physics.divergence or self._outcome.termination_reason
         return 0.0 if self._outcome.terminated else 1.0
 
+    def tracking_errors(self, physics: PhysicsArms) -> dict[str, float]:
+        """Return `p_e_percent` and `mpkpe_m` of the steps of this episode; see `metrics`.
+
+        The true posture of the arms counts, whatever the observation noise.
+        """
+        steps = slice(self._drawn.start + 1, self._step + 1)
+        posture, reference = self._postures[steps], self._drawn.reference[steps]
+        return metrics.tracking_errors(posture, reference, physics.keypoints)
+
     def action_spec(self, physics: PhysicsArms) -> specs.BoundedArray:
         """Return the specification of actions."""
         return specs.BoundedArray(
@@ -168,5 +200,12 @@ class TwoArmImitation(control.Task):
 
     def _evaluate(self, physics: PhysicsArms, diverged: np.bool_ = np.False_) -> None:
         """Compute posture and outcome, once for reward, observation and termination."""
-        self._posture = physics.posture()
+        self._posture = self._postures[self._step] = physics.posture()
         self._outcome = self._rules.outcome(self._posture, self.reference, self._step, diverged)
+        if self.visualize_reward:
+            physics.set_brightness(float(self._outcome.reward))
+
+
+def _generator(seed: int) -> np.random.RandomState:
+    """Return the generator that dm_control's wrappers expect, from a seed of any size."""
+    return np.random.RandomState(np.random.MT19937(np.random.SeedSequence(seed)))
