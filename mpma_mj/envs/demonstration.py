@@ -82,6 +82,7 @@ class Demonstration:
         period: Number of steps from one repetition to the next.
         context: Context at each of the T moments, shape (T, C).
         phase: Sine and cosine of the progress of the repetition, shape (T, 2).
+        largest_move: Move of each joint in a step at its top speed, shape (8,), rad.
     """
 
     def __init__(self, motion: Motion, options: EnvironmentOptions, max_joint_speed: Array) -> None:
@@ -89,6 +90,7 @@ class Demonstration:
         self.motion = motion
         self._options = options
         self._max_joint_speed = max_joint_speed
+        self.largest_move = 1.0 / motion.rate * max_joint_speed
         self._top_speeds = top_speeds(max_joint_speed, options.locked_joint)
         self._plants = PlantSchedule(options, motion.rate)
         self._latencies = LatencySchedule(options, motion.rate)

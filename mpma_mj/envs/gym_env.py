@@ -249,7 +249,8 @@ class FlatImitationEnv(ImitationEnv):
 
     In this order, C being the context's length: posture 0 to 11, reference 12 to 23, target
     24 to 35, context from 36, then eight joint angles, rad, and eight joint velocities, rad/s;
-    at the end `lookahead` and `phase`, with the options of these names.
+    at the end `lookahead` and `phase`, with the options of these names, and `move`, with
+    `error_observation`.
 
     Gymnasium's `FlattenObservation` returns the same array, but cannot be pickled, adds 15 % to
     a step, and cannot be registered with an entry point for vectors.

@@ -80,6 +80,8 @@ class EnvironmentOptions:
         lookahead: Number of targets in the observation `lookahead`, the first being `target`; 0
             leaves it out.
         phase: Whether to observe `phase`: sine and cosine of the progress of the repetition.
+        error_observation: Whether to observe `move`: the joints' way to the target as a multiple of
+            their largest move in a step.
         plants: Plants, one of which is on at a time, unobserved: for each its options of `Plant`,
             in place of those above; a single plant, with those above, if not given.
         switch_every: Lowest and highest time after which the plant changes to another one within
@@ -116,6 +118,7 @@ class EnvironmentOptions:
     reward_weights: Mapping[str, float] = field(default_factory=dict, hash=False)
     lookahead: Annotated[int, Bounds(0, 1000)] = 0
     phase: bool = False
+    error_observation: bool = False
     plants: tuple[Plant, ...] | None = None
     switch_every: tuple[float, float] | None = None
     epochs_per_plant: Annotated[int, Bounds(1, 1_000_000)] = 3

@@ -29,7 +29,8 @@ class TwoArmImitation(control.Task):
 
     Observation: `posture` (12), `reference` (12, demonstrated now), `target` (12, demonstrated
     at the next step), `context` (C), `joint_angles` (8, rad), `joint_velocities` (8, rad/s);
-    with the options of these names also `lookahead` (N, 12), the next N targets, and `phase` (2).
+    with the options of these names also `lookahead` (N, 12), the next N targets, and `phase` (2);
+    with `error_observation`, `move` (8), the joints' way to the target over their largest move.
     Action: joint velocities over the joints' top speeds, (8,), in [-1, 1]; entries outside are
     clipped. Reward: weighted mean of the terms that `reward_terms` returns, in [0, 1]. The end of
     the demonstration is the last step with discount 1; a simulation that diverges, or arms that

@@ -317,6 +317,7 @@ def make_vec(  # noqa: D417 # the fields of `EnvironmentOptions` are documented 
     reward_weights: Mapping[str, float] | None = None,
     lookahead: int = 0,
     phase: bool = False,
+    error_observation: bool = False,
     plants: PlantsLike | None = None,
     switch_every: tuple[float, float] | None = None,
     epochs_per_plant: int = 3,
