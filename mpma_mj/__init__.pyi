@@ -1,7 +1,7 @@
 from ._version import __version__ as __version__
 from .agents import MPMAConfig as MPMAConfig
 from .envs.load import load as load
-from .envs.vector_env import make_vec as make_vec
+from .envs.make_vec import make_vec as make_vec
 from .motions import Motion as Motion
 from .motions import export_motion as export_motion
 from .motions import read_motion as read_motion

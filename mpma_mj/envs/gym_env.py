@@ -49,7 +49,8 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
     - `termination_reason`: why the episode has ended; empty while it continues;
     - `plant`: with the option `plants`, the index of the plant that the next action meets;
     - `latency`: where this option is a range, the latency that the next action meets, in control
-      steps.
+      steps;
+    - the number of this episode under the name of each option that is a range, such as `payload`.
 
     Episodes follow from the seed: `reset(seed=s)` starts the first episode of seed s, and
     `reset()` the next one. Before any `reset(seed=…)` it is the argument `seed`. In Gymnasium's
@@ -218,8 +219,7 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
         self._env.reset()  # or its first step would be one
         vars(self._env.task).update(task)
         physics = self._env.physics
-        if self._env.task.plant is not None:
-            physics.set_plant(self._env.task.plant)
+        self._env.task.set_plant(physics)
         physics.set_state(arms, _STATE)
         mujoco.mj_kinematics(physics.model.ptr, physics.data.ptr)  # positions from the state
 
@@ -229,7 +229,7 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
 
     def _info(self) -> dict[str, Any]:
         task = self._env.task
-        hidden = {"plant": task.plant, "latency": task.latency}
+        hidden = {"plant": task.plant, "latency": task.latency} | task.drawn
         return {
             "reward_terms": task.reward_terms(self._env.physics),
             "clipped": task.clipped,

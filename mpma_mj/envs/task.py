@@ -8,6 +8,7 @@ from dm_env import specs
 from numpy.typing import NDArray
 
 from mpma_mj import kinematics
+from mpma_mj.envs.adaptive_starts import AdaptiveStarts
 from mpma_mj.envs.demonstration import Demonstration
 from mpma_mj.envs.observation import Observer
 from mpma_mj.envs.options import EnvironmentOptions
@@ -25,7 +26,8 @@ class TwoArmImitation(control.Task):
 
     An episode is `repeats` repetitions of the motion, with new noise on the demonstration; it
     starts in the demonstrated posture. All randomness of episode k depends on the seed and k
-    alone, so that setting `episode` is enough to continue elsewhere.
+    alone, so that setting `episode` is enough to continue elsewhere; only adaptive starts depend on
+    the episodes before it.
 
     Observation: `posture` (12), `reference` (12, demonstrated now), `target` (12, demonstrated
     at the next step), `context` (C), `joint_angles` (8, rad), `joint_velocities` (8, rad/s);
@@ -61,6 +63,8 @@ class TwoArmImitation(control.Task):
         self._demonstration = Demonstration(motion, options, self.max_joint_speed)
         self.steps, self.period = self._demonstration.steps, self._demonstration.period
         self.context = self._demonstration.context
+        self._randomisation = self._demonstration.randomisation
+        self._starts = AdaptiveStarts.if_chosen(options, 1, self._demonstration)
         self._observer = Observer(self._demonstration, options)
         self._rules = StepRules(options, self.steps, self.max_joint_speed, physics.segment_lengths)
         self._pending: Array = np.zeros((options.longest_latency, 8))
@@ -81,6 +85,12 @@ class TwoArmImitation(control.Task):
     def latency(self) -> int | None:
         """Latency that the next action meets, control steps; None where it is one number."""
         return None if self._latency is None else int(self._latency)
+
+    @property
+    def drawn(self) -> dict[str, float]:
+        """Numbers that are drawn for the episode, by the names of options that are ranges."""
+        drawn = self._randomisation.by_name(self._drawn.numbers)
+        return {name: float(number) for name, number in drawn.items()}
 
     @property
     def clipped(self) -> int:
@@ -111,6 +121,9 @@ class TwoArmImitation(control.Task):
         self._step += 1
         self._switch_plant(physics)
         self._evaluate(physics, np.True_ if physics.divergence else np.False_)
+        if self._starts is not None:
+            step, reward = np.array([self._step]), np.array([self._outcome.reward])
+            self._starts.record(step, reward, np.ones(1, bool))
 
     def get_observation(self, physics: PhysicsArms) -> dict[str, Array]:
         """Return the observation, every array a copy."""
@@ -155,11 +168,18 @@ class TwoArmImitation(control.Task):
 
     def _begin(self, physics: PhysicsArms) -> None:
         """Draw the next episode, whose first action is yet to come."""
-        self._drawn = self._demonstration.episode(self.seed, self.episode)
+        start = None if self._starts is None else self._starts.begin(0, self.seed, self.episode)
+        self._drawn = self._demonstration.episode(self.seed, self.episode, start)
         self._step = np.intp(self._drawn.start)
         self.termination_reason = ""
         self.last_action = np.zeros(8)
         self._pending = np.zeros_like(self._pending)
+        self.set_plant(physics)
+
+    def set_plant(self, physics: PhysicsArms) -> None:
+        """Let the arms be the plant of this moment of the episode, whatever they were."""
+        if (plant := self._randomisation.plant(self._drawn.numbers)) is not None:
+            physics.become_plant(plant)
         self._switch_plant(physics)
 
     def _switch_plant(self, physics: PhysicsArms) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,20 +13,19 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
 from mpma_mj import kinematics
+from mpma_mj.envs.adaptive_starts import AdaptiveStarts
 from mpma_mj.envs.arm_batch import make_batch
 from mpma_mj.envs.demonstration import Demonstration
 from mpma_mj.envs.load import prepare
 from mpma_mj.envs.observation import Observer, action_space, flatten, observation_space
-from mpma_mj.envs.options import check_seed, options_among, options_from, seeds_of_batch
-from mpma_mj.envs.plants import PlantsLike
+from mpma_mj.envs.options import check_seed, options_from, seeds_of_batch
 from mpma_mj.envs.step_rules import Mask, Outcome, StepRules, check_action, count_clipped, delayed
 from mpma_mj.errors import BadOptionError, StateError
 from mpma_mj.motions import Motion
-from mpma_mj.options import Arms
 from mpma_mj.utils.system import processors
 from mpma_mj.utils.validation import is_integer
 
-__all__: list[str] = ["FlatVectorImitationEnv", "VectorImitationEnv", "make_vec"]
+__all__: list[str] = ["FlatVectorImitationEnv", "VectorImitationEnv"]
 
 Array = NDArray[np.float64]
 
@@ -97,6 +96,8 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         self.max_joint_speed = self.arms.max_joint_speed
         self.control_timestep = 1.0 / self.motion.rate
         self._demonstration = Demonstration(self.motion, chosen, self.max_joint_speed)
+        self._randomisation = self._demonstration.randomisation
+        self._starts = AdaptiveStarts.if_chosen(chosen, num_envs, self._demonstration)
         self._observer = Observer(self._demonstration, chosen)
         self.steps, self.period = self._demonstration.steps, self._demonstration.period
         self.context = self._demonstration.context
@@ -132,6 +133,11 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         """Latency that the next action meets, (N,), control steps; None where it is one number."""
         latencies = self._drawn.latency
         return None if latencies is None else latencies[self._rows, self._step]
+
+    @property
+    def drawn(self) -> dict[str, Array]:
+        """Numbers that are drawn for each episode, (N,), by names of options that are ranges."""
+        return self._randomisation.by_name(self._drawn.numbers)
 
     def reset(
         self,
@@ -200,6 +206,8 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         self._step += 1
         self._begin_episodes(begins)
         outcome = self._evaluate(diverged=diverged & ~begins, begins=begins)
+        if self._starts is not None:
+            self._starts.record(self._step, outcome.reward, ~begins)
         self._over, self._termination_reason = outcome.ended, outcome.termination_reason
         info = self._info(outcome, np.where(begins, 0, count_clipped(actions)))
         return self._observe(), outcome.reward, outcome.terminated, outcome.truncated, info
@@ -240,8 +248,12 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
     def _begin_episodes(self, begins: Mask) -> None:
         """Begin an episode of these environments, shape (N,)."""
         for row in np.flatnonzero(begins).tolist():
-            episode = self._demonstration.episode(self._seeds[row], self.episode[row])
+            seed, number = self._seeds[row], self.episode[row]
+            start = None if self._starts is None else self._starts.begin(row, seed, number)
+            episode = self._demonstration.episode(seed, number, start)
             self._drawn.replace(row, episode)
+            if (plant := self._randomisation.plant(episode.numbers)) is not None:
+                self._batch.become_plant(row, plant)
             self._batch.set_joint_state(row, *self._demonstration.start_of(episode))
             self.episode[row] += 1
             self._step[row] = episode.start
@@ -272,7 +284,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         terms = dict(zip(kinematics.SEGMENT_NAMES, outcome.reward_terms.T, strict=True))
         info = {"reward_terms": self._masked(terms), "clipped": clipped}
         info["termination_reason"] = self._termination_reason.copy()
-        hidden = {"plant": self.plant, "latency": self.latency}
+        hidden = {"plant": self.plant, "latency": self.latency} | self.drawn
         return self._masked(info | {name: now for name, now in hidden.items() if now is not None})
 
     def _masked(self, info: dict[str, Any]) -> dict[str, Any]:
@@ -287,58 +299,3 @@ class FlatVectorImitationEnv(VectorImitationEnv):
     """
 
     _flat = True
-
-
-def make_vec(  # noqa: D417 # the fields of `EnvironmentOptions` are documented there
-    num_envs: int,
-    motion: Motion | str | Path = "ymca",
-    *,
-    seed: int = 0,
-    flat: bool = False,
-    threads: int | None = None,
-    arms: Arms = "physics",
-    model: str | Path | None = None,
-    repeats: int = 3,
-    reference_noise: float = 0.01,
-    control_timestep: float | None = None,
-    gravity_compensation: bool = False,
-    payload: float = 0.0,
-    actuator_strength: float = 1.0,
-    actuator_gain: float = 1.0,
-    damping: float = 0.0,
-    locked_joint: str | None = None,
-    collisions: bool = False,
-    latency: int | tuple[int, int] = 0,
-    latency_every: tuple[float, float] | None = None,
-    observation_noise: float = 0.0,
-    perturbation: tuple[float, float] = (0.0, 0.0),
-    random_start: bool = False,
-    termination_distance: float | None = None,
-    reward_weights: Mapping[str, float] | None = None,
-    lookahead: int = 0,
-    phase: bool = False,
-    error_observation: bool = False,
-    plants: PlantsLike | None = None,
-    switch_every: tuple[float, float] | None = None,
-    epochs_per_plant: int = 3,
-) -> VectorImitationEnv:
-    """Return a vector of environments that one call steps together.
-
-    All arguments from `arms` on are the fields of `EnvironmentOptions`, which documents them.
-
-    Args:
-        num_envs: Number N of environments.
-        motion: The motion, or its name, such as "ymca", or the path of a recording.
-        seed: Seed of the first environment; environment i is that of `load` with seed + i.
-        flat: Whether observations are one array.
-        threads: Greatest number of simulating threads; one for each processor if not given.
-
-    Raises:
-        BadOptionError: An option is out of bounds, or contradicts another.
-        MpmaError: The motion cannot be read, or is faster than the arms.
-    """
-    options = options_among(locals())
-    if not isinstance(flat, bool):
-        raise BadOptionError(option="flat", value=flat, expected="True or False")
-    kind = FlatVectorImitationEnv if flat else VectorImitationEnv
-    return kind(num_envs, motion, seed=seed, threads=threads, **vars(options))

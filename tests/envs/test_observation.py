@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mpma_mj.envs.load import load
-from mpma_mj.envs.vector_env import make_vec
+from mpma_mj.envs.make_vec import make_vec
 from mpma_mj.errors import RecordingWarning
 from mpma_mj.feedback import followed, joint_error
 from mpma_mj.kinematics import wrap

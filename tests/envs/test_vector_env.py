@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 import mpma_mj
 from mpma_mj.envs.gym_env import FlatImitationEnv, ImitationEnv
 from mpma_mj.envs.load import load
-from mpma_mj.envs.vector_env import VectorImitationEnv, make_vec
+from mpma_mj.envs.make_vec import make_vec
+from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.errors import BadOptionError, StateError
 
 HARD: dict[str, Any] = {
