@@ -38,8 +38,8 @@ class Randomisation:
         return np.array([stream(seed, name, episode).uniform(*ends) for name, ends in ranges])
 
     def by_name(self, drawn: Array) -> dict[str, Array]:
-        """Return numbers that were drawn, shape (..., K), by name, each of shape (...)."""
-        return dict(zip(self.names, np.moveaxis(drawn, -1, 0).copy(), strict=True))
+        """Return numbers that were drawn, (K,) or (N, K), by name, each of shape () or (N,)."""
+        return dict(zip(self.names, drawn.T.copy(), strict=True))
 
     def number(self, name: str, drawn: Array) -> float:
         """Return an option in an episode with these numbers, shape (K,)."""

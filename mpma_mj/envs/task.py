@@ -47,6 +47,7 @@ class TwoArmImitation(control.Task):
         context: Context at each moment of the repeated motion, shape (T, C).
         episode: Number of the episode that the next reset starts, from 0.
         seed: Seed of everything random.
+        drawn: Numbers that are drawn for the episode, by the names of options that are ranges.
         termination_reason: Why the episode has ended; empty while it continues.
         last_action: The last action as it was given, shape (8,).
     """
@@ -85,12 +86,6 @@ class TwoArmImitation(control.Task):
     def latency(self) -> int | None:
         """Latency that the next action meets, control steps; None where it is one number."""
         return None if self._latency is None else int(self._latency)
-
-    @property
-    def drawn(self) -> dict[str, float]:
-        """Numbers that are drawn for the episode, by the names of options that are ranges."""
-        drawn = self._randomisation.by_name(self._drawn.numbers)
-        return {name: float(number) for name, number in drawn.items()}
 
     @property
     def clipped(self) -> int:
@@ -170,6 +165,8 @@ class TwoArmImitation(control.Task):
         """Draw the next episode, whose first action is yet to come."""
         start = None if self._starts is None else self._starts.begin(0, self.seed, self.episode)
         self._drawn = self._demonstration.episode(self.seed, self.episode, start)
+        numbers = self._randomisation.by_name(self._drawn.numbers)
+        self.drawn = {name: float(number) for name, number in numbers.items()}
         self._step = np.intp(self._drawn.start)
         self.termination_reason = ""
         self.last_action = np.zeros(8)
