@@ -52,6 +52,7 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
     - `plant`: with the option `plants`, the index of the plant that the next action meets;
     - `latency`: where this option is a range, the latency that the next action meets, in control
       steps;
+    - the number of this episode under the name of each option that is a range, such as `payload`;
     - at the end of an episode `p_e_percent` and `mpkpe_m`, its tracking errors (see `metrics`), of
       the true posture of the arms.
 
@@ -247,8 +248,7 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
         self._env.reset()  # or its first step would be one
         vars(self._env.task).update(task)
         physics = self._env.physics
-        if self._env.task.plant is not None:
-            physics.set_plant(self._env.task.plant)
+        self._env.task.set_plant(physics)
         physics.set_state(arms, _STATE)
         mujoco.mj_kinematics(physics.model.ptr, physics.data.ptr)  # positions from the state
 
@@ -262,7 +262,7 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
 
     def _info(self) -> dict[str, Any]:
         task = self._env.task
-        hidden = {"plant": task.plant, "latency": task.latency}
+        hidden = {"plant": task.plant, "latency": task.latency} | task.drawn
         return {
             "reward_terms": task.reward_terms(self._env.physics),
             "clipped": task.clipped,
@@ -282,7 +282,8 @@ class FlatImitationEnv(ImitationEnv):
 
     In this order, C being the context's length: posture 0 to 11, reference 12 to 23, target
     24 to 35, context from 36, then eight joint angles, rad, and eight joint velocities, rad/s;
-    at the end `lookahead` and `phase`, with the options of these names.
+    at the end `lookahead` and `phase`, with the options of these names, and `move`, with
+    `error_observation`.
 
     Gymnasium's `FlattenObservation` returns the same array, but cannot be pickled, adds 15 % to
     a step, and cannot be registered with an entry point for vectors.

@@ -11,9 +11,10 @@ from dm_control import mujoco as dm_mujoco
 from dm_control.mujoco.wrapper import MjModel
 from numpy.typing import NDArray
 
-from mpma_mj.envs.model import CompiledPlants, make_models
+from mpma_mj.envs.model import CompiledPlants
 from mpma_mj.envs.model_validation import HANDS
 from mpma_mj.envs.options import EnvironmentOptions
+from mpma_mj.envs.randomisation import PlantNumbers
 from mpma_mj.kinematics import JOINT_NAMES, SIDES
 
 __all__: list[str] = ["KinematicArms", "PhysicsArms", "ideal_move"]
@@ -56,10 +57,10 @@ class PhysicsArms(dm_mujoco.Physics):
             BadOptionError: A user's model cannot be read, or is incomplete.
         """
         options = options or EnvironmentOptions()
-        models = CompiledPlants(make_models(options))
+        models = CompiledPlants(options)
         arms: Self = cls.from_model(MjModel(models.live))
         arms.compiled_plants = models
-        arms.plant_gains = tuple(plant.actuator_gain for plant in options.of_plants())
+        arms.plant_gains = tuple(plant["actuator_gain"] for plant in models.plants)
         return arms
 
     @functools.cached_property
@@ -205,6 +206,10 @@ class PhysicsArms(dm_mujoco.Physics):
         """Continue as the plant of an index, from the same joint state."""
         self.compiled_plants.use(plant)
 
+    def become_plant(self, plant: PlantNumbers) -> None:
+        """Continue as any plant within the options' ranges, from the same joint state."""
+        self.compiled_plants.become(self.compiled_plants.compiler.compile(plant))
+
     def step(self, nstep: int = 1) -> None:
         """Simulate a number of physics steps; `divergence` reports afterwards if they failed.
 
@@ -264,6 +269,10 @@ class KinematicArms(PhysicsArms):
     def set_plant(self, plant: int) -> None:
         """Continue as another plant, which differs in its gain; see `PhysicsArms.set_plant`."""
         self.actuator_gain = self.plant_gains[plant]
+
+    def become_plant(self, plant: PlantNumbers) -> None:
+        """Continue with another gain; see `PhysicsArms.become_plant`."""
+        self.actuator_gain = plant["actuator_gain"]
 
     def forward(self) -> None:
         """Compute all positions; there are no forces."""

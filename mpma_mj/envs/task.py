@@ -10,6 +10,7 @@ from dm_env import specs
 from numpy.typing import NDArray
 
 from mpma_mj import kinematics, metrics
+from mpma_mj.envs.adaptive_starts import AdaptiveStarts
 from mpma_mj.envs.demonstration import Demonstration
 from mpma_mj.envs.observation import Observer
 from mpma_mj.envs.options import EnvironmentOptions
@@ -27,11 +28,13 @@ class TwoArmImitation(control.Task):
 
     An episode is `repeats` repetitions of the motion, with new noise on the demonstration; it
     starts in the demonstrated posture. All randomness of episode k depends on the seed and k
-    alone, so that setting `episode` is enough to continue elsewhere.
+    alone, so that setting `episode` is enough to continue elsewhere; only adaptive starts depend on
+    the episodes before it.
 
     Observation: `posture` (12), `reference` (12, demonstrated now), `target` (12, demonstrated
     at the next step), `context` (C), `joint_angles` (8, rad), `joint_velocities` (8, rad/s);
-    with the options of these names also `lookahead` (N, 12), the next N targets, and `phase` (2).
+    with the options of these names also `lookahead` (N, 12), the next N targets, and `phase` (2);
+    with `error_observation`, `move` (8), the joints' way to the target over their largest move.
     Action: joint velocities over the joints' top speeds, (8,), in [-1, 1]; entries outside are
     clipped. Reward: weighted mean of the terms that `reward_terms` returns, in [0, 1]. The end of
     the demonstration is the last step with discount 1; a simulation that diverges, or arms that
@@ -46,6 +49,7 @@ class TwoArmImitation(control.Task):
         context: Context at each moment of the repeated motion, shape (T, C).
         episode: Number of the episode that the next reset starts, from 0.
         seed: Seed of everything random.
+        drawn: Numbers that are drawn for the episode, by the names of options that are ranges.
         termination_reason: Why the episode has ended; empty while it continues.
         visualize_reward: Whether pictures show the reward, as the suite's do: the arms' own colours
             where it is 1, grey where it is 0; False at first.
@@ -66,6 +70,8 @@ class TwoArmImitation(control.Task):
         self._demonstration = Demonstration(motion, options, self.max_joint_speed)
         self.steps, self.period = self._demonstration.steps, self._demonstration.period
         self.context = self._demonstration.context
+        self._randomisation = self._demonstration.randomisation
+        self._starts = AdaptiveStarts.if_chosen(options, 1, self._demonstration)
         self._observer = Observer(self._demonstration, options)
         self._rules = StepRules(options, self.steps, self.max_joint_speed, physics.segment_lengths)
         self._pending: Array = np.zeros((options.longest_latency, 8))
@@ -133,6 +139,9 @@ class TwoArmImitation(control.Task):
         self._step += 1
         self._switch_plant(physics)
         self._evaluate(physics, np.True_ if physics.divergence else np.False_)
+        if self._starts is not None:
+            step, reward = np.array([self._step]), np.array([self._outcome.reward])
+            self._starts.record(step, reward, np.ones(1, bool))
 
     def get_observation(self, physics: PhysicsArms) -> dict[str, Array]:
         """Return the observation, every array a copy."""
@@ -186,11 +195,20 @@ class TwoArmImitation(control.Task):
 
     def _begin(self, physics: PhysicsArms) -> None:
         """Draw the next episode, whose first action is yet to come."""
-        self._drawn = self._demonstration.episode(self.seed, self.episode)
+        start = None if self._starts is None else self._starts.begin(0, self.seed, self.episode)
+        self._drawn = self._demonstration.episode(self.seed, self.episode, start)
+        numbers = self._randomisation.by_name(self._drawn.numbers)
+        self.drawn = {name: float(number) for name, number in numbers.items()}
         self._step = np.intp(self._drawn.start)
         self.termination_reason = ""
         self.last_action = np.zeros(8)
         self._pending = np.zeros_like(self._pending)
+        self.set_plant(physics)
+
+    def set_plant(self, physics: PhysicsArms) -> None:
+        """Let the arms be the plant of this moment of the episode, whatever they were."""
+        if (plant := self._randomisation.plant(self._drawn.numbers)) is not None:
+            physics.become_plant(plant)
         self._switch_plant(physics)
 
     def _switch_plant(self, physics: PhysicsArms) -> None:

@@ -5,14 +5,62 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import gymnasium
 import numpy as np
 from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 
 from mpma_mj.envs.step_rules import Mask
 from mpma_mj.errors import BadOptionError
+from mpma_mj.utils.validation import is_integer
 
-__all__: list[str] = ["checked_mode", "checked_reset_mask", "masked", "row_of"]
+__all__: list[str] = [
+    "check_count",
+    "check_going",
+    "check_render",
+    "checked_mode",
+    "checked_reset_mask",
+    "masked",
+    "row_of",
+    "rows_where",
+]
+
+
+def check_count(name: str, count: object) -> int:
+    """Return a number of environments or threads, given the name of its option.
+
+    Raises:
+        BadOptionError: It is no whole number from 1 up.
+    """
+    if not (is_integer(count) and int(count) >= 1):
+        raise BadOptionError(option=name, value=count, expected="a whole number from 1 up")
+    return int(count)
+
+
+def check_going(over: Mask) -> None:
+    """Check that no episode is over, given which are, shape (N,).
+
+    Raises:
+        ResetNeeded: One is over.
+    """
+    if over.any():
+        rows = ", ".join(map(str, np.flatnonzero(over)))
+        mask = 'options={"reset_mask": terminated | truncated}'
+        raise gymnasium.error.ResetNeeded(
+            f"the episodes of environments {rows} are over; call reset, with {mask} for these"
+        )
+
+
+def check_render(mode: str | None) -> str | None:
+    """Return a mode of rendering.
+
+    Raises:
+        BadOptionError: A vector has no such mode.
+    """
+    if mode not in (None, "rgb_array"):
+        expected = "rgb_array, or None for no pictures"
+        raise BadOptionError(option="render_mode", value=mode, expected=expected)
+    return mode
 
 
 def checked_mode(mode: AutoresetMode | str) -> AutoresetMode:
@@ -84,3 +132,19 @@ def row_of(info: Mapping[str, Any], row: int) -> dict[str, Any]:
         for name, value in info.items()
         if not name.startswith("_") and info[f"_{name}"][row]
     }
+
+
+def rows_where(mask: Mask, observation: Any) -> NDArray[np.object_]:
+    """Return observations one by one, None where not asked for, shape (N,).
+
+    Args:
+        mask: Which environments' to return, shape (N,).
+        observation: Observations with an axis N in front: an array, or arrays by name.
+    """
+    rows = np.full(np.shape(mask), None, object)
+    for row in np.flatnonzero(mask):
+        if isinstance(observation, dict):
+            rows[row] = {name: part[row] for name, part in observation.items()}
+        else:
+            rows[row] = observation[row]
+    return rows

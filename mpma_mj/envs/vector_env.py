@@ -12,7 +12,8 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
-from mpma_mj import kinematics, metrics
+from mpma_mj import kinematics
+from mpma_mj.envs.adaptive_starts import AdaptiveStarts
 from mpma_mj.envs.arm_batch import make_batch
 from mpma_mj.envs.demonstration import Demonstration
 from mpma_mj.envs.load import prepare
@@ -20,11 +21,19 @@ from mpma_mj.envs.observation import Observer, action_space, flatten, observatio
 from mpma_mj.envs.options import check_seed, options_from, seeds_of_batch
 from mpma_mj.envs.rendering import ArmRenderer
 from mpma_mj.envs.step_rules import Mask, Outcome, StepRules, check_action, count_clipped, delayed
-from mpma_mj.envs.vector_conventions import checked_mode, checked_reset_mask, masked
-from mpma_mj.errors import BadOptionError, StateError
+from mpma_mj.envs.tracking import Tracking
+from mpma_mj.envs.vector_conventions import (
+    check_count,
+    check_going,
+    check_render,
+    checked_mode,
+    checked_reset_mask,
+    masked,
+    rows_where,
+)
+from mpma_mj.errors import StateError
 from mpma_mj.motions import Motion
 from mpma_mj.utils.system import processors
-from mpma_mj.utils.validation import is_integer
 
 __all__: list[str] = ["FlatVectorImitationEnv", "VectorImitationEnv"]
 
@@ -97,18 +106,12 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
             MpmaError: The motion cannot be read, or is faster than the arms.
         """
         self.closed = True  # there is nothing to close yet
-        threads = processors() if threads is None else threads
-        for name, count in (("num_envs", num_envs), ("threads", threads)):
-            if not (is_integer(count) and int(count) >= 1):
-                raise BadOptionError(option=name, value=count, expected="a whole number from 1 up")
-        if render_mode not in (None, "rgb_array"):
-            expected = "rgb_array, or None for no pictures"
-            raise BadOptionError(option="render_mode", value=render_mode, expected=expected)
-        self.render_mode, self._autoreset = render_mode, checked_mode(autoreset_mode)
+        self.num_envs = num_envs = check_count("num_envs", num_envs)
+        threads = check_count("threads", processors() if threads is None else threads)
+        self.render_mode, self._autoreset = check_render(render_mode), checked_mode(autoreset_mode)
         chosen, seed = options_from(options), check_seed(seed)
         self.options = chosen
         self.motion, self.arms, nstep = prepare(motion, chosen)
-        self.num_envs = num_envs = int(num_envs)
         self.max_joint_speed = self.arms.max_joint_speed
         self.control_timestep = 1.0 / self.motion.rate
         own = {"autoreset_mode": self._autoreset, "render_fps": round(self.motion.rate, 3)}
@@ -117,12 +120,14 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         if render_mode is not None:
             self._renderer = ArmRenderer(self.arms, width=width, height=height, camera=camera)
         self._demonstration = Demonstration(self.motion, chosen, self.max_joint_speed)
+        self._randomisation = self._demonstration.randomisation
+        self._starts = AdaptiveStarts.if_chosen(chosen, num_envs, self._demonstration)
         self._observer = Observer(self._demonstration, chosen)
         self.steps, self.period = self._demonstration.steps, self._demonstration.period
         self.context = self._demonstration.context
         self._rules = StepRules(chosen, self.steps, self.max_joint_speed, self.arms.segment_lengths)
         self._batch = make_batch(
-            self.arms, num_envs, nstep, perturbed=chosen.perturbed, threads=int(threads)
+            self.arms, num_envs, nstep, perturbed=chosen.perturbed, threads=threads
         )
         self.single_action_space = action_space()
         self.single_observation_space = observation_space(self._observer.shapes, flat=self._flat)
@@ -133,8 +138,8 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         self.episode = np.zeros(num_envs, int)
         self._rows = np.arange(num_envs)
         self._seeds = [seed + row for row in range(num_envs)]
-        self._start, self._step = np.zeros((2, num_envs), int)
-        self._postures = np.zeros((num_envs, self.steps + 1, 12))  # by step of the demonstration
+        self._step = np.zeros(num_envs, int)
+        self._tracking = Tracking(num_envs, self.steps, self.arms.keypoints)
         self._over: Mask = np.ones(num_envs, bool)
         self._every = self._over.copy()
         self._pending = np.zeros((chosen.longest_latency, num_envs, 8))
@@ -153,6 +158,11 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         """Latency that the next action meets, (N,), control steps; None where it is one number."""
         latencies = self._drawn.latency
         return None if latencies is None else latencies[self._rows, self._step]
+
+    @property
+    def drawn(self) -> dict[str, Array]:
+        """Numbers that are drawn for each episode, (N,), by names of options that are ranges."""
+        return self._randomisation.by_name(self._drawn.numbers)
 
     def reset(
         self,
@@ -218,6 +228,8 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         self._step += 1
         self._begin_episodes(begins)
         outcome = self._evaluate(diverged=diverged & ~begins, begins=begins)
+        if self._starts is not None:
+            self._starts.record(self._step, outcome.reward, ~begins)
         clipped = np.where(begins, 0, count_clipped(actions))
         self._over, entries = outcome.ended, self._info(outcome, clipped)
         if not self._over.any():
@@ -238,9 +250,9 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
             gymnasium.logger.warn('nothing is drawn without render_mode="rgb_array"')
             return None
         pictures = []
+        if (plant := self.plant) is not None:
+            self._batch.set_plants(plant)
         for row in range(self.num_envs):
-            if (plant := self.plant) is not None:
-                self.arms.set_plant(int(plant[row]))  # whose payload is seen
             self._batch.pose(row)
             pictures.append(self._renderer.picture(self._drawn.reference[row, self._step[row]]))
         return tuple(pictures)
@@ -264,30 +276,27 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
     def _check_under_way(self) -> None:
         if not self.episode.any():
             raise gymnasium.error.ResetNeeded("no episode is under way; call reset()")
-        if self._autoreset is AutoresetMode.DISABLED and self._over.any():
-            over = ", ".join(map(str, np.flatnonzero(self._over)))
-            mask = 'options={"reset_mask": terminated | truncated}'
-            raise gymnasium.error.ResetNeeded(
-                f"the episodes of environments {over} are over; call reset, with {mask} for these"
-            )
+        if self._autoreset is AutoresetMode.DISABLED:
+            check_going(self._over)
 
     def _begin_episodes(self, begins: Mask) -> None:
         """Begin an episode of these environments, shape (N,)."""
         for row in np.flatnonzero(begins).tolist():
-            episode = self._demonstration.episode(self._seeds[row], self.episode[row])
+            seed, number = self._seeds[row], self.episode[row]
+            start = None if self._starts is None else self._starts.begin(row, seed, number)
+            episode = self._demonstration.episode(seed, number, start)
             self._drawn.replace(row, episode)
+            if (plant := self._randomisation.plant(episode.numbers)) is not None:
+                self._batch.become_plant(row, plant)
             self._batch.set_joint_state(row, *self._demonstration.start_of(episode))
             self.episode[row] += 1
-            self._start[row] = self._step[row] = episode.start
+            self._step[row] = episode.start
+            self._tracking.begin(row, episode.start)
             self._pending[:, row] = 0.0
 
     def _begin_at_once(self, entries: dict[str, Any]) -> dict[str, Any]:
         """Begin an episode where one has ended; return `info`, given the entries of the old."""
-        ended, final = self._over, np.full(self.num_envs, None, object)
-        self._observe()
-        for row in np.flatnonzero(ended):
-            own = {name: part[row] for name, part in self.last_observation.items()}
-            final[row] = flatten(own) if self._flat else own
+        ended, final = self._over, rows_where(self._over, self._observe())
         old = {"final_obs": final, "final_info": entries | self._tracking_errors()}
         self._over = ~self._every
         self._begin_episodes(ended)
@@ -295,24 +304,18 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         new = self._info(self._evaluate(begins=ended), clipped)
         return masked(new, self._every) | masked(old, ended)
 
+    def _tracking_errors(self) -> dict[str, Array]:
+        """Return the tracking errors of the episodes that are over, each shape (N,)."""
+        return self._tracking.errors(self._over, self._step, self._drawn.reference)
+
     def _evaluate(self, *, begins: Mask, diverged: Mask | None = None) -> Outcome:
         """Compute postures and their outcome, once for reward, observation and termination."""
         now = self._rows, self._step
-        self.posture = self._postures[now] = self._batch.posture()
+        self.posture = self._batch.posture()
+        self._tracking.record(self._step, self.posture)
         reference = self._drawn.reference[now]
         diverged = ~self._every if diverged is None else diverged
         return self._rules.outcome(self.posture, reference, self._step, diverged, begins)
-
-    def _tracking_errors(self) -> dict[str, Array]:
-        """Return the tracking errors of the episodes that are over, each shape (N,)."""
-        errors: dict[str, Array] = {}
-        for row in np.flatnonzero(self._over):
-            now = row, slice(self._start[row] + 1, self._step[row] + 1)
-            posture, reference = self._postures[now], self._drawn.reference[now]
-            found = metrics.tracking_errors(posture, reference, self.arms.keypoints)
-            for name, error in found.items():
-                errors.setdefault(name, np.zeros(self.num_envs))[row] = error
-        return errors
 
     def _observe(self) -> Any:
         """Return the observations."""
@@ -330,14 +333,11 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
 
     def _info(self, outcome: Outcome, clipped: NDArray[np.intp]) -> dict[str, Any]:
         """Return the entries of `info`, each of shape (N,)."""
-        info = {
-            "reward_terms": dict(
-                zip(kinematics.SEGMENT_NAMES, outcome.reward_terms.T, strict=True)
-            ),
-            **{"clipped": clipped, "termination_reason": outcome.termination_reason},
-            **{"plant": self.plant, "latency": self.latency},
-        }
-        return {name: now for name, now in info.items() if now is not None}
+        terms = dict(zip(kinematics.SEGMENT_NAMES, outcome.reward_terms.T, strict=True))
+        info = {"reward_terms": terms, "clipped": clipped}
+        info["termination_reason"] = outcome.termination_reason
+        hidden = {"plant": self.plant, "latency": self.latency} | self.drawn
+        return info | {name: now for name, now in hidden.items() if now is not None}
 
 
 class FlatVectorImitationEnv(VectorImitationEnv):

@@ -36,6 +36,13 @@ HARD: dict[str, Any] = {
 WILD: dict[str, Any] = {"perturbation": (20.0, 10_000.0), "latency": 1, "termination_distance": 0.5}
 
 
+# Adaptive starts, and numbers that are drawn for each episode.
+DRAWN: dict[str, Any] = {
+    **{"random_start": "adaptive", "error_observation": True, "latency": (0, 2)},
+    **{"actuator_gain": (0.6, 1.5), "observation_noise": (0, 0.05), "reference_noise": (0, 0.1)},
+}
+
+
 TINY: dict[str, Any] = {
     "termination_distance": 0.001,
     "reference_noise": 0.1,
@@ -100,8 +107,10 @@ def test_each_of_many_is_a_single_environment_bit_for_bit(
         (FlatImitationEnv, True, {}),
         (ImitationEnv, False, HARD | {"plants": [{}, {"payload": 2.0}], "latency": (0, 3)}),
         (FlatImitationEnv, True, WILD),
+        (ImitationEnv, False, DRAWN | {"payload": (0, 3), "damping": (0, 2)}),
+        (FlatImitationEnv, True, DRAWN | {"arms": "kinematic", "termination_distance": 0.3}),
     ],
-    ids=["dict", "flat", "hard", "wild"],
+    ids=["dict", "flat", "hard", "wild", "drawn", "drawn kinematic"],
 )
 def test_gymnasiums_own_vector_environment_has_the_same_numbers(
     mode: AutoresetMode, kind: type[ImitationEnv], flat: bool, options: dict[str, Any]
@@ -149,10 +158,15 @@ def test_modes_of_autoreset_have_names(name: Any) -> None:
 
 
 @pytest.mark.usefixtures("opengl")
-def test_pictures_are_those_of_single_environments() -> None:
+@pytest.mark.parametrize(
+    "plants",
+    [{"plants": [{}, {"payload": 5.0}], "switch_every": (0.1, 0.2)}, {"payload": (0, 5)}],
+    ids=["plants", "drawn"],
+)
+def test_pictures_are_those_of_single_environments(plants: dict[str, Any]) -> None:
     options: dict[str, Any] = {
         **{"render_mode": "rgb_array", "width": 120, "height": 90, "camera": "side"},
-        **{"plants": [{}, {"payload": 5.0}], "switch_every": (0.1, 0.2)},
+        **plants,
     }
     singles = [ImitationEnv(repeats=1, seed=i, **options) for i in range(3)]
     with many(3, **options) as envs:
