@@ -7,8 +7,12 @@ from .baselines import FeedbackOnly as FeedbackOnly
 from .baselines import OpenLoop as OpenLoop
 from .baselines import RandomAgent as RandomAgent
 from .baselines import ResolvedRate as ResolvedRate
+from .cloning import BC as BC
+from .cloning import DAgger as DAgger
 from .config import AdaptiveConfig as AdaptiveConfig
 from .config import AgentConfig as AgentConfig
+from .config import BCConfig as BCConfig
+from .config import DAggerConfig as DAggerConfig
 from .config import FeedbackOnlyConfig as FeedbackOnlyConfig
 from .config import HAMMERConfig as HAMMERConfig
 from .config import MOSAICConfig as MOSAICConfig

@@ -21,12 +21,15 @@ else:
 
 __all__ = [
     "CONFIG_TYPES",
+    "EXPERT_EPOCHS",
     "JOINTS",
     "POSTURE",
     "RULES",
     "RULE_MEMBERS",
     "AdaptiveConfig",
     "AgentConfig",
+    "BCConfig",
+    "DAggerConfig",
     "FeedbackOnlyConfig",
     "HAMMERConfig",
     "MOSAICConfig",
@@ -46,6 +49,9 @@ JOINTS = 8
 
 POSTURE = 12
 """Length of a posture."""
+
+EXPERT_EPOCHS = 3
+"""Epochs in which the expert of a student learns: a default MPMA converges in them."""
 
 RULES = f"{', '.join(get_args(RuleName))}, or the path of a class, such as my_rules.py:MyRule"
 """What names a learning rule."""
@@ -81,6 +87,11 @@ class AgentConfig:
             BadOptionError: A value is of another type, or out of bounds.
         """
         check_fields(self)
+
+    @property
+    def least_epochs(self) -> int:
+        """Number of epochs before which a run has no result."""
+        return 1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -308,6 +319,32 @@ class HAMMERConfig(PairedConfig):
     ridge: _Ridge = 1e-4
 
 
+@dataclass(frozen=True, kw_only=True)
+class BCConfig(AgentConfig):
+    """Config of behaviour cloning.
+
+    Attributes:
+        demonstrations: Episodes of the expert from which the student learns, after the 3 epochs in
+            which the expert itself learns; the student acts in the epochs after these.
+    """
+
+    demonstrations: Annotated[int, Bounds(1, 1000)] = 20
+
+    @property
+    def least_epochs(self) -> int:
+        """Number of epochs with the first in which the student acts alone."""
+        return EXPERT_EPOCHS + self.demonstrations + 1
+
+
+@dataclass(frozen=True, kw_only=True)
+class DAggerConfig(BCConfig):
+    """Config of DAgger, in which the expert only labels all episodes but the first.
+
+    Attributes:
+        demonstrations: Episodes that the expert labels, after the 3 epochs in which it learns.
+    """
+
+
 CONFIG_TYPES: dict[str, type[AgentConfig]] = {
     "mpma": MPMAConfig,
     "mosaic": MOSAICConfig,
@@ -315,6 +352,8 @@ CONFIG_TYPES: dict[str, type[AgentConfig]] = {
     "single": SingleConfig,
     "adaptive": AdaptiveConfig,
     "oracle": OracleConfig,
+    "bc": BCConfig,
+    "dagger": DAggerConfig,
     "resolved_rate": ResolvedRateConfig,
     "feedback_only": FeedbackOnlyConfig,
     "open_loop": OpenLoopConfig,

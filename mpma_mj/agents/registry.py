@@ -8,6 +8,7 @@ from collections.abc import Collection
 from mpma_mj.agents.adaptive import Adaptive
 from mpma_mj.agents.base import Agent
 from mpma_mj.agents.baselines import FeedbackOnly, OpenLoop, RandomAgent, ResolvedRate
+from mpma_mj.agents.cloning import BC, DAgger
 from mpma_mj.agents.config import AgentConfig
 from mpma_mj.agents.extensions import load_class
 from mpma_mj.agents.hammer import HAMMER
@@ -25,6 +26,8 @@ AGENTS: dict[str, type[Agent]] = {
     "single": Single,
     "adaptive": Adaptive,
     "oracle": Oracle,
+    "bc": BC,
+    "dagger": DAgger,
     "resolved_rate": ResolvedRate,
     "feedback_only": FeedbackOnly,
     "open_loop": OpenLoop,

@@ -7,7 +7,7 @@ from mpma_mj.errors import BadOptionError
 from mpma_mj.training.rollout import record_epoch
 
 SMALL = MPMAConfig(nodes=20, modules=2)
-LEARNING = ("mpma", "mosaic", "hammer", "single", "adaptive", "oracle")
+LEARNING = ("mpma", "mosaic", "hammer", "single", "adaptive", "oracle", "bc", "dagger")
 
 
 def actions(kind: str, seed: int, epochs: int = 2) -> np.ndarray:
@@ -58,6 +58,6 @@ def test_unknown_agents_are_refused_in_one_line_with_the_list() -> None:
         make_agent(load("ymca"), kind="mosiac")
     assert str(error.value) == (
         "agent is 'mosiac'; expected one of mpma, mosaic, hammer, single, adaptive,"
-        " oracle, resolved_rate, feedback_only, open_loop, random, or the path of a class, such as"
-        " my_agents.py:MyAgent; did you mean mosaic?"
+        " oracle, bc, dagger, resolved_rate, feedback_only, open_loop, random, or the path of a"
+        " class, such as my_agents.py:MyAgent; did you mean mosaic?"
     )
