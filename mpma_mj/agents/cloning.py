@@ -70,9 +70,9 @@ class BC(Agent):
         u = clip(W z)        W = argmin Σ ‖u_expert - W z‖² + ridge
 
     z are `policy_features`. In the first 3 epochs the expert, a default MPMA, learns; in the next
-    ones, `demonstrations` of them, it acts and learns no more; then the student acts alone, without
-    feedback controller (choices). A network in place of W fits better and tracks far worse, since
-    it extrapolates where the student strays from the expert's states; see the results.
+    ones, `expert_episodes` of them, it acts and learns no more; then the student acts alone,
+    without feedback controller (choices). A multi-layer perceptron in place of W tracks far worse:
+    it extrapolates wrongly where the student strays from the expert's states.
 
     Attributes:
         expert: The expert.
@@ -103,12 +103,12 @@ class BC(Agent):
     @property
     def is_recording(self) -> bool:
         """Whether the present epoch is learned from, or the expert still learns."""
-        return self._epochs < EXPERT_EPOCHS + self.config.demonstrations
+        return self._epochs < EXPERT_EPOCHS + self.config.expert_episodes
 
     @property
     def _shown(self) -> int:
         """Number of epochs that the trained expert shows."""
-        return self.config.demonstrations
+        return self.config.expert_episodes
 
     def reset(self, episode: int) -> None:
         """Begin an episode."""
@@ -188,7 +188,7 @@ class BC(Agent):
 class DAgger(BC):
     """Dataset aggregation: the expert labels the states that the student visits.
 
-    As `BC`, but of the `demonstrations` the expert acts in the first only. In the others the
+    As `BC`, but of the `expert_episodes` the expert acts in the first only. In the others the
     student acts, and the expert names the action that it would take in each state; its forward
     models receive what the student did. After each of them the student is fitted to all so far
     (Ross, Gordon & Bagnell 2011 with β = 1, 0, 0, …).

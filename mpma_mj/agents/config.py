@@ -324,16 +324,16 @@ class BCConfig(AgentConfig):
     """Config of behaviour cloning.
 
     Attributes:
-        demonstrations: Episodes of the expert from which the student learns, after the 3 epochs in
+        expert_episodes: Episodes of the expert from which the student learns, after the 3 epochs in
             which the expert itself learns; the student acts in the epochs after these.
     """
 
-    demonstrations: Annotated[int, Bounds(1, 1000)] = 20
+    expert_episodes: Annotated[int, Bounds(1, 1000)] = 20
 
     @property
     def least_epochs(self) -> int:
         """Number of epochs with the first in which the student acts alone."""
-        return EXPERT_EPOCHS + self.demonstrations + 1
+        return EXPERT_EPOCHS + self.expert_episodes + 1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -341,7 +341,7 @@ class DAggerConfig(BCConfig):
     """Config of DAgger, in which the expert only labels all episodes but the first.
 
     Attributes:
-        demonstrations: Episodes that the expert labels, after the 3 epochs in which it learns.
+        expert_episodes: Episodes that the expert labels, after the 3 epochs in which it learns.
     """
 
 

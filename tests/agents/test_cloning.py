@@ -17,7 +17,7 @@ from mpma_mj.training.run import imitate
 from mpma_mj.training.trainer import train_batch
 
 IDEAL: dict[str, Any] = {"arms": "kinematic", "repeats": 1}
-FEW = {"bc": BCConfig(demonstrations=2), "dagger": DAggerConfig(demonstrations=2)}
+FEW = {"bc": BCConfig(expert_episodes=2), "dagger": DAggerConfig(expert_episodes=2)}
 
 
 def student(env: Any, kind: str, seed: Any = 0) -> BC:
@@ -27,7 +27,7 @@ def student(env: Any, kind: str, seed: Any = 0) -> BC:
 
 
 @pytest.mark.parametrize(("agent", "most"), [("bc", 1.0), ("dagger", 0.5)])
-def test_the_student_of_twenty_demonstrations_tracks_ymca_with_physics(
+def test_the_student_of_twenty_expert_episodes_tracks_ymca_with_physics(
     agent: str, most: float
 ) -> None:
     config = RunConfig.of(agent=agent)
@@ -164,14 +164,14 @@ def test_too_few_epochs_for_a_student_are_refused_before_training() -> None:
 
 
 @pytest.mark.parametrize("number", [0, 1001, 2.5])
-def test_numbers_of_demonstrations_out_of_bounds_are_refused(number: Any) -> None:
-    with pytest.raises(BadOptionError, match=f"demonstrations is {number}; expected a whole"):
-        BCConfig(demonstrations=number)
+def test_numbers_of_expert_episodes_out_of_bounds_are_refused(number: Any) -> None:
+    with pytest.raises(BadOptionError, match=f"expert_episodes is {number}; expected a whole"):
+        BCConfig(expert_episodes=number)
 
 
 def test_dagger_beats_cloning_of_one_demonstration() -> None:
     p_e = {}
-    for name, config in {"bc": BCConfig(demonstrations=1), "dagger": DAggerConfig()}.items():
+    for name, config in {"bc": BCConfig(expert_episodes=1), "dagger": DAggerConfig()}.items():
         env = load("ymca", repeats=1)
         agent = make_agent(env, config)
         assert isinstance(agent, DAgger) == (name == "dagger")
