@@ -9,14 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.agents.base import Agent, AgentSpec, Observation, Seeds
-from mpma_mj.agents.config import (
-    EXPERT_EPOCHS,
-    JOINTS,
-    AgentConfig,
-    BCConfig,
-    DAggerConfig,
-    MPMAConfig,
-)
+from mpma_mj.agents.basic_config import EXPERT_EPOCHS
+from mpma_mj.agents.config import JOINTS, AgentConfig, BCConfig, DAggerConfig, MPMAConfig
 from mpma_mj.agents.episode_buffer import EpisodeBuffer
 from mpma_mj.agents.mpma import MPMA
 from mpma_mj.errors import StateError

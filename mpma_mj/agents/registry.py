@@ -13,6 +13,7 @@ from mpma_mj.agents.config import AgentConfig
 from mpma_mj.agents.extensions import load_class
 from mpma_mj.agents.hammer import HAMMER
 from mpma_mj.agents.mosaic import MOSAIC
+from mpma_mj.agents.movement_primitives import DMP, ProMP
 from mpma_mj.agents.mpma import MPMA, Oracle, Single
 from mpma_mj.errors import BadOptionError
 from mpma_mj.utils.text import did_you_mean
@@ -28,6 +29,8 @@ AGENTS: dict[str, type[Agent]] = {
     "oracle": Oracle,
     "bc": BC,
     "dagger": DAgger,
+    "promp": ProMP,
+    "dmp": DMP,
     "resolved_rate": ResolvedRate,
     "feedback_only": FeedbackOnly,
     "open_loop": OpenLoop,

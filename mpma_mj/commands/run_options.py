@@ -68,8 +68,8 @@ class RunOptions(Generic[AgentT]):
     """Options that determine the result.
 
     Attributes:
-        agent: mpma, mosaic, hammer, single, adaptive, oracle, bc or dagger; or the path of a
-            class, such as my_agents.py:MyAgent.
+        agent: mpma, mosaic, hammer, single, adaptive, oracle, bc, dagger, promp or dmp; or the path
+            of a class, such as my_agents.py:MyAgent.
         seed: Seed of all random numbers.
         config: Each --agent has its own; --agent mosaic --help lists those of MOSAIC.
         env: Arms, demonstration, delays and disturbances, the same for all agents.
