@@ -6,6 +6,7 @@ from .envs.make_vec import make_vec as make_vec
 from .motions import Motion as Motion
 from .motions import export_motion as export_motion
 from .motions import read_motion as read_motion
+from .training.expert_dataset import record_dataset as record_dataset
 from .training.factory import make_agent as make_agent
 from .training.run import Run as Run
 from .training.run import imitate as imitate
