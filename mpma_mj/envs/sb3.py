@@ -34,7 +34,13 @@ __all__: list[str] = ["LOGGED", "SB3VecEnv", "make_sb3_vec"]
 LOGGED = ("p_e_percent", "mpkpe_m", "termination_reason")
 """Entries of an episode's last `info` that `make_sb3_vec` logs with its return and length."""
 
-_OF_EACH = ("episode", "latency", "plant", "posture")  # attributes with a row for each environment
+_OF_EACH = (
+    "drawn",
+    "episode",
+    "latency",
+    "plant",
+    "posture",
+)  # attributes with a row for each environment
 
 
 class SB3VecEnv(VecEnv):
@@ -103,8 +109,12 @@ class SB3VecEnv(VecEnv):
     def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
         """Return an attribute for each environment: its own row, or what all have."""
         value = getattr(self._owner(attr_name), attr_name)
-        own = attr_name in _OF_EACH and value is not None
-        return [value[row] if own else value for row in self._get_indices(indices)]
+        rows = self._get_indices(indices)
+        if attr_name not in _OF_EACH or value is None:
+            return [value for _ in rows]
+        if isinstance(value, dict):
+            return [{name: part[row] for name, part in value.items()} for row in rows]
+        return [value[row] for row in rows]
 
     def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
         """Set an attribute of all environments, such as the `gain` of feedback.

@@ -108,6 +108,20 @@ def test_attributes_and_methods(sb3: Any) -> None:
     env.close()
 
 
+def test_numbers_that_are_drawn_are_those_of_each_environment(sb3: Any) -> None:
+    env = sb3.make_sb3_vec(2, "ymca", repeats=1, payload=(0, 3))
+    env.reset()
+    drawn = env.get_attr("drawn")
+    assert drawn == [{"payload": info["payload"]} for info in env.unwrapped.reset_infos]
+    assert drawn[0] != drawn[1]
+    over = np.zeros(2, bool)
+    while not over.all():
+        _, _, over, infos = env.step(np.zeros((2, 8), np.float32))
+    assert [{"payload": info["payload"]} for info in infos] == drawn
+    assert env.get_attr("drawn") != drawn
+    env.close()
+
+
 def test_other_modes_of_autoreset_are_refused(sb3: Any) -> None:
     with pytest.raises(BadOptionError, match="autoreset_mode is 'NEXT_STEP'; expected SAME_STEP"):
         sb3.SB3VecEnv(make_vec(2, arms="kinematic"))
