@@ -6,9 +6,10 @@ env = gymnasium.make("mpma_mj:TwoArmImitationFlat-v0", motion="dance.tsv")
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, SupportsFloat
+from typing import TYPE_CHECKING, Any, Self, SupportsFloat
 
 import gymnasium
 import mujoco
@@ -229,6 +230,10 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
         if self._viewer is not None:
             self._viewer.close()
         self._viewer = None
+
+    def __copy__(self) -> Self:
+        """Return a copy that shares nothing with this one, as a deep copy does."""
+        return copy.deepcopy(self)
 
     def __getstate__(self) -> dict[str, Any]:
         """Return motion, options and state; no model, no renderer."""

@@ -306,6 +306,26 @@ def test_a_pickle_goes_on_identically(name: str, arms: str, again: Any) -> None:
     assert_same(env.step(played[0]), other.step(played[0]))
 
 
+@pytest.mark.parametrize("again", [copy.copy, copy.deepcopy])
+def test_a_copy_leaves_the_original_as_it_was(again: Any) -> None:
+    envs = [ImitationEnv(repeats=1, random_start="adaptive", arms="kinematic") for _ in range(2)]
+    for env in envs:
+        env.reset(seed=3)
+        env.step(np.ones(8))
+    other = again(envs[0])
+    for _ in range(3):
+        while not other.step(-np.ones(8))[3]:
+            pass
+        other.reset()
+    for _ in range(3):
+        truncated = False
+        while not truncated:
+            one, two = (env.step(np.full(8, 0.1)) for env in envs)
+            assert_same(one, two)
+            truncated = one[3]
+        assert_same(*(env.reset() for env in envs))
+
+
 def test_pickles_of_an_environment_not_begun_and_of_one_at_its_end() -> None:
     env = ImitationEnv(motion=MOTION, repeats=1, seed=2)
     fresh = pickle.loads(pickle.dumps(env))
