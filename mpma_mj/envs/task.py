@@ -75,7 +75,6 @@ class TwoArmImitation(control.Task):
         self._observer = Observer(self._demonstration, options)
         self._rules = StepRules(options, self.steps, self.max_joint_speed, physics.segment_lengths)
         self._pending: Array = np.zeros((options.longest_latency, 8))
-        self._postures: Array = np.zeros((self.steps + 1, 12))  # by step of the demonstration
         self._begin(physics)
         self._evaluate(physics)
 
@@ -175,7 +174,8 @@ class TwoArmImitation(control.Task):
         The true posture of the arms counts, whatever the observation noise.
         """
         steps = slice(self._drawn.start + 1, self._step + 1)
-        posture, reference = self._postures[steps], self._drawn.reference[steps]
+        posture = np.array(self._postures[1:]).reshape(-1, 12)
+        reference = self._drawn.reference[steps]
         return metrics.tracking_errors(posture, reference, physics.keypoints)
 
     def action_spec(self, physics: PhysicsArms) -> specs.BoundedArray:
@@ -203,6 +203,7 @@ class TwoArmImitation(control.Task):
         self.termination_reason = ""
         self.last_action = np.zeros(8)
         self._pending = np.zeros_like(self._pending)
+        self._postures: list[Array] = []  # from the first of the episode
         self.set_plant(physics)
 
     def set_plant(self, physics: PhysicsArms) -> None:
@@ -218,7 +219,8 @@ class TwoArmImitation(control.Task):
 
     def _evaluate(self, physics: PhysicsArms, diverged: np.bool_ = np.False_) -> None:
         """Compute posture and outcome, once for reward, observation and termination."""
-        self._posture = self._postures[self._step] = physics.posture()
+        self._posture = physics.posture()
+        self._postures.append(self._posture)
         self._outcome = self._rules.outcome(self._posture, self.reference, self._step, diverged)
         if self.visualize_reward:
             physics.set_brightness(float(self._outcome.reward))
