@@ -2,10 +2,11 @@ from ._version import __version__ as __version__
 from .agents import MPMAConfig as MPMAConfig
 from .envs.load import arm_limits as arm_limits
 from .envs.load import load as load
-from .envs.vector_env import make_vec as make_vec
+from .envs.make_vec import make_vec as make_vec
 from .motions import Motion as Motion
 from .motions import export_motion as export_motion
 from .motions import read_motion as read_motion
+from .training.expert_dataset import record_dataset as record_dataset
 from .training.factory import make_agent as make_agent
 from .training.run import Run as Run
 from .training.run import imitate as imitate

@@ -51,7 +51,8 @@ def shown_options() -> set[tuple[str, str]]:
 @pytest.mark.parametrize("title", EXAMPLES)
 def test_examples_run(title: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     code = EXAMPLES[title]
-    for package in ("gymnasium", "stable_baselines3", "cma"):  # optional
+    optional = ("gymnasium", "stable_baselines3", "cma", "torch", "minari", "d3rlpy")
+    for package in optional:
         if package in imported(code) and importlib.util.find_spec(package) is None:
             pytest.skip(f"{package} is not installed")
     monkeypatch.chdir(tmp_path)

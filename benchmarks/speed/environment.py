@@ -14,7 +14,7 @@ from benchmarks.speed.timing import Case, Report, Sizes, in_turn, ratio
 from mpma_mj.envs.arm_batch import chunk_size
 from mpma_mj.envs.gym_env import ImitationEnv
 from mpma_mj.envs.load import load
-from mpma_mj.envs.vector_env import make_vec
+from mpma_mj.envs.make_vec import make_vec
 from mpma_mj.utils.system import processors
 
 __all__ = ["STEPS", "bare_steps", "env_steps", "measure"]

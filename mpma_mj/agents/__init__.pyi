@@ -7,8 +7,13 @@ from .baselines import FeedbackOnly as FeedbackOnly
 from .baselines import OpenLoop as OpenLoop
 from .baselines import RandomAgent as RandomAgent
 from .baselines import ResolvedRate as ResolvedRate
+from .cloning import BC as BC
+from .cloning import DAgger as DAgger
 from .config import AdaptiveConfig as AdaptiveConfig
 from .config import AgentConfig as AgentConfig
+from .config import BCConfig as BCConfig
+from .config import DAggerConfig as DAggerConfig
+from .config import DMPConfig as DMPConfig
 from .config import FeedbackOnlyConfig as FeedbackOnlyConfig
 from .config import HAMMERConfig as HAMMERConfig
 from .config import MOSAICConfig as MOSAICConfig
@@ -16,6 +21,7 @@ from .config import MPMAConfig as MPMAConfig
 from .config import NetworkConfig as NetworkConfig
 from .config import OpenLoopConfig as OpenLoopConfig
 from .config import OracleConfig as OracleConfig
+from .config import ProMPConfig as ProMPConfig
 from .config import RandomConfig as RandomConfig
 from .config import ResolvedRateConfig as ResolvedRateConfig
 from .config import SingleConfig as SingleConfig
@@ -25,6 +31,8 @@ from .learning_rules import LearningRule as LearningRule
 from .learning_rules import Readouts as Readouts
 from .learning_rules import learning_rule as learning_rule
 from .mosaic import MOSAIC as MOSAIC
+from .movement_primitives import DMP as DMP
+from .movement_primitives import ProMP as ProMP
 from .mpma import MPMA as MPMA
 from .mpma import Oracle as Oracle
 from .mpma import Single as Single

@@ -1,6 +1,7 @@
-"""Configs of the built-in agents: fields, documentation and bounds, each in one place.
+"""Configs of agents with networks, and of all built-in agents by name.
 
-Only names and numbers, so that the command line can show them without loading any network.
+Fields, documentation and bounds, each in one place; only names and numbers, so that the command
+line can show them without loading any network.
 """
 
 from __future__ import annotations
@@ -8,9 +9,20 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Annotated, TypeAlias, get_args
 
+from mpma_mj.agents.basic_config import (
+    AgentConfig,
+    BCConfig,
+    DAggerConfig,
+    DMPConfig,
+    FeedbackOnlyConfig,
+    OpenLoopConfig,
+    ProMPConfig,
+    RandomConfig,
+    ResolvedRateConfig,
+)
 from mpma_mj.errors import BadOptionError
 from mpma_mj.options import ContextSignal, EfferenceCopy, Models, RuleName
-from mpma_mj.utils.validation import Bounds, check_fields
+from mpma_mj.utils.validation import Bounds
 
 if TYPE_CHECKING:
     from mpma_mj.agents.learning_rules import LearningRule
@@ -27,6 +39,9 @@ __all__ = [
     "RULE_MEMBERS",
     "AdaptiveConfig",
     "AgentConfig",
+    "BCConfig",
+    "DAggerConfig",
+    "DMPConfig",
     "FeedbackOnlyConfig",
     "HAMMERConfig",
     "MOSAICConfig",
@@ -35,6 +50,7 @@ __all__ = [
     "OpenLoopConfig",
     "OracleConfig",
     "PairedConfig",
+    "ProMPConfig",
     "RandomConfig",
     "ResolvedRateConfig",
     "SingleConfig",
@@ -68,39 +84,6 @@ _OWN_OPTIONS = {
 _Modules = Annotated[int, Bounds(1, 1000)]
 _Ridge = Annotated[float, Bounds(0.0, 1e6, above=True)]
 _LearningRate = Annotated[float, Bounds(0.0, 2.0, above=True, below=True)]
-
-
-@dataclass(frozen=True, kw_only=True)
-class AgentConfig:
-    """Config of an agent that has nothing to set; base of all others."""
-
-    def __post_init__(self) -> None:
-        """Check the fields against their bounds.
-
-        Raises:
-            BadOptionError: A value is of another type, or out of bounds.
-        """
-        check_fields(self)
-
-
-@dataclass(frozen=True, kw_only=True)
-class RandomConfig(AgentConfig):
-    """Config of random actions, which have nothing to set."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class OpenLoopConfig(AgentConfig):
-    """Config of the open loop, which has nothing to set."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class FeedbackOnlyConfig(AgentConfig):
-    """Config of the feedback controller, which has nothing to set."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class ResolvedRateConfig(AgentConfig):
-    """Config of the resolved-rate controller, which has nothing to set."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -315,6 +298,10 @@ CONFIG_TYPES: dict[str, type[AgentConfig]] = {
     "single": SingleConfig,
     "adaptive": AdaptiveConfig,
     "oracle": OracleConfig,
+    "bc": BCConfig,
+    "dagger": DAggerConfig,
+    "promp": ProMPConfig,
+    "dmp": DMPConfig,
     "resolved_rate": ResolvedRateConfig,
     "feedback_only": FeedbackOnlyConfig,
     "open_loop": OpenLoopConfig,

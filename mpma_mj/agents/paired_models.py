@@ -126,8 +126,8 @@ class PairedModels(Agent):
         self._predictions: Array | None = None  # of the step before, as the gate compares them
         self._last: Observation = {}
 
-    def act(self, observation: Observation) -> Array:
-        """Return the action, shape (..., 8), in [-1, 1]."""
+    def act(self, observation: Observation, executed: Array | None = None) -> Array:
+        """Return the action, shape (..., 8), in [-1, 1]; arms may receive `executed` instead."""
         space, senses = self._space, self.senses
         expected = senses(observation, self._gate.likely_plant)
         predictions = senses.of_last_move(self._predictions)
@@ -138,24 +138,25 @@ class PairedModels(Agent):
         module_actions = module_action(self._inverse.step(inputs), command)
         planned = mixed_outputs(responsibility, module_actions, self._modules)
         action = clip(self._inverse_gain * planned + self._feedback_gain * feedback)
-        copy = action if self._efference_copy == "total" else module_actions
+        executed = action if executed is None else executed
+        copy = executed if self._efference_copy == "total" else module_actions
         outputs = self._forward.step(space.forward_input(copy, state))
         self._predictions = (
             space.predicted_posture(outputs, angles) if self._gate.compares_postures else outputs
         )
         if senses.late:
-            present, acting = senses.acting(observation, action)
+            present, acting = senses.acting(observation, executed)
             self._gate.observe_action(present["joint_angles"], space.state(present, None), acting)
         else:
-            self._gate.observe_action(angles, state, action)
-        self._before = angles, action
+            self._gate.observe_action(angles, state, executed)
+        self._before = angles, executed
         step = {
             "context": observation["context"],
             "prior": prior,
             "responsibility": responsibility,
             "module_actions": module_actions,
             "predictions": outputs,
-            "action": action,
+            "action": executed,
             "posture": observation["posture"],
             "joint_angles": angles,
             "state": state,
@@ -195,9 +196,7 @@ class PairedModels(Agent):
             StateError: There was no step yet.
         """
         if not len(self._steps):
-            raise StateError(
-                "predicted_posture() was called before the first step; call act() first"
-            )
+            raise StateError("predicted_posture() was called before a step; call act() first")
         responsibility = self._steps.last("responsibility")
         outputs, angles = self._steps.last("predictions"), self._steps.last("joint_angles")
         predicted = self._space.predicted_posture(outputs, angles)

@@ -8,10 +8,12 @@ from collections.abc import Collection
 from mpma_mj.agents.adaptive import Adaptive
 from mpma_mj.agents.base import Agent
 from mpma_mj.agents.baselines import FeedbackOnly, OpenLoop, RandomAgent, ResolvedRate
+from mpma_mj.agents.cloning import BC, DAgger
 from mpma_mj.agents.config import AgentConfig
 from mpma_mj.agents.extensions import load_class
 from mpma_mj.agents.hammer import HAMMER
 from mpma_mj.agents.mosaic import MOSAIC
+from mpma_mj.agents.movement_primitives import DMP, ProMP
 from mpma_mj.agents.mpma import MPMA, Oracle, Single
 from mpma_mj.errors import BadOptionError
 from mpma_mj.utils.text import did_you_mean
@@ -25,6 +27,10 @@ AGENTS: dict[str, type[Agent]] = {
     "single": Single,
     "adaptive": Adaptive,
     "oracle": Oracle,
+    "bc": BC,
+    "dagger": DAgger,
+    "promp": ProMP,
+    "dmp": DMP,
     "resolved_rate": ResolvedRate,
     "feedback_only": FeedbackOnly,
     "open_loop": OpenLoop,

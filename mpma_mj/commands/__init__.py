@@ -9,6 +9,7 @@ from mpma_mj.commands.identify import Identify
 from mpma_mj.commands.imitate import Imitate
 from mpma_mj.commands.motion import InspectMotion
 from mpma_mj.commands.play import Play
+from mpma_mj.commands.record import Record
 from mpma_mj.commands.study import Study
 from mpma_mj.commands.sweep import Sweep
 
@@ -17,6 +18,7 @@ __all__ = ["COMMANDS", "EXAMPLES", "GROUPS"]
 GROUPS: dict[str, dict[str, tuple[Any, str]]] = {
     "Train": {
         "imitate": (Imitate, "mpma imitate ymca --out runs/ymca"),
+        "record": (Record, "mpma record ymca --out ymca.minari"),
         "sweep": (Sweep, "mpma sweep ymca --grid nodes=50,200 --runs 20"),
     },
     "Look": {

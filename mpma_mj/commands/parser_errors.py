@@ -36,6 +36,7 @@ _REWORDED = {
     r"Error parsing ([^\s:]+): Failed to parse key-value pairs": (
         "{0} has a name without a number; give them by turns"
     ),
+    r"Error parsing ([^\s:]+): (has .+ range of two.*)": "{0} {1}; put motions before {0}",
     r"Error parsing ([^\s:]+): no value": "{0} has no value; give one",
     r"Error parsing ([^\n]+)": "{0}",
     r"invalid choice (.+) for argument '(.+?)'\. Expected one of \((.+?),?\)\.": (

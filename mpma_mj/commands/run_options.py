@@ -68,8 +68,8 @@ class RunOptions(Generic[AgentT]):
     """Options that determine the result.
 
     Attributes:
-        agent: mpma, mosaic, hammer, single, adaptive or oracle; or the path of a class, such as
-            my_agents.py:MyAgent.
+        agent: mpma, mosaic, hammer, single, adaptive, oracle, bc, dagger, promp or dmp; or the path
+            of a class, such as my_agents.py:MyAgent.
         seed: Seed of all random numbers.
         config: Each --agent has its own; --agent mosaic --help lists those of MOSAIC.
         env: Arms, demonstration, delays and disturbances, the same for all agents.
@@ -224,7 +224,7 @@ def config_type(words: Sequence[str]) -> type[AgentConfig]:
     else:
         from mpma_mj.agents.registry import agent_class, check_trainable
 
-        if words[0] != "sweep":  # which compares with agents that learn nothing, too
+        if words[0] not in ("record", "sweep"):  # for which agents that learn nothing will do
             check_trainable(name)
         kind = agent_class(name).config_type
     for option in sorted(typed - _names(kind)):

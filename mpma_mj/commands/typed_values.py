@@ -1,4 +1,4 @@
-"""Options that are typed in a form of their own: latencies, plants, choices and several values.
+"""Options that are typed in a form of their own: ranges, plants, choices and several values.
 
 `--latency 3`, or `--latency 0 5` for a range; `--plants default payload=3 payload=1,damping=2`.
 """
@@ -8,7 +8,7 @@ from __future__ import annotations
 import dataclasses
 import types
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, Literal, NamedTuple, get_args, get_origin
+from typing import Annotated, Any, Literal, NamedTuple, get_args, get_origin
 
 import tyro
 from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, PrimitiveTypeInfo
@@ -29,14 +29,14 @@ def typed_value(info: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None
     match get_args(info.type):
         case (names, types.NoneType) if get_origin(names) is Literal:
             return _choice(get_args(names))
-    form = _FORMS.get(info.type)
+    form = _number_or_range(info.type) or _FORMS.get(info.type)
     if form is None:
         return None
     return PrimitiveConstructorSpec(
         nargs="*",
         metavar=form.metavar,
         instance_from_str=form.parse,
-        is_instance=lambda value: value is None or isinstance(value, int | tuple),
+        is_instance=lambda value: value is None or isinstance(value, int | float | tuple),
         str_from_instance=lambda value: list(
             map(str, value if isinstance(value, tuple) else [value])
         ),
@@ -77,25 +77,28 @@ def _choice(choices: tuple[str, ...]) -> PrimitiveConstructorSpec[Any]:
     )
 
 
-def _latency(words: Sequence[str]) -> int | tuple[int, int]:
-    """Return the latency that the words are; its bounds are for the option to check.
+def _number_or_range(kind: Any) -> _Form | None:
+    """Return how one number is typed, or a range of two; None for other types."""
+    single, *others = get_args(kind) or (None,)
+    number = get_args(single)[0] if get_origin(single) is Annotated else single
+    if len(others) != 1 or get_args(others[0]) != (number, number):
+        return None
+    if number is int:
+        expected = "one whole number, such as 3, or a range of two, such as 0 5"
+    else:
+        expected = "one number, or a range of two, the lowest first"
 
-    Raises:
-        BadOptionError: They are neither one whole number nor two.
-    """
-    try:
-        first, *others = map(int, words)
-        if not others:
-            return first
-        (second,) = others
-    except ValueError:
-        found = f"'{' '.join(words)}'" if words else "no value"
-        raise BadOptionError(
-            f"--latency has {found}; expected one whole number, such as 3, or a range"
-            " of two, such as 0 5",
-            remedy="put motions before {latency}",
-        ) from None
-    return first, second
+    def parse(words: Sequence[str]) -> Any:
+        found = f"has '{' '.join(words)}'" if words else "has no value"
+        try:
+            numbers = tuple(map(number, words))
+        except ValueError:
+            numbers = ()
+        if len(numbers) not in (1, 2):
+            raise ValueError(f"{found}; expected {expected}")
+        return numbers if len(numbers) == 2 else numbers[0]
+
+    return _Form("STEPS|{LOW HIGH}" if number is int else "NUMBER|{LOW HIGH}", parse)
 
 
 def _plants(words: Sequence[str]) -> tuple[Plant, ...] | None:
@@ -133,7 +136,6 @@ class _Form(NamedTuple):
 
 
 _FORMS: dict[Any, _Form] = {
-    int | tuple[int, int]: _Form("STEPS|{LOW HIGH}", _latency),
     tuple[Plant, ...]: _Form(f"[{_DEFAULT}|OPTION=NUMBER,… …]", _plants),
     tuple[Plant, ...] | None: _Form(f"[{_DEFAULT}|OPTION=NUMBER,… …]", _plants),
 }

@@ -14,6 +14,7 @@ from mujoco import rollout
 from numpy.typing import NDArray
 
 from mpma_mj.envs.physics import KinematicArms, PhysicsArms, ideal_move
+from mpma_mj.envs.randomisation import PlantNumbers
 
 __all__: list[str] = ["Batch", "KinematicBatch", "PhysicsBatch", "chunk_size", "make_batch"]
 
@@ -70,6 +71,10 @@ class Batch(abc.ABC):
         """Continue as other plants, given by index, shape (N,), from the same joint states."""
 
     @abc.abstractmethod
+    def become_plant(self, row: int, plant: PlantNumbers) -> None:
+        """Let one pair, given by its index, continue as any plant within the options' ranges."""
+
+    @abc.abstractmethod
     def step(self, control: Array, forces: Array | None = None) -> NDArray[np.bool_]:
         """Move all arms for one control step.
 
@@ -99,6 +104,11 @@ class Batch(abc.ABC):
             mujoco.mj_kinematics(model, data)
             np.dot(directions, site_xpos, out=one)
         return posture.reshape(-1, 12)
+
+    def pose(self, row: int) -> None:
+        """Give the model of all pairs the joint angles of one, to draw it."""
+        self._arms.data.qpos[:] = self._state[row, self._qpos]
+        mujoco.mj_kinematics(self._arms.model.ptr, self._arms.data.ptr)
 
     def close(self) -> None:  # noqa: B027, subclasses without resources need none
         """Release the resources of the batch."""
@@ -134,10 +144,19 @@ class PhysicsBatch(Batch):
         self._control = self._applied[..., : model.nu]
         self._force = self._applied[..., model.nu :].reshape(count, nstep, -1, 6)
 
+    def pose(self, row: int) -> None:
+        """Give the model of all pairs the numbers of one, too, as its payload is seen."""
+        self._arms.compiled_plants.become(self._models[row])
+        super().pose(row)
+
     def set_plants(self, plants: NDArray[np.intp]) -> None:
         """Choose the model of each pair; see `Batch.set_plants`."""
         models = self._arms.compiled_plants.models
         self._models = [models[plant] for plant in plants.tolist()]
+
+    def become_plant(self, row: int, plant: PlantNumbers) -> None:
+        """Compile the model of one pair; see `Batch.become_plant`."""
+        self._models[row] = self._arms.compiled_plants.compiler.compile(plant)
 
     def step(self, control: Array, forces: Array | None = None) -> NDArray[np.bool_]:
         """Simulate all arms for one control step; see `Batch.step`."""
@@ -194,6 +213,10 @@ class KinematicBatch(Batch):
     def set_plants(self, plants: NDArray[np.intp]) -> None:
         """Choose the gain of each pair; see `Batch.set_plants`."""
         self._gain = np.array(self._arms.plant_gains)[plants, None]  # (N, 1)
+
+    def become_plant(self, row: int, plant: PlantNumbers) -> None:
+        """Set the gain of one pair; see `Batch.become_plant`."""
+        self._gain[row] = plant["actuator_gain"]
 
     def step(self, control: Array, forces: Array | None = None) -> NDArray[np.bool_]:
         """Move all arms for one control step; forces have no effect."""

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from mpma_mj import joint_paths, kinematics
 from mpma_mj.envs.options import EnvironmentOptions
+from mpma_mj.envs.randomisation import Randomisation
 from mpma_mj.envs.schedules import LatencySchedule, PlantSchedule
 from mpma_mj.envs.step_rules import top_speeds
 from mpma_mj.motions import Motion
@@ -41,6 +42,7 @@ class Episode:
         perturbations: Forces on left and right hand, shape (T, 2, 3), N; None without forces.
         plant: Index of the plant that is on, shape (T,); None without plants.
         latency: Latency in force, shape (T,), control steps; None where it is one number.
+        numbers: Numbers that `Randomisation` has drawn, shape (K,).
     """
 
     start: int
@@ -50,6 +52,7 @@ class Episode:
     perturbations: Array | None
     plant: NDArray[np.intp] | None
     latency: NDArray[np.intp] | None
+    numbers: Array
 
     def repeated(self, count: int) -> Episode:
         """Return a batch of so many copies, its arrays with an axis in front."""
@@ -82,6 +85,8 @@ class Demonstration:
         period: Number of steps from one repetition to the next.
         context: Context at each of the T moments, shape (T, C).
         phase: Sine and cosine of the progress of the repetition, shape (T, 2).
+        randomisation: Options that are drawn for each episode.
+        largest_move: Move of each joint in a step at its top speed, shape (8,), rad.
     """
 
     def __init__(self, motion: Motion, options: EnvironmentOptions, max_joint_speed: Array) -> None:
@@ -89,9 +94,11 @@ class Demonstration:
         self.motion = motion
         self._options = options
         self._max_joint_speed = max_joint_speed
+        self.largest_move = 1.0 / motion.rate * max_joint_speed
         self._top_speeds = top_speeds(max_joint_speed, options.locked_joint)
         self._plants = PlantSchedule(options, motion.rate)
         self._latencies = LatencySchedule(options, motion.rate)
+        self.randomisation = Randomisation(options)
         repeats = options.repeats
         self._clean, self.context, self._feasible = repeat(motion, repeats, max_joint_speed)
         between = len(self._clean) - repeats * len(motion)  # postures of all return moves
@@ -104,26 +111,29 @@ class Demonstration:
         """Number of steps of an episode that starts at the beginning."""
         return len(self._clean) - 1
 
-    def episode(self, seed: int, number: int) -> Episode:
-        """Draw an episode; it depends on seed and number alone.
+    def episode(self, seed: int, number: int, start: int | None = None) -> Episode:
+        """Draw an episode; it depends on seed, number and start alone.
 
         Args:
             seed: Seed of everything random.
             number: Number of the episode, from 0.
+            start: Step at which it starts; by the option `random_start` if not given.
         """
-        options = self._options
-        start = 0
-        if options.random_start:
+        if start is None and self._options.random_start:
             start = int(stream(seed, "start", number).integers(self.steps))
-        reference, angles = self._with_noise(stream(seed, "demonstration", number))
+        start = start or 0
+        drawn = self.randomisation.draw(seed, number)
+        size = self.randomisation.number("reference_noise", drawn)
+        reference, angles = self._with_noise(stream(seed, "demonstration", number), size)
         return Episode(
             start=start,
             reference=reference,
             reference_angles=angles,
-            sensor_noise=self._sensor_noise(seed, number),
+            sensor_noise=self._sensor_noise(seed, number, drawn),
             perturbations=self._draw_perturbations(seed, number),
             plant=self._plants.draw(seed, number, start, len(self._clean)),
             latency=self._latencies.draw(seed, number, start, len(self._clean)),
+            numbers=drawn,
         )
 
     def start_of(self, episode: Episode) -> tuple[Array, Array]:
@@ -151,8 +161,8 @@ class Demonstration:
             return self._feasible
         return joint_paths.continuous_angles(self._clean, self._first_angles)
 
-    def _with_noise(self, rng: np.random.Generator) -> tuple[Array, Array | None]:
-        """Draw the noise of the demonstration.
+    def _with_noise(self, rng: np.random.Generator, size: float) -> tuple[Array, Array | None]:
+        """Draw the noise of the demonstration, of a standard deviation.
 
         Where the motion has feasible joint angles, noise is drawn on them, since near a singular
         pose noise on the posture would be a large one on the angles; the posture then moves as the
@@ -161,10 +171,10 @@ class Demonstration:
         vectors = self._clean.reshape(-1, 4, 3)
         angles = self._feasible
         if angles is None:
-            vectors = vectors + self._options.reference_noise * rng.standard_normal(vectors.shape)
+            vectors = vectors + size * rng.standard_normal(vectors.shape)
         else:
             still = kinematics.posture_from_angles(angles)
-            angles = angles + self._options.reference_noise * rng.standard_normal(angles.shape)
+            angles = angles + size * rng.standard_normal(angles.shape)
             moved = kinematics.posture_from_angles(angles) - still
             vectors = vectors + moved.reshape(vectors.shape)
             angles = self._with_end(angles)
@@ -176,12 +186,12 @@ class Demonstration:
         beyond = max(1, self._options.lookahead)
         return np.concatenate([rows, np.repeat(rows[-1:], beyond, axis=0)])
 
-    def _sensor_noise(self, seed: int, number: int) -> Array | None:
+    def _sensor_noise(self, seed: int, number: int, drawn: Array) -> Array | None:
         if self._options.observation_noise == 0.0:
             return None
         scale = np.concatenate([np.ones(12 + 8), self._max_joint_speed])
         noise = stream(seed, "sensors", number).standard_normal((len(self._clean), len(scale)))
-        return self._options.observation_noise * scale * noise
+        return self.randomisation.number("observation_noise", drawn) * scale * noise
 
     def _draw_perturbations(self, seed: int, number: int) -> Array | None:
         """Draw perturbations: a Poisson process, directions uniform on the sphere."""

@@ -6,12 +6,15 @@ env = gymnasium.make("mpma_mj:TwoArmImitationFlat-v0", motion="dance.tsv")
 
 from __future__ import annotations
 
+import copy
+import dataclasses
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, SupportsFloat
+from typing import TYPE_CHECKING, Any, Self, SupportsFloat
 
 import gymnasium
 import mujoco
 import numpy as np
+from gymnasium.envs.registration import EnvSpec
 from numpy.typing import ArrayLike, NDArray
 
 from mpma_mj.envs.load import make_environment
@@ -49,7 +52,10 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
     - `termination_reason`: why the episode has ended; empty while it continues;
     - `plant`: with the option `plants`, the index of the plant that the next action meets;
     - `latency`: where this option is a range, the latency that the next action meets, in control
-      steps.
+      steps;
+    - the number of this episode under the name of each option that is a range, such as `payload`;
+    - at the end of an episode `p_e_percent` and `mpkpe_m`, its tracking errors (see `metrics`), of
+      the true posture of the arms.
 
     Episodes follow from the seed: `reset(seed=s)` starts the first episode of seed s, and
     `reset()` the next one. Before any `reset(seed=…)` it is the argument `seed`. In Gymnasium's
@@ -65,6 +71,7 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
     """
 
     _flat = False
+    _spec: EnvSpec | None = None
     metadata = {"render_modes": ["rgb_array", "human"], "render_fps": 20}  # noqa: RUF012
 
     def __init__(
@@ -73,6 +80,9 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
         *,
         seed: int = 0,
         render_mode: str | None = None,
+        width: int = 640,
+        height: int = 480,
+        camera: str = "front",
         **options: Any,
     ) -> None:
         """Load the environment.
@@ -80,8 +90,11 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
         Args:
             motion: The motion, or its name, or the path of a recording.
             seed: Seed of everything random.
-            render_mode: "rgb_array" for pictures, shape (480, 640, 3), "human" for MuJoCo's
-                viewer in real time, or None for neither.
+            render_mode: "rgb_array" for pictures, "human" for MuJoCo's viewer in real time, or None
+                for neither.
+            width: Width of pictures, pixels.
+            height: Height of pictures, pixels.
+            camera: Name of the model's camera for pictures; ours has front, side, three_quarter.
             **options: The fields of `EnvironmentOptions`, such as arms="kinematic".
 
         Raises:
@@ -95,19 +108,32 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
             )
         self.render_mode = render_mode
         self._motion, self._options = motion, options_from(options)
+        self._view: dict[str, Any] = {"width": width, "height": height, "camera": camera}
         self._env = make_environment(motion, self._options, seed)
         self._over = True
         self.last_observation: dict[str, Array] = {}
         self.max_joint_speed: Array = self._env.task.max_joint_speed
         self.control_timestep: float = self._env.control_timestep()
-        self._renderer: ArmRenderer | None = None
         self._viewer: ArmViewer | None = None
+        self._renderer = self._make_renderer()
         self.metadata = self.metadata | {"render_fps": round(1.0 / self.control_timestep, 3)}
         self.action_space = action_space()
         shapes = {name: spec.shape for name, spec in self._env.observation_spec().items()}
         self.observation_space = observation_space(shapes, flat=self._flat)
         # Not from the clock: a run is reproducible from its options.
         super().reset(seed=int(self._env.task.seed))
+
+    @property
+    def spec(self) -> EnvSpec | None:
+        """Specification of Gymnasium, with the length of an episode as `max_episode_steps`."""
+        return self._spec
+
+    @spec.setter
+    def spec(self, spec: EnvSpec | None) -> None:
+        # Gymnasium sets it once the environment is made, which alone has the motion's length.
+        if spec is not None:
+            spec = dataclasses.replace(spec, max_episode_steps=self._env.task.steps)
+        self._spec = spec
 
     @property
     def physics(self) -> PhysicsArms:
@@ -171,26 +197,31 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
             self._show()
         terminated = self._over and timestep.discount == 0.0
         truncated = self._over and not terminated
-        observation = self._pack(timestep.observation)
-        return observation, float(timestep.reward), terminated, truncated, self._info()
+        observation, info = self._pack(timestep.observation), self._info()
+        if self._over:
+            info |= self.tracking_errors()
+        return observation, float(timestep.reward), terminated, truncated, info
+
+    def tracking_errors(self) -> dict[str, float]:
+        """Return `p_e_percent` and `mpkpe_m` of the episode so far; see `metrics`."""
+        return self._env.task.tracking_errors(self._env.physics)
 
     def render(self) -> NDArray[np.uint8] | None:
-        """Draw the arms and the demonstration's ghost.
+        """Return a picture of the arms and of the demonstration's ghost, or show them.
 
         Returns:
-            Picture, shape (480, 640, 3), or None where the mode is "human".
+            Picture, shape (height, width, 3), or None where the mode is "human".
 
         Raises:
             RenderingError: OpenGL does not draw, or there is no display.
         """
+        if self._renderer is not None:
+            return self._renderer.picture(self._env.task.reference)
         if self.render_mode is None:
             gymnasium.logger.warn('nothing is drawn without a render_mode, such as "rgb_array"')
-            return None
-        if self.render_mode == "human":
+        else:
             self._show()
-            return None
-        self._renderer = self._renderer or ArmRenderer(self._env.physics)
-        return self._renderer.picture(self._env.task.reference)
+        return None
 
     def close(self) -> None:
         """Release the OpenGL context and close the window; the next picture opens them again."""
@@ -198,7 +229,11 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
             self._renderer.close()
         if self._viewer is not None:
             self._viewer.close()
-        self._renderer = self._viewer = None
+        self._viewer = None
+
+    def __copy__(self) -> Self:
+        """Return a copy that shares nothing with this one, as a deep copy does."""
+        return copy.deepcopy(self)
 
     def __getstate__(self) -> dict[str, Any]:
         """Return motion, options and state; no model, no renderer."""
@@ -213,15 +248,18 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
         """Make the environment again and set its state."""
         task, arms = state.pop("task"), state.pop("arms")
         vars(self).update(state)
-        self._renderer = self._viewer = None
         self._env = make_environment(self._motion, self._options)
+        self._viewer, self._renderer = None, self._make_renderer()
         self._env.reset()  # or its first step would be one
         vars(self._env.task).update(task)
         physics = self._env.physics
-        if self._env.task.plant is not None:
-            physics.set_plant(self._env.task.plant)
+        self._env.task.set_plant(physics)
         physics.set_state(arms, _STATE)
         mujoco.mj_kinematics(physics.model.ptr, physics.data.ptr)  # positions from the state
+
+    def _make_renderer(self) -> ArmRenderer | None:
+        draws = self.render_mode == "rgb_array"
+        return ArmRenderer(self._env.physics, **self._view) if draws else None
 
     def _pack(self, observation: dict[str, Array]) -> Any:
         self.last_observation = observation
@@ -229,7 +267,7 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
 
     def _info(self) -> dict[str, Any]:
         task = self._env.task
-        hidden = {"plant": task.plant, "latency": task.latency}
+        hidden = {"plant": task.plant, "latency": task.latency} | task.drawn
         return {
             "reward_terms": task.reward_terms(self._env.physics),
             "clipped": task.clipped,
@@ -249,7 +287,8 @@ class FlatImitationEnv(ImitationEnv):
 
     In this order, C being the context's length: posture 0 to 11, reference 12 to 23, target
     24 to 35, context from 36, then eight joint angles, rad, and eight joint velocities, rad/s;
-    at the end `lookahead` and `phase`, with the options of these names.
+    at the end `lookahead` and `phase`, with the options of these names, and `move`, with
+    `error_observation`.
 
     Gymnasium's `FlattenObservation` returns the same array, but cannot be pickled, adds 15 % to
     a step, and cannot be registered with an entry point for vectors.

@@ -6,6 +6,7 @@ import math
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Literal
 
 from dm_control.rl import control
 
@@ -19,6 +20,7 @@ from mpma_mj.motions import Motion, read_motion
 from mpma_mj.motions.feasibility import JointLimits
 from mpma_mj.motions.feasible_motion import feasible
 from mpma_mj.options import Arms
+from mpma_mj.utils.validation import Range
 
 __all__: list[str] = ["arm_limits", "load", "make_environment", "prepare"]
 
@@ -32,24 +34,25 @@ def load(  # noqa: D417 # the fields of `EnvironmentOptions` are documented ther
     arms: Arms = "physics",
     model: str | Path | None = None,
     repeats: int = 3,
-    reference_noise: float = 0.01,
+    reference_noise: float | Range = 0.01,
     control_timestep: float | None = None,
     gravity_compensation: bool = False,
-    payload: float = 0.0,
-    actuator_strength: float = 1.0,
-    actuator_gain: float = 1.0,
-    damping: float = 0.0,
+    payload: float | Range = 0.0,
+    actuator_strength: float | Range = 1.0,
+    actuator_gain: float | Range = 1.0,
+    damping: float | Range = 0.0,
     locked_joint: str | None = None,
     collisions: bool = False,
     latency: int | tuple[int, int] = 0,
     latency_every: tuple[float, float] | None = None,
-    observation_noise: float = 0.0,
+    observation_noise: float | Range = 0.0,
     perturbation: tuple[float, float] = (0.0, 0.0),
-    random_start: bool = False,
+    random_start: bool | Literal["adaptive"] = False,
     termination_distance: float | None = None,
     reward_weights: Mapping[str, float] | None = None,
     lookahead: int = 0,
     phase: bool = False,
+    error_observation: bool = False,
     plants: PlantsLike | None = None,
     switch_every: tuple[float, float] | None = None,
     epochs_per_plant: int = 3,

@@ -15,10 +15,11 @@ import numpy as np
 
 from mpma_mj.envs.model_validation import HANDS, check_actuators, check_complete
 from mpma_mj.envs.options import EnvironmentOptions
+from mpma_mj.envs.randomisation import PlantNumbers, plants_of
 from mpma_mj.errors import BadOptionError
 from mpma_mj.kinematics import JOINT_NAMES
 
-__all__: list[str] = ["MODEL_PATH", "CompiledPlants", "make_model", "make_models"]
+__all__: list[str] = ["MODEL_PATH", "CompiledPlants", "ModelCompiler", "make_model"]
 
 MODEL_PATH = Path(__file__).parent.parent / "assets" / "two_arm.xml"
 
@@ -28,70 +29,82 @@ _SMALLEST = 1e-3  # radius of a ball without mass, m
 _MEMORY = 2**24  # bytes; MuJoCo ends the process where contacts need more
 
 
-def make_models(options: EnvironmentOptions) -> tuple[mujoco.MjModel, ...]:
-    """Return the model of each plant, all of the same sizes; one where there are no plants.
+def make_model(options: EnvironmentOptions) -> mujoco.MjModel:
+    """Return the model with the changes of the options, that of the first plant.
 
     Args:
         options: Options of the environment.
 
     Raises:
-        BadOptionError: As of `make_model`.
-    """
-    plants = options.of_plants()
-    balls = any(plant.payload > 0 for plant in plants)
-    return tuple(make_model(plant, balls=balls) for plant in plants)
-
-
-def make_model(options: EnvironmentOptions, *, balls: bool = False) -> mujoco.MjModel:
-    """Return the model with the changes of the options.
-
-    Args:
-        options: Options of the environment, without plants.
-        balls: Whether the hands hold balls even without payload, which then have no mass.
-
-    Raises:
         BadOptionError: The user's model cannot be read, or is incomplete.
     """
-    balls = balls or options.payload > 0
-    path = MODEL_PATH if options.model is None else Path(options.model)
-    if not path.is_file():
-        found = "this is a folder" if path.is_dir() else "there is no such file"
-        raise BadOptionError(option="model", value=str(path), expected=f"an MJCF file, but {found}")
-    with _errors_in_one_line(path):
-        spec = mujoco.MjSpec.from_file(os.fsencode(path))  # the name may not be UTF-8
-        check_complete(path, spec, hands=balls or options.perturbed)
-        if options.model is not None:
-            spec.memory = max(spec.compile().narena, _MEMORY)
-        if options.gravity_compensation:
-            _compensate_gravity(spec)
-        if options.locked_joint is not None:
-            # Fixed for every integrator, in contacts too.
-            spec.joint(options.locked_joint).armature = _FIXED
-        if balls:
-            _add_payload(spec, options.payload)
-        model = spec.compile()
-    if balls and not options.payload:
-        for hand in HANDS:  # only now, or the compiler would leave the balls out of its trees
-            ball = model.geom(f"{hand}_payload")
-            ball.contype[:], ball.conaffinity[:] = 0, 0
-    if not 0.0 < model.opt.timestep < math.inf:
-        raise BadOptionError(f"{path}: timestep is {model.opt.timestep:g} s; expected above 0")
-    check_actuators(path, model, forces=options.actuator_strength != 1.0)
-    for name in JOINT_NAMES:
-        actuator = model.actuator(name)
-        actuator.forcerange[:] *= options.actuator_strength
-        actuator.gainprm[0] *= options.actuator_gain  # aims at gain x command
-        model.joint(name).damping[:] += options.damping
-    flag = mujoco.mjtDisableBit
-    # Without warm start a step depends on the state alone, not on the steps before it. With
-    # automatic reset a simulation that diverged is detected by its time.
-    model.opt.disableflags |= int(flag.mjDSBL_WARMSTART)
-    model.opt.disableflags &= ~int(flag.mjDSBL_AUTORESET)
-    if options.collisions:
-        model.opt.disableflags &= ~int(flag.mjDSBL_CONTACT)
-    else:
-        model.opt.disableflags |= int(flag.mjDSBL_CONTACT)
-    return model
+    return ModelCompiler(options).compile(plants_of(options)[0])
+
+
+class ModelCompiler:
+    """Compiler of the models of plants, all of the same sizes, from a file that is read once."""
+
+    def __init__(self, options: EnvironmentOptions) -> None:
+        """Read the file, and change what all plants have.
+
+        Args:
+            options: Options of the environment.
+
+        Raises:
+            BadOptionError: As of `make_model`.
+        """
+        # Where one hand holds balls all do, some of them without mass.
+        self._balls = any(plant["payload"] > 0 for plant in plants_of(options))
+        self._collisions = options.collisions
+        self._path = MODEL_PATH if options.model is None else Path(options.model)
+        if not self._path.is_file():
+            found = "this is a folder" if self._path.is_dir() else "there is no such file"
+            raise BadOptionError(
+                option="model", value=str(self._path), expected=f"an MJCF file, but {found}"
+            )
+        with _errors_in_one_line(self._path):
+            spec = mujoco.MjSpec.from_file(os.fsencode(self._path))  # the name may not be UTF-8
+            check_complete(self._path, spec, hands=self._balls or options.perturbed)
+            if options.model is not None:
+                spec.memory = max(spec.compile().narena, _MEMORY)
+            if options.gravity_compensation:
+                _compensate_gravity(spec)
+            if options.locked_joint is not None:
+                # Fixed for every integrator, in contacts too.
+                spec.joint(options.locked_joint).armature = _FIXED
+            if self._balls:
+                _add_balls(spec)
+        self._spec = spec
+
+    def compile(self, plant: PlantNumbers) -> mujoco.MjModel:
+        """Return the model of a plant; errors as of `make_model`."""
+        path, payload = self._path, plant["payload"]
+        with _errors_in_one_line(path):
+            if self._balls:
+                _set_payload(self._spec, payload)
+            model = self._spec.compile()
+        if self._balls and not payload:
+            for hand in HANDS:  # only now, or the compiler would leave the balls out of its trees
+                ball = model.geom(f"{hand}_payload")
+                ball.contype[:], ball.conaffinity[:] = 0, 0
+        if not 0.0 < model.opt.timestep < math.inf:
+            raise BadOptionError(f"{path}: timestep is {model.opt.timestep:g} s; expected above 0")
+        check_actuators(path, model, forces=plant["actuator_strength"] != 1.0)
+        for name in JOINT_NAMES:
+            actuator = model.actuator(name)
+            actuator.forcerange[:] *= plant["actuator_strength"]
+            actuator.gainprm[0] *= plant["actuator_gain"]  # aims at gain x command
+            model.joint(name).damping[:] += plant["damping"]
+        flag = mujoco.mjtDisableBit
+        # Without warm start a step depends on the state alone, not on the steps before it. With
+        # automatic reset a simulation that diverged is detected by its time.
+        model.opt.disableflags |= int(flag.mjDSBL_WARMSTART)
+        model.opt.disableflags &= ~int(flag.mjDSBL_AUTORESET)
+        if self._collisions:
+            model.opt.disableflags &= ~int(flag.mjDSBL_CONTACT)
+        else:
+            model.opt.disableflags |= int(flag.mjDSBL_CONTACT)
+        return model
 
 
 @contextmanager
@@ -116,63 +129,81 @@ def _compensate_gravity(spec: mujoco.MjSpec) -> None:
         below += body.bodies
 
 
-def _add_payload(spec: mujoco.MjSpec, mass: float) -> None:
-    """Add an iron ball to the middle of each hand, without gravity compensation; mass in kg."""
+def _add_balls(spec: mujoco.MjSpec) -> None:
+    """Add a ball to the middle of each hand, without gravity compensation, yet without mass."""
     bare = spec.compile()
-    radius = (3.0 * mass / (4.0 * math.pi * _IRON)) ** (1.0 / 3.0)
     for name in HANDS:
         hand, ball = bare.body(name), spec.body(name).add_body(name=f"{name}_payload")
         ball.pos, ball.ipos = hand.ipos, np.zeros(3)
-        ball.mass, ball.inertia = mass, np.full(3, 0.4 * mass * radius**2)
         ball.explicitinertial = True
         geom = ball.add_geom(name=f"{name}_payload", type=mujoco.mjtGeom.mjGEOM_SPHERE)
-        geom.size = [max(radius, _SMALLEST), 0.0, 0.0]
-        geom.rgba = [0.2, 0.2, 0.22, 1.0 if mass > 0 else 0.0]
-        geom.mass = mass  # for models that compute inertia from geoms
         if hand.geomnum[0]:  # collides with the same geoms as the hand
             of_hand = bare.geom(int(hand.geomadr[0]))
             geom.contype, geom.conaffinity = of_hand.contype[0], of_hand.conaffinity[0]
 
 
+def _set_payload(spec: mujoco.MjSpec, mass: float) -> None:
+    """Make the balls in the hands of iron and of a mass, kg."""
+    radius = (3.0 * mass / (4.0 * math.pi * _IRON)) ** (1.0 / 3.0)
+    for name in HANDS:
+        ball, geom = spec.body(f"{name}_payload"), spec.geom(f"{name}_payload")
+        ball.mass, ball.inertia = mass, np.full(3, 0.4 * mass * radius**2)
+        geom.size = [max(radius, _SMALLEST), 0.0, 0.0]
+        geom.rgba = [0.2, 0.2, 0.22, 1.0 if mass > 0 else 0.0]
+        geom.mass = mass  # for models that compute inertia from geoms
+
+
 class CompiledPlants:
-    """One compiled model for each plant, and a live model that becomes any of them.
+    """One compiled model for each plant, and a live model that becomes any of them, or others.
 
     The models have the same sizes and differ in numbers only, which are copied into the live model.
     MuJoCo's own `mj_setConst` would compute them instead, but it resets the pose.
 
     Attributes:
+        plants: The plants, as `plants_of` returns them.
         models: Model of each plant.
         live: Model to simulate, at first of the first plant.
+        compiler: Compiler of models of further plants.
     """
 
-    def __init__(self, models: Sequence[mujoco.MjModel]) -> None:
-        """Find the numbers in which the models of all plants differ."""
-        self.models = tuple(models)
+    def __init__(self, options: EnvironmentOptions) -> None:
+        """Compile the plants of an environment; errors as of `make_model`."""
+        self.compiler = ModelCompiler(options)
+        self.plants = plants_of(options)
+        self.models = tuple(self.compiler.compile(plant) for plant in self.plants)
         self._plant = 0
-        self.live = models[0] if len(models) == 1 else copy.copy(models[0])
-        self._differing = _differing(self.live, self.models) + _differing(
-            self.live.stat, [model.stat for model in models]
-        )
+        self.live = self.models[0] if len(self.models) == 1 else copy.copy(self.models[0])
+        self._differing = _differing(self.models)
+        self._of_stat = _differing([model.stat for model in self.models])
 
     def use(self, plant: int) -> None:
         """Give the live model the numbers of a plant, by its index; simulations stay."""
-        if plant == self._plant:
-            return
-        self._plant = plant
-        for owner, name, values in self._differing:
-            if isinstance(values[plant], np.ndarray):
-                getattr(owner, name)[...] = values[plant]
-            else:
-                setattr(owner, name, values[plant])
+        if plant != self._plant:
+            self._plant = plant
+            self.become(self.models[plant])
+
+    def become(self, model: mujoco.MjModel) -> None:
+        """Give the live model the numbers of another one; simulations stay."""
+        _copy_numbers(model, self.live, self._differing)
+        _copy_numbers(model.stat, self.live.stat, self._of_stat)
 
 
-def _differing(live: Any, each: Sequence[Any]) -> list[tuple[Any, str, list[Any]]]:
-    """Return the numbers that are not equal in all: of the live one, by name, with all values."""
+def _differing(each: Sequence[Any]) -> list[str]:
+    """Return the names of the numbers that are not equal in all."""
     found = []
-    for name in dir(live):
-        if name.startswith("_") or not isinstance(getattr(live, name), np.ndarray | float):
+    for name in dir(each[0]):
+        if name.startswith("_") or not isinstance(getattr(each[0], name), np.ndarray | float):
             continue
         values = [getattr(one, name) for one in each]
         if not all(np.array_equal(values[0], value, equal_nan=True) for value in values):
-            found.append((live, name, values))
+            found.append(name)
     return found
+
+
+def _copy_numbers(source: Any, target: Any, names: Sequence[str]) -> None:
+    for name in names:
+        value = getattr(source, name)
+        if isinstance(value, np.ndarray):
+            getattr(target, name)[...] = value
+        else:
+            setattr(target, name, value)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-import mujoco
 import numpy as np
 from gymnasium import spaces
 from numpy.lib.stride_tricks import sliding_window_view
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 from mpma_mj.envs.demonstration import Demonstration, Episode
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.step_rules import Steps
+from mpma_mj.feedback import followed, joint_error
 
 __all__: list[str] = ["Observer", "action_space", "flatten", "observation_space"]
 
@@ -25,9 +25,9 @@ _BOUNDS: dict[str, tuple[float, float]] = dict.fromkeys(
     ("posture", "reference", "target", "lookahead", "phase"), _UNIT
 )
 _BOUNDS["context"] = (0.0, 1.0)
-# Shoulders have no limits and simulated arms overshoot theirs, so the only bound of angles and
-# velocities is the one from which MuJoCo regards a simulation as diverged.
-_NO_BOUND = (-mujoco.mjMAXVAL, mujoco.mjMAXVAL)
+# Shoulders have no limits and simulated arms overshoot theirs. A finite bound, however large, would
+# let wrappers rescale angles and velocities to nothing, instead of refusing.
+_NO_BOUND = (-np.inf, np.inf)
 
 
 class Observer:
@@ -41,6 +41,7 @@ class Observer:
         """Take context and phase of the demonstration, and the choice of observations."""
         self._context, self._phase = demonstration.context, demonstration.phase
         self._lookahead, self._shows_phase = options.lookahead, options.phase
+        self._shows_move, self._largest_move = options.error_observation, demonstration.largest_move
         self.shapes: dict[str, tuple[int, ...]] = {
             **{"posture": (12,), "reference": (12,), "target": (12,)},
             "context": self._context.shape[1:],
@@ -54,6 +55,8 @@ class Observer:
                 self.shapes["lookahead_angles"] = (self._lookahead, 8)
         if self._shows_phase:
             self.shapes["phase"] = (2,)
+        if self._shows_move:
+            self.shapes["move"] = (8,)
 
     def observe(
         self,
@@ -97,6 +100,9 @@ class Observer:
                 observation["lookahead_angles"] = self._ahead(episode.reference_angles, after)
         if self._shows_phase:
             observation["phase"] = self._phase[step].copy()
+        if self._shows_move:
+            error = joint_error(joint_angles, followed(observation, "target"))
+            observation["move"] = error / self._largest_move
         return observation
 
     def _ahead(self, shown: Array, after: tuple[Any, ...]) -> Array:

@@ -3,22 +3,36 @@
 from __future__ import annotations
 
 import dataclasses
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 
-from mpma_mj.envs.plants import ActuatorGain, ActuatorStrength, Damping, Payload, Plant, plants_from
+from mpma_mj.envs.option_checks import (
+    checked_dwell,
+    checked_path,
+    checked_perturbation,
+    checked_weights,
+)
+from mpma_mj.envs.plants import (
+    PLANT_OPTIONS,
+    ActuatorGain,
+    ActuatorStrength,
+    Damping,
+    Payload,
+    Plant,
+    plants_from,
+)
 from mpma_mj.errors import BadOptionError
-from mpma_mj.kinematics import JOINT_NAMES, SEGMENT_NAMES
+from mpma_mj.kinematics import JOINT_NAMES
 from mpma_mj.options import Arms
 from mpma_mj.utils.text import did_you_mean
-from mpma_mj.utils.validation import Bounds, check_fields, is_integer, is_number
+from mpma_mj.utils.validation import Bounds, Range, check_fields, is_integer
 
 __all__: list[str] = [
+    "DRAWN_OPTIONS",
     "FIELDS_OF_PLANTS",
     "MASS_OPTIONS",
     "EnvironmentOptions",
@@ -28,15 +42,14 @@ __all__: list[str] = [
     "seeds_of_batch",
 ]
 
-_WEIGHT = Bounds(0.0, 1e6)
-_RATE, _FORCE = Bounds(0.0, 100.0), Bounds(0.0, 10_000.0)  # 1/s, N
-_DWELL = Bounds(0.0, 1e6, above=True)  # s
-_LATENCY = Bounds(0, 100)  # control steps
+Noise = Annotated[float, Bounds(0.0, 1.0, hint="such as 0.01")]
 MASS_OPTIONS = (
     *("gravity_compensation", "payload", "actuator_strength", "damping"),
     *("perturbation", "collisions"),
 )
 """Options that act by forces, which ideal arms do not have."""
+DRAWN_OPTIONS = (*PLANT_OPTIONS, "observation_noise", "reference_noise")
+"""Options that are drawn for each episode where they are ranges."""
 FIELDS_OF_PLANTS = ("plants", "switch_every", "epochs_per_plant")
 """Options that select the plants that may be on, and when."""
 
@@ -45,7 +58,8 @@ FIELDS_OF_PLANTS = ("plants", "switch_every", "epochs_per_plant")
 class EnvironmentOptions:
     """Options of an environment, apart from its motion and its seed.
 
-    `load(motion, seed=seed, **vars(options))` returns the environment with these options.
+    `load(motion, seed=seed, **vars(options))` returns the environment with these options. Those of
+    `DRAWN_OPTIONS` may be ranges of two numbers, from which one is drawn for each episode.
 
     Attributes:
         arms: "physics" for simulated arms, "kinematic" for arms that move ideally.
@@ -73,13 +87,16 @@ class EnvironmentOptions:
             random hand, each for a tenth of a second, rounded to control steps; simultaneous ones
             add up.
         random_start: Whether an episode starts anywhere in the demonstration, with the arms in its
-            posture and at its velocity, instead of at its beginning and at rest.
+            posture and at its velocity, instead of at its beginning and at rest; "adaptive" for
+            more often where past episodes of this environment missed reward.
         termination_distance: Distance of an elbow or wrist from the demonstrated position beyond
             which an episode ends with discount 0, m; never if not given.
         reward_weights: Weights of the reward's terms by name, where they are not 1.
         lookahead: Number of targets in the observation `lookahead`, the first being `target`; 0
             leaves it out.
         phase: Whether to observe `phase`: sine and cosine of the progress of the repetition.
+        error_observation: Whether to observe `move`: the joints' way to the target as a multiple of
+            their largest move in a step.
         plants: Plants, one of which is on at a time, unobserved: for each its options of `Plant`,
             in place of those above; a single plant, with those above, if not given.
         switch_every: Lowest and highest time after which the plant changes to another one within
@@ -94,28 +111,29 @@ class EnvironmentOptions:
     arms: Arms = "physics"
     model: str | Path | None = None
     repeats: Annotated[int, Bounds(1, 1000)] = 3
-    reference_noise: Annotated[float, Bounds(0.0, 1.0, hint="such as 0.01")] = 0.01
+    reference_noise: Noise | Range = 0.01
     control_timestep: Annotated[
         float | None, Bounds(0.001, 1.0, hint="in seconds, such as 0.05")
     ] = None
     gravity_compensation: bool = False
-    payload: Payload = 0.0
-    actuator_strength: ActuatorStrength = 1.0
-    actuator_gain: ActuatorGain = 1.0
-    damping: Damping = 0.0
+    payload: Payload | Range = 0.0
+    actuator_strength: ActuatorStrength | Range = 1.0
+    actuator_gain: ActuatorGain | Range = 1.0
+    damping: Damping | Range = 0.0
     locked_joint: str | None = None
     collisions: bool = False
-    latency: int | tuple[int, int] = 0
+    latency: Annotated[int, Bounds(0, 100)] | tuple[int, int] = 0
     latency_every: tuple[float, float] | None = None
-    observation_noise: Annotated[float, Bounds(0.0, 1.0, hint="such as 0.01")] = 0.0
+    observation_noise: Noise | Range = 0.0
     perturbation: tuple[float, float] = (0.0, 0.0)
-    random_start: bool = False
+    random_start: bool | Literal["adaptive"] = False
     termination_distance: Annotated[
         float | None, Bounds(0.001, 10.0, hint="in metres, such as 0.3")
     ] = None
     reward_weights: Mapping[str, float] = field(default_factory=dict, hash=False)
     lookahead: Annotated[int, Bounds(0, 1000)] = 0
     phase: bool = False
+    error_observation: bool = False
     plants: tuple[Plant, ...] | None = None
     switch_every: tuple[float, float] | None = None
     epochs_per_plant: Annotated[int, Bounds(1, 1_000_000)] = 3
@@ -124,13 +142,13 @@ class EnvironmentOptions:
         """Check every option, and keep copies of plain types."""
         check_fields(self)
         if self.model is not None:
-            object.__setattr__(self, "model", _checked_path(self.model))
+            object.__setattr__(self, "model", checked_path(self.model))
         joint: object = self.locked_joint
         if not (joint is None or (isinstance(joint, str) and joint in JOINT_NAMES)):
             expected = f"one of {', '.join(JOINT_NAMES)}"
             raise BadOptionError(option="locked_joint", value=joint, expected=expected)
-        object.__setattr__(self, "perturbation", _checked_perturbation(self.perturbation))
-        object.__setattr__(self, "reward_weights", _checked_weights(self.reward_weights))
+        object.__setattr__(self, "perturbation", checked_perturbation(self.perturbation))
+        object.__setattr__(self, "reward_weights", checked_weights(self.reward_weights))
         for option in dataclasses.fields(self) if self.arms == "kinematic" else ():
             value = getattr(self, option.name)
             if option.name in MASS_OPTIONS and value != option.default:
@@ -139,8 +157,12 @@ class EnvironmentOptions:
                 raise BadOptionError(option=option.name, value=value, remedy=remedy)
         self._check_latency()
         object.__setattr__(self, "plants", plants_from(self.plants))
+        for name in PLANT_OPTIONS if self.plants is not None else ():
+            if name in self.ranges:
+                remedy = "plants have one each: give one number, or leave {plants} out"
+                raise BadOptionError(option=name, value=self.ranges[name], remedy=remedy)
         if self.switch_every is not None:
-            dwell = _checked_dwell("switch_every", self.switch_every)
+            dwell = checked_dwell("switch_every", self.switch_every)
             object.__setattr__(self, "switch_every", dwell)
         self._check_plants()
 
@@ -148,6 +170,12 @@ class EnvironmentOptions:
     def longest_latency(self) -> int:
         """Longest latency that there may be, control steps."""
         return self.latency if isinstance(self.latency, int) else self.latency[1]
+
+    @property
+    def ranges(self) -> dict[str, Range]:
+        """Ranges from which numbers are drawn for each episode, by name."""
+        given = ((name, getattr(self, name)) for name in DRAWN_OPTIONS)
+        return {name: value for name, value in given if isinstance(value, tuple)}
 
     @property
     def perturbed(self) -> bool:
@@ -172,10 +200,9 @@ class EnvironmentOptions:
 
     def _check_latency(self) -> None:
         """Check latency and times between its jumps, and keep plain copies."""
-        object.__setattr__(self, "latency", _checked_latency(self.latency))
         if self.latency_every is None:
             return
-        dwell = _checked_dwell("latency_every", self.latency_every)
+        dwell = checked_dwell("latency_every", self.latency_every)
         object.__setattr__(self, "latency_every", dwell)
         if isinstance(self.latency, int) or self.latency[0] == self.latency[1]:
             remedy = "that needs a range: give {latency} two numbers that differ, or leave it out"
@@ -274,69 +301,3 @@ def seeds_of_batch(seed: object, count: int) -> list[int | None]:
     if len(seed) != count:
         raise BadOptionError(f"seed has {len(seed)} entries; expected {count}")
     return [None if own is None else check_seed(own) for own in seed]
-
-
-def _checked_path(path: object) -> str:
-    if not isinstance(path, str | Path):
-        raise BadOptionError(option="model", value=path, expected="the path of an MJCF file")
-    return os.fspath(path)
-
-
-def _is_within(bounds: Bounds, value: object) -> bool:
-    return is_number(value) and bounds.admit(float(value))
-
-
-def _checked_perturbation(given: Any) -> tuple[float, float]:
-    """Return rate, 1/s, and size, N, as plain numbers."""
-    rate, size = _pair(given)
-    if not (_is_within(_RATE, rate) and _is_within(_FORCE, size)):
-        raise BadOptionError(
-            option="perturbation",
-            value=given,
-            expected="rate (0 to 100 a second) and size (0 to 10000 N), such as 0.5 and 30",
-        )
-    return float(rate), float(size)
-
-
-def _checked_latency(given: Any) -> int | tuple[int, int]:
-    """Return control steps, or lowest and highest number of them, as plain integers."""
-    if is_integer(given) and _is_within(_LATENCY, given):
-        return int(given)
-    low, high = _pair(given)
-    whole = is_integer(low) and is_integer(high)
-    if not (whole and _is_within(_LATENCY, low) and _is_within(_LATENCY, high) and low <= high):
-        expected = f"{_LATENCY.describe(whole=True)}, or a range of two, the lowest first"
-        raise BadOptionError(option="latency", value=given, expected=expected)
-    return int(low), int(high)
-
-
-def _checked_dwell(option: str, given: Any) -> tuple[float, float]:
-    """Return lowest and highest time between two switches, s, as plain numbers."""
-    low, high = _pair(given)
-    if not (_is_within(_DWELL, low) and _is_within(_DWELL, high) and low <= high):
-        expected = f"two times, 0 < low <= high <= {_DWELL.high:g} s, such as 1 and 3"
-        raise BadOptionError(option=option, value=given, expected=expected)
-    return float(low), float(high)
-
-
-def _pair(given: Any) -> tuple[Any, Any]:
-    """Return two entries; numbers that no option admits where there are not two."""
-    is_pair = isinstance(given, tuple | list | np.ndarray) and len(given) == 2
-    first, second = given if is_pair else (-1.0, -1.0)
-    return first, second
-
-
-def _checked_weights(given: object) -> dict[str, float]:
-    """Return a copy of the weights as plain numbers."""
-    if not isinstance(given, Mapping) or not given.keys() <= set(SEGMENT_NAMES):
-        expected = f"a weight for some of {', '.join(SEGMENT_NAMES)}"
-        raise BadOptionError(option="reward_weights", value=given, expected=expected)
-    for name, weight in given.items():
-        if not _is_within(_WEIGHT, weight):
-            expected = f"0 to {_WEIGHT.high:g} for {name}"
-            raise BadOptionError(option="reward_weights", value=dict(given), expected=expected)
-    if len(given) == len(SEGMENT_NAMES) and not any(given.values()):
-        raise BadOptionError(
-            option="reward_weights", value=dict(given), expected="at least one above 0"
-        )
-    return {name: float(weight) for name, weight in given.items()}

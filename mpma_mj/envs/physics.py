@@ -11,15 +11,19 @@ from dm_control import mujoco as dm_mujoco
 from dm_control.mujoco.wrapper import MjModel
 from numpy.typing import NDArray
 
-from mpma_mj.envs.model import CompiledPlants, make_models
+from mpma_mj.envs.model import CompiledPlants
 from mpma_mj.envs.model_validation import HANDS
 from mpma_mj.envs.options import EnvironmentOptions
+from mpma_mj.envs.randomisation import PlantNumbers
 from mpma_mj.kinematics import JOINT_NAMES, SIDES
 
 __all__: list[str] = ["KinematicArms", "PhysicsArms", "ideal_move"]
 
 Array = NDArray[np.float64]
 Index = slice | NDArray[np.intp]
+
+_GREY = np.array([0.55, 0.55, 0.55, 1.0])  # rgba
+_PLAIN = np.array([0.5, 0.5, 0.5, 1.0], np.float32)  # MuJoCo's default, for which a material stands
 
 # Warnings of MuJoCo when it resets a simulation that diverged.
 _WARNINGS = {
@@ -53,10 +57,10 @@ class PhysicsArms(dm_mujoco.Physics):
             BadOptionError: A user's model cannot be read, or is incomplete.
         """
         options = options or EnvironmentOptions()
-        models = CompiledPlants(make_models(options))
+        models = CompiledPlants(options)
         arms: Self = cls.from_model(MjModel(models.live))
         arms.compiled_plants = models
-        arms.plant_gains = tuple(plant.actuator_gain for plant in options.of_plants())
+        arms.plant_gains = tuple(plant["actuator_gain"] for plant in models.plants)
         return arms
 
     @functools.cached_property
@@ -116,6 +120,15 @@ class PhysicsArms(dm_mujoco.Physics):
         """Matrix that takes site positions to unit vectors, shape (4, number of sites)."""
         return self._segments / self.segment_lengths[:, None]
 
+    @functools.cached_property
+    def keypoints(self) -> Array:
+        """Matrix K, posture @ K being elbows and wrists from the shoulders, shape (12, 12), m."""
+        left, left_forearm, right, right_forearm = self.segment_lengths
+        reaches = np.zeros((4, 4))
+        reaches[0, :2], reaches[2, 2:] = left, right  # upper arms move wrists, too
+        reaches[1, 1], reaches[3, 3] = left_forearm, right_forearm
+        return np.asarray(np.kron(reaches, np.eye(3)), np.float64)
+
     def posture(self) -> Array:
         """Return the posture from the sites' positions, shape (12,), unit vectors."""
         return np.dot(self.directions, self.data.ptr.site_xpos).ravel()
@@ -159,6 +172,32 @@ class PhysicsArms(dm_mujoco.Physics):
         """Command joint velocities, shape (8,), rad/s."""
         self.data.ptr.ctrl[self.actuator_indices] = control
 
+    def set_brightness(self, brightness: float) -> None:
+        """Colour the arms: 1 for their own colours, 0 for grey."""
+        # As in dm_control's suite, which distinguishes good rewards better than bad ones.
+        share, geoms = brightness**4, self._arm_geoms
+        self.model.geom_rgba[geoms] = share * self._own_colours[geoms] + (1.0 - share) * _GREY
+
+    @functools.cached_property
+    def _arm_geoms(self) -> NDArray[np.intp]:
+        """Indices of the geoms that the arms' joints move and that are seen."""
+        model = self.model
+        moved = {int(model.joint(name).bodyid[0]) for name in JOINT_NAMES}
+        for body in range(model.nbody):  # parents come first
+            if int(model.body_parentid[body]) in moved:
+                moved.add(body)
+        seen = self._own_colours[:, 3] > 0.0
+        return np.flatnonzero(np.isin(model.geom_bodyid, list(moved)) & seen)
+
+    @functools.cached_property
+    def _own_colours(self) -> Array:
+        """Colour of each geom, shape (G, 4), rgba: its material's, unless it has its own."""
+        model = self.model
+        colours = model.geom_rgba.copy()
+        plain = (colours == _PLAIN).all(axis=1) & (model.geom_matid >= 0)
+        colours[plain] = model.mat_rgba[model.geom_matid[plain]]
+        return colours
+
     def apply_perturbation(self, forces: Array) -> None:
         """Apply forces to left and right hand from now on, shape (2, 3), N."""
         self.data.ptr.xfrc_applied[self.hand_ids, :3] = forces
@@ -166,6 +205,10 @@ class PhysicsArms(dm_mujoco.Physics):
     def set_plant(self, plant: int) -> None:
         """Continue as the plant of an index, from the same joint state."""
         self.compiled_plants.use(plant)
+
+    def become_plant(self, plant: PlantNumbers) -> None:
+        """Continue as any plant within the options' ranges, from the same joint state."""
+        self.compiled_plants.become(self.compiled_plants.compiler.compile(plant))
 
     def step(self, nstep: int = 1) -> None:
         """Simulate a number of physics steps; `divergence` reports afterwards if they failed.
@@ -226,6 +269,10 @@ class KinematicArms(PhysicsArms):
     def set_plant(self, plant: int) -> None:
         """Continue as another plant, which differs in its gain; see `PhysicsArms.set_plant`."""
         self.actuator_gain = self.plant_gains[plant]
+
+    def become_plant(self, plant: PlantNumbers) -> None:
+        """Continue with another gain; see `PhysicsArms.become_plant`."""
+        self.actuator_gain = plant["actuator_gain"]
 
     def forward(self) -> None:
         """Compute all positions; there are no forces."""

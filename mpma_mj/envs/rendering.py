@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import atexit
+import ctypes
+import os
+import threading
 import weakref
 
 import mujoco
@@ -12,6 +15,7 @@ from numpy.typing import NDArray
 from mpma_mj.envs.gl import INSTALL_OPENGL
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.errors import BadOptionError, RenderingError
+from mpma_mj.utils.validation import is_integer
 
 __all__: list[str] = ["ArmRenderer", "add_ghost"]
 
@@ -20,10 +24,12 @@ Picture = NDArray[np.uint8]
 
 _GHOST = np.array([0.10, 0.12, 0.18, 0.35], np.float32)  # rgba
 _GHOST_LIMB, _GHOST_JOINT = 0.014, 0.058  # radii, m
+_LARGEST = 8192  # width or height of a picture, pixels (choice)
 _UPRIGHT = np.eye(3).ravel()
 
 
 _drawing: weakref.WeakSet[ArmRenderer] = weakref.WeakSet()
+_processes_that_drew: set[int] = set()  # a forked process inherits those of its parents
 
 
 def _close_all() -> None:
@@ -47,8 +53,12 @@ class ArmRenderer:
             camera: Name of a camera of the model; ours has front, side and three_quarter.
 
         Raises:
-            BadOptionError: The model has no such camera.
+            BadOptionError: The model has no such camera, or a size is no whole number.
         """
+        for name, size in (("width", width), ("height", height)):
+            if not (is_integer(size) and 1 <= int(size) <= _LARGEST):
+                expected = f"a whole number of pixels from 1 to {_LARGEST}"
+                raise BadOptionError(option=name, value=size, expected=expected)
         model = physics.model
         cameras = [model.id2name(i, "camera") for i in range(model.ncam)]
         if camera not in cameras:
@@ -78,9 +88,16 @@ class ArmRenderer:
             Picture, shape (height, width, 3).
 
         Raises:
-            RenderingError: OpenGL does not draw.
+            RenderingError: OpenGL does not draw, as in a process that was forked from one that
+                has drawn, or in another thread than the first picture.
         """
         renderer = self._renderer = self._renderer or self._make()
+        if self._owner != _this_thread():
+            self._refuse_parents_context()
+            raise RenderingError(
+                "no picture: another thread has drawn this environment",
+                remedy="draw in one thread, or make an environment for each",
+            )
         # Kinematic arms do not update cameras and lights, which a model may attach to its arms.
         mujoco.mj_camlight(self._physics.model.ptr, self._physics.data.ptr)
         renderer.update_scene(self._physics.data.ptr, self._camera)
@@ -91,21 +108,42 @@ class ArmRenderer:
     def close(self) -> None:
         """Release the OpenGL context."""
         if self._renderer is not None:
-            self._renderer.close()
+            if self._owner[0] == os.getpid():
+                self._renderer.close()
+            else:  # the parent's: never freed, which would hang
+                ctypes.pythonapi.Py_IncRef(ctypes.py_object(self._renderer))
             self._renderer = None
 
     def _make(self) -> mujoco.Renderer:
+        self._refuse_parents_context()
         try:
             renderer = mujoco.Renderer(self._physics.model.ptr, *self._size)
         except (ImportError, AttributeError, RuntimeError, mujoco.FatalError) as error:
             raise RenderingError(
                 "OpenGL cannot draw on this machine", remedy=INSTALL_OPENGL
             ) from error
+        self._owner = _this_thread()
         _drawing.add(self)
+        _processes_that_drew.add(os.getpid())
         # Called in reverse order: before the handlers that the backend has registered just now.
         atexit.unregister(_close_all)
         atexit.register(_close_all)
         return renderer
+
+    @staticmethod
+    def _refuse_parents_context() -> None:
+        """Raise where a parent has drawn: OpenGL's threads are not forked, and drawing hangs."""
+        if _processes_that_drew - {os.getpid()}:
+            raise RenderingError(
+                "no picture: this process was forked from one that has drawn",
+                remedy='use spawn, not fork, to start it: multiprocessing.get_context("spawn"),'
+                ' start_method="spawn" or context="spawn"',
+            )
+
+
+def _this_thread() -> tuple[int, int]:
+    """Return the numbers of process and thread."""
+    return os.getpid(), threading.get_ident()
 
 
 def add_ghost(scene: mujoco.MjvScene, physics: PhysicsArms, posture: Array) -> None:

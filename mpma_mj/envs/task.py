@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import copy
+
 import numpy as np
 from dm_control.rl import control
 from dm_env import specs
 from numpy.typing import NDArray
 
-from mpma_mj import kinematics
+from mpma_mj import kinematics, metrics
+from mpma_mj.envs.adaptive_starts import AdaptiveStarts
 from mpma_mj.envs.demonstration import Demonstration
 from mpma_mj.envs.observation import Observer
 from mpma_mj.envs.options import EnvironmentOptions
@@ -25,11 +28,13 @@ class TwoArmImitation(control.Task):
 
     An episode is `repeats` repetitions of the motion, with new noise on the demonstration; it
     starts in the demonstrated posture. All randomness of episode k depends on the seed and k
-    alone, so that setting `episode` is enough to continue elsewhere.
+    alone, so that setting `episode` is enough to continue elsewhere; only adaptive starts depend on
+    the episodes before it.
 
     Observation: `posture` (12), `reference` (12, demonstrated now), `target` (12, demonstrated
     at the next step), `context` (C), `joint_angles` (8, rad), `joint_velocities` (8, rad/s);
-    with the options of these names also `lookahead` (N, 12), the next N targets, and `phase` (2).
+    with the options of these names also `lookahead` (N, 12), the next N targets, and `phase` (2);
+    with `error_observation`, `move` (8), the joints' way to the target over their largest move.
     Action: joint velocities over the joints' top speeds, (8,), in [-1, 1]; entries outside are
     clipped. Reward: weighted mean of the terms that `reward_terms` returns, in [0, 1]. The end of
     the demonstration is the last step with discount 1; a simulation that diverges, or arms that
@@ -44,7 +49,10 @@ class TwoArmImitation(control.Task):
         context: Context at each moment of the repeated motion, shape (T, C).
         episode: Number of the episode that the next reset starts, from 0.
         seed: Seed of everything random.
+        drawn: Numbers that are drawn for the episode, by the names of options that are ranges.
         termination_reason: Why the episode has ended; empty while it continues.
+        visualize_reward: Whether pictures show the reward, as the suite's do: the arms' own colours
+            where it is 1, grey where it is 0; False at first.
         last_action: The last action as it was given, shape (8,).
     """
 
@@ -57,14 +65,34 @@ class TwoArmImitation(control.Task):
         self.episode = 0
         self.seed = seed
         self.termination_reason = ""
+        self.visualize_reward = False
+        self._generator = _generator(seed)
         self._demonstration = Demonstration(motion, options, self.max_joint_speed)
         self.steps, self.period = self._demonstration.steps, self._demonstration.period
         self.context = self._demonstration.context
+        self._randomisation = self._demonstration.randomisation
+        self._starts = AdaptiveStarts.if_chosen(options, 1, self._demonstration)
         self._observer = Observer(self._demonstration, options)
         self._rules = StepRules(options, self.steps, self.max_joint_speed, physics.segment_lengths)
         self._pending: Array = np.zeros((options.longest_latency, 8))
         self._begin(physics)
         self._evaluate(physics)
+
+    @property
+    def random(self) -> np.random.RandomState:
+        """Generator for wrappers that draw, as those of dm_control's suite; the task draws none."""
+        return self._generator
+
+    @property
+    def _random(self) -> np.random.RandomState:
+        """The same by the name by which Shimmy reads and replaces it."""
+        return self._generator
+
+    @_random.setter
+    def _random(self, generator: np.random.RandomState) -> None:
+        # Replaced by whoever seeds the suite's environments, so that a first episode follows.
+        self._generator = generator
+        self.seed, self.episode = int(copy.deepcopy(generator).randint(2**31)), 0
 
     @property
     def reference(self) -> Array:
@@ -110,6 +138,9 @@ class TwoArmImitation(control.Task):
         self._step += 1
         self._switch_plant(physics)
         self._evaluate(physics, np.True_ if physics.divergence else np.False_)
+        if self._starts is not None:
+            step, reward = np.array([self._step]), np.array([self._outcome.reward])
+            self._starts.record(step, reward, np.ones(1, bool))
 
     def get_observation(self, physics: PhysicsArms) -> dict[str, Array]:
         """Return the observation, every array a copy."""
@@ -137,6 +168,16 @@ class TwoArmImitation(control.Task):
         self.termination_reason = physics.divergence or self._outcome.termination_reason
         return 0.0 if self._outcome.terminated else 1.0
 
+    def tracking_errors(self, physics: PhysicsArms) -> dict[str, float]:
+        """Return `p_e_percent` and `mpkpe_m` of the steps of this episode; see `metrics`.
+
+        The true posture of the arms counts, whatever the observation noise.
+        """
+        steps = slice(self._drawn.start + 1, self._step + 1)
+        posture = np.array(self._postures[1:]).reshape(-1, 12)
+        reference = self._drawn.reference[steps]
+        return metrics.tracking_errors(posture, reference, physics.keypoints)
+
     def action_spec(self, physics: PhysicsArms) -> specs.BoundedArray:
         """Return the specification of actions."""
         return specs.BoundedArray(
@@ -154,11 +195,21 @@ class TwoArmImitation(control.Task):
 
     def _begin(self, physics: PhysicsArms) -> None:
         """Draw the next episode, whose first action is yet to come."""
-        self._drawn = self._demonstration.episode(self.seed, self.episode)
+        start = None if self._starts is None else self._starts.begin(0, self.seed, self.episode)
+        self._drawn = self._demonstration.episode(self.seed, self.episode, start)
+        numbers = self._randomisation.by_name(self._drawn.numbers)
+        self.drawn = {name: float(number) for name, number in numbers.items()}
         self._step = np.intp(self._drawn.start)
         self.termination_reason = ""
         self.last_action = np.zeros(8)
         self._pending = np.zeros_like(self._pending)
+        self._postures: list[Array] = []  # from the first of the episode
+        self.set_plant(physics)
+
+    def set_plant(self, physics: PhysicsArms) -> None:
+        """Let the arms be the plant of this moment of the episode, whatever they were."""
+        if (plant := self._randomisation.plant(self._drawn.numbers)) is not None:
+            physics.become_plant(plant)
         self._switch_plant(physics)
 
     def _switch_plant(self, physics: PhysicsArms) -> None:
@@ -169,4 +220,12 @@ class TwoArmImitation(control.Task):
     def _evaluate(self, physics: PhysicsArms, diverged: np.bool_ = np.False_) -> None:
         """Compute posture and outcome, once for reward, observation and termination."""
         self._posture = physics.posture()
+        self._postures.append(self._posture)
         self._outcome = self._rules.outcome(self._posture, self.reference, self._step, diverged)
+        if self.visualize_reward:
+            physics.set_brightness(float(self._outcome.reward))
+
+
+def _generator(seed: int) -> np.random.RandomState:
+    """Return the generator that dm_control's wrappers expect, from a seed of any size."""
+    return np.random.RandomState(np.random.MT19937(np.random.SeedSequence(seed)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,20 +13,29 @@ from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
 from mpma_mj import kinematics
+from mpma_mj.envs.adaptive_starts import AdaptiveStarts
 from mpma_mj.envs.arm_batch import make_batch
 from mpma_mj.envs.demonstration import Demonstration
 from mpma_mj.envs.load import prepare
 from mpma_mj.envs.observation import Observer, action_space, flatten, observation_space
-from mpma_mj.envs.options import check_seed, options_among, options_from, seeds_of_batch
-from mpma_mj.envs.plants import PlantsLike
+from mpma_mj.envs.options import check_seed, options_from, seeds_of_batch
+from mpma_mj.envs.rendering import ArmRenderer
 from mpma_mj.envs.step_rules import Mask, Outcome, StepRules, check_action, count_clipped, delayed
-from mpma_mj.errors import BadOptionError, StateError
+from mpma_mj.envs.tracking import Tracking
+from mpma_mj.envs.vector_conventions import (
+    check_count,
+    check_going,
+    check_render,
+    checked_mode,
+    checked_reset_mask,
+    masked,
+    rows_where,
+)
+from mpma_mj.errors import StateError
 from mpma_mj.motions import Motion
-from mpma_mj.options import Arms
 from mpma_mj.utils.system import processors
-from mpma_mj.utils.validation import is_integer
 
-__all__: list[str] = ["FlatVectorImitationEnv", "VectorImitationEnv", "make_vec"]
+__all__: list[str] = ["FlatVectorImitationEnv", "VectorImitationEnv"]
 
 Array = NDArray[np.float64]
 
@@ -35,8 +44,13 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
     """N environments that imitate the same motion, stepped by one call.
 
     Environment i is, number for number, the one that `mpma_mj.load` returns for seed + i. Where an
-    episode has ended, the next `step` begins another, whatever the action: reward 0, not
-    terminated, the first observation (Gymnasium's autoreset at the next step).
+    episode has ended, another begins as Gymnasium's mode of autoreset has it:
+
+    - NEXT_STEP: with the next `step`, whatever the action: reward 0, not terminated, the first
+      observation.
+    - SAME_STEP: at once. The observation is the first of the new episode; the last observation and
+      `info` of the old one are `final_obs` and `final_info` in `info`.
+    - DISABLED: with `reset`, whose option `reset_mask` says where.
 
     Observations, rewards and `info` are those of `ImitationEnv` with an axis N in front. Not
     thread-safe.
@@ -56,7 +70,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
     """
 
     _flat = False
-    metadata = {"render_modes": [], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012
+    metadata = {"render_modes": ["rgb_array"], "autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012
 
     def __init__(
         self,
@@ -64,7 +78,11 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         motion: Motion | str | Path = "ymca",
         *,
         seed: int = 0,
-        render_mode: None = None,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+        render_mode: str | None = None,
+        width: int = 640,
+        height: int = 480,
+        camera: str = "front",
         threads: int | None = None,
         **options: Any,
     ) -> None:
@@ -74,7 +92,12 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
             num_envs: Number N of environments.
             motion: The motion, or its name, or the path of a recording.
             seed: Seed of the first environment; the others' follow it.
-            render_mode: None; a vector of environments draws no pictures.
+            autoreset_mode: When an episode follows one that has ended; a mode of Gymnasium or its
+                name, such as "SAME_STEP".
+            render_mode: "rgb_array" for pictures, None for none.
+            width: Width of each environment's picture, pixels.
+            height: Height of each environment's picture, pixels.
+            camera: Name of the model's camera for pictures; ours has front, side, three_quarter.
             threads: Greatest number of simulating threads; one for each processor if not given.
             **options: The fields of `EnvironmentOptions`, such as arms="kinematic".
 
@@ -83,26 +106,28 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
             MpmaError: The motion cannot be read, or is faster than the arms.
         """
         self.closed = True  # there is nothing to close yet
-        threads = processors() if threads is None else threads
-        for name, count in (("num_envs", num_envs), ("threads", threads)):
-            if not (is_integer(count) and int(count) >= 1):
-                raise BadOptionError(option=name, value=count, expected="a whole number from 1 up")
-        if render_mode is not None:
-            expected = "None, as a vector of environments draws no pictures"
-            raise BadOptionError(option="render_mode", value=render_mode, expected=expected)
+        self.num_envs = num_envs = check_count("num_envs", num_envs)
+        threads = check_count("threads", processors() if threads is None else threads)
+        self.render_mode, self._autoreset = check_render(render_mode), checked_mode(autoreset_mode)
         chosen, seed = options_from(options), check_seed(seed)
         self.options = chosen
         self.motion, self.arms, nstep = prepare(motion, chosen)
-        self.num_envs = num_envs = int(num_envs)
         self.max_joint_speed = self.arms.max_joint_speed
         self.control_timestep = 1.0 / self.motion.rate
+        own = {"autoreset_mode": self._autoreset, "render_fps": round(self.motion.rate, 3)}
+        self.metadata = self.metadata | own
+        self._renderer: ArmRenderer | None = None
+        if render_mode is not None:
+            self._renderer = ArmRenderer(self.arms, width=width, height=height, camera=camera)
         self._demonstration = Demonstration(self.motion, chosen, self.max_joint_speed)
+        self._randomisation = self._demonstration.randomisation
+        self._starts = AdaptiveStarts.if_chosen(chosen, num_envs, self._demonstration)
         self._observer = Observer(self._demonstration, chosen)
         self.steps, self.period = self._demonstration.steps, self._demonstration.period
         self.context = self._demonstration.context
         self._rules = StepRules(chosen, self.steps, self.max_joint_speed, self.arms.segment_lengths)
         self._batch = make_batch(
-            self.arms, num_envs, nstep, perturbed=chosen.perturbed, threads=int(threads)
+            self.arms, num_envs, nstep, perturbed=chosen.perturbed, threads=threads
         )
         self.single_action_space = action_space()
         self.single_observation_space = observation_space(self._observer.shapes, flat=self._flat)
@@ -114,8 +139,9 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         self._rows = np.arange(num_envs)
         self._seeds = [seed + row for row in range(num_envs)]
         self._step = np.zeros(num_envs, int)
+        self._tracking = Tracking(num_envs, self.steps, self.arms.keypoints)
         self._over: Mask = np.ones(num_envs, bool)
-        self._termination_reason = np.full(num_envs, "", object)
+        self._every = self._over.copy()
         self._pending = np.zeros((chosen.longest_latency, num_envs, 8))
         self._drawn = self._demonstration.episode(seed, 0).repeated(num_envs)
         self.closed = False
@@ -132,6 +158,11 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         """Latency that the next action meets, (N,), control steps; None where it is one number."""
         latencies = self._drawn.latency
         return None if latencies is None else latencies[self._rows, self._step]
+
+    @property
+    def drawn(self) -> dict[str, Array]:
+        """Numbers that are drawn for each episode, (N,), by names of options that are ranges."""
+        return self._randomisation.by_name(self._drawn.numbers)
 
     def reset(
         self,
@@ -151,24 +182,21 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
             Observations and info.
 
         Raises:
-            BadOptionError: A seed is negative or no integer, or there are not N of them; or
-                there is no such option.
+            BadOptionError: A seed is no whole number, there are not N, or there is no such option.
             ClosedEnvironmentError: `close` has been called.
         """
         self._check_open()
-        mask = self._mask(options) | (self.episode == 0)
+        mask = checked_reset_mask(options, self.num_envs) | (self.episode == 0)
         if seed is not None:
             for row, own in enumerate(seeds_of_batch(seed, self.num_envs)):
                 if own is not None and mask[row]:
                     self._seeds[row], self.episode[row] = own, 0
             super().reset(seed=self._seeds[0])
         # Environments outside the mask take no step, so their episodes end no second time.
-        over, reason = self._over & ~mask, np.where(mask, "", self._termination_reason)
+        self._over = self._over & ~mask
         self._begin_episodes(mask)
-        every, none = np.ones(self.num_envs, bool), np.zeros(self.num_envs, bool)
-        outcome = self._evaluate(diverged=none, begins=every)
-        self._over, self._termination_reason = over, reason
-        return self._observe(), self._info(outcome, np.zeros(self.num_envs, int))
+        info = self._info(self._evaluate(begins=self._every), np.zeros(self.num_envs, int))
+        return self._observe(), masked(info, mask)
 
     def step(self, actions: ArrayLike) -> tuple[Any, Array, Mask, Mask, dict[str, Any]]:
         """Move all arms for one control step; begin an episode where one has ended.
@@ -183,12 +211,12 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
 
         Raises:
             BadOptionError: The actions have another shape, or an entry is no finite number.
-            ResetNeeded: `reset` has not been called.
+            ResetNeeded: `reset` has not been called, or where episodes do not follow by themselves
+                an episode is over.
             ClosedEnvironmentError: `close` has been called.
         """
         self._check_open()
-        if not self.episode.any():
-            raise gymnasium.error.ResetNeeded("no episode is under way; call reset()")
+        self._check_under_way()
         actions = check_action(actions, (self.num_envs, 8))
         begins = self._over
         due, self._pending = delayed(self._pending, actions, self.latency)
@@ -200,57 +228,93 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         self._step += 1
         self._begin_episodes(begins)
         outcome = self._evaluate(diverged=diverged & ~begins, begins=begins)
-        self._over, self._termination_reason = outcome.ended, outcome.termination_reason
-        info = self._info(outcome, np.where(begins, 0, count_clipped(actions)))
+        if self._starts is not None:
+            self._starts.record(self._step, outcome.reward, ~begins)
+        clipped = np.where(begins, 0, count_clipped(actions))
+        self._over, entries = outcome.ended, self._info(outcome, clipped)
+        if not self._over.any():
+            info = masked(entries, self._every)
+        elif self._autoreset is AutoresetMode.SAME_STEP:
+            info = self._begin_at_once(entries)
+        else:
+            info = masked(entries, self._every) | masked(self._tracking_errors(), self._over)
         return self._observe(), outcome.reward, outcome.terminated, outcome.truncated, info
 
+    def render(self) -> tuple[NDArray[np.uint8], ...] | None:
+        """Return pictures of the N environments, each of shape (height, width, 3).
+
+        Raises:
+            RenderingError: OpenGL does not draw.
+        """
+        if self._renderer is None:
+            gymnasium.logger.warn('nothing is drawn without render_mode="rgb_array"')
+            return None
+        pictures = []
+        if (plant := self.plant) is not None:
+            self._batch.set_plants(plant)
+        for row in range(self.num_envs):
+            self._batch.pose(row)
+            pictures.append(self._renderer.picture(self._drawn.reference[row, self._step[row]]))
+        return tuple(pictures)
+
     def close_extras(self, **kwargs: Any) -> None:
-        """End the threads."""
+        """End the threads and release the OpenGL context."""
         self._batch.close()
+        if self._renderer is not None:
+            self._renderer.close()
 
     def __getstate__(self) -> dict[str, Any]:
         """Refuse to be pickled or copied, as threads cannot be."""
-        raise StateError(
-            "a vector of environments cannot be pickled or copied; call make_vec again"
-        )
+        problem = "a vector of environments cannot be pickled or copied"
+        raise StateError(problem, remedy="call make_vec again")
 
     def _check_open(self) -> None:
         if self.closed:
-            raise gymnasium.error.ClosedEnvironmentError(
-                "the environments are closed; create others with make_vec()"
-            )
+            closed = "the environments are closed; create others with make_vec()"
+            raise gymnasium.error.ClosedEnvironmentError(closed)
 
-    def _mask(self, options: dict[str, Any] | None) -> Mask:
-        """Return which environments are to be reset, shape (N,)."""
-        if not options:
-            return np.ones(self.num_envs, bool)
-        try:
-            mask = np.array(options.get("reset_mask")) if isinstance(options, dict) else None
-        except ValueError:  # rows of different lengths
-            mask = None
-        expected = (np.dtype(bool), (self.num_envs,))
-        if mask is None or (mask.dtype, mask.shape) != expected or len(options) > 1:
-            raise BadOptionError(
-                option="options",
-                value=options,
-                expected=f"None, or a reset_mask of {self.num_envs} booleans",
-            )
-        return mask
+    def _check_under_way(self) -> None:
+        if not self.episode.any():
+            raise gymnasium.error.ResetNeeded("no episode is under way; call reset()")
+        if self._autoreset is AutoresetMode.DISABLED:
+            check_going(self._over)
 
     def _begin_episodes(self, begins: Mask) -> None:
         """Begin an episode of these environments, shape (N,)."""
         for row in np.flatnonzero(begins).tolist():
-            episode = self._demonstration.episode(self._seeds[row], self.episode[row])
+            seed, number = self._seeds[row], self.episode[row]
+            start = None if self._starts is None else self._starts.begin(row, seed, number)
+            episode = self._demonstration.episode(seed, number, start)
             self._drawn.replace(row, episode)
+            if (plant := self._randomisation.plant(episode.numbers)) is not None:
+                self._batch.become_plant(row, plant)
             self._batch.set_joint_state(row, *self._demonstration.start_of(episode))
             self.episode[row] += 1
             self._step[row] = episode.start
+            self._tracking.begin(row, episode.start)
             self._pending[:, row] = 0.0
 
-    def _evaluate(self, *, diverged: Mask, begins: Mask) -> Outcome:
+    def _begin_at_once(self, entries: dict[str, Any]) -> dict[str, Any]:
+        """Begin an episode where one has ended; return `info`, given the entries of the old."""
+        ended, final = self._over, rows_where(self._over, self._observe())
+        old = {"final_obs": final, "final_info": entries | self._tracking_errors()}
+        self._over = ~self._every
+        self._begin_episodes(ended)
+        clipped = np.where(ended, 0, entries["clipped"])
+        new = self._info(self._evaluate(begins=ended), clipped)
+        return masked(new, self._every) | masked(old, ended)
+
+    def _tracking_errors(self) -> dict[str, Array]:
+        """Return the tracking errors of the episodes that are over, each shape (N,)."""
+        return self._tracking.errors(self._over, self._step, self._drawn.reference)
+
+    def _evaluate(self, *, begins: Mask, diverged: Mask | None = None) -> Outcome:
         """Compute postures and their outcome, once for reward, observation and termination."""
+        now = self._rows, self._step
         self.posture = self._batch.posture()
-        reference = self._drawn.reference[self._rows, self._step]
+        self._tracking.record(self._step, self.posture)
+        reference = self._drawn.reference[now]
+        diverged = ~self._every if diverged is None else diverged
         return self._rules.outcome(self.posture, reference, self._step, diverged, begins)
 
     def _observe(self) -> Any:
@@ -268,15 +332,12 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         return self.last_observation
 
     def _info(self, outcome: Outcome, clipped: NDArray[np.intp]) -> dict[str, Any]:
-        """Return `info` in Gymnasium's layout: a mask of the environments that have each entry."""
+        """Return the entries of `info`, each of shape (N,)."""
         terms = dict(zip(kinematics.SEGMENT_NAMES, outcome.reward_terms.T, strict=True))
-        info = {"reward_terms": self._masked(terms), "clipped": clipped}
-        info["termination_reason"] = self._termination_reason.copy()
-        hidden = {"plant": self.plant, "latency": self.latency}
-        return self._masked(info | {name: now for name, now in hidden.items() if now is not None})
-
-    def _masked(self, info: dict[str, Any]) -> dict[str, Any]:
-        return info | {f"_{name}": np.ones(self.num_envs, bool) for name in info}
+        info = {"reward_terms": terms, "clipped": clipped}
+        info["termination_reason"] = outcome.termination_reason
+        hidden = {"plant": self.plant, "latency": self.latency} | self.drawn
+        return info | {name: now for name, now in hidden.items() if now is not None}
 
 
 class FlatVectorImitationEnv(VectorImitationEnv):
@@ -287,57 +348,3 @@ class FlatVectorImitationEnv(VectorImitationEnv):
     """
 
     _flat = True
-
-
-def make_vec(  # noqa: D417 # the fields of `EnvironmentOptions` are documented there
-    num_envs: int,
-    motion: Motion | str | Path = "ymca",
-    *,
-    seed: int = 0,
-    flat: bool = False,
-    threads: int | None = None,
-    arms: Arms = "physics",
-    model: str | Path | None = None,
-    repeats: int = 3,
-    reference_noise: float = 0.01,
-    control_timestep: float | None = None,
-    gravity_compensation: bool = False,
-    payload: float = 0.0,
-    actuator_strength: float = 1.0,
-    actuator_gain: float = 1.0,
-    damping: float = 0.0,
-    locked_joint: str | None = None,
-    collisions: bool = False,
-    latency: int | tuple[int, int] = 0,
-    latency_every: tuple[float, float] | None = None,
-    observation_noise: float = 0.0,
-    perturbation: tuple[float, float] = (0.0, 0.0),
-    random_start: bool = False,
-    termination_distance: float | None = None,
-    reward_weights: Mapping[str, float] | None = None,
-    lookahead: int = 0,
-    phase: bool = False,
-    plants: PlantsLike | None = None,
-    switch_every: tuple[float, float] | None = None,
-    epochs_per_plant: int = 3,
-) -> VectorImitationEnv:
-    """Return a vector of environments that one call steps together.
-
-    All arguments from `arms` on are the fields of `EnvironmentOptions`, which documents them.
-
-    Args:
-        num_envs: Number N of environments.
-        motion: The motion, or its name, such as "ymca", or the path of a recording.
-        seed: Seed of the first environment; environment i is that of `load` with seed + i.
-        flat: Whether observations are one array.
-        threads: Greatest number of simulating threads; one for each processor if not given.
-
-    Raises:
-        BadOptionError: An option is out of bounds, or contradicts another.
-        MpmaError: The motion cannot be read, or is faster than the arms.
-    """
-    options = options_among(locals())
-    if not isinstance(flat, bool):
-        raise BadOptionError(option="flat", value=flat, expected="True or False")
-    kind = FlatVectorImitationEnv if flat else VectorImitationEnv
-    return kind(num_envs, motion, seed=seed, threads=threads, **vars(options))

@@ -266,7 +266,8 @@ def _condition(
         raise BadOptionError(f"{level} was learned", remedy="name other {motions}")
     try:
         motion, changed = disturbance.change(undisturbed.motion, level)
-        same = all(value == _DEFAULTS[option] for option, value in changed.items())
+        own = dataclasses.replace(config.env, **undisturbed.options)
+        same = all(value == getattr(own, option) for option, value in changed.items())
         if motion is undisturbed.motion and same:
             return undisturbed
         options = {**undisturbed.options, **changed}

@@ -62,7 +62,8 @@ def effort(trace: Trace, options: EnvironmentOptions, rate: float) -> Effort | N
 
     Args:
         trace: Signals of the episode, as `record_epoch` returns them.
-        options: Options of its environment; none that delays or pushes, and no plants.
+        options: Options of its environment; none that delays or pushes, no plants and no
+            ranges of their options.
         rate: Control steps per second, Hz.
 
     Returns:
@@ -88,7 +89,7 @@ def effort(trace: Trace, options: EnvironmentOptions, rate: float) -> Effort | N
         model.actuator_forcerange[arms.actuator_indices, 1],
         np.inf,
     )
-    aim = options.actuator_gain * control[:, arms.actuator_indices]
+    aim = arms.plant_gains[0] * control[:, arms.actuator_indices]
     torque = actuator_torque(aim, velocity, kv, limit)
     return Effort(torque, 0.5 * (velocity[:-1] + velocity[1:]), timestep)
 

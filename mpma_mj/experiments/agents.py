@@ -22,6 +22,7 @@ from mpma_mj.experiments.training import COLUMNS, Point, TrainingStudy, short
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.options import Arms
 from mpma_mj.training.config import RunConfig
+from mpma_mj.training.trainer import check_epochs
 from mpma_mj.utils.text import markdown_table
 from mpma_mj.visualization.colours import module_colours
 from mpma_mj.visualization.figure_file import figure_file, label_decades
@@ -53,6 +54,7 @@ class CompareAgents(TrainingStudy):
     motions: tuple[str, ...] = ()
     agents: tuple[str, ...] = (
         *("mpma", "single", "adaptive", "resolved_rate", "mosaic", "hammer"),
+        *("bc", "dagger", "promp", "dmp"),
         *("feedback_only", "open_loop", "random"),
     )
     runs: Count = 5
@@ -64,7 +66,8 @@ class CompareAgents(TrainingStudy):
         """Return a point for each motion, kind of arms and agent.
 
         Raises:
-            BadOptionError: There is no such agent, or a motion is given twice.
+            BadOptionError: There is no such agent, one needs more epochs, or a motion is given
+                twice.
         """
         for agent in self.agents:
             try:
@@ -72,7 +75,7 @@ class CompareAgents(TrainingStudy):
             except BadOptionError as error:
                 problem = f"has '{agent}'; expected {error.expected}"
                 raise BadOptionError(problem, option="agents", remedy=error.remedy) from None
-        return [
+        points = [
             Point(
                 {"motion": base.motions[0], "arms": arms, "agent": agent},
                 base.replace(arms=arms, agent=agent),
@@ -81,6 +84,9 @@ class CompareAgents(TrainingStudy):
             for arms in get_args(Arms)
             for agent in self.agents
         ]
+        for _, config in points:
+            check_epochs(config, self.epochs)
+        return points
 
     def table(self, records: Sequence[Record]) -> str:
         """Return a row for each point."""

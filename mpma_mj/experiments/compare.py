@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from mpma_mj.agents.registry import check_trainable
 from mpma_mj.envs.options import MASS_OPTIONS, EnvironmentOptions
 from mpma_mj.envs.physics import PhysicsArms
+from mpma_mj.envs.plants import PLANT_OPTIONS
 from mpma_mj.errors import BadOptionError, WorkerError
 from mpma_mj.evaluation.effort import Effort, effort
 from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, fine_tune, tracking_errors
@@ -148,6 +149,10 @@ def jobs(
     if configs[0].env.plants is not None:
         problem = "kinds of arms are compared, each without plants"
         raise BadOptionError(problem, remedy="leave {plants} out")
+    for name, ends in configs[0].env.ranges.items():
+        if name in PLANT_OPTIONS:
+            expected = "one number, as kinds of arms are compared with a single plant"
+            raise BadOptionError(option=name, value=ends, expected=expected)
     check_trainable(configs[0].agent_name)
     check(configs[0], motion)
     return [

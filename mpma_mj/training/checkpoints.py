@@ -122,7 +122,8 @@ def demonstrated(folder: RunFolder) -> tuple[Demonstration, Trace]:
     reference = demonstration.episode(0, 0).reference[:expected]
     difference = posture_error_percent(trace.reference, reference)
     same_context = np.array_equal(trace.context, demonstration.context)
-    if not same_context or difference > 100.0 * config.env.reference_noise + _TOLERANCE:
+    largest = np.max(config.env.reference_noise)
+    if not same_context or difference > 100.0 * largest + _TOLERANCE:
         raise CheckpointError(
             f"{folder.path / 'checkpoint' / 'motion.npz'}: {motion.name} is not the motion of"
             " trace.npz",

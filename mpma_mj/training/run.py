@@ -30,7 +30,7 @@ from mpma_mj.training.history import BestEpoch, EpochMetrics, TrainingHistory, p
 from mpma_mj.training.initial_state import begin_from, initial_state
 from mpma_mj.training.rollout import TRY_INSTEAD
 from mpma_mj.training.run_folder import RunFolder, open_runs
-from mpma_mj.training.trainer import Improved, Trainer
+from mpma_mj.training.trainer import Improved, Trainer, check_epochs
 from mpma_mj.utils.folder_lock import locked
 from mpma_mj.utils.validation import is_integer
 from mpma_mj.visualization.figures import write_figures
@@ -225,6 +225,7 @@ def train(
         DivergedError: The simulation did not stay finite.
     """
     _check(config, epochs)
+    check_epochs(config, epochs)
     motion = motion or read_motions(config)
     begins = None if config.init is None else initial_state(config, motion)
     with one_thread(), contextlib.closing(Trainer([config], motion)) as trainer:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.agents.config import CONFIG_TYPES
 from mpma_mj.agents.registry import agent_class
-from mpma_mj.errors import DivergedError
+from mpma_mj.errors import BadOptionError, DivergedError
 from mpma_mj.motions import Motion
 from mpma_mj.training.checkpoints import TrainedAgents
 from mpma_mj.training.config import RunConfig
@@ -20,7 +20,7 @@ from mpma_mj.training.factory import agent_of, make_environments, one_thread
 from mpma_mj.training.history import BestEpoch, EpisodeInfo, EpochMetrics, TrainingHistory
 from mpma_mj.training.rollout import TRY_INSTEAD, rollout
 
-__all__ = ["Trainer", "check", "train_agents", "train_batch"]
+__all__ = ["Trainer", "check", "check_epochs", "train_agents", "train_batch"]
 
 Array = NDArray[np.float64]
 Improved = NDArray[np.bool_]
@@ -196,6 +196,18 @@ def check(config: RunConfig, motion: Motion) -> None:
     Trainer([smallest], motion).close()
 
 
+def check_epochs(config: RunConfig, epochs: int) -> None:
+    """Check that the epochs suffice for a result of the agent.
+
+    Raises:
+        BadOptionError: They do not.
+    """
+    least = config.agent.least_epochs
+    if epochs < least:
+        expected = f"at least {least}, as {config.agent_name} has no result before"
+        raise BadOptionError(option="epochs", value=epochs, expected=expected)
+
+
 def train_batch(
     configs: Sequence[RunConfig], motion: Motion, epochs: int, *, stop: bool = True
 ) -> list[dict[str, Any]]:
@@ -210,7 +222,11 @@ def train_batch(
     Returns:
         Summary of each run, as `TrainingHistory.summary` returns it; for a run whose simulation
         diverged, the reason as `failed`.
+
+    Raises:
+        BadOptionError: There are fewer epochs than the agent needs.
     """
+    check_epochs(configs[0], epochs)
     trainer = Trainer(configs, motion, keep_states=False)
     with one_thread(), contextlib.closing(trainer):
         trainer.run(epochs, stop=stop)
@@ -229,8 +245,10 @@ def train_agents(
         env_options: Options of the environment that differ from those of the config.
 
     Raises:
+        BadOptionError: There are fewer epochs than the agent needs.
         DivergedError: A simulation diverged; the message names the seed.
     """
+    check_epochs(configs[0], epochs)
     trainer = Trainer(configs, motion, env_options)
     with one_thread(), contextlib.closing(trainer):
         trainer.run(epochs)

@@ -11,8 +11,10 @@ from typing import (
     Annotated,
     Any,
     Literal,
+    NamedTuple,
     SupportsFloat,
     SupportsInt,
+    TypeAlias,
     TypeGuard,
     Union,
     get_args,
@@ -24,7 +26,11 @@ import numpy as np
 
 from mpma_mj.errors import BadOptionError
 
-__all__ = ["Bounds", "check_fields", "is_boolean", "is_integer", "is_number"]
+__all__ = ["Bounds", "Range", "check_fields", "is_boolean", "is_integer", "is_number"]
+
+
+Range: TypeAlias = tuple[float, float]
+"""Lowest and highest number."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +76,8 @@ def check_fields(options: object) -> None:
     """Check the fields of a dataclass against their annotations, and convert them to plain Python.
 
     Numbers must be annotated with `Bounds`. Numbers, Booleans and literals are checked, also
-    where None is allowed too; other types are left to the class itself.
+    where None is allowed too; so are numbers or ranges of two, `Annotated[float, Bounds(0, 1)] |
+    tuple[float, float]`. Other types are left to the class itself.
 
     Args:
         options: Instance of a dataclass, which may be frozen; call it in `__post_init__`.
@@ -78,16 +85,25 @@ def check_fields(options: object) -> None:
     Raises:
         BadOptionError: A value is of another type, or out of bounds; the error names the field.
     """
-    for name, (kind, bounds, words) in _checked_fields(type(options)).items():  # type: ignore[arg-type] # classes are hashable
+    for name, check in _checked_fields(type(options)).items():  # type: ignore[arg-type] # classes are hashable
         value = getattr(options, name)
-        if (value is None or isinstance(value, str)) and value in words:
+        if (value is None or isinstance(value, str)) and value in check.words:
             continue
-        object.__setattr__(options, name, _checked(name, value, kind, bounds, words))
+        object.__setattr__(options, name, _checked(name, value, check))
+
+
+class _Check(NamedTuple):
+    """Type of a field, bounds of a number, words or None, and whether a range is allowed."""
+
+    kind: Any
+    bounds: Bounds | None
+    words: tuple[str | None, ...]
+    ranged: bool
 
 
 @functools.cache
-def _checked_fields(owner: type) -> dict[str, tuple[Any, Bounds | None, tuple[str | None, ...]]]:
-    """Return the type, the bounds, and words or None that are allowed, too, of fields to check."""
+def _checked_fields(owner: type) -> dict[str, _Check]:
+    """Return how to check each of the fields that are to be checked."""
     hints = get_type_hints(owner, include_extras=True)
     checked = {}
     for field in dataclasses.fields(owner):
@@ -97,13 +113,14 @@ def _checked_fields(owner: type) -> dict[str, tuple[Any, Bounds | None, tuple[st
         others = [choice for choice in choices if choice is not types.NoneType]
         if len(others) == 2 and get_origin(others[1]) is Literal:
             words += get_args(others.pop())
-        if len(others) == 1:
+        ranged = len(others) == 2 and get_args(others[1]) == 2 * (_unwrap(others[0])[0],)
+        if len(others) == 1 or ranged:
             kind, inner = _unwrap(others[0])
-            checked[field.name] = kind, bounds or inner, tuple(words)
+            checked[field.name] = _Check(kind, bounds or inner, tuple(words), ranged)
     return {
         name: check
         for name, check in checked.items()
-        if check[0] is bool or get_origin(check[0]) is Literal or check[1] is not None
+        if check.kind is bool or get_origin(check.kind) is Literal or check.bounds is not None
     }
 
 
@@ -115,13 +132,13 @@ def _unwrap(hint: Any) -> tuple[Any, Bounds | None]:
     return kind, next((extra for extra in extras if isinstance(extra, Bounds)), None)
 
 
-def _checked(
-    name: str, value: Any, kind: Any, bounds: Bounds | None, words: tuple[str | None, ...]
-) -> Any:
+def _checked(name: str, value: Any, check: _Check) -> Any:
     """Return a valid value as plain Python of its type."""
+    kind, bounds, words, ranged = check
+    others = "".join(f", or {word}" for word in words if word)
     if kind is bool:
         if not is_boolean(value):
-            raise BadOptionError(option=name, value=value, expected="True or False")
+            raise BadOptionError(option=name, value=value, expected=f"True or False{others}")
         return bool(value)
     if get_origin(kind) is Literal:
         if not isinstance(value, str) or value not in get_args(kind):
@@ -130,11 +147,20 @@ def _checked(
         return value
     assert bounds is not None
     whole = kind is int
-    fits = is_integer(value) if whole else is_number(value)
-    if not (fits and bounds.admit(value)):
-        expected = "".join([bounds.describe(whole=whole), *(f", or {w}" for w in words if w)])
+    several = ranged and isinstance(value, tuple | list | np.ndarray)
+    numbers = list(value) if several else [value]
+    fit = all((is_integer(n) if whole else is_number(n)) and bounds.admit(n) for n in numbers)
+    if not fit or (several and not _is_range(numbers, whole=whole)):
+        if ranged:
+            others += f", or a range of two{'' if whole else ' that differ'}, the lowest first"
+        expected = bounds.describe(whole=whole) + others
         raise BadOptionError(option=name, value=value, expected=expected)
-    return kind(value)
+    return tuple(map(kind, numbers)) if several else kind(value)
+
+
+def _is_range(numbers: list[Any], *, whole: bool) -> bool:
+    """Return whether numbers are the ends of a range; only one of integers may have one value."""
+    return len(numbers) == 2 and (numbers[0] < numbers[1] or (whole and numbers[0] == numbers[1]))
 
 
 def is_integer(value: object) -> TypeGuard[SupportsInt]:

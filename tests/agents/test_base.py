@@ -6,12 +6,16 @@ import numpy as np
 import pytest
 
 from mpma_mj import MPMAConfig, load, make_agent, make_vec
-from mpma_mj.agents import AGENTS, Agent
+from mpma_mj.agents import AGENTS, Agent, AgentConfig, DMPConfig, ProMPConfig
 from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.errors import BadOptionError, StateError
 from mpma_mj.training.rollout import record_epoch
 
 SMALL = MPMAConfig(nodes=10, modules=2)
+OWN: dict[str, AgentConfig] = {
+    "promp": ProMPConfig(demonstrations=2),
+    "dmp": DMPConfig(demonstrations=2),
+}
 LEARNING = [kind for kind in AGENTS if AGENTS[kind].trainable]
 
 
@@ -21,7 +25,7 @@ def envs() -> VectorImitationEnv:
 
 
 def many(envs: VectorImitationEnv, kind: str, seed: Any = 0) -> Agent:
-    return make_agent(envs, SMALL, kind=kind, seed=seed)
+    return make_agent(envs, OWN.get(kind, SMALL), kind=kind, seed=seed)
 
 
 def actions(envs: VectorImitationEnv, agent: Agent, epoch: int) -> np.ndarray:

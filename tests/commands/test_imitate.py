@@ -110,7 +110,7 @@ def test_resume_goes_on_in_the_runs_folder(
         ),
         (
             ["ymca", "--agent", "nobody"],
-            "one of mpma, mosaic, hammer, single, adaptive, oracle, or",
+            "one of mpma, mosaic, hammer, single, adaptive, oracle, bc, dagger,",
         ),
         (["ymca", "--out", "x" * 300], "File name too long; check the path and its permissions"),
     ],

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mpma_mj.envs.vector_env import VectorImitationEnv, make_vec
+from mpma_mj.envs.make_vec import make_vec
+from mpma_mj.envs.vector_env import VectorImitationEnv
 
 
 @contextmanager

@@ -14,6 +14,7 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AsyncVectorEnv
 from numpy.typing import NDArray
 
+from mpma_mj import metrics
 from mpma_mj.envs.gym_env import ImitationEnv
 from mpma_mj.envs.load import load
 from mpma_mj.errors import BadOptionError, MpmaError
@@ -33,6 +34,8 @@ Array = NDArray[np.float64]
 def warnings_are_errors() -> Iterator[None]:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
+        # Angles and velocities have no bound, as in Gymnasium's own environments.
+        warnings.filterwarnings("ignore", ".*space (minimum|maximum) value is -?infinity")
         yield
 
 
@@ -110,6 +113,41 @@ def test_the_end_of_the_demonstration_is_named() -> None:
     assert step[4]["termination_reason"] == "the demonstration is over"
 
 
+@pytest.mark.parametrize("options", [{}, {"random_start": True, "observation_noise": 0.1}])
+def test_the_last_info_of_an_episode_has_the_tracking_errors_of_the_true_arms(
+    options: dict[str, Any],
+) -> None:
+    env = make(**options)
+    sites = env.unwrapped.physics.site_positions
+    for episode in range(2):
+        env.reset(seed=4) if episode == 0 else env.reset()
+        postures, references, truncated = [], [], False
+        while not truncated:
+            *_, truncated, info = env.step(np.full(8, 0.2))
+            postures.append(env.unwrapped.physics.posture())
+            references.append(env.unwrapped.last_observation["reference"])
+            assert ("p_e_percent" in info, "mpkpe_m" in info) == (truncated, truncated)
+        posture, reference = np.array(postures), np.array(references)
+        assert info["p_e_percent"] == metrics.posture_error_percent(posture, reference)
+        mpkpe = metrics.mpkpe(sites(posture), sites(reference))
+        assert info["mpkpe_m"] == pytest.approx(mpkpe, rel=1e-12)
+
+
+def test_the_length_of_an_episode_is_known_and_no_limit() -> None:
+    env = make(repeats=2, motion="ymca")
+    assert env.spec is not None
+    assert env.spec.max_episode_steps == env.unwrapped._env.task.steps
+    assert not isinstance(env, gymnasium.wrappers.TimeLimit)
+    again = gymnasium.make(env.spec)
+    assert again.spec == env.spec
+    timed = gymnasium.wrappers.TimeAwareObservation(env, flatten=False, normalize_time=True)
+    timed.reset()
+    while not (step := timed.step(np.zeros(8)))[3]:
+        pass
+    assert step[0]["time"] == 1.0
+    assert gymnasium.make(env.spec, max_episode_steps=5).spec.max_episode_steps == 5
+
+
 def test_arms_beyond_the_termination_distance_end_the_episode() -> None:
     env = make(termination_distance=0.2)
     env.reset()
@@ -174,7 +212,7 @@ def test_the_generator_is_numpys_and_seeded() -> None:
     assert drawn[0] == drawn[1]
 
 
-def test_spaces_are_bounded_and_in_the_order_of_the_documentation() -> None:
+def test_spaces_are_in_the_order_of_the_documentation() -> None:
     env, flat = make(), make(FLAT)
     labels = len(MOTION.labels)
     sizes = {"posture": 12, "reference": 12, "target": 12, "context": labels}
@@ -186,6 +224,9 @@ def test_spaces_are_bounded_and_in_the_order_of_the_documentation() -> None:
     assert env.observation_space["context"].high.max() == 1.0
     assert env.observation_space["context"].low.min() == 0.0
     np.testing.assert_allclose(env.observation_space["posture"].high, 1.0, atol=1e-8)
+    for name in ("joint_angles", "joint_velocities"):
+        assert not (env.observation_space[name].bounded_below.any())
+        assert not (env.observation_space[name].bounded_above.any())
     for space in (env.action_space, flat.action_space):
         assert space == gymnasium.spaces.Box(-1.0, 1.0, (8,), np.float32)
 
@@ -263,6 +304,26 @@ def test_a_pickle_goes_on_identically(name: str, arms: str, again: Any) -> None:
     assert truncated
     assert_same(env.reset(), other.reset())
     assert_same(env.step(played[0]), other.step(played[0]))
+
+
+@pytest.mark.parametrize("again", [copy.copy, copy.deepcopy])
+def test_a_copy_leaves_the_original_as_it_was(again: Any) -> None:
+    envs = [ImitationEnv(repeats=1, random_start="adaptive", arms="kinematic") for _ in range(2)]
+    for env in envs:
+        env.reset(seed=3)
+        env.step(np.ones(8))
+    other = again(envs[0])
+    for _ in range(3):
+        while not other.step(-np.ones(8))[3]:
+            pass
+        other.reset()
+    for _ in range(3):
+        truncated = False
+        while not truncated:
+            one, two = (env.step(np.full(8, 0.1)) for env in envs)
+            assert_same(one, two)
+            truncated = one[3]
+        assert_same(*(env.reset() for env in envs))
 
 
 def test_pickles_of_an_environment_not_begun_and_of_one_at_its_end() -> None:

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from mpma_mj.envs.gym_env import ImitationEnv
 from mpma_mj.envs.load import load
+from mpma_mj.envs.make_vec import make_vec
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.schedules import LatencySchedule
 from mpma_mj.envs.step_rules import delayed
-from mpma_mj.envs.vector_env import make_vec
 from mpma_mj.errors import BadOptionError
 
 RATE = 20.0

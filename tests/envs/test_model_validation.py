@@ -174,12 +174,12 @@ def test_a_motion_is_fitted_to_slower_actuators(own: Path) -> None:
 
 def test_pictures_need_their_camera(own: Path) -> None:
     edited(own, ('<camera name="front"', '<camera name="mine"'))
-    env = ImitationEnv(model=own, render_mode="rgb_array")
-    env.reset()
     with pytest.raises(
         BadOptionError, match="camera is 'front'; expected one of the model's cameras: mine, side"
     ):
-        env.render()
+        ImitationEnv(model=own, render_mode="rgb_array")
+    ImitationEnv(model=own, render_mode="rgb_array", camera="mine")
+    ImitationEnv(model=own)
 
 
 def test_a_motion_is_fitted_to_the_joint_ranges(own: Path) -> None:

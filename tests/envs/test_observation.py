@@ -1,5 +1,6 @@
 """Observations: noise, lookahead, phase."""
 
+import dataclasses
 from typing import Any
 
 import dm_env
@@ -7,6 +8,11 @@ import numpy as np
 import pytest
 
 from mpma_mj.envs.load import load
+from mpma_mj.envs.make_vec import make_vec
+from mpma_mj.errors import RecordingWarning
+from mpma_mj.feedback import followed, joint_error
+from mpma_mj.kinematics import wrap
+from mpma_mj.motions import ymca
 
 
 @pytest.mark.parametrize("arms", ["physics", "kinematic"])
@@ -62,6 +68,44 @@ def test_phase_goes_round_once_a_repetition() -> None:
     np.testing.assert_allclose(turn, 2 * np.pi * np.arange(len(turn)) / env.task.period, atol=1e-9)
 
 
+@pytest.mark.parametrize("motion", ["ymca", "synthetic-1"])
+def test_move_is_the_feedback_controllers_action_towards_the_target_before_it_is_clipped(
+    motion: str,
+) -> None:
+    env = load(motion, error_observation=True, observation_noise=0.02, repeats=1)
+    assert env.observation_spec()["move"].shape == (8,)
+    largest = env.control_timestep() * env.task.max_joint_speed
+    for timestep in [env.reset(), *at_rest_until_the_end(env)]:
+        seen = timestep.observation
+        error = joint_error(seen["joint_angles"], followed(seen, "target"))
+        np.testing.assert_array_equal(seen["move"], error / largest)
+
+
+def test_move_follows_feasible_angles_where_the_motion_has_them() -> None:
+    fast = dataclasses.replace(ymca(), rate=50.0)
+    with pytest.warns(RecordingWarning):
+        env = load(fast, error_observation=True)
+    seen = env.reset().observation
+    way = wrap(seen["target_angles"] - seen["joint_angles"])
+    np.testing.assert_allclose(seen["move"], way * fast.rate / env.task.max_joint_speed, atol=1e-12)
+
+
+@pytest.mark.parametrize("options", [{}, {"observation_noise": 0.02, "lookahead": 2}], ids=str)
+def test_move_of_each_of_many_is_that_of_a_single_environment(options: dict[str, Any]) -> None:
+    singles = [load("ymca", seed=seed, error_observation=True, **options) for seed in range(3)]
+    envs = make_vec(3, "ymca", error_observation=True, flat=True, **options)
+    flat, _ = envs.reset()
+    timesteps = [single.reset() for single in singles]
+    for _ in range(10):
+        for row, timestep in enumerate(timesteps):
+            assert list(timestep.observation)[-1] == "move"
+            np.testing.assert_array_equal(flat[row, -8:], timestep.observation["move"])
+        actions = flat[:, -8:].clip(-1.0, 1.0)
+        flat, *_ = envs.step(actions)
+        timesteps = [one.step(own) for one, own in zip(singles, actions, strict=True)]
+    envs.close()
+
+
 def test_overwritten_observations_spoil_no_later_episode() -> None:
     env = load("ymca", phase=True, lookahead=2)
     first = {name: value.copy() for name, value in env.reset().observation.items()}
@@ -74,7 +118,8 @@ def test_overwritten_observations_spoil_no_later_episode() -> None:
 
 
 def test_observations_share_no_memory_with_any_option() -> None:
-    env = load("ymca", lookahead=3, phase=True, observation_noise=0.01, latency=1)
+    options: dict[str, Any] = {"lookahead": 3, "phase": True, "error_observation": True}
+    env = load("ymca", observation_noise=0.01, latency=1, **options)
     one, other = env.reset().observation, env.step(np.zeros(8)).observation
     kept = {name: value.copy() for name, value in one.items()}
     for value in other.values():

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from mpma_mj.envs.gym_env import ImitationEnv
 from mpma_mj.envs.load import load
+from mpma_mj.envs.make_vec import make_vec
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.plants import Plant
 from mpma_mj.envs.schedules import PlantSchedule
-from mpma_mj.envs.vector_env import make_vec
 from mpma_mj.errors import BadOptionError
 from tests.envs.user_models import edited
 

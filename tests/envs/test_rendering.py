@@ -5,6 +5,7 @@ import subprocess
 import sys
 from contextlib import closing
 from pathlib import Path
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -15,6 +16,7 @@ from mpma_mj.envs import gl
 from mpma_mj.envs.gym_env import ImitationEnv
 from mpma_mj.envs.physics import KinematicArms, PhysicsArms
 from mpma_mj.envs.rendering import ArmRenderer
+from mpma_mj.errors import BadOptionError
 from mpma_mj.motions import ymca
 from tests.envs.gym_episodes import actions, assert_same, make
 from tests.envs.test_gl import environment, python
@@ -108,12 +110,83 @@ def test_pictures_pickled_and_closed() -> None:
     assert picture.dtype == np.uint8
     other = pickle.loads(pickle.dumps(env))
     env.close()
-    assert env.unwrapped._renderer is None
     env.close()
     np.testing.assert_array_equal(other.render(), picture)
     assert_same(env.step(np.ones(8)), other.step(np.ones(8)))
     assert (env.render() != picture).any()
     env.close(), other.close()
+
+
+def test_size_and_camera_are_options_of_the_environment() -> None:
+    view = {"width": 160, "height": 90, "camera": "side"}
+    with closing(make(render_mode="rgb_array", **view)) as env:
+        env.reset(seed=0)
+        side = env.render()
+        again = pickle.loads(pickle.dumps(env))
+        np.testing.assert_array_equal(again.render(), side)
+        again.close()
+    with closing(make(render_mode="rgb_array", **view | {"camera": "front"})) as env:
+        env.reset(seed=0)
+        assert env.render().shape == side.shape == (90, 160, 3)
+        assert (env.render() != side).any()
+
+
+@pytest.mark.parametrize(
+    ("view", "message"),
+    [
+        ({"camera": "back"}, "camera is 'back'; expected one of the model's cameras: front, side"),
+        ({"width": 0}, "width is 0; expected a whole number of pixels from 1 to 8192"),
+        ({"height": 99999}, "height is 99999; expected a whole number of pixels"),
+    ],
+)
+def test_an_impossible_view_is_refused_when_the_environment_is_made(
+    view: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(BadOptionError, match=message):
+        make(render_mode="rgb_array", **view)
+
+
+DRAWN = """
+import gymnasium, os, sys, threading
+from mpma_mj.errors import RenderingError
+def make():
+    env = gymnasium.make("mpma_mj:TwoArmImitation-v0", arms="kinematic", render_mode="rgb_array")
+    env.reset()
+    return env
+def draw(env):
+    try: print(env.render().shape, flush=True)
+    except RenderingError as error: print(error, flush=True)
+env = make()
+env.render()
+"""
+
+
+def test_a_forked_process_that_draws_is_told_to_use_spawn() -> None:
+    forks = """
+if not (child := os.fork()):
+    draw(env), draw(make()), env.close()
+    sys.exit()
+os.waitpid(child, 0), draw(env)
+"""
+    lines = python(DRAWN + forks).stdout.splitlines()
+    assert len(lines) == 3
+    for line in lines[:2]:
+        assert line.startswith(
+            "no picture: this process was forked from one that has drawn; use sp"
+        )
+    assert lines[2] == "(480, 640, 3)"
+
+
+def test_another_thread_that_draws_needs_its_own_environment() -> None:
+    threads = """
+for one in (lambda: draw(env), lambda: draw(make())):
+    thread = threading.Thread(target=one)
+    thread.start(), thread.join()
+draw(env)
+"""
+    first, *others = python(DRAWN + threads).stdout.splitlines()
+    assert first.startswith("no picture: another thread has drawn this environment; draw in one")
+    assert others == ["(480, 640, 3)"] * 2
 
 
 def test_videos_can_be_recorded(tmp_path: Path) -> None:

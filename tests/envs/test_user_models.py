@@ -9,7 +9,7 @@ import pytest
 from mpma_mj.cli import main
 from mpma_mj.envs.gym_env import ImitationEnv
 from mpma_mj.envs.load import load
-from mpma_mj.envs.vector_env import make_vec
+from mpma_mj.envs.make_vec import make_vec
 from mpma_mj.errors import RecordingWarning, RenderingError
 from mpma_mj.training.checkpoints import demonstrated
 from mpma_mj.training.config import RunConfig

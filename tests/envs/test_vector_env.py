@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 import mpma_mj
 from mpma_mj.envs.gym_env import FlatImitationEnv, ImitationEnv
 from mpma_mj.envs.load import load
-from mpma_mj.envs.vector_env import VectorImitationEnv, make_vec
+from mpma_mj.envs.make_vec import make_vec
+from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.errors import BadOptionError, StateError
 
 HARD: dict[str, Any] = {
@@ -33,6 +34,13 @@ HARD: dict[str, Any] = {
 
 # Diverges, or is too far off, at any time.
 WILD: dict[str, Any] = {"perturbation": (20.0, 10_000.0), "latency": 1, "termination_distance": 0.5}
+
+
+# Adaptive starts, and numbers that are drawn for each episode.
+DRAWN: dict[str, Any] = {
+    **{"random_start": "adaptive", "error_observation": True, "latency": (0, 2)},
+    **{"actuator_gain": (0.6, 1.5), "observation_noise": (0, 0.05), "reference_noise": (0, 0.1)},
+}
 
 
 TINY: dict[str, Any] = {
@@ -91,24 +99,92 @@ def test_each_of_many_is_a_single_environment_bit_for_bit(
         assert (begun >= 1).all()
 
 
+@pytest.mark.parametrize("mode", AutoresetMode)
 @pytest.mark.parametrize(
-    ("kind", "flat"), [(ImitationEnv, False), (FlatImitationEnv, True)], ids=["dict", "flat"]
+    ("kind", "flat", "options"),
+    [
+        (ImitationEnv, False, {}),
+        (FlatImitationEnv, True, {}),
+        (ImitationEnv, False, HARD | {"plants": [{}, {"payload": 2.0}], "latency": (0, 3)}),
+        (FlatImitationEnv, True, WILD),
+        (ImitationEnv, False, DRAWN | {"payload": (0, 3), "damping": (0, 2)}),
+        (FlatImitationEnv, True, DRAWN | {"arms": "kinematic", "termination_distance": 0.3}),
+    ],
+    ids=["dict", "flat", "hard", "wild", "drawn", "drawn kinematic"],
 )
 def test_gymnasiums_own_vector_environment_has_the_same_numbers(
-    kind: type[ImitationEnv], flat: bool
+    mode: AutoresetMode, kind: type[ImitationEnv], flat: bool, options: dict[str, Any]
 ) -> None:
-    theirs = SyncVectorEnv([lambda: kind(repeats=1) for _ in range(3)])
-    with many(3, flat=flat) as ours:
+    theirs = SyncVectorEnv(
+        [lambda: kind(repeats=1, **options) for _ in range(3)], autoreset_mode=mode
+    )
+    ended = 0
+    with many(3, flat=flat, autoreset_mode=mode, **options) as ours:
         assert ours.single_observation_space == theirs.single_observation_space
         assert ours.observation_space == theirs.observation_space
         assert ours.action_space == theirs.action_space
         assert ours.metadata["autoreset_mode"] == theirs.metadata["autoreset_mode"]
+        assert ours.metadata["render_fps"] == theirs.metadata["render_fps"]
         one, other = ours.reset(seed=9), theirs.reset(seed=9)
         for actions in at_random(240, 3):
             assert one[0] in ours.observation_space
-            assert_same(one[:-1], other[:-1])
-            assert_same([one[-1]], [other[-1]])
+            assert_same(without_joints(one), without_joints(other))
             one, other = ours.step(actions), theirs.step(actions)
+            over = one[2] | one[3]
+            ended += over.sum()
+            if mode is AutoresetMode.DISABLED and over.any():
+                assert_same(without_joints(one), without_joints(other))
+                with pytest.raises(gymnasium.error.ResetNeeded, match="are over; call reset, with"):
+                    ours.step(actions)
+                one = ours.reset(options={"reset_mask": over})
+                other = theirs.reset(options={"reset_mask": over})
+    assert ended >= 3
+
+
+def without_joints(returned: Any) -> Any:
+    """Return what a step returned without the names of the joints that diverged."""
+    *rest, info = returned
+    final = info.get("final_info", info)
+    if "termination_reason" in final:
+        reasons = final["termination_reason"]
+        reasons[:] = [reason and reason.split(":")[0] for reason in reasons]
+    return *rest, info
+
+
+@pytest.mark.parametrize("name", ["SAME_STEP", "SameStep", AutoresetMode.SAME_STEP])
+def test_modes_of_autoreset_have_names(name: Any) -> None:
+    with many(2, arms="kinematic", autoreset_mode=name) as envs:
+        assert envs.metadata["autoreset_mode"] is AutoresetMode.SAME_STEP
+
+
+@pytest.mark.usefixtures("opengl")
+@pytest.mark.parametrize(
+    "plants",
+    [{"plants": [{}, {"payload": 5.0}], "switch_every": (0.1, 0.2)}, {"payload": (0, 5)}],
+    ids=["plants", "drawn"],
+)
+def test_pictures_are_those_of_single_environments(plants: dict[str, Any]) -> None:
+    options: dict[str, Any] = {
+        **{"render_mode": "rgb_array", "width": 120, "height": 90, "camera": "side"},
+        **plants,
+    }
+    singles = [ImitationEnv(repeats=1, seed=i, **options) for i in range(3)]
+    with many(3, **options) as envs:
+        envs.reset(), [single.reset() for single in singles]
+        for actions in at_random(5, 3):
+            envs.step(actions), [s.step(a) for s, a in zip(singles, actions, strict=True)]
+            pictures = envs.render()
+            assert isinstance(pictures, tuple)
+            for picture, single in zip(pictures, singles, strict=True):
+                assert np.abs(picture.astype(int) - single.render()).mean() < 0.01
+        assert np.abs(pictures[0].astype(int) - pictures[1]).mean() > 0.1
+    for single in singles:
+        single.close()
+
+
+def test_rendering_without_a_mode_warns() -> None:
+    with many(2, arms="kinematic") as envs, pytest.warns(UserWarning, match="nothing is drawn"):
+        assert envs.render() is None
 
 
 def assert_same(one: Any, other: Any) -> None:
@@ -116,6 +192,13 @@ def assert_same(one: Any, other: Any) -> None:
         if isinstance(a, dict):
             assert a.keys() == b.keys()
             assert_same(a.values(), [b[name] for name in a])
+        elif a is None:
+            assert b is None
+        elif isinstance(a, str):
+            assert a == b
+        elif a.dtype == object:
+            assert b.dtype == object
+            assert_same(a, b)
         else:
             np.testing.assert_array_equal(a, b)
             assert a.dtype == b.dtype
@@ -206,8 +289,12 @@ def test_no_step_before_a_reset() -> None:
         ({"num_envs": 2.0}, "num_envs is 2.0"),
         ({"num_envs": True}, "num_envs is True"),
         (
-            {"num_envs": 2, "render_mode": "rgb_array"},
-            "render_mode is 'rgb_array'; expected None, as a vector",
+            {"num_envs": 2, "render_mode": "human"},
+            "render_mode is 'human'; expected rgb_array, or None",
+        ),
+        (
+            {"num_envs": 2, "autoreset_mode": "never"},
+            "autoreset_mode is 'never'; expected NEXT_STEP, SAME_STEP or DISABLED",
         ),
         ({"num_envs": 2, "lateny": 1}, "no option 'lateny'; did you mean latency"),
         ({"num_envs": 2, "seed": -3}, "seed is -3"),
@@ -262,7 +349,8 @@ def test_a_mask_resets_some_environments_only() -> None:
                 before = each.step(np.full((3, 8), 0.1))[0]
         mask = np.array([False, True, False])
         after, info = envs.reset(seed=[9, 9, 9], options={"reset_mask": mask})
-        assert info["termination_reason"].tolist() == ["", "", ""]
+        assert info["termination_reason"].tolist() == [None, "", None]
+        np.testing.assert_array_equal(info["_termination_reason"], mask)
         np.testing.assert_array_equal(after["posture"][~mask], before["posture"][~mask])
         first = load("ymca", repeats=1, arms="kinematic", seed=9).reset().observation
         np.testing.assert_array_equal(after["target"][1], first["target"])
@@ -276,7 +364,7 @@ def test_a_mask_leaves_an_ended_episode_ended() -> None:
         while not envs.step(np.zeros((2, 8)))[3].all():
             pass
         info = envs.reset(options={"reset_mask": np.array([True, False])})[1]
-        assert info["termination_reason"].tolist() == ["", "the demonstration is over"]
+        assert info["termination_reason"].tolist() == ["", None]
         _, rewards, *_ = envs.step(np.zeros((2, 8)))
         assert rewards[0] > 0.0
         assert rewards[1] == 0.0  # begins only now

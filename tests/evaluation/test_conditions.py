@@ -127,6 +127,23 @@ def test_a_run_with_plants_is_evaluated_without_them() -> None:
 
 
 @pytest.mark.parametrize(
+    ("name", "env"),
+    [
+        ("payload", {"payload": (0.0, 3.0)}),
+        ("payload", {"payload": 1.0}),
+        ("noise", {"observation_noise": (0.0, 0.05)}),
+        ("latency", {"latency": (0, 3), "latency_every": (0.2, 0.5)}),
+    ],
+)
+def test_level_0_of_a_run_that_was_trained_with_others_is_0(name: str, env: dict[str, Any]) -> None:
+    config = RunConfig.of(**env)
+    (none,) = levels_of(name, "0", config=config)
+    options = dataclasses.replace(config.env, **none.condition.options)
+    for option in env:
+        assert getattr(options, option) == getattr(RunConfig().env, option)
+
+
+@pytest.mark.parametrize(
     ("name", "level", "message"),
     [
         ("payload", "-1", "payload -1: payload is -1.0; expected 0 to 1000, in kg"),

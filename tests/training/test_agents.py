@@ -102,6 +102,6 @@ def test_what_does_not_learn_is_refused_in_one_line(
     assert told.out == ""
     assert told.err == (
         f"mpma: --agent is '{agent}'; expected an agent that learns, such as mpma, mosaic, hammer,"
-        " single, adaptive, oracle\n"
+        " single, adaptive, oracle, bc, dagger, promp, dmp\n"
     )
     assert not out.exists()

@@ -169,7 +169,7 @@ def test_an_outside_config_needs_the_path_of_its_agent(outside: str) -> None:
 def test_options_have_types_without_bounds() -> None:
     types = option_types("mpma")
     assert types["nodes"] is int
-    assert types["payload"] is float
+    assert types["payload"] == float | tuple[float, float]
     assert "rule" not in option_types("mosaic")
 
 

@@ -16,6 +16,9 @@ class Options:
     timestep: Annotated[float | None, Bounds(0.001, 1.0, hint="in s")] = None
     rule: Literal["weighted", "gated"] = "weighted"
     phase: bool = False
+    start: bool | Literal["adaptive"] = False
+    payload: Annotated[float, Bounds(0.0, 9.0, hint="in kg")] | tuple[float, float] = 0.0
+    latency: Annotated[int, Bounds(0, 9)] | tuple[int, int] = 0
     name: str | None = None
 
     def __post_init__(self) -> None:
@@ -37,6 +40,12 @@ class Options:
         ("rule", "mine", "one of weighted, gated"),
         ("rule", 3, "one of weighted, gated"),
         ("phase", 1, "True or False"),
+        ("start", "yes", "True or False, or adaptive"),
+        ("payload", (3, 1), "0 to 9, in kg, or a range of two that differ, the lowest first"),
+        ("payload", (1, 1), "0 to 9, in kg, or a range of two that differ, the lowest first"),
+        ("payload", (1, 10), "0 to 9, in kg, or a range of two that differ, the lowest first"),
+        ("payload", {1, 2}, "0 to 9, in kg, or a range of two that differ, the lowest first"),
+        ("latency", (1, 2.0), "a whole number from 0 to 9, or a range of two, the lowest first"),
     ],
 )
 def test_a_value_out_of_bounds_is_reported_as_data(option: str, value: Any, expected: str) -> None:
@@ -51,6 +60,13 @@ def test_values_are_kept_as_plain_ones_of_python() -> None:
     assert (options.nodes, options.ridge, options.timestep, options.phase) == (7, 0.25, 0.5, True)
     kinds = [type(getattr(options, name)) for name in ("nodes", "ridge", "timestep", "phase")]
     assert kinds == [int, float, float, bool]
+
+
+def test_ranges_are_kept_as_plain_tuples() -> None:
+    options = Options(payload=np.array([1, 2]), latency=[np.int8(3), 3], start=np.bool_(True))  # type: ignore[arg-type]
+    assert (options.payload, options.latency, options.start) == ((1.0, 2.0), (3, 3), True)
+    assert [type(n) for n in (*options.payload, *options.latency)] == [float, float, int, int]  # type: ignore[misc]
+    assert Options(payload=2, latency=1, start="adaptive").start == "adaptive"
 
 
 def test_bounds_themselves_are_admitted_unless_excluded() -> None:

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from mpma_mj import metrics
 from mpma_mj.envs.gym_env import ImitationEnv
-from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.envs.wrappers.base import Wrapper, unwrap
 from mpma_mj.utils.clipping import clip
 
@@ -26,48 +25,44 @@ class _Recorder:
 
     def __init__(self) -> None:
         self.episode_metrics: list[dict[str, float]] = []
-        self._steps: list[dict[str, Array]] = []
+        self._rewards: list[float] = []
+        self._assists: list[dict[str, Array]] = []
 
     def begin(self) -> None:
         """Forget the steps of an episode that has not ended."""
-        self._steps = []
+        self._rewards, self._assists = [], []
 
-    def add(
-        self, physics: PhysicsArms, reference: Array, reward: float, assist: dict[str, Array]
-    ) -> None:
+    def add(self, reward: float, assist: dict[str, Array]) -> None:
         """Record a step.
 
         Args:
-            physics: The arms, whose true posture counts, whatever the observation noise.
-            reference: Posture that is demonstrated now, shape (12,).
             reward: Reward of the step.
             assist: `feedback` and `action` of a feedback controller that assists, each shape
                 (8,); empty without one.
         """
-        step = {"posture": physics.posture(), "reference": reference.copy()}
-        self._steps.append(step | {"reward": np.array(reward)} | assist)
+        self._rewards.append(reward)
+        self._assists.append(assist)
 
-    def end(self, physics: PhysicsArms, *, terminated: bool) -> None:
-        """Compute the metrics of the episode.
+    def end(self, errors: dict[str, float], *, terminated: bool) -> dict[str, float]:
+        """Return the metrics of the episode, and keep them.
 
         Args:
-            physics: The arms, for the positions of their sites.
+            errors: Tracking errors of the episode; see `metrics.tracking_errors`.
             terminated: Whether it ended before the demonstration did.
         """
-        signals = {name: np.stack([step[name] for step in self._steps]) for name in self._steps[0]}
-        posture, reference = signals["posture"], signals["reference"]
-        sites = physics.site_positions
-        measures = {
-            "p_e_percent": metrics.posture_error_percent(posture, reference),
-            "mpkpe_m": metrics.mpkpe(sites(posture), sites(reference)),
-            "mean_reward": float(np.mean(signals["reward"])),
-            "steps": len(posture),
+        measures = errors | {
+            "mean_reward": float(np.mean(self._rewards)),
+            "steps": len(self._rewards),
         }
-        if "feedback" in signals:
-            ratio = metrics.feedback_ratio(signals["feedback"], signals["action"])
-            measures["feedback_ratio"] = ratio
+        if self._assists[0]:
+            feedback, action = (
+                np.stack([assist[name] for assist in self._assists])
+                for name in ("feedback", "action")
+            )
+            measures["feedback_ratio"] = metrics.feedback_ratio(feedback, action)
         self.episode_metrics.append(measures | {"terminated": terminated})
         self.begin()
+        return self.episode_metrics[-1]
 
 
 class Evaluate(Wrapper):
@@ -95,16 +90,17 @@ class Evaluate(Wrapper):
         assist, env = {}, self._env
         if hasattr(env, "last_feedback"):
             assist = {"feedback": env.last_feedback, "action": env.last_action}
-        reference = timestep.observation["reference"]
-        self._recorder.add(env.physics, reference, timestep.reward, assist)
+        self._recorder.add(timestep.reward, assist)
         if timestep.last():
-            self._recorder.end(env.physics, terminated=timestep.discount == 0.0)
+            errors = env.task.tracking_errors(env.physics)
+            self._recorder.end(errors, terminated=timestep.discount == 0.0)
 
 
 class GymEvaluate(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
     """`Evaluate` for an environment of `gymnasium.make`, flat or not.
 
-    It must be the outermost wrapper, around a `GymFeedbackAssist` if there is one.
+    The last `info` of an episode contains its metrics, also where a `TimeLimit` cuts it short. It
+    must be the outermost wrapper, around a `GymFeedbackAssist` if there is one.
 
     Attributes:
         episode_metrics: As of `Evaluate`.
@@ -138,8 +134,7 @@ class GymEvaluate(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         assist, inner = {}, self._inner
         if "feedback" in info:
             assist = {"feedback": info["feedback"], "action": clip(inner.last_action)}
-        reference = inner.last_observation["reference"]
-        self._recorder.add(inner.physics, reference, float(reward), assist)
+        self._recorder.add(float(reward), assist)
         if terminated or truncated:
-            self._recorder.end(inner.physics, terminated=terminated)
+            info |= self._recorder.end(inner.tracking_errors(), terminated=terminated)
         return observation, reward, terminated, truncated, info

@@ -51,7 +51,7 @@ def test_metrics_are_those_of_a_trace(arms: str) -> None:
     assert env.episode_metrics == [
         {
             "p_e_percent": metrics.posture_error_percent(posture, reference),
-            "mpkpe_m": metrics.mpkpe(sites(posture), sites(reference)),
+            "mpkpe_m": pytest.approx(metrics.mpkpe(sites(posture), sites(reference)), rel=1e-12),
             "mean_reward": float(np.mean(trace.reward)),
             "steps": len(posture),
             "terminated": False,

@@ -1,0 +1,174 @@
+"""Datasets in Minari's format."""
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+
+from mpma_mj import load, make_agent, make_vec, record_dataset
+from mpma_mj.errors import BadOptionError
+from mpma_mj.motions import read_motion
+
+FLAT, DICT = "mpma_mj:TwoArmImitationFlat-v0", "mpma_mj:TwoArmImitation-v0"
+IDEAL: dict[str, Any] = {"arms": "kinematic", "repeats": 1}
+
+
+def made(name: str = FLAT, **options: Any) -> gymnasium.Env[Any, Any]:
+    return gymnasium.make(name, **{"motion": "ymca"} | IDEAL | options)
+
+
+def follower(**options: Any) -> Any:
+    return make_agent(load("ymca", **IDEAL | options), kind="resolved_rate")
+
+
+@pytest.fixture
+def minari() -> Any:
+    pytest.importorskip("h5py")
+    return pytest.importorskip("minari")
+
+
+@pytest.mark.parametrize("name", [FLAT, DICT])
+def test_recorded_actions_lead_to_the_recorded_observations_again(
+    name: str, tmp_path: Path, minari: Any
+) -> None:
+    options = {"observation_noise": 0.01, "latency": (0, 2), "lookahead": 2}
+    env = made(name, **options)
+    record_dataset(env, follower(), 2, tmp_path / "d.minari", seed=5)
+    dataset = minari.MinariDataset(tmp_path / "d.minari" / "data")
+    assert (dataset.total_episodes, dataset.total_steps) == (2, 2 * len(dataset[0]))
+    assert dataset.observation_space == env.observation_space
+    again = dataset.recover_environment()
+    assert again.spec.kwargs["latency"] == [0, 2]
+    for k, episode in enumerate(dataset):
+        observation, _ = again.reset(seed=5 + k)
+        moments = [observation]
+        for step, action in enumerate(episode.actions):
+            observation, reward, terminated, truncated, _ = again.step(action)
+            moments.append(observation)
+            assert reward == episode.rewards[step]
+            assert (terminated, truncated) == (False, bool(episode.truncations[step]))
+        assert truncated
+        if name == FLAT:
+            np.testing.assert_array_equal(moments, episode.observations)
+        else:
+            for part, rows in episode.observations.items():
+                np.testing.assert_array_equal([one[part] for one in moments], rows)
+
+
+def test_episodes_have_seed_and_p_e_and_the_dataset_its_expert(tmp_path: Path, minari: Any) -> None:
+    folder = record_dataset(made(), follower(), 3, tmp_path / "expert-v2")
+    dataset = minari.MinariDataset(folder / "data")
+    own = list(dataset.storage.get_episode_metadata(range(3)))
+    assert [int(one["seed"]) for one in own] == [0, 1, 2]
+    for one, episode in zip(own, dataset, strict=True):
+        p_e = episode.infos["p_e_percent"]
+        assert len(p_e) == len(episode.observations)
+        assert np.isnan(p_e[:-1]).all()
+        assert p_e[-1] == one["p_e_percent"]
+        assert 0.1 < p_e[-1] < 0.3  # that of the agent on these arms
+    metadata = json.loads((folder / "data" / "metadata.json").read_text())
+    assert metadata["dataset_id"] == "expert-v2"
+    assert metadata["algorithm_name"] == "ResolvedRate"
+    mean = np.mean([one["p_e_percent"] for one in own])
+    assert metadata["expert_p_e_percent"] == pytest.approx(mean)
+    assert "author" not in metadata
+
+
+def test_minari_loads_a_dataset_that_is_named_as_it_expects(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, minari: Any
+) -> None:
+    record_dataset(made(), follower(), 1, tmp_path / "ymca-v0")
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
+    assert list(minari.list_local_datasets()) == ["ymca-v0"]
+    assert len(minari.load_dataset("ymca-v0")) == 1
+
+
+def test_the_path_of_a_recording_stays_a_path(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, minari: Any
+) -> None:
+    from mpma_mj import export_motion
+
+    monkeypatch.chdir(tmp_path)
+    export_motion("dance.npz", read_motion("ymca"))
+    agent = make_agent(load("dance.npz", **IDEAL), kind="resolved_rate")
+    record_dataset(made(motion="dance.npz"), agent, 1, "d.minari")
+    dataset = minari.MinariDataset("d.minari/data")
+    assert dataset.recover_environment().spec.kwargs["motion"] == "dance.npz"
+
+
+def test_a_dataset_is_replaced_only_if_asked_and_nothing_else_ever(
+    tmp_path: Path, minari: Any
+) -> None:
+    out = tmp_path / "d.minari"
+    record_dataset(made(), follower(), 1, out)
+    with pytest.raises(BadOptionError, match=r"already exists; overwrite replaces it"):
+        record_dataset(made(), follower(), 2, out)
+    record_dataset(made(), follower(), 2, out, overwrite=True)
+    assert len(minari.MinariDataset(out / "data")) == 2
+    other = tmp_path / "other"
+    (other / "data").mkdir(parents=True)
+    with pytest.raises(BadOptionError, match=r"already exists, and is no dataset"):
+        record_dataset(made(), follower(), 1, other, overwrite=True)
+    assert {path.name for path in tmp_path.iterdir()} == {"d.minari", "other"}
+
+
+def test_what_fails_leaves_the_dataset_as_it_was(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, minari: Any
+) -> None:
+    out = tmp_path / "d.minari"
+    record_dataset(made(), follower(), 1, out)
+    from minari.dataset._storages.hdf5_storage import HDF5Storage
+
+    def fail(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(HDF5Storage, "update_episode_metadata", fail)
+    with pytest.raises(Exception, match=r"cannot be written \(No space left on device\)"):
+        record_dataset(made(), follower(), 2, out, overwrite=True)
+    assert len(minari.MinariDataset(out / "data")) == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["d.minari"]
+
+
+@pytest.mark.parametrize("episodes", [0, -1, 1.5, None])
+def test_numbers_of_episodes_that_cannot_be_are_refused(
+    episodes: Any, tmp_path: Path, minari: Any
+) -> None:
+    with pytest.raises(BadOptionError, match=f"episodes is {episodes}; expected a whole number"):
+        record_dataset(made(), follower(), episodes, tmp_path / "d")
+
+
+def test_an_agent_that_does_not_fit_is_refused(tmp_path: Path, minari: Any) -> None:
+    out = tmp_path / "d"
+    fewer = make_agent(load("synthetic-2", **IDEAL), kind="resolved_rate")
+    with pytest.raises(BadOptionError, match=r"agent has a context of size 1, but .* one of 4"):
+        record_dataset(made(), fewer, 1, out)
+    slower = follower(control_timestep=0.1)
+    with pytest.raises(BadOptionError, match=r"agent is for other arms or another control times"):
+        record_dataset(made(), slower, 1, out)
+    many = make_agent(make_vec(2, "ymca", **IDEAL), kind="resolved_rate")
+    with pytest.raises(BadOptionError, match=r"agent is a batch of runs"):
+        record_dataset(made(), many, 1, out)
+    assert not out.exists()
+
+
+def test_environments_that_cannot_be_made_again_are_refused(tmp_path: Path, minari: Any) -> None:
+    with pytest.raises(BadOptionError, match=r"motion is .*; expected names and numbers"):
+        record_dataset(made(motion=read_motion("ymca")), follower(), 1, tmp_path / "d")
+    with pytest.raises(BadOptionError, match=r"env is .*; expected what gymnasium.make returned"):
+        record_dataset(gymnasium.make("CartPole-v1"), follower(), 1, tmp_path / "d")
+
+
+def test_without_minari_one_line_says_how_to_install_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "minari", None)
+    with pytest.raises(BadOptionError) as error:
+        record_dataset(made(), follower(), 1, tmp_path / "d")
+    assert str(error.value) == (
+        "datasets need Minari, which is not installed; pip install 'mpma-mj[minari]', or in a"
+        " checkout pip install -e '.[minari]'"
+    )
