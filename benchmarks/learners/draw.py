@@ -19,21 +19,22 @@ from mpma_mj.visualization.colours import DEMONSTRATED, INK, PAPER
 # Okabe & Ito's palette, which colour-blind people can tell apart.
 COLOURS = {
     "MPMA": "#d55e00",
-    "MPMA without noise": "#e69f00",
+    "BC": "#000000",
+    "DAgger": "#888888",
     "PPO": "#0072b2",
     "PPO + feedback": "#56b4e9",
     "CMA-ES": "#009e73",
     "CMA-ES + feedback": "#cc79a7",
 }
 # Steps above which the name is written where other curves pass the end.
-NAMED_AT = {"MPMA": 6_000, "MPMA without noise": 9_000}
+NAMED_AT = {"MPMA": 1_100}
 GOAL = 1.0  # percent
 
 
 def main(
     curves: tyro.conf.Positional[Path],
     figure: Path | None = None,
-    columns: tuple[int, ...] = (1_000, 5_000, 50_000, 500_000, 1_000_000, 2_000_000),
+    columns: tuple[int, ...] = (1_000, 6_000, 50_000, 100_000, 200_000, 2_000_000),
 ) -> None:
     """Print a table, and draw if there is a name for the figure.
 
@@ -97,8 +98,8 @@ def draw(runs: dict[str, dict[int, list[Row]]]) -> Figure:
     learning = {name: runs[name] for name in COLOURS if name in runs}
     last = max((seeds[0][-1].steps for seeds in learning.values()), default=1)
     axes.set_xlim(200, 12 * last)  # room for names
-    axes.set_ylim(0.18, 50)
-    axes.set_yticks([0.2, 0.5, 1, 2, 5, 10, 20, 50])
+    axes.set_ylim(0.09, 50)
+    axes.set_yticks([0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50])
     axes.yaxis.set_minor_locator(NullLocator())
     for name, seeds in learning.items():
         _curve(axes, name, seeds)

@@ -41,14 +41,15 @@ class Policy(Agent):
 class Evaluation:
     """Measures policies with noise that no training episode has; its steps do not count."""
 
-    def __init__(self, arms: Arms, *, assisted: bool = False) -> None:
+    def __init__(self, arms: Arms, *, assisted: bool = False, **options: Any) -> None:
         """Load an environment for it.
 
         Args:
             arms: "physics" or "kinematic".
             assisted: Whether the feedback controller's action is added.
+            **options: Further options of the environment.
         """
-        env = mpma_mj.load("ymca", arms=arms, seed=_SEED)
+        env = mpma_mj.load("ymca", arms=arms, seed=_SEED, **options)
         self._env = Evaluate(FeedbackAssist(env) if assisted else env)
 
     def p_e(self, agent: Agent) -> float:

@@ -1,37 +1,40 @@
-"""MPMA, as `mpma imitate` trains it."""
+"""MPMA and learners that imitate it, as `mpma imitate` trains them."""
 
 from __future__ import annotations
+
+from typing import Any
 
 from evaluation import Curve
 
 import mpma_mj
 from mpma_mj import metrics
+from mpma_mj.agents.config import CONFIG_TYPES
 from mpma_mj.options import Arms
 from mpma_mj.training.rollout import record_epoch
 
 __all__ = ["learn"]
 
 
-def learn(seed: int, arms: Arms, steps: int, *, noise: float = 0.2) -> Curve:
-    """Train MPMA and measure the training epochs themselves.
+def learn(seed: int, arms: Arms, steps: int, *, agent: str = "mpma", **options: Any) -> Curve:
+    """Train an agent and measure the training epochs themselves.
 
     Epoch n is danced with what was learned in n - 1 epochs, and with noise that none of them had,
-    so it is a test; it counts at its end, one epoch later than the policy was there.
+    so it is a test; it counts at its end, one epoch later than the policy was there. Epochs in
+    which an agent's expert acts are not measured.
 
     Args:
         seed: Seed of agent and environment.
         arms: "physics" or "kinematic".
         steps: Environment steps.
-        noise: Noise level of the reservoirs; the paper's by default.
+        agent: Name of the agent.
+        **options: Options of the agent that differ from its defaults.
     """
     env = mpma_mj.load("ymca", arms=arms, seed=seed)
-    agent = mpma_mj.make_agent(env, mpma_mj.MPMAConfig(reservoir_noise=noise), seed=seed)
-    danced = 0
-    while danced < steps:
-        trace = record_epoch(env, agent, danced // env.task.steps)
-        danced += env.task.steps
-        yield (
-            danced,
-            metrics.posture_error_percent(trace.posture[1:], trace.reference[1:]),
-        )
-        agent.learn()
+    config = CONFIG_TYPES[agent](**options)
+    learner = mpma_mj.make_agent(env, config, seed=seed)
+    for epoch in range(1, -(-steps // env.task.steps) + 1):
+        trace = record_epoch(env, learner, epoch - 1)
+        if epoch >= config.least_epochs:
+            p_e = metrics.posture_error_percent(trace.posture[1:], trace.reference[1:])
+            yield epoch * env.task.steps, p_e
+        learner.learn()

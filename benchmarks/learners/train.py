@@ -27,7 +27,8 @@ from mpma_mj.options import Arms
 FIXED = ("random", "open loop", "feedback only", "by hand")
 TRAINED = {
     "MPMA": ("modules", {}),
-    "MPMA without noise": ("modules", {"noise": 0.0}),
+    "BC": ("modules", {"agent": "bc"}),
+    "DAgger": ("modules", {"agent": "dagger"}),
     "CMA-ES": ("evolution", {"assisted": False}),
     "CMA-ES + feedback": ("evolution", {"assisted": True}),
     "PPO": ("ppo", {"assisted": False}),
@@ -40,10 +41,9 @@ def main(
     learners: tyro.conf.Positional[tuple[str, ...]] = (*FIXED, *TRAINED),
     arms: Arms = "physics",
     seeds: int = 5,
-    ppo_seeds: int = 3,
     mpma_steps: int = 50_000,
     cma_steps: int = 2_000_000,
-    ppo_steps: int = 1_000_000,
+    ppo_steps: int = 200_000,
     out: Path = Path("curves.csv"),
 ) -> None:
     """Train and measure; runs that are in the file already are replaced.
@@ -52,7 +52,6 @@ def main(
         learners: Names of learners; all of them if none is given.
         arms: Simulated arms or arms that move ideally.
         seeds: Number of seeds, from 0.
-        ppo_seeds: Number of seeds of PPO, which takes longer.
         mpma_steps: Environment steps of MPMA.
         cma_steps: Environment steps of CMA-ES.
         ppo_steps: Environment steps of PPO.
@@ -63,7 +62,7 @@ def main(
     with threadpool_limits(1, user_api="blas"):
         for learner in learners:
             train = trainer(learner, arms, steps)
-            for seed in range(ppo_seeds if learner.startswith("PPO") else seeds):
+            for seed in range(seeds):
                 rows = []
                 for danced, p_e in train(seed):
                     rows.append(Row(learner, seed, danced, p_e))

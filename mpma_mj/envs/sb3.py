@@ -174,7 +174,10 @@ def make_sb3_vec(
         BadOptionError: An option is out of bounds, or does not exist.
         MpmaError: The motion cannot be read.
     """
-    given = {"flat": True} | options | {"autoreset_mode": AutoresetMode.SAME_STEP}
+    if "autoreset_mode" in options:
+        problem = "Stable-Baselines3 begins episodes at the same step"
+        raise BadOptionError(problem, remedy="leave out {autoreset_mode}")
+    given = {"flat": True, "autoreset_mode": AutoresetMode.SAME_STEP} | options
     envs: VectorEnv[Any, Any, Any] = make_vec(num_envs, motion, **given)
     if feedback_gain != 0.0:
         envs = VectorFeedbackAssist(envs, feedback_gain)

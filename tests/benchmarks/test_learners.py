@@ -5,7 +5,6 @@ import importlib.util
 from pathlib import Path
 from types import ModuleType
 
-import numpy as np
 import pytest
 
 LEARNERS = Path(__file__).parents[2] / "benchmarks" / "learners"
@@ -47,17 +46,3 @@ def test_what_was_not_trained_for_is_not_told(monkeypatch: pytest.MonkeyPatch) -
     assert curves.p_e_after(rows, 995) == 2.0  # a whole episode more
     assert curves.p_e_after(rows, 5000) is None
     assert curves.p_e_after([curves.Row("random", 0, 0, 34.0)], 5000) == 34.0
-
-
-def test_a_policy_sees_the_way_to_the_target_in_the_last_moment_too(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    pytest.importorskip("stable_baselines3")
-    env = module("ppo", monkeypatch).make_members(2, "kinematic", assisted=True)
-    seen, over = env.reset(), np.zeros(2, bool)
-    while not over.all():
-        seen, _, over, infos = env.step(np.zeros((2, 8)))
-    for observation in (seen[0], infos[0]["terminal_observation"]):
-        way = observation[24:36] - observation[:12]
-        np.testing.assert_allclose(observation[-12:], way, atol=1e-6)
-    env.close()

@@ -190,3 +190,8 @@ def run(program: str) -> str:
 @pytest.fixture(autouse=True)
 def in_a_folder_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
+
+
+def test_another_autoreset_is_refused(sb3: Any) -> None:
+    with pytest.raises(BadOptionError, match="begins episodes at the same step; leave out"):
+        sb3.make_sb3_vec(2, arms="kinematic", autoreset_mode="DISABLED")
