@@ -46,10 +46,10 @@ def policy_features(observation: Observation, spec: AgentSpec) -> Array:
     """
     angles = observation["joint_angles"]
     ahead = followed(observation, "lookahead" if spec.lookahead else "target")
-    shown = followed(observation, "reference")[..., None, :]
+    reference = followed(observation, "reference")[..., None, :]
     if not spec.lookahead:
         ahead = ahead[..., None, :]
-    paths = np.concatenate([ahead, shown], axis=-2)  # (..., n + 1, 12 or 8)
+    paths = np.concatenate([ahead, reference], axis=-2)  # (..., n + 1, 12 or 8)
     still = np.broadcast_to(angles[..., None, :], (*paths.shape[:-1], JOINTS))
     moves = (joint_error(still, paths) / spec.largest_move).reshape(*angles.shape[:-1], -1)
     speeds = observation["joint_velocities"] / spec.max_joint_speed
@@ -91,7 +91,7 @@ class BC(Agent):
     @property
     def expert_acts(self) -> bool:
         """Whether the expert acts in the present epoch."""
-        return self._epochs < EXPERT_EPOCHS + self._shown
+        return self._epochs < EXPERT_EPOCHS + self._acted_by_expert
 
     @property
     def is_recording(self) -> bool:
@@ -99,8 +99,8 @@ class BC(Agent):
         return self._epochs < EXPERT_EPOCHS + self.config.expert_episodes
 
     @property
-    def _shown(self) -> int:
-        """Number of epochs that the trained expert shows."""
+    def _acted_by_expert(self) -> int:
+        """Number of epochs in which the trained expert acts."""
         return self.config.expert_episodes
 
     def reset(self, episode: int) -> None:
@@ -195,6 +195,6 @@ class DAgger(BC):
     config_type: ClassVar[type[AgentConfig]] = DAggerConfig
 
     @property
-    def _shown(self) -> int:
-        """Number of epochs that the trained expert shows."""
+    def _acted_by_expert(self) -> int:
+        """Number of epochs in which the trained expert acts."""
         return 1
