@@ -94,7 +94,7 @@ class ProMPConfig(AgentConfig):
 
     Attributes:
         demonstrations: Number of demonstrations that it learns from, one in each of as many epochs;
-            it acts from what it learned in the epochs after these.
+            in the epochs after these it executes the learned movement.
     """
 
     demonstrations: Annotated[int, Bounds(2, 1000)] = 20
@@ -111,5 +111,5 @@ class DMPConfig(ProMPConfig):
 
     Attributes:
         demonstrations: Number of demonstrations that it learns from, one in each of as many epochs;
-            it acts from what it learned in the epochs after these.
+            in the epochs after these it executes the learned movement.
     """

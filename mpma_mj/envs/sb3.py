@@ -47,7 +47,7 @@ class SB3VecEnv(VecEnv):
     """
 
     def __init__(self, envs: VectorEnv[Any, Any, Any]) -> None:
-        """Take environments.
+        """Wrap environments.
 
         Args:
             envs: Environments of `make_vec`, perhaps in wrappers, that begin episodes at the same
