@@ -8,7 +8,7 @@ import pytest
 from mpma_mj import load, make_agent, make_vec
 from mpma_mj.agents import BC, BCConfig, DAgger, DAggerConfig, MPMAConfig
 from mpma_mj.agents.cloning import policy_features
-from mpma_mj.errors import BadOptionError
+from mpma_mj.errors import BadOptionError, StateError
 from mpma_mj.metrics import posture_error_percent
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.dataset import read_motions
@@ -154,6 +154,17 @@ def test_features_are_the_moves_to_what_is_shown(options: dict[str, int]) -> Non
     if options:
         last = agent.spec.feedback(observation["joint_angles"], observation["lookahead"][-1])
         np.testing.assert_allclose(np.clip(features[16:24], -1, 1), last)
+
+
+def test_learning_without_an_episode_is_refused_after_others() -> None:
+    env = load("ymca", **IDEAL)
+    agent = cloned(env, "bc")
+    for epoch in range(6):
+        record_epoch(env, agent, epoch)
+        agent.learn()
+    agent.reset(6)
+    with pytest.raises(StateError, match="before an episode"):
+        agent.learn()
 
 
 def test_too_few_epochs_for_a_policy_are_refused_before_training() -> None:
