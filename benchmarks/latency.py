@@ -20,7 +20,7 @@ from mpma_mj.agents import Agent
 from mpma_mj.agents.anticipation import Anticipation
 from mpma_mj.agents.state_models import StateModels
 from mpma_mj.agents.wrappers import Frozen
-from mpma_mj.evaluation.evaluate import EVALUATION_EPISODE, tracking_errors
+from mpma_mj.evaluation.evaluate import EVALUATION_EPISODE, posture_errors_percent
 from mpma_mj.evaluation.statistics import interval
 from mpma_mj.motions.motion import Motion
 from mpma_mj.motions.transforms import with_context_of
@@ -94,7 +94,7 @@ class Bench:
 
     def errors(self, *args: Any, **options: Any) -> Array:
         """Return p_e of an episode without learning, shape (R,), percent."""
-        return tracking_errors(self.traces(*args, **options))
+        return posture_errors_percent(self.traces(*args, **options))
 
     def loaded(self, agent: Agent, env: Options) -> Agent:
         """Return the agents as they are, made for another environment."""

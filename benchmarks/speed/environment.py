@@ -1,4 +1,4 @@
-"""What a step of the environment costs beside its physics, alone and in a vector."""
+"""What a step of the environment costs in addition to its physics, alone and in a vector."""
 
 from __future__ import annotations
 

@@ -112,7 +112,7 @@ class AgentSpec:
         return feedback_action(joint_angles, reference, self.max_joint_speed, self.control_timestep)
 
     @functools.cached_property
-    def _largest_move(self) -> Array:
+    def largest_move(self) -> Array:
         """Largest move of the joints in a step, Δt v, shape (8,), rad."""
         return self.control_timestep * self.max_joint_speed
 
@@ -123,7 +123,7 @@ class AgentSpec:
             before: Joint angles q_t, shape (..., 8), rad.
             after: Joint angles q_{t+1}, shape (..., 8), rad.
         """
-        return wrap(after - before) / self._largest_move
+        return wrap(after - before) / self.largest_move
 
 
 class Agent(ABC):

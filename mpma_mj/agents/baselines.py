@@ -80,7 +80,7 @@ class OpenLoop(Agent):
             still = np.zeros((*target.shape[:-1], JOINTS))
             angles = still + _way(still, followed(observation, "reference"))
         way = _way(angles, target)
-        farthest = self.spec.control_timestep * self.spec.max_joint_speed
+        farthest = self.spec.largest_move
         action = np.clip(way / farthest, -1.0, 1.0)
         self._angles = angles + farthest * action
         return action

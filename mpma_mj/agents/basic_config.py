@@ -21,7 +21,7 @@ __all__ = [
 ]
 
 EXPERT_EPOCHS = 3
-"""Epochs in which the expert of a student learns: a default MPMA converges in them."""
+"""Epochs in which the expert of `bc` and `dagger` learns: a default MPMA converges in them."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,15 +67,15 @@ class BCConfig(AgentConfig):
     """Config of behaviour cloning.
 
     Attributes:
-        expert_episodes: Episodes of the expert from which the student learns, after the 3 epochs in
-            which the expert itself learns; the student acts in the epochs after these.
+        expert_episodes: Episodes of the expert from which the policy learns, after the 3 epochs in
+            which the expert itself learns; the policy acts in the epochs after these.
     """
 
     expert_episodes: Annotated[int, Bounds(1, 1000)] = 20
 
     @property
     def least_epochs(self) -> int:
-        """Number of epochs with the first in which the student acts alone."""
+        """Number of epochs with the first in which the policy acts alone."""
         return EXPERT_EPOCHS + self.expert_episodes + 1
 
 
@@ -94,7 +94,7 @@ class ProMPConfig(AgentConfig):
 
     Attributes:
         demonstrations: Number of demonstrations that it learns from, one in each of as many epochs;
-            it acts from what it learned in the epochs after these.
+            in the epochs after these it executes the learned movement.
     """
 
     demonstrations: Annotated[int, Bounds(2, 1000)] = 20
@@ -111,5 +111,5 @@ class DMPConfig(ProMPConfig):
 
     Attributes:
         demonstrations: Number of demonstrations that it learns from, one in each of as many epochs;
-            it acts from what it learned in the epochs after these.
+            in the epochs after these it executes the learned movement.
     """

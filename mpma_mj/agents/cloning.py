@@ -1,4 +1,4 @@
-"""Behaviour cloning, and DAgger of Ross, Gordon & Bagnell 2011: students of a trained MPMA."""
+"""Behaviour cloning, and DAgger of Ross, Gordon & Bagnell 2011, of a trained MPMA."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _RIDGE = Ridge(absolute=1e-8, relative=5e-5)
 
 
 def policy_features(observation: Observation, spec: AgentSpec) -> Array:
-    """Return what a policy has to know, in units of about 1.
+    """Return the inputs of a policy, in units of about 1.
 
         [e(x'_{t+1}) ; e(x'_t)] / (Δt v)    q̇ / v    sin q    cos q    1
 
@@ -44,18 +44,17 @@ def policy_features(observation: Observation, spec: AgentSpec) -> Array:
     Returns:
         Features, shape (..., 41 + 8 (n - 1)) for n targets.
     """
-    angles, largest_move = observation["joint_angles"], spec.control_timestep * spec.max_joint_speed
+    angles = observation["joint_angles"]
     ahead = followed(observation, "lookahead" if spec.lookahead else "target")
-    shown = followed(observation, "reference")[..., None, :]
+    reference = followed(observation, "reference")[..., None, :]
     if not spec.lookahead:
         ahead = ahead[..., None, :]
-    paths = np.concatenate([ahead, shown], axis=-2)  # (..., n + 1, 12 or 8)
+    paths = np.concatenate([ahead, reference], axis=-2)  # (..., n + 1, 12 or 8)
     still = np.broadcast_to(angles[..., None, :], (*paths.shape[:-1], JOINTS))
-    moves = joint_error(still, paths) / largest_move
-    parts = [moves.reshape(*angles.shape[:-1], -1), observation["joint_velocities"]]
-    parts[1] = parts[1] / spec.max_joint_speed
+    moves = (joint_error(still, paths) / spec.largest_move).reshape(*angles.shape[:-1], -1)
+    speeds = observation["joint_velocities"] / spec.max_joint_speed
     one = np.ones((*angles.shape[:-1], 1))
-    return np.concatenate([*parts, np.sin(angles), np.cos(angles), one], axis=-1)
+    return np.concatenate([moves, speeds, np.sin(angles), np.cos(angles), one], axis=-1)
 
 
 class BC(Agent):
@@ -64,9 +63,9 @@ class BC(Agent):
         u = clip(W z)        W = argmin Σ ‖u_expert - W z‖² + ridge
 
     z are `policy_features`. In the first 3 epochs the expert, a default MPMA, learns; in the next
-    ones, `expert_episodes` of them, it acts and learns no more; then the student acts alone,
+    ones, `expert_episodes` of them, it acts and learns no more; then the policy acts alone,
     without feedback controller (choices). A multi-layer perceptron in place of W tracks far worse:
-    it extrapolates wrongly where the student strays from the expert's states.
+    it extrapolates wrongly where it strays from the expert's states.
 
     Attributes:
         expert: The expert.
@@ -92,7 +91,7 @@ class BC(Agent):
     @property
     def expert_acts(self) -> bool:
         """Whether the expert acts in the present epoch."""
-        return self._epochs < EXPERT_EPOCHS + self._shown
+        return self._epochs < EXPERT_EPOCHS + self._acted_by_expert
 
     @property
     def is_recording(self) -> bool:
@@ -100,8 +99,8 @@ class BC(Agent):
         return self._epochs < EXPERT_EPOCHS + self.config.expert_episodes
 
     @property
-    def _shown(self) -> int:
-        """Number of epochs that the trained expert shows."""
+    def _acted_by_expert(self) -> int:
+        """Number of epochs in which the trained expert acts."""
         return self.config.expert_episodes
 
     def reset(self, episode: int) -> None:
@@ -130,11 +129,11 @@ class BC(Agent):
             self.expert.observe(timestep)
 
     def learn(self) -> dict[str, Array]:
-        """Let the expert learn, or the student from the expert.
+        """Let the expert learn, or the policy from the expert.
 
         Returns:
-            Gain of the student as `gain_inverse`, that of a feedback controller, 0, and
-            `calibrating`, 1 until the student has learned all.
+            Gain of the policy as `gain_inverse`, that of a feedback controller, 0, and
+            `calibrating`, 1 until the policy has learned all.
 
         Raises:
             StateError: There was no episode.
@@ -175,22 +174,27 @@ class BC(Agent):
         self._epochs = int(np.max(state["epochs"]))
         self._policy.load_state_dict(state, "policy.")
         prefix = "expert."
-        own = {name: array for name, array in state.items() if name.startswith(prefix)}
-        self.expert.load_state_dict({name[len(prefix) :]: array for name, array in own.items()})
+        self.expert.load_state_dict(
+            {
+                name.removeprefix(prefix): array
+                for name, array in state.items()
+                if name.startswith(prefix)
+            }
+        )
 
 
 class DAgger(BC):
-    """Dataset aggregation: the expert labels the states that the student visits.
+    """Dataset aggregation: the expert labels the states that the policy visits.
 
     As `BC`, but of the `expert_episodes` the expert acts in the first only. In the others the
-    student acts, and the expert names the action that it would take in each state; its forward
-    models receive what the student did. After each of them the student is fitted to all so far
+    policy acts, and the expert names the action that it would take in each state; its forward
+    models receive what the policy did. After each of them the policy is fitted to all so far
     (Ross, Gordon & Bagnell 2011 with β = 1, 0, 0, …).
     """
 
     config_type: ClassVar[type[AgentConfig]] = DAggerConfig
 
     @property
-    def _shown(self) -> int:
-        """Number of epochs that the trained expert shows."""
+    def _acted_by_expert(self) -> int:
+        """Number of epochs in which the trained expert acts."""
         return 1

@@ -56,10 +56,10 @@ class MovementPrimitive(FeedbackOnly):
 
         u = clip(u_fb(q_t, q*_{t+1}) + K u_fb(q_t, q*_t))        K = 0.14
 
-    In the first epochs, one for each of the `demonstrations`, it follows what is shown, as
-    `ResolvedRate` does, and keeps it as joint angles, q_t + e(q_t, x'_t): on the branch of the
-    arms, and without the noise of angles that are nearly undefined. Afterwards it executes q*, what
-    it learned, from step to step of the episode; the phase is time.
+    In the first epochs, one for each of the `demonstrations`, it follows the target, as
+    `ResolvedRate` does, and keeps the reference as joint angles, q_t + e(q_t, x'_t): on the branch
+    of the arms, and without the noise of angles that are nearly undefined. Afterwards it executes
+    the learned movement q*, step by step; the phase is time.
     """
 
     config_type: ClassVar[type[AgentConfig]] = ProMPConfig
@@ -109,24 +109,23 @@ class MovementPrimitive(FeedbackOnly):
         """Return the action, shape (..., 8), in [-1, 1]."""
         angles, step = observation["joint_angles"], len(self._steps)
         now, after = followed(observation, "reference"), followed(observation, "target")
+        demonstrated = _angles_of(observation, "reference")
         if not self.is_recording:
             if self._movement is None:
                 self._movement = self.begin(*self._statistics(), angles)
             now = self._movement[..., min(step, self._moments - 1), :]
-            after = self.next_angles(step + 1, angles + joint_error(angles, after))
+            after = self.next_angles(step + 1, _angles_of(observation, "target"))
         feedback = FINAL_GAINS.feedback * self.spec.feedback(angles, now)
-        shown = followed(observation, "reference")
-        demonstrated = angles + joint_error(angles, shown)
         self._steps.append({"feedback": feedback, "demonstrated": demonstrated})
         self._last = None
         return clip(self.spec.feedback(angles, after) + feedback)
 
-    def next_angles(self, step: int, shown: Array) -> Array:
+    def next_angles(self, step: int, target: Array) -> Array:
         """Return the joint angles to be reached at a step, shape (..., 8), rad.
 
         Args:
             step: The step.
-            shown: Joint angles of the target that is shown, shape (..., 8), rad.
+            target: Joint angles of the target, shape (..., 8), rad.
         """
         assert self._movement is not None
         return self._movement[..., min(step, self._moments - 1), :]
@@ -150,9 +149,9 @@ class MovementPrimitive(FeedbackOnly):
             raise StateError("learn() was called before an episode; call act() and observe() first")
         recording = float(self.is_recording)
         if self.is_recording:
-            last, steps = self._last, self._steps.episode()["demonstrated"]
-            end = last["joint_angles"] + joint_error(
-                last["joint_angles"], followed(last, "reference")
+            steps, end = (
+                self._steps.episode()["demonstrated"],
+                _angles_of(self._last, "reference"),
             )
             learned = self.parameters(np.moveaxis(np.concatenate([steps, end[None]]), 0, -2))
             if self._epochs == 0:
@@ -211,7 +210,7 @@ class MovementPrimitive(FeedbackOnly):
 
 
 class ProMP(MovementPrimitive):
-    """Probabilistic movement primitive: a distribution of movements, conditioned on what is shown.
+    """Probabilistic movement primitive: a distribution of movements, conditioned on the target.
 
         q_t = φ_tᵀ w + ε        w ~ N(μ, Σ)        ε ~ N(0, σ²)
         q*  = φᵀμ + φᵀΣφ / (φᵀΣφ + σ²) (q' - φᵀμ)
@@ -219,7 +218,7 @@ class ProMP(MovementPrimitive):
     The trajectory model and the conditioning on via-points of Paraschos et al. 2013. w of each
     demonstration follows by ridge regression; μ and Σ are mean and covariance over all of them, and
     kept as φᵀμ and φᵀΣφ, mean and variance of φᵀw; σ² is the mean square of what remains. The
-    via-point q' is the target that is shown. Each joint has a distribution of its own, and each
+    via-point q' is the target. Each joint has a distribution of its own, and each
     step is conditioned on its own target only (choices).
     """
 
@@ -236,11 +235,11 @@ class ProMP(MovementPrimitive):
         self._trust = spread / np.maximum(spread + noise, _LEAST_VARIANCE)
         return mean[..., :-1, :]
 
-    def next_angles(self, step: int, shown: Array) -> Array:
+    def next_angles(self, step: int, target: Array) -> Array:
         """Return the conditioned joint angles, shape (..., 8), rad."""
-        mean = super().next_angles(step, shown)
+        mean = super().next_angles(step, target)
         trust = self._trust[..., min(step, self._moments - 1), :]
-        return mean + trust * (shown - mean)
+        return mean + trust * (target - mean)
 
 
 class DMP(MovementPrimitive):
@@ -282,6 +281,12 @@ class DMP(MovementPrimitive):
         """Return x φ at each step, shape (T, K)."""
         canonical = np.exp(-_DECAY * np.arange(moments - 1) / (moments - 1))
         return canonical[:, None] * self._basis(moments)[:-1]
+
+
+def _angles_of(observation: Observation, name: str) -> Array:
+    """Return the joint angles, (..., 8), rad, of the reference or target, on the arms' branch."""
+    angles = observation["joint_angles"]
+    return angles + joint_error(angles, followed(observation, name))
 
 
 def _least_squares(features: Array, values: Array) -> Array:

@@ -121,7 +121,7 @@ class StateModels:
             speed: Joint velocities over top speeds, shape (..., 8).
         """
         outputs = (model @ state_inputs(command, angles, speed)[..., None])[..., 0]
-        reach = self._spec.control_timestep * self._spec.max_joint_speed
+        reach = self._spec.largest_move
         return angles + reach * outputs[..., :JOINTS], outputs[..., JOINTS:]
 
     def learn(self, steps: Mapping[str, Array], shares: Array, run: tuple[int, ...]) -> Array:

@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 _SECTIONS = 16  # of the motion (choice)
 _RATE = 0.2  # of the average over episodes (choice)
 _FLOOR = 0.2  # of the mean over sections (choice)
-_NOTHING = 1e-12  # so that sections without error are equal
+_LEAST_ERROR = 1e-12  # so that sections without error are equal
 
 
 class AdaptiveStarts:
@@ -30,7 +30,7 @@ class AdaptiveStarts:
         w = e + 0.2 mean(e)
 
     An episode starts at any step with a probability in proportion to the weight w of its section. A
-    section that was not reached counts as the worst one that was. Episode 0 forgets.
+    section that was not reached counts as the worst one that was. Episode 0 begins without errors.
     """
 
     def __init__(self, count: int, demonstration: Demonstration) -> None:
@@ -48,7 +48,7 @@ class AdaptiveStarts:
         return cls(count, demonstration) if options.random_start == "adaptive" else None
 
     def record(self, step: Steps, reward: Array, moved: Mask) -> None:
-        """Take the outcome of a step.
+        """Record the outcome of a step.
 
         Args:
             step: Steps of the demonstration, shape (N,).
@@ -86,4 +86,4 @@ def _weights(errors: Array) -> Array:
     if np.isnan(errors).all():
         return np.ones_like(errors)
     errors = np.where(np.isnan(errors), np.nanmax(errors), errors)
-    return errors + _FLOOR * max(float(errors.mean()), _NOTHING)
+    return errors + _FLOOR * max(float(errors.mean()), _LEAST_ERROR)

@@ -14,7 +14,7 @@ from mujoco import rollout
 from numpy.typing import NDArray
 
 from mpma_mj.envs.physics import KinematicArms, PhysicsArms, ideal_move
-from mpma_mj.envs.randomisation import PlantNumbers
+from mpma_mj.envs.randomisation import PlantValues
 
 __all__: list[str] = ["Batch", "KinematicBatch", "PhysicsBatch", "chunk_size", "make_batch"]
 
@@ -71,7 +71,7 @@ class Batch(abc.ABC):
         """Continue as other plants, given by index, shape (N,), from the same joint states."""
 
     @abc.abstractmethod
-    def become_plant(self, row: int, plant: PlantNumbers) -> None:
+    def become_plant(self, row: int, plant: PlantValues) -> None:
         """Let one pair, given by its index, continue as any plant within the options' ranges."""
 
     @abc.abstractmethod
@@ -145,7 +145,7 @@ class PhysicsBatch(Batch):
         self._force = self._applied[..., model.nu :].reshape(count, nstep, -1, 6)
 
     def pose(self, row: int) -> None:
-        """Give the model of all pairs the numbers of one, too, as its payload is seen."""
+        """Give the model of all pairs the parameters of one, too, as its payload is seen."""
         self._arms.compiled_plants.become(self._models[row])
         super().pose(row)
 
@@ -154,7 +154,7 @@ class PhysicsBatch(Batch):
         models = self._arms.compiled_plants.models
         self._models = [models[plant] for plant in plants.tolist()]
 
-    def become_plant(self, row: int, plant: PlantNumbers) -> None:
+    def become_plant(self, row: int, plant: PlantValues) -> None:
         """Compile the model of one pair; see `Batch.become_plant`."""
         self._models[row] = self._arms.compiled_plants.compiler.compile(plant)
 
@@ -214,7 +214,7 @@ class KinematicBatch(Batch):
         """Choose the gain of each pair; see `Batch.set_plants`."""
         self._gain = np.array(self._arms.plant_gains)[plants, None]  # (N, 1)
 
-    def become_plant(self, row: int, plant: PlantNumbers) -> None:
+    def become_plant(self, row: int, plant: PlantValues) -> None:
         """Set the gain of one pair; see `Batch.become_plant`."""
         self._gain[row] = plant["actuator_gain"]
 

@@ -42,7 +42,7 @@ class Episode:
         perturbations: Forces on left and right hand, shape (T, 2, 3), N; None without forces.
         plant: Index of the plant that is on, shape (T,); None without plants.
         latency: Latency in force, shape (T,), control steps; None where it is one number.
-        numbers: Numbers that `Randomisation` has drawn, shape (K,).
+        drawn_options: Options that `Randomisation` has drawn, shape (K,).
     """
 
     start: int
@@ -52,7 +52,7 @@ class Episode:
     perturbations: Array | None
     plant: NDArray[np.intp] | None
     latency: NDArray[np.intp] | None
-    numbers: Array
+    drawn_options: Array
 
     def repeated(self, count: int) -> Episode:
         """Return a batch of so many copies, its arrays with an axis in front."""
@@ -123,7 +123,7 @@ class Demonstration:
             start = int(stream(seed, "start", number).integers(self.steps))
         start = start or 0
         drawn = self.randomisation.draw(seed, number)
-        size = self.randomisation.number("reference_noise", drawn)
+        size = self.randomisation.value("reference_noise", drawn)
         reference, angles = self._with_noise(stream(seed, "demonstration", number), size)
         return Episode(
             start=start,
@@ -133,7 +133,7 @@ class Demonstration:
             perturbations=self._draw_perturbations(seed, number),
             plant=self._plants.draw(seed, number, start, len(self._clean)),
             latency=self._latencies.draw(seed, number, start, len(self._clean)),
-            numbers=drawn,
+            drawn_options=drawn,
         )
 
     def start_of(self, episode: Episode) -> tuple[Array, Array]:
@@ -191,7 +191,7 @@ class Demonstration:
             return None
         scale = np.concatenate([np.ones(12 + 8), self._max_joint_speed])
         noise = stream(seed, "sensors", number).standard_normal((len(self._clean), len(scale)))
-        return self.randomisation.number("observation_noise", drawn) * scale * noise
+        return self.randomisation.value("observation_noise", drawn) * scale * noise
 
     def _draw_perturbations(self, seed: int, number: int) -> Array | None:
         """Draw perturbations: a Poisson process, directions uniform on the sphere."""

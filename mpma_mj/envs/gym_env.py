@@ -53,7 +53,7 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
     - `plant`: with the option `plants`, the index of the plant that the next action meets;
     - `latency`: where this option is a range, the latency that the next action meets, in control
       steps;
-    - the number of this episode under the name of each option that is a range, such as `payload`;
+    - each option that is a range, under its name, as drawn for this episode, such as `payload`;
     - at the end of an episode `p_e_percent` and `mpkpe_m`, its tracking errors (see `metrics`), of
       the true posture of the arms.
 

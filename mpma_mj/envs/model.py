@@ -15,7 +15,7 @@ import numpy as np
 
 from mpma_mj.envs.model_validation import HANDS, check_actuators, check_complete
 from mpma_mj.envs.options import EnvironmentOptions
-from mpma_mj.envs.randomisation import PlantNumbers, plants_of
+from mpma_mj.envs.randomisation import PlantValues, plants_of
 from mpma_mj.errors import BadOptionError
 from mpma_mj.kinematics import JOINT_NAMES
 
@@ -76,7 +76,7 @@ class ModelCompiler:
                 _add_balls(spec)
         self._spec = spec
 
-    def compile(self, plant: PlantNumbers) -> mujoco.MjModel:
+    def compile(self, plant: PlantValues) -> mujoco.MjModel:
         """Return the model of a plant; errors as of `make_model`."""
         path, payload = self._path, plant["payload"]
         with _errors_in_one_line(path):
@@ -156,8 +156,8 @@ def _set_payload(spec: mujoco.MjSpec, mass: float) -> None:
 class CompiledPlants:
     """One compiled model for each plant, and a live model that becomes any of them, or others.
 
-    The models have the same sizes and differ in numbers only, which are copied into the live model.
-    MuJoCo's own `mj_setConst` would compute them instead, but it resets the pose.
+    The models have the same sizes and differ in parameters only, which are copied into the live
+    model. MuJoCo's own `mj_setConst` would compute them instead, but it resets the pose.
 
     Attributes:
         plants: The plants, as `plants_of` returns them.
@@ -177,19 +177,19 @@ class CompiledPlants:
         self._of_stat = _differing([model.stat for model in self.models])
 
     def use(self, plant: int) -> None:
-        """Give the live model the numbers of a plant, by its index; simulations stay."""
+        """Give the live model the parameters of a plant, by its index; simulations stay."""
         if plant != self._plant:
             self._plant = plant
             self.become(self.models[plant])
 
     def become(self, model: mujoco.MjModel) -> None:
-        """Give the live model the numbers of another one; simulations stay."""
-        _copy_numbers(model, self.live, self._differing)
-        _copy_numbers(model.stat, self.live.stat, self._of_stat)
+        """Give the live model the parameters of another one; simulations stay."""
+        _copy_parameters(model, self.live, self._differing)
+        _copy_parameters(model.stat, self.live.stat, self._of_stat)
 
 
 def _differing(each: Sequence[Any]) -> list[str]:
-    """Return the names of the numbers that are not equal in all."""
+    """Return the names of the parameters that are not equal in all."""
     found = []
     for name in dir(each[0]):
         if name.startswith("_") or not isinstance(getattr(each[0], name), np.ndarray | float):
@@ -200,7 +200,7 @@ def _differing(each: Sequence[Any]) -> list[str]:
     return found
 
 
-def _copy_numbers(source: Any, target: Any, names: Sequence[str]) -> None:
+def _copy_parameters(source: Any, target: Any, names: Sequence[str]) -> None:
     for name in names:
         value = getattr(source, name)
         if isinstance(value, np.ndarray):

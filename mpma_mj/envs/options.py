@@ -173,7 +173,7 @@ class EnvironmentOptions:
 
     @property
     def ranges(self) -> dict[str, Range]:
-        """Ranges from which numbers are drawn for each episode, by name."""
+        """Ranges from which options are drawn for each episode, by name."""
         given = ((name, getattr(self, name)) for name in DRAWN_OPTIONS)
         return {name: value for name, value in given if isinstance(value, tuple)}
 

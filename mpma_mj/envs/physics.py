@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from mpma_mj.envs.model import CompiledPlants
 from mpma_mj.envs.model_validation import HANDS
 from mpma_mj.envs.options import EnvironmentOptions
-from mpma_mj.envs.randomisation import PlantNumbers
+from mpma_mj.envs.randomisation import PlantValues
 from mpma_mj.kinematics import JOINT_NAMES, SIDES
 
 __all__: list[str] = ["KinematicArms", "PhysicsArms", "ideal_move"]
@@ -206,7 +206,7 @@ class PhysicsArms(dm_mujoco.Physics):
         """Continue as the plant of an index, from the same joint state."""
         self.compiled_plants.use(plant)
 
-    def become_plant(self, plant: PlantNumbers) -> None:
+    def become_plant(self, plant: PlantValues) -> None:
         """Continue as any plant within the options' ranges, from the same joint state."""
         self.compiled_plants.become(self.compiled_plants.compiler.compile(plant))
 
@@ -270,7 +270,7 @@ class KinematicArms(PhysicsArms):
         """Continue as another plant, which differs in its gain; see `PhysicsArms.set_plant`."""
         self.actuator_gain = self.plant_gains[plant]
 
-    def become_plant(self, plant: PlantNumbers) -> None:
+    def become_plant(self, plant: PlantValues) -> None:
         """Continue with another gain; see `PhysicsArms.become_plant`."""
         self.actuator_gain = plant["actuator_gain"]
 

@@ -1,4 +1,4 @@
-"""Randomisation: numbers of an environment that are drawn for each episode."""
+"""Randomisation: options of an environment that are drawn for each episode."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from mpma_mj.envs.options import DRAWN_OPTIONS, EnvironmentOptions
 from mpma_mj.envs.plants import PLANT_OPTIONS
 from mpma_mj.utils.seeding import stream
 
-__all__: list[str] = ["PlantNumbers", "Randomisation", "plants_of"]
+__all__: list[str] = ["PlantValues", "Randomisation", "plants_of"]
 
 Array = NDArray[np.float64]
 
-PlantNumbers = dict[str, float]
+PlantValues = dict[str, float]
 """Load, gain, damping and strength of a plant by the names of its options."""
 
 
@@ -26,33 +26,33 @@ class Randomisation:
     """
 
     def __init__(self, options: EnvironmentOptions) -> None:
-        """Take the ranges."""
+        """Find the options that are ranges."""
         self._ranges = options.ranges
         self._options = {name: getattr(options, name) for name in DRAWN_OPTIONS}
         self.names = tuple(self._ranges)
         self.of_plant = any(name in PLANT_OPTIONS for name in self.names)
 
     def draw(self, seed: int, episode: int) -> Array:
-        """Return the numbers of an episode, shape (K,); they depend on seed and episode alone."""
+        """Draw the options of an episode, shape (K,); they depend on seed and episode alone."""
         ranges = self._ranges.items()
         return np.array([stream(seed, name, episode).uniform(*ends) for name, ends in ranges])
 
     def by_name(self, drawn: Array) -> dict[str, Array]:
-        """Return numbers that were drawn, (K,) or (N, K), by name, each of shape () or (N,)."""
+        """Return drawn options, (K,) or (N, K), by name, each of shape () or (N,)."""
         return dict(zip(self.names, drawn.T.copy(), strict=True))
 
-    def number(self, name: str, drawn: Array) -> float:
-        """Return an option in an episode with these numbers, shape (K,)."""
+    def value(self, name: str, drawn: Array) -> float:
+        """Return an option, drawn or not, in an episode with these drawn ones, shape (K,)."""
         return float((self._options | self.by_name(drawn))[name])
 
-    def plant(self, drawn: Array) -> PlantNumbers | None:
-        """Return the plant of an episode with these numbers, (K,); None if none is of the plant."""
+    def plant(self, drawn: Array) -> PlantValues | None:
+        """Return the plant of an episode with these drawn options; None if none is of the plant."""
         if not self.of_plant:
             return None
-        return {name: self.number(name, drawn) for name in PLANT_OPTIONS}
+        return {name: self.value(name, drawn) for name in PLANT_OPTIONS}
 
 
-def plants_of(options: EnvironmentOptions) -> tuple[PlantNumbers, ...]:
+def plants_of(options: EnvironmentOptions) -> tuple[PlantValues, ...]:
     """Return each plant; where options are ranges, that of their highest and of their lowest."""
     owners = [{name: getattr(own, name) for name in PLANT_OPTIONS} for own in options.of_plants()]
     if not Randomisation(options).of_plant:

@@ -34,13 +34,8 @@ __all__: list[str] = ["LOGGED", "SB3VecEnv", "make_sb3_vec"]
 LOGGED = ("p_e_percent", "mpkpe_m", "termination_reason")
 """Entries of an episode's last `info` that `make_sb3_vec` logs with its return and length."""
 
-_OF_EACH = (
-    "drawn",
-    "episode",
-    "latency",
-    "plant",
-    "posture",
-)  # attributes with a row for each environment
+_OF_EACH = ("drawn", "episode", "latency", "plant", "posture")
+"""Attributes with a row for each environment."""
 
 
 class SB3VecEnv(VecEnv):
@@ -52,7 +47,7 @@ class SB3VecEnv(VecEnv):
     """
 
     def __init__(self, envs: VectorEnv[Any, Any, Any]) -> None:
-        """Take environments.
+        """Wrap environments.
 
         Args:
             envs: Environments of `make_vec`, perhaps in wrappers, that begin episodes at the same

@@ -49,7 +49,7 @@ class TwoArmImitation(control.Task):
         context: Context at each moment of the repeated motion, shape (T, C).
         episode: Number of the episode that the next reset starts, from 0.
         seed: Seed of everything random.
-        drawn: Numbers that are drawn for the episode, by the names of options that are ranges.
+        drawn: Options that are drawn for the episode, by name.
         termination_reason: Why the episode has ended; empty while it continues.
         visualize_reward: Whether pictures show the reward, as the suite's do: the arms' own colours
             where it is 1, grey where it is 0; False at first.
@@ -90,7 +90,7 @@ class TwoArmImitation(control.Task):
 
     @_random.setter
     def _random(self, generator: np.random.RandomState) -> None:
-        # Replaced by whoever seeds the suite's environments, so that a first episode follows.
+        # Shimmy replaces it to seed the environment, so that the first episode of a seed follows.
         self._generator = generator
         self.seed, self.episode = int(copy.deepcopy(generator).randint(2**31)), 0
 
@@ -197,8 +197,8 @@ class TwoArmImitation(control.Task):
         """Draw the next episode, whose first action is yet to come."""
         start = None if self._starts is None else self._starts.begin(0, self.seed, self.episode)
         self._drawn = self._demonstration.episode(self.seed, self.episode, start)
-        numbers = self._randomisation.by_name(self._drawn.numbers)
-        self.drawn = {name: float(number) for name, number in numbers.items()}
+        drawn = self._randomisation.by_name(self._drawn.drawn_options)
+        self.drawn = {name: float(value) for name, value in drawn.items()}
         self._step = np.intp(self._drawn.start)
         self.termination_reason = ""
         self.last_action = np.zeros(8)
@@ -208,7 +208,7 @@ class TwoArmImitation(control.Task):
 
     def set_plant(self, physics: PhysicsArms) -> None:
         """Let the arms be the plant of this moment of the episode, whatever they were."""
-        if (plant := self._randomisation.plant(self._drawn.numbers)) is not None:
+        if (plant := self._randomisation.plant(self._drawn.drawn_options)) is not None:
             physics.become_plant(plant)
         self._switch_plant(physics)
 

@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 
 class Tracking:
-    """Postures of N environments in their episodes, which are measured once they are over."""
+    """Recorder of the postures of N environments, which measures episodes at their end."""
 
     def __init__(self, count: int, steps: int, keypoints: Array) -> None:
         """Make room for the episodes.
@@ -34,7 +34,7 @@ class Tracking:
         self._start[row] = start
 
     def record(self, step: NDArray[np.intp], posture: Array) -> None:
-        """Take the postures, shape (N, 12), at these steps of the demonstration, shape (N,)."""
+        """Record the postures, shape (N, 12), at these steps of the demonstration, shape (N,)."""
         self._postures[self._rows, step] = posture
 
     def errors(self, over: Mask, step: NDArray[np.intp], reference: Array) -> dict[str, Array]:

@@ -15,10 +15,10 @@ from mpma_mj.errors import BadOptionError
 from mpma_mj.utils.validation import is_integer
 
 __all__: list[str] = [
-    "check_count",
     "check_going",
-    "check_render",
+    "checked_count",
     "checked_mode",
+    "checked_render_mode",
     "checked_reset_mask",
     "masked",
     "row_of",
@@ -26,7 +26,7 @@ __all__: list[str] = [
 ]
 
 
-def check_count(name: str, count: object) -> int:
+def checked_count(name: str, count: object) -> int:
     """Return a number of environments or threads, given the name of its option.
 
     Raises:
@@ -51,7 +51,7 @@ def check_going(over: Mask) -> None:
         )
 
 
-def check_render(mode: str | None) -> str | None:
+def checked_render_mode(mode: str | None) -> str | None:
     """Return a mode of rendering.
 
     Raises:
@@ -135,7 +135,7 @@ def row_of(info: Mapping[str, Any], row: int) -> dict[str, Any]:
 
 
 def rows_where(mask: Mask, observation: Any) -> NDArray[np.object_]:
-    """Return observations one by one, None where not asked for, shape (N,).
+    """Return observations one by one, None elsewhere, shape (N,).
 
     Args:
         mask: Which environments' to return, shape (N,).

@@ -23,10 +23,10 @@ from mpma_mj.envs.rendering import ArmRenderer
 from mpma_mj.envs.step_rules import Mask, Outcome, StepRules, check_action, count_clipped, delayed
 from mpma_mj.envs.tracking import Tracking
 from mpma_mj.envs.vector_conventions import (
-    check_count,
     check_going,
-    check_render,
+    checked_count,
     checked_mode,
+    checked_render_mode,
     checked_reset_mask,
     masked,
     rows_where,
@@ -106,9 +106,10 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
             MpmaError: The motion cannot be read, or is faster than the arms.
         """
         self.closed = True  # there is nothing to close yet
-        self.num_envs = num_envs = check_count("num_envs", num_envs)
-        threads = check_count("threads", processors() if threads is None else threads)
-        self.render_mode, self._autoreset = check_render(render_mode), checked_mode(autoreset_mode)
+        self.num_envs = num_envs = checked_count("num_envs", num_envs)
+        threads = checked_count("threads", processors() if threads is None else threads)
+        self.render_mode = checked_render_mode(render_mode)
+        self._autoreset = checked_mode(autoreset_mode)
         chosen, seed = options_from(options), check_seed(seed)
         self.options = chosen
         self.motion, self.arms, nstep = prepare(motion, chosen)
@@ -161,8 +162,8 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
 
     @property
     def drawn(self) -> dict[str, Array]:
-        """Numbers that are drawn for each episode, (N,), by names of options that are ranges."""
-        return self._randomisation.by_name(self._drawn.numbers)
+        """Options that are drawn for each episode, each (N,), by name."""
+        return self._randomisation.by_name(self._drawn.drawn_options)
 
     def reset(
         self,
@@ -286,7 +287,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
             start = None if self._starts is None else self._starts.begin(row, seed, number)
             episode = self._demonstration.episode(seed, number, start)
             self._drawn.replace(row, episode)
-            if (plant := self._randomisation.plant(episode.numbers)) is not None:
+            if (plant := self._randomisation.plant(episode.drawn_options)) is not None:
                 self._batch.become_plant(row, plant)
             self._batch.set_joint_state(row, *self._demonstration.start_of(episode))
             self.episode[row] += 1

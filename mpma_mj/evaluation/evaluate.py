@@ -27,7 +27,7 @@ __all__ = [
     "evaluate",
     "fine_tune",
     "learn_episodes",
-    "tracking_errors",
+    "posture_errors_percent",
 ]
 
 Array = NDArray[np.float64]
@@ -101,12 +101,12 @@ def learn_episodes(envs: VectorImitationEnv, agent: Agent, episodes: range) -> A
         if failed.all():  # nothing to learn from
             break
         traces = [recorded.of_run(run) for run in range(len(failed))]
-        row[:] = np.where(failed, np.nan, tracking_errors(traces))
+        row[:] = np.where(failed, np.nan, posture_errors_percent(traces))
         agent.learn()
     return errors
 
 
-def tracking_errors(traces: Sequence[Trace | None]) -> Array:
+def posture_errors_percent(traces: Sequence[Trace | None]) -> Array:
     """Return p_e of each trace, shape (R,), percent; NaN where there is none."""
     return np.array(
         [

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.errors import BadOptionError
 from mpma_mj.evaluation.disturbances import DISTURBANCES, DisturbanceLevel, Level, shown
-from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, fine_tune, tracking_errors
+from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, fine_tune, posture_errors_percent
 from mpma_mj.evaluation.statistics import Interval, interval
 from mpma_mj.training.checkpoints import TrainedAgents
 from mpma_mj.utils.atomic_files import csv_text
@@ -104,7 +104,7 @@ def evaluate_levels(
 def _p_e(trained: TrainedAgents, condition: EvalCondition, epochs: int) -> tuple[Array, Array]:
     """Return p_e, shape (1, R), and that of each epoch of fine-tuning, shape (E + 1 or 0, R)."""
     try:
-        p_e = tracking_errors(evaluate(trained, condition))[None]
+        p_e = posture_errors_percent(evaluate(trained, condition))[None]
         # One epoch more, as each is an episode before the agents learn from it.
         return p_e, fine_tune(trained, condition, epochs + 1)[1] if epochs else p_e[:0]
     except BadOptionError as error:

@@ -16,7 +16,7 @@ from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.envs.plants import PLANT_OPTIONS
 from mpma_mj.errors import BadOptionError, WorkerError
 from mpma_mj.evaluation.effort import Effort, effort
-from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, fine_tune, tracking_errors
+from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, fine_tune, posture_errors_percent
 from mpma_mj.experiments.backend import Backend, Work, get_done
 from mpma_mj.feedback import joint_error
 from mpma_mj.kinematics import JOINT_NAMES
@@ -206,7 +206,7 @@ def _transfer(
         epochs = fine_tuned
     else:
         later, course = fine_tune(trained, condition, fine_tune_epochs)
-        p_e = tracking_errors(evaluate(later, condition))
+        p_e = posture_errors_percent(evaluate(later, condition))
         fine_tuned = np.where(np.isnan(course[-1]), np.nan, p_e)
     seeds = tuple(trained.seeds)
     return Transfer(trained_on, condition.name, seeds, epochs, episodes, fine_tuned)

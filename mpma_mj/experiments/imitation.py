@@ -70,10 +70,10 @@ class ImitationJob(StudyJob):
         """Learn, and imitate without learning."""
         import numpy as np
 
-        from mpma_mj.evaluation.evaluate import tracking_errors
+        from mpma_mj.evaluation.evaluate import posture_errors_percent
 
         agent, course, traces = self.learn_and_imitate(self.learned, self.imitated, self.epochs)
-        p_e = tracking_errors(traces)
+        p_e = posture_errors_percent(traces)
         records: list[Record] = []
         for run, (config, trace) in enumerate(zip(self.configs, traces, strict=True)):
             record: Record = {"agent": self.agent, "seed": config.seed, **self.condition}

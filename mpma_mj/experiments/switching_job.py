@@ -17,7 +17,7 @@ from mpma_mj import metrics
 from mpma_mj.agents import Agent, agent_class
 from mpma_mj.agents.wrappers import paired_models_of
 from mpma_mj.context import active_label
-from mpma_mj.evaluation.evaluate import EVALUATION_EPISODE, learn_episodes, tracking_errors
+from mpma_mj.evaluation.evaluate import EVALUATION_EPISODE, learn_episodes, posture_errors_percent
 from mpma_mj.experiments.study import DRAWN, Record, StudyJob
 from mpma_mj.motions import Motion
 from mpma_mj.trace import Trace
@@ -83,7 +83,7 @@ class SwitchingJob(StudyJob):
             agent = agent_of(config, envs, seeds)
             first = learn_episodes(envs, agent, range(epochs))
             # A copy: agents that learn at every step shall not learn from this episode.
-            before = tracking_errors(self._imitate(copy.deepcopy(agent), 0))
+            before = posture_errors_percent(self._imitate(copy.deepcopy(agent), 0))
             others = learn_episodes(envs, agent, range(epochs, epochs * len(self.plants)))
         diverged = np.isnan(np.concatenate([first, others])).any(axis=0)
         return agent, np.where(diverged, np.nan, before)
@@ -115,13 +115,15 @@ class SwitchingJob(StudyJob):
         """Return p_e without the modules of a plant over p_e with them, shape (W, P, R)."""
         pairs, modules = paired_models_of(agent), self._modules
         enabled = pairs.enabled_modules
-        whole = np.array([tracking_errors(traces) for traces in intact])
+        whole = np.array([posture_errors_percent(traces) for traces in intact])
         ratios = []
         for plant in range(len(enabled) // modules):
             mask = enabled.copy()
             mask[plant * modules : (plant + 1) * modules] = False
             pairs.set_enabled_modules(mask)
-            without = [tracking_errors(self._imitate(agent, on)) for on in range(len(self.plants))]
+            without = [
+                posture_errors_percent(self._imitate(agent, on)) for on in range(len(self.plants))
+            ]
             ratios.append(np.array(without) / whole)
         pairs.set_enabled_modules(enabled)
         return np.array(ratios)
@@ -160,11 +162,11 @@ class SwitchingJob(StudyJob):
         if record["diverged"]:
             return record
         alone, changing = traces[: len(each)], traces[len(each) :]
-        errors = tracking_errors(alone).tolist()
+        errors = posture_errors_percent(alone).tolist()
         record |= {
             "p_e": dict(zip(self.plants, errors, strict=True)),
             "mean": statistics.fmean(errors),
-            "switched": statistics.fmean(tracking_errors(changing)),
+            "switched": statistics.fmean(posture_errors_percent(changing)),
             "first_kept": errors[0] / before,
         }
         whole = [part_metrics(trace, np.ones(len(trace), bool)) for trace in alone]

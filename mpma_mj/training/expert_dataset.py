@@ -111,7 +111,7 @@ def check_dataset(path: Path, episodes: int, *, overwrite: bool) -> None:
         return
     if not (path / "data" / "metadata.json").is_file():
         raise BadOptionError(
-            f"{path}: already exists, and is no dataset", remedy="choose another {out}"
+            f"{path}: already exists, and is no dataset", remedy="choose another folder"
         )
     if not overwrite:
         raise BadOptionError(f"{path}: already exists", remedy="{overwrite} replaces it")

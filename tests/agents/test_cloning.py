@@ -8,7 +8,7 @@ import pytest
 from mpma_mj import load, make_agent, make_vec
 from mpma_mj.agents import BC, BCConfig, DAgger, DAggerConfig, MPMAConfig
 from mpma_mj.agents.cloning import policy_features
-from mpma_mj.errors import BadOptionError
+from mpma_mj.errors import BadOptionError, StateError
 from mpma_mj.metrics import posture_error_percent
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.dataset import read_motions
@@ -20,14 +20,14 @@ IDEAL: dict[str, Any] = {"arms": "kinematic", "repeats": 1}
 FEW = {"bc": BCConfig(expert_episodes=2), "dagger": DAggerConfig(expert_episodes=2)}
 
 
-def student(env: Any, kind: str, seed: Any = 0) -> BC:
+def cloned(env: Any, kind: str, seed: Any = 0) -> BC:
     agent = make_agent(env, FEW[kind], seed=seed)
     assert isinstance(agent, BC)
     return agent
 
 
 @pytest.mark.parametrize(("agent", "most"), [("bc", 1.0), ("dagger", 0.5)])
-def test_the_student_of_twenty_expert_episodes_tracks_ymca_with_physics(
+def test_the_policy_of_twenty_expert_episodes_tracks_ymca_with_physics(
     agent: str, most: float
 ) -> None:
     config = RunConfig.of(agent=agent)
@@ -40,7 +40,7 @@ def test_the_student_of_twenty_expert_episodes_tracks_ymca_with_physics(
 @pytest.mark.parametrize(("kind", "shown"), [("bc", 2), ("dagger", 1)])
 def test_the_expert_acts_until_it_has_shown_enough(kind: str, shown: int) -> None:
     env, other = load("ymca", **IDEAL), load("ymca", **IDEAL)
-    agent, expert = student(env, kind), make_agent(other, MPMAConfig())
+    agent, expert = cloned(env, kind), make_agent(other, MPMAConfig())
     for epoch in range(6):
         acts = epoch < 3 + shown
         assert agent.expert_acts == acts
@@ -59,7 +59,7 @@ def test_the_expert_acts_until_it_has_shown_enough(kind: str, shown: int) -> Non
 @pytest.mark.parametrize("kind", FEW)
 def test_the_policy_is_the_least_squares_fit_of_the_labels(kind: str) -> None:
     env = load("ymca", **IDEAL)
-    agent = student(env, kind)
+    agent = cloned(env, kind)
     features, labels = [], []
     for epoch in range(5):
         record_epoch(env, agent, epoch)
@@ -81,7 +81,7 @@ def test_the_policy_is_the_least_squares_fit_of_the_labels(kind: str) -> None:
     )
 
 
-def test_labels_of_dagger_lead_to_the_target_where_the_student_strays() -> None:
+def test_labels_of_dagger_lead_to_the_target_where_the_policy_strays() -> None:
     env = load("ymca", repeats=1)
     expert = make_agent(env, MPMAConfig())
     for epoch in range(3):
@@ -127,7 +127,7 @@ def test_forward_models_receive_what_was_executed() -> None:
 @pytest.mark.parametrize("kind", FEW)
 def test_a_batch_equals_each_run_alone_to_the_bit(kind: str) -> None:
     envs, env = make_vec(2, "ymca", **IDEAL), load("ymca", seed=1, **IDEAL)
-    together, alone = student(envs, kind, [3, 5]), student(env, kind, 5)
+    together, alone = cloned(envs, kind, [3, 5]), cloned(env, kind, 5)
     for epoch in range(6):
         trace = record_epoch(envs, together, epoch).of_run(1).to_arrays()
         for name, signal in record_epoch(env, alone, epoch).to_arrays().items():
@@ -156,7 +156,18 @@ def test_features_are_the_moves_to_what_is_shown(options: dict[str, int]) -> Non
         np.testing.assert_allclose(np.clip(features[16:24], -1, 1), last)
 
 
-def test_too_few_epochs_for_a_student_are_refused_before_training() -> None:
+def test_learning_without_an_episode_is_refused_after_others() -> None:
+    env = load("ymca", **IDEAL)
+    agent = cloned(env, "bc")
+    for epoch in range(6):
+        record_epoch(env, agent, epoch)
+        agent.learn()
+    agent.reset(6)
+    with pytest.raises(StateError, match="before an episode"):
+        agent.learn()
+
+
+def test_too_few_epochs_for_a_policy_are_refused_before_training() -> None:
     with pytest.raises(BadOptionError) as error:
         imitate("ymca", agent="bc", epochs=23)
     assert str(error.value) == "epochs is 23; expected at least 24, as bc has no result before"

@@ -159,6 +159,9 @@ def test_a_damaged_state_is_refused() -> None:
     state = agent.state_dict()
     with pytest.raises(CheckpointError, match="does not fit its config"):
         load_state(agent, state | {"squares": state["squares"][1:]}, None)
+    of_a_batch = {name: state[name][None] for name in ("sums", "squares")}
+    with pytest.raises(CheckpointError, match="does not fit its config"):
+        load_state(agent, state | of_a_batch, None)
     with pytest.raises(CheckpointError, match="lacks moments"):
         load_state(agent, {n: a for n, a in state.items() if n != "moments"}, None)
 

@@ -39,7 +39,7 @@ def actions(steps: int, *batch: int, seed: int = 0) -> Array:
     return rng.uniform(-1.0, 1.0, (steps, *batch, 8)).cumsum(axis=0).clip(-1.2, 1.2)
 
 
-def test_numbers_are_uniform_in_their_ranges() -> None:
+def test_options_are_uniform_in_their_ranges() -> None:
     randomisation = Randomisation(EnvironmentOptions(**ALL))
     drawn = np.array([randomisation.draw(0, episode) for episode in range(400)])
     ends = np.array([ALL[name] for name in randomisation.names])
@@ -50,7 +50,7 @@ def test_numbers_are_uniform_in_their_ranges() -> None:
     assert np.abs(np.corrcoef(shares.T) - np.eye(6)).max() < 0.2
 
 
-def test_a_number_depends_on_seed_episode_and_its_name_alone() -> None:
+def test_an_option_depends_on_seed_episode_and_its_name_alone() -> None:
     both, one = (Randomisation(EnvironmentOptions(**o)) for o in (ALL, {"payload": (0, 3)}))
     assert both.by_name(both.draw(3, 7))["payload"] == one.by_name(one.draw(3, 7))["payload"]
     assert one.draw(3, 7) != one.draw(3, 8)
@@ -68,7 +68,7 @@ def test_a_number_depends_on_seed_episode_and_its_name_alone() -> None:
     "shared", [{}, {"collisions": True, "gravity_compensation": True}], ids=str
 )
 @pytest.mark.parametrize("arms", ["physics", "kinematic"])
-def test_an_episode_is_that_of_an_environment_with_its_numbers(
+def test_an_episode_is_that_of_an_environment_with_its_drawn_options(
     arms: Any, shared: dict[str, Any]
 ) -> None:
     if arms == "kinematic":
@@ -86,7 +86,7 @@ def test_an_episode_is_that_of_an_environment_with_its_numbers(
 
 
 @pytest.mark.parametrize("own", [False, True])
-def test_a_live_model_has_all_numbers_of_the_episodes_plant(own: bool, tmp_path: Path) -> None:
+def test_a_live_model_has_all_parameters_of_the_episodes_plant(own: bool, tmp_path: Path) -> None:
     shared = {"model": edited(tmp_path / "arms.xml")} if own else {}
     options = {name: ALL[name] for name in PLANT_OPTIONS} | {"collisions": True}
     env = load("ymca", **options, **shared)
@@ -132,7 +132,7 @@ def test_each_of_many_is_a_single_environment_bit_for_bit(options: dict[str, Any
     envs.close()
 
 
-def test_info_names_the_numbers_of_the_episode() -> None:
+def test_info_contains_the_drawn_options_of_the_episode() -> None:
     env = ImitationEnv("ymca", repeats=1, payload=(0, 3), observation_noise=(0.0, 0.1))
     found = [env.reset(seed=3)[1]["payload"], env.step(np.zeros(8))[-1]["payload"]]
     assert found[0] == found[1] == env.reset(seed=3)[1]["payload"]
@@ -143,7 +143,7 @@ def test_info_names_the_numbers_of_the_episode() -> None:
     assert "damping" not in info
 
 
-def test_of_options_that_are_one_number_nothing_is_said() -> None:
+def test_info_leaves_out_options_that_are_one_number() -> None:
     assert load("ymca", payload=2.0).task.drawn == {}
     envs = make_vec(2, "ymca", payload=2.0)
     assert envs.drawn == {}
@@ -151,7 +151,7 @@ def test_of_options_that_are_one_number_nothing_is_said() -> None:
     envs.close()
 
 
-def test_numbers_are_never_observed() -> None:
+def test_drawn_options_are_never_observed() -> None:
     bare, env = load("ymca"), load("ymca", **{name: ALL[name] for name in PLANT_OPTIONS})
     assert env.observation_spec() == bare.observation_spec()
     for name, values in bare.reset().observation.items():
@@ -159,7 +159,7 @@ def test_numbers_are_never_observed() -> None:
         env.task.episode = 0
 
 
-def test_a_copy_of_gymnasiums_environment_continues_with_the_same_numbers() -> None:
+def test_a_copy_of_gymnasiums_environment_continues_with_the_same_drawn_options() -> None:
     env = ImitationEnv("ymca", repeats=1, **ALL)
     for _ in range(2):
         env.reset()

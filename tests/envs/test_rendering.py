@@ -161,7 +161,7 @@ env.render()
 """
 
 
-def test_a_forked_process_that_draws_is_told_to_use_spawn() -> None:
+def test_a_forked_process_that_draws_is_refused() -> None:
     forks = """
 if not (child := os.fork()):
     draw(env), draw(make()), env.close()

@@ -108,7 +108,7 @@ def test_attributes_and_methods(sb3: Any) -> None:
     env.close()
 
 
-def test_numbers_that_are_drawn_are_those_of_each_environment(sb3: Any) -> None:
+def test_drawn_options_are_those_of_each_environment(sb3: Any) -> None:
     env = sb3.make_sb3_vec(2, "ymca", repeats=1, payload=(0, 3))
     env.reset()
     drawn = env.get_attr("drawn")

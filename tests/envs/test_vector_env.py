@@ -379,6 +379,7 @@ def test_a_mask_leaves_an_ended_episode_ended() -> None:
         {"reset_mask": [True]},
         {"reset_mask": [1, 0]},
         {"reset_mask": 1},
+        {"reset_mask": np.ones(2, bool), "mask": True},
     ],
 )
 def test_invalid_options_of_a_reset_are_refused(options: Any) -> None:

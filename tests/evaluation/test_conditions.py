@@ -8,7 +8,7 @@ import pytest
 
 from mpma_mj.errors import BadOptionError, MpmaError, RecordingWarning
 from mpma_mj.evaluation.disturbances import DISTURBANCES, DisturbanceLevel, disturbance_levels
-from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, tracking_errors
+from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, posture_errors_percent
 from mpma_mj.motions import ymca
 from mpma_mj.trace import Trace
 from mpma_mj.training.checkpoints import TrainedAgents
@@ -48,8 +48,8 @@ def test_no_disturbance_is_none_to_the_bit(
 @pytest.mark.parametrize("name", NONE)
 def test_the_hardest_level_changes_p_e(name: str, small: TrainedAgents, undisturbed: Trace) -> None:
     (hardest,) = levels_of(name, str(DISTURBANCES[name].levels[-1]))
-    disturbed = tracking_errors(evaluate(small, hardest.condition))
-    assert disturbed != tracking_errors([undisturbed])
+    disturbed = posture_errors_percent(evaluate(small, hardest.condition))
+    assert disturbed != posture_errors_percent([undisturbed])
 
 
 def test_default_levels_are_possible_and_share_the_undisturbed_condition() -> None:
@@ -108,7 +108,7 @@ def test_ideal_arms_have_only_disturbances_without_forces(small: TrainedAgents) 
         levels_of("payload", "1", arms="kinematic")
     undisturbed = found[0].condition
     physics = EvalCondition("physics", MOTION, {})
-    errors = [tracking_errors(evaluate(small, one)) for one in (undisturbed, physics)]
+    errors = [posture_errors_percent(evaluate(small, one)) for one in (undisturbed, physics)]
     assert errors[0] != errors[1]
 
 

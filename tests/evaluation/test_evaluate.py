@@ -10,7 +10,7 @@ import pytest
 from mpma_mj.cli import main
 from mpma_mj.errors import CheckpointError, DivergedError, RunFolderError
 from mpma_mj.evaluation import evaluate as evaluation
-from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, fine_tune, tracking_errors
+from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, fine_tune, posture_errors_percent
 from mpma_mj.motions import ymca
 from mpma_mj.motions.motion import save_motion
 from mpma_mj.motions.transforms import mirrored
@@ -49,7 +49,7 @@ def test_an_agent_in_a_batch_is_evaluated_to_the_bit_as_alone(agent: str) -> Non
 def test_an_evaluation_learns_nothing(agent: str) -> None:
     agents = trained(0, agent=agent)
     before = {name: array.copy() for name, array in agents.state.items()}
-    first, second = (tracking_errors(evaluate(agents, HOME)) for _ in range(2))
+    first, second = (posture_errors_percent(evaluate(agents, HOME)) for _ in range(2))
     np.testing.assert_array_equal(first, second)
     for name, array in before.items():
         np.testing.assert_array_equal(agents.state[name], array)
@@ -71,22 +71,24 @@ def test_fine_tuning_adapts_agents_of_ideal_arms_to_a_payload() -> None:
     configs = [SMALL.replace(nodes=50, repeats=3, arms="kinematic")]
     agents = train_agents(configs, ymca(), 30, {})
     heavy = EvalCondition("heavy", ymca(), {"arms": "physics", "payload": 2.0})
-    at_once = tracking_errors(evaluate(agents, heavy))
+    at_once = posture_errors_percent(evaluate(agents, heavy))
     adapted, errors = fine_tune(agents, heavy, 3)
     assert errors.shape == (3, 1)
     assert errors[0] == pytest.approx(at_once, rel=0.2)  # before anything is learned there
-    assert tracking_errors(evaluate(adapted, heavy)) < 0.8 * at_once
-    assert tracking_errors(evaluate(agents, heavy)) == at_once  # the others are as they were
+    assert posture_errors_percent(evaluate(adapted, heavy)) < 0.8 * at_once
+    assert posture_errors_percent(evaluate(agents, heavy)) == at_once  # the others are as they were
 
 
 def test_agents_trained_without_latency_are_fine_tuned_with_one() -> None:
     agents = train_agents([SMALL], ymca(), 4, {})
     late = EvalCondition("late", ymca(), {"latency": 2})
-    at_once = tracking_errors(evaluate(agents, late))
+    at_once = posture_errors_percent(evaluate(agents, late))
     adapted, _ = fine_tune(agents, late, 6)
-    assert tracking_errors(evaluate(adapted, late)) < 0.5 * at_once
-    home = tracking_errors(evaluate(adapted, HOME))  # what is added for a latency is left out
-    assert home < 2.0 * tracking_errors(evaluate(agents, HOME))
+    assert posture_errors_percent(evaluate(adapted, late)) < 0.5 * at_once
+    home = posture_errors_percent(
+        evaluate(adapted, HOME)
+    )  # what is added for a latency is left out
+    assert home < 2.0 * posture_errors_percent(evaluate(agents, HOME))
 
 
 def test_a_checkpoint_of_other_settings_is_refused_by_its_folder(

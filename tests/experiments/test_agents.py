@@ -122,6 +122,10 @@ def test_the_command_writes_table_rows_and_figure(
     [
         (["--runs", "0"], "runs is 0"),
         (["--epochs", "0"], "epochs is 0"),
+        (
+            ["--agents", "mpma", "bc", "--epochs", "5"],
+            "--epochs is 5; expected at least 24, as bc has",
+        ),
         (["--nodes", "0"], "nodes is 0"),
         (["--tempo", "0"], "tempo is 0"),
         (["--agents", "nobody"], "--agents has 'nobody'"),

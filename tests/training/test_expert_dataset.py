@@ -2,6 +2,7 @@
 
 import json
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -149,6 +150,10 @@ def test_an_agent_that_does_not_fit_is_refused(tmp_path: Path, minari: Any) -> N
     slower = follower(control_timestep=0.1)
     with pytest.raises(BadOptionError, match=r"agent is for other arms or another control times"):
         record_dataset(made(), slower, 1, out)
+    faster = follower()
+    faster.spec = replace(faster.spec, max_joint_speed=2.0 * faster.spec.max_joint_speed)
+    with pytest.raises(BadOptionError, match=r"agent is for other arms or another control times"):
+        record_dataset(made(), faster, 1, out)
     many = make_agent(make_vec(2, "ymca", **IDEAL), kind="resolved_rate")
     with pytest.raises(BadOptionError, match=r"agent is a batch of runs"):
         record_dataset(made(), many, 1, out)
@@ -160,6 +165,8 @@ def test_environments_that_cannot_be_made_again_are_refused(tmp_path: Path, mina
         record_dataset(made(motion=read_motion("ymca")), follower(), 1, tmp_path / "d")
     with pytest.raises(BadOptionError, match=r"env is .*; expected what gymnasium.make returned"):
         record_dataset(gymnasium.make("CartPole-v1"), follower(), 1, tmp_path / "d")
+    with pytest.raises(BadOptionError, match=r"env is .*; expected what gymnasium.make returned"):
+        record_dataset(made().unwrapped.__class__(**IDEAL), follower(), 1, tmp_path / "d")
 
 
 def test_without_minari_one_line_says_how_to_install_it(
