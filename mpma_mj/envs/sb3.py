@@ -172,7 +172,7 @@ def make_sb3_vec(
     if "autoreset_mode" in options:
         problem = "Stable-Baselines3 begins episodes at the same step"
         raise BadOptionError(problem, remedy="leave out {autoreset_mode}")
-    given = {"flat": True, "autoreset_mode": AutoresetMode.SAME_STEP} | options
+    given: dict[str, Any] = {"flat": True, "autoreset_mode": AutoresetMode.SAME_STEP} | options
     envs: VectorEnv[Any, Any, Any] = make_vec(num_envs, motion, **given)
     if feedback_gain != 0.0:
         envs = VectorFeedbackAssist(envs, feedback_gain)
