@@ -46,8 +46,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
     Environment i is, number for number, the one that `mpma_mj.load` returns for seed + i. Where an
     episode has ended, another begins as Gymnasium's mode of autoreset has it:
 
-    - NEXT_STEP: with the next `step`, whatever the action: reward 0, not terminated, the first
-      observation.
+    - NEXT_STEP: with the next `step`, whatever the action, with reward 0.
     - SAME_STEP: at once. The observation is the first of the new episode; the last observation and
       `info` of the old one are `final_obs` and `final_info` in `info`.
     - DISABLED: with `reset`, whose option `reset_mask` says where.

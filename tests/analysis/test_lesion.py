@@ -23,7 +23,12 @@ from mpma_mj.analysis.lesion import (
     possible_lesions,
 )
 from mpma_mj.analysis.lesion_report import drawn, matrix, summary, write_figure
-from mpma_mj.evaluation.evaluate import EVALUATION_EPISODE, EvalCondition, evaluate, tracking_errors
+from mpma_mj.evaluation.evaluate import (
+    EVALUATION_EPISODE,
+    EvalCondition,
+    evaluate,
+    posture_errors_percent,
+)
 from mpma_mj.metrics import posture_error_percent
 from mpma_mj.motions import ymca
 from mpma_mj.trace import Trace
@@ -78,7 +83,7 @@ def test_an_agent_in_a_wrapper_has_lesions() -> None:
 def test_an_intact_agent_is_that_of_any_evaluation(trained: TrainedAgents) -> None:
     intact = apply_lesion(trained, (), 0)
     assert intact.fine_tuned is None
-    (error,) = tracking_errors(evaluate(trained, EvalCondition("same", trained.motion, {})))
+    (error,) = posture_errors_percent(evaluate(trained, EvalCondition("same", trained.motion, {})))
     assert intact.at_once.p_e_percent == error
 
 
