@@ -12,7 +12,7 @@ dance: .venv/installed  ## train the built-in dance and make its video
 	@echo "Training two arms to dance, and drawing the video"
 	$(BIN)/mpma imitate ymca --out runs/ymca --overwrite
 
-test: .venv/installed-dev  ## quick tests, under 3 minutes on two cores
+test: .venv/installed-dev  ## quick tests, under 4 minutes on two cores
 	$(BIN)/pytest -n 2 --dist worksteal -q -rs
 
 test-slow: .venv/installed-dev  ## what takes longer

@@ -14,13 +14,6 @@ from mpma_mj.joint_paths import (
 from mpma_mj.kinematics import posture_from_angles, wrap
 
 angles_anywhere = arrays(np.float64, 8, elements=st.floats(-7.0, 7.0))
-vectors = arrays(np.float64, (4, 3), elements=st.floats(-1.0, 1.0)).filter(
-    lambda v: bool((np.linalg.norm(v, axis=1) > 1e-3).all())
-)
-
-
-def unit(v: np.ndarray) -> np.ndarray:
-    return (v / np.linalg.norm(v, axis=-1, keepdims=True)).ravel()
 
 
 def test_arms_that_circle_overhead_do_not_jump() -> None:

@@ -110,7 +110,7 @@ class ArmRenderer:
         if self._renderer is not None:
             if self._owner[0] == os.getpid():
                 self._renderer.close()
-            else:  # the parent's: never freed, which would hang
+            else:  # the parent's: releasing it would hang, so that it is kept for good
                 ctypes.pythonapi.Py_IncRef(ctypes.py_object(self._renderer))
             self._renderer = None
 

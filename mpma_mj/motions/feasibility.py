@@ -62,32 +62,36 @@ def beyond_limits(motion: Motion, limits: JointLimits) -> str:
     """
     angles = motion.joint_angles
     beyond = np.maximum(limits.lowest - angles, angles - limits.highest)
-    step, joint = np.unravel_index(np.argmax(beyond), beyond.shape)
+    step, joint = _largest(beyond)
     if beyond[step, joint] > 0.0:
         return (
             f"{kinematics.JOINT_NAMES[joint]} would have to be at {angles[step, joint]:.2f} rad"
-            f" at {motion.time(int(step)):.2f} s, but its range is {limits.lowest[joint]:g} to"
+            f" at {motion.time(step):.2f} s, but its range is {limits.lowest[joint]:g} to"
             f" {limits.highest[joint]:g}"
         )
-    ratio = joint_speeds(motion) / limits.max_speed
-    step, joint = np.unravel_index(np.argmax(ratio), ratio.shape)
-    if ratio[step, joint] > 1.0:
+    speeds = joint_speeds(motion)
+    step, joint = _largest(speeds / limits.max_speed)
+    if speeds[step, joint] > limits.max_speed[joint]:
         return (
-            f"{kinematics.JOINT_NAMES[joint]} would have to turn at"
-            f" {ratio[step, joint] * limits.max_speed[joint]:.1f} rad/s at"
-            f" {motion.time(int(step)):.2f} s, but its actuator reaches"
-            f" {limits.max_speed[joint]:g}"
+            f"{kinematics.JOINT_NAMES[joint]} would have to turn at {speeds[step, joint]:.1f} rad/s"
+            f" at {motion.time(step):.2f} s, but its actuator reaches {limits.max_speed[joint]:g}"
         )
     if motion.feasible_angles is not None:
         return ""
     hidden = ~joint_paths.angles_seen(kinematics.angles_from_posture(motion.posture))
-    step, joint = np.unravel_index(np.argmax(hidden), hidden.shape)
+    step, joint = _largest(hidden)
     if hidden[step, joint]:
         return (
             f"the angle of {kinematics.JOINT_NAMES[joint]} cannot be seen at"
-            f" {motion.time(int(step)):.2f} s"
+            f" {motion.time(step):.2f} s"
         )
     return ""
+
+
+def _largest(values: NDArray[np.float64] | NDArray[np.bool_]) -> tuple[int, int]:
+    """Return step and joint of the largest value, the first of several, of an array (T, 8)."""
+    step, joint = divmod(int(np.argmax(values)), values.shape[1])
+    return step, joint
 
 
 def demand_lines(motion: Motion, limits: JointLimits) -> list[str]:

@@ -1,4 +1,4 @@
-"""Encodings of text files, told by their first bytes."""
+"""Encodings of text files, recognised by their first bytes."""
 
 from __future__ import annotations
 

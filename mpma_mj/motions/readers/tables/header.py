@@ -87,9 +87,9 @@ class Header:
         rows = [*range(self.axes, self.first), *range(max(0, self.axes - 1), self.axes)]
         width = max(map(len, self.rows[: self.first]))
         columns = [[self.cell(row, column) for row in rows] for column in range(width)]
-        told = (lambda c: is_time(c) or is_frame(c), may_be_time)
+        tests = (lambda c: is_time(c) or is_frame(c), may_be_time)
         return [
-            next((c for is_one in told for c in cells if is_one(c)), cells[0]) for cells in columns
+            next((c for test in tests for c in cells if test(c)), cells[0]) for cells in columns
         ]
 
     @property
