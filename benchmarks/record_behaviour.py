@@ -36,7 +36,7 @@ from mpma_mj.training.config import RunConfig
 from mpma_mj.training.dataset import read_motions
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.training.trainer import train_batch
-from mpma_mj.utils.atomic_files import read_arrays
+from mpma_mj.utils.data_files import read_arrays
 
 Record = dict[str, str]
 

@@ -6,10 +6,13 @@ import contextlib
 import io
 import os
 import re
+import signal
 import sys
 import textwrap
+import threading
 import warnings
 from collections.abc import Iterator, Sequence
+from types import FrameType
 from typing import Any, NoReturn, Protocol
 
 import tyro
@@ -52,7 +55,7 @@ def overview() -> str:
 
 
 _FILE_LIKE_AN_OPTION = re.compile(r"-[^-\d.][^=]*[./]")  # no option has one dash and such signs
-_INTERRUPTED = 130  # exit code that shells expect after Ctrl-C
+_SIGNALLED = 128  # exit code that shells expect after a signal, less the signal's number
 _COMPLETION = {"--tyro-print-completion": 2, "--tyro-write-completion": 3}  # number of words
 _NO_READER = 141  # exit code after a closed pipe, as in `mpma ... | head -1`
 
@@ -76,6 +79,27 @@ def _replace_unencodable() -> Iterator[None]:
         yield
 
 
+@contextlib.contextmanager
+def _signals_like_ctrl_c() -> Iterator[None]:
+    """Let what ends a process from outside, such as a scheduler, interrupt it as Ctrl-C does."""
+
+    def interrupt(number: int, _: FrameType | None) -> None:
+        raise KeyboardInterrupt(number)
+
+    names = ("SIGTERM", "SIGHUP") if threading.current_thread() is threading.main_thread() else ()
+    numbers = [getattr(signal, name) for name in names if hasattr(signal, name)]
+    # Not where they are ignored, as under nohup, or somebody else handles them.
+    ours = [number for number in numbers if signal.getsignal(number) is signal.SIG_DFL]
+    for number in ours:
+        signal.signal(number, interrupt)
+    try:
+        yield
+    finally:
+        for number in ours:
+            signal.signal(number, signal.SIG_DFL)
+
+
+@_signals_like_ctrl_c()
 @_replace_unencodable()
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line.
@@ -85,7 +109,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     Returns:
         Exit code: 0 on success, 2 for bad input, 1 for a run that failed, 130
-        after Ctrl-C, 141 if the output's pipe was closed.
+        after Ctrl-C, 143 after SIGTERM, 141 if the output's pipe was closed.
     """
     try:
         _run(list(sys.argv[1:] if arguments is None else arguments))
@@ -108,9 +132,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         problem = printable(f"{place}{error.strerror or error}")
         print(f"mpma: {problem}; check the path and its permissions", file=sys.stderr)
         return 2
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as interrupt:
         print("mpma: interrupted", file=sys.stderr)
-        return _INTERRUPTED
+        return _SIGNALLED + int(next(iter(interrupt.args), signal.SIGINT))
     return 0
 
 

@@ -4,6 +4,7 @@ import io
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -95,24 +96,45 @@ def test_completion_for_no_shell_is_one_line(words: list[str], refused: Refused)
 
 
 @pytest.mark.parametrize(
-    ("error", "code", "message"),
-    [(MemoryError, 1, "mpma: not enough memory"), (KeyboardInterrupt, 130, "mpma: interrupted")],
+    ("stop", "code", "message"),
+    [
+        (MemoryError(), 1, "mpma: not enough memory"),
+        (KeyboardInterrupt(), 130, "mpma: interrupted"),
+        (signal.SIGTERM, 143, "mpma: interrupted"),
+        (signal.SIGHUP, 129, "mpma: interrupted"),
+    ],
 )
 def test_what_stops_a_run_from_outside_is_one_line(
-    error: type[BaseException],
+    stop: BaseException | signal.Signals,
     code: int,
     message: str,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     def stopped(self: Imitate) -> Path:
-        raise error
+        if isinstance(stop, BaseException):
+            raise stop
+        signal.raise_signal(stop)
+        return Path()
 
     monkeypatch.setattr(Imitate, "run", stopped)
     assert main(["imitate", "ymca"]) == code
     printed = capsys.readouterr().err
     assert printed.startswith(message)
     assert len(printed.splitlines()) == 1
+    assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+
+
+def test_an_ignored_hangup_stays_ignored(monkeypatch: pytest.MonkeyPatch) -> None:
+    def stopped(self: Imitate) -> None:
+        signal.raise_signal(signal.SIGHUP)
+
+    monkeypatch.setattr(Imitate, "run", stopped)
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)  # as nohup does
+    try:
+        assert main(["imitate", "ymca"]) == 0
+    finally:
+        signal.signal(signal.SIGHUP, before)
 
 
 def main_that_nobody_reads(words: Sequence[object], monkeypatch: pytest.MonkeyPatch) -> int:

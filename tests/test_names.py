@@ -16,7 +16,8 @@ from mpma_mj.cli import main
 from mpma_mj.errors import MpmaError
 from mpma_mj.motions import Motion, read_motion, ymca
 from mpma_mj.motions.motion import load_motion, save_motion
-from mpma_mj.utils.atomic_files import read_arrays, write_arrays, write_text
+from mpma_mj.utils.atomic_files import write_text
+from mpma_mj.utils.data_files import read_arrays, write_arrays
 from mpma_mj.utils.progress import show_range, show_runs
 from mpma_mj.utils.text import printable
 from mpma_mj.visualization.figure_file import figure_file

@@ -61,7 +61,7 @@ class Compare(Generic[AgentT]):
             write_transfer,
         )
         from mpma_mj.training.dataset import read_motions
-        from mpma_mj.utils.atomic_files import FORMAT, write_json
+        from mpma_mj.utils.data_files import FORMAT, write_json
         from mpma_mj.utils.progress import show_runs
 
         config = self.options.run_config(self.motions, "compare")

@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mpma_mj.errors import BadOptionError, RunFolderError
-from mpma_mj.utils.atomic_files import FORMAT, write_json, write_text
+from mpma_mj.utils.atomic_files import remove_leftovers, write_text
+from mpma_mj.utils.data_files import FORMAT, write_json
 from mpma_mj.utils.folder_lock import locked
 from mpma_mj.utils.text import printable
 
@@ -37,6 +38,8 @@ def check_new_file(
 ) -> None:
     """Check the file that an option names before a command computes what it will contain.
 
+    What commands left beside it when they were killed is removed.
+
     Args:
         option: Name of the option in Python.
         path: The file; nothing is checked if None.
@@ -53,6 +56,7 @@ def check_new_file(
         raise BadOptionError(option=option, value=str(path), expected=expected)
     if path.exists() and not overwrite:
         raise BadOptionError(f"{path}: already exists", remedy="{overwrite} replaces it")
+    remove_leftovers(path.parent)
 
 
 @contextlib.contextmanager

@@ -36,7 +36,7 @@ class Identify:
         from mpma_mj.sysid import identify, read_log, write_model
         from mpma_mj.sysid.figure import write_figure
         from mpma_mj.sysid.report import as_markdown
-        from mpma_mj.utils.atomic_files import write_json
+        from mpma_mj.utils.data_files import write_json
         from mpma_mj.utils.progress import show_count
 
         log = read_log(self.log)

@@ -18,7 +18,7 @@ from mpma_mj.evaluation.disturbances import DISTURBANCES, DisturbanceLevel, Leve
 from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, fine_tune, posture_errors_percent
 from mpma_mj.evaluation.statistics import Interval, interval
 from mpma_mj.training.checkpoints import TrainedAgents
-from mpma_mj.utils.atomic_files import csv_text
+from mpma_mj.utils.data_files import csv_text
 from mpma_mj.utils.text import markdown_table
 
 __all__ = [

@@ -17,7 +17,7 @@ from mpma_mj.experiments.compare import ARMS, Episode, Transfer
 from mpma_mj.kinematics import JOINT_NAMES, SIDES
 from mpma_mj.metrics import error_over_time
 from mpma_mj.motions import Motion
-from mpma_mj.utils.atomic_files import csv_text
+from mpma_mj.utils.data_files import csv_text
 from mpma_mj.utils.text import markdown_table
 from mpma_mj.visualization.colours import DEMONSTRATED, INK, PAPER, module_colours
 from mpma_mj.visualization.figure_file import draw_labels, figure_file

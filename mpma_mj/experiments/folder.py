@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from mpma_mj.errors import RunFolderError
 from mpma_mj.experiments.records import Record
 from mpma_mj.training.config import RunConfig
-from mpma_mj.utils.atomic_files import write_json
+from mpma_mj.utils.data_files import as_json, read_json, write_json
 from mpma_mj.utils.folder_lock import is_empty
 
 if TYPE_CHECKING:
@@ -68,10 +68,10 @@ class StudyFolder:
         """
         path = self._file(job, config)
         try:
-            content = _object(path)
+            content = read_json(path)
             attempts = int(content["attempts"])
             records = [dict(one) | {"attempts": attempts} for one in content["records"]]
-            same = content["config"] == json.loads(json.dumps(config.to_json()))
+            same = content["config"] == as_json(config.to_json())
         except (OSError, ValueError, KeyError, TypeError):
             raise _damaged(path, "remove it and start again") from None
         if not same:
@@ -94,7 +94,7 @@ class StudyFolder:
         if is_empty(path):
             return
         try:
-            found = _object(header)
+            found = read_json(header)
         except FileNotFoundError:
             problem = f"{path}: is not empty and contains no study"
             raise RunFolderError(problem, remedy=_ELSEWHERE) from None
@@ -104,19 +104,6 @@ class StudyFolder:
             if found.get(key) != wanted:
                 which = _difference(key, found.get(key), wanted)
                 raise RunFolderError(f"{path}: contains another study, {which}", remedy=_ELSEWHERE)
-
-
-def _object(path: Path) -> dict[str, Any]:
-    """Read an object.
-
-    Raises:
-        OSError: The file cannot be read.
-        ValueError: It holds something else.
-    """
-    content = json.loads(path.read_text(encoding="utf-8"))
-    if not isinstance(content, dict):
-        raise ValueError("not an object")
-    return content
 
 
 def _damaged(path: Path, remedy: str) -> RunFolderError:

@@ -20,7 +20,8 @@ from mpma_mj.experiments.folder import StudyFolder
 from mpma_mj.experiments.records import Record, flat, of_agent, over_seeds, remarks
 from mpma_mj.options import BackendName
 from mpma_mj.training.config import RunConfig, versions
-from mpma_mj.utils.atomic_files import FORMAT, csv_text, write_text
+from mpma_mj.utils.atomic_files import write_text
+from mpma_mj.utils.data_files import FORMAT, csv_text
 from mpma_mj.utils.folder_lock import locked
 from mpma_mj.utils.progress import show_runs
 from mpma_mj.utils.validation import Bounds, check_fields

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.kinematics import JOINT_NAMES
 from mpma_mj.sysid.parameters import LATENCY, REFERENCE, UNITS
-from mpma_mj.utils.atomic_files import FORMAT
+from mpma_mj.utils.data_files import FORMAT
 from mpma_mj.utils.text import markdown_table
 
 __all__ = [

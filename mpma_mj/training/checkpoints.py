@@ -21,7 +21,7 @@ from mpma_mj.trace import Trace
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.factory import agent_of
 from mpma_mj.training.run_folder import RunFolder
-from mpma_mj.utils.atomic_files import TRAIN_AGAIN
+from mpma_mj.utils.data_files import TRAIN_AGAIN
 
 __all__ = ["TrainedAgents", "demonstrated", "load_state", "read_module_trace"]
 

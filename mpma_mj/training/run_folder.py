@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj._version import __version__
 from mpma_mj.agents.base import MODULE_SIGNALS
 from mpma_mj.errors import BadOptionError, CheckpointError, MotionFileError, RunFolderError
 from mpma_mj.motions import Motion
@@ -21,7 +20,7 @@ from mpma_mj.motions.motion import load_motion, save_motion
 from mpma_mj.trace import SIGNALS, Trace
 from mpma_mj.training.config import RunConfig, versions
 from mpma_mj.training.config_json import OutsideConfig
-from mpma_mj.utils import atomic_files
+from mpma_mj.utils import atomic_files, data_files
 from mpma_mj.utils.folder_lock import is_empty, locked
 
 __all__ = ["RunFolder", "open_runs"]
@@ -109,7 +108,7 @@ class RunFolder:
                 cannot be written.
         """
         content = {
-            "format": atomic_files.FORMAT,
+            "format": data_files.FORMAT,
             "config": config.to_json(),
             "versions": versions(),
         }
@@ -120,7 +119,7 @@ class RunFolder:
             raise BadOptionError(option="agent", value=config.agent, expected=expected) from None
         if self.path.exists():
             self._remove(overwrite)
-        atomic_files.write_json(self.path / "config.json", content)
+        data_files.write_json(self.path / "config.json", content)
         save_motion(self.path / "checkpoint" / "motion.npz", motion)
 
     def _remove(self, overwrite: bool) -> None:
@@ -155,14 +154,7 @@ class RunFolder:
         """
         path = self.path / "config.json"
         try:
-            content = json.loads(path.read_text(encoding="utf-8"))
-            if content["format"] != atomic_files.FORMAT:
-                writer = content.get("versions", {}).get("mpma-mj", "of another version")
-                raise CheckpointError(
-                    f"{path}: format {content['format']}, written by mpma-mj {writer}; this is"
-                    f" {__version__}, which reads format {atomic_files.FORMAT}",
-                    remedy="train again",
-                )
+            content = data_files.read_json(path)
             return RunConfig.from_json(content["config"], self.trusted)
         except OSError:
             raise RunFolderError(
@@ -186,11 +178,11 @@ class RunFolder:
         try:
             motion = load_motion(path)
         except FileNotFoundError:
-            raise CheckpointError(f"{path}: missing", remedy=atomic_files.TRAIN_AGAIN) from None
+            raise CheckpointError(f"{path}: missing", remedy=data_files.TRAIN_AGAIN) from None
         except MotionFileError:
             motion = None
         if motion is None:
-            raise CheckpointError(f"{path}: damaged", remedy=atomic_files.TRAIN_AGAIN)
+            raise CheckpointError(f"{path}: damaged", remedy=data_files.TRAIN_AGAIN)
         return motion
 
     def forget_epoch(self) -> None:
@@ -210,7 +202,7 @@ class RunFolder:
         The file is `checkpoint/best.npz` or `latest.npz`; the config is compared on reading.
         """
         path = self.path / "checkpoint" / f"{name}.npz"
-        atomic_files.write_arrays(path, "checkpoint", state, {"config": config.to_json()} | meta)
+        data_files.write_arrays(path, "checkpoint", state, {"config": config.to_json()} | meta)
 
     def read_checkpoint(
         self, name: str, config: RunConfig
@@ -225,8 +217,8 @@ class RunFolder:
                 config.
         """
         path = self.path / "checkpoint" / f"{name}.npz"
-        state, meta = atomic_files.read_arrays(path, "checkpoint")
-        if meta.get("config") != json.loads(json.dumps(config.to_json())):
+        state, meta = data_files.read_arrays(path, "checkpoint")
+        if meta.get("config") != data_files.as_json(config.to_json()):
             raise CheckpointError(
                 f"{path}: belongs to a run with another config", remedy="train again"
             )
@@ -250,7 +242,7 @@ class RunFolder:
     def write_trace(self, trace: Trace, epoch: int) -> None:
         """Write the trace of the best epoch."""
         arrays = trace.to_arrays()
-        atomic_files.write_arrays(self.path / "trace.npz", "trace", arrays, {"epoch": epoch})
+        data_files.write_arrays(self.path / "trace.npz", "trace", arrays, {"epoch": epoch})
 
     def read_trace(self) -> Trace:
         """Read the trace of the best epoch.
@@ -259,23 +251,23 @@ class RunFolder:
             CheckpointError: The file is missing or damaged, or lacks a signal.
         """
         path = self.path / "trace.npz"
-        arrays, _ = atomic_files.read_arrays(path, "trace")
+        arrays, _ = data_files.read_arrays(path, "trace")
         has_modules = any(name in arrays for name in MODULE_SIGNALS)
         expected = (*SIGNALS, *MODULE_SIGNALS) if has_modules else SIGNALS
         missing = [name for name in expected if name not in arrays]
         if missing:
             raise CheckpointError(
-                f"{path}: lacks {', '.join(missing)}", remedy=atomic_files.TRAIN_AGAIN
+                f"{path}: lacks {', '.join(missing)}", remedy=data_files.TRAIN_AGAIN
             )
         return Trace.from_arrays(arrays)
 
     def write_metrics(self, rows: list[dict[str, float]]) -> None:
         """Write the metrics of all epochs, a row for each."""
-        atomic_files.write_text(self.path / "metrics.csv", atomic_files.csv_text(rows))
+        atomic_files.write_text(self.path / "metrics.csv", data_files.csv_text(rows))
 
     def write_summary(self, summary: dict[str, Any]) -> None:
         """Write the summary of the run."""
-        atomic_files.write_json(self.path / "summary.json", summary)
+        data_files.write_json(self.path / "summary.json", summary)
 
 
 def open_runs(

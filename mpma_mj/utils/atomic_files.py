@@ -1,67 +1,39 @@
-"""Atomic writing of files: under a temporary name in the same folder, then renamed."""
+"""Atomic writing of files and folders: under a temporary name beside them, then renamed."""
 
 from __future__ import annotations
 
 import contextlib
-import csv
-import io
-import json
-import math
+import errno
 import os
-import zipfile
-from collections.abc import Iterator, Mapping, Sequence
+import platform
+import re
+import shutil
+import zlib
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from mpma_mj.errors import CheckpointError, RunFolderError
+from mpma_mj.errors import RunFolderError
 
 __all__ = [
-    "FORMAT",
-    "TRAIN_AGAIN",
+    "atomic_folder",
     "atomic_write",
-    "csv_text",
+    "is_temporary",
     "not_writable",
-    "read_arrays",
-    "write_arrays",
-    "write_json",
+    "remove_leftovers",
     "write_text",
 ]
 
-FORMAT = 5
-"""Version of the format of files; files of other versions are refused."""
-
-TRAIN_AGAIN = "train again with {overwrite}"
-"""Remedy for a damaged run."""
-
-_META = "meta"
-# Exceptions that numpy, zipfile and json raise for damaged archives.
-_UNREADABLE = (
-    *(OSError, EOFError, KeyError, TypeError, ValueError),
-    *(NotImplementedError, RuntimeError, zipfile.BadZipFile),
-)
-
-
-def csv_text(rows: Sequence[Mapping[str, object]]) -> str:
-    """Return rows as CSV with a header of all names; cells that are NaN or missing are empty."""
-    columns = list(dict.fromkeys(name for row in rows for name in row))
-    text = io.StringIO()
-    writer = csv.DictWriter(text, columns, lineterminator="\n")
-    writer.writeheader()
-    for row in rows:
-        writer.writerow({name: "" if _is_nan(entry) else entry for name, entry in row.items()})
-    return text.getvalue()
-
-
-def _is_nan(entry: object) -> bool:
-    return isinstance(entry, float) and math.isnan(entry)
+_TEMPORARY = re.compile(r"\.mpma-(?P<process>\d+)-(?P<machine>[0-9a-f]{8})-")
+_CANNOT_WAIT = (errno.EINVAL, errno.ENOTSUP, errno.ENOSYS)  # of file systems without fsync
+_NAME_LENGTH = 80  # bytes of a name in a temporary one, of 255 that file systems allow
 
 
 @contextlib.contextmanager
 def atomic_write(path: Path) -> Iterator[Path]:
     """Yield a temporary path, which is renamed on success and removed on failure.
+
+    What was written reaches the disk before the rename, so that after a crash of the machine there
+    is the old file or the new one.
 
     Args:
         path: Path of the file; missing folders are created.
@@ -72,16 +44,113 @@ def atomic_write(path: Path) -> Iterator[Path]:
     Raises:
         RunFolderError: The folder cannot be written.
     """
-    temporary = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
+    temporary = _temporary(path)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         yield temporary
+        _reach_disk(temporary)
         temporary.replace(path)
+        _folder_reaches_disk(path.parent)
     except OSError as error:
         raise not_writable(path, error) from None
     finally:
         with contextlib.suppress(OSError):
             temporary.unlink()
+
+
+@contextlib.contextmanager
+def atomic_folder(path: Path) -> Iterator[Path]:
+    """Yield a new temporary folder, which on success takes the place of the one of that path.
+
+    Args:
+        path: Path of the folder; missing parents are created.
+
+    Yields:
+        The absolute path of the temporary folder.
+
+    Raises:
+        RunFolderError: The folder cannot be written.
+    """
+    path = path.absolute()
+    temporary, earlier = _temporary(path), _temporary(path.with_name(f"earlier-{path.name}"))
+    try:
+        temporary.mkdir(parents=True)
+        yield temporary
+        for content in filter(Path.is_file, temporary.rglob("*")):
+            _reach_disk(content)
+        if path.exists():
+            path.rename(earlier)
+        try:
+            temporary.rename(path)
+        except OSError:
+            with contextlib.suppress(OSError):
+                earlier.rename(path)
+            raise
+        _folder_reaches_disk(path.parent)
+    except OSError as error:
+        raise not_writable(path, error) from None
+    finally:
+        shutil.rmtree(temporary, ignore_errors=True)
+        shutil.rmtree(earlier, ignore_errors=True)
+
+
+def is_temporary(path: Path) -> bool:
+    """Return whether a path has the temporary name of a file or folder that is being written."""
+    return _TEMPORARY.match(path.name) is not None
+
+
+def remove_leftovers(folder: Path) -> None:
+    """Remove temporary files and folders that processes of this machine left when they died."""
+    with contextlib.suppress(OSError):  # also where there is no such folder
+        for path in list(folder.iterdir()):
+            if _is_leftover(path.name):
+                shutil.rmtree(path) if path.is_dir() else path.unlink()
+
+
+def _temporary(path: Path) -> Path:
+    """Return a path in the same folder, with the same suffix, that names machine and process."""
+    name = path.name.encode(errors="surrogateescape")[-_NAME_LENGTH:]
+    text = name.decode(errors="ignore")
+    return path.with_name(f".mpma-{os.getpid()}-{_machine()}-{text}")
+
+
+def _machine() -> str:
+    return f"{zlib.crc32(platform.node().encode()):08x}"
+
+
+def _is_leftover(name: str) -> bool:
+    """Return whether a name is the temporary one of a process of this machine that has ended."""
+    found = _TEMPORARY.match(name)
+    if found is None or found["machine"] != _machine() or os.name != "posix":
+        return False
+    try:
+        os.kill(int(found["process"]), 0)
+    except (ProcessLookupError, OverflowError):
+        return True
+    except PermissionError:  # a process of somebody else
+        return False
+    return False
+
+
+def _reach_disk(path: Path) -> None:
+    """Wait until a file, or the names in a folder, have reached the disk.
+
+    Raises:
+        OSError: The disk is full, or fails.
+    """
+    opened = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(opened)
+    except OSError as error:
+        if error.errno not in _CANNOT_WAIT:
+            raise
+    finally:
+        os.close(opened)
+
+
+def _folder_reaches_disk(folder: Path) -> None:
+    with contextlib.suppress(OSError):  # one that may be written but not read, and Windows
+        _reach_disk(folder)
 
 
 def not_writable(path: Path, error: OSError) -> RunFolderError:
@@ -96,70 +165,3 @@ def write_text(path: Path, text: str) -> None:
     """Write a UTF-8 text file; characters that UTF-8 cannot encode become escapes."""
     with atomic_write(path) as temporary:
         temporary.write_text(text, encoding="utf-8", errors="backslashreplace")
-
-
-def write_json(path: Path, content: Mapping[str, Any]) -> None:
-    """Write a JSON file; arrays become lists, NaN and infinite numbers null."""
-    write_text(path, json.dumps(_finite(content), indent=2) + "\n")
-
-
-def write_arrays(
-    path: Path, kind: str, arrays: Mapping[str, NDArray[Any]], meta: Mapping[str, Any]
-) -> None:
-    """Write arrays by name, with a header.
-
-    Args:
-        path: The `.npz` file.
-        kind: Kind of the file, such as "checkpoint"; checked when the file is read.
-        arrays: Arrays of numbers by name.
-        meta: Entries of the header, as in JSON.
-    """
-    header = json.dumps({"format": FORMAT, "kind": kind} | dict(meta))
-    content: dict[str, Any] = {_META: np.array(header), **arrays}
-    with atomic_write(path) as temporary:
-        np.savez(temporary, **content)
-
-
-def read_arrays(path: Path, kind: str) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
-    """Read a file that `write_arrays` wrote.
-
-    Args:
-        path: The `.npz` file.
-        kind: Expected kind of the file.
-
-    Returns:
-        Arrays by name, and the header.
-
-    Raises:
-        CheckpointError: The file is missing or damaged, or of another kind or format.
-    """
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays = {name: file[name] for name in file.files}
-        meta = json.loads(str(arrays.pop(_META)))
-    except FileNotFoundError:
-        raise CheckpointError(
-            f"{path}: missing; it was removed, or the run stopped before its first epoch was over",
-            remedy=TRAIN_AGAIN,
-        ) from None
-    except _UNREADABLE:
-        raise CheckpointError(
-            f"{path}: damaged, or not a {kind} of this program", remedy=TRAIN_AGAIN
-        ) from None
-    if not isinstance(meta, dict) or meta.get("kind") != kind or meta.get("format") != FORMAT:
-        raise CheckpointError(
-            f"{path}: not a {kind} of format {FORMAT}", remedy="train again with this version"
-        )
-    return arrays, meta
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {str(key): _finite(item) for key, item in value.items()}
-    if isinstance(value, np.ndarray):
-        value = value.tolist()
-    if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
-    if isinstance(value, float | np.floating):
-        return float(value) if np.isfinite(value) else None
-    return value

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mpma_mj.errors import RunFolderError
-from mpma_mj.utils.atomic_files import not_writable
+from mpma_mj.utils.atomic_files import is_temporary, not_writable, remove_leftovers
 
 if TYPE_CHECKING:
     from filelock import FileLock
@@ -20,7 +20,7 @@ _LOCK = ".mpma.lock"
 
 @contextlib.contextmanager
 def locked(folder: Path, *, new: bool = False) -> Iterator[None]:
-    """Lock a folder, so that no other command writes into it.
+    """Lock a folder, so that no other command writes into it, and remove what killed ones left.
 
     The operating system releases the lock when the process ends, also after a crash. At the end
     the lock's file is removed, with folders that were created for it and are still empty.
@@ -38,6 +38,8 @@ def locked(folder: Path, *, new: bool = False) -> Iterator[None]:
         _make(folder, new)
         lock = _acquire(folder)
         try:
+            for place in (folder, *filter(Path.is_dir, folder.iterdir())):
+                remove_leftovers(place)
             yield
         finally:
             # Before the release: a process that has opened the file by now is refused, because the
@@ -52,8 +54,8 @@ def locked(folder: Path, *, new: bool = False) -> Iterator[None]:
 
 
 def is_empty(folder: Path) -> bool:
-    """Return whether a folder is empty, except for a lock."""
-    return all(path.name == _LOCK for path in folder.iterdir())
+    """Return whether a folder is empty, except for a lock and files that are being written."""
+    return all(path.name == _LOCK or is_temporary(path) for path in folder.iterdir())
 
 
 def _make(folder: Path, new: bool) -> None:

@@ -37,7 +37,7 @@ from mpma_mj.training.config import RunConfig
 from mpma_mj.training.factory import agent_of, make_environments
 from mpma_mj.training.rollout import record_epoch
 from mpma_mj.training.run_folder import RunFolder
-from mpma_mj.utils import atomic_files
+from mpma_mj.utils import data_files
 
 
 @pytest.fixture(scope="module")
@@ -234,7 +234,7 @@ def test_a_label_that_does_not_occur_is_a_dash_and_null(tmp_path: Path) -> None:
     without = Lesions(("Y", "M"), (Lesion((), unused, None), gone, silent), 0)
     assert "| intact | 1.00 | – | 1.00 |" in matrix(without)
     assert "nan" not in summary([without])
-    atomic_files.write_json(tmp_path / "lesion.json", without.as_json())
+    data_files.write_json(tmp_path / "lesion.json", without.as_json())
     first = json.loads((tmp_path / "lesion.json").read_text())["lesions"][0]
     assert first["at_once"]["labels"]["M"]["p_e_percent"] is None
     write_figure(tmp_path / "lesion.png", without, "a dance")

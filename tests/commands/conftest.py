@@ -1,6 +1,5 @@
 """Fixtures of tests of commands: copies of a finished run, a robot and its log."""
 
-import json
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -9,7 +8,7 @@ from typing import Any
 import pytest
 
 from mpma_mj.training.run_folder import RunFolder
-from mpma_mj.utils import atomic_files
+from mpma_mj.utils import data_files
 from tests.sysid.conftest import factors as factors
 from tests.sysid.conftest import log as log
 
@@ -34,9 +33,9 @@ def reconfigured(small_run: Path, tmp_path: Path) -> Reconfigured:
             state, meta = folder.read_checkpoint(name, before)
             meta |= {"config": config.to_json()}
             folder.write_checkpoint(name, config, state, meta)
-        content = json.loads((folder.path / "config.json").read_text())
+        content = data_files.read_json(folder.path / "config.json")
         content |= {"config": config.to_json()}
-        atomic_files.write_json(folder.path / "config.json", content)
+        data_files.write_json(folder.path / "config.json", content)
         return folder.path
 
     return copy

@@ -13,7 +13,7 @@ from mpma_mj.commands.analyse import with_analysis
 from mpma_mj.errors import BadOptionError
 from mpma_mj.kinematics import JOINT_NAMES, SEGMENT_NAMES
 from mpma_mj.training.run_folder import RunFolder
-from mpma_mj.utils import atomic_files
+from mpma_mj.utils import atomic_files, data_files
 from tests.commands.conftest import Reconfigured
 from tests.conftest import Refused
 
@@ -23,15 +23,15 @@ TITLES = dict.fromkeys(ANALYSES, "") | {"free-running": "running without demonst
 
 
 def change_trace(run: Path, change: Callable[[Arrays], Arrays]) -> None:
-    trace, _ = atomic_files.read_arrays(run / "trace.npz", "trace")
-    atomic_files.write_arrays(run / "trace.npz", "trace", change(trace), {"epoch": 1})
+    trace, _ = data_files.read_arrays(run / "trace.npz", "trace")
+    data_files.write_arrays(run / "trace.npz", "trace", change(trace), {"epoch": 1})
 
 
 def change_checkpoint(run: Path, change: Callable[[Arrays], object]) -> None:
     path = run / "checkpoint" / "best.npz"
-    arrays, meta = atomic_files.read_arrays(path, "checkpoint")
+    arrays, meta = data_files.read_arrays(path, "checkpoint")
     change(arrays)
-    atomic_files.write_arrays(path, "checkpoint", arrays, meta)
+    data_files.write_arrays(path, "checkpoint", arrays, meta)
 
 
 def result(run: Path, analysis: str) -> Path:
@@ -209,12 +209,12 @@ def test_a_beat_is_a_step_at_least_and_a_repetition_at_most(
 
 
 def test_an_agent_without_forward_models_does_not_run_freely(run: Path, refused: Refused) -> None:
-    config = json.loads((run / "config.json").read_text())
+    config = data_files.read_json(run / "config.json")
     config["config"]["agent"] = {"name": "feedback_only"}
-    atomic_files.write_json(run / "config.json", config)
+    data_files.write_json(run / "config.json", config)
     path = run / "checkpoint" / "best.npz"
-    arrays, meta = atomic_files.read_arrays(path, "checkpoint")
-    atomic_files.write_arrays(path, "checkpoint", arrays, meta | {"config": config["config"]})
+    arrays, meta = data_files.read_arrays(path, "checkpoint")
+    data_files.write_arrays(path, "checkpoint", arrays, meta | {"config": config["config"]})
     message = "--agent is 'FeedbackOnly'; expected an agent with forward models"
     refused(["analyse", str(run), "free-running"], message, title=TITLES["free-running"])
 
@@ -222,7 +222,7 @@ def test_an_agent_without_forward_models_does_not_run_freely(run: Path, refused:
 def test_overwriting_a_run_removes_its_analyses(run: Path) -> None:
     folder = RunFolder(run)
     for analysis in ANALYSES:
-        atomic_files.write_json(result(run, analysis), {})
+        data_files.write_json(result(run, analysis), {})
         atomic_files.write_text(picture(run, analysis), "")
     folder.create(folder.read_config(), folder.read_motion(), overwrite=True)
     for analysis in ANALYSES:
@@ -306,8 +306,8 @@ def test_all_runs_are_checked_before_the_first_is_analysed(
 
 
 def test_a_run_of_another_version_is_one_line_and_exit_2(run: Path, refused: Refused) -> None:
-    content = json.loads((run / "config.json").read_text())
-    atomic_files.write_json(run / "config.json", content | {"format": 1})
+    content = data_files.read_json(run / "config.json")
+    data_files.write_json(run / "config.json", content | {"format": 1})
     for analysis in ANALYSES:
         message = "config.json: format 1, written by mpma-mj"
         refused(["analyse", str(run), analysis], message)

@@ -1,7 +1,6 @@
 """The command `mpma evaluate` as a user types it."""
 
 import csv
-import json
 import shutil
 from pathlib import Path
 
@@ -9,7 +8,7 @@ import pytest
 
 from mpma_mj.cli import main
 from mpma_mj.training.run_folder import RunFolder
-from mpma_mj.utils import atomic_files
+from mpma_mj.utils import data_files
 from tests.commands.conftest import Reconfigured
 from tests.conftest import Refused
 
@@ -137,8 +136,8 @@ def test_no_run_and_damaged_runs_are_one_line_and_exit_2(
 
 
 def test_a_run_of_another_version_is_one_line_and_exit_2(run: Path, refused: Refused) -> None:
-    content = json.loads((run / "config.json").read_text())
-    atomic_files.write_json(run / "config.json", content | {"format": 1})
+    content = data_files.read_json(run / "config.json")
+    data_files.write_json(run / "config.json", content | {"format": 1})
     refused(["evaluate", str(run)], "config.json: format 1, written by mpma-mj")
 
 

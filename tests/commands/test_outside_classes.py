@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from mpma_mj.cli import main
-from mpma_mj.utils import atomic_files
+from mpma_mj.utils import data_files
 from tests.conftest import Refused
 
 AGENT = '''
@@ -155,7 +155,7 @@ def test_options_of_other_agents_are_refused_by_name(
 
 def test_a_config_of_an_earlier_format_names_its_writer(tmp_path: Path, refused: Refused) -> None:
     content = {"format": 3, "versions": {"mpma-mj": "0.0.9"}, "config": {"arms": "physics"}}
-    atomic_files.write_json(tmp_path / "config.json", content)
+    data_files.write_json(tmp_path / "config.json", content)
     message = "config.json: format 3, written by mpma-mj 0.0.9; this is"
     refused(["play", str(tmp_path)], message)
     refused(["imitate", "--resume", str(tmp_path)], message)

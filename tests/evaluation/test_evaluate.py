@@ -19,7 +19,7 @@ from mpma_mj.training.config import RunConfig
 from mpma_mj.training.rollout import Rollout
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.training.trainer import train_agents
-from mpma_mj.utils import atomic_files
+from mpma_mj.utils import data_files
 
 SMALL = RunConfig.of(nodes=20, modules=2, repeats=1)
 HOME = EvalCondition("home", ymca(), {})
@@ -125,7 +125,7 @@ def test_no_run_and_one_of_another_version_are_refused(small_run: Path, tmp_path
     with pytest.raises(RunFolderError, match="is not a run"):
         TrainedAgents.of_run(RunFolder(tmp_path))
     other = RunFolder(shutil.copytree(small_run, tmp_path / "run"))
-    atomic_files.write_json(other.path / "config.json", {"format": 1, "config": {}})
+    data_files.write_json(other.path / "config.json", {"format": 1, "config": {}})
     with pytest.raises(CheckpointError, match="format 1, written by mpma-mj of another version"):
         TrainedAgents.of_run(other)
 

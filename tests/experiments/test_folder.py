@@ -13,6 +13,7 @@ from mpma_mj.errors import RunFolderError
 from mpma_mj.experiments.folder import HEADER, StudyFolder
 from mpma_mj.experiments.study import StudyJob
 from mpma_mj.experiments.training import TrainingJob
+from mpma_mj.utils import data_files
 from tests.experiments.runs import finished, run_files, sweep_of
 
 SETTINGS: dict[str, Any] = {"kind": "study", "versions": {"numpy": "2.0"}, "settings": {"runs": 2}}
@@ -96,9 +97,9 @@ def test_a_damaged_header_is_refused(tmp_path: Path, text: str) -> None:
         StudyFolder(tmp_path, SETTINGS)
 
 
-@pytest.mark.parametrize("text", ["{}", '{"kind": "study", "versions": 3, "settings": null}'])
-def test_a_foreign_header_is_refused(tmp_path: Path, text: str) -> None:
-    (tmp_path / HEADER).write_text(text)
+@pytest.mark.parametrize("header", [{}, {"kind": "study", "versions": 3, "settings": None}])
+def test_a_foreign_header_is_refused(tmp_path: Path, header: dict[str, object]) -> None:
+    data_files.write_json(tmp_path / HEADER, header)
     with pytest.raises(RunFolderError, match="contains another study"):
         StudyFolder(tmp_path, SETTINGS)
 
@@ -119,6 +120,16 @@ def test_a_damaged_run_is_refused_by_name(tmp_path: Path, job: StudyJob, text: s
     folder.add(job, job.configs[0], [finished({})])
     (path,) = run_files(tmp_path)
     path.write_text(text)
+    with pytest.raises(RunFolderError, match=rf"{path.name}: damaged.*remove it"):
+        folder.read(job, job.configs[0])
+
+
+def test_a_changed_digit_is_refused(tmp_path: Path, job: StudyJob) -> None:
+    folder = begun(tmp_path)
+    folder.add(job, job.configs[0], [finished({})])
+    (path,) = run_files(tmp_path)
+    assert "0.5" in path.read_text()
+    path.write_text(path.read_text().replace("0.5", "0.4"))
     with pytest.raises(RunFolderError, match=rf"{path.name}: damaged.*remove it"):
         folder.read(job, job.configs[0])
 

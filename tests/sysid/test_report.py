@@ -11,7 +11,7 @@ import pytest
 
 from mpma_mj.sysid import Identified
 from mpma_mj.sysid.report import Estimate, Latency, as_markdown
-from mpma_mj.utils.atomic_files import write_json
+from mpma_mj.utils.data_files import write_json
 
 ANGLES = np.zeros((2, 3, 8))
 ELBOW = Estimate("kv_elbow", np.array([20.0, 20.0]), 1.1, 0.01, 0.01)

@@ -17,6 +17,7 @@ from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.training.rollout import record_epoch
 from mpma_mj.training.run import resume
 from mpma_mj.training.run_folder import RunFolder
+from mpma_mj.utils import data_files
 
 SMALL = MPMAConfig(nodes=10, modules=2)
 
@@ -112,10 +113,10 @@ def test_a_run_folder_calls_nothing_but_rules(tmp_path: Path) -> None:
     config = MPMAConfig(nodes=5, modules=2, models="posture", rule=GatedRule())
     folder = mpma_mj.imitate("ymca", agent=config, env=ONCE, epochs=1).save(tmp_path / "run")
     path, victim = folder / "config.json", tmp_path / "victim"
-    content = json.loads(path.read_text())
+    content = data_files.read_json(path)
     call = {"class": "mpma_mj.utils.atomic_files:write_text", "options": {"path": str(victim)}}
     content["config"]["agent"]["rule"] = call
-    path.write_text(json.dumps(content))
+    data_files.write_json(path, content)
     with pytest.raises(CheckpointError, match="another config"):
         mpma_mj.load_agent(folder)
     assert not victim.exists()

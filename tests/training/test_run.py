@@ -23,8 +23,8 @@ from mpma_mj.training.rollout import record_epoch
 from mpma_mj.training.run import resume, train
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.training.trainer import Trainer
-from mpma_mj.utils import atomic_files
-from mpma_mj.utils.atomic_files import FORMAT
+from mpma_mj.utils import data_files
+from mpma_mj.utils.data_files import FORMAT
 
 SMALL = RunConfig.of(nodes=10, modules=2)
 SMALL_AGENT = MPMAConfig(nodes=20, modules=2)
@@ -262,9 +262,9 @@ def test_once_through_the_movement_is_enough(tmp_path: Path) -> None:
 
 
 def test_a_trace_that_lacks_a_signal_is_refused(folder: RunFolder) -> None:
-    arrays, meta = atomic_files.read_arrays(folder.path / "trace.npz", "trace")
+    arrays, meta = data_files.read_arrays(folder.path / "trace.npz", "trace")
     del arrays["prior"]
-    atomic_files.write_arrays(folder.path / "trace.npz", "trace", arrays, meta)
+    data_files.write_arrays(folder.path / "trace.npz", "trace", arrays, meta)
     with pytest.raises(CheckpointError, match=r"trace\.npz: lacks prior"):
         folder.read_trace()
 

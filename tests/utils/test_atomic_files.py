@@ -1,21 +1,35 @@
-import json
+import contextlib
+import os
+import subprocess
+import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from mpma_mj.errors import CheckpointError, RunFolderError
+from mpma_mj.commands.folders import check_new_file
+from mpma_mj.errors import RunFolderError
 from mpma_mj.utils import atomic_files
+from mpma_mj.utils.folder_lock import locked
+
+DIE = """
+import os, pathlib, signal, sys
+from mpma_mj.utils import atomic_files
+folder = pathlib.Path(sys.argv[1])
+with atomic_files.atomic_write(folder / "a.txt") as file, atomic_files.atomic_folder(
+    folder / "b"
+) as made:
+    file.write_text("half")
+    (made / "c").write_text("half")
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
 
 
-def test_arrays_and_their_description_go_round(tmp_path: Path) -> None:
-    path = tmp_path / "new" / "a.npz"
-    arrays = {"x": np.arange(6.0).reshape(2, 3), "n": np.array(3)}
-    atomic_files.write_arrays(path, "thing", arrays, {"labels": ["Y", "Ø"]})
-    again, meta = atomic_files.read_arrays(path, "thing")
-    np.testing.assert_array_equal(again["x"], arrays["x"])
-    assert again.keys() == arrays.keys()
-    assert meta["labels"] == ["Y", "Ø"]
+@pytest.fixture
+def leftovers(tmp_path: Path) -> Path:
+    """Return a folder in which a process died while it wrote a file and a folder."""
+    subprocess.run([sys.executable, "-c", DIE, str(tmp_path)], check=False)
+    assert len(list(tmp_path.glob(".mpma-*"))) == 2
+    return tmp_path
 
 
 def test_a_write_that_fails_leaves_the_old_file_and_nothing_else(tmp_path: Path) -> None:
@@ -29,10 +43,70 @@ def test_a_write_that_fails_leaves_the_old_file_and_nothing_else(tmp_path: Path)
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_what_is_not_finite_becomes_null(tmp_path: Path) -> None:
-    atomic_files.write_json(tmp_path / "a.json", {"x": float("nan"), "y": {"z": [1.0, np.inf]}})
-    content = json.loads((tmp_path / "a.json").read_text())
-    assert content == {"x": None, "y": {"z": [1.0, None]}}
+def test_a_folder_that_fails_leaves_the_old_one_and_nothing_else(tmp_path: Path) -> None:
+    path = tmp_path / "a"
+    for content in ("old", "new"):
+        with atomic_files.atomic_folder(path) as temporary:
+            (temporary / "file").write_text(content)
+        assert (path / "file").read_text() == content
+    with pytest.raises(ZeroDivisionError), atomic_files.atomic_folder(path):
+        raise ZeroDivisionError
+    assert (path / "file").read_text() == "new"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_folder_that_cannot_take_its_place_leaves_the_old_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "a"
+    path.mkdir()
+    (path / "old").write_text("")
+    rename = Path.rename
+
+    def refuse(source: Path, target: Path) -> Path:
+        if target == path and not (source / "old").exists():
+            raise OSError(28, "No space left on device")
+        return rename(source, target)
+
+    monkeypatch.setattr(Path, "rename", refuse)
+    with pytest.raises(RunFolderError, match="No space"), atomic_files.atomic_folder(path) as new:
+        (new / "new").write_text("")
+    assert [file.name for file in path.iterdir()] == ["old"]
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_content_reaches_the_disk_before_the_rename(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "a.txt"
+    synced: list[tuple[str, bool]] = []
+
+    def fsync(opened: int) -> None:
+        synced.append((str(Path(f"/proc/self/fd/{opened}").readlink()), path.exists()))
+
+    monkeypatch.setattr(os, "fsync", fsync)
+    atomic_files.write_text(path, "new")
+    (file, before), (folder, after) = synced
+    assert Path(file).name.endswith("a.txt")
+    assert not before
+    assert (folder, after) == (str(tmp_path), True)
+
+
+@pytest.mark.parametrize(("number", "written"), [(28, False), (5, False), (22, True)])
+def test_a_disk_that_fails_late_keeps_the_old_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: int, written: bool
+) -> None:
+    path = tmp_path / "a.txt"
+    path.write_text("old")
+
+    def fsync(_: int) -> None:
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr(os, "fsync", fsync)
+    failure = contextlib.nullcontext() if written else pytest.raises(RunFolderError)
+    with failure:
+        atomic_files.write_text(path, "new")
+    assert path.read_text() == ("new" if written else "old")
 
 
 def test_a_place_that_cannot_be_written_is_named(tmp_path: Path) -> None:
@@ -41,46 +115,41 @@ def test_a_place_that_cannot_be_written_is_named(tmp_path: Path) -> None:
         atomic_files.write_text(tmp_path / "file" / "a.txt", "x")
 
 
-@pytest.mark.parametrize("share", [0.0, 0.1, 0.5, 0.9, 0.999])
-def test_a_truncated_file_is_refused(tmp_path: Path, share: float) -> None:
-    path = tmp_path / "a.npz"
-    atomic_files.write_arrays(path, "thing", {"x": np.arange(1000.0)}, {})
-    whole = path.read_bytes()
-    path.write_bytes(whole[: int(share * len(whole))])
-    with pytest.raises(CheckpointError, match="damaged"):
-        atomic_files.read_arrays(path, "thing")
+@pytest.mark.parametrize("name", ["x" * 251 + ".txt", "é" * 120 + ".txt", "\udcff.txt"])
+def test_every_name_that_a_file_may_have_can_be_written(tmp_path: Path, name: str) -> None:
+    atomic_files.write_text(tmp_path / name, "x")
+    assert [path.name for path in tmp_path.iterdir()] == [name]
 
 
-def test_flipped_bytes_are_refused(tmp_path: Path) -> None:
-    path = tmp_path / "a.npz"
-    atomic_files.write_arrays(path, "thing", {"x": np.arange(1000.0)}, {})
-    spoilt = bytearray(path.read_bytes())
-    spoilt[4000] ^= 0xFF
-    path.write_bytes(spoilt)
-    with pytest.raises(CheckpointError, match="damaged"):
-        atomic_files.read_arrays(path, "thing")
+def test_the_next_command_removes_what_a_killed_one_left(leftovers: Path) -> None:
+    with locked(leftovers):
+        assert [path.name for path in leftovers.iterdir()] == [".mpma.lock"]
 
 
-def test_foreign_arrays_and_other_kinds_are_refused(tmp_path: Path) -> None:
-    np.savez(tmp_path / "foreign.npz", x=np.arange(3))
-    with pytest.raises(CheckpointError, match="not a thing"):
-        atomic_files.read_arrays(tmp_path / "foreign.npz", "thing")
-    atomic_files.write_arrays(tmp_path / "other.npz", "other", {}, {})
-    with pytest.raises(CheckpointError, match="not a thing"):
-        atomic_files.read_arrays(tmp_path / "other.npz", "thing")
-    with pytest.raises(CheckpointError, match="missing"):
-        atomic_files.read_arrays(tmp_path / "gone.npz", "thing")
+def test_a_lock_removes_what_was_left_one_folder_deeper(leftovers: Path, tmp_path: Path) -> None:
+    inner = tmp_path / "run" / "checkpoint"
+    inner.parent.mkdir()
+    inner.mkdir()
+    for path in list(tmp_path.glob(".mpma-*")):
+        path.rename(inner / path.name)
+    with locked(tmp_path / "run"):
+        assert list(inner.iterdir()) == []
 
 
-def test_another_format_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(atomic_files, "FORMAT", 99)
-    atomic_files.write_arrays(tmp_path / "new.npz", "thing", {}, {})
-    monkeypatch.undo()
-    with pytest.raises(CheckpointError, match=f"not a thing of format {atomic_files.FORMAT}"):
-        atomic_files.read_arrays(tmp_path / "new.npz", "thing")
+def test_a_check_of_a_new_file_removes_what_a_killed_command_left(leftovers: Path) -> None:
+    check_new_file("out", leftovers / "a.txt", [".txt"], overwrite=False)
+    assert list(leftovers.iterdir()) == []
 
 
-def test_pickled_objects_are_refused(tmp_path: Path) -> None:
-    np.savez(tmp_path / "pickle.npz", meta=np.array("{}"), x=np.array([{}], dtype=object))
-    with pytest.raises(CheckpointError, match="damaged"):
-        atomic_files.read_arrays(tmp_path / "pickle.npz", "thing")
+def test_what_others_are_writing_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with atomic_files.atomic_write(tmp_path / "a") as here:
+        here.write_text("")
+        monkeypatch.setattr(atomic_files.platform, "node", lambda: "another machine")
+        with atomic_files.atomic_write(tmp_path / "b") as elsewhere:
+            ended = str(2**22 + 1)  # beyond the largest number of a process
+            dead = elsewhere.with_name(elsewhere.name.replace(str(os.getpid()), ended))
+            dead.write_text("")
+            monkeypatch.undo()
+            atomic_files.remove_leftovers(tmp_path)
+            assert {path.name for path in tmp_path.iterdir()} == {here.name, dead.name}
+            elsewhere.write_text("")

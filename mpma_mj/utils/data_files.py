@@ -1,0 +1,176 @@
+"""Files in which this program keeps its data: JSON, arrays by name, and tables."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+import json
+import math
+import zipfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj._version import __version__
+from mpma_mj.errors import CheckpointError
+from mpma_mj.utils.atomic_files import atomic_write, write_text
+from mpma_mj.utils.input_files import MISSING, file_problem
+
+__all__ = [
+    "FORMAT",
+    "TRAIN_AGAIN",
+    "as_json",
+    "csv_text",
+    "read_arrays",
+    "read_json",
+    "write_arrays",
+    "write_json",
+]
+
+FORMAT = 5
+"""Version of the format of files; files of other versions are refused."""
+
+TRAIN_AGAIN = "train again with {overwrite}"
+"""Remedy for a damaged run."""
+
+_LARGEST = 1_000_000_000  # bytes of a JSON file, such as the records of a long run (choice)
+_META, _DIGEST = "meta", "digest"
+# Exceptions that numpy, zipfile and json raise for damaged archives.
+_UNREADABLE = (
+    *(OSError, EOFError, KeyError, TypeError, ValueError),
+    *(NotImplementedError, RuntimeError, zipfile.BadZipFile),
+)
+
+
+def csv_text(rows: Sequence[Mapping[str, object]]) -> str:
+    """Return rows as CSV with a header of all names; cells that are NaN or missing are empty."""
+    columns = list(dict.fromkeys(name for row in rows for name in row))
+    text = io.StringIO()
+    writer = csv.DictWriter(text, columns, lineterminator="\n")
+    writer.writeheader()
+    for row in rows:
+        writer.writerow({name: "" if _is_nan(entry) else entry for name, entry in row.items()})
+    return text.getvalue()
+
+
+def _is_nan(entry: object) -> bool:
+    return isinstance(entry, float) and math.isnan(entry)
+
+
+def write_json(path: Path, content: Mapping[str, Any]) -> None:
+    """Write a JSON file with a digest; arrays become lists, NaN and infinite numbers null."""
+    plain = as_json(content)
+    write_text(path, json.dumps(plain | {_DIGEST: _digest(plain)}, indent=2) + "\n")
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """Read a file that `write_json` wrote.
+
+    Returns:
+        Its object, without the digest.
+
+    Raises:
+        FileNotFoundError: There is no such file.
+        ValueError: The file is damaged, or was not written by this program.
+        CheckpointError: It was written by another version.
+    """
+    if not path.exists():
+        raise FileNotFoundError(path)
+    if problem := file_problem(path, largest=_LARGEST):
+        raise ValueError(problem)
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):  # the last by deep nesting
+        content = None
+    if not isinstance(content, dict):
+        raise ValueError("damaged")
+    if isinstance(number := content.get("format", FORMAT), int) and number != FORMAT:
+        versions = content.get("versions")
+        writer = versions.get("mpma-mj") if isinstance(versions, dict) else None
+        raise CheckpointError(
+            f"{path}: format {number}, written by mpma-mj {writer or 'of another version'}; this is"
+            f" {__version__}, which reads format {FORMAT}",
+            remedy="train again",
+        )
+    if content.pop(_DIGEST, None) != _digest(content):
+        raise ValueError("damaged")
+    return content
+
+
+def as_json(content: Mapping[str, Any]) -> dict[str, Any]:
+    """Return an object as JSON gives it back; NaN and infinite numbers become null."""
+    return dict(json.loads(json.dumps(_finite(content))))
+
+
+def _digest(content: Mapping[str, Any]) -> str:
+    """Return the digest of an object as JSON gives it back."""
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def write_arrays(
+    path: Path, kind: str, arrays: Mapping[str, NDArray[Any]], meta: Mapping[str, Any]
+) -> None:
+    """Write arrays by name, with a header.
+
+    Args:
+        path: The `.npz` file.
+        kind: Kind of the file, such as "checkpoint"; checked when the file is read.
+        arrays: Arrays of numbers by name.
+        meta: Entries of the header, as in JSON.
+    """
+    header = json.dumps({"format": FORMAT, "kind": kind} | dict(meta))
+    content: dict[str, Any] = {_META: np.array(header), **arrays}
+    with atomic_write(path) as temporary:
+        np.savez(temporary, **content)
+
+
+def read_arrays(path: Path, kind: str) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+    """Read a file that `write_arrays` wrote.
+
+    Args:
+        path: The `.npz` file.
+        kind: Expected kind of the file.
+
+    Returns:
+        Arrays by name, and the header.
+
+    Raises:
+        CheckpointError: The file is missing or damaged, or of another kind or format.
+    """
+    problem = file_problem(path)
+    if problem not in ("", MISSING):
+        raise CheckpointError(f"{path}: {problem}")
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+        meta = json.loads(str(arrays.pop(_META)))
+    except FileNotFoundError:
+        raise CheckpointError(
+            f"{path}: missing; it was removed, or the run stopped before its first epoch was over",
+            remedy=TRAIN_AGAIN,
+        ) from None
+    except _UNREADABLE:
+        raise CheckpointError(
+            f"{path}: damaged, or not a {kind} of this program", remedy=TRAIN_AGAIN
+        ) from None
+    if not isinstance(meta, dict) or meta.get("kind") != kind or meta.get("format") != FORMAT:
+        raise CheckpointError(
+            f"{path}: not a {kind} of format {FORMAT}", remedy="train again with this version"
+        )
+    return arrays, meta
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(key): _finite(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    if isinstance(value, float | np.floating):
+        return float(value) if np.isfinite(value) else None
+    return value
