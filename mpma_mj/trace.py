@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from mpma_mj.agents.base import MODULE_SIGNALS, ModuleSignals
 from mpma_mj.errors import StateError
 from mpma_mj.kinematics import angles_from_posture, posture_from_angles
+from mpma_mj.utils.saved_arrays import Expected, array_problem
 
-__all__ = ["OBSERVED", "SIGNALS", "Trace"]
+__all__ = ["OBSERVED", "SIGNALS", "Trace", "trace_problem"]
 
 Array = NDArray[np.float64]
 
@@ -26,6 +27,36 @@ _OPTIONAL = ("feedback", "learned", "plant", "latency")
 
 SIGNALS = (*OBSERVED, "action", "reward")
 """Names of the signals that every trace has."""
+
+_UNIT = 1.0 + 1e-6  # with rounding errors
+_IN_FILE = {
+    "posture": Expected(("moments", 12), _UNIT),
+    "reference": Expected(("moments", 12), _UNIT),
+    "context": Expected(("moments", "labels"), _UNIT),
+    "joint_angles": Expected(("moments", 8)),
+    "joint_velocities": Expected(("moments", 8)),
+    "action": Expected(("steps", 8), _UNIT),
+    "reward": Expected(("steps",)),
+    "feedback": Expected(("steps", 8)),
+    "learned": Expected(("steps", 8)),
+    "plant": Expected(("steps",), kinds="iu"),
+    "latency": Expected(("steps",), kinds="iu"),
+    "responsibility": Expected(("steps", "modules"), _UNIT),
+    "prior": Expected(("steps", "modules"), _UNIT),
+    "module_actions": Expected(("steps", "modules", 8)),
+    "predictions": Expected(("steps", "modules", 12)),
+}
+
+
+def trace_problem(arrays: Mapping[str, NDArray[Any]]) -> str:
+    """Return what is wrong with the signals of a run in a file, to follow its name, or ""."""
+    modules = MODULE_SIGNALS if any(name in arrays for name in MODULE_SIGNALS) else ()
+    optional = (name for name in _OPTIONAL if name in arrays)
+    names = (*SIGNALS, *modules, *optional)
+    problem = array_problem(arrays, {name: _IN_FILE[name] for name in names})
+    if not problem and len(arrays["posture"]) != len(arrays["action"]) + 1:
+        problem = f"has {len(arrays['action'])} steps for {len(arrays['posture'])} moments"
+    return problem
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -17,6 +17,7 @@ from mpma_mj.agents.networks import NetworkFactory
 from mpma_mj.agents.plant_models import CALIBRATION
 from mpma_mj.errors import StateError
 from mpma_mj.utils.clipping import clip
+from mpma_mj.utils.saved_arrays import assign
 
 if TYPE_CHECKING:
     import dm_env
@@ -129,7 +130,7 @@ class Adaptive(Agent):
     def load_state_dict(self, state: Mapping[str, Array]) -> None:
         """Continue from the arrays that `state_dict` returned."""
         for name, array in self._arrays().items():
-            array[...] = state[name]
+            assign(array, state[name])
 
     def _arrays(self) -> dict[str, Array]:
         names = ("gram", "moment", "weights", "epochs")

@@ -17,6 +17,7 @@ from mpma_mj.errors import StateError
 from mpma_mj.esn.readout import ReadoutBank, Ridge
 from mpma_mj.feedback import followed, joint_error
 from mpma_mj.utils.clipping import clip
+from mpma_mj.utils.saved_arrays import shared_count
 
 if TYPE_CHECKING:
     import dm_env
@@ -171,7 +172,7 @@ class BC(Agent):
 
     def load_state_dict(self, state: Mapping[str, Array]) -> None:
         """Continue from the arrays that `state_dict` returned."""
-        self._epochs = int(np.max(state["epochs"]))
+        self._epochs = shared_count(state["epochs"], self._batch_shape)
         self._policy.load_state_dict(state, "policy.")
         prefix = "expert."
         self.expert.load_state_dict(

@@ -18,6 +18,7 @@ from mpma_mj.agents.paired_models import PairedModels
 from mpma_mj.context import active_label
 from mpma_mj.errors import BadOptionError
 from mpma_mj.utils.clipping import clip
+from mpma_mj.utils.saved_arrays import shared_count
 
 __all__ = ["HAMMER", "ConfidenceGate", "PreparationRule", "next_confidence"]
 
@@ -101,7 +102,7 @@ class ConfidenceGate(Gate):
 
     def load_state_dict(self, state: Mapping[str, Array]) -> None:
         """Continue from the arrays that `state_dict` returned; others are left out."""
-        self.prepared = int(np.max(state["prepared"]))
+        self.prepared = shared_count(state["prepared"], self._batch_shape)
 
 
 class PreparationRule(LearningRule):

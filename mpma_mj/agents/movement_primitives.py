@@ -17,6 +17,7 @@ from mpma_mj.agents.gain_schedule import FINAL_GAINS
 from mpma_mj.errors import StateError
 from mpma_mj.feedback import followed, joint_error
 from mpma_mj.utils.clipping import clip
+from mpma_mj.utils.saved_arrays import assign, shared_count
 
 if TYPE_CHECKING:
     import dm_env
@@ -188,14 +189,16 @@ class MovementPrimitive(FeedbackOnly):
         """Continue from the arrays that `state_dict` returned.
 
         Raises:
-            ValueError: An array has another shape.
+            ValueError: An array has another shape or type, or is not finite.
         """
-        sums, squares = np.array(state["sums"]), np.array(state["squares"])
-        if sums.shape != squares.shape or sums.shape[:-2] != self._batch_shape:
-            raise ValueError(f"shapes {sums.shape} and {squares.shape}")
-        self._epochs = int(np.max(state["epochs"]))
-        self._moments = int(np.max(state["moments"]))
-        self._sums, self._squares = sums, squares
+        shape = np.shape(state["sums"])  # which depends on the length of the episodes
+        if shape[:-2] != self._batch_shape or shape[-1:] != (JOINTS,):
+            raise ValueError(f"sums of shape {shape}")
+        self._sums, self._squares = np.zeros(shape), np.zeros(shape)
+        assign(self._sums, state["sums"])
+        assign(self._squares, state["squares"])
+        self._epochs = shared_count(state["epochs"], self._batch_shape)
+        self._moments = shared_count(state["moments"], self._batch_shape)
 
     def _statistics(self) -> tuple[Array, Array]:
         """Return mean and variance of the parameters over demonstrations, each (..., P, 8)."""

@@ -30,6 +30,7 @@ from mpma_mj.errors import BadOptionError, StateError
 from mpma_mj.feedback import followed
 from mpma_mj.options import EfferenceCopy
 from mpma_mj.utils.clipping import clip
+from mpma_mj.utils.saved_arrays import assign
 
 if TYPE_CHECKING:
     import dm_env
@@ -231,8 +232,8 @@ class PairedModels(Agent):
 
     def load_state_dict(self, state: Mapping[str, Array]) -> None:
         """Continue from the arrays that `state_dict` returned; see `Agent`."""
-        self._progress[...] = state["progress"]
-        self._untrained_error[...] = state["untrained_error"]
+        assign(self._progress, state["progress"], low=0.0, high=1.0)
+        assign(self._untrained_error, state["untrained_error"], low=0.0, nan=True)
         for part in self._parts:
             part.load_state_dict(state)
 

@@ -15,6 +15,7 @@ from mpma_mj.agents.networks import NetworkFactory, RunIndex
 from mpma_mj.agents.plant_models import PlantModels, gaussian_log_likelihood, plant_inputs
 from mpma_mj.agents.switching import filtered, predicted
 from mpma_mj.utils.clipping import clip
+from mpma_mj.utils.saved_arrays import assign
 from mpma_mj.utils.seeding import stream
 
 if TYPE_CHECKING:
@@ -278,10 +279,12 @@ class PlantGate(Gate):
         """Continue from the arrays that `state_dict` returned; others are left out."""
         self._predictor.load_state_dict(state)
         for name, array in self.models.arrays().items():
-            array[...] = state[f"plants.{name}"]
+            assign(array, state[f"plants.{name}"])
         for name, array in self._own().items():
-            array[...] = state[name]
-        self.plants = int(self.models.recruited.max())
+            assign(array, state[name])
+        recruited = self.models.recruited
+        assign(recruited, recruited.copy(), low=1, high=self.models.most)
+        self.plants = int(recruited.max())
 
     def _own(self) -> dict[str, Array]:
         return {

@@ -11,6 +11,7 @@ from mpma_mj.agents.base import AgentSpec
 from mpma_mj.agents.config import JOINTS
 from mpma_mj.agents.plant_models import PLANT_INPUTS
 from mpma_mj.kinematics import wrap
+from mpma_mj.utils.saved_arrays import assign
 
 __all__ = ["StateEstimate", "StateModels", "kinematic_prior", "state_inputs"]
 
@@ -166,7 +167,7 @@ class StateModels:
     def load_state_dict(self, state: Mapping[str, Array]) -> None:
         """Continue from the arrays that `state_dict` returned; others are left out."""
         for name in _LEARNED:
-            getattr(self, name)[...] = state[f"state_models.{name.strip('_')}"]
+            assign(getattr(self, name), state[f"state_models.{name.strip('_')}"])
 
 
 _LEARNED = ("_weights", "_gram", "_moment", "variance")
@@ -252,4 +253,4 @@ class StateEstimate:
 
     def load_state_dict(self, state: Mapping[str, Array]) -> None:
         """Continue from the array that `state_dict` returned; others are left out."""
-        self._noise[...] = state["model_error"]
+        assign(self._noise, state["model_error"])

@@ -192,13 +192,13 @@ def run_freely(folder: RunFolder, beat: float | None = None) -> tuple[dict[str, 
         DivergedError: The simulation did not stay finite.
     """
     config, motion = folder.read_config(), folder.read_motion()
-    state, epoch = folder.read_best(config)
+    state, row = folder.read_best(config)
     period = make_environments(config, config.seed, motion).task.period
     repetitions = max(_REPETITIONS, math.ceil(_DURATION * motion.rate / period))
     options = {"repeats": 1 + repetitions, "reference_noise": 0.0, "random_start": False}
     env = make_environments(config, config.seed, motion, options)
     clock = env.task.context[:period] if beat is None else _beats(period, motion.rate, beat)
-    agent = load_state(agent_of(config, env, config.seed), state, folder.path)
+    agent = load_state(agent_of(config, env, config.seed), state, folder.checkpoint("best"))
     anticipation = _learned(config, motion, env.task.max_joint_speed, clock)
     sources: dict[str, DemonstrationSource] = {
         OWN_PREDICTION: OwnPrediction(agent),
@@ -208,7 +208,7 @@ def run_freely(folder: RunFolder, beat: float | None = None) -> tuple[dict[str, 
     for name, source in sources.items():
         with one_thread():
             # The reservoirs' noise is of the epoch after the best one.
-            trace = record_epoch(env, FreeRunning(agent, source, period), epoch)
+            trace = record_epoch(env, FreeRunning(agent, source, period), int(row["epoch"]))
         runs[name] = FreeRun(
             trace.posture[period:],
             trace.reference[period:],

@@ -11,6 +11,7 @@ from scipy import linalg
 
 from mpma_mj.errors import BadOptionError
 from mpma_mj.esn.reservoir import PRECISION, FeatureReplay, Features, Single, blocks
+from mpma_mj.utils.saved_arrays import assign
 
 __all__ = ["ReadoutBank", "Ridge"]
 
@@ -183,13 +184,13 @@ class ReadoutBank:
 
         Raises:
             KeyError: An array is missing.
-            ValueError: An array has another shape.
+            ValueError: An array has another shape or type, or is not finite.
         """
-        _assign(self.weights, state[f"{prefix}weights"])
-        _assign(self._steps, state[f"{prefix}steps"])
+        assign(self.weights, state[f"{prefix}weights"])
+        assign(self._steps, state[f"{prefix}steps"])
         if self._forgetting > 0.0:
             for name, sums in self._accumulated()._asdict().items():
-                _assign(sums, state[f"{prefix}{name}"])
+                assign(sums, state[f"{prefix}{name}"])
 
     def _accumulated(self) -> _Sums:
         """Return the sums, 0 before the first epoch."""
@@ -199,10 +200,3 @@ class ReadoutBank:
             kind = PRECISION if max(self._ridge) >= _LEAST_SINGLE else np.float64
             self._sums = _Sums(*(np.zeros(shape, kind) for shape in shapes))
         return self._sums
-
-
-def _assign(array: NDArray[Any], value: NDArray[Any]) -> None:
-    """Overwrite an array with one of its shape; numpy alone would broadcast."""
-    if np.shape(value) != array.shape:
-        raise ValueError(f"shape {np.shape(value)} in place of {array.shape}")
-    array[...] = value

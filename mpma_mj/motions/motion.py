@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,12 +18,15 @@ from mpma_mj.motions.readers.npz import is_archive, read_archive
 from mpma_mj.utils.atomic_files import atomic_write
 from mpma_mj.utils.text import printable
 
-__all__ = ["Motion", "load_motion", "save_motion"]
+__all__ = ["Motion", "load_motion", "motion_arrays", "motion_of_arrays", "save_motion"]
 
 Array = NDArray[np.float64]
 
 FORMAT = 3
 """Version of the format of motion files, apart from that of run folders."""
+
+_RATES = (0.1, 100_000.0)  # Hz: beyond, resampling fails or fills the memory (choice)
+_LATEST = 1e9  # s (choice)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -43,7 +47,7 @@ class Motion:
 
     Raises:
         MotionFileError: Shapes do not fit, a value is not finite, a vector has not length 1,
-            there are fewer than two postures, no label, or no rate above 0.
+            there are fewer than two postures, no label, or a rate of no recording.
     """
 
     posture: Array
@@ -66,8 +70,11 @@ class Motion:
             object.__setattr__(self, field, printable(getattr(self, field)))
         object.__setattr__(self, "labels", tuple(map(printable, self.labels)))
         frames = len(self.posture)
-        if not (np.isfinite(self.rate) and self.rate > 0):
-            raise MotionFileError(f"{self.name}: rate is {self.rate:g}; expected Hz above 0")
+        if not _RATES[0] <= self.rate <= _RATES[1]:
+            hertz = f"{_RATES[0]:g} to {_RATES[1]:,.0f} Hz"
+            raise MotionFileError(f"{self.name}: rate is {self.rate:g}; expected {hertz}")
+        if not abs(self.start) <= _LATEST:
+            raise MotionFileError(f"{self.name}: start is {self.start:g}; expected seconds")
         if not self.labels:
             raise MotionFileError(f"{self.name}: has no label; a context needs at least one")
         if frames < 2:
@@ -127,11 +134,15 @@ def save_motion(path: Path, motion: Motion) -> None:
     Raises:
         RunFolderError: The file cannot be written.
     """
+    with atomic_write(path) as temporary:
+        np.savez(temporary, **motion_arrays(motion))
+
+
+def motion_arrays(motion: Motion) -> dict[str, Any]:
+    """Return what a file holds of a motion, arrays by name."""
     named = {field.name: getattr(motion, field.name) for field in dataclasses.fields(motion)}
     arrays: dict[str, Any] = {n: np.asarray(v) for n, v in named.items() if v is not None}
-    arrays["format"] = np.array(FORMAT)
-    with atomic_write(path) as temporary:
-        np.savez(temporary, **arrays)
+    return arrays | {"format": np.array(FORMAT)}
 
 
 def load_motion(path: Path) -> Motion | None:
@@ -147,8 +158,15 @@ def load_motion(path: Path) -> Motion | None:
         if not is_archive(file.read(4)):
             return None
     arrays = read_archive(path)
-    if "posture" not in arrays:
-        return None
+    return motion_of_arrays(arrays, path) if "posture" in arrays else None
+
+
+def motion_of_arrays(arrays: Mapping[str, NDArray[Any]], path: Path) -> Motion:
+    """Return the motion that a file holds.
+
+    Raises:
+        MotionFileError: As of `load_motion`.
+    """
     if str(arrays.get("format", FORMAT)) != str(FORMAT):
         raise MotionFileError(
             f"{path}: written by another version of this program; create it again"

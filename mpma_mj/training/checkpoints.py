@@ -63,10 +63,12 @@ class TrainedAgents:
             MpmaError: There is no run, it is damaged, or its motion is not the one of its trace.
         """
         config = folder.read_config()
-        state, epoch = folder.read_best(config)
+        state, row = folder.read_best(config)
         demonstration, _ = demonstrated(folder)
         state = {name: array[None] for name, array in state.items()}
-        return cls((config,), demonstration.motion, state, np.array([epoch]), folder.path)
+        return cls(
+            (config,), demonstration.motion, state, np.array([int(row["epoch"])]), folder.path
+        )
 
     def agent(self, envs: VectorImitationEnv) -> Agent:
         """Return the agents for R environments.
@@ -75,7 +77,8 @@ class TrainedAgents:
             CheckpointError: The state does not fit the config.
         """
         agent = agent_of(self.configs[0], envs, self.seeds)
-        return load_state(agent, self.state, self.source)
+        source = None if self.source is None else RunFolder(self.source).checkpoint("best")
+        return load_state(agent, self.state, source)
 
 
 def load_state(agent: Agent, state: Mapping[str, Array], source: Path | None) -> Agent:
@@ -84,7 +87,7 @@ def load_state(agent: Agent, state: Mapping[str, Array], source: Path | None) ->
     Args:
         agent: The agent.
         state: State of an agent of the same kind, as `state_dict` returns it.
-        source: Folder from which it was read, for errors; None if it was not read.
+        source: File from which it was read, for errors; None if it was not read.
 
     Raises:
         CheckpointError: The state lacks an array, or has one of another shape.
@@ -97,9 +100,7 @@ def load_state(agent: Agent, state: Mapping[str, Array], source: Path | None) ->
         problem = "does not fit its config"
     else:
         return agent
-    raise CheckpointError(
-        f"{source or 'trained agent'}: the checkpoint {problem}", remedy="train again"
-    )
+    raise CheckpointError(f"{source or 'trained agent'}: {problem}", remedy=TRAIN_AGAIN)
 
 
 def demonstrated(folder: RunFolder) -> tuple[Demonstration, Trace]:

@@ -93,7 +93,7 @@ def initial_state(config: RunConfig, motion: Motion) -> dict[str, Array]:
         raise _differs("control_timestep", timestep, other, path)
     if _digest(folder) != config.init.digest:
         raise CheckpointError(
-            f"{_checkpoint(folder)}: has changed since this run began with it",
+            f"{folder.checkpoint('best')}: has changed since this run began with it",
             remedy="give {init} again",
         )
     return folder.read_best(saved)[0]
@@ -130,10 +130,6 @@ def _timestep(config: RunConfig, motion: Motion) -> float:
     return config.env.control_timestep or 1.0 / motion.rate
 
 
-def _checkpoint(folder: RunFolder) -> Path:
-    return folder.path / "checkpoint" / "best.npz"
-
-
 def _digest(folder: RunFolder) -> str:
     """Return the SHA-256 of the checkpoint of the best epoch, in hexadecimal."""
-    return hashlib.sha256(_checkpoint(folder).read_bytes()).hexdigest()
+    return hashlib.sha256(folder.checkpoint("best").read_bytes()).hexdigest()

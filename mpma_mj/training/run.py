@@ -17,7 +17,7 @@ from mpma_mj.agents.config import AgentConfig
 from mpma_mj.agents.registry import check_trainable
 from mpma_mj.context import active_label
 from mpma_mj.envs.options import EnvironmentOptions
-from mpma_mj.errors import BadOptionError, CheckpointError, DivergedError
+from mpma_mj.errors import BadOptionError, DivergedError
 from mpma_mj.motions import Motion
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.trace import Trace
@@ -230,7 +230,7 @@ def train(
     begins = None if config.init is None else initial_state(config, motion)
     with one_thread(), contextlib.closing(Trainer([config], motion)) as trainer:
         if config.init is not None and begins is not None:
-            load_state(trainer.agent, begins, Path(config.init.path))
+            load_state(trainer.agent, begins, RunFolder(Path(config.init.path)).checkpoint("best"))
         if folder is not None:
             folder.create(config, motion, overwrite=overwrite)
         return _train(trainer, epochs, folder, on_epoch)
@@ -253,18 +253,11 @@ def resume(folder: RunFolder, epochs: int, *, on_epoch: OnEpoch = lambda row: No
     config = folder.read_config()
     _check(config, epochs)
     motion = folder.read_motion()
-    state, meta = folder.read_checkpoint("latest", config)
-    best_state, best_meta = folder.read_checkpoint("best", config)
-    trace = folder.read_trace()
+    state, rows = folder.read_latest(config)
+    best_state, row = folder.read_best(config)
+    best = BestEpoch(row, best_state, folder.read_trace())
     with one_thread(), contextlib.closing(Trainer([config], motion)) as trainer:
-        try:
-            best = BestEpoch(best_meta["row"], best_state, trace)
-            rows = meta["rows"]
-        except KeyError as error:
-            raise CheckpointError(
-                f"{folder.path}: the checkpoint lacks {error.args[0]}", remedy="train again"
-            ) from None
-        load_state(trainer.agent, state, folder.path)
+        load_state(trainer.agent, state, folder.checkpoint("latest"))
         trainer.restore(rows, best)
         return _train(trainer, trainer.epoch + epochs, folder, on_epoch)
 
@@ -289,7 +282,7 @@ def load_agent(folder: str | Path, *, agent: str | None = None, rule: str | None
     (run_folder,) = open_runs([Path(folder)], agent=agent, rule=rule)
     config = run_folder.read_config()
     state, _ = run_folder.read_best(config)
-    return _agent(config, run_folder.read_motion(), state, run_folder.path)
+    return _agent(config, run_folder.read_motion(), state, run_folder.checkpoint("best"))
 
 
 def _agent(

@@ -13,15 +13,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents.base import MODULE_SIGNALS
 from mpma_mj.errors import BadOptionError, CheckpointError, MotionFileError, RunFolderError
 from mpma_mj.motions import Motion
-from mpma_mj.motions.motion import load_motion, save_motion
-from mpma_mj.trace import SIGNALS, Trace
+from mpma_mj.motions.motion import motion_arrays, motion_of_arrays
+from mpma_mj.trace import Trace, trace_problem
 from mpma_mj.training.config import RunConfig, versions
 from mpma_mj.training.config_json import OutsideConfig
+from mpma_mj.training.history import EpochMetrics, row_problem
 from mpma_mj.utils import atomic_files, data_files
 from mpma_mj.utils.folder_lock import is_empty, locked
+from mpma_mj.utils.input_files import SMALL_FILE
 
 __all__ = ["RunFolder", "open_runs"]
 
@@ -77,7 +78,11 @@ class RunFolder:
     @property
     def can_go_on(self) -> bool:
         """Whether a checkpoint exists from which training can be resumed."""
-        return (self.path / "checkpoint" / "latest.npz").exists()
+        return self.checkpoint("latest").exists()
+
+    def checkpoint(self, name: str) -> Path:
+        """Return the path of an archive: best, latest or motion."""
+        return self.path / "checkpoint" / f"{name}.npz"
 
     def results_of(self, analysis: str) -> Path:
         """Return the path of an analysis' results: modules, lesion or free_running."""
@@ -120,19 +125,18 @@ class RunFolder:
         if self.path.exists():
             self._remove(overwrite)
         data_files.write_json(self.path / "config.json", content)
-        save_motion(self.path / "checkpoint" / "motion.npz", motion)
+        data_files.write_arrays(self.checkpoint("motion"), "motion", motion_arrays(motion), {})
 
     def _remove(self, overwrite: bool) -> None:
         if not self.path.is_dir():
             raise RunFolderError(f"{self.path}: is a file", remedy=_ANOTHER_FOLDER)
         if is_empty(self.path):
             return
-        try:
-            self.read_config()
-        except (RunFolderError, CheckpointError):
+        if not self._is_run():
             raise RunFolderError(
-                f"{self.path}: is not empty and not a run of this version", remedy=_ANOTHER_FOLDER
-            ) from None
+                f"{self.path}: is not empty and not a run",
+                remedy=f"{_ANOTHER_FOLDER}, or remove it yourself",
+            )
         if not overwrite:
             raise RunFolderError(
                 f"{self.path}: already contains a run",
@@ -145,6 +149,15 @@ class RunFolder:
         except OSError as error:
             raise RunFolderError(f"{self.path}: cannot be replaced ({error.strerror})") from None
 
+    def _is_run(self) -> bool:
+        """Return whether there is a run, also a damaged one or one of another version."""
+        if data_files.is_json(self.path / "config.json", {"format", "config", "versions"}):
+            return True
+        kinds = {"best": "checkpoint", "latest": "checkpoint", "motion": "motion"}
+        archives = {self.checkpoint(name): kind for name, kind in kinds.items()}
+        archives[self.path / "trace.npz"] = "trace"
+        return any(data_files.is_archive(path, kind) for path, kind in archives.items())
+
     def read_config(self) -> RunConfig:
         """Read the config.
 
@@ -154,19 +167,21 @@ class RunFolder:
         """
         path = self.path / "config.json"
         try:
-            content = data_files.read_json(path)
-            return RunConfig.from_json(content["config"], self.trusted)
+            content = data_files.read_json(path, largest=SMALL_FILE)
         except OSError:
             raise RunFolderError(
                 f"{self.path}: is not a run (no readable config.json)",
                 remedy="expected a folder that mpma imitate wrote, such as runs/ymca",
             ) from None
-        except (AttributeError, ValueError, KeyError, TypeError) as error:
-            if isinstance(error, BadOptionError) and error.option in ("agent", "rule"):
-                raise  # a class that the user has named
-            raise CheckpointError(
-                f"{path}: damaged, or not of a run", remedy="train again"
-            ) from None
+        except ValueError as problem:
+            raise _damaged(path, str(problem)) from None
+        try:
+            return RunConfig.from_json(content["config"], self.trusted)
+        except (AttributeError, ArithmeticError, ValueError, LookupError, TypeError) as error:
+            named = isinstance(error, BadOptionError) and error.option in ("agent", "rule")
+            if named and self.trusted:
+                raise  # about a class that the user has named
+            raise _damaged(path, "damaged, or not of a run") from None
 
     def read_motion(self) -> Motion:
         """Read the motion of the run.
@@ -174,16 +189,12 @@ class RunFolder:
         Raises:
             CheckpointError: The file is missing or damaged.
         """
-        path = self.path / "checkpoint" / "motion.npz"
+        path = self.checkpoint("motion")
+        arrays, _ = data_files.read_arrays(path, "motion")
         try:
-            motion = load_motion(path)
-        except FileNotFoundError:
-            raise CheckpointError(f"{path}: missing", remedy=data_files.TRAIN_AGAIN) from None
+            return motion_of_arrays(arrays, path)
         except MotionFileError:
-            motion = None
-        if motion is None:
-            raise CheckpointError(f"{path}: damaged", remedy=data_files.TRAIN_AGAIN)
-        return motion
+            raise _damaged(path, "damaged") from None
 
     def forget_epoch(self) -> None:
         """Remove results of an epoch that is no longer the best one."""
@@ -201,8 +212,8 @@ class RunFolder:
 
         The file is `checkpoint/best.npz` or `latest.npz`; the config is compared on reading.
         """
-        path = self.path / "checkpoint" / f"{name}.npz"
-        data_files.write_arrays(path, "checkpoint", state, {"config": config.to_json()} | meta)
+        content = {"config": config.to_json()} | meta
+        data_files.write_arrays(self.checkpoint(name), "checkpoint", state, content)
 
     def read_checkpoint(
         self, name: str, config: RunConfig
@@ -216,28 +227,36 @@ class RunFolder:
             CheckpointError: The file is missing or damaged, or belongs to a run with another
                 config.
         """
-        path = self.path / "checkpoint" / f"{name}.npz"
+        path = self.checkpoint(name)
         state, meta = data_files.read_arrays(path, "checkpoint")
         if meta.get("config") != data_files.as_json(config.to_json()):
-            raise CheckpointError(
-                f"{path}: belongs to a run with another config", remedy="train again"
-            )
+            raise _damaged(path, "belongs to a run with another config")
         return state, meta
 
-    def read_best(self, config: RunConfig) -> tuple[dict[str, Array], int]:
-        """Read the state of the agent in the best epoch, and the number of that epoch, from 1.
+    def read_best(self, config: RunConfig) -> tuple[dict[str, Array], EpochMetrics]:
+        """Read the state of the agent in the best epoch, and the metrics of that epoch.
 
         Raises:
-            CheckpointError: As of `read_checkpoint`, or the number is missing.
+            CheckpointError: As of `read_checkpoint`, or the metrics are none.
         """
         state, meta = self.read_checkpoint("best", config)
-        try:
-            return state, int(meta["row"]["epoch"])
-        except (KeyError, TypeError, ValueError):
-            raise CheckpointError(
-                f"{self.path}: the checkpoint does not contain the number of its epoch",
-                remedy="train again",
-            ) from None
+        row: Any = meta.get("row")
+        if problem := row_problem(row):
+            raise _damaged(self.checkpoint("best"), problem)
+        return state, row
+
+    def read_latest(self, config: RunConfig) -> tuple[dict[str, Array], list[EpochMetrics]]:
+        """Read the state of the agent after the last epoch, and the metrics of all epochs.
+
+        Raises:
+            CheckpointError: As of `read_checkpoint`, or the metrics are none.
+        """
+        state, meta = self.read_checkpoint("latest", config)
+        rows: Any = meta.get("rows")
+        found = enumerate(rows, 1) if isinstance(rows, list) and rows else [(1, None)]
+        if problem := next(filter(None, (row_problem(row, n) for n, row in found)), ""):
+            raise _damaged(self.checkpoint("latest"), problem)
+        return state, rows
 
     def write_trace(self, trace: Trace, epoch: int) -> None:
         """Write the trace of the best epoch."""
@@ -252,13 +271,8 @@ class RunFolder:
         """
         path = self.path / "trace.npz"
         arrays, _ = data_files.read_arrays(path, "trace")
-        has_modules = any(name in arrays for name in MODULE_SIGNALS)
-        expected = (*SIGNALS, *MODULE_SIGNALS) if has_modules else SIGNALS
-        missing = [name for name in expected if name not in arrays]
-        if missing:
-            raise CheckpointError(
-                f"{path}: lacks {', '.join(missing)}", remedy=data_files.TRAIN_AGAIN
-            )
+        if problem := trace_problem(arrays):
+            raise _damaged(path, problem)
         return Trace.from_arrays(arrays)
 
     def write_metrics(self, rows: list[dict[str, float]]) -> None:
@@ -268,6 +282,10 @@ class RunFolder:
     def write_summary(self, summary: dict[str, Any]) -> None:
         """Write the summary of the run."""
         data_files.write_json(self.path / "summary.json", summary)
+
+
+def _damaged(path: Path, problem: str) -> CheckpointError:
+    return CheckpointError(f"{path}: {problem}", remedy=data_files.TRAIN_AGAIN)
 
 
 def open_runs(

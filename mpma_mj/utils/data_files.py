@@ -7,9 +7,11 @@ import hashlib
 import io
 import json
 import math
+import sys
 import zipfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
+from tokenize import TokenError  # of a header that NumPy takes for Python 2
 from typing import Any
 
 import numpy as np
@@ -25,24 +27,27 @@ __all__ = [
     "TRAIN_AGAIN",
     "as_json",
     "csv_text",
+    "is_archive",
+    "is_json",
     "read_arrays",
     "read_json",
     "write_arrays",
     "write_json",
 ]
 
-FORMAT = 5
+FORMAT = 6
 """Version of the format of files; files of other versions are refused."""
 
 TRAIN_AGAIN = "train again with {overwrite}"
 """Remedy for a damaged run."""
 
-_LARGEST = 1_000_000_000  # bytes of a JSON file, such as the records of a long run (choice)
+_LARGEST = 100_000_000  # bytes of a JSON file, such as the records of a long run (choice)
+_MOST_FORMATS = 1000
 _META, _DIGEST = "meta", "digest"
-# Exceptions that numpy, zipfile and json raise for damaged archives.
+# Exceptions that numpy, zipfile and json raise for damaged archives; the last of deep nesting.
 _UNREADABLE = (
-    *(OSError, EOFError, KeyError, TypeError, ValueError),
-    *(NotImplementedError, RuntimeError, zipfile.BadZipFile),
+    *(OSError, EOFError, KeyError, TypeError, ValueError, SyntaxError),
+    *(NotImplementedError, RuntimeError, zipfile.BadZipFile, TokenError, RecursionError),
 )
 
 
@@ -67,8 +72,12 @@ def write_json(path: Path, content: Mapping[str, Any]) -> None:
     write_text(path, json.dumps(plain | {_DIGEST: _digest(plain)}, indent=2) + "\n")
 
 
-def read_json(path: Path) -> dict[str, Any]:
+def read_json(path: Path, largest: int = _LARGEST) -> dict[str, Any]:
     """Read a file that `write_json` wrote.
+
+    Args:
+        path: The file.
+        largest: Largest size that is sane, bytes.
 
     Returns:
         Its object, without the digest.
@@ -80,15 +89,16 @@ def read_json(path: Path) -> dict[str, Any]:
     """
     if not path.exists():
         raise FileNotFoundError(path)
-    if problem := file_problem(path, largest=_LARGEST):
+    if problem := file_problem(path, largest=largest):
         raise ValueError(problem)
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError):  # the last by deep nesting
-        content = None
-    if not isinstance(content, dict):
-        raise ValueError("damaged")
-    if isinstance(number := content.get("format", FORMAT), int) and number != FORMAT:
+        digest = content.pop(_DIGEST, None)
+        same = digest == _digest(content)
+    except (*_UNREADABLE, AttributeError):  # the last of a list
+        raise ValueError("damaged") from None
+    number = content.get("format", FORMAT)
+    if isinstance(number, int) and number != FORMAT and 0 < number < _MOST_FORMATS:
         versions = content.get("versions")
         writer = versions.get("mpma-mj") if isinstance(versions, dict) else None
         raise CheckpointError(
@@ -96,9 +106,30 @@ def read_json(path: Path) -> dict[str, Any]:
             f" {__version__}, which reads format {FORMAT}",
             remedy="train again",
         )
-    if content.pop(_DIGEST, None) != _digest(content):
+    if not same:
         raise ValueError("damaged")
     return content
+
+
+def is_json(path: Path, keys: Collection[str]) -> bool:
+    """Return whether a file is JSON with these keys, of whatever version."""
+    try:
+        return (
+            not file_problem(path, largest=_LARGEST)
+            and keys <= json.loads(path.read_bytes()).keys()
+        )
+    except (*_UNREADABLE, AttributeError):
+        return False
+
+
+def is_archive(path: Path, kind: str) -> bool:
+    """Return whether a file is an archive of this kind, of whatever version."""
+    try:
+        return (
+            not file_problem(path) and json.loads(str(_read_archive(path)[_META]))["kind"] == kind
+        )
+    except _UNREADABLE:
+        return False
 
 
 def as_json(content: Mapping[str, Any]) -> dict[str, Any]:
@@ -114,7 +145,7 @@ def _digest(content: Mapping[str, Any]) -> str:
 def write_arrays(
     path: Path, kind: str, arrays: Mapping[str, NDArray[Any]], meta: Mapping[str, Any]
 ) -> None:
-    """Write arrays by name, with a header.
+    """Write arrays by name, with a header and a digest.
 
     Args:
         path: The `.npz` file.
@@ -124,6 +155,7 @@ def write_arrays(
     """
     header = json.dumps({"format": FORMAT, "kind": kind} | dict(meta))
     content: dict[str, Any] = {_META: np.array(header), **arrays}
+    content[_DIGEST] = np.array(_digest_of_arrays(content))
     with atomic_write(path) as temporary:
         np.savez(temporary, **content)
 
@@ -141,12 +173,13 @@ def read_arrays(path: Path, kind: str) -> tuple[dict[str, NDArray[Any]], dict[st
     Raises:
         CheckpointError: The file is missing or damaged, or of another kind or format.
     """
-    problem = file_problem(path)
+    problem = file_problem(path, largest=sys.maxsize)  # as large as what was written
     if problem not in ("", MISSING):
-        raise CheckpointError(f"{path}: {problem}")
+        raise CheckpointError(f"{path}: {problem}", remedy=TRAIN_AGAIN)
     try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays = {name: file[name] for name in file.files}
+        arrays = _read_archive(path)
+        digest = str(arrays.pop(_DIGEST, None))
+        same = digest == _digest_of_arrays(arrays)
         meta = json.loads(str(arrays.pop(_META)))
     except FileNotFoundError:
         raise CheckpointError(
@@ -161,7 +194,43 @@ def read_arrays(path: Path, kind: str) -> tuple[dict[str, NDArray[Any]], dict[st
         raise CheckpointError(
             f"{path}: not a {kind} of format {FORMAT}", remedy="train again with this version"
         )
+    if not same:
+        raise CheckpointError(f"{path}: damaged", remedy=TRAIN_AGAIN)
     return arrays, meta
+
+
+def _read_archive(path: Path) -> dict[str, NDArray[Any]]:
+    """Return the arrays of an archive that NumPy wrote, uncompressed.
+
+    Raises:
+        ValueError, ...: One of `_UNREADABLE`. No more memory is taken than the file has bytes.
+    """
+    with zipfile.ZipFile(path) as archive:
+        members = archive.infolist()
+        if sum(member.file_size for member in members) > path.stat().st_size:
+            raise ValueError("compressed")
+        return {
+            member.filename.removesuffix(".npy"): _read_array(archive, member) for member in members
+        }
+
+
+def _read_array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> NDArray[Any]:
+    with archive.open(member) as file:
+        np.lib.format.read_magic(file)
+        shape, is_fortran, kind = np.lib.format.read_array_header_1_0(file)
+        if kind.hasobject or math.prod(shape) * kind.itemsize != member.file_size - file.tell():
+            raise ValueError("another number of bytes than the header says")
+        content = np.ndarray(shape, kind, file.read(), order="F" if is_fortran else "C")
+        return content.copy(order="K")  # which can be written
+
+
+def _digest_of_arrays(arrays: Mapping[str, NDArray[Any]]) -> str:
+    """Return the digest of arrays with their names, types and shapes."""
+    digest = hashlib.sha256()
+    for name, array in sorted(arrays.items()):
+        digest.update(f"{name} {array.dtype.str} {array.shape}\n".encode())
+        digest.update(array.tobytes())
+    return digest.hexdigest()
 
 
 def _finite(value: Any) -> Any:

@@ -3,6 +3,7 @@
 import dataclasses
 import shutil
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from mpma_mj.errors import CheckpointError, DivergedError, RunFolderError
 from mpma_mj.evaluation import evaluate as evaluation
 from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, fine_tune, posture_errors_percent
 from mpma_mj.motions import ymca
-from mpma_mj.motions.motion import save_motion
+from mpma_mj.motions.motion import motion_arrays
 from mpma_mj.motions.transforms import mirrored
 from mpma_mj.training.checkpoints import TrainedAgents
 from mpma_mj.training.config import RunConfig
@@ -96,28 +97,39 @@ def test_a_checkpoint_of_other_settings_is_refused_by_its_folder(
 ) -> None:
     folder = RunFolder(shutil.copytree(small_run, tmp_path / "run"))
     config = folder.read_config()
-    state, _ = folder.read_checkpoint("best", config)
-    del state["forward.weights"]
-    folder.write_checkpoint("best", config, state, {"row": {"epoch": 1}})
-    with pytest.raises(CheckpointError, match=r"run: the checkpoint lacks forward\.weights; train"):
+    state, row = folder.read_best(config)
+    weights = state.pop("forward.weights")
+    damaged: list[Any] = [weights[:1], np.zeros(()), weights + 0j, weights.astype(np.float16)]
+    damaged += [weights.astype(str), np.full_like(weights, np.nan), np.full_like(weights, 1e31)]
+    folder.write_checkpoint("best", config, state, {"row": row})
+    with pytest.raises(CheckpointError, match=r"best\.npz: lacks forward\.weights; train"):
         evaluate(TrainedAgents.of_run(folder), HOME)
-    for shape in ((1, 2, 3), ()):  # of which numpy would stretch the latter
-        state["forward.weights"] = np.zeros(shape)
-        folder.write_checkpoint("best", config, state, {"row": {"epoch": 1}})
-        with pytest.raises(CheckpointError, match=r"run: the checkpoint does not fit its config"):
+    for weights in damaged:
+        state["forward.weights"] = weights
+        folder.write_checkpoint("best", config, state, {"row": row})
+        with pytest.raises(CheckpointError, match=r"best\.npz: does not fit its config"):
             evaluate(TrainedAgents.of_run(folder), HOME)
 
 
-@pytest.mark.parametrize("meta", [{}, {"row": None}, {"row": {}}, {"row": {"epoch": None}}])
+@pytest.mark.parametrize(
+    "meta",
+    [
+        *({}, {"row": None}, {"row": {}}, {"row": [2]}, {"row": {"epoch": 1}}),
+        *(
+            {"row": {"epoch": n, "p_e_percent": 1.0}}
+            for n in (None, -5, 0, 1.5, "1", True, 10**400)
+        ),
+        *({"row": {"epoch": float(n), "p_e_percent": 1.0}} for n in ("inf", "nan")),
+        *({"row": {"epoch": 1, "p_e_percent": float(n)}} for n in ("inf", "nan", -1)),
+    ],
+)
 def test_a_checkpoint_without_its_epoch_is_refused(
     meta: dict[str, object], small_run: Path, tmp_path: Path
 ) -> None:
     folder = RunFolder(shutil.copytree(small_run, tmp_path / "run"))
     config = folder.read_config()
     folder.write_checkpoint("best", config, folder.read_best(config)[0], meta)
-    with pytest.raises(
-        CheckpointError, match="run: the checkpoint does not contain the number of its epoch"
-    ):
+    with pytest.raises(CheckpointError, match=r"best\.npz: (lacks the metrics|has)"):
         TrainedAgents.of_run(folder)
 
 
@@ -141,7 +153,8 @@ def test_a_run_folder_of_another_motion_is_refused(
         "elsewhere": {"posture": mirrored(motion).posture[::-1]},
         "other music": {"context": motion.context[::-1]},
     }[other]
-    save_motion(folder.path / "checkpoint" / "motion.npz", dataclasses.replace(motion, **changed))
+    arrays = motion_arrays(dataclasses.replace(motion, **changed))
+    data_files.write_arrays(folder.checkpoint("motion"), "motion", arrays, {})
     said = "has 228 moments" if other == "shorter" else "is not the motion of trace.npz"
     with pytest.raises(CheckpointError, match=said):
         TrainedAgents.of_run(folder)

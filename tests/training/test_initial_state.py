@@ -22,6 +22,7 @@ from mpma_mj.training.initial_state import begin_from
 from mpma_mj.training.rollout import record_epoch
 from mpma_mj.training.run import resume, train
 from mpma_mj.training.run_folder import RunFolder
+from mpma_mj.utils import data_files
 from tests.commands.test_outside_classes import AGENT
 from tests.conftest import Refused
 from tests.training.test_run import RESULTS
@@ -218,7 +219,8 @@ def test_a_config_whose_beginning_is_damaged_is_refused(
     folder = mpma_mj.imitate("ymca", init=earlier, epochs=1).save(tmp_path / "run")
     content = json.loads((folder / "config.json").read_text())
     content["config"]["init"]["path"] = 3
-    (folder / "config.json").write_text(json.dumps(content))
+    content.pop("digest")
+    data_files.write_json(folder / "config.json", content)
     refused(["imitate", "--resume", str(folder)], "config.json: damaged, or not of a run")
 
 

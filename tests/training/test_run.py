@@ -345,7 +345,7 @@ def test_a_run_of_another_version_is_refused(folder: RunFolder) -> None:
     path.write_text(path.read_text().replace(f'"format": {FORMAT}', '"format": 99'))
     with pytest.raises(
         CheckpointError,
-        match=r"format 99, written by mpma-mj .*, which reads format 5; train again",
+        match=rf"format 99, written by mpma-mj .*, which reads format {FORMAT}; train again",
     ):
         resume(folder, 1)
 

@@ -1,7 +1,11 @@
+import io
 import json
 import os
+import tracemalloc
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -36,6 +40,8 @@ def test_what_is_not_finite_becomes_null(tmp_path: Path) -> None:
         lambda text: "[" * 100_000 + "]" * 100_000,
         lambda text: text.replace("1.5", "9" * 5000),
         lambda text: text.replace("1.5", "1.5e999"),
+        lambda text: '{"x": ' * 900 + "1" + "}" * 900,
+        lambda text: text.replace('"digest"', '"format": ' + "9" * 4000 + ', "digest"'),
         lambda text: "null",
         lambda text: "[]",
     ],
@@ -100,3 +106,90 @@ def test_pickled_objects_are_refused(tmp_path: Path) -> None:
     np.savez(tmp_path / "pickle.npz", meta=np.array("{}"), x=np.array([{}], dtype=object))
     with pytest.raises(CheckpointError, match="damaged"):
         data_files.read_arrays(tmp_path / "pickle.npz", "thing")
+
+
+def members(path: Path) -> dict[str, bytes]:
+    with zipfile.ZipFile(path) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+def header(shape: tuple[int, ...], kind: str = "<f8") -> bytes:
+    """Return the header of an array, which may promise anything."""
+    stream = io.BytesIO()
+    content = {"shape": shape, "fortran_order": False, "descr": kind}
+    np.lib.format.write_array_header_1_0(stream, content)
+    return stream.getvalue()
+
+
+@pytest.mark.parametrize(
+    "x",
+    [
+        header((10**12,)),
+        header((10**9, 12)) + bytes(96),
+        header((-1, -1)) + bytes(8),
+        header((5,)) + bytes(48),
+        header((5,)) + bytes(32),
+        header((2,), "|O") + bytes(16),
+        b"\x93NUMPY\x02\x00" + bytes(40),
+        b"hello",
+        b"",
+    ],
+)
+def test_an_array_has_the_bytes_that_its_header_says(tmp_path: Path, x: bytes) -> None:
+    path = tmp_path / "a.npz"
+    data_files.write_arrays(path, "thing", {"x": np.arange(5.0)}, {})
+    content = members(path) | {"x.npy": x}
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, data in content.items():
+            archive.writestr(name, data)
+    tracemalloc.start()
+    with pytest.raises(CheckpointError, match="damaged"):
+        data_files.read_arrays(path, "thing")
+    assert tracemalloc.get_traced_memory()[1] < 10_000_000
+    tracemalloc.stop()
+
+
+def test_a_bomb_is_not_unpacked(tmp_path: Path) -> None:
+    path = tmp_path / "a.npz"
+    np.savez_compressed(path, meta=np.array("{}"), x=np.zeros(20_000_000))
+    tracemalloc.start()
+    with pytest.raises(CheckpointError, match="damaged"):
+        data_files.read_arrays(path, "thing")
+    assert tracemalloc.get_traced_memory()[1] < 10_000_000
+    tracemalloc.stop()
+
+
+@pytest.mark.parametrize("change", ["value", "type", "shape", "name", "meta", "more", "less"])
+def test_arrays_written_by_something_else_are_refused(tmp_path: Path, change: str) -> None:
+    path = tmp_path / "a.npz"
+    data_files.write_arrays(path, "thing", {"x": np.arange(6.0), "y": np.ones(1)}, {"n": 1})
+    with np.load(path) as file:
+        arrays = dict(file)
+    if change == "value":
+        arrays["x"][3] += 1e-9
+    if change == "type":
+        arrays["y"] = arrays["y"].view(np.int64)
+    if change == "shape":
+        arrays["x"] = arrays["x"].reshape(2, 3)
+    if change == "name":
+        arrays["z"] = arrays.pop("y")
+    if change == "meta":
+        arrays["meta"] = np.array(str(arrays["meta"]).replace('"n": 1', '"n": 2'))
+    if change == "more":
+        arrays["z"] = np.zeros(1)
+    if change == "less":
+        del arrays["y"]
+    np.savez(path, **arrays)
+    with pytest.raises(CheckpointError, match=r"a\.npz: damaged; train again with overwrite"):
+        data_files.read_arrays(path, "thing")
+
+
+@pytest.mark.parametrize(
+    "array", [np.zeros(()), np.zeros((0, 3)), np.ones((2, 3)).T, np.array("é")]
+)
+def test_arrays_come_back_as_they_were_and_can_be_written(tmp_path: Path, array: Any) -> None:
+    data_files.write_arrays(tmp_path / "a.npz", "thing", {"x": array}, {})
+    again = data_files.read_arrays(tmp_path / "a.npz", "thing")[0]["x"]
+    np.testing.assert_array_equal(again, array)
+    assert again.dtype == array.dtype
+    assert again.flags.writeable

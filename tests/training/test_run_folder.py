@@ -1,0 +1,169 @@
+"""Damaged run folders: refused in one line that names the file, and replaced on demand."""
+
+import os
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mpma_mj
+from mpma_mj.cli import main
+from mpma_mj.envs.options import EnvironmentOptions
+from mpma_mj.errors import CheckpointError
+from mpma_mj.training.run_folder import RunFolder
+from mpma_mj.utils import data_files
+from tests.conftest import Refused
+
+ARCHIVES = ("trace.npz", "checkpoint/best.npz", "checkpoint/latest.npz", "checkpoint/motion.npz")
+ENV = EnvironmentOptions(arms="kinematic", repeats=1)
+
+
+@pytest.fixture(scope="module")
+def trained(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder of a run of two epochs."""
+    path = tmp_path_factory.mktemp("runs") / "run"
+    agent = mpma_mj.agents.MPMAConfig(nodes=10, modules=2)
+    return mpma_mj.imitate("ymca", agent=agent, env=ENV, epochs=2).save(path)
+
+
+@pytest.fixture
+def run(trained: Path, tmp_path: Path) -> Path:
+    """Return a copy of the run."""
+    return shutil.copytree(trained, tmp_path / "run")
+
+
+def change(path: Path, edit: Callable[[dict[str, Any], dict[str, Any]], object]) -> None:
+    """Change arrays or header of an archive, as this program would have written them."""
+    kind = "checkpoint" if path.stem in ("best", "latest") else path.stem
+    arrays, meta = data_files.read_arrays(path, kind)
+    edit(arrays, meta)
+    data_files.write_arrays(path, kind, arrays, meta)
+
+
+@pytest.mark.parametrize("file", ["config.json", *ARCHIVES])
+@pytest.mark.parametrize(
+    "replace",
+    [
+        os.mkfifo,
+        os.mkdir,
+        lambda path: path.symlink_to("/dev/zero"),
+        lambda path: path.symlink_to("/nowhere/a"),
+        lambda path: path.symlink_to(path.name),
+        lambda path: path.write_bytes(b""),
+        lambda path: path.write_bytes(b"PK\x03\x04" + bytes(50)),
+        lambda path: (path.touch(), os.truncate(path, 5_000_000_000)),
+    ],
+)
+def test_what_is_no_file_of_a_run_is_one_line(
+    run: Path, file: str, replace: Callable[[Path], object], refused: Refused
+) -> None:
+    (run / file).unlink()
+    replace(run / file)
+    refused(["imitate", "--resume", str(run), "--no-video"], str(run))
+
+
+@pytest.mark.parametrize(
+    ("name", "damage", "message"),
+    [
+        ("posture", lambda x: x[:, :11], "has posture float64("),
+        ("posture", lambda x: x * 1e300, "has a value in posture"),
+        ("reference", lambda x: x[0], "has reference float64(12,)"),
+        ("context", lambda x: x[1:], "has context float64("),
+        ("joint_angles", lambda x: x.astype(str), "has joint_angles <U"),
+        ("joint_velocities", lambda x: x + 0j, "has joint_velocities complex128"),
+        ("action", lambda x: np.zeros(()), "has action float64()"),
+        ("action", lambda x: x[1:], "has reward"),
+        ("reward", lambda x: x * np.nan, "has a value in reward"),
+        ("prior", lambda x: x[:, :1], "has prior"),
+        ("module_actions", lambda x: x[..., 0], "has module_actions"),
+        ("feedback", lambda x: np.zeros((0, 8)), "has feedback float64(0, 8)"),
+    ],
+)
+def test_a_trace_of_other_signals_is_refused(
+    run: Path, name: str, damage: Callable[[Any], Any], message: str, refused: Refused
+) -> None:
+    change(run / "trace.npz", lambda arrays, _: arrays.update({name: damage(arrays[name])}))
+    refused(["play", str(run), "--out", str(run / "a.csv")], f"trace.npz: {message}")
+
+
+@pytest.mark.parametrize(
+    "rows",
+    [
+        *(None, [], {}, "x", [None], [[]], [{}], [{"epoch": 2, "p_e_percent": 1.0}]),
+        [{"epoch": 1, "p_e_percent": 1.0}] * 2,
+        *([{"epoch": n, "p_e_percent": 1.0}] for n in (-1, 1.0, True, "1", 10**400)),
+        [{"epoch": 1, "p_e_percent": 1.0, "nmi": "high"}],
+    ],
+)
+def test_metrics_that_are_none_are_refused(run: Path, rows: Any, refused: Refused) -> None:
+    change(run / "checkpoint" / "latest.npz", lambda _, meta: meta.update(rows=rows))
+    refused(["imitate", "--resume", str(run), "--no-video"], "latest.npz: ")
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        *(("rate", np.array(rate)) for rate in (0.0, -20.0, np.nan, np.inf, 1e12, 1e-12, 1j)),
+        *(("posture", np.zeros(shape)) for shape in ((), (0,), (3, 12), (10, 11))),
+        ("posture", np.full((77, 12), "a")),
+        ("labels", np.zeros(3)),
+        *(("tempo", np.array(tempo)) for tempo in (0.0, np.nan, np.inf)),
+        ("start", np.array(np.nan)),
+    ],
+)
+def test_a_motion_that_is_none_is_refused(run: Path, name: str, value: Any) -> None:
+    change(run / "checkpoint" / "motion.npz", lambda arrays, _: arrays.update({name: value}))
+    with pytest.raises(CheckpointError, match=r"motion\.npz: damaged; train again with overwrite"):
+        RunFolder(run).read_motion()
+
+
+@pytest.mark.parametrize("part", ["config", "agent", "env", "reading", "seed", "motions", "init"])
+@pytest.mark.parametrize("value", [[], None, "x", 1.5, True, {}, -(10**400), {"x": {}}])
+def test_a_config_of_other_parts_is_refused(
+    run: Path, part: str, value: Any, refused: Refused
+) -> None:
+    content = data_files.read_json(run / "config.json")
+    if part == "config":
+        content["config"] = value
+    else:
+        content["config"][part] = value
+    data_files.write_json(run / "config.json", content)
+    refused(["imitate", "--resume", str(run), "--no-video"], "config.json: damaged, or not of a")
+
+
+def overwrite(path: Path) -> int:
+    words = ("--arms", "kinematic", "--nodes", "10", "--repeats", "1", "--epochs", "1")
+    return main(["imitate", "ymca", *words, "--no-video", "--overwrite", "--out", str(path)])
+
+
+@pytest.mark.parametrize(
+    "text", ["{", "[]", '{"format": 1, "config": {}, "versions": {}}', None], ids=str
+)
+def test_a_damaged_run_and_one_of_another_version_are_replaced(run: Path, text: str | None) -> None:
+    (run / "notes.txt").write_text("precious")
+    (run / "config.json").unlink()
+    if text is not None:
+        (run / "config.json").write_text(text)
+    assert overwrite(run) == 0
+    assert RunFolder(run).read_latest(RunFolder(run).read_config())[1][-1]["epoch"] == 1
+    assert (run / "notes.txt").read_text() == "precious"
+
+
+def test_a_run_of_an_earlier_version_is_replaced_by_its_config(tmp_path: Path) -> None:
+    earlier = '{"format": 1, "config": {}, "versions": {"mpma-mj": "0.1.0"}}'
+    (tmp_path / "config.json").write_text(earlier)
+    assert overwrite(tmp_path) == 0
+
+
+def test_a_foreign_folder_is_never_replaced(tmp_path: Path, refused: Refused) -> None:
+    (tmp_path / "config.json").write_text('{"format": 1, "config": {}}')
+    (tmp_path / "checkpoint").mkdir()
+    np.savez(tmp_path / "checkpoint" / "latest.npz", weights=np.ones(3))
+    np.savez(tmp_path / "trace.npz", meta=np.array('{"kind": "theirs"}'))
+    before = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")}
+    words = ["imitate", "ymca", "--no-video", "--overwrite", "--out", str(tmp_path)]
+    refused(words, "is not empty and not a run; choose another folder with --out, or remove it")
+    assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")} == before
