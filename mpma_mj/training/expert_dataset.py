@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import os
 import re
-import shutil
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +19,7 @@ from mpma_mj.envs.gym_env import ImitationEnv
 from mpma_mj.envs.options import check_seed
 from mpma_mj.envs.wrappers import GymEvaluate
 from mpma_mj.errors import BadOptionError
-from mpma_mj.utils.atomic_files import not_writable
+from mpma_mj.utils.atomic_files import atomic_folder, remove_leftovers
 from mpma_mj.utils.validation import is_integer
 
 if TYPE_CHECKING:
@@ -95,6 +92,8 @@ def record_dataset(
 def check_dataset(path: Path, episodes: int, *, overwrite: bool) -> None:
     """Check that a dataset can be written to a folder, before an agent is trained for it.
 
+    What commands left beside it when they were killed is removed.
+
     Raises:
         BadOptionError: Minari is not installed, there are no episodes, or the folder exists and
             holds something else, or a dataset that may not be replaced.
@@ -107,6 +106,7 @@ def check_dataset(path: Path, episodes: int, *, overwrite: bool) -> None:
     if not is_integer(episodes) or episodes < 1:
         expected = "a whole number of at least 1"
         raise BadOptionError(option="episodes", value=episodes, expected=expected)
+    remove_leftovers(path.parent)
     if not os.path.lexists(path):
         return
     if not (path / "data" / "metadata.json").is_file():
@@ -201,7 +201,7 @@ def _write(
     import minari
     from minari.dataset.minari_storage import MinariStorage
 
-    with _atomic_folder(path) as folder:
+    with atomic_folder(path) as folder:  # absolute, as Minari needs it
         storage = MinariStorage.new(
             folder / "data",
             observation_space=env.observation_space,
@@ -211,27 +211,6 @@ def _write(
         storage.update_metadata(metadata | {"minari_version": minari.__version__})
         storage.update_episodes(episodes)
         storage.update_episode_metadata([{"p_e_percent": one} for one in p_e])
-
-
-@contextlib.contextmanager
-def _atomic_folder(path: Path) -> Iterator[Path]:
-    """Yield a temporary folder, which replaces the one of that path on success.
-
-    Raises:
-        RunFolderError: The folder cannot be written.
-    """
-    path = path.absolute()  # Minari cannot write to a relative one
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        temporary.mkdir(parents=True)
-        yield temporary
-        if path.exists():
-            shutil.rmtree(path)
-        temporary.rename(path)
-    except OSError as error:
-        raise not_writable(path, error) from None
-    finally:
-        shutil.rmtree(temporary, ignore_errors=True)
 
 
 def _stem(path: Path) -> str:

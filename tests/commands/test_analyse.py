@@ -289,7 +289,7 @@ def test_a_checkpoint_that_does_not_fit_is_one_line_and_exit_2(
     change_checkpoint(run, lambda arrays: arrays.update({"forward.weights": np.zeros((2, 3))}))
     refused(words, "best.npz: does not fit its config; train again with --overwrite", title=title)
     change_checkpoint(run, lambda arrays: arrays.pop("forward.weights"))
-    refused(words, "the checkpoint lacks forward.weights; train again", title=title)
+    refused(words, "best.npz: lacks forward.weights; train again", title=title)
 
 
 def test_all_runs_are_checked_before_the_first_is_analysed(
