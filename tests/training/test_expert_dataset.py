@@ -1,6 +1,8 @@
 """Datasets in Minari's format."""
 
 import json
+import os
+import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -13,6 +15,8 @@ import pytest
 from mpma_mj import load, make_agent, make_vec, record_dataset
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions import read_motion
+from mpma_mj.training.expert_dataset import check_dataset
+from mpma_mj.utils.atomic_files import atomic_folder
 
 FLAT, DICT = "mpma_mj:TwoArmImitationFlat-v0", "mpma_mj:TwoArmImitation-v0"
 IDEAL: dict[str, Any] = {"arms": "kinematic", "repeats": 1}
@@ -179,3 +183,15 @@ def test_without_minari_one_line_says_how_to_install_it(
         "datasets need Minari, which is not installed; pip install 'mpma-mj[minari]', or in a"
         " checkout pip install -e '.[minari]'"
     )
+
+
+def test_what_a_killed_command_left_is_removed(tmp_path: Path, minari: Any) -> None:
+    dead = subprocess.run(
+        [sys.executable, "-c", "import os; print(os.getpid())"], capture_output=True
+    )
+    with atomic_folder(tmp_path / "data") as temporary:
+        name = temporary.name.replace(str(os.getpid()), dead.stdout.decode().strip())
+    (tmp_path / name).mkdir()
+    (tmp_path / name / "half").write_text("")
+    check_dataset(tmp_path / "new", 1, overwrite=False)
+    assert [path.name for path in tmp_path.iterdir()] == ["data"]
