@@ -42,6 +42,7 @@ WriteOption = Callable[[str, str | None], str]
 _UNPRINTABLE = re.compile(
     r"[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\u200e\u200f\ud800-\udfff]"
 )
+_LONGEST = 300  # characters of a value (choice)
 _OPTION = re.compile(r"\{(\w+)(?:=((?:[^{}]|\{\{|\}\})*))?\}")
 
 
@@ -144,6 +145,7 @@ class BadOptionError(MpmaError, ValueError):
             return f"{write(self.option, None)} {message}"
         typed = isinstance(self.value, tuple) and write is not as_keyword
         value = " ".join(map(str, self.value)) if typed else repr(self.value)
+        value = value if len(value) <= _LONGEST else f"{value[:_LONGEST]}…"
         problem = f"{write(self.option, None)} is {value}"
         return f"{problem}; expected {self.expected}" if self.expected else problem
 
