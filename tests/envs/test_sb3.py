@@ -215,10 +215,10 @@ def test_bad_options_are_one_line(sb3: Any, options: dict[str, Any], message: st
         sb3.make_sb3_vec(2, arms="kinematic", **options)
 
 
-@pytest.mark.parametrize("env", [None, "ymca", ImitationEnv(arms="kinematic")], ids=repr)
-def test_other_environments_are_refused(sb3: Any, env: Any) -> None:
-    with pytest.raises(BadOptionError, match=r"expected an environment of mpma_mj\.make_vec"):
-        sb3.SB3VecEnv(env)
+def test_other_environments_are_refused(sb3: Any) -> None:
+    for env in (None, "ymca", ImitationEnv(arms="kinematic")):
+        with pytest.raises(BadOptionError, match=r"expected an environment of mpma_mj\.make_vec"):
+            sb3.SB3VecEnv(env)
 
 
 def test_another_autoreset_is_refused(sb3: Any) -> None:
