@@ -149,6 +149,10 @@ def _print_summary(run: Run) -> None:
     else:
         head = f"{state} after {epochs}; best epoch {summary['best_epoch']:.0f}"
     results = [f"p_e {summary['p_e_percent']:.2f} %"]
+    if "learner_acts" in summary:  # others vary less from episode to episode
+        results = [f"learner's {results[0]} in one episode"]
+        experts = [row["p_e_percent"] for row in run.history.rows if not row["learner_acts"]]
+        results += [f"expert's {p_e:.2f} %" for p_e in experts[-1:]]  # none with --init
     if "feedback_ratio" in summary:
         results.append(f"feedback ratio {summary['feedback_ratio']:.3f}")
     if summary.get("plants", 1.0) > 1.0 and not agent_class(run.config.agent_name).observes_plant:
