@@ -20,6 +20,7 @@ __all__ = [
     "InfeasibleMotionError",
     "MotionFileError",
     "MpmaError",
+    "OptionWarning",
     "RecordingWarning",
     "RenderingError",
     "RobotLogError",
@@ -200,6 +201,10 @@ class WorkerError(MpmaError):
     """Processes that train runs died, or run another version of the package."""
 
     exit_code = 1
+
+
+class OptionWarning(_Mendable, UserWarning):
+    """Options lead to a poor result; the message says why."""
 
 
 class RecordingWarning(_Mendable, UserWarning):

@@ -60,8 +60,8 @@ def test_examples_run(title: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 
 def test_every_way_has_an_example() -> None:
-    assert ["stable_baselines3" in imported(code) for code in EXAMPLES.values()].count(True) == 1
-    assert ["cma" in imported(code) for code in EXAMPLES.values()].count(True) == 1
+    for library in ("stable_baselines3", "cma"):
+        assert any(library in imported(code) for code in EXAMPLES.values())
 
 
 @pytest.mark.parametrize("command", sorted({command for command, _ in shown_options()}))
