@@ -171,16 +171,31 @@ if __name__ == "__main__":
     assert run(program) == "True True"
 
 
+TRAIN = """
+from stable_baselines3 import PPO
+print(PPO("MlpPolicy", env, n_steps=64, device="cpu").learn(128).num_timesteps)
+"""
+
+
 def test_two_updates_of_ppo_train_where_nothing_was_chosen() -> None:
     pytest.importorskip("stable_baselines3")
     program = """
 import gymnasium
-from stable_baselines3 import PPO
 env = gymnasium.make("mpma_mj:TwoArmImitationFlat-v0", motion="ymca", arms="kinematic")
-model = PPO("MlpPolicy", env, n_steps=64, device="cpu").learn(128)
-print(model.num_timesteps)
 """
-    assert run(program) == "128"
+    assert run(program + TRAIN) == "128"
+
+
+@pytest.mark.usefixtures("opengl")
+def test_ppo_trains_in_a_process_that_has_drawn() -> None:
+    pytest.importorskip("stable_baselines3")
+    program = """
+from mpma_mj.envs.sb3 import make_sb3_vec
+env = make_sb3_vec(2, "ymca", arms="kinematic", render_mode="rgb_array")
+env.reset()
+env.render()
+"""
+    assert run(program + TRAIN) == "128"
 
 
 def run(program: str) -> str:
