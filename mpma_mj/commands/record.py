@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Generic, TypeVar
 import tyro
 
 from mpma_mj.agents.config import AgentConfig
-from mpma_mj.commands.run_options import RunOptions
+from mpma_mj.commands.run_options import Given, RunOptions
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions.options import given
@@ -26,6 +26,7 @@ __all__ = ["Record"]
 
 AgentT = TypeVar("AgentT", bound=AgentConfig)
 
+_OWN = {"out", "episodes", "overwrite"}  # options that are none of training
 _EPOCHS = 30  # as of `mpma imitate`
 
 
@@ -49,6 +50,7 @@ class Record(Generic[AgentT]):
     """Replace the dataset in the folder."""
     options: Annotated[tyro.conf.OmitArgPrefixes[RunOptions[AgentT]], tyro.conf.arg(name="")]
     """Options of the training, where the source is a motion."""
+    given: Given = frozenset()
 
     def run(self) -> Path:
         """Train the agent if need be, record the dataset and return its folder."""
@@ -79,11 +81,12 @@ class Record(Generic[AgentT]):
         options = self.options
         if not self._is_run:
             return options.run_config((self.source,), "record")
-        untouched = RunOptions(config=type(options.config)())
-        if not options.outside and options != untouched:
+        named = {"agent": options.agent, "rule": getattr(options.config, "rule", None)}
+        allowed = {name for name, value in named.items() if value in options.outside}
+        for name in sorted(self.given - _OWN - allowed):
             raise BadOptionError(
                 f"{self.source} is a trained run, which has its own agent, environment and seed",
-                remedy="give no options of training",
+                remedy=f"leave {{{name}}} out",
             )
         return RunFolder(Path(self.source), options.outside).read_config()
 

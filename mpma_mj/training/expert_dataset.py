@@ -7,7 +7,7 @@ import json
 import os
 import re
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +20,7 @@ from mpma_mj.agents import Agent, NetworkConfig
 from mpma_mj.agents.wrappers import AgentWrapper, Frozen, altered_context_size
 from mpma_mj.envs.gym_env import ImitationEnv
 from mpma_mj.envs.options import check_seed
+from mpma_mj.envs.step_rules import check_action
 from mpma_mj.envs.wrappers import GymEvaluate
 from mpma_mj.errors import BadOptionError
 from mpma_mj.utils.atomic_files import not_writable
@@ -37,9 +38,15 @@ _INSTALL = (
 _DATASET_ID = re.compile(r"([-\w]+/)*[-\w]+-v\d+")  # Minari's
 
 
+Policy = Callable[[Any], Any]
+"""Function from an observation of the environment to an action, shape (8,)."""
+
+_OF_AGENT = ("spec", "config", "seed", "observes_plant", "act", "observe", "reset")
+
+
 def record_dataset(
     env: gymnasium.Env[Any, Any],
-    agent: Agent,
+    agent: Agent | Policy,
     episodes: int,
     path: str | Path,
     *,
@@ -55,7 +62,8 @@ def record_dataset(
 
     Args:
         env: Environment that `gymnasium.make` returned for a motion's name or path, flat or not.
-        agent: Agent of one run.
+        agent: Agent of one run; or a policy of another library, as a function from an observation
+            of `env` to an action, shape (8,), which is clipped to the action space.
         episodes: Number of episodes.
         path: Folder of the dataset.
         seed: Seed of the first episode.
@@ -65,23 +73,25 @@ def record_dataset(
         The folder.
 
     Raises:
-        BadOptionError: Minari is not installed, the folder exists, the agent does not fit the
-            environment, or that cannot be made again from names and numbers.
+        BadOptionError: Minari is not installed, the folder exists, the agent is neither an agent
+            nor a function or does not fit the environment, or that cannot be made again from names
+            and numbers.
         RunFolderError: The folder cannot be written.
     """
     path = Path(path)
     check_dataset(path, episodes, overwrite=overwrite)
-    inner = env.unwrapped
+    inner = env.unwrapped if isinstance(env, gymnasium.Env) else None
     if not isinstance(inner, ImitationEnv) or env.spec is None:
         expected = "what gymnasium.make returned for an environment of mpma_mj"
         raise BadOptionError(option="env", value=env, expected=expected)
     _check_recoverable(env.spec)
-    _check_fit(agent, inner)
+    name = _algorithm(agent)
+    if isinstance(agent, type) or not callable(agent):
+        agent = Frozen(_checked_agent(agent, inner))
     first = check_seed(seed)
     evaluated = GymEvaluate(env)
-    buffers = [_episode(evaluated, inner, Frozen(agent), first + k, k) for k in range(episodes)]
+    buffers = [_episode(evaluated, inner, agent, first + k, k) for k in range(episodes)]
     p_e = [metrics["p_e_percent"] for metrics in evaluated.episode_metrics]
-    name = _algorithm(agent)
     metadata = {
         "dataset_id": path.name if _DATASET_ID.fullmatch(path.name) else f"{_stem(path)}-v0",
         "algorithm_name": name,
@@ -127,8 +137,15 @@ def _check_recoverable(spec: EnvSpec) -> None:
             raise BadOptionError(option=option, value=value, expected=expected) from None
 
 
-def _check_fit(agent: Agent, env: ImitationEnv) -> None:
-    """Refuse an agent of several runs, or one that was made for other observations or arms."""
+def _checked_agent(agent: Any, env: ImitationEnv) -> Agent:
+    """Return an agent of one run that was made for the environment's observations and arms."""
+    if not all(hasattr(agent, name) for name in _OF_AGENT):
+        raise BadOptionError(
+            option="agent",
+            value=agent,
+            expected="an agent of mpma_mj, or a function from observation to action",
+            remedy="of Stable-Baselines3 give lambda observation: model.predict(observation)[0]",
+        )
     if np.ndim(agent.seed):
         raise BadOptionError("agent is a batch of runs; expected an agent of one run")
     env.reset()
@@ -147,23 +164,32 @@ def _check_fit(agent: Agent, env: ImitationEnv) -> None:
             "agent is for other arms or another control timestep than those of the environment",
             remedy="make the environment with the options with which it was trained",
         )
+    checked: Agent = agent
+    return checked
 
 
 def _episode(
-    env: GymEvaluate, inner: ImitationEnv, agent: Agent, seed: int, number: int
+    env: GymEvaluate, inner: ImitationEnv, agent: Agent | Policy, seed: int, number: int
 ) -> EpisodeBuffer:
     """Return an episode of the agent, with the arrays of Minari's buffer."""
     from minari.data_collector.episode_buffer import EpisodeBuffer
 
-    agent.reset(number)
+    if isinstance(agent, Agent):
+        agent.reset(number)
     observation, info = env.reset(seed=seed)
+    space = env.action_space
+    assert isinstance(space, gymnasium.spaces.Box)
     observations, actions, rewards, terminations, truncations = [observation], [], [], [], []
     over = False
     while not over:
-        if agent.observes_plant:
-            plant = info.get("plant")
-            agent.observe_plant(None if plant is None else np.asarray(plant, np.intp))
-        action = agent.act(inner.last_observation).astype(np.float32)
+        if not isinstance(agent, Agent):
+            action = check_action(agent(observation))
+        else:
+            if agent.observes_plant:
+                plant = info.get("plant")
+                agent.observe_plant(None if plant is None else np.asarray(plant, np.intp))
+            action = agent.act(inner.last_observation)
+        action = np.clip(action, space.low, space.high).astype(np.float32)
         observation, reward, terminated, truncated, info = env.step(action)
         over = terminated or truncated
         observations.append(observation)
@@ -239,11 +265,11 @@ def _stem(path: Path) -> str:
     return re.sub(r"[^-\w]", "_", path.stem) or "dataset"
 
 
-def _algorithm(agent: Agent) -> str:
-    """Return the name of the class of an agent, inside all wrappers."""
+def _algorithm(agent: Agent | Policy) -> str:
+    """Return the name of a function, or of the class of an agent inside all wrappers."""
     while isinstance(agent, AgentWrapper):
         agent = agent.agent
-    return type(agent).__name__
+    return str(getattr(agent, "__name__", type(agent).__name__))
 
 
 def _motion(spec: EnvSpec) -> str:

@@ -165,11 +165,13 @@ def test_what_is_neither_run_nor_recording_is_one_line(
     assert message in printed.err
 
 
-def test_how_to_read_is_refused_for_a_run(
-    small_run: Path, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize("words", [["--from", "2"], ["--max-gap", "0.5"], ["--no-strict"]])
+def test_how_to_read_is_refused_for_a_run_even_as_the_default(
+    words: list[str], small_run: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["play", str(small_run), "--from", "2"]) == 2
-    message = f"{small_run} is a run; leave --from out: it is for a recording"
+    assert main(["play", str(small_run), *words]) == 2
+    option = words[0].replace("no-", "")
+    message = f"{small_run} is a run; leave {option} out: it is for a recording"
     assert message in capsys.readouterr().err
 
 
