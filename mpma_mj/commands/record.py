@@ -15,6 +15,7 @@ from mpma_mj.commands.run_options import Given, RunOptions
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions.options import given
+from mpma_mj.utils.folder_lock import locked
 
 if TYPE_CHECKING:
     import gymnasium
@@ -54,19 +55,14 @@ class Record(Generic[AgentT]):
 
     def run(self) -> Path:
         """Train the agent if need be, record the dataset and return its folder."""
-        from mpma_mj.training.expert_dataset import check_dataset, record_dataset
+        from mpma_mj.training.expert_dataset import check_dataset, write_dataset
 
-        check_dataset(self.out, self.episodes, overwrite=self.overwrite)
-        config = self._config()
-        with contextlib.closing(_environment(config)) as env:
-            return record_dataset(
-                env,
-                self._agent(config),
-                self.episodes,
-                self.out,
-                seed=config.seed + 1,  # noise that the training did not begin with
-                overwrite=self.overwrite,
-            )
+        with locked(self.out):
+            check_dataset(self.out, self.episodes, overwrite=self.overwrite)
+            config = self._config()
+            seed = config.seed + 1  # noise that the training did not begin with
+            with contextlib.closing(_environment(config)) as env:
+                return write_dataset(env, self._agent(config), self.episodes, self.out, seed=seed)
 
     @property
     def _is_run(self) -> bool:

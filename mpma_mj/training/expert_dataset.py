@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import os
 import re
-import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,13 +21,14 @@ from mpma_mj.envs.options import check_seed
 from mpma_mj.envs.step_rules import check_action
 from mpma_mj.envs.wrappers import GymEvaluate
 from mpma_mj.errors import BadOptionError
-from mpma_mj.utils.atomic_files import not_writable
+from mpma_mj.utils.atomic_files import atomic_folder
+from mpma_mj.utils.folder_lock import is_empty, locked
 from mpma_mj.utils.validation import is_integer
 
 if TYPE_CHECKING:
     from minari.data_collector.episode_buffer import EpisodeBuffer
 
-__all__ = ["check_dataset", "record_dataset"]
+__all__ = ["check_dataset", "record_dataset", "write_dataset"]
 
 _INSTALL = (
     "datasets need Minari, which is not installed; pip install 'mpma-mj[minari]', or in a checkout"
@@ -76,10 +75,18 @@ def record_dataset(
         BadOptionError: Minari is not installed, the folder exists, the agent is neither an agent
             nor a function or does not fit the environment, or that cannot be made again from names
             and numbers.
-        RunFolderError: The folder cannot be written.
+        RunFolderError: The folder cannot be written, or another command writes into it.
     """
     path = Path(path)
-    check_dataset(path, episodes, overwrite=overwrite)
+    with locked(path):
+        check_dataset(path, episodes, overwrite=overwrite)
+        return write_dataset(env, agent, episodes, path, seed=seed)
+
+
+def write_dataset(
+    env: gymnasium.Env[Any, Any], agent: Agent | Policy, episodes: int, path: Path, *, seed: int
+) -> Path:
+    """Record episodes into a folder that is locked and checked; see `record_dataset`."""
     inner = env.unwrapped if isinstance(env, gymnasium.Env) else None
     if not isinstance(inner, ImitationEnv) or env.spec is None:
         expected = "what gymnasium.make returned for an environment of mpma_mj"
@@ -117,7 +124,7 @@ def check_dataset(path: Path, episodes: int, *, overwrite: bool) -> None:
     if not is_integer(episodes) or episodes < 1:
         expected = "a whole number of at least 1"
         raise BadOptionError(option="episodes", value=episodes, expected=expected)
-    if not os.path.lexists(path):
+    if not os.path.lexists(path) or (path.is_dir() and is_empty(path)):
         return
     if not (path / "data" / "metadata.json").is_file():
         raise BadOptionError(
@@ -227,9 +234,10 @@ def _write(
     import minari
     from minari.dataset.minari_storage import MinariStorage
 
-    with _atomic_folder(path) as folder:
+    # Minari cannot write to a relative path.
+    with atomic_folder(path.absolute() / "data") as folder:
         storage = MinariStorage.new(
-            folder / "data",
+            folder,
             observation_space=env.observation_space,
             action_space=env.action_space,
             env_spec=env.spec,
@@ -237,27 +245,6 @@ def _write(
         storage.update_metadata(metadata | {"minari_version": minari.__version__})
         storage.update_episodes(episodes)
         storage.update_episode_metadata([{"p_e_percent": one} for one in p_e])
-
-
-@contextlib.contextmanager
-def _atomic_folder(path: Path) -> Iterator[Path]:
-    """Yield a temporary folder, which replaces the one of that path on success.
-
-    Raises:
-        RunFolderError: The folder cannot be written.
-    """
-    path = path.absolute()  # Minari cannot write to a relative one
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        temporary.mkdir(parents=True)
-        yield temporary
-        if path.exists():
-            shutil.rmtree(path)
-        temporary.rename(path)
-    except OSError as error:
-        raise not_writable(path, error) from None
-    finally:
-        shutil.rmtree(temporary, ignore_errors=True)
 
 
 def _stem(path: Path) -> str:

@@ -71,6 +71,7 @@ def test_bad_input_is_refused_before_training_in_one_line(tmp_path: Path, refuse
     refused([*base[:1], str(tmp_path / "none"), *base[2:]], "none: no such file")
     assert not out.exists()
     out.mkdir()
+    (out / "mine").touch()
     refused([*base, "--overwrite"], "d: already exists, and is no dataset; choose another folder")
     (out / "data").mkdir()
     (out / "data" / "metadata.json").touch()
