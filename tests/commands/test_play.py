@@ -1,6 +1,7 @@
 """`mpma play`: in a stand-in for the window, without a display, and in a real window."""
 
 import dataclasses
+import errno
 import os
 import shutil
 import subprocess
@@ -306,3 +307,19 @@ def test_a_real_window_opens_and_ends(display: str, end: str, code: int, error: 
         pytest.skip(f"no window was opened: {result.stderr.strip()}")
     assert (result.returncode, result.stderr) == (code, error)
     assert result.stdout.startswith("space: pause")
+
+
+@pytest.mark.parametrize("name", ["a.csv", "a.bvh", "a.trc", "a.npz"])
+def test_a_full_disk_keeps_the_old_file(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, refused: Refused
+) -> None:
+    def full(_: int) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    out = tmp_path / name
+    out.write_text("old")
+    monkeypatch.setattr(os, "fsync", full)
+    message = f"{out}: cannot be written (No space left on device)"
+    refused(["play", "ymca", "--out", str(out), "--overwrite"], message)
+    assert out.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [out]
