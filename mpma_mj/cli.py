@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import io
 import os
 import re
@@ -20,11 +21,10 @@ import tyro
 from mpma_mj import __version__
 from mpma_mj.commands import COMMANDS, EXAMPLES, GROUPS
 from mpma_mj.commands.analyse import with_analysis
-from mpma_mj.commands.imitate import Imitate
 from mpma_mj.commands.parser_errors import parser_error
-from mpma_mj.commands.run_options import REFUSED_OPTIONS, config_type, registry
+from mpma_mj.commands.run_options import REFUSED_OPTIONS, config_type, registry, typed_options
 from mpma_mj.commands.study import parse_study, remedy_for_unused
-from mpma_mj.errors import BadOptionError, MpmaError, RecordingWarning
+from mpma_mj.errors import BadOptionError, MpmaError, OptionWarning, RecordingWarning
 from mpma_mj.utils.text import as_flag, did_you_mean, printable
 
 __all__ = ["main", "overview"]
@@ -153,8 +153,8 @@ def _run(words: Sequence[str]) -> None:
         if _FILE_LIKE_AN_OPTION.match(word):
             raise BadOptionError(f"'{word}' begins like an option; for a file, write ./{word}")
     command = _parse(words)
-    if isinstance(command, Imitate):
-        command = command.with_words(words)
+    if hasattr(command, "given"):
+        command = dataclasses.replace(command, given=frozenset(typed_options(words)))
     with _warnings_as_lines():
         last = command.run()
     if last is not None:
@@ -162,7 +162,7 @@ def _run(words: Sequence[str]) -> None:
     _flush()
 
 
-def _parse(words: Sequence[str]) -> Command:
+def _parse(words: Sequence[str]) -> Any:
     """Return the command that the words describe; help ends the process.
 
     Raises:
@@ -226,14 +226,16 @@ def _flush() -> None:
 
 @contextlib.contextmanager
 def _warnings_as_lines() -> Iterator[None]:
-    """Print each warning about a recording as one line, without its place in the code."""
+    """Print each warning as one line, without its place in the code."""
+    own = OptionWarning, RecordingWarning
 
     def show(message: Warning | str, *_: object, **__: object) -> None:
-        text = message.describe(as_flag) if isinstance(message, RecordingWarning) else message
+        text = message.describe(as_flag) if isinstance(message, own) else message
         print(f"mpma: warning: {text}", file=sys.stderr)
 
     with warnings.catch_warnings():
-        warnings.simplefilter("always", RecordingWarning)
+        for kind in own:
+            warnings.simplefilter("always", kind)
         # A display that does not respond; where it is needed, an error is raised.
         warnings.filterwarnings("ignore", module="glfw")
         warnings.showwarning = show

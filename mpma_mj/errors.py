@@ -20,6 +20,7 @@ __all__ = [
     "InfeasibleMotionError",
     "MotionFileError",
     "MpmaError",
+    "OptionWarning",
     "RecordingWarning",
     "RenderingError",
     "RobotLogError",
@@ -42,6 +43,7 @@ WriteOption = Callable[[str, str | None], str]
 _UNPRINTABLE = re.compile(
     r"[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\u200e\u200f\ud800-\udfff]"
 )
+_LONGEST = 300  # characters of a value (choice)
 _OPTION = re.compile(r"\{(\w+)(?:=((?:[^{}]|\{\{|\}\})*))?\}")
 
 
@@ -144,6 +146,7 @@ class BadOptionError(MpmaError, ValueError):
             return f"{write(self.option, None)} {message}"
         typed = isinstance(self.value, tuple) and write is not as_keyword
         value = " ".join(map(str, self.value)) if typed else repr(self.value)
+        value = value if len(value) <= _LONGEST else f"{value[:_LONGEST]}…"
         problem = f"{write(self.option, None)} is {value}"
         return f"{problem}; expected {self.expected}" if self.expected else problem
 
@@ -198,6 +201,10 @@ class WorkerError(MpmaError):
     """Processes that train runs died, or run another version of the package."""
 
     exit_code = 1
+
+
+class OptionWarning(_Mendable, UserWarning):
+    """Options lead to a poor result; the message says why."""
 
 
 class RecordingWarning(_Mendable, UserWarning):

@@ -33,6 +33,12 @@ def test_a_bad_option_is_data() -> None:
     assert error.describe(as_flag) == "--max-gap is -1; expected 0 or more; drop --repair"
 
 
+def test_a_long_value_is_cut() -> None:
+    error = BadOptionError(option="payload", value=[0.5] * 1000, expected="0 to 1000")
+    assert len(str(error)) < 400
+    assert str(error).endswith("…; expected 0 to 1000")
+
+
 def test_braces_of_a_value_are_no_option() -> None:
     assert str(BadOptionError("weights are {left=3}")) == "weights are {left=3}"
     assert str(BadOptionError(option="map", value="{a=b}")) == "map is '{a=b}'"

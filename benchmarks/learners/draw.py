@@ -97,7 +97,7 @@ def draw(runs: dict[str, dict[int, list[Row]]]) -> Figure:
     axes = figure.add_subplot(xscale="log", yscale="log")
     learning = {name: runs[name] for name in COLOURS if name in runs}
     last = max((seeds[0][-1].steps for seeds in learning.values()), default=1)
-    axes.set_xlim(200, 12 * last)  # room for names
+    axes.set_xlim(200, 16 * last)  # room for names
     axes.set_ylim(0.09, 50)
     axes.set_yticks([0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50])
     axes.yaxis.set_minor_locator(NullLocator())

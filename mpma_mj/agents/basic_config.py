@@ -41,6 +41,11 @@ class AgentConfig:
         """Number of epochs before which a run has no result."""
         return 1
 
+    @property
+    def compensates_latency(self) -> bool:
+        """Whether the agent can use the commands that are under way."""
+        return False
+
 
 @dataclass(frozen=True, kw_only=True)
 class RandomConfig(AgentConfig):

@@ -133,8 +133,8 @@ class BC(Agent):
         """Let the expert learn, or the policy from the expert.
 
         Returns:
-            Gain of the policy as `gain_inverse`, that of a feedback controller, 0, and
-            `calibrating`, 1 until the policy has learned all.
+            `learner_acts`, 1 where the policy acted and 0 where the expert did, and `calibrating`,
+            1 until the policy has learned all.
 
         Raises:
             StateError: There was no episode.
@@ -143,8 +143,7 @@ class BC(Agent):
             raise StateError("learn() was called before an episode; call act() and observe() first")
         shape = self._batch_shape
         logged = {
-            "gain_feedback": np.zeros(shape),
-            "gain_inverse": np.full(shape, float(not self.expert_acts)),
+            "learner_acts": np.full(shape, float(not self.expert_acts)),
             "calibrating": np.full(shape, float(self.is_recording)),
         }
         if self._epochs < EXPERT_EPOCHS:

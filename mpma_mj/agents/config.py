@@ -188,6 +188,11 @@ class SingleConfig(PairedConfig):
         if needed:
             check_models(rule, needed, self.models)
 
+    @property
+    def compensates_latency(self) -> bool:
+        """Whether the models are joint models, which predict the effect of commands under way."""
+        return self.models == "joint"
+
 
 def check_models(rule: object, needed: str, models: str) -> None:
     """Refuse a learning rule that is made for other models.

@@ -137,11 +137,11 @@ class MovementPrimitive(FeedbackOnly):
             self._last = timestep.observation
 
     def learn(self) -> dict[str, Array]:
-        """Learn from the demonstration of the episode; return the gains.
+        """Learn from the demonstration of the episode.
 
         Returns:
-            Gain of the feedback controller; as `gain_inverse`, whether the movement was executed;
-            and as `calibrating`, whether it is still learned.
+            `learner_acts`, 1 where the learned movement was executed and 0 where the target was
+            followed, and `calibrating`, 1 until the movement has been learned.
 
         Raises:
             StateError: There was no episode, or one of another length than those before.
@@ -168,8 +168,7 @@ class MovementPrimitive(FeedbackOnly):
         self._epochs += 1
         shape = self._batch_shape
         return {
-            "gain_feedback": np.full(shape, FINAL_GAINS.feedback),
-            "gain_inverse": np.full(shape, 1.0 - recording),
+            "learner_acts": np.full(shape, 1.0 - recording),
             "calibrating": np.full(shape, recording),
         }
 

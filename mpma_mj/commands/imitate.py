@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import functools
 import sys
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Generic, Self, TypeVar
+from typing import TYPE_CHECKING, Annotated, Generic, TypeVar
 
 import tyro
 
 from mpma_mj.agents.config import AgentConfig
 from mpma_mj.commands.folders import hint_at_resuming, output_folder
 from mpma_mj.commands.play import missing_opengl, write_run_video
-from mpma_mj.commands.run_options import Motions, RunOptions, typed_options
+from mpma_mj.commands.run_options import Given, Motions, RunOptions
 from mpma_mj.errors import BadOptionError
 from mpma_mj.utils.text import option_name
 
@@ -51,11 +49,16 @@ class Imitate(Generic[AgentT]):
     init: Path | None = None
     """Folder of a run whose agent goes on learning in a new run, from its best epoch (with plants:
     from the latest), with its seed and arms."""
-    given: Annotated[frozenset[str], tyro.conf.Fixed, tyro.conf.Suppress] = frozenset()
-    """Options that the command line contains, by their names in Python."""
+    given: Given = frozenset()
 
     def run(self) -> Path:
-        """Train, write the results and return the folder."""
+        """Train, write the results and return the folder.
+
+        Raises:
+            BadOptionError: An option differs from the config of the run that is resumed, or does
+                not apply.
+        """
+        self._check_resumed()
         missing_gl = missing_opengl() if self.video else None
         from mpma_mj.training import run
         from mpma_mj.training.initial_state import begin_from
@@ -102,21 +105,6 @@ class Imitate(Generic[AgentT]):
                 write_run_video(folder)
             return folder.path
 
-    def with_words(self, words: Sequence[str]) -> Self:
-        """Return the command with the options that a command line contains as given.
-
-        Args:
-            words: Words of the command line; only options that they contain are compared with
-                those of an earlier run.
-
-        Raises:
-            BadOptionError: An option differs from the config of the run that is resumed, or does
-                not apply.
-        """
-        command = dataclasses.replace(self, given=frozenset(typed_options(words)))
-        command._check_resumed()
-        return command
-
     def _check_resumed(self) -> None:
         """Check that no option contradicts the config of the run that is resumed."""
         if self.resume is None:
@@ -161,6 +149,10 @@ def _print_summary(run: Run) -> None:
     else:
         head = f"{state} after {epochs}; best epoch {summary['best_epoch']:.0f}"
     results = [f"p_e {summary['p_e_percent']:.2f} %"]
+    if "learner_acts" in summary:  # others vary less from episode to episode
+        results = [f"learner's {results[0]} in one episode"]
+        experts = [row["p_e_percent"] for row in run.history.rows if not row["learner_acts"]]
+        results += [f"expert's {p_e:.2f} %" for p_e in experts[-1:]]  # none with --init
     if "feedback_ratio" in summary:
         results.append(f"feedback ratio {summary['feedback_ratio']:.3f}")
     if summary.get("plants", 1.0) > 1.0 and not agent_class(run.config.agent_name).observes_plant:

@@ -5,18 +5,18 @@ from __future__ import annotations
 import math
 import re
 import shlex
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
 from mpma_mj.commands.folders import check_new_file
-from mpma_mj.commands.run_options import Reading
+from mpma_mj.commands.run_options import Given, Reading
 from mpma_mj.envs.gl import require_backend
 from mpma_mj.errors import BadOptionError, RenderingError, UnknownMotionError
 from mpma_mj.motions.export import MOTION_FORMATS, export_motion, write_joint_angles
-from mpma_mj.motions.options import ReadingOptions, given
+from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.utils.input_files import is_web_address
 
 if TYPE_CHECKING:
@@ -55,6 +55,7 @@ class Play:
     """Replace that file if it exists."""
     reading: Reading = ReadingOptions()
     """Options of reading a recording."""
+    given: Given = frozenset()
 
     def run(self) -> Path | None:
         """Play until the window is closed, or write the file and return its path."""
@@ -133,7 +134,7 @@ class Play:
 
         folder = RunFolder(Path(self.source))
         options = folder.read_config().env
-        for option in sorted(given(self.reading)):
+        for option in sorted(self.given & {field.name for field in fields(ReadingOptions)}):
             raise BadOptionError(
                 f"{self.source} is a run", remedy=f"leave {{{option}}} out: it is for a recording"
             )

@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Annotated, Any, Generic, TypeVar
 import tyro
 
 from mpma_mj.agents.config import AgentConfig
-from mpma_mj.commands.run_options import RunOptions
+from mpma_mj.commands.run_options import Given, RunOptions
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions.options import given
+from mpma_mj.utils.folder_lock import locked
 
 if TYPE_CHECKING:
     import gymnasium
@@ -26,6 +27,7 @@ __all__ = ["Record"]
 
 AgentT = TypeVar("AgentT", bound=AgentConfig)
 
+_OWN = {"out", "episodes", "overwrite"}  # options that are none of training
 _EPOCHS = 30  # as of `mpma imitate`
 
 
@@ -49,22 +51,18 @@ class Record(Generic[AgentT]):
     """Replace the dataset in the folder."""
     options: Annotated[tyro.conf.OmitArgPrefixes[RunOptions[AgentT]], tyro.conf.arg(name="")]
     """Options of the training, where the source is a motion."""
+    given: Given = frozenset()
 
     def run(self) -> Path:
         """Train the agent if need be, record the dataset and return its folder."""
-        from mpma_mj.training.expert_dataset import check_dataset, record_dataset
+        from mpma_mj.training.expert_dataset import check_dataset, write_dataset
 
-        check_dataset(self.out, self.episodes, overwrite=self.overwrite)
-        config = self._config()
-        with contextlib.closing(_environment(config)) as env:
-            return record_dataset(
-                env,
-                self._agent(config),
-                self.episodes,
-                self.out,
-                seed=config.seed + 1,  # noise that the training did not begin with
-                overwrite=self.overwrite,
-            )
+        with locked(self.out):
+            check_dataset(self.out, self.episodes, overwrite=self.overwrite)
+            config = self._config()
+            seed = config.seed + 1  # noise that the training did not begin with
+            with contextlib.closing(_environment(config)) as env:
+                return write_dataset(env, self._agent(config), self.episodes, self.out, seed=seed)
 
     @property
     def _is_run(self) -> bool:
@@ -79,11 +77,12 @@ class Record(Generic[AgentT]):
         options = self.options
         if not self._is_run:
             return options.run_config((self.source,), "record")
-        untouched = RunOptions(config=type(options.config)())
-        if not options.outside and options != untouched:
+        named = {"agent": options.agent, "rule": getattr(options.config, "rule", None)}
+        allowed = {name for name, value in named.items() if value in options.outside}
+        for name in sorted(self.given - _OWN - allowed):
             raise BadOptionError(
                 f"{self.source} is a trained run, which has its own agent, environment and seed",
-                remedy="give no options of training",
+                remedy=f"leave {{{name}}} out",
             )
         return RunFolder(Path(self.source), options.outside).read_config()
 

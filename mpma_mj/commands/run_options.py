@@ -24,6 +24,7 @@ from mpma_mj.utils.text import field_name, option_name
 
 __all__ = [
     "REFUSED_OPTIONS",
+    "Given",
     "Motions",
     "Outside",
     "OutsideClasses",
@@ -47,6 +48,9 @@ Reading = Annotated[
     tyro.conf.OmitArgPrefixes[ReadingOptions],
     tyro.conf.arg(name="recording", help="How a recording is read, cleaned and labelled."),
 ]
+
+Given = Annotated[frozenset[str], tyro.conf.Fixed, tyro.conf.Suppress]
+"""Options that the command line contains, by their names in Python; `mpma_mj.cli` fills it in."""
 
 _METAVARS = {
     "agent": "NAME",

@@ -187,7 +187,7 @@ class Demonstration:
         return np.concatenate([rows, np.repeat(rows[-1:], beyond, axis=0)])
 
     def _sensor_noise(self, seed: int, number: int, drawn: Array) -> Array | None:
-        if self._options.observation_noise == 0.0:
+        if not np.any(self._options.observation_noise):  # neither the number nor an end
             return None
         scale = np.concatenate([np.ones(12 + 8), self._max_joint_speed])
         noise = stream(seed, "sensors", number).standard_normal((len(self._clean), len(scale)))

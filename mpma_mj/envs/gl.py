@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import importlib
 import os
@@ -79,8 +80,9 @@ def choose_backend() -> None:
 def defer_opengl() -> None:
     """Let MuJoCo and dm_control load OpenGL with the first context, not on import.
 
-    Mesa's software drivers load LLVM, and so does PyTorch's compiler; a process that loads Mesa
-    first crashes when it uses PyTorch. Modules that are already imported stay as they are.
+    Mesa's software drivers load LLVM, and so does Triton, PyTorch's compiler; a process that loads
+    Mesa first crashes when it uses PyTorch. So the first context loads Triton, where it is
+    installed. Modules that are already imported stay as they are.
     """
     for name, context in _CONTEXTS.items():
         if name not in sys.modules:
@@ -91,6 +93,8 @@ def defer_opengl() -> None:
 
 def _make_context(deferred: types.ModuleType, context: str, *size: Any, **options: Any) -> Any:
     """Import the module behind a stand-in and return a new context."""
+    with contextlib.suppress(ImportError):
+        importlib.import_module("triton")
     name = deferred.__name__
     if sys.modules.get(name) is deferred:
         del sys.modules[name]

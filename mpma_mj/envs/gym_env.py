@@ -19,10 +19,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from mpma_mj.envs.load import make_environment
 from mpma_mj.envs.observation import action_space, flatten, observation_space
-from mpma_mj.envs.options import check_seed, options_from
+from mpma_mj.envs.options import check_seed, options_among
 from mpma_mj.envs.physics import PhysicsArms
-from mpma_mj.envs.rendering import ArmRenderer
-from mpma_mj.errors import BadOptionError
+from mpma_mj.envs.rendering import ArmRenderer, checked_mode, make_renderer
+from mpma_mj.envs.vector_conventions import check_no_options
 from mpma_mj.motions import Motion
 
 if TYPE_CHECKING:
@@ -101,13 +101,8 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
             BadOptionError: An option is out of bounds, or does not exist.
             MpmaError: The motion cannot be read, or is faster than the arms.
         """
-        modes = self.metadata["render_modes"]
-        if render_mode is not None and render_mode not in modes:
-            raise BadOptionError(
-                option="render_mode", value=render_mode, expected=f"{' or '.join(modes)}"
-            )
-        self.render_mode = render_mode
-        self._motion, self._options = motion, options_from(options)
+        self._motion, self._options = motion, options_among(locals())
+        self.render_mode = checked_mode(render_mode, self.metadata["render_modes"])
         self._view: dict[str, Any] = {"width": width, "height": height, "camera": camera}
         self._env = make_environment(motion, self._options, seed)
         self._over = True
@@ -160,9 +155,7 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
         Raises:
             BadOptionError: The seed is negative or no integer, or there are options.
         """
-        if options:
-            expected = "none, as reset has no options"
-            raise BadOptionError(option="options", value=options, expected=expected)
+        check_no_options(options)
         seed = None if seed is None else check_seed(seed)
         super().reset(seed=seed)
         if seed is not None:
@@ -258,8 +251,7 @@ class ImitationEnv(gymnasium.Env[Any, Any]):
         mujoco.mj_kinematics(physics.model.ptr, physics.data.ptr)  # positions from the state
 
     def _make_renderer(self) -> ArmRenderer | None:
-        draws = self.render_mode == "rgb_array"
-        return ArmRenderer(self._env.physics, **self._view) if draws else None
+        return make_renderer(self._env.physics, self.render_mode, **self._view)
 
     def _pack(self, observation: dict[str, Array]) -> Any:
         self.last_observation = observation

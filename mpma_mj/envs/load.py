@@ -6,7 +6,7 @@ import math
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Literal
+from typing import Literal, Never
 
 from dm_control.rl import control
 
@@ -56,6 +56,7 @@ def load(  # noqa: D417 # the fields of `EnvironmentOptions` are documented ther
     plants: PlantsLike | None = None,
     switch_every: tuple[float, float] | None = None,
     epochs_per_plant: int = 3,
+    **options: Never,
 ) -> control.Environment:
     """Return an environment in which two arms imitate a motion.
 
@@ -70,7 +71,7 @@ def load(  # noqa: D417 # the fields of `EnvironmentOptions` are documented ther
         A `dm_env.Environment`; see `TwoArmImitation` for observation, action and reward.
 
     Raises:
-        BadOptionError: An option is out of bounds, or contradicts another.
+        BadOptionError: An option does not exist, is out of bounds, or contradicts another.
         MpmaError: The motion cannot be read.
     """
     return make_environment(motion, options_among(locals()), seed)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Literal
+from typing import Literal, Never
 
 from gymnasium.vector import AutoresetMode
 
@@ -56,6 +56,7 @@ def make_vec(  # noqa: D417 # the fields of `EnvironmentOptions` are documented 
     plants: PlantsLike | None = None,
     switch_every: tuple[float, float] | None = None,
     epochs_per_plant: int = 3,
+    **options: Never,
 ) -> VectorImitationEnv:
     """Return a vector of environments that one call steps together.
 
@@ -74,10 +75,10 @@ def make_vec(  # noqa: D417 # the fields of `EnvironmentOptions` are documented 
         threads: Greatest number of simulating threads; one for each processor if not given.
 
     Raises:
-        BadOptionError: An option is out of bounds, or contradicts another.
+        BadOptionError: An option does not exist, is out of bounds, or contradicts another.
         MpmaError: The motion cannot be read, or is faster than the arms.
     """
-    options = options_among(locals())
+    chosen = options_among(locals())
     if not isinstance(flat, bool):
         raise BadOptionError(option="flat", value=flat, expected="True or False")
     kind = FlatVectorImitationEnv if flat else VectorImitationEnv
@@ -91,5 +92,5 @@ def make_vec(  # noqa: D417 # the fields of `EnvironmentOptions` are documented 
         height=height,
         camera=camera,
         threads=threads,
-        **vars(options),
+        **vars(chosen),
     )

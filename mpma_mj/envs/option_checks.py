@@ -13,7 +13,13 @@ from mpma_mj.errors import BadOptionError
 from mpma_mj.kinematics import SEGMENT_NAMES
 from mpma_mj.utils.validation import Bounds, is_number
 
-__all__: list[str] = ["checked_dwell", "checked_path", "checked_perturbation", "checked_weights"]
+__all__: list[str] = [
+    "checked_dwell",
+    "checked_path",
+    "checked_perturbation",
+    "checked_weights",
+    "is_within",
+]
 
 _WEIGHT = Bounds(0.0, 1e6)
 _RATE, _FORCE = Bounds(0.0, 100.0), Bounds(0.0, 10_000.0)  # 1/s, N
@@ -27,14 +33,15 @@ def checked_path(path: object) -> str:
     return os.fspath(path)
 
 
-def _is_within(bounds: Bounds, value: object) -> bool:
-    return is_number(value) and bounds.admit(float(value))
+def is_within(bounds: Bounds, value: object) -> bool:
+    """Return whether a value is a number within bounds."""
+    return is_number(value) and bounds.admit(value)  # type: ignore[arg-type] # compared as it is
 
 
 def checked_perturbation(given: Any) -> tuple[float, float]:
     """Return rate, 1/s, and size, N, as plain numbers; a BadOptionError if out of bounds."""
     rate, size = _pair(given)
-    if not (_is_within(_RATE, rate) and _is_within(_FORCE, size)):
+    if not (is_within(_RATE, rate) and is_within(_FORCE, size)):
         raise BadOptionError(
             option="perturbation",
             value=given,
@@ -46,7 +53,7 @@ def checked_perturbation(given: Any) -> tuple[float, float]:
 def checked_dwell(option: str, given: Any) -> tuple[float, float]:
     """Return lowest and highest time between two switches, s; a BadOptionError if out of bounds."""
     low, high = _pair(given)
-    if not (_is_within(_DWELL, low) and _is_within(_DWELL, high) and low <= high):
+    if not (is_within(_DWELL, low) and is_within(_DWELL, high) and low <= high):
         expected = f"two times, 0 < low <= high <= {_DWELL.high:g} s, such as 1 and 3"
         raise BadOptionError(option=option, value=given, expected=expected)
     return float(low), float(high)
@@ -65,7 +72,7 @@ def checked_weights(given: object) -> dict[str, float]:
         expected = f"a weight for some of {', '.join(SEGMENT_NAMES)}"
         raise BadOptionError(option="reward_weights", value=given, expected=expected)
     for name, weight in given.items():
-        if not _is_within(_WEIGHT, weight):
+        if not is_within(_WEIGHT, weight):
             expected = f"0 to {_WEIGHT.high:g} for {name}"
             raise BadOptionError(option="reward_weights", value=dict(given), expected=expected)
     if len(given) == len(SEGMENT_NAMES) and not any(given.values()):

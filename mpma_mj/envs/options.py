@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -36,9 +36,9 @@ __all__: list[str] = [
     "FIELDS_OF_PLANTS",
     "MASS_OPTIONS",
     "EnvironmentOptions",
+    "check_names",
     "check_seed",
     "options_among",
-    "options_from",
     "seeds_of_batch",
 ]
 
@@ -59,7 +59,8 @@ class EnvironmentOptions:
     """Options of an environment, apart from its motion and its seed.
 
     `load(motion, seed=seed, **vars(options))` returns the environment with these options. Those of
-    `DRAWN_OPTIONS` may be ranges of two numbers, from which one is drawn for each episode.
+    `DRAWN_OPTIONS` may be ranges of two numbers, from which one is drawn for each episode. With
+    equal ends the episodes are those of that number, as each option has a random stream of its own.
 
     Attributes:
         arms: "physics" for simulated arms, "kinematic" for arms that move ideally.
@@ -232,6 +233,7 @@ class EnvironmentOptions:
 
 
 _NAMES = [option.name for option in dataclasses.fields(EnvironmentOptions)]
+_NO_OPTIONS = ("self", "__class__", "options")  # among the names in a method
 
 
 def _fields_of_plants() -> tuple[dataclasses.Field[Any], ...]:
@@ -240,46 +242,45 @@ def _fields_of_plants() -> tuple[dataclasses.Field[Any], ...]:
     return tuple(option for option in fields if option.name in FIELDS_OF_PLANTS)
 
 
-def options_from(given: Mapping[str, Any]) -> EnvironmentOptions:
-    """Return the options with these names and values.
+def check_names(given: Iterable[str], known: Collection[str]) -> None:
+    """Check that options exist, given their names and those of all.
+
+    Raises:
+        BadOptionError: One does not; names it, and the most similar one or all.
+    """
+    for name in given:
+        if name not in known:
+            expected = ", ".join(f"{{{option}}}" for option in known)
+            remedy = did_you_mean(name, known, "{{{}}}") or f"expected {expected}"
+            raise BadOptionError(f"no option '{name}'", remedy=remedy)
+
+
+def options_among(arguments: Mapping[str, Any]) -> EnvironmentOptions:
+    """Return the options among the arguments of a function.
 
     Args:
-        given: Values of fields of `EnvironmentOptions`, by name.
+        arguments: The function's `locals()` where it begins, with keyword arguments that it does
+            not name in `options`; `reward_weights` may be None.
 
     Raises:
         BadOptionError: An option does not exist, or is out of bounds.
     """
-    for name in given:
-        if name not in _NAMES:
-            options = ", ".join(f"{{{option}}}" for option in ("motion", "seed", *_NAMES))
-            remedy = did_you_mean(name, _NAMES, "{{{}}}") or f"expected {options}"
-            raise BadOptionError(f"no option '{name}'", remedy=remedy)
-    return EnvironmentOptions(**given)
-
-
-def options_among(arguments: Mapping[str, Any]) -> EnvironmentOptions:
-    """Return the options among the arguments of a function that has all of them.
-
-    Args:
-        arguments: The function's `locals()`; `reward_weights` may be None.
-
-    Raises:
-        BadOptionError: An option is out of bounds.
-    """
-    given = {name: arguments[name] for name in _NAMES}
-    if given["reward_weights"] is None:
+    named = {name: arguments[name] for name in arguments if name not in _NO_OPTIONS}
+    check_names(arguments["options"], dict.fromkeys((*named, *_NAMES)))
+    given = named | arguments["options"]
+    if given.get("reward_weights", {}) is None:
         del given["reward_weights"]
-    return EnvironmentOptions(**given)
+    return EnvironmentOptions(**{name: given[name] for name in _NAMES if name in given})
 
 
-def check_seed(seed: object) -> int:
-    """Return a seed as a plain integer.
+def check_seed(seed: object, name: str = "seed") -> int:
+    """Return a seed, or the number of an episode by its name, as a plain integer.
 
     Raises:
-        BadOptionError: The seed is negative or no integer.
+        BadOptionError: It is negative or no integer.
     """
     if not (is_integer(seed) and int(seed) >= 0):
-        raise BadOptionError(option="seed", value=seed, expected="a whole number from 0 up")
+        raise BadOptionError(option=name, value=seed, expected="a whole number from 0 up")
     return int(seed)
 
 

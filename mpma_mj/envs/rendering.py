@@ -7,6 +7,7 @@ import ctypes
 import os
 import threading
 import weakref
+from collections.abc import Sequence
 
 import mujoco
 import numpy as np
@@ -17,7 +18,7 @@ from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.errors import BadOptionError, RenderingError
 from mpma_mj.utils.validation import is_integer
 
-__all__: list[str] = ["ArmRenderer", "add_ghost"]
+__all__: list[str] = ["ArmRenderer", "add_ghost", "checked_mode", "make_renderer"]
 
 Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
@@ -55,20 +56,10 @@ class ArmRenderer:
         Raises:
             BadOptionError: The model has no such camera, or a size is no whole number.
         """
-        for name, size in (("width", width), ("height", height)):
-            if not (is_integer(size) and 1 <= int(size) <= _LARGEST):
-                expected = f"a whole number of pixels from 1 to {_LARGEST}"
-                raise BadOptionError(option=name, value=size, expected=expected)
-        model = physics.model
-        cameras = [model.id2name(i, "camera") for i in range(model.ncam)]
-        if camera not in cameras:
-            raise BadOptionError(
-                option="camera",
-                value=camera,
-                expected=f"one of the model's cameras: {', '.join(cameras) or 'none'}",
-            )
+        _check_size(width=width, height=height)
+        _check_camera(physics, camera)
         # Larger pictures than the model's buffer are refused by MuJoCo.
-        buffer = model.ptr.vis.global_
+        buffer = physics.model.ptr.vis.global_
         buffer.offwidth, buffer.offheight = (
             max(buffer.offwidth, width),
             max(buffer.offheight, height),
@@ -139,6 +130,55 @@ class ArmRenderer:
                 remedy='use spawn, not fork, to start it: multiprocessing.get_context("spawn"),'
                 ' start_method="spawn" or context="spawn"',
             )
+
+
+def checked_mode(mode: object, modes: Sequence[str]) -> str | None:
+    """Return a mode of rendering, or None for no pictures.
+
+    Raises:
+        BadOptionError: It is none of the modes that there are.
+    """
+    if mode is not None and not (isinstance(mode, str) and mode in modes):
+        expected = f"{' or '.join(modes)}, or None for no pictures"
+        raise BadOptionError(option="render_mode", value=mode, expected=expected)
+    return mode
+
+
+def make_renderer(
+    physics: PhysicsArms, mode: str | None, *, width: int, height: int, camera: str
+) -> ArmRenderer | None:
+    """Return the renderer of an environment; None, but the view checked, if it returns no pictures.
+
+    Args:
+        physics: The arms.
+        mode: "rgb_array" if there are to be pictures.
+        width: Width of pictures, pixels.
+        height: Height of pictures, pixels.
+        camera: Name of a camera of the model; without pictures, "front" need not exist.
+
+    Raises:
+        BadOptionError: The model has no such camera, or a size is no whole number.
+    """
+    if mode == "rgb_array":
+        return ArmRenderer(physics, width=width, height=height, camera=camera)
+    _check_size(width=width, height=height)
+    if not (isinstance(camera, str) and camera == "front"):  # an array is neither
+        _check_camera(physics, camera)
+    return None
+
+
+def _check_size(**sizes: object) -> None:
+    for name, size in sizes.items():
+        if not (is_integer(size) and 1 <= int(size) <= _LARGEST):
+            expected = f"a whole number of pixels from 1 to {_LARGEST}"
+            raise BadOptionError(option=name, value=size, expected=expected)
+
+
+def _check_camera(physics: PhysicsArms, camera: object) -> None:
+    cameras = [physics.model.id2name(i, "camera") for i in range(physics.model.ncam)]
+    if not (isinstance(camera, str) and camera in cameras):
+        expected = f"one of the model's cameras: {', '.join(cameras) or 'none'}"
+        raise BadOptionError(option="camera", value=camera, expected=expected)
 
 
 def _this_thread() -> tuple[int, int]:

@@ -6,6 +6,7 @@ env = make_sb3_vec(16, "ymca", feedback_gain=1.0)
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -16,8 +17,12 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from numpy.typing import NDArray
 
 from mpma_mj.envs.make_vec import make_vec
-from mpma_mj.envs.vector_conventions import row_of
+from mpma_mj.envs.options import check_names, check_seed
+from mpma_mj.envs.vector_conventions import check_no_options, row_of
+from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.envs.wrappers import VectorFeedbackAssist
+from mpma_mj.envs.wrappers.base import unwrap
+from mpma_mj.envs.wrappers.feedback_assist import checked_gain
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions import Motion
 
@@ -46,28 +51,33 @@ class SB3VecEnv(VecEnv):
     `TimeLimit.truncated` alone, which costs less.
     """
 
-    def __init__(self, envs: VectorEnv[Any, Any, Any]) -> None:
+    def __init__(self, env: VectorEnv[Any, Any, Any]) -> None:
         """Wrap environments.
 
         Args:
-            envs: Environments of `make_vec`, perhaps in wrappers, that begin episodes at the same
+            env: Environments of `make_vec`, perhaps in wrappers, that begin episodes at the same
                 step.
 
         Raises:
-            BadOptionError: Episodes begin at the next step, or not by themselves.
+            BadOptionError: Episodes begin at the next step, or not by themselves; or environments
+                of another kind are wrapped.
         """
-        mode = envs.metadata["autoreset_mode"]
+        unwrap(env, VectorImitationEnv)
+        mode = env.metadata["autoreset_mode"]
         if mode is not AutoresetMode.SAME_STEP:
             raise BadOptionError(option="autoreset_mode", value=mode.name, expected="SAME_STEP")
-        self.envs = envs
-        space = envs.single_observation_space
-        super().__init__(envs.num_envs, _as_float32_space(space), envs.single_action_space)
+        self.envs = env
+        space = env.single_observation_space
+        super().__init__(env.num_envs, _as_float32_space(space), env.single_action_space)
+
+    def seed(self, seed: int | None = None) -> Sequence[int | None]:
+        """Set the seed of the first environment, from which the others' follow, for `reset`."""
+        return super().seed(None if seed is None else check_seed(seed))
 
     def reset(self) -> Any:
         """Begin the next episode of every environment, or the first one of its seed."""
-        if any(self._options):
-            expected = "none, as reset has no options"
-            raise BadOptionError(option="options", value=self._options, expected=expected)
+        for own in self._options if isinstance(self._options, list) else [self._options]:
+            check_no_options(own)
         observations, info = self.envs.reset(seed=self._seeds)
         self._reset_seeds()
         self.reset_infos = [row_of(info, row) for row in range(self.num_envs)]
@@ -169,13 +179,15 @@ def make_sb3_vec(
         BadOptionError: An option is out of bounds, or does not exist.
         MpmaError: The motion cannot be read.
     """
+    gain = checked_gain("feedback_gain", feedback_gain)
+    check_names(options, ("feedback_gain", *inspect.signature(make_vec).parameters))
     if "autoreset_mode" in options:
         problem = "Stable-Baselines3 begins episodes at the same step"
         raise BadOptionError(problem, remedy="leave out {autoreset_mode}")
     given: dict[str, Any] = {"flat": True, "autoreset_mode": AutoresetMode.SAME_STEP} | options
     envs: VectorEnv[Any, Any, Any] = make_vec(num_envs, motion, **given)
-    if feedback_gain != 0.0:
-        envs = VectorFeedbackAssist(envs, feedback_gain)
+    if gain > 0.0:
+        envs = VectorFeedbackAssist(envs, gain)
     return VecMonitor(SB3VecEnv(envs), info_keywords=LOGGED)
 
 

@@ -13,7 +13,7 @@ from mpma_mj import kinematics, metrics
 from mpma_mj.envs.adaptive_starts import AdaptiveStarts
 from mpma_mj.envs.demonstration import Demonstration
 from mpma_mj.envs.observation import Observer
-from mpma_mj.envs.options import EnvironmentOptions
+from mpma_mj.envs.options import EnvironmentOptions, check_seed
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.envs.step_rules import StepRules, check_action, count_clipped, delayed
 from mpma_mj.motions import Motion
@@ -195,8 +195,9 @@ class TwoArmImitation(control.Task):
 
     def _begin(self, physics: PhysicsArms) -> None:
         """Draw the next episode, whose first action is yet to come."""
-        start = None if self._starts is None else self._starts.begin(0, self.seed, self.episode)
-        self._drawn = self._demonstration.episode(self.seed, self.episode, start)
+        seed, episode = check_seed(self.seed), check_seed(self.episode, "episode")
+        start = None if self._starts is None else self._starts.begin(0, seed, episode)
+        self._drawn = self._demonstration.episode(seed, episode, start)
         drawn = self._randomisation.by_name(self._drawn.drawn_options)
         self.drawn = {name: float(value) for name, value in drawn.items()}
         self._step = np.intp(self._drawn.start)

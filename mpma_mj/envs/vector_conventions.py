@@ -16,24 +16,27 @@ from mpma_mj.utils.validation import is_integer
 
 __all__: list[str] = [
     "check_going",
+    "check_no_options",
+    "checked_autoreset",
     "checked_count",
-    "checked_mode",
-    "checked_render_mode",
     "checked_reset_mask",
     "masked",
     "row_of",
     "rows_where",
 ]
 
+_MOST = 100_000  # environments or threads (choice)
+
 
 def checked_count(name: str, count: object) -> int:
     """Return a number of environments or threads, given the name of its option.
 
     Raises:
-        BadOptionError: It is no whole number from 1 up.
+        BadOptionError: It is no whole number from 1 to 100,000.
     """
-    if not (is_integer(count) and int(count) >= 1):
-        raise BadOptionError(option=name, value=count, expected="a whole number from 1 up")
+    if not (is_integer(count) and 1 <= int(count) <= _MOST):
+        expected = f"a whole number from 1 to {_MOST}"
+        raise BadOptionError(option=name, value=count, expected=expected)
     return int(count)
 
 
@@ -51,29 +54,28 @@ def check_going(over: Mask) -> None:
         )
 
 
-def checked_render_mode(mode: str | None) -> str | None:
-    """Return a mode of rendering.
-
-    Raises:
-        BadOptionError: A vector has no such mode.
-    """
-    if mode not in (None, "rgb_array"):
-        expected = "rgb_array, or None for no pictures"
-        raise BadOptionError(option="render_mode", value=mode, expected=expected)
-    return mode
-
-
-def checked_mode(mode: AutoresetMode | str) -> AutoresetMode:
+def checked_autoreset(mode: AutoresetMode | str) -> AutoresetMode:
     """Return a mode of autoreset, given as it is or by either of Gymnasium's names.
 
     Raises:
         BadOptionError: There is no such mode.
     """
-    for known in AutoresetMode:
+    for known in AutoresetMode if isinstance(mode, AutoresetMode | str) else ():
         if mode in (known, known.name, known.value):
             return known
     expected = "NEXT_STEP, SAME_STEP or DISABLED"
     raise BadOptionError(option="autoreset_mode", value=mode, expected=expected)
+
+
+def check_no_options(options: object) -> None:
+    """Check that `reset` has no options: None, or a dictionary without entries.
+
+    Raises:
+        BadOptionError: There are some.
+    """
+    if options is not None and not (isinstance(options, dict) and not options):
+        expected = "none, as reset has no options"
+        raise BadOptionError(option="options", value=options, expected=expected)
 
 
 def checked_reset_mask(options: dict[str, Any] | None, count: int) -> NDArray[np.bool_]:
@@ -86,7 +88,7 @@ def checked_reset_mask(options: dict[str, Any] | None, count: int) -> NDArray[np
     Raises:
         BadOptionError: There are other options, or the mask is no array of N booleans.
     """
-    if not options:
+    if options is None or (isinstance(options, dict) and not options):
         return np.ones(count, bool)
     try:
         mask = np.array(options.get("reset_mask")) if isinstance(options, dict) else None

@@ -18,15 +18,14 @@ from mpma_mj.envs.arm_batch import make_batch
 from mpma_mj.envs.demonstration import Demonstration
 from mpma_mj.envs.load import prepare
 from mpma_mj.envs.observation import Observer, action_space, flatten, observation_space
-from mpma_mj.envs.options import check_seed, options_from, seeds_of_batch
-from mpma_mj.envs.rendering import ArmRenderer
+from mpma_mj.envs.options import check_seed, options_among, seeds_of_batch
+from mpma_mj.envs.rendering import checked_mode, make_renderer
 from mpma_mj.envs.step_rules import Mask, Outcome, StepRules, check_action, count_clipped, delayed
 from mpma_mj.envs.tracking import Tracking
 from mpma_mj.envs.vector_conventions import (
     check_going,
+    checked_autoreset,
     checked_count,
-    checked_mode,
-    checked_render_mode,
     checked_reset_mask,
     masked,
     rows_where,
@@ -104,21 +103,19 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
             BadOptionError: An option is out of bounds, or does not exist.
             MpmaError: The motion cannot be read, or is faster than the arms.
         """
+        self.options = chosen = options_among(locals())
         self.closed = True  # there is nothing to close yet
         self.num_envs = num_envs = checked_count("num_envs", num_envs)
         threads = checked_count("threads", processors() if threads is None else threads)
-        self.render_mode = checked_render_mode(render_mode)
-        self._autoreset = checked_mode(autoreset_mode)
-        chosen, seed = options_from(options), check_seed(seed)
-        self.options = chosen
+        self.render_mode = checked_mode(render_mode, self.metadata["render_modes"])
+        self._autoreset, seed = checked_autoreset(autoreset_mode), check_seed(seed)
         self.motion, self.arms, nstep = prepare(motion, chosen)
         self.max_joint_speed = self.arms.max_joint_speed
         self.control_timestep = 1.0 / self.motion.rate
         own = {"autoreset_mode": self._autoreset, "render_fps": round(self.motion.rate, 3)}
         self.metadata = self.metadata | own
-        self._renderer: ArmRenderer | None = None
-        if render_mode is not None:
-            self._renderer = ArmRenderer(self.arms, width=width, height=height, camera=camera)
+        view: dict[str, Any] = {"width": width, "height": height, "camera": camera}
+        self._renderer = make_renderer(self.arms, self.render_mode, **view)
         self._demonstration = Demonstration(self.motion, chosen, self.max_joint_speed)
         self._randomisation = self._demonstration.randomisation
         self._starts = AdaptiveStarts.if_chosen(chosen, num_envs, self._demonstration)

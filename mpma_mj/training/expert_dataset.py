@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,15 +18,17 @@ from mpma_mj.agents import Agent, NetworkConfig
 from mpma_mj.agents.wrappers import AgentWrapper, Frozen, altered_context_size
 from mpma_mj.envs.gym_env import ImitationEnv
 from mpma_mj.envs.options import check_seed
+from mpma_mj.envs.step_rules import check_action
 from mpma_mj.envs.wrappers import GymEvaluate
 from mpma_mj.errors import BadOptionError
-from mpma_mj.utils.atomic_files import atomic_folder, remove_leftovers
+from mpma_mj.utils.atomic_files import atomic_folder
+from mpma_mj.utils.folder_lock import is_empty, locked
 from mpma_mj.utils.validation import is_integer
 
 if TYPE_CHECKING:
     from minari.data_collector.episode_buffer import EpisodeBuffer
 
-__all__ = ["check_dataset", "record_dataset"]
+__all__ = ["check_dataset", "record_dataset", "write_dataset"]
 
 _INSTALL = (
     "datasets need Minari, which is not installed; pip install 'mpma-mj[minari]', or in a checkout"
@@ -34,9 +37,15 @@ _INSTALL = (
 _DATASET_ID = re.compile(r"([-\w]+/)*[-\w]+-v\d+")  # Minari's
 
 
+Policy = Callable[[Any], Any]
+"""Function from an observation of the environment to an action, shape (8,)."""
+
+_OF_AGENT = ("spec", "config", "seed", "observes_plant", "act", "observe", "reset")
+
+
 def record_dataset(
     env: gymnasium.Env[Any, Any],
-    agent: Agent,
+    agent: Agent | Policy,
     episodes: int,
     path: str | Path,
     *,
@@ -52,7 +61,8 @@ def record_dataset(
 
     Args:
         env: Environment that `gymnasium.make` returned for a motion's name or path, flat or not.
-        agent: Agent of one run.
+        agent: Agent of one run; or a policy of another library, as a function from an observation
+            of `env` to an action, shape (8,), which is clipped to the action space.
         episodes: Number of episodes.
         path: Folder of the dataset.
         seed: Seed of the first episode.
@@ -62,23 +72,33 @@ def record_dataset(
         The folder.
 
     Raises:
-        BadOptionError: Minari is not installed, the folder exists, the agent does not fit the
-            environment, or that cannot be made again from names and numbers.
-        RunFolderError: The folder cannot be written.
+        BadOptionError: Minari is not installed, the folder exists, the agent is neither an agent
+            nor a function or does not fit the environment, or that cannot be made again from names
+            and numbers.
+        RunFolderError: The folder cannot be written, or another command writes into it.
     """
     path = Path(path)
-    check_dataset(path, episodes, overwrite=overwrite)
-    inner = env.unwrapped
+    with locked(path):
+        check_dataset(path, episodes, overwrite=overwrite)
+        return write_dataset(env, agent, episodes, path, seed=seed)
+
+
+def write_dataset(
+    env: gymnasium.Env[Any, Any], agent: Agent | Policy, episodes: int, path: Path, *, seed: int
+) -> Path:
+    """Record episodes into a folder that is locked and checked; see `record_dataset`."""
+    inner = env.unwrapped if isinstance(env, gymnasium.Env) else None
     if not isinstance(inner, ImitationEnv) or env.spec is None:
         expected = "what gymnasium.make returned for an environment of mpma_mj"
         raise BadOptionError(option="env", value=env, expected=expected)
     _check_recoverable(env.spec)
-    _check_fit(agent, inner)
+    name = _algorithm(agent)
+    if isinstance(agent, type) or not callable(agent):
+        agent = Frozen(_checked_agent(agent, inner))
     first = check_seed(seed)
     evaluated = GymEvaluate(env)
-    buffers = [_episode(evaluated, inner, Frozen(agent), first + k, k) for k in range(episodes)]
+    buffers = [_episode(evaluated, inner, agent, first + k, k) for k in range(episodes)]
     p_e = [metrics["p_e_percent"] for metrics in evaluated.episode_metrics]
-    name = _algorithm(agent)
     metadata = {
         "dataset_id": path.name if _DATASET_ID.fullmatch(path.name) else f"{_stem(path)}-v0",
         "algorithm_name": name,
@@ -92,8 +112,6 @@ def record_dataset(
 def check_dataset(path: Path, episodes: int, *, overwrite: bool) -> None:
     """Check that a dataset can be written to a folder, before an agent is trained for it.
 
-    What commands left beside it when they were killed is removed.
-
     Raises:
         BadOptionError: Minari is not installed, there are no episodes, or the folder exists and
             holds something else, or a dataset that may not be replaced.
@@ -106,8 +124,7 @@ def check_dataset(path: Path, episodes: int, *, overwrite: bool) -> None:
     if not is_integer(episodes) or episodes < 1:
         expected = "a whole number of at least 1"
         raise BadOptionError(option="episodes", value=episodes, expected=expected)
-    remove_leftovers(path.parent)
-    if not os.path.lexists(path):
+    if not os.path.lexists(path) or (path.is_dir() and is_empty(path)):
         return
     if not (path / "data" / "metadata.json").is_file():
         raise BadOptionError(
@@ -127,8 +144,15 @@ def _check_recoverable(spec: EnvSpec) -> None:
             raise BadOptionError(option=option, value=value, expected=expected) from None
 
 
-def _check_fit(agent: Agent, env: ImitationEnv) -> None:
-    """Refuse an agent of several runs, or one that was made for other observations or arms."""
+def _checked_agent(agent: Any, env: ImitationEnv) -> Agent:
+    """Return an agent of one run that was made for the environment's observations and arms."""
+    if not all(hasattr(agent, name) for name in _OF_AGENT):
+        raise BadOptionError(
+            option="agent",
+            value=agent,
+            expected="an agent of mpma_mj, or a function from observation to action",
+            remedy="of Stable-Baselines3 give lambda observation: model.predict(observation)[0]",
+        )
     if np.ndim(agent.seed):
         raise BadOptionError("agent is a batch of runs; expected an agent of one run")
     env.reset()
@@ -147,23 +171,32 @@ def _check_fit(agent: Agent, env: ImitationEnv) -> None:
             "agent is for other arms or another control timestep than those of the environment",
             remedy="make the environment with the options with which it was trained",
         )
+    checked: Agent = agent
+    return checked
 
 
 def _episode(
-    env: GymEvaluate, inner: ImitationEnv, agent: Agent, seed: int, number: int
+    env: GymEvaluate, inner: ImitationEnv, agent: Agent | Policy, seed: int, number: int
 ) -> EpisodeBuffer:
     """Return an episode of the agent, with the arrays of Minari's buffer."""
     from minari.data_collector.episode_buffer import EpisodeBuffer
 
-    agent.reset(number)
+    if isinstance(agent, Agent):
+        agent.reset(number)
     observation, info = env.reset(seed=seed)
+    space = env.action_space
+    assert isinstance(space, gymnasium.spaces.Box)
     observations, actions, rewards, terminations, truncations = [observation], [], [], [], []
     over = False
     while not over:
-        if agent.observes_plant:
-            plant = info.get("plant")
-            agent.observe_plant(None if plant is None else np.asarray(plant, np.intp))
-        action = agent.act(inner.last_observation).astype(np.float32)
+        if not isinstance(agent, Agent):
+            action = check_action(agent(observation))
+        else:
+            if agent.observes_plant:
+                plant = info.get("plant")
+                agent.observe_plant(None if plant is None else np.asarray(plant, np.intp))
+            action = agent.act(inner.last_observation)
+        action = np.clip(action, space.low, space.high).astype(np.float32)
         observation, reward, terminated, truncated, info = env.step(action)
         over = terminated or truncated
         observations.append(observation)
@@ -201,9 +234,10 @@ def _write(
     import minari
     from minari.dataset.minari_storage import MinariStorage
 
-    with atomic_folder(path) as folder:  # absolute, as Minari needs it
+    # Minari cannot write to a relative path.
+    with atomic_folder(path.absolute() / "data") as folder:
         storage = MinariStorage.new(
-            folder / "data",
+            folder,
             observation_space=env.observation_space,
             action_space=env.action_space,
             env_spec=env.spec,
@@ -218,11 +252,11 @@ def _stem(path: Path) -> str:
     return re.sub(r"[^-\w]", "_", path.stem) or "dataset"
 
 
-def _algorithm(agent: Agent) -> str:
-    """Return the name of the class of an agent, inside all wrappers."""
+def _algorithm(agent: Agent | Policy) -> str:
+    """Return the name of a function, or of the class of an agent inside all wrappers."""
     while isinstance(agent, AgentWrapper):
         agent = agent.agent
-    return type(agent).__name__
+    return str(getattr(agent, "__name__", type(agent).__name__))
 
 
 def _motion(spec: EnvSpec) -> str:

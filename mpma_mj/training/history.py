@@ -229,9 +229,9 @@ def _is_metric(value: object) -> bool:
 def has_converged(row: EpochMetrics) -> bool:
     """Return whether an epoch meets the paper's criteria for the end of training.
 
-    Control has passed (L = 1, K < 0.15), responsibility predictors are within 3 % of the
-    responsibilities, and the trajectory within 3 % of the demonstration. Joint models have been
-    calibrated, too.
+    Control has passed (L = 1, K < 0.15; or a learner without gains acts), responsibility predictors
+    are within 3 % of the responsibilities, and the trajectory within 3 % of the demonstration.
+    Joint models have been calibrated, too.
     """
     if row.get("calibrating", 0.0) or not _control_has_passed(row):
         return False
@@ -240,7 +240,9 @@ def has_converged(row: EpochMetrics) -> bool:
 
 
 def _control_has_passed(row: EpochMetrics) -> bool:
-    """Return whether inverse models control; agents that do not learn have none."""
+    """Return whether inverse models, or a learner, control; agents that do not learn have none."""
+    if "learner_acts" in row:
+        return row["learner_acts"] == 1.0
     return row.get("gain_inverse", 0.0) >= 1.0 and row.get("gain_feedback", np.inf) < FINAL_FEEDBACK
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.agents import Agent
-from mpma_mj.agents.config import AgentConfig
+from mpma_mj.agents.config import CONFIG_TYPES, AgentConfig
 from mpma_mj.agents.registry import check_trainable
 from mpma_mj.context import active_label
 from mpma_mj.envs.options import EnvironmentOptions
-from mpma_mj.errors import BadOptionError, DivergedError
+from mpma_mj.errors import BadOptionError, DivergedError, OptionWarning
 from mpma_mj.motions import Motion
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.trace import Trace
@@ -226,6 +227,7 @@ def train(
     """
     _check(config, epochs)
     check_epochs(config, epochs)
+    _warn_of_latency(config)
     motion = motion or read_motions(config)
     begins = None if config.init is None else initial_state(config, motion)
     with one_thread(), contextlib.closing(Trainer([config], motion)) as trainer:
@@ -313,6 +315,15 @@ def _train(trainer: Trainer, epochs: int, folder: RunFolder | None, on_epoch: On
     if folder is not None:
         folder.write_summary(trained.summary)
     return trained
+
+
+def _warn_of_latency(config: RunConfig) -> None:
+    """Warn where the environment has a latency that a built-in agent cannot compensate."""
+    latency, name = config.env.longest_latency, config.agent_name
+    if latency and name in CONFIG_TYPES and not config.agent.compensates_latency:
+        problem = f"{name} does not compensate latency, as it does not use the commands under way"
+        remedy = f"use the joint models of {{agent=mpma}}, best with {{lookahead={latency + 1}}}"
+        warnings.warn(OptionWarning(problem, remedy=remedy), stacklevel=3)
 
 
 def _check(config: RunConfig, epochs: int) -> None:

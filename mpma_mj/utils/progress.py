@@ -23,12 +23,13 @@ __all__ = ["show_count", "show_epochs", "show_frames", "show_range", "show_runs"
 
 
 # Metrics of an epoch that are shown, where the agent has them.
-_SHOWN = {
-    "epoch": "epoch {:3.0f}",
-    "p_e_percent": "p_e {:5.2f} %",
-    "feedback_ratio": "feedback ratio {:4.2f}",
-    "gain_feedback": "K {:4.2f}",
-    "gain_inverse": "L {:4.2f}",
+_SHOWN: dict[str, Callable[[float], str]] = {
+    "epoch": "epoch {:3.0f}".format,
+    "learner_acts": lambda acts: "learner" if acts else "expert ",
+    "p_e_percent": "p_e {:5.2f} %".format,
+    "feedback_ratio": "feedback ratio {:4.2f}".format,
+    "gain_feedback": "K {:4.2f}".format,
+    "gain_inverse": "L {:4.2f}".format,
 }
 
 
@@ -47,7 +48,7 @@ def show_epochs(epochs: int) -> Iterator[Callable[[dict[str, float]], None]]:
         task = bar.add_task("training", total=epochs)
 
         def show(row: dict[str, float]) -> None:
-            shown = (form.format(row[name]) for name, form in _SHOWN.items() if name in row)
+            shown = (form(row[name]) for name, form in _SHOWN.items() if name in row)
             bar.console.print("   ".join(shown), soft_wrap=True)
             bar.advance(task)
 

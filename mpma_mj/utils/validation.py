@@ -150,17 +150,12 @@ def _checked(name: str, value: Any, check: _Check) -> Any:
     several = ranged and isinstance(value, tuple | list | np.ndarray)
     numbers = list(value) if several else [value]
     fit = all((is_integer(n) if whole else is_number(n)) and bounds.admit(n) for n in numbers)
-    if not fit or (several and not _is_range(numbers, whole=whole)):
+    if not fit or (several and not (len(numbers) == 2 and numbers[0] <= numbers[1])):
         if ranged:
-            others += f", or a range of two{'' if whole else ' that differ'}, the lowest first"
+            others += ", or a range of two, the lowest first"
         expected = bounds.describe(whole=whole) + others
         raise BadOptionError(option=name, value=value, expected=expected)
     return tuple(map(kind, numbers)) if several else kind(value)
-
-
-def _is_range(numbers: list[Any], *, whole: bool) -> bool:
-    """Return whether numbers are the ends of a range; only one of integers may have one value."""
-    return len(numbers) == 2 and (numbers[0] < numbers[1] or (whole and numbers[0] == numbers[1]))
 
 
 def is_integer(value: object) -> TypeGuard[SupportsInt]:

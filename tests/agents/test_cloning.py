@@ -48,8 +48,7 @@ def test_the_expert_acts_until_it_has_shown_enough(kind: str, shown: int) -> Non
         assert np.array_equal(trace.action, alone.action) == acts
         logged = agent.learn()
         assert logged == {
-            "gain_feedback": 0.0,
-            "gain_inverse": 0.0 if acts else 1.0,
+            "learner_acts": 0.0 if acts else 1.0,
             "calibrating": 1.0 if epoch < 5 else 0.0,
         }
         if epoch < 3:

@@ -106,8 +106,7 @@ def test_it_follows_what_is_shown_until_it_has_learned(kind: str) -> None:
         shown = record_epoch(other, follower, epoch).action
         assert np.array_equal(action, shown) == (not acts)
         assert agent.learn() == {
-            "gain_feedback": pytest.approx(0.14),
-            "gain_inverse": float(acts),
+            "learner_acts": float(acts),
             "calibrating": float(not acts),
         }
 

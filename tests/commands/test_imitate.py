@@ -42,6 +42,35 @@ def test_a_run_prints_its_folder_last_and_shows_its_epochs(
     assert not (out / "dance.mp4").exists()
 
 
+@pytest.mark.parametrize(
+    ("agent", "by_expert"),
+    [
+        ("bc --expert-episodes 2", 5),
+        ("dagger --expert-episodes 2", 4),
+        ("promp --demonstrations 2", 2),
+        ("dmp --demonstrations 2", 2),
+    ],
+)
+def test_epochs_of_the_expert_and_of_the_learner_are_named(
+    agent: str, by_expert: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "run"
+    small = "--arms kinematic --repeats 1 --no-video --out"
+    assert main(["imitate", "ymca", "--agent", *agent.split(), *small.split(), str(out)]) == 0
+    printed = capsys.readouterr()
+    who = [line.split()[2] for line in printed.err.splitlines()]
+    epochs = len(who)
+    assert who == ["expert"] * by_expert + ["learner"] * (epochs - by_expert)
+    assert " K " not in printed.err  # it has no gains
+    expert, learner = (printed.err.splitlines()[k].split()[4] for k in (by_expert - 1, -1))
+    result = f"learner's p_e {learner} % in one episode, expert's {expert} %"
+    assert f"best epoch {epochs}: {result}" in printed.out
+    again = tmp_path / "again"
+    words = f"imitate ymca --agent {agent} --init {out} {small}"
+    assert main([*words.split(), str(again)]) == 0
+    assert "expert's" not in capsys.readouterr().out
+
+
 def test_without_out_a_run_goes_below_runs_by_motion_and_time(
     capsys: pytest.CaptureFixture[str],
 ) -> None:

@@ -1,6 +1,7 @@
 """`mpma play`: in a stand-in for the window, without a display, and in a real window."""
 
 import dataclasses
+import errno
 import os
 import shutil
 import subprocess
@@ -165,11 +166,13 @@ def test_what_is_neither_run_nor_recording_is_one_line(
     assert message in printed.err
 
 
-def test_how_to_read_is_refused_for_a_run(
-    small_run: Path, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize("words", [["--from", "2"], ["--max-gap", "0.5"], ["--no-strict"]])
+def test_how_to_read_is_refused_for_a_run_even_as_the_default(
+    words: list[str], small_run: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["play", str(small_run), "--from", "2"]) == 2
-    message = f"{small_run} is a run; leave --from out: it is for a recording"
+    assert main(["play", str(small_run), *words]) == 2
+    option = words[0].replace("no-", "")
+    message = f"{small_run} is a run; leave {option} out: it is for a recording"
     assert message in capsys.readouterr().err
 
 
@@ -304,3 +307,19 @@ def test_a_real_window_opens_and_ends(display: str, end: str, code: int, error: 
         pytest.skip(f"no window was opened: {result.stderr.strip()}")
     assert (result.returncode, result.stderr) == (code, error)
     assert result.stdout.startswith("space: pause")
+
+
+@pytest.mark.parametrize("name", ["a.csv", "a.bvh", "a.trc", "a.npz"])
+def test_a_full_disk_keeps_the_old_file(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, refused: Refused
+) -> None:
+    def full(_: int) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    out = tmp_path / name
+    out.write_text("old")
+    monkeypatch.setattr(os, "fsync", full)
+    message = f"{out}: cannot be written (No space left on device)"
+    refused(["play", "ymca", "--out", str(out), "--overwrite"], message)
+    assert out.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [out]

@@ -71,16 +71,25 @@ def test_bad_input_is_refused_before_training_in_one_line(tmp_path: Path, refuse
     refused([*base[:1], str(tmp_path / "none"), *base[2:]], "none: no such file")
     assert not out.exists()
     out.mkdir()
+    (out / "mine").touch()
     refused([*base, "--overwrite"], "d: already exists, and is no dataset; choose another folder")
     (out / "data").mkdir()
     (out / "data" / "metadata.json").touch()
     refused(base, "d: already exists; --overwrite replaces it")
 
 
-def test_options_of_training_are_refused_with_a_trained_run(
-    tmp_path: Path, refused: Refused
+@pytest.mark.parametrize(
+    "option",
+    [
+        *(["--seed", "1"], ["--seed=0"], ["--agent", "single"], ["--agent", "mpma"]),
+        *(["--arms", "physics"], ["--payload", "0"], ["--no-strict"], ["--nodes", "50"]),
+    ],
+)
+def test_options_of_training_are_refused_with_a_trained_run_even_as_its_defaults(
+    option: list[str], tmp_path: Path, refused: Refused
 ) -> None:
     (tmp_path / "config.json").touch()
-    words = ["record", str(tmp_path), "--out", str(tmp_path / "d")]
-    refused([*words, "--seed", "1"], "is a trained run, which has its own agent, environment and")
-    refused([*words, "--agent", "single"], "is a trained run, which has its own agent, environment")
+    words = ["record", str(tmp_path), "--out", str(tmp_path / "d"), "--episodes", "1", *option]
+    flag = option[0].partition("=")[0].replace("--no-", "--")
+    own = "is a trained run, which has its own agent, environment and seed"
+    refused(words, f"{own}; leave {flag} out")

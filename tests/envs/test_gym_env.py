@@ -251,7 +251,7 @@ def test_the_rate_of_pictures_is_that_of_control(rate: float, expected: float) -
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"tempi": 2}, "no option 'tempi'; expected motion, seed, arms, "),
+        ({"tempi": 2}, "no option 'tempi'; expected motion, seed, render_mode, "),
         ({"pahse": True}, "no option 'pahse'; did you mean phase?"),
         ({"arms": "rubber"}, "arms is 'rubber'; expected one of physics, kinematic"),
         ({"motion": "macarena"}, "no motion 'macarena'"),
@@ -265,9 +265,10 @@ def test_bad_options_are_one_line(options: dict[str, Any], message: str) -> None
     assert "\n" not in str(caught.value)
 
 
-def test_an_unknown_render_mode_is_one_line() -> None:
-    with pytest.raises(BadOptionError, match="render_mode is 'ansi'; expected rgb_array or human"):
-        ImitationEnv(render_mode="ansi")
+@pytest.mark.parametrize("mode", ["ansi", 3, ["rgb_array"], np.zeros(2)], ids=repr)
+def test_an_unknown_render_mode_is_one_line(mode: Any) -> None:
+    with pytest.raises(BadOptionError, match=r"render_mode is .*; expected rgb_array or human"):
+        ImitationEnv(render_mode=mode)
 
 
 @pytest.mark.parametrize("action", [np.zeros(7), np.zeros((1, 8)), 0.5])

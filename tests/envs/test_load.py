@@ -4,10 +4,12 @@ import inspect
 import re
 from collections.abc import Callable
 from dataclasses import fields
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import dm_env
+import gymnasium
 import numpy as np
 import pytest
 
@@ -45,9 +47,33 @@ def test_a_value_that_is_no_motion_is_refused(motion: Any) -> None:
         load(motion)
 
 
-def test_options_have_names_that_exist() -> None:
-    with pytest.raises(TypeError, match="refrence_noise"):
-        load("ymca", refrence_noise=0.1)  # type: ignore[call-arg]
+NAMED = "mpma_mj:TwoArmImitation-v0"
+MAKERS: dict[str, tuple[Callable[..., Any], str]] = {
+    "load": (load, "motion, seed, arms, "),
+    "make_vec": (partial(mpma_mj.make_vec, 2), "num_envs, motion, seed, flat, autoreset_mode, "),
+    "gymnasium.make": (partial(gymnasium.make, NAMED), "motion, seed, render_mode, width, "),
+    "gymnasium.make_vec": (partial(gymnasium.make_vec, NAMED, 2), "num_envs, motion, seed, "),
+}
+
+
+@pytest.mark.parametrize("maker", MAKERS)
+def test_a_misspelt_option_is_named_with_the_one_that_may_be_meant(maker: str) -> None:
+    make, first = MAKERS[maker]
+    for typed, meant in {
+        "paylod": "payload",
+        "refrence_noise": "reference_noise",
+        "sed": "seed",
+    }.items():
+        with pytest.raises(BadOptionError, match=rf"^no option '{typed}'; did you mean {meant}\?$"):
+            make(**{typed: 1})
+    with pytest.raises(BadOptionError, match=f"^no option 'tempi'; expected {first}"):
+        make(tempi=2)
+    if maker != "load":
+        with pytest.raises(BadOptionError, match=r"^no option 'camra'; did you mean camera\?$"):
+            make(camra="front")
+
+
+def test_all_arguments_but_the_motion_have_names() -> None:
     with pytest.raises(TypeError, match="positional"):
         load("ymca", "physics")  # type: ignore[misc]
 
@@ -66,7 +92,8 @@ def test_signatures_show_every_option_with_its_default(function: Callable[..., o
     for name in NAMES:
         expected = None if name == "reward_weights" else getattr(default, name)
         assert parameters[name].default == expected, name
-    assert list(parameters)[-len(NAMES) :] == NAMES
+    assert list(parameters)[-len(NAMES) - 1 :] == [*NAMES, "options"]
+    assert parameters["options"].annotation == "Never"  # as type checkers tell of unknown names
 
 
 def test_every_option_stands_in_the_documentation_with_its_default() -> None:

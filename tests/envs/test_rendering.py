@@ -4,6 +4,7 @@ import pickle
 import subprocess
 import sys
 from contextlib import closing
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.envs import gl
 from mpma_mj.envs.gym_env import ImitationEnv
+from mpma_mj.envs.make_vec import make_vec
 from mpma_mj.envs.physics import KinematicArms, PhysicsArms
 from mpma_mj.envs.rendering import ArmRenderer
 from mpma_mj.errors import BadOptionError
@@ -137,13 +139,19 @@ def test_size_and_camera_are_options_of_the_environment() -> None:
         ({"camera": "back"}, "camera is 'back'; expected one of the model's cameras: front, side"),
         ({"width": 0}, "width is 0; expected a whole number of pixels from 1 to 8192"),
         ({"height": 99999}, "height is 99999; expected a whole number of pixels"),
+        ({"height": -1}, "height is -1; expected a whole number of pixels"),
+        ({"width": "640"}, "width is '640'; expected a whole number of pixels"),
+        ({"camera": None}, "camera is None; expected one of the model's cameras: front, side"),
+        ({"camera": np.zeros(2)}, r"camera is array\(.*\); expected one of the model's cameras"),
     ],
 )
+@pytest.mark.parametrize("mode", ["rgb_array", None])
 def test_an_impossible_view_is_refused_when_the_environment_is_made(
-    view: dict[str, Any], message: str
+    mode: str | None, view: dict[str, Any], message: str
 ) -> None:
-    with pytest.raises(BadOptionError, match=message):
-        make(render_mode="rgb_array", **view)
+    for maker in (make, partial(make_vec, 2)):
+        with pytest.raises(BadOptionError, match=message):
+            maker(render_mode=mode, **view)
 
 
 DRAWN = """

@@ -102,9 +102,15 @@ def test_attributes_and_methods(sb3: Any) -> None:
         env.set_attr("gian", 1.0)
     with pytest.raises(BadOptionError, match="indices is 0; expected None, as all share"):
         env.set_attr("gain", 1.0, indices=0)
-    env.set_options({"mass": 3})
-    with pytest.raises(BadOptionError, match="reset has no options"):
-        env.reset()
+    for options in ({"mass": 3}, True, np.ones(2)):
+        env.set_options(options)
+        with pytest.raises(BadOptionError, match="reset has no options"):
+            env.reset()
+    env.set_options()
+    for seed in ("3", [], -1, True, np.nan):
+        with pytest.raises(BadOptionError, match=r"seed is .*; expected a whole number from 0 up"):
+            env.seed(seed)
+    env.reset()  # with the seeds as they were
     env.close()
 
 
@@ -165,16 +171,31 @@ if __name__ == "__main__":
     assert run(program) == "True True"
 
 
+TRAIN = """
+from stable_baselines3 import PPO
+print(PPO("MlpPolicy", env, n_steps=64, device="cpu").learn(128).num_timesteps)
+"""
+
+
 def test_two_updates_of_ppo_train_where_nothing_was_chosen() -> None:
     pytest.importorskip("stable_baselines3")
     program = """
 import gymnasium
-from stable_baselines3 import PPO
 env = gymnasium.make("mpma_mj:TwoArmImitationFlat-v0", motion="ymca", arms="kinematic")
-model = PPO("MlpPolicy", env, n_steps=64, device="cpu").learn(128)
-print(model.num_timesteps)
 """
-    assert run(program) == "128"
+    assert run(program + TRAIN) == "128"
+
+
+@pytest.mark.usefixtures("opengl")
+def test_ppo_trains_in_a_process_that_has_drawn() -> None:
+    pytest.importorskip("stable_baselines3")
+    program = """
+from mpma_mj.envs.sb3 import make_sb3_vec
+env = make_sb3_vec(2, "ymca", arms="kinematic", render_mode="rgb_array")
+env.reset()
+env.render()
+"""
+    assert run(program + TRAIN) == "128"
 
 
 def run(program: str) -> str:
@@ -190,6 +211,29 @@ def run(program: str) -> str:
 @pytest.fixture(autouse=True)
 def in_a_folder_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"paylod": 1}, r"^no option 'paylod'; did you mean payload\?$"),
+        ({"feedbak_gain": 1}, r"^no option 'feedbak_gain'; did you mean feedback_gain\?$"),
+        ({"options": {}}, "^no option 'options'"),
+        ({"feedback_gain": -1}, "^feedback_gain is -1; expected 0 to 1$"),
+        ({"feedback_gain": np.zeros(2)}, r"^feedback_gain is array\(.*\); expected 0 to 1$"),
+        ({"feedback_gain": False}, "^feedback_gain is False; expected 0 to 1$"),
+        ({"camera": "nope"}, "^camera is 'nope'; expected one of the model's cameras: front"),
+    ],
+)
+def test_bad_options_are_one_line(sb3: Any, options: dict[str, Any], message: str) -> None:
+    with pytest.raises(BadOptionError, match=message):
+        sb3.make_sb3_vec(2, arms="kinematic", **options)
+
+
+def test_other_environments_are_refused(sb3: Any) -> None:
+    for env in (None, "ymca", ImitationEnv(arms="kinematic")):
+        with pytest.raises(BadOptionError, match=r"expected an environment of mpma_mj\.make_vec"):
+            sb3.SB3VecEnv(env)
 
 
 def test_another_autoreset_is_refused(sb3: Any) -> None:

@@ -121,6 +121,15 @@ def test_setting_the_episode_repeats_it(env: control.Environment) -> None:
     np.testing.assert_array_equal(env.reset().observation["target"], first)
 
 
+@pytest.mark.parametrize("name", ["seed", "episode"])
+@pytest.mark.parametrize("value", [None, -1, 1.5, "3", [1]], ids=repr)
+def test_a_seed_or_episode_that_is_no_number_is_refused(name: str, value: object) -> None:
+    env = load("ymca", arms="kinematic")
+    setattr(env.task, name, value)
+    with pytest.raises(BadOptionError, match=f"^{name} is .*; expected a whole number from 0 up$"):
+        env.reset()
+
+
 def test_the_target_is_the_next_reference(env: control.Environment) -> None:
     timesteps = play(env)
     for now, after in itertools.pairwise(timesteps):

@@ -285,7 +285,9 @@ def test_no_step_before_a_reset() -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"num_envs": 0}, "num_envs is 0; expected a whole number from 1 up"),
+        ({"num_envs": 0}, "num_envs is 0; expected a whole number from 1 to 100000"),
+        ({"num_envs": 10**400}, "num_envs is 1000"),
+        ({"threads": 100_001}, "threads is 100001; expected a whole number from 1 to 100000"),
         ({"num_envs": 2.0}, "num_envs is 2.0"),
         ({"num_envs": True}, "num_envs is True"),
         (
@@ -296,7 +298,10 @@ def test_no_step_before_a_reset() -> None:
             {"num_envs": 2, "autoreset_mode": "never"},
             "autoreset_mode is 'never'; expected NEXT_STEP, SAME_STEP or DISABLED",
         ),
-        ({"num_envs": 2, "lateny": 1}, "no option 'lateny'; did you mean latency"),
+        (
+            {"num_envs": 2, "autoreset_mode": np.zeros(2)},
+            r"autoreset_mode is array\(.*\); expected NEXT_STEP, SAME_STEP or DISABLED",
+        ),
         ({"num_envs": 2, "seed": -3}, "seed is -3"),
     ],
 )
@@ -374,6 +379,9 @@ def test_a_mask_leaves_an_ended_episode_ended() -> None:
     "options",
     [
         3,
+        False,
+        [],
+        np.ones(2, bool),
         {"mask": [True, True]},
         {"reset_mask": [[True], [True, False]]},
         {"reset_mask": [True]},

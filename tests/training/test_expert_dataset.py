@@ -1,8 +1,7 @@
 """Datasets in Minari's format."""
 
+import importlib.util
 import json
-import os
-import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -15,8 +14,7 @@ import pytest
 from mpma_mj import load, make_agent, make_vec, record_dataset
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions import read_motion
-from mpma_mj.training.expert_dataset import check_dataset
-from mpma_mj.utils.atomic_files import atomic_folder
+from tests.envs.test_gl import python
 
 FLAT, DICT = "mpma_mj:TwoArmImitationFlat-v0", "mpma_mj:TwoArmImitation-v0"
 IDEAL: dict[str, Any] = {"arms": "kinematic", "repeats": 1}
@@ -164,11 +162,86 @@ def test_an_agent_that_does_not_fit_is_refused(tmp_path: Path, minari: Any) -> N
     assert not out.exists()
 
 
+def test_a_function_from_observation_to_action_is_recorded(tmp_path: Path, minari: Any) -> None:
+    def far(observation: np.ndarray) -> np.ndarray:
+        return 100.0 * (observation[24:32] - observation[:8])
+
+    record_dataset(made(), far, 1, tmp_path / "d", seed=3)
+    (episode,) = minari.MinariDataset(tmp_path / "d" / "data")
+    for observation, action in zip(episode.observations[:-1], episode.actions, strict=True):
+        np.testing.assert_array_equal(action, np.clip(far(observation), -1, 1).astype(np.float32))
+    metadata = json.loads((tmp_path / "d" / "data" / "metadata.json").read_text())
+    assert metadata["algorithm_name"] == "far"
+    assert np.abs(episode.actions).max() == 1.0
+
+
+def test_a_policy_of_stable_baselines3_is_recorded(tmp_path: Path, minari: Any) -> None:
+    if importlib.util.find_spec("stable_baselines3") is None:
+        pytest.skip("stable_baselines3 is not installed")
+    # In a process of its own: PyTorch crashes where Mesa was loaded first; see `envs.gl`.
+    result = python(f"""
+import gymnasium
+from stable_baselines3 import PPO
+from mpma_mj import record_dataset
+
+env = gymnasium.make({FLAT!r}, motion="ymca", arms="kinematic", repeats=1)
+model = PPO("MlpPolicy", env, device="cpu")
+record_dataset(env, lambda seen: model.predict(seen)[0], 1, {str(tmp_path / "d")!r})
+for wrong in (model, model.predict):
+    try:
+        record_dataset(env, wrong, 1, {str(tmp_path / "e")!r})
+    except ValueError as error:
+        print(error)
+""")
+    assert result.returncode == 0, result.stderr
+    of_model, of_predict = result.stdout.splitlines()
+    assert "PPO" in of_model
+    assert "; expected an agent of mpma_mj, or a function" in of_model
+    assert of_predict == "action is not an array; expected shape (8,)"
+    assert len(minari.MinariDataset(tmp_path / "d" / "data")) == 1
+    assert not (tmp_path / "e").exists()
+
+
+class Foreign:
+    def act(self, observation: Any) -> Any:
+        return observation
+
+
+@pytest.mark.parametrize("agent", [Foreign(), Foreign, None, "mpma", np.zeros(8)])
+def test_what_is_neither_agent_nor_function_is_refused_in_one_line(
+    agent: Any, tmp_path: Path, minari: Any
+) -> None:
+    with pytest.raises(BadOptionError) as error:
+        record_dataset(made(), agent, 1, tmp_path / "d")
+    assert str(error.value) == (
+        f"agent is {agent!r}; expected an agent of mpma_mj, or a function from observation to"
+        " action; of Stable-Baselines3 give lambda observation: model.predict(observation)[0]"
+    )
+
+
+@pytest.mark.parametrize(
+    ("action", "message"),
+    [
+        (None, r"action is of type object; expected float64, shape \(8,\)"),
+        (np.zeros(7), r"action has shape \(7,\); expected \(8,\)"),
+        (np.full(8, np.nan), r"action\[0\] is nan; expected numbers in"),
+    ],
+)
+def test_a_function_that_returns_no_action_is_refused(
+    action: Any, message: str, tmp_path: Path, minari: Any
+) -> None:
+    with pytest.raises(BadOptionError, match=message):
+        record_dataset(made(), lambda observation: action, 1, tmp_path / "d")
+    assert not (tmp_path / "d").exists()
+
+
 def test_environments_that_cannot_be_made_again_are_refused(tmp_path: Path, minari: Any) -> None:
     with pytest.raises(BadOptionError, match=r"motion is .*; expected names and numbers"):
         record_dataset(made(motion=read_motion("ymca")), follower(), 1, tmp_path / "d")
-    with pytest.raises(BadOptionError, match=r"env is .*; expected what gymnasium.make returned"):
-        record_dataset(gymnasium.make("CartPole-v1"), follower(), 1, tmp_path / "d")
+    cart: Any = gymnasium.make("CartPole-v1")
+    for env in (cart, load("ymca", **IDEAL), make_vec(2, "ymca", **IDEAL), None):
+        with pytest.raises(BadOptionError, match=r"env is .*; expected what gymnasium.make retu"):
+            record_dataset(env, follower(), 1, tmp_path / "d")
     with pytest.raises(BadOptionError, match=r"env is .*; expected what gymnasium.make returned"):
         record_dataset(made().unwrapped.__class__(**IDEAL), follower(), 1, tmp_path / "d")
 
@@ -183,15 +256,3 @@ def test_without_minari_one_line_says_how_to_install_it(
         "datasets need Minari, which is not installed; pip install 'mpma-mj[minari]', or in a"
         " checkout pip install -e '.[minari]'"
     )
-
-
-def test_what_a_killed_command_left_is_removed(tmp_path: Path, minari: Any) -> None:
-    dead = subprocess.run(
-        [sys.executable, "-c", "import os; print(os.getpid())"], capture_output=True
-    )
-    with atomic_folder(tmp_path / "data") as temporary:
-        name = temporary.name.replace(str(os.getpid()), dead.stdout.decode().strip())
-    (tmp_path / name).mkdir()
-    (tmp_path / name / "half").write_text("")
-    check_dataset(tmp_path / "new", 1, overwrite=False)
-    assert [path.name for path in tmp_path.iterdir()] == ["data"]

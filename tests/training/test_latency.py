@@ -1,6 +1,7 @@
 """Latency that is a range in training: traces, agents' specs, run folders, command line."""
 
 import json
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,12 +13,12 @@ import pytest
 import mpma_mj
 from mpma_mj.cli import main
 from mpma_mj.envs.options import EnvironmentOptions
-from mpma_mj.errors import BadOptionError
+from mpma_mj.errors import BadOptionError, OptionWarning
 from mpma_mj.experiments.sweep import points
 from mpma_mj.trace import Trace
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.rollout import record_epoch
-from mpma_mj.training.run import resume, train
+from mpma_mj.training.run import _warn_of_latency, resume, train
 from mpma_mj.training.run_folder import RunFolder
 from tests.training.test_run import RESULTS
 
@@ -168,3 +169,39 @@ def test_a_grid_has_latencies_of_one_number_only() -> None:
             BadOptionError, match=f"grid has {name}, which takes several values at once"
         ):
             points([f"{name}=1"], RunConfig())
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        *({"agent": name} for name in ("bc", "dagger", "promp", "dmp", "mosaic", "adaptive")),
+        {"agent": "mpma", "models": "posture", "rule": "gated"},
+    ],
+)
+@pytest.mark.parametrize("latency", [3, (0, 3)])
+def test_an_agent_that_does_not_compensate_latency_is_warned_of(
+    options: dict[str, Any], latency: Any
+) -> None:
+    config = RunConfig.of(**options, latency=latency)
+    with pytest.warns(OptionWarning) as caught:
+        _warn_of_latency(config)
+    assert str(caught[0].message) == (
+        f"{config.agent_name} does not compensate latency, as it does not use the commands under"
+        " way; use the joint models of agent=mpma, best with lookahead=4"
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        _warn_of_latency(config.replace(latency=0))
+        for other in ("mpma", "single", "oracle"):
+            _warn_of_latency(RunConfig.of(agent=other, latency=latency))
+
+
+def test_the_warning_of_latency_is_one_line_before_the_epochs(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = "imitate ymca --agent bc --expert-episodes 1 --arms kinematic --repeats 1 --no-video"
+    assert main([*words.split(), "--latency", "1", "--out", str(tmp_path / "run")]) == 0
+    first, second, *_ = capsys.readouterr().err.splitlines()
+    assert first.startswith("mpma: warning: bc does not compensate latency, as it does not use")
+    assert first.endswith("use the joint models of --agent mpma, best with --lookahead 2")
+    assert second.startswith("epoch   1")

@@ -127,6 +127,14 @@ def test_every_criterion_counts(change: dict[str, float], converged: bool) -> No
     assert has_converged(GOOD | change) is converged
 
 
+def test_an_expert_that_tracks_well_ranks_below_its_learner() -> None:
+    learner = {"learner_acts": 1.0, "p_e_percent": 2.0}
+    expert = {"learner_acts": 0.0, "p_e_percent": 0.1}
+    assert has_converged(learner)
+    assert not has_converged(expert)
+    assert _rank(learner) < _rank(expert)
+
+
 def test_feedback_that_tracks_well_ranks_below_modules_that_track() -> None:
     by_feedback = GOOD | {"gain_inverse": 0.5, "gain_feedback": 0.5, "p_e_percent": 0.1}
     uncertain = GOOD | {"rp_error_percent": 4.0, "p_e_percent": 0.5}

@@ -95,6 +95,7 @@ COMMANDS = [
     "study robustness --out FOLDER",
     "compare ymca --no-video --out RESULTS",
     "identify LOG --out RESULTS",
+    "record ymca --out RESULTS",
 ]
 
 

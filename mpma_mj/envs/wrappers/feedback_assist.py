@@ -13,17 +13,20 @@ from gymnasium.vector import VectorEnv, VectorWrapper
 from numpy.typing import ArrayLike, NDArray
 
 from mpma_mj.envs.gym_env import ImitationEnv
+from mpma_mj.envs.option_checks import is_within
 from mpma_mj.envs.step_rules import check_action
 from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.envs.wrappers.base import Wrapper, unwrap
 from mpma_mj.errors import BadOptionError
 from mpma_mj.feedback import feedback_action, followed
 from mpma_mj.utils.clipping import clip
-from mpma_mj.utils.validation import is_number
+from mpma_mj.utils.validation import Bounds
 
-__all__: list[str] = ["FeedbackAssist", "GymFeedbackAssist", "VectorFeedbackAssist"]
+__all__: list[str] = ["FeedbackAssist", "GymFeedbackAssist", "VectorFeedbackAssist", "checked_gain"]
 
 Array = NDArray[np.float64]
+
+_GAIN = Bounds(0.0, 1.0)
 
 
 class _Controller:
@@ -44,7 +47,7 @@ class _Controller:
             control_timestep: Time between two actions, s.
             *batch: Leading shape of actions.
         """
-        self.gain = _checked_gain(gain)
+        self.gain = checked_gain("gain", gain)
         self._limits = max_joint_speed, control_timestep
         self._feedback = np.zeros((*batch, 8))
 
@@ -72,7 +75,7 @@ class _Assisted:
 
     @gain.setter
     def gain(self, gain: float) -> None:
-        self._controller.gain = _checked_gain(gain)
+        self._controller.gain = checked_gain("gain", gain)
 
 
 class FeedbackAssist(_Assisted, Wrapper):
@@ -211,7 +214,12 @@ class VectorFeedbackAssist(_Assisted, VectorWrapper):
         return *outcome, info | {"feedback": feedback, "_feedback": every}
 
 
-def _checked_gain(gain: object) -> float:
-    if not (is_number(gain) and 0.0 <= float(gain) <= 1.0):
-        raise BadOptionError(option="gain", value=gain, expected="0 to 1")
+def checked_gain(option: str, gain: Any) -> float:
+    """Return the gain of the feedback controller, given the name of its option.
+
+    Raises:
+        BadOptionError: It is not between 0 and 1.
+    """
+    if not is_within(_GAIN, gain):
+        raise BadOptionError(option=option, value=gain, expected="0 to 1")
     return float(gain)

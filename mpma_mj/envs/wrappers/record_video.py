@@ -44,7 +44,7 @@ class RecordVideo(Wrapper):
             BadOptionError: The path does not end in .mp4, or the model has no such camera.
         """
         super().__init__(env)
-        if Path(path).suffix != ".mp4":
+        if not isinstance(path, str | Path) or Path(path).suffix != ".mp4":
             raise BadOptionError(
                 option="path", value=str(path), expected="a file name that ends in .mp4"
             )

@@ -130,7 +130,7 @@ def test_other_environments_and_gains_are_refused() -> None:
     for other in (pendulum, ours, load("ymca")):
         with pytest.raises(BadOptionError, match=r"expected an environment of mpma_mj\.make_vec"):
             VectorFeedbackAssist(other)
-    for gain in (2.0, "much", None, True):
+    for gain in (2.0, "much", None, True, 10**400, np.nan):
         with pytest.raises(BadOptionError, match=r"gain is .*; expected 0 to 1"):
             GymFeedbackAssist(ours, gain)
         with pytest.raises(BadOptionError, match=r"gain is .*; expected 0 to 1"):

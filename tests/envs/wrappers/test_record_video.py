@@ -120,7 +120,8 @@ def test_invalid_paths_and_cameras_are_refused(tmp_path: Path) -> None:
     for name in ("{ep}.mp4", "{}.mp4", "{episode:03d}.mp4"):
         with pytest.raises(BadOptionError, match=r"expected no braces but those of \{episode\}"):
             RecordVideo(ymca(), tmp_path / name)
-    with pytest.raises(BadOptionError, match=r"ends in \.mp4"):
-        RecordVideo(ymca(), tmp_path / "dance.gif")
+    for path in (tmp_path / "dance.gif", None, 3, b"dance.mp4"):
+        with pytest.raises(BadOptionError, match=r"ends in \.mp4"):
+            RecordVideo(ymca(), path)  # type: ignore[arg-type]
     with pytest.raises(BadOptionError, match="front, side, three_quarter"):
         RecordVideo(ymca(), tmp_path / "dance.mp4", camera="above")
