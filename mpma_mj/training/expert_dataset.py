@@ -37,7 +37,6 @@ _INSTALL = (
 )
 _DATASET_ID = re.compile(r"([-\w]+/)*[-\w]+-v\d+")  # Minari's
 
-
 Policy = Callable[[Any], Any]
 """Function from an observation of the environment to an action, shape (8,)."""
 
@@ -86,7 +85,7 @@ def record_dataset(
         raise BadOptionError(option="env", value=env, expected=expected)
     _check_recoverable(env.spec)
     name = _algorithm(agent)
-    if isinstance(agent, type) or not callable(agent):
+    if isinstance(agent, Agent | type) or not callable(agent):
         agent = Frozen(_checked_agent(agent, inner))
     first = check_seed(seed)
     evaluated = GymEvaluate(env)

@@ -202,6 +202,15 @@ for wrong in (model, model.predict):
     assert not (tmp_path / "e").exists()
 
 
+def test_an_agent_that_can_be_called_acts_as_an_agent(tmp_path: Path, minari: Any) -> None:
+    agent = follower()
+    called = type("Called", (type(agent),), {"__call__": lambda *_: np.zeros(8)})
+    record_dataset(made(), agent, 1, tmp_path / "d")
+    record_dataset(made(), called(agent.config, agent.spec), 1, tmp_path / "e")
+    one, other = (minari.MinariDataset(tmp_path / name / "data")[0] for name in "de")
+    np.testing.assert_array_equal(one.actions, other.actions)
+
+
 class Foreign:
     def act(self, observation: Any) -> Any:
         return observation
