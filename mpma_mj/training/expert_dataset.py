@@ -94,7 +94,7 @@ def record_dataset(
     metadata = {
         "dataset_id": path.name if _DATASET_ID.fullmatch(path.name) else f"{_stem(path)}-v0",
         "algorithm_name": name,
-        "description": f"{episodes} episodes of {name} that imitates {_motion(env.spec)}",
+        "description": f"{name} that imitates {_motion(env.spec)}; number of episodes: {episodes}",
         "expert_p_e_percent": float(np.mean(p_e)),
     }
     _write(path, env, buffers, metadata, p_e)
