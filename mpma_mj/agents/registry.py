@@ -41,7 +41,7 @@ AGENTS: dict[str, type[Agent]] = {
 _REQUIRED = (
     *("act", "reset", "observe", "learn", "signals", "select_runs"),
     *("state_dict", "load_state_dict"),
-    *("config_type", "trainable", "fine_tunable", "has_modules"),
+    *("config_type", "trainable", "fine_tunable", "has_modules", "observes_plant"),
 )
 
 

@@ -147,7 +147,7 @@ def checked_mode(mode: object, modes: Sequence[str]) -> str | None:
 def make_renderer(
     physics: PhysicsArms, mode: str | None, *, width: int, height: int, camera: str
 ) -> ArmRenderer | None:
-    """Return the renderer of an environment; None, but the view checked, if it returns no pictures.
+    """Check the view of an environment; return its renderer, or None if it returns no pictures.
 
     Args:
         physics: The arms.

@@ -36,7 +36,6 @@ _INSTALL = (
 )
 _DATASET_ID = re.compile(r"([-\w]+/)*[-\w]+-v\d+")  # Minari's
 
-
 Policy = Callable[[Any], Any]
 """Function from an observation of the environment to an action, shape (8,)."""
 
@@ -93,7 +92,7 @@ def write_dataset(
         raise BadOptionError(option="env", value=env, expected=expected)
     _check_recoverable(env.spec)
     name = _algorithm(agent)
-    if isinstance(agent, type) or not callable(agent):
+    if isinstance(agent, Agent | type) or not callable(agent):
         agent = Frozen(_checked_agent(agent, inner))
     first = check_seed(seed)
     evaluated = GymEvaluate(env)
@@ -102,7 +101,7 @@ def write_dataset(
     metadata = {
         "dataset_id": path.name if _DATASET_ID.fullmatch(path.name) else f"{_stem(path)}-v0",
         "algorithm_name": name,
-        "description": f"{episodes} episodes of {name} that imitates {_motion(env.spec)}",
+        "description": f"{name} that imitates {_motion(env.spec)}; number of episodes: {episodes}",
         "expert_p_e_percent": float(np.mean(p_e)),
     }
     _write(path, env, buffers, metadata, p_e)

@@ -219,7 +219,7 @@ def test_a_config_that_names_a_path_imports_nothing() -> None:
         ("my_agents.py:function", "a class, but function is an object of type function"),
         ("my_agents.py:number", "a class, but number is an object of type int"),
         ("my_agents.py:Sleeper", "with act, which Sleeper lacks; add it"),
-        ("my_agents.py:Stranger", "with observe, learn, signals, .*, which Stranger lacks"),
+        ("my_agents.py:Stranger", "with observe, .*, observes_plant, which Stranger lacks"),
         ("builtins:str", "with act, reset, .*, which str lacks"),
         ("my_agents.py:Forgetful", "an agent that defines state_dict and load_state_dict"),
         ("my_agents.py:Unread", "an agent that defines state_dict and load_state_dict"),

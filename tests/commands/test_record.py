@@ -93,3 +93,19 @@ def test_options_of_training_are_refused_with_a_trained_run_even_as_its_defaults
     flag = option[0].partition("=")[0].replace("--no-", "--")
     own = "is a trained run, which has its own agent, environment and seed"
     refused(words, f"{own}; leave {flag} out")
+
+
+def test_a_run_of_an_agent_from_outside_is_recorded_with_its_class(
+    tmp_path: Path, refused: Refused
+) -> None:
+    (tmp_path / "mine.py").write_text(
+        "from mpma_mj.agents.mpma import MPMA\n\n\nclass Mine(MPMA):\n    pass\n"
+    )
+    run, out = str(tmp_path / "run"), str(tmp_path / "d")
+    agent = ["--agent", f"{tmp_path / 'mine.py'}:Mine"]
+    words = ["imitate", "ymca", *agent, "--nodes", "10", *TINY, "--epochs", "1", "--no-video"]
+    assert main([*words, "--out", run]) == 0
+    refused(["record", run, *agent, "--seed", "0", "--out", out], "leave --seed out")
+    assert main(["record", run, *agent, "--episodes", "1", "--out", out]) == 0
+    metadata = json.loads((tmp_path / "d" / "data" / "metadata.json").read_text())
+    assert metadata["algorithm_name"] == "Mine"

@@ -202,6 +202,13 @@ for wrong in (model, model.predict):
     assert not (tmp_path / "e").exists()
 
 
+def test_an_agent_that_can_be_called_has_to_fit_too(tmp_path: Path, minari: Any) -> None:
+    slower = follower(control_timestep=0.1)
+    called = type("Called", (type(slower),), {"__call__": lambda *_: np.zeros(8)})
+    with pytest.raises(BadOptionError, match=r"agent is for other arms or another control times"):
+        record_dataset(made(), called(slower.config, slower.spec), 1, tmp_path / "d")
+
+
 class Foreign:
     def act(self, observation: Any) -> Any:
         return observation

@@ -17,6 +17,7 @@ from mpma_mj.errors import BadOptionError, OptionWarning
 from mpma_mj.experiments.sweep import points
 from mpma_mj.trace import Trace
 from mpma_mj.training.config import RunConfig
+from mpma_mj.training.config_json import OutsideConfig
 from mpma_mj.training.rollout import record_epoch
 from mpma_mj.training.run import _warn_of_latency, resume, train
 from mpma_mj.training.run_folder import RunFolder
@@ -194,6 +195,10 @@ def test_an_agent_that_does_not_compensate_latency_is_warned_of(
         _warn_of_latency(config.replace(latency=0))
         for other in ("mpma", "single", "oracle"):
             _warn_of_latency(RunConfig.of(agent=other, latency=latency))
+        name = "mine.py:Mine"  # of which nothing is known
+        outside = OutsideConfig(options={"name": name})
+        env = EnvironmentOptions(latency=latency)
+        _warn_of_latency(RunConfig(agent=outside, agent_name=name, env=env))
 
 
 def test_the_warning_of_latency_is_one_line_before_the_epochs(
