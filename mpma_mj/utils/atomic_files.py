@@ -23,6 +23,7 @@ __all__ = [
     "write_text",
 ]
 
+_PREFIX, _EARLIER = ".mpma-", ".mpma-earlier-"
 _TEMPORARY = re.compile(r"\.mpma-(?P<process>\d+)-(?P<machine>[0-9a-f]{8})-")
 _CANNOT_WAIT = (errno.EINVAL, errno.ENOTSUP, errno.ENOSYS)  # of file systems without fsync
 _NAME_LENGTH = 80  # bytes of a name in a temporary one, of 255 that file systems allow
@@ -62,8 +63,11 @@ def atomic_write(path: Path) -> Iterator[Path]:
 def atomic_folder(path: Path) -> Iterator[Path]:
     """Yield a new temporary folder, which on success takes the place of the one of that path.
 
+    Where a process dies between the two renames of that, `remove_leftovers` gives the earlier
+    folder its name back.
+
     Args:
-        path: Path of the folder; missing parents are created.
+        path: Path of the folder, in one that is locked; missing parents are created.
 
     Yields:
         The absolute path of the temporary folder.
@@ -72,7 +76,7 @@ def atomic_folder(path: Path) -> Iterator[Path]:
         RunFolderError: The folder cannot be written.
     """
     path = path.absolute()
-    temporary, earlier = _temporary(path), _temporary(path.with_name(f"earlier-{path.name}"))
+    temporary, earlier = _temporary(path), path.with_name(f"{_EARLIER}{path.name}")
     try:
         temporary.mkdir(parents=True)
         yield temporary
@@ -80,31 +84,35 @@ def atomic_folder(path: Path) -> Iterator[Path]:
             _reach_disk(content)
         if path.exists():
             path.rename(earlier)
-        try:
-            temporary.rename(path)
-        except OSError:
-            with contextlib.suppress(OSError):
-                earlier.rename(path)
-            raise
+        temporary.rename(path)
         _folder_reaches_disk(path.parent)
     except OSError as error:
         raise not_writable(path, error) from None
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
-        shutil.rmtree(earlier, ignore_errors=True)
+        _settle(earlier)
 
 
 def is_temporary(path: Path) -> bool:
     """Return whether a path has the temporary name of a file or folder that is being written."""
-    return _TEMPORARY.match(path.name) is not None
+    return path.name.startswith(_PREFIX)
 
 
 def remove_leftovers(folder: Path) -> None:
     """Remove temporary files and folders that processes of this machine left when they died."""
     with contextlib.suppress(OSError):  # also where there is no such folder
         for path in list(folder.iterdir()):
-            if _is_leftover(path.name):
+            if path.name.startswith(_EARLIER):
+                _settle(path)
+            elif _is_leftover(path.name):
                 shutil.rmtree(path) if path.is_dir() else path.unlink()
+
+
+def _settle(earlier: Path) -> None:
+    """Remove a folder that was to be replaced, or give its name back if nothing replaced it."""
+    with contextlib.suppress(OSError):
+        path = earlier.with_name(earlier.name.removeprefix(_EARLIER))
+        shutil.rmtree(earlier) if path.exists() else earlier.rename(path)
 
 
 def _temporary(path: Path) -> Path:

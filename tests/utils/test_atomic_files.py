@@ -75,6 +75,34 @@ def test_a_folder_that_cannot_take_its_place_leaves_the_old_one(
     assert list(tmp_path.iterdir()) == [path]
 
 
+KILLED = """
+import os, pathlib, signal, sys
+from mpma_mj.utils.atomic_files import atomic_folder
+rename = pathlib.Path.rename
+left = [int(sys.argv[2])]
+def killed(source, target):
+    left[0] -= 1
+    if left[0] < 0:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return rename(source, target)
+pathlib.Path.rename = killed
+with atomic_folder(pathlib.Path(sys.argv[1])) as new:
+    (new / "new").write_text("")
+"""
+
+
+@pytest.mark.parametrize("renames", [0, 1])
+def test_of_a_replacement_that_is_killed_the_old_folder_is_left(
+    tmp_path: Path, renames: int
+) -> None:
+    path = tmp_path / "a"
+    path.mkdir()
+    (path / "old").write_text("")
+    subprocess.run([sys.executable, "-c", KILLED, str(path), str(renames)], check=False)
+    atomic_files.remove_leftovers(tmp_path)
+    assert list(tmp_path.rglob("*")) == [path, path / "old"]
+
+
 def test_content_reaches_the_disk_before_the_rename(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
