@@ -41,10 +41,9 @@ class Options:
         ("rule", 3, "one of weighted, gated"),
         ("phase", 1, "True or False"),
         ("start", "yes", "True or False, or adaptive"),
-        ("payload", (3, 1), "0 to 9, in kg, or a range of two that differ, the lowest first"),
-        ("payload", (1, 1), "0 to 9, in kg, or a range of two that differ, the lowest first"),
-        ("payload", (1, 10), "0 to 9, in kg, or a range of two that differ, the lowest first"),
-        ("payload", {1, 2}, "0 to 9, in kg, or a range of two that differ, the lowest first"),
+        ("payload", (3, 1), "0 to 9, in kg, or a range of two, the lowest first"),
+        ("payload", (1, 10), "0 to 9, in kg, or a range of two, the lowest first"),
+        ("payload", {1, 2}, "0 to 9, in kg, or a range of two, the lowest first"),
         ("latency", (1, 2.0), "a whole number from 0 to 9, or a range of two, the lowest first"),
     ],
 )
