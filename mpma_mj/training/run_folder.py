@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import shutil
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -118,16 +117,19 @@ class RunFolder:
             "versions": versions(),
         }
         try:
-            json.dumps(content)  # before an earlier run is removed
+            text = data_files.json_text(content)
         except (TypeError, ValueError) as error:
             expected = f"options that JSON can hold ({error})"
             raise BadOptionError(option="agent", value=config.agent, expected=expected) from None
         if self.path.exists():
-            self._remove(overwrite)
-        data_files.write_json(self.path / "config.json", content)
-        data_files.write_arrays(self.checkpoint("motion"), "motion", motion_arrays(motion), {})
+            self._check_free(overwrite)
+        with atomic_files.atomic_write(self.path / "config.json") as temporary:
+            temporary.write_text(text, encoding="utf-8")
+            self._remove()  # not before it is known that the disk has room for another run
+        header = {"config": content["config"]}
+        data_files.write_arrays(self.checkpoint("motion"), "motion", motion_arrays(motion), header)
 
-    def _remove(self, overwrite: bool) -> None:
+    def _check_free(self, overwrite: bool) -> None:
         if not self.path.is_dir():
             raise RunFolderError(f"{self.path}: is a file", remedy=_ANOTHER_FOLDER)
         if is_empty(self.path):
@@ -142,6 +144,8 @@ class RunFolder:
                 f"{self.path}: already contains a run",
                 remedy="{overwrite} replaces it, {resume} continues it",
             )
+
+    def _remove(self) -> None:
         try:
             for name in _CONTENTS:
                 content = self.path / name
@@ -190,7 +194,7 @@ class RunFolder:
             CheckpointError: The file is missing or damaged.
         """
         path = self.checkpoint("motion")
-        arrays, _ = data_files.read_arrays(path, "motion")
+        arrays = self._read_own(path, "motion")
         try:
             return motion_of_arrays(arrays, path)
         except MotionFileError:
@@ -229,8 +233,7 @@ class RunFolder:
         """
         path = self.checkpoint(name)
         state, meta = data_files.read_arrays(path, "checkpoint")
-        if meta.get("config") != data_files.as_json(config.to_json()):
-            raise _damaged(path, "belongs to a run with another config")
+        _check_config(path, meta, config)
         return state, meta
 
     def read_best(self, config: RunConfig) -> tuple[dict[str, Array], EpochMetrics]:
@@ -260,20 +263,26 @@ class RunFolder:
 
     def write_trace(self, trace: Trace, epoch: int) -> None:
         """Write the trace of the best epoch."""
-        arrays = trace.to_arrays()
-        data_files.write_arrays(self.path / "trace.npz", "trace", arrays, {"epoch": epoch})
+        header = {"epoch": epoch, "config": self.read_config().to_json()}
+        data_files.write_arrays(self.path / "trace.npz", "trace", trace.to_arrays(), header)
 
     def read_trace(self) -> Trace:
         """Read the trace of the best epoch.
 
         Raises:
-            CheckpointError: The file is missing or damaged, or lacks a signal.
+            CheckpointError: The file is missing or damaged, lacks a signal, or is of another run.
         """
         path = self.path / "trace.npz"
-        arrays, _ = data_files.read_arrays(path, "trace")
+        arrays = self._read_own(path, "trace")
         if problem := trace_problem(arrays):
             raise _damaged(path, problem)
         return Trace.from_arrays(arrays)
+
+    def _read_own(self, path: Path, kind: str) -> dict[str, NDArray[Any]]:
+        """Read arrays that were written for a run with this config."""
+        arrays, meta = data_files.read_arrays(path, kind)
+        _check_config(path, meta, self.read_config())
+        return arrays
 
     def write_metrics(self, rows: list[dict[str, float]]) -> None:
         """Write the metrics of all epochs, a row for each."""
@@ -282,6 +291,11 @@ class RunFolder:
     def write_summary(self, summary: dict[str, Any]) -> None:
         """Write the summary of the run."""
         data_files.write_json(self.path / "summary.json", summary)
+
+
+def _check_config(path: Path, header: Mapping[str, Any], config: RunConfig) -> None:
+    if header.get("config") != data_files.as_json(config.to_json()):
+        raise _damaged(path, "belongs to a run with another config")
 
 
 def _damaged(path: Path, problem: str) -> CheckpointError:

@@ -29,6 +29,7 @@ __all__ = [
     "csv_text",
     "is_archive",
     "is_json",
+    "json_text",
     "read_arrays",
     "read_json",
     "write_arrays",
@@ -68,8 +69,17 @@ def _is_nan(entry: object) -> bool:
 
 def write_json(path: Path, content: Mapping[str, Any]) -> None:
     """Write a JSON file with a digest; arrays become lists, NaN and infinite numbers null."""
+    write_text(path, json_text(content))
+
+
+def json_text(content: Mapping[str, Any]) -> str:
+    """Return what `write_json` writes.
+
+    Raises:
+        TypeError, ValueError: JSON cannot hold the content.
+    """
     plain = as_json(content)
-    write_text(path, json.dumps(plain | {_DIGEST: _digest(plain)}, indent=2) + "\n")
+    return json.dumps(plain | {_DIGEST: _digest(plain)}, indent=2) + "\n"
 
 
 def read_json(path: Path, largest: int = _LARGEST) -> dict[str, Any]:

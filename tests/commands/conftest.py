@@ -21,21 +21,23 @@ def run(small_run: Path, tmp_path: Path) -> Path:
     return shutil.copytree(small_run, tmp_path / "run")
 
 
+def write_config(run: Path, config: dict[str, Any]) -> None:
+    """Write another config into all files of a run."""
+    for path in run.rglob("*.npz"):
+        kind = {"trace": "trace", "motion": "motion"}.get(path.stem, "checkpoint")
+        arrays, meta = data_files.read_arrays(path, kind)
+        data_files.write_arrays(path, kind, arrays, meta | {"config": config})
+    content = data_files.read_json(run / "config.json")
+    data_files.write_json(run / "config.json", content | {"config": config})
+
+
 @pytest.fixture
 def reconfigured(small_run: Path, tmp_path: Path) -> Reconfigured:
     """Return a function that copies the run, as if it had been trained with other options."""
 
     def copy(**changed: Any) -> Path:
         folder = RunFolder(shutil.copytree(small_run, tmp_path / "other"))
-        before = folder.read_config()
-        config = before.replace(**changed)
-        for name in ("best", "latest"):
-            state, meta = folder.read_checkpoint(name, before)
-            meta |= {"config": config.to_json()}
-            folder.write_checkpoint(name, config, state, meta)
-        content = data_files.read_json(folder.path / "config.json")
-        content |= {"config": config.to_json()}
-        data_files.write_json(folder.path / "config.json", content)
+        write_config(folder.path, folder.read_config().replace(**changed).to_json())
         return folder.path
 
     return copy

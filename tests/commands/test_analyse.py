@@ -14,7 +14,7 @@ from mpma_mj.errors import BadOptionError
 from mpma_mj.kinematics import JOINT_NAMES, SEGMENT_NAMES
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.utils import atomic_files, data_files
-from tests.commands.conftest import Reconfigured
+from tests.commands.conftest import Reconfigured, write_config
 from tests.conftest import Refused
 
 Arrays = dict[str, np.ndarray]
@@ -23,8 +23,8 @@ TITLES = dict.fromkeys(ANALYSES, "") | {"free-running": "running without demonst
 
 
 def change_trace(run: Path, change: Callable[[Arrays], Arrays]) -> None:
-    trace, _ = data_files.read_arrays(run / "trace.npz", "trace")
-    data_files.write_arrays(run / "trace.npz", "trace", change(trace), {"epoch": 1})
+    trace, meta = data_files.read_arrays(run / "trace.npz", "trace")
+    data_files.write_arrays(run / "trace.npz", "trace", change(trace), meta)
 
 
 def change_checkpoint(run: Path, change: Callable[[Arrays], object]) -> None:
@@ -209,12 +209,8 @@ def test_a_beat_is_a_step_at_least_and_a_repetition_at_most(
 
 
 def test_an_agent_without_forward_models_does_not_run_freely(run: Path, refused: Refused) -> None:
-    config = data_files.read_json(run / "config.json")
-    config["config"]["agent"] = {"name": "feedback_only"}
-    data_files.write_json(run / "config.json", config)
-    path = run / "checkpoint" / "best.npz"
-    arrays, meta = data_files.read_arrays(path, "checkpoint")
-    data_files.write_arrays(path, "checkpoint", arrays, meta | {"config": config["config"]})
+    config = data_files.read_json(run / "config.json")["config"]
+    write_config(run, config | {"agent": {"name": "feedback_only"}})
     message = "--agent is 'FeedbackOnly'; expected an agent with forward models"
     refused(["analyse", str(run), "free-running"], message, title=TITLES["free-running"])
 

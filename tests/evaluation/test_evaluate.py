@@ -154,7 +154,8 @@ def test_a_run_folder_of_another_motion_is_refused(
         "other music": {"context": motion.context[::-1]},
     }[other]
     arrays = motion_arrays(dataclasses.replace(motion, **changed))
-    data_files.write_arrays(folder.checkpoint("motion"), "motion", arrays, {})
+    header = {"config": folder.read_config().to_json()}
+    data_files.write_arrays(folder.checkpoint("motion"), "motion", arrays, header)
     said = "has 228 moments" if other == "shorter" else "is not the motion of trace.npz"
     with pytest.raises(CheckpointError, match=said):
         TrainedAgents.of_run(folder)

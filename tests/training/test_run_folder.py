@@ -167,3 +167,27 @@ def test_a_foreign_folder_is_never_replaced(tmp_path: Path, refused: Refused) ->
     words = ["imitate", "ymca", "--no-video", "--overwrite", "--out", str(tmp_path)]
     refused(words, "is not empty and not a run; choose another folder with --out, or remove it")
     assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")} == before
+
+
+@pytest.mark.parametrize("file", ARCHIVES)
+def test_files_of_another_run_are_refused(
+    run: Path, tmp_path: Path, file: str, refused: Refused
+) -> None:
+    agent = mpma_mj.agents.MPMAConfig(nodes=10, modules=2)
+    other = mpma_mj.imitate("ymca", agent=agent, env=ENV, epochs=2, seed=1).save(tmp_path / "other")
+    shutil.copy(other / file, run / file)
+    message = f"{file}: belongs to a run with another config"
+    refused(["imitate", "--resume", str(run), "--no-video"], message)
+
+
+def test_a_full_disk_keeps_the_run_that_is_overwritten(
+    run: Path, monkeypatch: pytest.MonkeyPatch, refused: Refused
+) -> None:
+    def full(self: Path, *_: object, **__: object) -> int:
+        raise OSError(28, "No space left on device")
+
+    before = {path: path.read_bytes() for path in run.rglob("*") if path.is_file()}
+    monkeypatch.setattr(Path, "write_text", full)
+    words = "imitate ymca --nodes 5 --epochs 1 --no-video --overwrite --out"
+    refused([*words.split(), str(run)], "cannot be written (No space left on device)")
+    assert {path: path.read_bytes() for path in run.rglob("*") if path.is_file()} == before
