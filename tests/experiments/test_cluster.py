@@ -46,17 +46,19 @@ def test_a_port_where_nobody_listens_is_refused_at_once() -> None:
     [("", "nothing"), ("[2026-01-01 12:00:00 W 1 1] gcs.cc:2: No token", "No token")],
 )
 def test_an_attempt_that_hangs_is_ended(
-    said: str, shown: str, monkeypatch: pytest.MonkeyPatch
+    said: str, shown: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    code = f"import sys, time; print({said!r}, file=sys.stderr, flush=True); time.sleep(60)"
+    number = tmp_path / "number"
+    code = f"import os, sys, time; open({str(number)!r}, 'w').write(str(os.getpid()));"
+    code += f" print({said!r}, file=sys.stderr, flush=True); time.sleep(1000)"
     monkeypatch.setattr(cluster, "_CONNECT", code)
     monkeypatch.setattr(cluster, "_PATIENCE", 1.0)
     with socket.create_server(("127.0.0.1", 0)) as server:
         address = f"127.0.0.1:{server.getsockname()[1]}"
-        began = time.monotonic()
         with pytest.raises(BadOptionError, match=rf"answers \(within 1 s: {shown}\);"):
             cluster._check_answers(address)
-    assert time.monotonic() - began < 30
+    with pytest.raises(ProcessLookupError):
+        os.kill(int(number.read_text()), 0)
 
 
 def test_an_attempt_that_fails_says_why(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -179,9 +181,7 @@ def test_something_else_that_listens_is_given_up_within_seconds(tmp_path: Path) 
         address = f"127.0.0.1:{server.getsockname()[1]}"
         words = ("sweep", "--runs", 1, *TINY_WORDS, "--backend", "ray", "--address", address)
         command = mpma(*words, "--out", tmp_path / "new", env=environment(PYTHONPATH=str(ROOT)))
-        began = time.monotonic()
         printed, errors = command.communicate(timeout=60)
-    assert time.monotonic() - began < 15
     assert command.returncode == 2
     assert errors.splitlines()[-1].startswith(f"mpma: address {address}: no Ray cluster answers")
     assert len(errors.splitlines()) == 1
