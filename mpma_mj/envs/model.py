@@ -16,7 +16,7 @@ from mpma_mj.envs.model_file import read_model_file
 from mpma_mj.envs.model_validation import HANDS, check_actuators, check_complete
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.randomisation import PlantValues, plants_of
-from mpma_mj.errors import BadOptionError
+from mpma_mj.errors import BadOptionError, one_line
 from mpma_mj.kinematics import JOINT_NAMES
 
 __all__: list[str] = ["MODEL_PATH", "CompiledPlants", "ModelCompiler", "make_model"]
@@ -107,10 +107,7 @@ def _errors_in_one_line(path: Path) -> Iterator[None]:
     except BadOptionError:
         raise
     except (ValueError, mujoco.FatalError) as error:
-        problem = " ".join(str(error).split())
-        if "could not find decoder" in problem:  # for the ending of the file's name
-            problem = "is no MJCF file; expected an XML model of the arms"
-        raise BadOptionError(f"{path}: {problem}") from None
+        raise BadOptionError(f"{path}: {one_line(error)}") from None
 
 
 def _compensate_gravity(spec: mujoco.MjSpec) -> None:

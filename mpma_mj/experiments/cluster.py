@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from types import TracebackType
 from typing import Any, Self
 
-from mpma_mj.errors import BadOptionError, WorkerError
+from mpma_mj.errors import BadOptionError, WorkerError, one_line
 from mpma_mj.experiments.backend import Work
 from mpma_mj.training.config import versions
 from mpma_mj.utils.system import processors
@@ -53,7 +53,12 @@ class Cluster:
         self._ray: Any = ray
         if address is None:
             here = workers or processors()
-            ray.init(address="local", num_cpus=here, include_dashboard=False, **_QUIET)
+            try:
+                ray.init(address="local", num_cpus=here, include_dashboard=False, **_QUIET)
+            except OSError as error:  # such as a name of a socket that is too long
+                raise WorkerError(
+                    f"Ray does not start: {one_line(error)}; set TMPDIR to a folder of a short name"
+                ) from None
         else:
             _check_answers(address)
             ray.init(address=address, **_QUIET)
@@ -150,7 +155,7 @@ def _check_answers(address: str) -> None:
     except subprocess.TimeoutExpired as error:
         reason = f"within {_PATIENCE:g} s: {_last_line(error.stderr)}"
     except (OSError, OverflowError) as error:
-        reason = str(error)
+        reason = one_line(error)
     else:
         return
     raise BadOptionError(

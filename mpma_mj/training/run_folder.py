@@ -14,7 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.agents.base import MODULE_SIGNALS
-from mpma_mj.errors import BadOptionError, CheckpointError, MotionFileError, RunFolderError
+from mpma_mj.errors import (
+    BadOptionError,
+    CheckpointError,
+    MotionFileError,
+    RunFolderError,
+    one_line,
+)
 from mpma_mj.motions import Motion
 from mpma_mj.motions.motion import load_motion, save_motion
 from mpma_mj.trace import SIGNALS, Trace
@@ -115,7 +121,7 @@ class RunFolder:
         try:
             json.dumps(content)  # before an earlier run is removed
         except (TypeError, ValueError) as error:
-            expected = f"options that JSON can hold ({error})"
+            expected = f"options that JSON can hold ({one_line(error)})"
             raise BadOptionError(option="agent", value=config.agent, expected=expected) from None
         if self.path.exists():
             self._remove(overwrite)
