@@ -148,6 +148,23 @@ def test_a_node_that_dies_on_the_way_changes_no_result(tmp_path: Path, two_nodes
 
 @needs_ray
 @pytest.mark.slow
+def test_a_head_that_dies_is_one_line(tmp_path: Path, two_nodes: Any) -> None:
+    words = ("sweep", "--grid", "nodes=300,301,302,303", "--runs", 8, *TINY_WORDS[2:])
+    ray = ("--backend", "ray", "--address", two_nodes.address)
+    command = mpma(*words, *ray, "--out", tmp_path / "out", cwd=tmp_path)
+    while not run_files(tmp_path / "out"):
+        assert command.poll() is None, command.communicate()
+        time.sleep(0.01)
+    for name in ("gcs_server", "raylet"):
+        os.kill(two_nodes.head_node.all_processes[name][0].process.pid, signal.SIGKILL)
+    printed, errors = command.communicate(timeout=300)
+    assert (command.returncode, printed) == (1, "")
+    assert errors.splitlines()[-1].startswith("mpma: the head of the Ray cluster, ")
+    assert "GCS" not in errors  # Ray's own log
+
+
+@needs_ray
+@pytest.mark.slow
 @pytest.mark.usefixtures("own_clusters")
 def test_a_node_without_the_package_is_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
