@@ -24,7 +24,7 @@ from mpma_mj.commands.analyse import with_analysis
 from mpma_mj.commands.parser_errors import parser_error
 from mpma_mj.commands.run_options import REFUSED_OPTIONS, config_type, registry, typed_options
 from mpma_mj.commands.study import parse_study, remedy_for_unused
-from mpma_mj.errors import BadOptionError, MpmaError, OptionWarning, RecordingWarning
+from mpma_mj.errors import BadOptionError, MpmaError, OptionWarning, RecordingWarning, one_line
 from mpma_mj.utils.text import as_flag, did_you_mean, printable
 
 __all__ = ["main", "overview"]
@@ -230,7 +230,7 @@ def _warnings_as_lines() -> Iterator[None]:
     own = OptionWarning, RecordingWarning
 
     def show(message: Warning | str, *_: object, **__: object) -> None:
-        text = message.describe(as_flag) if isinstance(message, own) else message
+        text = message.describe(as_flag) if isinstance(message, own) else one_line(message)
         print(f"mpma: warning: {text}", file=sys.stderr)
 
     with warnings.catch_warnings():

@@ -31,6 +31,7 @@ __all__ = [
     "WorkerError",
     "WriteOption",
     "as_keyword",
+    "one_line",
     "placeholder",
     "printable",
 ]
@@ -56,6 +57,11 @@ def placeholder(option: str, value: object) -> str:
     """Return what stands for an option and its value in a remedy, whatever the value holds."""
     doubled = str(value).replace("{", "{{").replace("}", "}}")
     return f"{{{option}={doubled}}}"
+
+
+def one_line(error: object) -> str:
+    """Return what a foreign library says, which may be several lines, on one."""
+    return printable(" ".join(str(error).split()))
 
 
 def printable(name: str) -> str:

@@ -9,7 +9,7 @@ import pytest
 
 import mpma_mj
 from mpma_mj.cli import main
-from mpma_mj.errors import BadOptionError, MpmaError, RecordingWarning, placeholder
+from mpma_mj.errors import BadOptionError, MpmaError, RecordingWarning, one_line, placeholder
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.utils.text import as_flag
 
@@ -109,3 +109,18 @@ def test_a_range_is_written_as_it_is_typed_and_in_python_as_a_tuple() -> None:
     error = BadOptionError(option="switch_every", value=(3.0, 1.0), expected="two times")
     assert str(error) == "switch_every is (3.0, 1.0); expected two times"
     assert error.describe(as_flag) == "--switch-every is 3.0 1.0; expected two times"
+
+
+def test_what_a_foreign_library_says_is_one_line() -> None:
+    assert one_line(ValueError("two\nlines,\r\n  \x1b[31mred")) == "two lines, \\x1b[31mred"
+
+
+def test_a_foreign_warning_is_one_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def run(_: object) -> None:
+        warnings.warn("two\nlines", UserWarning, stacklevel=1)
+
+    monkeypatch.setattr("mpma_mj.commands.motion.InspectMotion.run", run)
+    assert main(["motion", "ymca"]) == 0
+    assert capsys.readouterr().err == "mpma: warning: two lines\n"

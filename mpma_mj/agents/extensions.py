@@ -14,7 +14,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from types import ModuleType
 
-from mpma_mj.errors import BadOptionError
+from mpma_mj.errors import BadOptionError, one_line
+from mpma_mj.utils.input_files import SMALL_FILE, file_problem
 from mpma_mj.utils.text import did_you_mean
 
 __all__ = ["load_class", "path_of"]
@@ -43,13 +44,13 @@ def load_class(path: str, option: str, required: Sequence[str], *, base: type) -
 
     if not home or not name.isidentifier():
         raise refusal("a path such as my_file.py:MyClass or package.module:MyClass")
-    if home.endswith(".py") and not Path(home).is_file():
-        raise refusal(f"an existing file, but there is no {Path(home).resolve()}")
+    if home.endswith(".py") and (problem := file_problem(home, largest=SMALL_FILE)):
+        raise refusal(f"a file of Python, but {Path(home).resolve()}: {problem}")
     try:
         module = _from_file(Path(home)) if home.endswith(".py") else importlib.import_module(home)
         found = getattr(module, name, None)  # which may import, too
     except (Exception, SystemExit) as error:  # whatever a module of somebody else's may raise
-        cause = " ".join(f"{type(error).__name__}: {error}".split())
+        cause = one_line(f"{type(error).__name__}: {error}")
         raise refusal(f"a module that can be imported ({cause})") from None
     if found is None:
         classes = [key for key, value in vars(module).items() if inspect.isclass(value)]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.agents.config import RULE_MEMBERS, RULES
 from mpma_mj.agents.extensions import load_class
-from mpma_mj.errors import BadOptionError
+from mpma_mj.errors import BadOptionError, one_line
 from mpma_mj.esn import FeatureReplay, Features, ReadoutBank
 from mpma_mj.options import Models
 
@@ -283,6 +283,6 @@ def learning_rule(rule: str | LearningRule) -> LearningRule:
     try:
         made: LearningRule = loaded()
     except TypeError as error:
-        expected = f"a class that is made without arguments ({error})"
+        expected = f"a class that is made without arguments ({one_line(error)})"
         raise BadOptionError(option="rule", value=rule, expected=expected) from None
     return made

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import math
-import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,10 +12,11 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from mpma_mj.envs.model_file import read_model_file
 from mpma_mj.envs.model_validation import HANDS, check_actuators, check_complete
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.randomisation import PlantValues, plants_of
-from mpma_mj.errors import BadOptionError
+from mpma_mj.errors import BadOptionError, one_line
 from mpma_mj.kinematics import JOINT_NAMES
 
 __all__: list[str] = ["MODEL_PATH", "CompiledPlants", "ModelCompiler", "make_model"]
@@ -57,13 +57,8 @@ class ModelCompiler:
         self._balls = any(plant["payload"] > 0 for plant in plants_of(options))
         self._collisions = options.collisions
         self._path = MODEL_PATH if options.model is None else Path(options.model)
-        if not self._path.is_file():
-            found = "this is a folder" if self._path.is_dir() else "there is no such file"
-            raise BadOptionError(
-                option="model", value=str(self._path), expected=f"an MJCF file, but {found}"
-            )
         with _errors_in_one_line(self._path):
-            spec = mujoco.MjSpec.from_file(os.fsencode(self._path))  # the name may not be UTF-8
+            spec = read_model_file(self._path)
             check_complete(self._path, spec, hands=self._balls or options.perturbed)
             if options.model is not None:
                 spec.memory = max(spec.compile().narena, _MEMORY)
@@ -87,8 +82,6 @@ class ModelCompiler:
             for hand in HANDS:  # only now, or the compiler would leave the balls out of its trees
                 ball = model.geom(f"{hand}_payload")
                 ball.contype[:], ball.conaffinity[:] = 0, 0
-        if not 0.0 < model.opt.timestep < math.inf:
-            raise BadOptionError(f"{path}: timestep is {model.opt.timestep:g} s; expected above 0")
         check_actuators(path, model, forces=plant["actuator_strength"] != 1.0)
         for name in JOINT_NAMES:
             actuator = model.actuator(name)
@@ -114,10 +107,7 @@ def _errors_in_one_line(path: Path) -> Iterator[None]:
     except BadOptionError:
         raise
     except (ValueError, mujoco.FatalError) as error:
-        problem = " ".join(str(error).split())
-        if "could not find decoder" in problem:  # for the ending of the file's name
-            problem = "is no MJCF file; expected an XML model of the arms"
-        raise BadOptionError(f"{path}: {problem}") from None
+        raise BadOptionError(f"{path}: {one_line(error)}") from None
 
 
 def _compensate_gravity(spec: mujoco.MjSpec) -> None:

@@ -95,7 +95,8 @@ def _draw(
         ends = [(tally.mean.low, tally.mean.mean, tally.mean.high) for tally in tallies]
         low, mean, high = np.array(ends, float).reshape(-1, 3).T
         marker = _MARKERS[number % len(_MARKERS)]
-        look: dict[str, Any] = {"color": colour, "marker": marker, "markersize": 4, "label": agent}
+        look: dict[str, Any] = {"color": colour, "marker": marker, "markersize": 4}
+        look["label"] = printable(agent)
         place = x
         if disturbance.is_ordered:
             axis.plot(x, mean, linewidth=1.5, **look)

@@ -10,6 +10,7 @@ import os
 import pickle
 import signal
 import sys
+import tempfile
 import traceback
 from collections import deque
 from collections.abc import Iterator, Sequence
@@ -30,6 +31,8 @@ _MAX_ATTEMPTS = 3  # of work whose worker dies (choice)
 
 # A forked server forks them: as fast as to fork this process, and safe whatever threads it has.
 _METHODS = ("forkserver", "spawn")
+_SOCKET_NAME = len("/pymp-01234567/listener-01234567")  # of the server, below the temporary folder
+_LONGEST_NAME = 103  # bytes of a socket, on macOS; Linux has 107
 # What the server imports once for all workers: what trains, and what each `__main__` imports.
 _PRELOADED = ["mpma_mj.training.trainer", "mpma_mj.experiments.training", "mpma_mj.commands"]
 
@@ -146,6 +149,8 @@ class Processes:
         """Make ready for as many processes as given, or as there are processors."""
         self.workers = workers or processors()
         available = multiprocessing.get_all_start_methods()
+        if len(os.fsencode(tempfile.gettempdir())) + _SOCKET_NAME > _LONGEST_NAME:
+            available = ["spawn"]  # which needs no socket
         self._context = multiprocessing.get_context(next(m for m in _METHODS if m in available))
         if self._context.get_start_method() == "forkserver":
             self._context.set_forkserver_preload(_PRELOADED)

@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from types import TracebackType
 from typing import Any, Self
 
-from mpma_mj.errors import BadOptionError, WorkerError
+from mpma_mj.errors import BadOptionError, WorkerError, one_line
 from mpma_mj.experiments.backend import Work
 from mpma_mj.training.config import versions
 from mpma_mj.utils.system import processors
@@ -21,6 +21,8 @@ from mpma_mj.utils.system import processors
 __all__ = ["Cluster"]
 
 _PATIENCE = 10.0  # s until an address counts as not answering
+_LOOK = 1.0  # s between two looks at the head
+_REFUSALS = 5  # in a row, after which it is gone (choice)
 _QUIET = {"log_to_driver": False, "logging_level": logging.ERROR}
 _CONNECT = "import ray, sys; ray.init(address=sys.argv[1], log_to_driver=False)"
 
@@ -53,7 +55,12 @@ class Cluster:
         self._ray: Any = ray
         if address is None:
             here = workers or processors()
-            ray.init(address="local", num_cpus=here, include_dashboard=False, **_QUIET)
+            try:
+                ray.init(address="local", num_cpus=here, include_dashboard=False, **_QUIET)
+            except OSError as error:  # such as a name of a socket that is too long
+                raise WorkerError(
+                    f"Ray does not start: {one_line(error)}; set TMPDIR to a folder of a short name"
+                ) from None
         else:
             _check_answers(address)
             ray.init(address=address, **_QUIET)
@@ -62,6 +69,8 @@ class Cluster:
         self._do = ray.remote(num_cpus=1, max_retries=0)(do)
         self._versions = versions()
         self._jobs: dict[Any, Work] = {}
+        host, _, port = ray.get_runtime_context().gcs_address.rpartition(":")
+        self._head = host, int(port)
         # Ray prints what happens to its nodes, and results are to stand alone.
         self._quiet = contextlib.redirect_stdout(sys.stderr)
 
@@ -84,9 +93,31 @@ class Cluster:
         """Give work to the cluster."""
         self._jobs[self._do.remote(work, self._versions)] = work
 
+    def _wait(self) -> Any:
+        """Wait for a job to end; Ray itself waits for its head, and then ends this process.
+
+        Raises:
+            WorkerError: The cluster's head is gone.
+        """
+        refused = 0
+        while True:
+            done, _ = self._ray.wait(list(self._jobs), num_returns=1, timeout=_LOOK)
+            if done:
+                return done[0]
+            try:
+                socket.create_connection(self._head, timeout=_PATIENCE).close()
+                refused = 0
+            except OSError:
+                refused += 1
+            if refused == _REFUSALS:
+                raise WorkerError(
+                    f"the head of the Ray cluster, {':'.join(map(str, self._head))}, no longer"
+                    " answers; start it again, and give the same command once more: it goes on"
+                )
+
     def next_done(self) -> tuple[Work, Any]:
         """Wait for work to be done or lost; see `Backend`."""
-        (done,), _ = self._ray.wait(list(self._jobs), num_returns=1)
+        done = self._wait()
         work = self._jobs.pop(done)
         try:
             return work, self._ray.get(done)
@@ -150,7 +181,7 @@ def _check_answers(address: str) -> None:
     except subprocess.TimeoutExpired as error:
         reason = f"within {_PATIENCE:g} s: {_last_line(error.stderr)}"
     except (OSError, OverflowError) as error:
-        reason = str(error)
+        reason = one_line(error)
     else:
         return
     raise BadOptionError(

@@ -6,7 +6,7 @@ import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
-from mpma_mj.errors import BadOptionError, placeholder
+from mpma_mj.errors import BadOptionError, one_line, placeholder
 from mpma_mj.motions.body import ARM_POINTS, TORSO_POINTS
 from mpma_mj.utils.input_files import SMALL_FILE, file_problem
 
@@ -57,7 +57,7 @@ def _read_toml(path: Path) -> Iterator[tuple[str, tuple[str, ...]]]:
         problem = f"names {path}, which is not a TOML file: it is not text in UTF-8"
         raise BadOptionError(problem, option="map") from None
     except tomllib.TOMLDecodeError as error:
-        problem = f"names {path}, which is not a TOML file ({error})"
+        problem = f"names {path}, which is not a TOML file ({one_line(error)})"
         raise BadOptionError(problem, option="map") from None
     for point, value in content.items():
         names = [name.strip() for name in value.split("+")] if isinstance(value, str) else value

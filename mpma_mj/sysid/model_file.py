@@ -11,6 +11,8 @@ import mujoco
 import numpy as np
 
 from mpma_mj.envs.model import MODEL_PATH
+from mpma_mj.envs.model_file import read_model_file
+from mpma_mj.errors import one_line
 from mpma_mj.kinematics import JOINT_NAMES
 from mpma_mj.sysid.parameters import scaled
 from mpma_mj.utils.atomic_files import atomic_write
@@ -32,7 +34,7 @@ def write_model(
         base: MJCF file of the model that is changed; the package's if not given.
     """
     base = MODEL_PATH if base is None else Path(base)
-    spec = mujoco.MjSpec.from_file(os.fsencode(base))  # a name may be no UTF-8
+    spec = read_model_file(base)
     model = scaled(spec.compile(), factors)
     for name in JOINT_NAMES:
         kind = name.partition("_")[2]
@@ -54,7 +56,7 @@ def write_model(
         try:
             spec.to_file(os.fsencode(temporary))
         except mujoco.FatalError as error:  # such as a full disk
-            raise OSError(error) from None
+            raise OSError(one_line(error)) from None
 
 
 def _weigh(body: mujoco.MjsBody, model: mujoco.MjModel) -> None:

@@ -12,7 +12,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.errors import BadOptionError, CheckpointError, MotionFileError, RunFolderError
+from mpma_mj.errors import (
+    BadOptionError,
+    CheckpointError,
+    MotionFileError,
+    RunFolderError,
+    one_line,
+)
 from mpma_mj.motions import Motion
 from mpma_mj.motions.motion import motion_arrays, motion_of_arrays
 from mpma_mj.trace import Trace, trace_problem
@@ -119,7 +125,7 @@ class RunFolder:
         try:
             text = data_files.json_text(content)
         except (TypeError, ValueError) as error:
-            expected = f"options that JSON can hold ({error})"
+            expected = f"options that JSON can hold ({one_line(error)})"
             raise BadOptionError(option="agent", value=config.agent, expected=expected) from None
         if self.path.exists():
             self._check_free(overwrite)

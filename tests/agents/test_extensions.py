@@ -3,6 +3,7 @@
 import concurrent.futures
 import dataclasses
 import multiprocessing
+import os
 import sys
 from pathlib import Path
 
@@ -200,16 +201,28 @@ def test_a_rule_may_be_given_as_an_instance() -> None:
     assert MPMAConfig(rule=default) == MPMAConfig(rule=WeightedRule())
 
 
+@pytest.mark.parametrize("kind", ["pipe", "MB"])
+def test_a_file_of_a_class_is_a_file_of_a_sane_size(tmp_path: Path, kind: str) -> None:
+    path = tmp_path / "agents.py"
+    if kind == "pipe":
+        os.mkfifo(path)
+    else:
+        with path.open("wb") as file:
+            file.truncate(5_000_000_000)
+    with pytest.raises(BadOptionError, match=kind):
+        MPMA(MPMAConfig(rule=f"{path}:Rule"), SPEC)
+
+
 def test_a_config_that_names_a_path_imports_nothing() -> None:
     config = MPMAConfig(rule="no_such_file.py:Rule")
-    with pytest.raises(BadOptionError, match="an existing file"):
+    with pytest.raises(BadOptionError, match="a file of Python, but"):
         MPMA(config, SPEC)
 
 
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("my_agnets.py:MyAgent", "an existing file, but there is no /.*my_agnets.py"),
+        ("my_agnets.py:MyAgent", "a file of Python, but /.*my_agnets.py: no such file"),
         ("no_such_package.part:A", r"\(ModuleNotFoundError: No module named 'no_such_package'\)"),
         ("broken.py:MyAgent", r"imported \(ModuleNotFoundError: No module named 'no_such_package"),
         ("leaving.py:MyAgent", r"imported \(SystemExit: two lines\)"),

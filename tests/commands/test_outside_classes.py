@@ -113,7 +113,7 @@ def test_an_outside_agent_stands_in_the_table_of_agents(
 @pytest.mark.parametrize(
     ("path", "message"),
     [
-        ("gone.py:Ahead", "--agent is 'gone.py:Ahead'; expected an existing file, but there is"),
+        ("gone.py:Ahead", "--agent is 'gone.py:Ahead'; expected a file of Python, but"),
         ("my_agents.py:Ahed", "a class of my_agents.py, but it has no Ahed; did you mean Ah"),
         ("my_agents.py:Still", "a class with act, reset, observe, learn, signals"),
         ("my_agents.py:np", "expected a class, but np is an object of type module"),
@@ -132,7 +132,7 @@ def test_a_wrong_path_of_an_agent_is_one_line(
 @pytest.mark.parametrize(
     ("path", "message"),
     [
-        ("gone.py:Mine", "--rule is 'gone.py:Mine'; expected an existing file, but there is"),
+        ("gone.py:Mine", "--rule is 'gone.py:Mine'; expected a file of Python, but"),
         ("my_rules.py:Yours", "a class of my_rules.py, but it has no Yours"),
         ("my_agents.py:Still", "a class with fit"),
         ("mine", "--rule is 'mine'; expected weighted, gated, or the path of a class"),

@@ -88,7 +88,7 @@ class Run:
         (
             "model",
             "none.xml",
-            "model is 'none.xml'; expected an MJCF file, but there is no such file",
+            "none.xml: no such file; check the path; expected an MJCF file",
         ),
     ],
 )

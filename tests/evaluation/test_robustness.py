@@ -147,3 +147,10 @@ def test_results_are_those_of_each_level_and_seed(small: TrainedAgents) -> None:
     tuned = evaluate_levels("own", small, levels, 1)
     assert [list(one.fine_tuned) for one in tuned] == [["0", "1"]] * 2
     assert [dataclasses.replace(one, fine_tuned={}) for one in tuned] == alone
+
+
+def test_the_figure_shows_names_that_cannot_be_printed(tmp_path: Path) -> None:
+    agent = "a run\n\x1b[31m\udcff"
+    results = [*found({0: 1.0}, agent=agent), *found({0: 1.0}, agent=agent, level="\n\udcfe.bvh")]
+    write_figures(tmp_path / "a.png", Robustness(results, [agent], 0))
+    assert (tmp_path / "a.png").exists()

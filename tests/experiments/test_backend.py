@@ -7,6 +7,7 @@ import multiprocessing
 import os
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -146,6 +147,17 @@ def test_workers_that_cannot_be_are_refused(
 ) -> None:
     with pytest.raises(BadOptionError, match=message):
         open_backend(*options)  # type: ignore[arg-type]
+
+
+def test_workers_need_no_socket_where_its_name_would_be_too_long(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / ("x" * 200)
+    folder.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(folder))
+    with Processes(1) as pool:
+        assert [done for _, done in get_done([Double(number=3)], pool)] == [6]
+        assert pool._context.get_start_method() == "spawn"
 
 
 def test_workers_find_the_modules_that_this_process_finds(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.errors import MotionFileError
+from mpma_mj.errors import MotionFileError, one_line
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.cells import is_number
 from mpma_mj.motions.readers.recording import Recording, Tracks
@@ -80,7 +80,7 @@ def read_acclaim(file: TextFile, skeleton: Path | None, report: ImportReport) ->
         bones = _read_skeleton(asf, report)
     except (ValueError, IndexError, KeyError) as error:
         raise MotionFileError(
-            f"{path}: is damaged or cut short ({error})",
+            f"{path}: is damaged or cut short ({one_line(error)})",
             remedy="give another one with {skeleton}",
         ) from None
     report.note(f"skeleton {path.name}")

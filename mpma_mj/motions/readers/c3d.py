@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.context import Span
-from mpma_mj.errors import MotionFileError
+from mpma_mj.errors import MotionFileError, one_line
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.missing_samples import mark_missing
 from mpma_mj.motions.readers.recording import UNITS, UPS, Recording, Tracks
@@ -105,7 +105,7 @@ def read_c3d(path: Path, report: ImportReport) -> Recording:
         spans = _spans(parameters, (first - 1) / rate if rate else 0.0, report)
     except _DAMAGED as error:
         raise MotionFileError(
-            f"{path}: has damaged parameters ({error}); export it again"
+            f"{path}: has damaged parameters ({one_line(error)}); export it again"
         ) from None
     if not layout.points:
         raise MotionFileError(f"{path}: has no points; export the C3D with its trajectories")
