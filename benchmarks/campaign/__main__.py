@@ -16,8 +16,11 @@ import tyro
 
 from benchmarks.campaign.faults import Part, report
 
-_Part = Literal["kills"]
-_MODULES = {"kills": ("kills", "kill_everywhere", 3.0)}
+_Part = Literal["kills", "folders"]
+_MODULES = {
+    "kills": ("kills", "kill_everywhere", 3.0),
+    "folders": ("damaged_folders", "damage_folders", 2.0),
+}
 """Module and function of each part, and its share of the time."""
 
 

@@ -22,6 +22,10 @@ from typing import Any, NamedTuple
 __all__ = ["Ended", "command", "in_fork", "warm_up"]
 
 _MEMORY = 8 << 30  # bytes of addresses, of which the libraries take a third
+_PROGRESS = (
+    *("  ", "epoch ", "training", "evaluating", "looking for", "running without", "resuming"),
+    *("run: dropping", "other: dropping"),
+)
 _CRASHED = 70  # exit code of an exception, which a command never has
 
 
@@ -42,9 +46,8 @@ class Ended(NamedTuple):
     @property
     def told(self) -> list[str]:
         """Lines on standard error but those of progress."""
-        progress = ("  ", "epoch ", "training", "evaluating", "looking for", "running without")
         lines = self.err.splitlines()
-        return [one for one in lines if one.strip() and not one.startswith(progress)]
+        return [one for one in lines if one.strip() and not one.startswith(_PROGRESS)]
 
     @property
     def is_refusal(self) -> bool:
