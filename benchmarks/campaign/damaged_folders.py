@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import os
 import shutil
 import tempfile
 from collections.abc import Sequence
@@ -101,9 +102,9 @@ class Damaging:
         ended = in_fork(lambda: command(words.split()), work, _SECONDS)
         for _ in range(3):
             path = work / ended.last_line.removeprefix("mpma: ").partition(": ")[0]
-            if not (ended.is_refusal and _REMOVE in ended.err and path.exists()):
+            if not (ended.is_refusal and _REMOVE in ended.err and os.path.lexists(path)):
                 break
-            shutil.rmtree(path) if path.is_dir() else path.unlink()
+            _remove(path)
             ended = in_fork(lambda: command(words.split()), work, _SECONDS)
         if problem := _problem(ended):
             return problem
@@ -115,6 +116,10 @@ class Damaging:
         if wrong := differences(expected, made):
             return "" if crafted else f"another result without a word: {wrong}"
         return "" if out == ended.out else "another result without a word on standard output"
+
+
+def _remove(path: Path) -> None:
+    shutil.rmtree(path) if path.is_dir() and not path.is_symlink() else path.unlink()
 
 
 def _problem(ended: Ended) -> str:

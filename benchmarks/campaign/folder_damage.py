@@ -24,7 +24,14 @@ _DEEP = 100_000  # brackets
 _TRIES = 20  # to find a damage that changes the file
 
 
-def damage(folder: Path, files: Sequence[str], other: Path, rng: np.random.Generator) -> str:
+def damage(
+    folder: Path,
+    files: Sequence[str],
+    other: Path,
+    rng: np.random.Generator,
+    *,
+    crafted: bool = True,
+) -> str:
     """Damage a file in one way.
 
     Args:
@@ -32,16 +39,17 @@ def damage(folder: Path, files: Sequence[str], other: Path, rng: np.random.Gener
         files: Files in it, one of which is damaged.
         other: A folder of the same kind, from which files may be confused.
         rng: Random numbers.
+        crafted: Whether it may be such that the file is a valid one, which only a program can do.
 
     Returns:
-        What was done to which file; it begins with "crafted" where the damage is such that the
-        file has a valid digest, which only a program can do.
+        What was done to which file; it begins with "crafted" where that is so.
     """
     for _ in range(_TRIES):
         name = files[rng.integers(len(files))]
         path = folder / name
         kinds = _OF_ALL | _OF_SUFFIX.get(path.suffix, {})
-        kind = list(kinds)[rng.integers(len(kinds))]
+        names = [kind for kind in kinds if crafted or not kind.startswith("crafted")]
+        kind = names[rng.integers(len(names))]
         before = path.read_bytes()
         kinds[kind](path, other, rng)
         if not path.is_file() or path.stat().st_size >= _HUGE or path.read_bytes() != before:
