@@ -29,6 +29,7 @@ def killed_at(number: int | None) -> Iterator[list[str]]:
     Yields:
         The changes so far, by the names of the functions.
     """
+    gc.collect()  # closes files of one that was killed earlier, so that its locks are free
     done: list[str] = []
 
     def counted(name: str, do: Callable[..., Any]) -> Callable[..., Any]:
@@ -50,4 +51,3 @@ def killed_at(number: int | None) -> Iterator[list[str]]:
             patched.setattr(os, "getpid", lambda: _NOBODY)  # so that what it leaves is nobody's
         with suppress(Killed):
             yield done
-    gc.collect()  # closes its files, so that its locks are free

@@ -16,10 +16,14 @@ import tyro
 
 from benchmarks.campaign.faults import Part, report
 
-_Part = Literal["kills", "folders"]
+_Part = Literal["kills", "folders", "random-kills", "settings", "leaks", "recordings"]
 _MODULES = {
     "kills": ("kills", "kill_everywhere", 3.0),
-    "folders": ("damaged_folders", "damage_folders", 2.0),
+    "folders": ("damaged_folders", "damage_folders", 2.5),
+    "random-kills": ("random_kills", "kill_at_random", 1.0),
+    "settings": ("settings", "try_settings", 1.0),
+    "leaks": ("leaks", "look_for_leaks", 1.5),
+    "recordings": ("mangled_recordings", "mangle_recordings", 1.0),
 }
 """Module and function of each part, and its share of the time."""
 
