@@ -2,21 +2,38 @@
 
 from __future__ import annotations
 
-import gc
 import io
 import os
+import traceback
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from typing import Any
 
 import pytest
 
-_CHANGES = ("replace", "rename", "unlink", "remove", "mkdir", "rmdir", "fsync")
+from mpma_mj.utils import atomic_files
+
+_CHANGES = ("replace", "rename", "unlink", "remove", "mkdir", "rmdir")
 _NOBODY = 1 << 30  # number of no process
 
 
 class Killed(BaseException):
     """The process does nothing any more, not even clean up."""
+
+
+def _close_files(killed: BaseException) -> None:
+    """Close what the process had open, so that its locks are free."""
+    error: BaseException | None = killed
+    while error is not None:
+        traceback.clear_frames(error.__traceback__)
+        error = error.__context__
+
+
+class _OsOfNobody:
+    """The module `os` of a process that is there no more."""
+
+    def __getattr__(self, name: str) -> Any:
+        return (lambda: _NOBODY) if name == "getpid" else getattr(os, name)
 
 
 @contextmanager
@@ -29,7 +46,6 @@ def killed_at(number: int | None) -> Iterator[list[str]]:
     Yields:
         The changes so far, by the names of the functions.
     """
-    gc.collect()  # closes files of one that was killed earlier, so that its locks are free
     done: list[str] = []
 
     def counted(name: str, do: Callable[..., Any]) -> Callable[..., Any]:
@@ -47,7 +63,10 @@ def killed_at(number: int | None) -> Iterator[list[str]]:
         for name in _CHANGES:
             patched.setattr(os, name, counted(name, getattr(os, name)))
         patched.setattr(io, "open", counted("open", io.open))
+        patched.setattr(os, "fsync", counted("fsync", lambda _: None))  # the machine does not crash
         if number is not None:
-            patched.setattr(os, "getpid", lambda: _NOBODY)  # so that what it leaves is nobody's
-        with suppress(Killed):
+            patched.setattr(atomic_files, "os", _OsOfNobody())  # so that what it leaves is nobody's
+        try:
             yield done
+        except Killed as killed:
+            _close_files(killed)

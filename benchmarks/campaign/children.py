@@ -95,6 +95,8 @@ def _become(do: Callable[[], int], folder: Path, out: int, err: int) -> None:
         os.chdir(folder)
         os.dup2(out, 1)
         os.dup2(err, 2)
+        sys.stdout = os.fdopen(1, "w", closefd=False)  # in place of those that pytest may have put
+        sys.stderr = os.fdopen(2, "w", closefd=False)
         resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
         code = do()
     except SystemExit as end:

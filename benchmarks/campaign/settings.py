@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, get_args
 
@@ -17,7 +19,7 @@ from mpma_mj.agents.registry import agent_class
 from mpma_mj.envs.load import load
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.plants import Plant
-from mpma_mj.errors import MpmaError
+from mpma_mj.errors import BadOptionError, MpmaError
 from mpma_mj.kinematics import JOINT_NAMES, SEGMENT_NAMES
 from mpma_mj.motions import Motion, ymca
 from mpma_mj.training.config import RunConfig
@@ -26,8 +28,10 @@ from mpma_mj.utils.validation import Bounds, _checked_fields
 
 __all__ = ["draw_settings", "try_settings"]
 
+Draw = Callable[[type, np.random.Generator], dict[str, Any]]
+
 _TRIES = 1000
-_STEPS = 100
+_STEPS = 40  # of the motion
 _SECONDS = 120.0
 _GIVEN = 0.3  # share of the options that are given
 _AT_BOUNDS = 0.3  # share of the numbers that are at a bound
@@ -35,16 +39,38 @@ _LARGEST = {  # of what takes time and memory and is nothing but larger then
     **{"nodes": 60, "modules": 8, "max_plants": 5, "repeats": 2, "lookahead": 60},
     **{"expert_episodes": 2, "demonstrations": 3, "epochs_per_plant": 3, "max_latency": 20},
 }
+_NOT_OF_TRAINING = ("random_start", "termination_distance")  # it imitates whole episodes
 _OUR_ERROR, _NOT_FINITE = 3, 4
 
 
 def draw_settings(rng: np.random.Generator) -> tuple[str, dict[str, Any], dict[str, Any]]:
-    """Return the name of an agent, its options, and those of an environment."""
+    """Return the name of an agent, its options, and those of an environment, which agree."""
     name = list(CONFIG_TYPES)[rng.integers(len(CONFIG_TYPES))]
-    agent = _draw(CONFIG_TYPES[name], rng)
-    for size in _LARGEST.keys() & {field.name for field in dataclasses.fields(CONFIG_TYPES[name])}:
-        agent.setdefault(size, min(_LARGEST[size], getattr(CONFIG_TYPES[name](), size)))
-    env = _draw(EnvironmentOptions, rng) | {"repeats": int(rng.integers(1, 3))}
+    return (
+        name,
+        _agreeing(_agent, CONFIG_TYPES[name], rng),
+        _agreeing(_env, EnvironmentOptions, rng),
+    )
+
+
+def _agreeing(draw: Draw, kind: type, rng: np.random.Generator) -> dict[str, Any]:
+    """Return options of a kind that do not contradict each other."""
+    while True:
+        options = draw(kind, rng)
+        with contextlib.suppress(BadOptionError):
+            kind(**options)
+            return options
+
+
+def _agent(kind: type, rng: np.random.Generator) -> dict[str, Any]:
+    options = _draw(kind, rng)
+    for size in sorted(_LARGEST.keys() & {field.name for field in dataclasses.fields(kind)}):
+        options.setdefault(size, min(_LARGEST[size], getattr(kind(), size)))
+    return options
+
+
+def _env(kind: type, rng: np.random.Generator) -> dict[str, Any]:
+    env = _draw(kind, rng) | {"repeats": int(rng.integers(1, 3))}
     if rng.random() < _GIVEN:
         env["plants"] = [_draw(Plant, rng) for _ in range(rng.integers(1, 4))]
         if rng.random() < 0.5:
@@ -55,9 +81,11 @@ def draw_settings(rng: np.random.Generator) -> tuple[str, dict[str, Any], dict[s
         "reward_weights": {SEGMENT_NAMES[0]: float(10 ** rng.uniform(-3, 6))},
     }
     env |= {key: value for key, value in others.items() if rng.random() < _GIVEN / 2}
+    if "control_timestep" in env:  # a multiple of the physics' own
+        env["control_timestep"] = 0.005 * int(rng.integers(1, 41))
     if isinstance(env.get("latency"), tuple) and rng.random() < 0.5:
         env["latency_every"] = (0.1, 0.5)
-    return name, agent, env
+    return env
 
 
 def _draw(kind: type, rng: np.random.Generator) -> dict[str, Any]:
@@ -119,18 +147,17 @@ def try_settings(seed: int, seconds: float, workers: int) -> list[Part]:
     return [Part("random settings", done, _TRIES, faults)]
 
 
-def _motion() -> Motion:
-    whole = ymca()
-    return Motion(whole.posture[:40], whole.context[:40], whole.labels, whole.rate, "part", "here")
-
-
 def _use(name: str, agent: dict[str, Any], env: dict[str, Any], rng: np.random.Generator) -> int:
     """Act at random in the environment, and train the agent; print what is wrong, in a line."""
     try:
-        config = RunConfig.of(agent=name, **agent, **env)
-        bad = _acted(env, rng)
+        whole = ymca(rate=1.0 / env.get("control_timestep", 0.05))
+        parts = whole.posture[:_STEPS], whole.context[:_STEPS], whole.labels, whole.rate
+        motion = Motion(*parts, "part", "here")
+        bad = _acted(motion, env, rng)
         if agent_class(name).trainable:
-            run = train(config, max(2, config.agent.least_epochs), motion=_motion())
+            imitated = {k: v for k, v in env.items() if k not in _NOT_OF_TRAINING}
+            config = RunConfig.of(agent=name, **agent, **imitated)
+            run = train(config, max(2, config.agent.least_epochs), motion=motion)
             bad += [f"state {k}" for k, array in run.state.items() if not _finite(array)]
             bad += [
                 f"trace {k}" for k, array in run.trace.to_arrays().items() if not _finite(array)
@@ -144,11 +171,11 @@ def _use(name: str, agent: dict[str, Any], env: dict[str, Any], rng: np.random.G
     return 0
 
 
-def _acted(options: dict[str, Any], rng: np.random.Generator) -> list[str]:
+def _acted(motion: Motion, options: dict[str, Any], rng: np.random.Generator) -> list[str]:
     """Return what was not finite in an environment with random actions."""
-    env, bad = load(_motion(), **options), set()
+    env, bad = load(motion, **options), set()
     time_step = env.reset()
-    for _ in range(_STEPS):
+    for _ in range(2 * _STEPS):
         if time_step.last():
             time_step = env.reset()
         else:

@@ -175,4 +175,4 @@ def test_a_folder_of_a_study_never_loses_or_invents_a_result() -> None:
 
 @pytest.mark.slow
 def test_a_folder_of_a_study_never_loses_or_invents_a_result_in_many_orders() -> None:
-    run_machine(examples=300, steps=20)
+    run_machine(examples=100, steps=20)

@@ -180,4 +180,4 @@ def test_a_run_folder_never_loses_or_invents_a_result() -> None:
 
 @pytest.mark.slow
 def test_a_run_folder_never_loses_or_invents_a_result_in_many_orders() -> None:
-    run_machine(examples=200, steps=20)
+    run_machine(examples=50, steps=20)
