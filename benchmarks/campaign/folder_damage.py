@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.utils.data_files import write_json
+from mpma_mj.utils.data_files import write_arrays, write_json
 
 __all__ = ["damage"]
 
@@ -184,7 +184,7 @@ def _digit(path: Path, _: Path, rng: np.random.Generator) -> None:
 def _crafted_arrays(path: Path, _: Path, rng: np.random.Generator) -> None:
     """Change an array, or the header, of an archive, which stays a valid one."""
     with np.load(path) as file:
-        arrays: dict[str, NDArray[Any]] = {name: file[name] for name in file.files}
+        arrays: dict[str, NDArray[Any]] = {n: file[n] for n in file.files if n != "digest"}
     name = list(arrays)[rng.integers(len(arrays))]
     if name == "meta" and rng.random() < 0.8:
         meta = json.loads(str(arrays["meta"]))
@@ -232,7 +232,15 @@ def _with(array: NDArray[Any], value: float, rng: np.random.Generator) -> NDArra
 
 
 def _save(path: Path, arrays: dict[str, NDArray[Any]]) -> None:
-    with zipfile.ZipFile(path, "w") as archive:  # where a name may be anything
+    """Write arrays, with a digest where that is possible."""
+    try:
+        meta = json.loads(str(arrays["meta"]))
+    except (KeyError, ValueError):
+        meta = None
+    if isinstance(meta, dict) and all(array.dtype != object for array in arrays.values()):
+        write_arrays(path, "", {n: array for n, array in arrays.items() if n != "meta"}, meta)
+        return
+    with zipfile.ZipFile(path, "w") as archive:
         for name, array in arrays.items():
             with archive.open(f"{name}.npy", "w") as member:
                 np.lib.format.write_array(member, array)

@@ -23,7 +23,8 @@ __all__ = ["look_for_leaks"]
 _CYCLES = 1000
 _DRAWN = 100  # cycles with pictures
 _GROWTH = 4.0  # MiB that the fit may grow over the second half of the cycles (choice)
-_LEAST = 40  # cycles, without which nothing is known
+_EVERY = 5  # cycles from one measurement to the next, which takes longer than a cycle
+_LEAST = 8  # measurements, without which nothing is known
 _OWN = Path("/proc/self")
 
 
@@ -114,22 +115,24 @@ def _judge(name: str, file: Path, faults: Sequence[Fault]) -> Part:
     title, (_, cycles) = f"make, step, close: {name}", _FACES[name]
     held = np.array(json.loads(file.read_text())) if file.exists() else np.zeros((0, 3))
     own = [fault for fault in faults if fault.again == name]
+    done = len(held) * _EVERY
     if len(held) < _LEAST:
-        return Part(title, len(held), cycles, own, "too few to tell")
+        return Part(title, done, cycles, own, "too few to tell")
     memory, files, threads = held[len(held) // 2 :].T
     growth = float(np.polyfit(np.arange(len(memory)), memory, 1)[0]) * len(memory)
     more_files, more_threads = (int(one[-1] - one[0]) for one in (files, threads))
     note = f"{growth:+.1f} MiB, {more_files:+d} files, {more_threads:+d} threads in the second half"
     if growth > _GROWTH or more_files > 0 or more_threads > 0:
         own.append(Fault(note, name))
-    return Part(title, len(held), cycles, own, note)
+    return Part(title, done, cycles, own, note)
 
 
 def _measure(cycle: Callable[[], None], cycles: int, seconds: float, file: Path) -> int:
-    """Write what this process holds after each cycle: MiB, files, threads."""
+    """Write what this process holds, time and again: MiB, files, threads."""
     until, held = time.monotonic() + seconds, []
-    while len(held) < cycles and time.monotonic() < until:
-        cycle()
+    while len(held) * _EVERY < cycles and time.monotonic() < until:
+        for _ in range(_EVERY):
+            cycle()
         gc.collect()  # so that what is left is held by something
         held.append((resident_mib(), *(len(list(_OWN.glob(f"{one}/*"))) for one in ("fd", "task"))))
     file.write_text(json.dumps(held))

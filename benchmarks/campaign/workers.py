@@ -5,9 +5,11 @@ from __future__ import annotations
 import json
 import os
 import sys
+import tempfile
 import time
 import traceback
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import TypeVar
 
 from benchmarks.campaign.faults import Fault
@@ -33,30 +35,26 @@ def spread(
         How many were done, and the faults.
     """
     until = time.monotonic() + seconds
-    pipes = []
     sys.stdout.flush()
-    for worker in range(workers):
-        reading, writing = os.pipe()
-        if os.fork() == 0:
-            os.close(reading)
-            _work(tries[worker::workers], do, until, writing)
-            os._exit(0)
-        os.close(writing)
-        pipes.append(reading)
-    done, faults = 0, []
-    for reading in pipes:
-        with os.fdopen(reading, encoding="utf-8") as lines:
-            for line in lines:
-                done += 1
-                faults += [Fault(*one) for one in json.loads(line)]
-    for _ in pipes:
-        os.wait()
-    return done, faults
+    with tempfile.TemporaryDirectory() as folder:
+        files = [Path(folder, str(worker)) for worker in range(workers)]
+        processes = []
+        for worker, file in enumerate(files):
+            processes.append(os.fork())
+            if processes[-1] == 0:
+                try:
+                    _work(tries[worker::workers], do, until, file)
+                finally:
+                    os._exit(0)
+        for process in processes:
+            os.waitpid(process, 0)
+        found = [json.loads(line) for file in files for line in file.read_text().splitlines()]
+    return len(found), [Fault(*one) for faults in found for one in faults]
 
 
-def _work(tries: Sequence[T], do: Try[T], until: float, writing: int) -> None:
-    """Do tries, and write the faults of each as a line."""
-    with os.fdopen(writing, "w", encoding="utf-8") as lines:
+def _work(tries: Sequence[T], do: Try[T], until: float, file: Path) -> None:
+    """Do tries, and write the faults of each as a line; those that there are also to stderr."""
+    with file.open("w", encoding="utf-8") as lines:
         for one in tries:
             if time.monotonic() > until:
                 return
@@ -65,5 +63,7 @@ def _work(tries: Sequence[T], do: Try[T], until: float, writing: int) -> None:
             except Exception:
                 text = traceback.format_exc().strip().splitlines()
                 faults = [Fault(f"the campaign's own error: {' | '.join(text[-3:])}", str(one))]
+            for fault in faults:
+                print(f"fault: {fault.what}: {fault.again}", file=sys.stderr, flush=True)
             lines.write(json.dumps(faults) + "\n")
             lines.flush()
