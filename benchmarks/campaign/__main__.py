@@ -1,4 +1,4 @@
-"""Try to lose or invent results: kills, damaged files, extreme settings, leaks.
+"""Try to lose or invent results: kills, damaged files, extreme options, leaks.
 
 make campaign                          # ten minutes, all parts
 make campaign SECONDS=7200 SEED=3
@@ -16,12 +16,12 @@ import tyro
 
 from benchmarks.campaign.faults import Part, report
 
-_Part = Literal["kills", "folders", "random-kills", "settings", "leaks", "recordings"]
+_Part = Literal["kills", "folders", "random-kills", "options", "leaks", "recordings"]
 _MODULES = {
     "kills": ("kills", "kill_everywhere", 3.0),
     "folders": ("damaged_folders", "damage_folders", 2.5),
     "random-kills": ("random_kills", "kill_at_random", 1.0),
-    "settings": ("settings", "try_settings", 1.0),
+    "options": ("random_options", "try_options", 1.0),
     "leaks": ("leaks", "look_for_leaks", 1.5),
     "recordings": ("mangled_recordings", "mangle_recordings", 1.0),
 }

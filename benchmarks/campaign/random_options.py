@@ -1,4 +1,4 @@
-"""Random settings of agents and environments within their bounds, and at them."""
+"""Random options of agents and environments within their bounds, and at them."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from mpma_mj.training.config import RunConfig
 from mpma_mj.training.run import train
 from mpma_mj.utils.validation import Bounds, _checked_fields
 
-__all__ = ["draw_settings", "try_settings"]
+__all__ = ["draw_options", "try_options"]
 
 Draw = Callable[[type, np.random.Generator], dict[str, Any]]
 
@@ -43,7 +43,7 @@ _NOT_OF_TRAINING = ("random_start", "termination_distance")  # it imitates whole
 _OUR_ERROR, _NOT_FINITE = 3, 4
 
 
-def draw_settings(rng: np.random.Generator) -> tuple[str, dict[str, Any], dict[str, Any]]:
+def draw_options(rng: np.random.Generator) -> tuple[str, dict[str, Any], dict[str, Any]]:
     """Return the name of an agent, its options, and those of an environment, which agree."""
     name = list(CONFIG_TYPES)[rng.integers(len(CONFIG_TYPES))]
     return (
@@ -122,18 +122,18 @@ def _number(name: str, check: Any, rng: np.random.Generator) -> float:
     return check.kind(value)
 
 
-def try_settings(seed: int, seconds: float, workers: int) -> list[Part]:
-    """Train agents in environments with random settings, and act at random, until time is up.
+def try_options(seed: int, seconds: float, workers: int) -> list[Part]:
+    """Train agents in environments with random options, and act at random, until time is up.
 
     Args:
-        seed: Seed of the settings.
+        seed: Seed of the options.
         seconds: For all.
         workers: Processes.
     """
 
     def do(number: int) -> list[Fault]:
         rng = np.random.default_rng([seed, number])
-        name, agent, env = draw_settings(rng)
+        name, agent, env = draw_options(rng)
         with tempfile.TemporaryDirectory() as folder:
             ended = in_fork(lambda: _use(name, agent, env, rng), Path(folder), _SECONDS)
         again = f"seed {seed}, number {number}: {name} {agent}, environment {env}"
@@ -144,7 +144,7 @@ def try_settings(seed: int, seconds: float, workers: int) -> list[Part]:
         return [Fault(f"ended with {ended.code}: {' | '.join(ended.told[-3:])}", again)]
 
     done, faults = spread(range(_TRIES), do, workers=workers, seconds=seconds)
-    return [Part("random settings", done, _TRIES, faults)]
+    return [Part("random options", done, _TRIES, faults)]
 
 
 def _use(name: str, agent: dict[str, Any], env: dict[str, Any], rng: np.random.Generator) -> int:
