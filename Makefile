@@ -6,7 +6,9 @@ PYTHON ?= $(shell for name in python3.12 python3.11 python3 python; do \
   $$name -c '$(FITS)' >/dev/null 2>&1 && echo $$name && break; done)
 BIN := .venv/bin
 
-.PHONY: help dance test test-slow test-lowest coverage check format bench docs build clean
+SECONDS ?= 600
+
+.PHONY: help dance test test-slow test-lowest coverage check format bench campaign docs build clean
 
 dance: .venv/installed  ## train the built-in dance and make its video
 	@echo "Training two arms to dance, and drawing the video"
@@ -34,6 +36,9 @@ check: .venv/installed-dev  ## formatting, lint, types
 
 bench: .venv/installed-dev  ## speed beside bare physics and peers; ARGS="environment" is part of it
 	$(BIN)/python -m benchmarks.speed $(ARGS)
+
+campaign: .venv/installed-dev  ## try to lose or invent results: kills, damage, leaks; SECONDS=600 SEED=1
+	$(BIN)/python -m benchmarks.campaign --seconds $(SECONDS) $(if $(SEED),--seed $(SEED))
 
 format: .venv/installed-dev  ## rewrite to the house style
 	$(BIN)/ruff format .

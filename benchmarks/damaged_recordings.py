@@ -56,7 +56,7 @@ class Reader:
         self._process = self._start()
 
     def _start(self) -> subprocess.Popen[str]:
-        return subprocess.Popen(
+        process = subprocess.Popen(
             [sys.executable, str(ROOT / "benchmarks" / "damage" / "reader.py")],
             env=os.environ | {"PYTHONPATH": str(self._checkout)},
             stdin=subprocess.PIPE,
@@ -64,6 +64,9 @@ class Reader:
             stderr=subprocess.DEVNULL,
             text=True,
         )
+        assert process.stdout is not None
+        process.stdout.readline()  # it is ready; on a busy machine that may take longer than a file
+        return process
 
     def read(self, path: Path, rate: float, options: dict[str, Any]) -> Answer | None:
         """Read a recording; see `damage.reader.answer`. None if it takes too long."""

@@ -1,5 +1,7 @@
 """Program that reads recordings: a request a line in, an answer a line out, both JSON.
 
+An empty line comes first, when it is ready.
+
 It uses nothing of `benchmarks`, and only what `mpma_mj` has had for long, so that the package of
 any checkout can be tried.
 """
@@ -44,5 +46,6 @@ def answer(path: str, rate: float, options: dict[str, Any]) -> dict[str, Any]:
 
 if __name__ == "__main__":
     resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
+    print(flush=True)  # all is imported
     for line in sys.stdin:
         print(json.dumps(answer(**json.loads(line))), flush=True)
