@@ -196,13 +196,15 @@ def _start_server() -> None:
     """Start the process that forks workers; it imports while this one imports something else.
 
     It has to find the modules that this process finds. Python 3.11 passes it `sys.path`, which it
-    ignores; so it gets that from the environment.
+    ignores; so it gets that from the environment. Ctrl-C reaches only this process, which ends it.
     """
     name, before = "PYTHONPATH", os.environ.get("PYTHONPATH")
     os.environ[name] = os.pathsep.join(path or str(Path.cwd()) for path in sys.path)
+    unblocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # the server inherits it
     try:
         forkserver.ensure_running()
     finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, unblocked)
         if before is None:
             del os.environ[name]
         else:

@@ -14,24 +14,19 @@ from mpma_mj.agents.gain_schedule import CRITERION, FINAL_FEEDBACK
 from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.errors import StateError
 from mpma_mj.trace import Trace
+from mpma_mj.training.epoch_rows import EpochMetrics
 from mpma_mj.training.factory import Environments
-from mpma_mj.utils.validation import is_integer
 
 __all__ = [
     "BestEpoch",
     "EpisodeInfo",
-    "EpochMetrics",
     "TrainingHistory",
     "epoch_metrics",
     "has_converged",
     "part_metrics",
-    "row_problem",
 ]
 
 Array = NDArray[np.float64]
-EpochMetrics = dict[str, float]
-
-_MOST_EPOCHS = 1_000_000_000  # far above what anybody trains (choice)
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,25 +200,6 @@ def part_metrics(trace: Trace, part: NDArray[np.bool_]) -> EpochMetrics:
     if trace.learned is not None:
         measures["learned_share"] = metrics.learned_share(trace.learned[part], trace.action[part])
     return measures
-
-
-def row_problem(row: object, number: int | None = None) -> str:
-    """Return what is wrong with the metrics of an epoch in a file, to follow its name, or "".
-
-    Args:
-        row: The metrics.
-        number: Number of the epoch, if it is known.
-    """
-    if not isinstance(row, dict) or not all(map(_is_metric, row.values())):
-        return "lacks the metrics of its epoch as numbers"
-    epoch, p_e = row.get("epoch"), row.get("p_e_percent", np.nan)
-    if not is_integer(epoch) or int(epoch) < 1 or number not in (None, epoch):
-        return f"has an epoch that is not {number or 'a whole number from 1 on'}"
-    return "" if 0.0 <= p_e < np.inf else "has no p_e_percent"
-
-
-def _is_metric(value: object) -> bool:
-    return isinstance(value, float) or (is_integer(value) and abs(int(value)) < _MOST_EPOCHS)
 
 
 def has_converged(row: EpochMetrics) -> bool:

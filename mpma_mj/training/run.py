@@ -26,8 +26,9 @@ from mpma_mj.training.checkpoints import load_state
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.config_json import OutsideConfig
 from mpma_mj.training.dataset import read_motions
+from mpma_mj.training.epoch_rows import EpochMetrics
 from mpma_mj.training.factory import agent_of, make_environments, one_thread
-from mpma_mj.training.history import BestEpoch, EpochMetrics, TrainingHistory, part_metrics
+from mpma_mj.training.history import BestEpoch, TrainingHistory, part_metrics
 from mpma_mj.training.initial_state import begin_from, initial_state
 from mpma_mj.training.rollout import TRY_INSTEAD
 from mpma_mj.training.run_folder import RunFolder, open_runs

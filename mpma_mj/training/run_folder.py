@@ -24,7 +24,7 @@ from mpma_mj.motions.motion import motion_arrays, motion_of_arrays
 from mpma_mj.trace import Trace, trace_problem
 from mpma_mj.training.config import RunConfig, versions
 from mpma_mj.training.config_json import OutsideConfig
-from mpma_mj.training.history import EpochMetrics, row_problem
+from mpma_mj.training.epoch_rows import EpochMetrics, row_problem
 from mpma_mj.utils import atomic_files, data_files
 from mpma_mj.utils.folder_lock import is_empty, locked
 from mpma_mj.utils.input_files import SMALL_FILE

@@ -16,8 +16,9 @@ from mpma_mj.errors import BadOptionError, DivergedError
 from mpma_mj.motions import Motion
 from mpma_mj.training.checkpoints import TrainedAgents
 from mpma_mj.training.config import RunConfig
+from mpma_mj.training.epoch_rows import EpochMetrics
 from mpma_mj.training.factory import agent_of, make_environments, one_thread
-from mpma_mj.training.history import BestEpoch, EpisodeInfo, EpochMetrics, TrainingHistory
+from mpma_mj.training.history import BestEpoch, EpisodeInfo, TrainingHistory
 from mpma_mj.training.rollout import TRY_INSTEAD, rollout
 
 __all__ = ["Trainer", "check", "check_epochs", "train_agents", "train_batch"]

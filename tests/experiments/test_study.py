@@ -320,7 +320,7 @@ def test_the_help_of_a_study_has_its_options(
         (["--runs", "1"], "no study '--runs'; expected one of table1"),
         (["my_study.py:Mine"], "expected a class of my_study.py, but it has no Mine"),
         (["my_study.py:Pointless"], "expected a class with points, table, which Pointless lacks"),
-        (["gone.py:MyStudy"], "no study 'gone.py:MyStudy': expected an existing file"),
+        (["gone.py:MyStudy"], "no study 'gone.py:MyStudy': expected a file of Python, but"),
         (
             ["my_study.py:Lacking"],
             "no study 'my_study.py:Lacking': expected a class with jobs, table, which",
