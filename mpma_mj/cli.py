@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import io
+import logging
 import os
 import re
 import signal
@@ -79,27 +80,43 @@ def _replace_unencodable() -> Iterator[None]:
         yield
 
 
+class _Signalled(KeyboardInterrupt):
+    """A signal that ends the process.
+
+    Not KeyboardInterrupt itself: where that passes through code that is executed from text, as
+    that of dataclasses is, the interpreter ends by SIGINT although it was caught.
+    """
+
+
 @contextlib.contextmanager
-def _signals_like_ctrl_c() -> Iterator[None]:
-    """Let what ends a process from outside, such as a scheduler, interrupt it as Ctrl-C does."""
+def _signals_interrupt() -> Iterator[list[int]]:
+    """Let Ctrl-C, and what ends a process from outside, such as a scheduler, interrupt it.
+
+    Yields:
+        Numbers of the signals that were received.
+    """
+    received: list[int] = []
 
     def interrupt(number: int, _: FrameType | None) -> None:
-        raise KeyboardInterrupt(number)
+        received.append(number)
+        raise _Signalled
 
-    names = ("SIGTERM", "SIGHUP") if threading.current_thread() is threading.main_thread() else ()
-    numbers = [getattr(signal, name) for name in names if hasattr(signal, name)]
     # Not where they are ignored, as under nohup, or somebody else handles them.
-    ours = [number for number in numbers if signal.getsignal(number) is signal.SIG_DFL]
+    usual = (signal.SIG_DFL, signal.default_int_handler)
+    numbers = [getattr(signal, name, None) for name in ("SIGINT", "SIGTERM", "SIGHUP")]
+    before = {number: signal.getsignal(number) for number in numbers if number}
+    ours = {number: handler for number, handler in before.items() if handler in usual}
+    if threading.current_thread() is not threading.main_thread():
+        ours = {}  # which cannot handle signals
     for number in ours:
         signal.signal(number, interrupt)
     try:
-        yield
+        yield received
     finally:
-        for number in ours:
-            signal.signal(number, signal.SIG_DFL)
+        for number, handler in ours.items():
+            signal.signal(number, handler)
 
 
-@_signals_like_ctrl_c()
 @_replace_unencodable()
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line.
@@ -111,8 +128,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit code: 0 on success, 2 for bad input, 1 for a run that failed, 130
         after Ctrl-C, 143 after SIGTERM, 141 if the output's pipe was closed.
     """
+    with _signals_interrupt() as received:
+        try:
+            return _exit_code(list(sys.argv[1:] if arguments is None else arguments))
+        # An import of C code that is interrupted raises ImportError.
+        except (KeyboardInterrupt, ImportError) as error:
+            if not received and not isinstance(error, KeyboardInterrupt):
+                raise
+        print("mpma: interrupted", file=sys.stderr)
+        return _SIGNALLED + next(iter(received), signal.SIGINT)
+
+
+def _exit_code(words: Sequence[str]) -> int:
+    """Run the command, report its error in one line, and return the exit code."""
     try:
-        _run(list(sys.argv[1:] if arguments is None else arguments))
+        _run(words)
     except MpmaError as error:
         print(f"mpma: {error.describe(as_flag)}", file=sys.stderr)
         return error.exit_code
@@ -128,13 +158,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return _NO_READER
     except OSError as error:
+        remedy = "; check the path and its permissions" if error.filename else ""
         place = f"{error.filename}: " if error.filename else ""
         problem = printable(f"{place}{error.strerror or error}")
-        print(f"mpma: {problem}; check the path and its permissions", file=sys.stderr)
+        print(f"mpma: {problem}{remedy}", file=sys.stderr)
         return 2
-    except KeyboardInterrupt as interrupt:
-        print("mpma: interrupted", file=sys.stderr)
-        return _SIGNALLED + int(next(iter(interrupt.args), signal.SIGINT))
     return 0
 
 
@@ -233,7 +261,11 @@ def _warnings_as_lines() -> Iterator[None]:
         text = message.describe(as_flag) if isinstance(message, own) else one_line(message)
         print(f"mpma: warning: {text}", file=sys.stderr)
 
-    with warnings.catch_warnings():
+    # What other libraries log is nothing that a user could mend.
+    logging.disable(logging.WARNING)
+    with contextlib.ExitStack() as stack:
+        stack.callback(logging.disable, logging.NOTSET)
+        stack.enter_context(warnings.catch_warnings())
         for kind in own:
             warnings.simplefilter("always", kind)
         # A display that does not respond; where it is needed, an error is raised.

@@ -1,6 +1,8 @@
 """The command line as a user types it."""
 
+import contextlib
 import io
+import logging
 import os
 import re
 import shutil
@@ -123,6 +125,50 @@ def test_what_stops_a_run_from_outside_is_one_line(
     assert printed.startswith(message)
     assert len(printed.splitlines()) == 1
     assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+
+
+def test_an_import_that_is_interrupted_is_one_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def stopped(self: Imitate) -> Path:
+        with contextlib.suppress(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        raise ImportError("initialization failed")
+
+    monkeypatch.setattr(Imitate, "run", stopped)
+    assert main(["imitate", "ymca"]) == 130
+    assert capsys.readouterr().err == "mpma: interrupted\n"
+
+    def broken(self: Imitate) -> Path:
+        raise ImportError("no such module")
+
+    monkeypatch.setattr(Imitate, "run", broken)
+    with pytest.raises(ImportError, match="no such module"):
+        main(["imitate", "ymca"])
+
+
+def test_a_signal_in_code_from_text_leaves_the_exit_code() -> None:
+    code = """
+import signal, sys
+from mpma_mj import cli
+def run(words):
+    exec("signal.raise_signal(signal.SIGTERM)", globals())
+cli._run = run
+sys.exit(cli.main([]))
+"""
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, check=False)
+    assert (result.returncode, result.stderr) == (143, b"mpma: interrupted\n")
+
+
+def test_what_other_libraries_log_is_not_shown(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def logs(self: Imitate) -> None:
+        logging.getLogger("other").warning("something")
+
+    monkeypatch.setattr(Imitate, "run", logs)
+    assert main(["imitate", "ymca"]) == 0
+    assert capsys.readouterr().err == ""
 
 
 def test_an_ignored_hangup_stays_ignored(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -97,12 +97,13 @@ class Imitate(Generic[AgentT]):
                     f"{folder.path}: has converged, so no epoch was added; to train its agent"
                     f" further: mpma imitate MOTION --init {folder.path}"
                 )
-            trained.write_figures(folder)
-            _print_summary(trained)
-            if missing_gl is not None:
-                print(missing_gl, file=sys.stderr)
-            elif self.video:
-                write_run_video(folder)
+            with hint_at_resuming(lambda: True, resume):
+                trained.write_figures(folder)
+                _print_summary(trained)
+                if missing_gl is not None:
+                    print(missing_gl, file=sys.stderr)
+                elif self.video:
+                    write_run_video(folder)
             return folder.path
 
     def _check_resumed(self) -> None:

@@ -52,6 +52,8 @@ def frame_writer(path: Path, size: tuple[int, int], rate: float) -> Iterator[Wri
         RunFolderError: The folder cannot be written.
     """
     with atomic_write(path) as temporary:
+        temporary.touch()  # a folder that cannot be written is reported before ffmpeg fails
+        temporary.unlink()
         encoder = _Encoder(path, temporary, size, rate)
         try:
             yield encoder.write

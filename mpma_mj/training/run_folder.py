@@ -143,9 +143,9 @@ class RunFolder:
         if not self._is_run():
             raise RunFolderError(
                 f"{self.path}: is not empty and not a run",
-                remedy=f"{_ANOTHER_FOLDER}, or remove it yourself",
+                remedy=_ANOTHER_FOLDER,
             )
-        if not overwrite:
+        if self.can_go_on and not overwrite:  # else no epoch of it is saved
             raise RunFolderError(
                 f"{self.path}: already contains a run",
                 remedy="{overwrite} replaces it, {resume} continues it",

@@ -100,7 +100,7 @@ def read_json(path: Path, largest: int = _LARGEST) -> dict[str, Any]:
     if not path.exists():
         raise FileNotFoundError(path)
     if problem := file_problem(path, largest=largest):
-        raise ValueError(problem)
+        raise ValueError(problem.partition(";")[0])
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
         digest = content.pop(_DIGEST, None)
@@ -185,7 +185,9 @@ def read_arrays(path: Path, kind: str) -> tuple[dict[str, NDArray[Any]], dict[st
     """
     problem = file_problem(path, largest=sys.maxsize)  # as large as what was written
     if problem not in ("", MISSING):
-        raise CheckpointError(f"{path}: {problem}", remedy=TRAIN_AGAIN)
+        problem, _, remedy = problem.partition("; ")
+        is_denied = problem.startswith("cannot be read")
+        raise CheckpointError(f"{path}: {problem}", remedy=remedy if is_denied else TRAIN_AGAIN)
     try:
         arrays = _read_archive(path)
         digest = str(arrays.pop(_DIGEST, None))

@@ -95,6 +95,12 @@ def test_an_encoder_that_cannot_be_started_is_named(
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(RunFolderError, match=r"a\.mp4: cannot be written \(Not a directory\)"):
+        write(tmp_path / "file" / "a.mp4")
+
+
 def test_without_any_encoder_it_is_said_what_to_install(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

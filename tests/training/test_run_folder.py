@@ -165,7 +165,7 @@ def test_a_foreign_folder_is_never_replaced(tmp_path: Path, refused: Refused) ->
     np.savez(tmp_path / "trace.npz", meta=np.array('{"kind": "theirs"}'))
     before = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")}
     words = ["imitate", "ymca", "--no-video", "--overwrite", "--out", str(tmp_path)]
-    refused(words, "is not empty and not a run; choose another folder with --out, or remove it")
+    refused(words, "is not empty and not a run; choose another folder with --out")
     assert {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")} == before
 
 
@@ -191,3 +191,23 @@ def test_a_full_disk_keeps_the_run_that_is_overwritten(
     words = "imitate ymca --nodes 5 --epochs 1 --no-video --overwrite --out"
     refused([*words.split(), str(run)], "cannot be written (No space left on device)")
     assert {path: path.read_bytes() for path in run.rglob("*") if path.is_file()} == before
+
+
+def test_a_run_of_which_no_epoch_is_saved_is_begun_anew(run: Path, refused: Refused) -> None:
+    words = [
+        "imitate",
+        "ymca",
+        "--nodes",
+        "5",
+        "--modules",
+        "2",
+        "--repeats",
+        "1",
+        "--epochs",
+        "1",
+        "--no-video",
+        "--out",
+    ]
+    refused([*words, str(run)], "already contains a run; --overwrite replaces it, --resume contin")
+    (run / "checkpoint" / "latest.npz").unlink()
+    assert main([*words, str(run)]) == 0

@@ -59,8 +59,10 @@ def test_a_pipe_is_not_opened(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "a")
     with pytest.raises(ValueError, match="is a pipe"):
         data_files.read_json(tmp_path / "a")
-    with pytest.raises(CheckpointError, match="a: is a pipe"):
+    with pytest.raises(CheckpointError, match="a: is a pipe") as refused:
         data_files.read_arrays(tmp_path / "a", "thing")
+    message = str(refused.value)
+    assert message.endswith("a: is a pipe, not a file; train again with overwrite"), message
 
 
 @pytest.mark.parametrize("share", [0.0, 0.1, 0.5, 0.9, 0.999])
