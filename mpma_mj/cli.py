@@ -126,7 +126,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     Returns:
         Exit code: 0 on success, 2 for bad input, 1 for a run that failed, 130
-        after Ctrl-C, 143 after SIGTERM, 141 if the output's pipe was closed.
+        after Ctrl-C, 143 after SIGTERM, 129 after SIGHUP, 141 if the output's pipe was closed.
     """
     with _signals_interrupt() as received:
         try:
