@@ -7,6 +7,7 @@ import contextlib
 import ctypes
 import functools
 import os
+import sys
 import threading
 import weakref
 from collections.abc import Callable
@@ -107,6 +108,8 @@ def _prepare_for_forks() -> None:
 def _abandon_all() -> None:
     for context in list(_contexts):
         context.abandon()
+    if egl := sys.modules.get("OpenGL.EGL"):
+        atexit.unregister(egl.eglTerminate)  # which waits for threads that were not forked
 
 
 def _end_all() -> None:

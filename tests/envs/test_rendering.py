@@ -193,10 +193,9 @@ os.waitpid(child, 0), draw(env)
     assert first == lines[2] == "(480, 640, 3)"
 
 
-def test_a_forked_process_may_drop_what_its_parent_drew_with(drawn: str) -> None:
+@pytest.mark.parametrize("before", ["", "env.close()"])
+def test_a_forked_process_may_drop_what_its_parent_drew_with(drawn: str, before: str) -> None:
     forks = """
-env = make()
-draw(env)
 if not (child := os.fork()):
     signal.alarm(60)  # it would hang
     del env
@@ -204,7 +203,8 @@ if not (child := os.fork()):
     sys.exit()
 print(os.waitpid(child, 0)[1])
 """
-    assert run(drawn + forks) == ["(480, 640, 3)", "0"]
+    code = f"{drawn}\nenv = make()\ndraw(env)\n{before}\n{forks}"
+    assert run(code) == ["(480, 640, 3)", "0"]
 
 
 def test_another_thread_that_draws_needs_its_own_environment(drawn: str) -> None:

@@ -43,6 +43,19 @@ def test_a_write_that_fails_leaves_the_old_file_and_nothing_else(tmp_path: Path)
     assert list(tmp_path.iterdir()) == [path]
 
 
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
+def test_a_forked_process_leaves_the_file_to_its_parent(tmp_path: Path) -> None:
+    path = tmp_path / "a.txt"
+    with atomic_files.atomic_write(path) as temporary:
+        temporary.write_text("new")
+        if child := os.fork():
+            status = os.waitpid(child, 0)[1]
+    if not child:
+        os._exit(path.exists())
+    assert status == 0
+    assert path.read_text() == "new"
+
+
 def test_a_folder_that_fails_leaves_the_old_one_and_nothing_else(tmp_path: Path) -> None:
     path = tmp_path / "a"
     for content in ("old", "new"):
