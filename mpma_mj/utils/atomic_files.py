@@ -137,8 +137,8 @@ def _is_leftover(name: str) -> bool:
         os.kill(int(found["process"]), 0)
     except (ProcessLookupError, OverflowError):
         return True
-    except PermissionError:  # a process of somebody else
-        return False
+    except PermissionError:
+        pass  # a process of somebody else
     return False
 
 

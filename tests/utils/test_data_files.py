@@ -61,6 +61,8 @@ def test_a_pipe_is_not_opened(tmp_path: Path) -> None:
         data_files.read_json(tmp_path / "a")
     with pytest.raises(CheckpointError, match="a: is a pipe"):
         data_files.read_arrays(tmp_path / "a", "thing")
+    assert not data_files.is_json(tmp_path / "a", set())
+    assert not data_files.is_archive(tmp_path / "a", "thing")
 
 
 @pytest.mark.parametrize("share", [0.0, 0.1, 0.5, 0.9, 0.999])
@@ -147,6 +149,13 @@ def test_an_array_has_the_bytes_that_its_header_says(tmp_path: Path, x: bytes) -
         data_files.read_arrays(path, "thing")
     assert tracemalloc.get_traced_memory()[1] < 10_000_000
     tracemalloc.stop()
+
+
+def test_objects_are_not_made_of_bytes_of_whatever_digest(tmp_path: Path) -> None:
+    with zipfile.ZipFile(tmp_path / "a.npz", "w") as archive:
+        archive.writestr("x.npy", header((2,), "|O") + bytes(16))
+    with pytest.raises(ValueError, match="another number of bytes"):
+        data_files._read_archive(tmp_path / "a.npz")
 
 
 def test_a_bomb_is_not_unpacked(tmp_path: Path) -> None:
