@@ -105,6 +105,17 @@ def test_metrics_that_are_none_are_refused(run: Path, rows: Any, refused: Refuse
 
 @pytest.mark.parametrize(
     ("name", "value"),
+    [("progress", -0.1), ("progress", 1.1), ("progress", np.nan), ("untrained_error", -1.0)],
+)
+def test_a_state_that_no_agent_has_is_refused(
+    run: Path, name: str, value: float, refused: Refused
+) -> None:
+    change(run / "checkpoint" / "latest.npz", lambda arrays, _: arrays[name].fill(value))
+    refused(["imitate", "--resume", str(run), "--no-video"], "latest.npz: does not fit its config")
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
     [
         *(("rate", np.array(rate)) for rate in (0.0, -20.0, np.nan, np.inf, 1e12, 1e-12, 1j)),
         *(("posture", np.zeros(shape)) for shape in ((), (0,), (3, 12), (10, 11))),
