@@ -104,6 +104,22 @@ def test_metrics_that_are_none_are_refused(run: Path, rows: Any, refused: Refuse
 
 
 @pytest.mark.parametrize(
+    ("row", "message"),
+    [
+        (None, "lacks the metrics of its epoch as numbers"),
+        *(({"epoch": n, "p_e_percent": 1.0}, "has an epoch that is not") for n in (0, -1, 1.0)),
+        *(({"epoch": 1, "p_e_percent": x}, "has no p_e_percent") for x in (-1.0, float("nan"))),
+        ({"epoch": 1}, "has no p_e_percent"),
+    ],
+)
+def test_metrics_of_no_best_epoch_are_refused(
+    run: Path, row: object, message: str, refused: Refused
+) -> None:
+    change(run / "checkpoint" / "best.npz", lambda _, meta: meta.update(row=row))
+    refused(["imitate", "--resume", str(run), "--no-video"], f"best.npz: {message}")
+
+
+@pytest.mark.parametrize(
     ("name", "value"),
     [("progress", -0.1), ("progress", 1.1), ("progress", np.nan), ("untrained_error", -1.0)],
 )
