@@ -89,6 +89,17 @@ def test_a_trace_of_other_signals_is_refused(
     refused(["play", str(run), "--out", str(run / "a.csv")], f"trace.npz: {message}")
 
 
+def test_a_trace_has_a_moment_more_than_steps(run: Path, refused: Refused) -> None:
+    steps = len(RunFolder(run).read_trace())
+
+    def shorten(arrays: dict[str, Any], _: object) -> None:
+        arrays |= {name: array[1:] for name, array in arrays.items() if len(array) == steps}
+
+    change(run / "trace.npz", shorten)
+    message = f"trace.npz: has {steps - 1} steps for {steps + 1} moments"
+    refused(["play", str(run), "--out", str(run / "a.csv")], message)
+
+
 @pytest.mark.parametrize(
     "rows",
     [
@@ -110,6 +121,7 @@ def test_metrics_that_are_none_are_refused(run: Path, rows: Any, refused: Refuse
         *(({"epoch": n, "p_e_percent": 1.0}, "has an epoch that is not") for n in (0, -1, 1.0)),
         *(({"epoch": 1, "p_e_percent": x}, "has no p_e_percent") for x in (-1.0, float("nan"))),
         ({"epoch": 1}, "has no p_e_percent"),
+        ({"epoch": 1, "p_e_percent": 10**400}, "lacks the metrics of its epoch as numbers"),
     ],
 )
 def test_metrics_of_no_best_epoch_are_refused(

@@ -168,6 +168,21 @@ def test_a_bomb_is_not_unpacked(tmp_path: Path) -> None:
     tracemalloc.stop()
 
 
+@pytest.mark.parametrize("method", [zipfile.ZIP_DEFLATED, zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
+def test_damage_of_a_compressed_archive_is_no_fault(tmp_path: Path, method: int) -> None:
+    path = tmp_path / "a.npz"
+    content = np.random.default_rng(0).bytes(20_000)
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("x.npy", header((2500,)) + content, method)
+        archive.writestr("room", bytes(1000))
+    for place in range(100, 20_000, 1000):
+        data = bytearray(path.read_bytes())
+        data[place : place + 50] = bytes(50)
+        (tmp_path / "b.npz").write_bytes(data)
+        with pytest.raises(CheckpointError, match="damaged"):
+            data_files.read_arrays(tmp_path / "b.npz", "thing")
+
+
 @pytest.mark.parametrize("change", ["value", "type", "shape", "name", "meta", "more", "less"])
 def test_arrays_written_by_something_else_are_refused(tmp_path: Path, change: str) -> None:
     path = tmp_path / "a.npz"
