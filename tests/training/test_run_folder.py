@@ -173,6 +173,16 @@ def test_a_config_of_other_parts_is_refused(
     refused(["imitate", "--resume", str(run), "--no-video"], "config.json: damaged, or not of a")
 
 
+@pytest.mark.parametrize("option", ["name", "rule"])
+def test_a_config_of_an_agent_that_there_is_not_is_damaged(
+    run: Path, option: str, refused: Refused
+) -> None:
+    content = data_files.read_json(run / "config.json")
+    content["config"]["agent"][option] = "nobody"
+    data_files.write_json(run / "config.json", content)
+    refused(["imitate", "--resume", str(run), "--no-video"], "config.json: damaged, or not of a")
+
+
 def overwrite(path: Path) -> int:
     words = ("--arms", "kinematic", "--nodes", "10", "--repeats", "1", "--epochs", "1")
     return main(["imitate", "ymca", *words, "--no-video", "--overwrite", "--out", str(path)])
