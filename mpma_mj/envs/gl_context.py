@@ -49,7 +49,10 @@ class BoundContext(Generic[T]):
                 "OpenGL cannot draw on this machine", remedy=INSTALL_OPENGL
             ) from error
         self._release = release
-        self._process, self._thread = os.getpid(), threading.get_ident()
+        self._process, here = os.getpid(), threading.current_thread()
+        # With OSMesa, dm_control draws in a thread of its own, whichever thread asks for it.
+        draws_here = not isinstance(self._holder, ContextBase) or self._holder.thread is here
+        self._thread = here if draws_here else None
         _processes_that_drew.add(self._process)
         _contexts.add(self)
         _prepare_for_forks()
@@ -65,7 +68,7 @@ class BoundContext(Generic[T]):
         """
         if self._process != os.getpid():
             _refuse_forked()
-        if self._thread != threading.get_ident():
+        if self._thread not in (None, threading.current_thread()):
             raise RenderingError(
                 "no picture: another thread has drawn this environment",
                 remedy="draw in one thread, or make an environment for each",
@@ -85,7 +88,7 @@ class BoundContext(Generic[T]):
 
     def end(self) -> None:
         """Release the context when the process ends; that of another thread cannot be."""
-        self.release() if self._thread == threading.get_ident() else self.abandon()
+        self.release() if self._thread is threading.current_thread() else self.abandon()
 
 
 def _refuse_forked() -> None:
