@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import re
 import signal
 import subprocess
@@ -55,12 +56,15 @@ def frame_writer(path: Path, size: tuple[int, int], rate: float) -> Iterator[Wri
         temporary.touch()  # a folder that cannot be written is reported before ffmpeg fails
         temporary.unlink()
         encoder = _Encoder(path, temporary, size, rate)
+        process = os.getpid()
         try:
             yield encoder.write
         except BaseException:
-            encoder.kill()
+            if os.getpid() == process:  # not in one forked meanwhile: the encoder is the parent's
+                encoder.kill()
             raise
-        encoder.finish()
+        if os.getpid() == process:
+            encoder.finish()
 
 
 class _Encoder:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import functools
-from typing import Self
+from typing import Any, Self
 
 import mujoco
 import numpy as np
 from dm_control import mujoco as dm_mujoco
+from dm_control._render.base import ContextBase
 from dm_control.mujoco.wrapper import MjModel
 from numpy.typing import NDArray
 
+from mpma_mj.envs.gl_context import BoundContext
 from mpma_mj.envs.model import CompiledPlants
 from mpma_mj.envs.model_validation import HANDS
 from mpma_mj.envs.options import EnvironmentOptions
@@ -62,6 +64,27 @@ class PhysicsArms(dm_mujoco.Physics):
         arms.compiled_plants = models
         arms.plant_gains = tuple(plant["actuator_gain"] for plant in models.plants)
         return arms
+
+    @property
+    def contexts(self) -> Any:
+        """What dm_control's `render` and cameras draw with.
+
+        Raises:
+            RenderingError: OpenGL does not draw, as in a process that was forked from one that
+                has drawn, or in another thread than the first picture.
+        """
+        contexts = super().contexts
+        self._context.get()
+        return contexts
+
+    def _make_rendering_contexts(self) -> None:
+        """Make them, in dm_control's name, which holds a lock meanwhile."""
+
+        def make() -> ContextBase:
+            super(PhysicsArms, self)._make_rendering_contexts()
+            return self._contexts.gl
+
+        self._context = BoundContext(make, ContextBase.free)
 
     @functools.cached_property
     def qpos_indices(self) -> Index:

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import atexit
-import ctypes
-import os
-import threading
-import weakref
 from collections.abc import Sequence
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.envs.gl import INSTALL_OPENGL
+from mpma_mj.envs.gl_context import BoundContext
 from mpma_mj.envs.physics import PhysicsArms
-from mpma_mj.errors import BadOptionError, RenderingError
+from mpma_mj.errors import BadOptionError
 from mpma_mj.utils.validation import is_integer
 
 __all__: list[str] = ["ArmRenderer", "add_ghost", "checked_mode", "make_renderer"]
@@ -27,16 +22,6 @@ _GHOST = np.array([0.10, 0.12, 0.18, 0.35], np.float32)  # rgba
 _GHOST_LIMB, _GHOST_JOINT = 0.014, 0.058  # radii, m
 _LARGEST = 8192  # width or height of a picture, pixels (choice)
 _UPRIGHT = np.eye(3).ravel()
-
-
-_drawing: weakref.WeakSet[ArmRenderer] = weakref.WeakSet()
-_processes_that_drew: set[int] = set()  # a forked process inherits those of its parents
-
-
-def _close_all() -> None:
-    """Close the renderers that are still open; after OpenGL's end that prints tracebacks."""
-    for renderer in list(_drawing):
-        renderer.close()
 
 
 class ArmRenderer:
@@ -67,7 +52,7 @@ class ArmRenderer:
         self._physics = physics
         self._size = (height, width)
         self._camera = camera
-        self._renderer: mujoco.Renderer | None = None
+        self._renderer: BoundContext[mujoco.Renderer] | None = None
 
     def picture(self, ghost: Array | None = None) -> Picture:
         """Draw the arms in their present state.
@@ -82,13 +67,9 @@ class ArmRenderer:
             RenderingError: OpenGL does not draw, as in a process that was forked from one that
                 has drawn, or in another thread than the first picture.
         """
-        renderer = self._renderer = self._renderer or self._make()
-        if self._owner != _this_thread():
-            self._refuse_parents_context()
-            raise RenderingError(
-                "no picture: another thread has drawn this environment",
-                remedy="draw in one thread, or make an environment for each",
-            )
+        if self._renderer is None:
+            self._renderer = BoundContext(self._make, mujoco.Renderer.close)
+        renderer = self._renderer.get()
         # Kinematic arms do not update cameras and lights, which a model may attach to its arms.
         mujoco.mj_camlight(self._physics.model.ptr, self._physics.data.ptr)
         renderer.update_scene(self._physics.data.ptr, self._camera)
@@ -99,37 +80,11 @@ class ArmRenderer:
     def close(self) -> None:
         """Release the OpenGL context."""
         if self._renderer is not None:
-            if self._owner[0] == os.getpid():
-                self._renderer.close()
-            else:  # the parent's: releasing it would hang, so that it is kept for good
-                ctypes.pythonapi.Py_IncRef(ctypes.py_object(self._renderer))
+            self._renderer.release()
             self._renderer = None
 
     def _make(self) -> mujoco.Renderer:
-        self._refuse_parents_context()
-        try:
-            renderer = mujoco.Renderer(self._physics.model.ptr, *self._size)
-        except (ImportError, AttributeError, RuntimeError, mujoco.FatalError) as error:
-            raise RenderingError(
-                "OpenGL cannot draw on this machine", remedy=INSTALL_OPENGL
-            ) from error
-        self._owner = _this_thread()
-        _drawing.add(self)
-        _processes_that_drew.add(os.getpid())
-        # Called in reverse order: before the handlers that the backend has registered just now.
-        atexit.unregister(_close_all)
-        atexit.register(_close_all)
-        return renderer
-
-    @staticmethod
-    def _refuse_parents_context() -> None:
-        """Raise where a parent has drawn: OpenGL's threads are not forked, and drawing hangs."""
-        if _processes_that_drew - {os.getpid()}:
-            raise RenderingError(
-                "no picture: this process was forked from one that has drawn",
-                remedy='use spawn, not fork, to start it: multiprocessing.get_context("spawn"),'
-                ' start_method="spawn" or context="spawn"',
-            )
+        return mujoco.Renderer(self._physics.model.ptr, *self._size)
 
 
 def checked_mode(mode: object, modes: Sequence[str]) -> str | None:
@@ -179,11 +134,6 @@ def _check_camera(physics: PhysicsArms, camera: object) -> None:
     if not (isinstance(camera, str) and camera in cameras):
         expected = f"one of the model's cameras: {', '.join(cameras) or 'none'}"
         raise BadOptionError(option="camera", value=camera, expected=expected)
-
-
-def _this_thread() -> tuple[int, int]:
-    """Return the numbers of process and thread."""
-    return os.getpid(), threading.get_ident()
 
 
 def add_ghost(scene: mujoco.MjvScene, physics: PhysicsArms, posture: Array) -> None:

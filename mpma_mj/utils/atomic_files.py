@@ -45,18 +45,20 @@ def atomic_write(path: Path) -> Iterator[Path]:
     Raises:
         RunFolderError: The folder cannot be written.
     """
-    temporary = _temporary(path)
+    temporary, process = _temporary(path), os.getpid()
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         yield temporary
-        _reach_disk(temporary)
-        temporary.replace(path)
-        _folder_reaches_disk(path.parent)
+        if os.getpid() == process:
+            _reach_disk(temporary)
+            temporary.replace(path)
+            _folder_reaches_disk(path.parent)
     except OSError as error:
         raise not_writable(path, error) from None
     finally:
-        with contextlib.suppress(OSError):
-            temporary.unlink()
+        if os.getpid() == process:  # not in one forked meanwhile: the parent is still writing
+            with contextlib.suppress(OSError):
+                temporary.unlink()
 
 
 @contextlib.contextmanager
@@ -135,8 +137,8 @@ def _is_leftover(name: str) -> bool:
         os.kill(int(found["process"]), 0)
     except (ProcessLookupError, OverflowError):
         return True
-    except PermissionError:  # a process of somebody else
-        return False
+    except PermissionError:
+        pass  # a process of somebody else
     return False
 
 

@@ -219,7 +219,8 @@ def _read_archive(path: Path) -> dict[str, NDArray[Any]]:
     """
     with zipfile.ZipFile(path) as archive:
         members = archive.infolist()
-        if sum(member.file_size for member in members) > path.stat().st_size:
+        is_compressed = any(member.compress_type != zipfile.ZIP_STORED for member in members)
+        if is_compressed or sum(member.file_size for member in members) > path.stat().st_size:
             raise ValueError("compressed")
         return {
             member.filename.removesuffix(".npy"): _read_array(archive, member) for member in members

@@ -161,6 +161,9 @@ def test_a_damaged_state_is_refused() -> None:
     of_a_batch = {name: state[name][None] for name in ("sums", "squares")}
     with pytest.raises(CheckpointError, match="does not fit its config"):
         load_state(agent, state | of_a_batch, None)
+    of_fewer_joints = {name: state[name][..., 1:] for name in ("sums", "squares")}
+    with pytest.raises(CheckpointError, match="does not fit its config"):
+        load_state(agent, state | of_fewer_joints, None)
     with pytest.raises(CheckpointError, match="lacks moments"):
         load_state(agent, {n: a for n, a in state.items() if n != "moments"}, None)
 

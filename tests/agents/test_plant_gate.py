@@ -234,3 +234,11 @@ def test_a_new_plant_inherits_the_preferences_of_the_plant_that_was_taken_for_it
     np.testing.assert_array_equal(gate._preferences[2], before[1])
     np.testing.assert_array_equal(gate._preferences[:2], before[:2])
     np.testing.assert_allclose(gate._visits[2], 1.0)
+
+
+@pytest.mark.parametrize("plants", [0, 4])
+def test_a_state_of_fewer_plants_than_one_or_more_than_the_most_is_refused(plants: int) -> None:
+    state = made(plants=2, most=3).state_dict()
+    state["plants.recruited"][...] = plants
+    with pytest.raises(ValueError, match="not one from 1 to 3"):
+        made(plants=2, most=3).load_state_dict(state)

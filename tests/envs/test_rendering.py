@@ -1,8 +1,6 @@
 """Pictures of the arms."""
 
 import pickle
-import subprocess
-import sys
 from contextlib import closing
 from functools import partial
 from pathlib import Path
@@ -21,7 +19,7 @@ from mpma_mj.envs.rendering import ArmRenderer
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions import ymca
 from tests.envs.gym_episodes import actions, assert_same, make
-from tests.envs.test_gl import environment, python
+from tests.envs.test_gl import python
 
 POSTURES = ymca().posture
 
@@ -77,24 +75,6 @@ def test_both_software_backends_draw(backend: str) -> None:
     if not gl._loads(backend):
         pytest.skip(f"no library for {backend}")
     assert gl._draws(backend)
-
-
-def test_without_opengl_drawing_says_what_to_install() -> None:
-    code = (
-        "from mpma_mj.envs.physics import PhysicsArms\n"
-        "from mpma_mj.envs.rendering import ArmRenderer\n"
-        "from mpma_mj.errors import RenderingError\n"
-        "try: ArmRenderer(PhysicsArms.make()).picture()\n"
-        "except RenderingError as error: print(error)"
-    )
-    result = subprocess.run(
-        [sys.executable, "-c", code],
-        env=environment(MUJOCO_GL="disable"),
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert "libosmesa6" in result.stdout, result.stderr
 
 
 MOTION = ymca()
@@ -154,47 +134,98 @@ def test_an_impossible_view_is_refused_when_the_environment_is_made(
             maker(render_mode=mode, **view)
 
 
+FACES = {
+    "gymnasium": (
+        'gymnasium.make("mpma_mj:TwoArmImitation-v0", render_mode="rgb_array", **OPTIONS)',
+        "env.render().shape",
+    ),
+    "vector": (
+        'mpma_mj.make_vec(2, render_mode="rgb_array", **OPTIONS)',
+        "env.render()[1].shape",
+    ),
+    "dm_control": ("mpma_mj.load(**OPTIONS)", "env.physics.render(480, 640).shape"),
+}
+
 DRAWN = """
-import gymnasium, os, sys, threading
+import gc, gymnasium, mpma_mj, os, signal, sys, threading
 from mpma_mj.errors import RenderingError
+OPTIONS = {{"arms": "kinematic", "repeats": 1}}
 def make():
-    env = gymnasium.make("mpma_mj:TwoArmImitation-v0", arms="kinematic", render_mode="rgb_array")
+    env = {make}
     env.reset()
     return env
 def draw(env):
-    try: print(env.render().shape, flush=True)
+    try: print({draw}, flush=True)
     except RenderingError as error: print(error, flush=True)
-env = make()
-env.render()
 """
 
 
-def test_a_forked_process_that_draws_is_refused() -> None:
+@pytest.fixture(params=FACES.values(), ids=FACES)
+def drawn(request: pytest.FixtureRequest) -> str:
+    """Start of a script that draws with each interface: `make` an environment, `draw` it."""
+    make, draw = request.param
+    return DRAWN.format(make=make, draw=draw)
+
+
+def run(code: str) -> list[str]:
+    """Run a script that prints no traceback; return its lines."""
+    result = python(code)
+    assert (result.returncode, result.stderr) == (0, "")
+    return result.stdout.splitlines()
+
+
+def test_a_forked_process_that_draws_is_refused(drawn: str) -> None:
     forks = """
+env = make()
+draw(env)
 if not (child := os.fork()):
+    signal.alarm(60)  # it would hang
     draw(env), draw(make()), env.close()
     sys.exit()
 os.waitpid(child, 0), draw(env)
 """
-    lines = python(DRAWN + forks).stdout.splitlines()
+    first, *lines = run(drawn + forks)
     assert len(lines) == 3
     for line in lines[:2]:
         assert line.startswith(
             "no picture: this process was forked from one that has drawn; use sp"
         )
-    assert lines[2] == "(480, 640, 3)"
+    assert first == lines[2] == "(480, 640, 3)"
 
 
-def test_another_thread_that_draws_needs_its_own_environment() -> None:
-    threads = """
-for one in (lambda: draw(env), lambda: draw(make())):
-    thread = threading.Thread(target=one)
-    thread.start(), thread.join()
-draw(env)
+@pytest.mark.parametrize("before", ["", "env.close()"])
+def test_a_forked_process_may_drop_what_its_parent_drew_with(drawn: str, before: str) -> None:
+    forks = """
+if not (child := os.fork()):
+    signal.alarm(60)  # it would hang
+    del env
+    gc.collect()
+    sys.exit()
+print(os.waitpid(child, 0)[1])
 """
-    first, *others = python(DRAWN + threads).stdout.splitlines()
-    assert first.startswith("no picture: another thread has drawn this environment; draw in one")
-    assert others == ["(480, 640, 3)"] * 2
+    code = f"{drawn}\nenv = make()\ndraw(env)\n{before}\n{forks}"
+    assert run(code) == ["(480, 640, 3)", "0"]
+
+
+def test_another_thread_that_draws_needs_its_own_environment(drawn: str) -> None:
+    threads = """
+def in_thread(function):
+    thread = threading.Thread(target=function)
+    thread.start(), thread.join()
+env, other = make(), make()
+draw(env)
+in_thread(lambda: draw(env)), in_thread(lambda: draw(other))
+draw(env), draw(other)
+"""
+    picture, refused = "(480, 640, 3)", "no picture: another thread has drawn this environment"
+    lines = [line.partition(";")[0] for line in run(drawn + threads)]
+    assert lines == [picture, refused, picture, picture, refused]
+
+
+def test_without_opengl_every_interface_says_what_to_install(drawn: str) -> None:
+    code = f"import os\nos.environ['MUJOCO_GL'] = 'disable'\n{drawn}\ndraw(make())"
+    (line,) = run(code)
+    assert line.startswith("OpenGL cannot draw on this machine; install libegl1")
 
 
 def test_videos_can_be_recorded(tmp_path: Path) -> None:

@@ -89,6 +89,17 @@ def test_a_trace_of_other_signals_is_refused(
     refused(["play", str(run), "--out", str(run / "a.csv")], f"trace.npz: {message}")
 
 
+def test_a_trace_has_a_moment_more_than_steps(run: Path, refused: Refused) -> None:
+    steps = len(RunFolder(run).read_trace())
+
+    def shorten(arrays: dict[str, Any], _: object) -> None:
+        arrays |= {name: array[1:] for name, array in arrays.items() if len(array) == steps}
+
+    change(run / "trace.npz", shorten)
+    message = f"trace.npz: has {steps - 1} steps for {steps + 1} moments"
+    refused(["play", str(run), "--out", str(run / "a.csv")], message)
+
+
 @pytest.mark.parametrize(
     "rows",
     [
@@ -101,6 +112,34 @@ def test_a_trace_of_other_signals_is_refused(
 def test_metrics_that_are_none_are_refused(run: Path, rows: Any, refused: Refused) -> None:
     change(run / "checkpoint" / "latest.npz", lambda _, meta: meta.update(rows=rows))
     refused(["imitate", "--resume", str(run), "--no-video"], "latest.npz: ")
+
+
+@pytest.mark.parametrize(
+    ("row", "message"),
+    [
+        (None, "lacks the metrics of its epoch as numbers"),
+        *(({"epoch": n, "p_e_percent": 1.0}, "has an epoch that is not") for n in (0, -1, 1.0)),
+        *(({"epoch": 1, "p_e_percent": x}, "has no p_e_percent") for x in (-1.0, float("nan"))),
+        ({"epoch": 1}, "has no p_e_percent"),
+        ({"epoch": 1, "p_e_percent": 10**400}, "lacks the metrics of its epoch as numbers"),
+    ],
+)
+def test_metrics_of_no_best_epoch_are_refused(
+    run: Path, row: object, message: str, refused: Refused
+) -> None:
+    change(run / "checkpoint" / "best.npz", lambda _, meta: meta.update(row=row))
+    refused(["imitate", "--resume", str(run), "--no-video"], f"best.npz: {message}")
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("progress", -0.1), ("progress", 1.1), ("progress", np.nan), ("untrained_error", -1.0)],
+)
+def test_a_state_that_no_agent_has_is_refused(
+    run: Path, name: str, value: float, refused: Refused
+) -> None:
+    change(run / "checkpoint" / "latest.npz", lambda arrays, _: arrays[name].fill(value))
+    refused(["imitate", "--resume", str(run), "--no-video"], "latest.npz: does not fit its config")
 
 
 @pytest.mark.parametrize(
@@ -130,6 +169,16 @@ def test_a_config_of_other_parts_is_refused(
         content["config"] = value
     else:
         content["config"][part] = value
+    data_files.write_json(run / "config.json", content)
+    refused(["imitate", "--resume", str(run), "--no-video"], "config.json: damaged, or not of a")
+
+
+@pytest.mark.parametrize("option", ["name", "rule"])
+def test_a_config_of_an_agent_that_there_is_not_is_damaged(
+    run: Path, option: str, refused: Refused
+) -> None:
+    content = data_files.read_json(run / "config.json")
+    content["config"]["agent"][option] = "nobody"
     data_files.write_json(run / "config.json", content)
     refused(["imitate", "--resume", str(run), "--no-video"], "config.json: damaged, or not of a")
 

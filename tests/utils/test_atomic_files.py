@@ -43,6 +43,19 @@ def test_a_write_that_fails_leaves_the_old_file_and_nothing_else(tmp_path: Path)
     assert list(tmp_path.iterdir()) == [path]
 
 
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
+def test_a_forked_process_leaves_the_file_to_its_parent(tmp_path: Path) -> None:
+    path = tmp_path / "a.txt"
+    with atomic_files.atomic_write(path) as temporary:
+        temporary.write_text("new")
+        if child := os.fork():
+            status = os.waitpid(child, 0)[1]
+    if not child:
+        os._exit(path.exists())
+    assert status == 0
+    assert path.read_text() == "new"
+
+
 def test_a_folder_that_fails_leaves_the_old_one_and_nothing_else(tmp_path: Path) -> None:
     path = tmp_path / "a"
     for content in ("old", "new"):
@@ -120,6 +133,19 @@ def test_content_reaches_the_disk_before_the_rename(
     assert (folder, after) == (str(tmp_path), True)
 
 
+def test_the_files_of_a_folder_reach_the_disk(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    synced: list[str] = []
+    monkeypatch.setattr(
+        os, "fsync", lambda opened: synced.append(Path(f"/proc/self/fd/{opened}").readlink().name)
+    )
+    with atomic_files.atomic_folder(tmp_path / "a") as folder:
+        (folder / "in").mkdir()
+        (folder / "in" / "file").write_text("new")
+    assert synced == ["file", tmp_path.name]
+
+
 @pytest.mark.parametrize(("number", "written"), [(28, False), (5, False), (22, True)])
 def test_a_disk_that_fails_late_keeps_the_old_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: int, written: bool
@@ -167,6 +193,28 @@ def test_a_lock_removes_what_was_left_one_folder_deeper(leftovers: Path, tmp_pat
 def test_a_check_of_a_new_file_removes_what_a_killed_command_left(leftovers: Path) -> None:
     check_new_file("out", leftovers / "a.txt", [".txt"], overwrite=False)
     assert list(leftovers.iterdir()) == []
+
+
+def test_the_process_of_another_user_is_alive(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def kill(*_: int) -> None:
+        raise PermissionError
+
+    with atomic_files.atomic_write(tmp_path / "a") as file:
+        file.write_text("")
+        monkeypatch.setattr(os, "kill", kill)
+        atomic_files.remove_leftovers(tmp_path)
+        assert file.exists()
+
+
+def test_a_number_that_no_process_has_is_of_a_dead_one(tmp_path: Path) -> None:
+    with atomic_files.atomic_write(tmp_path / "a") as file:
+        file.write_text("")
+        dead = file.with_name(file.name.replace(str(os.getpid()), "9" * 30))
+        dead.write_text("")
+        atomic_files.remove_leftovers(tmp_path)
+        assert list(tmp_path.iterdir()) == [file]
 
 
 def test_what_others_are_writing_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

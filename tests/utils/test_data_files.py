@@ -63,6 +63,8 @@ def test_a_pipe_is_not_opened(tmp_path: Path) -> None:
         data_files.read_arrays(tmp_path / "a", "thing")
     message = str(refused.value)
     assert message.endswith("a: is a pipe, not a file; train again with overwrite"), message
+    assert not data_files.is_json(tmp_path / "a", set())
+    assert not data_files.is_archive(tmp_path / "a", "thing")
 
 
 @pytest.mark.parametrize("share", [0.0, 0.1, 0.5, 0.9, 0.999])
@@ -151,6 +153,13 @@ def test_an_array_has_the_bytes_that_its_header_says(tmp_path: Path, x: bytes) -
     tracemalloc.stop()
 
 
+def test_objects_are_not_made_of_bytes_of_whatever_digest(tmp_path: Path) -> None:
+    with zipfile.ZipFile(tmp_path / "a.npz", "w") as archive:
+        archive.writestr("x.npy", header((2,), "|O") + bytes(16))
+    with pytest.raises(ValueError, match="another number of bytes"):
+        data_files._read_archive(tmp_path / "a.npz")
+
+
 def test_a_bomb_is_not_unpacked(tmp_path: Path) -> None:
     path = tmp_path / "a.npz"
     np.savez_compressed(path, meta=np.array("{}"), x=np.zeros(20_000_000))
@@ -159,6 +168,21 @@ def test_a_bomb_is_not_unpacked(tmp_path: Path) -> None:
         data_files.read_arrays(path, "thing")
     assert tracemalloc.get_traced_memory()[1] < 10_000_000
     tracemalloc.stop()
+
+
+@pytest.mark.parametrize("method", [zipfile.ZIP_DEFLATED, zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
+def test_damage_of_a_compressed_archive_is_no_fault(tmp_path: Path, method: int) -> None:
+    path = tmp_path / "a.npz"
+    content = np.random.default_rng(0).bytes(20_000)
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("x.npy", header((2500,)) + content, method)
+        archive.writestr("room", bytes(1000))
+    for place in range(100, 20_000, 1000):
+        data = bytearray(path.read_bytes())
+        data[place : place + 50] = bytes(50)
+        (tmp_path / "b.npz").write_bytes(data)
+        with pytest.raises(CheckpointError, match="damaged"):
+            data_files.read_arrays(tmp_path / "b.npz", "thing")
 
 
 @pytest.mark.parametrize("change", ["value", "type", "shape", "name", "meta", "more", "less"])

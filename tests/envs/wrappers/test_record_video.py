@@ -1,6 +1,7 @@
 """Videos of episodes."""
 
 import copy
+import os
 from pathlib import Path
 
 import imageio.v2 as imageio
@@ -16,6 +17,7 @@ from mpma_mj.errors import (
 )
 from tests.conftest import Encoder
 from tests.envs.episodes import assert_same, at_random, danced, ymca
+from tests.envs.test_gl import python
 
 
 def test_a_recording_wrapper_cannot_be_copied(tmp_path: Path) -> None:
@@ -125,3 +127,28 @@ def test_invalid_paths_and_cameras_are_refused(tmp_path: Path) -> None:
             RecordVideo(ymca(), path)  # type: ignore[arg-type]
     with pytest.raises(BadOptionError, match="front, side, three_quarter"):
         RecordVideo(ymca(), tmp_path / "dance.mp4", camera="above")
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="this system does not fork")
+@pytest.mark.usefixtures("opengl")
+def test_a_forked_process_leaves_the_video_to_its_parent(tmp_path: Path) -> None:
+    code = f"""
+import gc, mpma_mj, numpy as np, os, signal
+from mpma_mj.envs.wrappers import RecordVideo
+from mpma_mj.errors import RenderingError
+env = RecordVideo(mpma_mj.load("ymca", repeats=1), {str(tmp_path / "a.mp4")!r})
+env.reset(), env.step(np.zeros(8))
+if not os.fork():
+    signal.alarm(60)  # it would hang
+    try: env.step(np.zeros(8))
+    except RenderingError as error: print(error, flush=True)
+    env.close()
+    os._exit(0)
+print(os.wait()[1])
+env.step(np.zeros(8)), env.close()
+"""
+    result = python(code)
+    refusal, status = result.stdout.splitlines()
+    assert refusal.startswith("no picture: this process was forked"), result.stderr
+    assert (status, result.stderr) == ("0", "")
+    assert sum(1 for _ in imageio.get_reader(tmp_path / "a.mp4")) == 2
