@@ -1,5 +1,6 @@
 """Damaged run folders: refused in one line that names the file, and replaced on demand."""
 
+import dataclasses
 import os
 import shutil
 from collections.abc import Callable
@@ -12,7 +13,8 @@ import pytest
 import mpma_mj
 from mpma_mj.cli import main
 from mpma_mj.envs.options import EnvironmentOptions
-from mpma_mj.errors import CheckpointError
+from mpma_mj.errors import CheckpointError, MotionFileError
+from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.utils import data_files
 from tests.conftest import Refused
@@ -191,3 +193,19 @@ def test_a_full_disk_keeps_the_run_that_is_overwritten(
     words = "imitate ymca --nodes 5 --epochs 1 --no-video --overwrite --out"
     refused([*words.split(), str(run)], "cannot be written (No space left on device)")
     assert {path: path.read_bytes() for path in run.rglob("*") if path.is_file()} == before
+
+
+def test_a_run_keeps_a_copy_of_its_music(run: Path, tmp_path: Path) -> None:
+    folder, music = RunFolder(run), tmp_path / "a.wav"
+    assert folder.sound is None
+    reading = ReadingOptions(audio=str(music), context="bars")
+    config = dataclasses.replace(folder.read_config(), reading=reading)
+    with pytest.raises(MotionFileError, match=r"a\.wav: no such file"):
+        RunFolder(tmp_path / "new").create(config, folder.read_motion(), overwrite=True)
+    music.write_bytes(b"music")
+    folder.create(config, folder.read_motion(), overwrite=True)
+    assert folder.sound == run / "sound" / "a.wav"
+    assert folder.sound.read_bytes() == b"music"
+    config = dataclasses.replace(config, reading=ReadingOptions())
+    folder.create(config, folder.read_motion(), overwrite=True)
+    assert folder.sound is None
