@@ -89,15 +89,18 @@ class Compare(Generic[AgentT]):
             if missing_gl is not None:
                 print(missing_gl, file=sys.stderr)
             elif self.video:
-                _write_video(video, transfers, motion)
+                audio = config.reading.audio
+                _write_video(video, transfers, motion, None if audio is None else Path(audio))
             return folder
 
 
-def _write_video(path: Path, transfers: Sequence[Transfer], motion: Motion) -> None:
+def _write_video(
+    path: Path, transfers: Sequence[Transfer], motion: Motion, sound: Path | None
+) -> None:
     """Write the video of the first seed on all arms."""
     from mpma_mj.experiments.compare_report import first_episodes, write_side_by_side
     from mpma_mj.utils.progress import show_frames
 
     episodes = first_episodes(transfers)
     if episodes:  # otherwise all have diverged, as the table shows
-        write_side_by_side(path, episodes, motion, show_frames)
+        write_side_by_side(path, episodes, motion, show_frames, sound)

@@ -66,7 +66,8 @@ class InspectMotion:
         print("\n".join([*report.lines(motion), *demand_lines(motion, limits)]))
         if self.video:
             video = picture.with_suffix(".mp4")
-            write_video(video, ideal_trace(motion), motion, progress=show_frames)
+            sound = None if self.reading.audio is None else Path(self.reading.audio)
+            write_video(video, ideal_trace(motion), motion, sound=sound, progress=show_frames)
             print(printable(str(video)))
         if self.out is None:
             return picture

@@ -44,7 +44,8 @@ class Play:
     """Folder of a run; or "ymca", or a recording: C3D, BVH, AMC, TRC, CSV and others
     (docs/guides/recordings.md)."""
     out: Path | None = None
-    """File to write, in place of the window: a video as .mp4, .gif or .webp; or what the arms did,
+    """File to write, in place of the window: a video as .mp4 (with its sound, where the motion was
+    given some with --audio), .gif or .webp; or what the arms did,
     as .csv with joint angles and the commands of a run, .bvh, .trc or .npz."""
     size: Annotated[str | None, tyro.conf.arg(metavar="WIDTHxHEIGHT")] = None
     """Size of the video, pixels; 640x576 if not given."""
@@ -84,6 +85,7 @@ class Play:
                 options=options,
                 camera=self.camera or "front",
                 size=size or VIDEO_SIZE,
+                sound=self._sound,
                 progress=show_frames,
             )
             return self.out
@@ -128,6 +130,15 @@ class Play:
         from mpma_mj.motions import BUILT_IN
 
         return self.source not in BUILT_IN and Path(self.source).is_dir()
+
+    @property
+    def _sound(self) -> Path | None:
+        """Music of the run, or that was given with the motion."""
+        from mpma_mj.training.run_folder import RunFolder
+
+        if self._is_run:
+            return RunFolder(Path(self.source)).sound
+        return None if self.reading.audio is None else Path(self.reading.audio)
 
     def _of_run(self) -> tuple[Trace, Motion, None, EnvironmentOptions]:
         from mpma_mj.training.run_folder import RunFolder
@@ -199,4 +210,6 @@ def write_run_video(folder: RunFolder) -> None:
     from mpma_mj.visualization.video import write_video
 
     trace, motion, options = folder.read_trace(), folder.read_motion(), folder.read_config().env
-    write_video(folder.video, trace, motion, options=options, progress=show_frames)
+    write_video(
+        folder.video, trace, motion, options=options, sound=folder.sound, progress=show_frames
+    )

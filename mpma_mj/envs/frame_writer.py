@@ -16,8 +16,10 @@ import imageio_ffmpeg
 import numpy as np
 from numpy.typing import NDArray
 
+from mpma_mj.envs.soundtrack import Soundtrack
 from mpma_mj.errors import VideoError
 from mpma_mj.utils.atomic_files import atomic_write
+from mpma_mj.utils.input_files import file_problem
 
 __all__: list[str] = ["VIDEO_FORMATS", "WriteFrame", "frame_writer"]
 
@@ -33,17 +35,22 @@ _ENCODERS = {
 VIDEO_FORMATS = tuple(_ENCODERS)
 """Endings of the files that can be written; `.gif` and `.webp` repeat for ever."""
 
+_WITH_SOUND = (".mp4",)
+
 _SPEAKER = re.compile(r"^\[[^]]*\] ")  # the part of ffmpeg that reports: "[out#0/mp4 @ 0x55e9] "
 
 
 @contextlib.contextmanager
-def frame_writer(path: Path, size: tuple[int, int], rate: float) -> Iterator[WriteFrame]:
+def frame_writer(
+    path: Path, size: tuple[int, int], rate: float, sound: Soundtrack | None = None
+) -> Iterator[WriteFrame]:
     """Open a video, which replaces a file of its name once the encoder has succeeded.
 
     Args:
         path: The file, whose ending is one of `VIDEO_FORMATS`; missing folders are created.
         size: Height and width of frames, pixels; even for an `.mp4`, which is H.264.
         rate: Frames per second, Hz.
+        sound: What is heard in an `.mp4`; the other formats have no sound.
 
     Yields:
         Function that writes a frame, shape (height, width, 3).
@@ -55,7 +62,7 @@ def frame_writer(path: Path, size: tuple[int, int], rate: float) -> Iterator[Wri
     with atomic_write(path) as temporary:
         temporary.touch()  # a folder that cannot be written is reported before ffmpeg fails
         temporary.unlink()
-        encoder = _Encoder(path, temporary, size, rate)
+        encoder = _Encoder(path, temporary, size, rate, sound)
         process = os.getpid()
         try:
             yield encoder.write
@@ -70,12 +77,29 @@ def frame_writer(path: Path, size: tuple[int, int], rate: float) -> Iterator[Wri
 class _Encoder:
     """A process of ffmpeg whose exit code is checked, which imageio's writers do not."""
 
-    def __init__(self, path: Path, temporary: Path, size: tuple[int, int], rate: float) -> None:
-        self._path = path  # for messages
+    def __init__(
+        self,
+        path: Path,
+        temporary: Path,
+        size: tuple[int, int],
+        rate: float,
+        sound: Soundtrack | None,
+    ) -> None:
+        self._path = path  # for messages, as is the other
+        self._sound: Path | None = None
         height, width = size
         frames = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}"]
-        frames += ["-r", str(Fraction(rate).limit_denominator()), "-i", "-", "-an"]
-        video = [*_ENCODERS[path.suffix], str(temporary)]
+        frames += ["-r", str(Fraction(rate).limit_denominator()), "-i", "-"]
+        heard = ["-an"]
+        if sound is not None and path.suffix in _WITH_SOUND:
+            if problem := file_problem(sound.path):
+                raise self._error(f"{sound.path}: {problem}")
+            self._sound = sound.path
+            # "file:" keeps names with a colon from being addresses.
+            frames += ["-i", f"file:{sound.path.absolute()}"]
+            heard = ["-filter_complex", sound.filters, "-map", "0:v", "-map", "[sound]"]
+            heard += ["-acodec", "aac", "-b:a", "192k"]
+        video = [*heard, *_ENCODERS[path.suffix], str(temporary)]
         try:
             program = imageio_ffmpeg.get_ffmpeg_exe()
             self._process = subprocess.Popen(
@@ -134,7 +158,10 @@ class _Encoder:
         if self._lines:
             line = self._lines[0].decode(errors="replace").strip()
             how += f" ({_SPEAKER.sub('', line)})"
-        return self._error(f"ffmpeg {how}; fix that, perhaps by freeing disk space, and try again")
+        cause = "" if self._sound is None else f", or by another sound than {self._sound},"
+        return self._error(
+            f"ffmpeg {how}; fix that, perhaps by freeing disk space{cause or ','} and try again"
+        )
 
     def _error(self, why: str) -> VideoError:
         return VideoError(f"{self._path}: the video was not written: {why}")

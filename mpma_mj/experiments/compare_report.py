@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from mpma_mj.envs.physics import PhysicsArms
+from mpma_mj.envs.soundtrack import Soundtrack
 from mpma_mj.evaluation.statistics import interval
 from mpma_mj.experiments.compare import ARMS, Episode, Transfer
 from mpma_mj.kinematics import JOINT_NAMES, SIDES
@@ -224,7 +225,11 @@ def _mean(values: Sequence[float]) -> float:
 
 
 def write_side_by_side(
-    path: Path, episodes: Mapping[str, Episode], motion: Motion, progress: Progress
+    path: Path,
+    episodes: Mapping[str, Episode],
+    motion: Motion,
+    progress: Progress,
+    sound: Path | None = None,
 ) -> None:
     """Write a video of episodes side by side, each with ghost, labels and responsibilities.
 
@@ -233,6 +238,7 @@ def write_side_by_side(
         episodes: Episodes of the same length by their titles.
         motion: The motion.
         progress: Wraps the range of frames, to show the progress.
+        sound: Sound file of the music to which the motion belongs.
 
     Raises:
         RenderingError: OpenGL does not draw.
@@ -254,7 +260,9 @@ def write_side_by_side(
             np.concatenate([titles, np.concatenate([_apart(next(film)) for film in films], axis=1)])
             for _ in progress(steps)
         )
-        write_frames(path, frames, motion.rate)
+        repeats = next(iter(episodes.values())).options.repeats
+        heard = None if sound is None else Soundtrack.of(sound, motion, len(steps), repeats)
+        write_frames(path, frames, motion.rate, heard)
 
 
 def _title(name: str) -> Picture:

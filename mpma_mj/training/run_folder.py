@@ -27,7 +27,7 @@ from mpma_mj.training.config_json import OutsideConfig
 from mpma_mj.training.epoch_rows import EpochMetrics, row_problem
 from mpma_mj.utils import atomic_files, data_files
 from mpma_mj.utils.folder_lock import is_empty, locked
-from mpma_mj.utils.input_files import SMALL_FILE
+from mpma_mj.utils.input_files import SMALL_FILE, file_problem
 
 __all__ = ["RunFolder", "open_runs"]
 
@@ -46,6 +46,7 @@ _CONTENTS = (
     "figures",
     "evaluations",
     "dance.mp4",
+    "sound",
     "config.json",
 )
 
@@ -69,6 +70,12 @@ class RunFolder:
     def video(self) -> Path:
         """Video of the best epoch."""
         return self.path / "dance.mp4"
+
+    @property
+    def sound(self) -> Path | None:
+        """Copy of the music to which the motion belongs; None if none was given."""
+        files = sorted((self.path / "sound").glob("[!.]*"))
+        return files[0] if files else None
 
     @property
     def evaluations(self) -> Path:
@@ -110,12 +117,14 @@ class RunFolder:
 
         Args:
             config: Config of the run.
-            motion: The motion, saved so that the run can be resumed without the recording.
+            motion: The motion, saved so that the run can be resumed without the recording, as its
+                music is.
             overwrite: Whether to replace an earlier run in the folder.
 
         Raises:
             RunFolderError: The folder holds a run that must not be replaced, holds other files, or
                 cannot be written.
+            MotionFileError: The sound file cannot be read.
         """
         content = {
             "format": data_files.FORMAT,
@@ -134,6 +143,14 @@ class RunFolder:
             self._remove()  # not before it is known that the disk has room for another run
         header = {"config": content["config"]}
         data_files.write_arrays(self.checkpoint("motion"), "motion", motion_arrays(motion), header)
+        if config.reading.audio is not None:
+            self._copy_sound(Path(config.reading.audio))
+
+    def _copy_sound(self, file: Path) -> None:
+        if problem := file_problem(file):
+            raise MotionFileError(f"{file}: {problem}")
+        with atomic_files.atomic_write(self.path / "sound" / file.name) as temporary:
+            shutil.copyfile(file, temporary)
 
     def _check_free(self, overwrite: bool) -> None:
         if not self.path.is_dir():

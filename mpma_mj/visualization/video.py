@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from mpma_mj.envs.frame_writer import frame_writer
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.rendering import ArmRenderer
+from mpma_mj.envs.soundtrack import Soundtrack
 from mpma_mj.motions import Motion
 from mpma_mj.trace import Trace
 from mpma_mj.visualization.episode import EpisodeArms
@@ -35,6 +36,7 @@ def write_video(
     options: EnvironmentOptions | None = None,
     camera: str = "front",
     size: tuple[int, int] = VIDEO_SIZE,
+    sound: Path | None = None,
     progress: Progress = iter,
 ) -> None:
     """Write the video of an episode: arms, ghost of the demonstration, labels, responsibilities.
@@ -48,6 +50,7 @@ def write_video(
         options: Options of the environment, whose arms are drawn; the defaults if not given.
         camera: Camera of the model.
         size: Width and height of the video, pixels; even for an `.mp4`.
+        sound: Sound file of the music to which the motion belongs, heard in an `.mp4`.
         progress: Wraps the range of frames to show progress.
 
     Raises:
@@ -59,10 +62,14 @@ def write_video(
     frames = episode_frames(
         trace, motion, options=options, camera=camera, size=arms_size, progress=progress
     )
-    write_frames(path, frames, motion.rate)
+    repeats = 1 if options is None else options.repeats
+    heard = None if sound is None else Soundtrack.of(sound, motion, len(trace), repeats)
+    write_frames(path, frames, motion.rate, heard)
 
 
-def write_frames(path: Path, frames: Iterable[Picture], rate: float) -> None:
+def write_frames(
+    path: Path, frames: Iterable[Picture], rate: float, sound: Soundtrack | None = None
+) -> None:
     """Write pictures as a video.
 
     Args:
@@ -70,13 +77,14 @@ def write_frames(path: Path, frames: Iterable[Picture], rate: float) -> None:
         frames: Pictures of one size, shape (H, W, 3) each, taken one by one; even H and W for an
             `.mp4`.
         rate: Pictures per second, Hz.
+        sound: What is heard in an `.mp4`.
 
     Raises:
         VideoError: The encoder is missing, or fails.
     """
     frames = iter(frames)
     first = next(frames)
-    with frame_writer(path, first.shape[:2], rate) as write:
+    with frame_writer(path, first.shape[:2], rate, sound) as write:
         for frame in itertools.chain([first], frames):
             write(frame)
 

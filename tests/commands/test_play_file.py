@@ -6,9 +6,11 @@ import resource
 import shutil
 import subprocess
 import sys
+import wave
 from pathlib import Path
 
 import imageio.v2 as imageio
+import imageio_ffmpeg
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -43,6 +45,20 @@ def frames_of(path: Path) -> NDArray[np.uint8]:
             return np.stack([np.asarray(frame) for frame in reader])
     with Image.open(path) as image:
         return np.stack([np.asarray(f.convert("RGB")) for f in ImageSequence.Iterator(image)])
+
+
+@pytest.mark.usefixtures("opengl")
+def test_a_run_with_music_is_heard(short_run: Path) -> None:
+    (short_run / "sound").mkdir()
+    with wave.open(str(short_run / "sound" / "a.wav"), "wb") as file:
+        file.setparams((1, 2, 8000, 0, "NONE", ""))
+        file.writeframes(np.full(8000, 1000, "<i2").tobytes())
+    out = short_run / "dance.mp4"
+    assert main(["play", str(short_run), "--out", str(out), "--overwrite"]) == 0
+    words = [imageio_ffmpeg.get_ffmpeg_exe(), "-i", str(out)]
+    about = subprocess.run(words, capture_output=True, text=True, check=False).stderr
+    assert "Video: h264" in about
+    assert "Audio: aac" in about
 
 
 @pytest.mark.usefixtures("opengl")

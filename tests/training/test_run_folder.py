@@ -1,5 +1,6 @@
 """Damaged run folders: refused in one line that names the file, and replaced on demand."""
 
+import dataclasses
 import os
 import shutil
 from collections.abc import Callable
@@ -12,7 +13,8 @@ import pytest
 import mpma_mj
 from mpma_mj.cli import main
 from mpma_mj.envs.options import EnvironmentOptions
-from mpma_mj.errors import CheckpointError
+from mpma_mj.errors import CheckpointError, MotionFileError
+from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.utils import data_files
 from tests.conftest import Refused
@@ -243,20 +245,23 @@ def test_a_full_disk_keeps_the_run_that_is_overwritten(
 
 
 def test_a_run_of_which_no_epoch_is_saved_is_begun_anew(run: Path, refused: Refused) -> None:
-    words = [
-        "imitate",
-        "ymca",
-        "--nodes",
-        "5",
-        "--modules",
-        "2",
-        "--repeats",
-        "1",
-        "--epochs",
-        "1",
-        "--no-video",
-        "--out",
-    ]
+    words = ["imitate", "ymca", "--nodes", "5", "--epochs", "1", "--no-video", "--out"]
     refused([*words, str(run)], "already contains a run; --overwrite replaces it, --resume contin")
     (run / "checkpoint" / "latest.npz").unlink()
     assert main([*words, str(run)]) == 0
+
+
+def test_a_run_keeps_a_copy_of_its_music(run: Path, tmp_path: Path) -> None:
+    folder, music = RunFolder(run), tmp_path / "a.wav"
+    assert folder.sound is None
+    reading = ReadingOptions(audio=str(music), context="bars")
+    config = dataclasses.replace(folder.read_config(), reading=reading)
+    with pytest.raises(MotionFileError, match=r"a\.wav: no such file"):
+        RunFolder(tmp_path / "new").create(config, folder.read_motion(), overwrite=True)
+    music.write_bytes(b"music")
+    folder.create(config, folder.read_motion(), overwrite=True)
+    assert folder.sound == run / "sound" / "a.wav"
+    assert folder.sound.read_bytes() == b"music"
+    config = dataclasses.replace(config, reading=ReadingOptions())
+    folder.create(config, folder.read_motion(), overwrite=True)
+    assert folder.sound is None

@@ -1,0 +1,69 @@
+"""Sound of a video: the music of a motion, at its tempo and as often as it is repeated."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+from mpma_mj.motions import Motion
+
+__all__ = ["Soundtrack"]
+
+_RATE = 48_000  # Hz
+
+
+@dataclass(frozen=True)
+class Soundtrack:
+    """Music of an episode.
+
+    Attributes:
+        path: Sound file, whose time is that of the recording.
+        start: Time in the file at which the motion begins, s.
+        tempo: How much faster than the recording the motion is.
+        part: Duration of the motion in the episode, s; silence follows to the next repetition.
+        period: Time from one repetition to the next, s.
+        duration: Duration of the episode, s.
+    """
+
+    path: Path
+    start: float
+    tempo: float
+    part: float
+    period: float
+    duration: float
+
+    @classmethod
+    def of(cls, path: Path, motion: Motion, steps: int, repeats: int) -> Soundtrack:
+        """Return the music of an episode.
+
+        Args:
+            path: Sound file.
+            motion: The motion.
+            steps: Steps of the episode.
+            repeats: Repetitions of the motion in it.
+        """
+        # Postures of all return moves; none where the episode ended early.
+        between = max(0, steps + 1 - repeats * len(motion))
+        period = len(motion) + between // max(repeats - 1, 1)
+        seconds = (count / motion.rate for count in (len(motion), period, steps))
+        return cls(path, motion.start, motion.tempo, *seconds)
+
+    @property
+    def filters(self) -> str:
+        """Filters of ffmpeg that make of the first sound of its second input the output [sound].
+
+        What is cut out is stretched without a change of its pitch, filled with silence to a
+        period, and repeated.
+        """
+        samples = round(self.period * _RATE)
+        begin, end = self.start, self.start + self.part * self.tempo
+        # Silence follows the music, however late the motion begins.
+        steps = ["apad", f"atrim=start={begin}:end={end}", "asetpts=PTS-STARTPTS"]
+        steps.append(f"aresample={_RATE}")
+        if self.tempo != 1.0:
+            steps.append(f"rubberband=tempo={self.tempo}")
+        steps += [f"apad=whole_len={samples}", f"atrim=end_sample={samples}"]
+        steps.append(f"aloop=loop={math.ceil(self.duration / self.period)}:size={samples}")
+        steps.append(f"atrim=duration={self.duration}")
+        return f"[1:a:0]{','.join(steps)}[sound]"
