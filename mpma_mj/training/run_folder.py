@@ -217,7 +217,7 @@ class RunFolder:
             CheckpointError: The file is missing or damaged.
         """
         path = self.checkpoint("motion")
-        arrays = self._read_own(path, "motion")
+        arrays, _ = _read(path, "motion", self.read_config())
         try:
             return motion_of_arrays(arrays, path)
         except MotionFileError:
@@ -254,10 +254,7 @@ class RunFolder:
             CheckpointError: The file is missing or damaged, or belongs to a run with another
                 config.
         """
-        path = self.checkpoint(name)
-        state, meta = data_files.read_arrays(path, "checkpoint")
-        _check_config(path, meta, config)
-        return state, meta
+        return _read(self.checkpoint(name), "checkpoint", config)
 
     def read_best(self, config: RunConfig) -> tuple[dict[str, Array], EpochMetrics]:
         """Read the state of the agent in the best epoch, and the metrics of that epoch.
@@ -296,16 +293,10 @@ class RunFolder:
             CheckpointError: The file is missing or damaged, lacks a signal, or is of another run.
         """
         path = self.path / "trace.npz"
-        arrays = self._read_own(path, "trace")
+        arrays, _ = _read(path, "trace", self.read_config())
         if problem := trace_problem(arrays):
             raise _damaged(path, problem)
         return Trace.from_arrays(arrays)
-
-    def _read_own(self, path: Path, kind: str) -> dict[str, NDArray[Any]]:
-        """Read arrays that were written for a run with this config."""
-        arrays, meta = data_files.read_arrays(path, kind)
-        _check_config(path, meta, self.read_config())
-        return arrays
 
     def write_metrics(self, rows: list[dict[str, float]]) -> None:
         """Write the metrics of all epochs, a row for each."""
@@ -316,9 +307,14 @@ class RunFolder:
         data_files.write_json(self.path / "summary.json", summary)
 
 
-def _check_config(path: Path, header: Mapping[str, Any], config: RunConfig) -> None:
+def _read(
+    path: Path, kind: str, config: RunConfig
+) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+    """Read arrays and header that were written for a run with this config."""
+    arrays, header = data_files.read_arrays(path, kind)
     if header.get("config") != data_files.as_json(config.to_json()):
         raise _damaged(path, "belongs to a run with another config")
+    return arrays, header
 
 
 def _damaged(path: Path, problem: str) -> CheckpointError:
