@@ -234,9 +234,14 @@ def train(
     with one_thread(), contextlib.closing(Trainer([config], motion)) as trainer:
         if config.init is not None and begins is not None:
             load_state(trainer.agent, begins, RunFolder(Path(config.init.path)).checkpoint("best"))
-        if folder is not None:
-            folder.create(config, motion, overwrite=overwrite)
-        return _train(trainer, epochs, folder, on_epoch)
+        if folder is None:
+            return _train(trainer, epochs, folder, on_epoch)
+        folder.create(config, motion, overwrite=overwrite)
+        try:
+            return _train(trainer, epochs, folder, on_epoch)
+        except BaseException:
+            folder.put_back_earlier()
+            raise
 
 
 def resume(folder: RunFolder, epochs: int, *, on_epoch: OnEpoch = lambda row: None) -> Run:
@@ -262,6 +267,7 @@ def resume(folder: RunFolder, epochs: int, *, on_epoch: OnEpoch = lambda row: No
     with one_thread(), contextlib.closing(Trainer([config], motion)) as trainer:
         load_state(trainer.agent, state, folder.checkpoint("latest"))
         trainer.restore(rows, best)
+        folder.write_metrics(rows)  # whatever happened to the file meanwhile
         return _train(trainer, trainer.epoch + epochs, folder, on_epoch)
 
 

@@ -22,8 +22,10 @@ from mpma_mj.errors import (
 from mpma_mj.motions import Motion
 from mpma_mj.motions.motion import motion_arrays, motion_of_arrays
 from mpma_mj.trace import Trace, trace_problem
+from mpma_mj.training import earlier_run
 from mpma_mj.training.config import RunConfig, versions
 from mpma_mj.training.config_json import OutsideConfig
+from mpma_mj.training.earlier_run import ANALYSES
 from mpma_mj.training.epoch_rows import EpochMetrics, row_problem
 from mpma_mj.utils import atomic_files, data_files
 from mpma_mj.utils.folder_lock import is_empty, locked
@@ -32,23 +34,6 @@ from mpma_mj.utils.input_files import SMALL_FILE, file_problem
 __all__ = ["RunFolder", "open_runs"]
 
 Array = NDArray[np.float64]
-
-_ANALYSES = ("modules", "lesion", "free_running")
-
-# Contents that overwriting removes; other files belong to the user. config.json, which identifies
-# a run, comes last, so that an interrupted removal can be repeated.
-_CONTENTS = (
-    "metrics.csv",
-    "summary.json",
-    *(f"{analysis}.json" for analysis in _ANALYSES),
-    "trace.npz",
-    "checkpoint",
-    "figures",
-    "evaluations",
-    "dance.mp4",
-    "sound",
-    "config.json",
-)
 
 _ANOTHER_FOLDER = "choose another folder with {out}"
 
@@ -108,8 +93,11 @@ class RunFolder:
             RunFolderError: There is no run, another command changes it, or it is not writable.
             CheckpointError: The config is damaged or of another version.
         """
-        self.read_config()
+        if not self.path.is_dir():
+            self.read_config()
         with locked(self.path):
+            self.put_back_earlier()
+            self.read_config()
             yield
 
     def create(self, config: RunConfig, motion: Motion, *, overwrite: bool) -> None:
@@ -119,7 +107,8 @@ class RunFolder:
             config: Config of the run.
             motion: The motion, saved so that the run can be resumed without the recording, as its
                 music is.
-            overwrite: Whether to replace an earlier run in the folder.
+            overwrite: Whether to replace an earlier run in the folder, as soon as an epoch of the
+                new one is saved.
 
         Raises:
             RunFolderError: The folder holds a run that must not be replaced, holds other files, or
@@ -137,10 +126,11 @@ class RunFolder:
             expected = f"options that JSON can hold ({one_line(error)})"
             raise BadOptionError(option="agent", value=config.agent, expected=expected) from None
         if self.path.exists():
+            self.put_back_earlier()
             self._check_free(overwrite)
         with atomic_files.atomic_write(self.path / "config.json") as temporary:
             temporary.write_text(text, encoding="utf-8")
-            self._remove()  # not before it is known that the disk has room for another run
+            earlier_run.set_aside(self.path)
         header = {"config": content["config"]}
         data_files.write_arrays(self.checkpoint("motion"), "motion", motion_arrays(motion), header)
         if config.reading.audio is not None:
@@ -168,13 +158,16 @@ class RunFolder:
                 remedy="{overwrite} replaces it, {resume} continues it",
             )
 
-    def _remove(self) -> None:
+    def put_back_earlier(self) -> None:
+        """Put back the run that a new one has set aside and not replaced by an epoch; if any.
+
+        Raises:
+            RunFolderError: The folder cannot be written.
+        """
         try:
-            for name in _CONTENTS:
-                content = self.path / name
-                shutil.rmtree(content) if content.is_dir() else content.unlink(missing_ok=True)
+            earlier_run.put_back(self.path)
         except OSError as error:
-            raise RunFolderError(f"{self.path}: cannot be replaced ({error.strerror})") from None
+            raise atomic_files.not_writable(self.path, error) from None
 
     def _is_run(self) -> bool:
         """Return whether there is a run, also a damaged one or one of another version."""
@@ -225,8 +218,8 @@ class RunFolder:
 
     def forget_epoch(self) -> None:
         """Remove results of an epoch that is no longer the best one."""
-        results = (self.results_of(analysis) for analysis in _ANALYSES)
-        pictures = (self.figures / f"{analysis}.png" for analysis in _ANALYSES)
+        results = (self.results_of(analysis) for analysis in ANALYSES)
+        pictures = (self.figures / f"{analysis}.png" for analysis in ANALYSES)
         for path in (self.video, *results, *pictures):
             path.unlink(missing_ok=True)
         if self.evaluations.exists():
@@ -241,6 +234,8 @@ class RunFolder:
         """
         content = {"config": config.to_json()} | meta
         data_files.write_arrays(self.checkpoint(name), "checkpoint", state, content)
+        if name == "latest":
+            earlier_run.forget(self.path)
 
     def read_checkpoint(
         self, name: str, config: RunConfig

@@ -17,6 +17,7 @@ from mpma_mj.errors import RunFolderError
 __all__ = [
     "atomic_folder",
     "atomic_write",
+    "discard",
     "is_temporary",
     "not_writable",
     "remove_leftovers",
@@ -93,6 +94,17 @@ def atomic_folder(path: Path) -> Iterator[Path]:
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
         _settle(earlier)
+
+
+def discard(folder: Path) -> None:
+    """Remove a folder, as a whole also where the process dies meanwhile.
+
+    Raises:
+        OSError: It cannot be renamed.
+    """
+    temporary = _temporary(folder)
+    folder.rename(temporary)
+    shutil.rmtree(temporary, ignore_errors=True)
 
 
 def is_temporary(path: Path) -> bool:
