@@ -216,6 +216,7 @@ env, other = make(), make()
 draw(env)
 in_thread(lambda: draw(env)), in_thread(lambda: draw(other))
 draw(env), draw(other)
+env.close(), other.close()
 """
     picture, refused = "(480, 640, 3)", "no picture: another thread has drawn this environment"
     lines = [line.partition(";")[0] for line in run(drawn + threads)]

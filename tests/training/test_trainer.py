@@ -133,12 +133,16 @@ def test_runs_that_all_diverge_at_once_all_fail(
 def test_environments_are_closed_also_where_an_epoch_fails(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    closed: list[VectorImitationEnv] = []
+    closed: list[int] = []
+
+    def close(envs: VectorImitationEnv) -> None:
+        closed.append(id(envs))
+        envs.closed = True
 
     def fail(*_: Any) -> None:
         raise RuntimeError("of the test")
 
-    monkeypatch.setattr(VectorImitationEnv, "close", lambda envs: closed.append(envs))
+    monkeypatch.setattr(VectorImitationEnv, "close", close)
 
     monkeypatch.setattr(training, "rollout", fail)
     with pytest.raises(RuntimeError, match="of the test"):
