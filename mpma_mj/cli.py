@@ -56,6 +56,7 @@ def overview() -> str:
 
 
 _FILE_LIKE_AN_OPTION = re.compile(r"-[^-\d.][^=]*[./]")  # no option has one dash and such signs
+_SOON = 0.05  # s until a lost signal is sent again
 _SIGNALLED = 128  # exit code that shells expect after a signal, less the signal's number
 _COMPLETION = {"--tyro-print-completion": 2, "--tyro-write-completion": 3}  # number of words
 _NO_READER = 141  # exit code after a closed pipe, as in `mpma ... | head -1`
@@ -110,9 +111,20 @@ def _signals_interrupt() -> Iterator[list[int]]:
         ours = {}  # which cannot handle signals
     for number in ours:
         signal.signal(number, interrupt)
+    hook = sys.unraisablehook
+
+    def send_again(lost: sys.UnraisableHookArgs) -> None:
+        """Send a signal again whose exception was lost, as in a callback of a weak reference."""
+        if not isinstance(lost.exc_value, _Signalled):
+            hook(lost)
+            return
+        threading.Timer(_SOON, os.kill, (os.getpid(), received[-1])).start()
+
+    sys.unraisablehook = send_again
     try:
         yield received
     finally:
+        sys.unraisablehook = hook
         for number, handler in ours.items():
             signal.signal(number, handler)
 

@@ -9,6 +9,8 @@ import shutil
 import signal
 import subprocess
 import sys
+import time
+import weakref
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -158,6 +160,24 @@ sys.exit(cli.main([]))
 """
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, check=False)
     assert (result.returncode, result.stderr) == (143, b"mpma: interrupted\n")
+
+
+def test_a_signal_in_a_callback_of_a_weak_reference_is_not_lost(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    class Thing:
+        pass
+
+    def stopped(self: Imitate) -> Path:
+        thing = Thing()
+        weakref.finalize(thing, signal.raise_signal, signal.SIGTERM)
+        del thing
+        time.sleep(30.0)
+        raise AssertionError("the signal was lost")
+
+    monkeypatch.setattr(Imitate, "run", stopped)
+    assert main(["imitate", "ymca"]) == 143
+    assert capsys.readouterr().err == "mpma: interrupted\n"
 
 
 def test_what_other_libraries_log_is_not_shown(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import shlex
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -80,7 +81,7 @@ class Imitate(Generic[AgentT]):
                 train = functools.partial(
                     run.train, config, self.epochs, folder=folder, overwrite=self.overwrite
                 )
-            resume = f"mpma imitate --resume {folder.path}"
+            resume = f"mpma imitate --resume {shlex.quote(str(folder.path))}"
             new_epochs: list[dict[str, float]] = []
             with (
                 hint_at_resuming(lambda: folder.can_go_on, resume),

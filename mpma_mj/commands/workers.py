@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -44,7 +45,7 @@ class Workers:
         from mpma_mj.experiments.study import run_study
 
         folder = out or free_folder(stem)
-        resume = f"the same command with --out {folder}"
+        resume = f"the same command with --out {shlex.quote(str(folder))}"
         with hint_at_resuming((folder / HEADER).exists, resume):
             print(run_study(study, folder, **vars(self)))
         return folder

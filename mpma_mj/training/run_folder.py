@@ -313,7 +313,9 @@ def _read(
 
 
 def _damaged(path: Path, problem: str) -> CheckpointError:
-    return CheckpointError(f"{path}: {problem}", remedy=data_files.TRAIN_AGAIN)
+    is_denied = problem.startswith("cannot be read")
+    remedy = "check its permissions" if is_denied else data_files.TRAIN_AGAIN
+    return CheckpointError(f"{path}: {problem}", remedy=remedy)
 
 
 def open_runs(
