@@ -15,7 +15,7 @@ import traceback
 from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from multiprocessing import connection, forkserver
+from multiprocessing import connection, forkserver, resource_tracker
 from multiprocessing.connection import Connection
 from pathlib import Path
 from types import TracebackType
@@ -200,6 +200,7 @@ def _start_server() -> None:
     """
     name, before = "PYTHONPATH", os.environ.get("PYTHONPATH")
     os.environ[name] = os.pathsep.join(path or str(Path.cwd()) for path in sys.path)
+    resource_tracker.ensure_running()  # which unblocks the signal when it starts
     unblocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # the server inherits it
     try:
         forkserver.ensure_running()
