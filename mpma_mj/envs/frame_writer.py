@@ -50,7 +50,7 @@ def frame_writer(
         path: The file, whose ending is one of `VIDEO_FORMATS`; missing folders are created.
         size: Height and width of frames, pixels; even for an `.mp4`, which is H.264.
         rate: Frames per second, Hz.
-        sound: What is heard in an `.mp4`; the other formats have no sound.
+        sound: Sound of an `.mp4`; the other formats have none.
 
     Yields:
         Function that writes a frame, shape (height, width, 3).
@@ -90,16 +90,16 @@ class _Encoder:
         height, width = size
         frames = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}"]
         frames += ["-r", str(Fraction(rate).limit_denominator()), "-i", "-"]
-        heard = ["-an"]
+        audio = ["-an"]
         if sound is not None and path.suffix in _WITH_SOUND:
             if problem := file_problem(sound.path):
                 raise self._error(f"{sound.path}: {problem}")
             self._sound = sound.path
             # "file:" keeps names with a colon from being addresses.
             frames += ["-i", f"file:{sound.path.absolute()}"]
-            heard = ["-filter_complex", sound.filters, "-map", "0:v", "-map", "[sound]"]
-            heard += ["-acodec", "aac", "-b:a", "192k"]
-        video = [*heard, *_ENCODERS[path.suffix], str(temporary)]
+            audio = ["-filter_complex", sound.filters, "-map", "0:v", "-map", "[sound]"]
+            audio += ["-acodec", "aac", "-b:a", "192k"]
+        video = [*audio, *_ENCODERS[path.suffix], str(temporary)]
         try:
             program = imageio_ffmpeg.get_ffmpeg_exe()
             self._process = subprocess.Popen(

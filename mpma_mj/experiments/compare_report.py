@@ -261,8 +261,8 @@ def write_side_by_side(
             for _ in progress(steps)
         )
         repeats = next(iter(episodes.values())).options.repeats
-        heard = None if sound is None else Soundtrack.of(sound, motion, len(steps), repeats)
-        write_frames(path, frames, motion.rate, heard)
+        soundtrack = None if sound is None else Soundtrack.of(sound, motion, len(steps), repeats)
+        write_frames(path, frames, motion.rate, soundtrack)
 
 
 def _title(name: str) -> Picture:

@@ -50,7 +50,7 @@ def write_video(
         options: Options of the environment, whose arms are drawn; the defaults if not given.
         camera: Camera of the model.
         size: Width and height of the video, pixels; even for an `.mp4`.
-        sound: Sound file of the music to which the motion belongs, heard in an `.mp4`.
+        sound: Sound file of the music to which the motion belongs, for an `.mp4`.
         progress: Wraps the range of frames to show progress.
 
     Raises:
@@ -63,8 +63,8 @@ def write_video(
         trace, motion, options=options, camera=camera, size=arms_size, progress=progress
     )
     repeats = 1 if options is None else options.repeats
-    heard = None if sound is None else Soundtrack.of(sound, motion, len(trace), repeats)
-    write_frames(path, frames, motion.rate, heard)
+    soundtrack = None if sound is None else Soundtrack.of(sound, motion, len(trace), repeats)
+    write_frames(path, frames, motion.rate, soundtrack)
 
 
 def write_frames(
@@ -77,7 +77,7 @@ def write_frames(
         frames: Pictures of one size, shape (H, W, 3) each, taken one by one; even H and W for an
             `.mp4`.
         rate: Pictures per second, Hz.
-        sound: What is heard in an `.mp4`.
+        sound: Sound of an `.mp4`.
 
     Raises:
         VideoError: The encoder is missing, or fails.

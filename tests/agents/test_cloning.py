@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mpma_mj import load, make_agent, make_vec
+from mpma_mj import load, make_agent
 from mpma_mj.agents import BC, BCConfig, DAgger, DAggerConfig, MPMAConfig
 from mpma_mj.agents.cloning import policy_features
 from mpma_mj.errors import BadOptionError, StateError
@@ -15,8 +15,8 @@ from mpma_mj.training.dataset import read_motions
 from mpma_mj.training.rollout import record_epoch
 from mpma_mj.training.run import imitate
 from mpma_mj.training.trainer import train_batch
+from tests.agents.batches import IDEAL, assert_batch_equals_alone
 
-IDEAL: dict[str, Any] = {"arms": "kinematic", "repeats": 1}
 FEW = {"bc": BCConfig(expert_episodes=2), "dagger": DAggerConfig(expert_episodes=2)}
 
 
@@ -125,19 +125,7 @@ def test_forward_models_receive_what_was_executed() -> None:
 
 @pytest.mark.parametrize("kind", FEW)
 def test_a_batch_equals_each_run_alone_to_the_bit(kind: str) -> None:
-    envs, env = make_vec(2, "ymca", **IDEAL), load("ymca", seed=1, **IDEAL)
-    together, alone = cloned(envs, kind, [3, 5]), cloned(env, kind, 5)
-    for epoch in range(6):
-        trace = record_epoch(envs, together, epoch).of_run(1).to_arrays()
-        for name, signal in record_epoch(env, alone, epoch).to_arrays().items():
-            np.testing.assert_array_equal(trace[name], signal, err_msg=f"{name} {epoch}")
-        together.learn()
-        alone.learn()
-    for name, value in alone.state_dict().items():
-        np.testing.assert_array_equal(together.state_dict()[name][1], value)
-    together.select_runs(np.array([1]))
-    selected = record_epoch(make_vec(1, "ymca", seed=1, **IDEAL), together, 6).of_run(0)
-    np.testing.assert_array_equal(selected.action, record_epoch(env, alone, 6).action)
+    assert_batch_equals_alone(lambda env, seed: cloned(env, kind, seed), epochs=6)
 
 
 @pytest.mark.parametrize("options", [{}, {"lookahead": 3}])

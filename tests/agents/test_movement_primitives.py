@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mpma_mj import load, make_agent, make_vec
+from mpma_mj import load, make_agent
 from mpma_mj.agents import DMPConfig, ProMPConfig
 from mpma_mj.agents.movement_primitives import MovementPrimitive, basis
 from mpma_mj.errors import BadOptionError, CheckpointError, StateError
@@ -14,8 +14,8 @@ from mpma_mj.training.config import RunConfig
 from mpma_mj.training.dataset import read_motions
 from mpma_mj.training.rollout import record_epoch
 from mpma_mj.training.trainer import train_batch
+from tests.agents.batches import IDEAL, assert_batch_equals_alone
 
-IDEAL: dict[str, Any] = {"arms": "kinematic", "repeats": 1}
 FEW = {"promp": ProMPConfig(demonstrations=3), "dmp": DMPConfig(demonstrations=3)}
 
 
@@ -122,19 +122,7 @@ def test_twenty_demonstrations_of_ymca_with_physics(agent: str, most: float) -> 
 
 @pytest.mark.parametrize("kind", FEW)
 def test_a_batch_equals_each_run_alone_to_the_bit(kind: str) -> None:
-    envs, env = make_vec(2, "ymca", **IDEAL), load("ymca", seed=1, **IDEAL)
-    together, alone = primitive(envs, kind, [3, 5]), primitive(env, kind, 5)
-    for epoch in range(4):
-        trace = record_epoch(envs, together, epoch).of_run(1).to_arrays()
-        for name, signal in record_epoch(env, alone, epoch).to_arrays().items():
-            np.testing.assert_array_equal(trace[name], signal, err_msg=f"{name} {epoch}")
-        together.learn()
-        alone.learn()
-    for name, value in alone.state_dict().items():
-        np.testing.assert_array_equal(together.state_dict()[name][1], value)
-    together.select_runs(np.array([1]))
-    selected = record_epoch(make_vec(1, "ymca", seed=1, **IDEAL), together, 4).of_run(0)
-    np.testing.assert_array_equal(selected.action, record_epoch(env, alone, 4).action)
+    assert_batch_equals_alone(lambda env, seed: primitive(env, kind, seed), epochs=4)
 
 
 def test_episodes_of_another_length_are_refused() -> None:

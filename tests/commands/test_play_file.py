@@ -48,7 +48,7 @@ def frames_of(path: Path) -> NDArray[np.uint8]:
 
 
 @pytest.mark.usefixtures("opengl")
-def test_a_run_with_music_is_heard(short_run: Path) -> None:
+def test_the_video_of_a_run_has_its_music(short_run: Path) -> None:
     (short_run / "sound").mkdir()
     with wave.open(str(short_run / "sound" / "a.wav"), "wb") as file:
         file.setparams((1, 2, 8000, 0, "NONE", ""))

@@ -1,4 +1,4 @@
-"""Sound of videos: clicks are heard when the dance has their beats."""
+"""Sound of videos: clicks at the beats of the dance."""
 
 import os
 import subprocess
@@ -35,7 +35,7 @@ def clicks(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def heard(path: Path) -> tuple[float, NDArray[np.float64]]:
+def clicks_of(path: Path) -> tuple[float, NDArray[np.float64]]:
     """Return the duration of a video's sound, s, and the times of its clicks, s."""
     words = ["-v", "error", "-i", str(path), "-f", "f32le", "-ac", "1", "-ar", "48000", "-"]
     found = subprocess.run(
@@ -60,7 +60,7 @@ def test_clicks_are_at_the_beats_of_every_repetition(
     period = part + 0.5
     sound = Soundtrack(clicks, start, tempo, part, period, duration=3.0 * period - 0.5)
     write(tmp_path / "a.mp4", sound)
-    duration, times = heard(tmp_path / "a.mp4")
+    duration, times = clicks_of(tmp_path / "a.mp4")
     once = (BEATS[(start <= BEATS) & (start + 5.0 > BEATS)] - start) / tempo
     expected = np.concatenate([once + k * period for k in range(3)])
     assert duration == pytest.approx(sound.duration, abs=0.05)
@@ -73,7 +73,7 @@ def test_music_that_ends_early_is_followed_by_silence(
     start: float, number: int, clicks: Path, tmp_path: Path
 ) -> None:
     write(tmp_path / "a.mp4", Soundtrack(clicks, start, 1.0, 10.0, 10.0, 10.0))
-    duration, times = heard(tmp_path / "a.mp4")
+    duration, times = clicks_of(tmp_path / "a.mp4")
     assert duration == pytest.approx(10.0, abs=0.05)
     assert len(times) == number
 
@@ -93,7 +93,7 @@ def test_what_is_no_sound_is_one_line(tmp_path: Path) -> None:
         assert len(str(refused.value).splitlines()) == 1
 
 
-def test_a_motion_is_heard_as_it_is_repeated() -> None:
+def test_the_music_is_repeated_as_the_motion_is() -> None:
     motion = ymca()
     sound = Soundtrack.of(Path("a.wav"), motion, 3 * len(motion) + 2 * 7 - 1, 3)
     part = len(motion) / motion.rate

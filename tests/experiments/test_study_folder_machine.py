@@ -12,14 +12,12 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, Phase, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import (
     RuleBasedStateMachine,
     invariant,
     precondition,
     rule,
-    run_state_machine_as_test,
 )
 
 from benchmarks.campaign.folder_damage import damage
@@ -30,6 +28,7 @@ from mpma_mj.experiments.study import Record, Study, StudyJob, batches, run_stud
 from mpma_mj.training.config import RunConfig
 from tests.experiments.runs import Here
 from tests.killed import killed_at
+from tests.state_machines import run_machine
 
 AGENTS = {"small": {"nodes": 3}, "large": {"nodes": 4}}
 
@@ -156,23 +155,10 @@ class StudyFolderMachine(RuleBasedStateMachine):
         self.seed, self.sound = None, True
 
 
-def run_machine(examples: int, steps: int) -> None:
-    run_state_machine_as_test(
-        StudyFolderMachine,
-        settings=settings(
-            max_examples=examples,
-            stateful_step_count=steps,
-            deadline=None,
-            phases=(Phase.generate,),  # a failure is found again in minutes, and short enough
-            suppress_health_check=list(HealthCheck),
-        ),
-    )
-
-
 def test_a_folder_of_a_study_never_loses_or_invents_a_result() -> None:
-    run_machine(examples=10, steps=10)
+    run_machine(StudyFolderMachine, examples=10, steps=10)
 
 
 @pytest.mark.slow
 def test_a_folder_of_a_study_never_loses_or_invents_a_result_in_many_orders() -> None:
-    run_machine(examples=100, steps=20)
+    run_machine(StudyFolderMachine, examples=100, steps=20)

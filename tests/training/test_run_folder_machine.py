@@ -10,14 +10,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, Phase, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import (
     RuleBasedStateMachine,
     invariant,
     precondition,
     rule,
-    run_state_machine_as_test,
 )
 
 from benchmarks.campaign.folder_damage import damage
@@ -29,6 +27,7 @@ from mpma_mj.training.run import resume, train
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.utils.folder_lock import locked
 from tests.killed import killed_at
+from tests.state_machines import run_machine
 
 FILES = (
     *("config.json", "trace.npz", "metrics.csv"),
@@ -161,23 +160,10 @@ class RunFolderMachine(RuleBasedStateMachine):
         self.seeds, self.least, self.sound = {seed}, epochs, True
 
 
-def run_machine(examples: int, steps: int) -> None:
-    run_state_machine_as_test(
-        RunFolderMachine,
-        settings=settings(
-            max_examples=examples,
-            stateful_step_count=steps,
-            deadline=None,
-            phases=(Phase.generate,),  # a failure is found again in minutes, and short enough
-            suppress_health_check=list(HealthCheck),
-        ),
-    )
-
-
 def test_a_run_folder_never_loses_or_invents_a_result() -> None:
-    run_machine(examples=6, steps=8)
+    run_machine(RunFolderMachine, examples=6, steps=8)
 
 
 @pytest.mark.slow
 def test_a_run_folder_never_loses_or_invents_a_result_in_many_orders() -> None:
-    run_machine(examples=50, steps=20)
+    run_machine(RunFolderMachine, examples=50, steps=20)
