@@ -4,6 +4,7 @@ import dm_env
 import mujoco
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from mpma_mj.envs.load import load
 from mpma_mj.envs.model import MODEL_PATH
@@ -160,3 +161,54 @@ def test_arms_that_hang_touch_nothing() -> None:
     with env.physics.reset_context():
         pass
     assert env.physics.data.ncon == 0
+
+
+def test_what_is_only_looked_at_touches_nothing_and_hands_touch_undrawn() -> None:
+    physics = PhysicsArms.make()
+    model = physics.model.ptr
+    touching = (model.geom_contype | model.geom_conaffinity) != 0
+    undrawn = {model.geom(i).name for i in np.flatnonzero(touching & (model.geom_group > 2))}
+    only_seen = {model.geom(i).name for i in np.flatnonzero(~touching)}
+    parts = ("palm", "thumb", "index", "middle", "little", "eye")
+    assert undrawn == {"left_hand", "right_hand"}
+    assert only_seen == {"shadow"} | {f"{side}_{part}" for side in SIDES for part in parts}
+
+
+# Linear RGB as seen without long, middle or short cones: Machado, Oliveira & Fernandes (2009), A
+# physiologically-based model for simulation of color vision deficiency, IEEE TVCG 15(6), 1291-1298,
+# table of severity 1.
+_VISION = {
+    "normal": np.eye(3),
+    "protanopia": [
+        [0.152286, 1.052583, -0.204868],
+        [0.114503, 0.786281, 0.099216],
+        [-0.003882, -0.048116, 1.051998],
+    ],
+    "deuteranopia": [
+        [0.367322, 0.860646, -0.227968],
+        [0.280085, 0.672501, 0.047413],
+        [-0.011820, 0.042940, 0.968881],
+    ],
+    "tritanopia": [
+        [1.255528, -0.076749, -0.178779],
+        [-0.078411, 0.930809, 0.147602],
+        [0.004733, 0.691367, 0.303900],
+    ],
+}
+
+
+@pytest.mark.parametrize("vision", _VISION)
+def test_the_arms_colours_differ_for_every_kind_of_colour_vision(
+    model: mujoco.MjModel, vision: str
+) -> None:
+    left, right = (_lab(model.mat(f"{side}_arm").rgba[:3], _VISION[vision]) for side in SIDES)
+    assert np.linalg.norm(left - right) > 40  # CIE 1976: 2.3 is just seen
+
+
+def _lab(rgb: NDArray[np.float64], vision: object) -> NDArray[np.float64]:
+    """Return CIE L*a*b* (D65) of an sRGB colour, shape (3,), as somebody sees it."""
+    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    seen = np.clip(np.asarray(vision) @ linear, 0.0, 1.0)
+    to_xyz = [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
+    x, y, z = np.cbrt(np.maximum(to_xyz @ seen / [0.9505, 1.0, 1.089], 0.008856))
+    return np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)])

@@ -41,7 +41,7 @@ def refused(path: Path) -> str:
         ("<asset>", '<asset><mesh name="m" builtin="plate" params="99999 99999"/>', "by <mesh>"),
         ("<worldbody>", '<size nkey="2000000000"/><worldbody>', "by <size>"),
         (END, f"{END}<sensor><user dim='2000000000'/></sensor>", "by <user>"),
-        (END, f"<replicate count='1000000'><geom size='1'/></replicate>{END}", "asks for 1,000,0"),
+        (END, f"<replicate count='1000000'><geom size='1'/></replicate>{END}", "asks for 1,000,"),
         (END, f"{REPLICAS * 2}<geom/>{'</replicate>' * 2}{END}", "elements; expected at most 10"),
         (END, f"<flexcomp name='f' count='300 300 300'/>{END}", "elements; expected at most 10"),
         (END, f"{'<body>' * 20_000}{'</body>' * 20_000}{END}", "elements; expected at most 10"),
