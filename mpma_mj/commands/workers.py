@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from mpma_mj.commands.folders import free_folder, hint_at_resuming
+from mpma_mj.commands.play import missing_opengl
 from mpma_mj.options import BackendName
 
 if TYPE_CHECKING:
@@ -42,12 +44,20 @@ class Workers:
             stem: Beginning of the name of a new folder.
         """
         from mpma_mj.experiments.folder import HEADER
+        from mpma_mj.experiments.study import Study as Base
         from mpma_mj.experiments.study import run_study
+        from mpma_mj.utils.progress import show_frames
+
+        has_film = type(study).film is not Base.film
+        missing_gl = missing_opengl() if has_film else None
 
         folder = out or free_folder(stem)
         resume = f"the same command with --out {shlex.quote(str(folder))}"
         with hint_at_resuming((folder / HEADER).exists, resume):
-            print(run_study(study, folder, **vars(self)))
+            films = show_frames if has_film and missing_gl is None else None
+            print(run_study(study, folder, **vars(self), films=films))
+        if missing_gl is not None:
+            print(missing_gl, file=sys.stderr)
         return folder
 
 

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from mpma_mj.agents import Agent
     from mpma_mj.motions import Motion
     from mpma_mj.trace import Trace
+    from mpma_mj.visualization.video import Progress
 
 __all__ = [
     "DRAWN",
@@ -165,6 +166,9 @@ class Study(abc.ABC):
     def draw(self, path: Path, records: Sequence[Record]) -> None:  # noqa: B027
         """Write the figure, a PNG file; a study may have none."""
 
+    def film(self, path: Path, records: Sequence[Record], progress: Progress) -> None:  # noqa: B027
+        """Write the film, an `.mp4` file; a study may have none."""
+
 
 def run_study(
     study: Study,
@@ -173,6 +177,7 @@ def run_study(
     *,
     backend: BackendName = "processes",
     address: str | None = None,
+    films: Progress | None = None,
 ) -> str:
     """Run what is missing of a study in its folder, and write table and figure there.
 
@@ -182,6 +187,8 @@ def run_study(
         workers: Number of workers; as many as there are processors if not given.
         backend: Kind of workers.
         address: HOST:PORT of a Ray cluster; a local one if not given.
+        films: Wraps the range of a film's frames; no film is written if not given, as where OpenGL
+            does not draw.
 
     Returns:
         The table in Markdown.
@@ -204,6 +211,8 @@ def run_study(
         write_text(folder / "table.md", f"{table}\n")
         write_text(folder / "results.csv", csv_text([_row(one) for one in records]))
         study.draw(folder / "figure.png", records)
+        if films is not None:
+            study.film(folder / "film.mp4", records, films)
     if missing := len(runs) - len(finished):
         raise WorkerError(
             f"{missing} runs are missing, as their worker processes died repeatedly, perhaps for"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import statistics
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.context import one_hot
-from mpma_mj.envs.options import MASS_OPTIONS
+from mpma_mj.envs.options import MASS_OPTIONS, EnvironmentOptions
+from mpma_mj.envs.plants import Plant
 from mpma_mj.experiments.points import draw_points
 from mpma_mj.experiments.study import (
     DRAWN,
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from mpma_mj.experiments.switching_job import SwitchingJob
+    from mpma_mj.visualization.video import Progress
 
 __all__ = ["AGENTS", "PLANTS", "Switching"]
 
@@ -58,6 +60,7 @@ AGENTS: Agents = {
 """Agents of the study."""
 
 _LESIONED = "mpma"  # whose modules are switched off
+_FILMED = ("mpma", "single, 200")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -146,6 +149,17 @@ class Switching(Study):
         """Write the figure."""
         write_figure(path, records, tuple(self.agents), tuple(self.plants))
 
+    def film(self, path: Path, records: Sequence[Record], progress: Progress) -> None:
+        """Write the film of the first agent beside one that does not know plants apart."""
+        from mpma_mj.experiments.switching_film import write_film
+
+        drawn = _drawn(records, self.agents)
+        plants = tuple(Plant(**options) for options in self.plants.values())
+        options = EnvironmentOptions(arms=self.arms, plants=plants)
+        episodes = {agent: drawn[agent] for agent in _FILMED if agent in drawn}
+        if episodes:
+            write_film(path, episodes, tuple(self.plants), options, progress)
+
     def _row(self, agent: str, records: Sequence[Record]) -> list[str]:
         cells = [over_seeds(records, "p_e", plant).text(2) for plant in self.plants]
         cells += [over_seeds(records, name).text(3) for name in ("mean", "switched")]
@@ -181,9 +195,7 @@ def write_figure(
         agents: Names of the agents, the first of which is drawn in the episode.
         plants: Names of the plants.
     """
-    shown = {
-        agent: one[DRAWN] for agent in agents for one in of_agent(records, agent) if DRAWN in one
-    }
+    shown = _drawn(records, agents)
     drawn = [agents[0], *_RIVALS]
     lesioned = [one for one in of_agent(records, agents[0]) if "lesion" in one]
     with figure_file(path, 11.0, 8.6) as figure:
@@ -208,6 +220,13 @@ def write_figure(
         _draw_agents(figure.add_subplot(grid[3, 0]), records, agents, colours)
         if lesioned:
             _draw_lesions(figure.add_subplot(grid[3, 1]), lesioned, plants)
+
+
+def _drawn(records: Sequence[Record], agents: Iterable[str]) -> dict[str, Record]:
+    """Return the episodes that are drawn, by their agents."""
+    return {
+        agent: one[DRAWN] for agent in agents for one in of_agent(records, agent) if DRAWN in one
+    }
 
 
 def _shades(colour: str, count: int) -> list[tuple[float, ...]]:

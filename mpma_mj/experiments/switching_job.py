@@ -202,6 +202,8 @@ class SwitchingJob(StudyJob):
             "label": active_label(trace.context[:-1]).tolist(),
             "labels": list(self.motion.labels),
             "error": _rounded(metrics.error_over_time(trace.posture, trace.reference)[1:]),
+            "joint_angles": _rounded(trace.true_joint_angles()[1:]),
+            "reference": _rounded(trace.reference[1:]),
         }
         if matched is not None:
             share = trace.with_modules().responsibility

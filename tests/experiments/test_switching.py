@@ -1,8 +1,10 @@
 """Study of plants that switch."""
 
+import json
 from pathlib import Path
 from typing import Any
 
+import imageio.v3 as iio
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -13,8 +15,9 @@ from mpma_mj.cli import main
 from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.evaluation.evaluate import learn_episodes
 from mpma_mj.experiments import switching
-from mpma_mj.experiments.study import Agents, run_study
+from mpma_mj.experiments.study import Agents, Record, run_study
 from mpma_mj.experiments.switching import Switching
+from mpma_mj.experiments.switching_film import smoothed_error
 from mpma_mj.experiments.switching_job import found_plants, leads_rightly, steps_to_lead
 from mpma_mj.trace import SIGNALS, Trace
 from tests.experiments.runs import run_files
@@ -118,3 +121,44 @@ def test_a_run_whose_training_diverged_has_no_measures(monkeypatch: pytest.Monke
     assert second == {"agent": "adaptive", "seed": 1, "plants": None, "diverged": True}
     table = study.table([first, second])
     assert f"| {first['mean']:.3f} | {first['switched']:.3f} |" in table
+
+
+def records_of(folder: Path) -> list[Record]:
+    files = [json.loads(path.read_text()) for path in run_files(folder)]
+    return [record for file in files for record in file["records"]]
+
+
+@pytest.mark.usefixtures("opengl")
+def test_the_film_shows_every_step_of_two_agents(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(switching, "_FILMED", ("mpma", "adaptive"))
+    study = Switching(runs=2, epochs=2, agents=TINY, arms="kinematic")
+    run_study(study, folder, 1)
+    assert not (folder / "film.mp4").exists()
+    run_study(study, folder, 1, films=iter)
+    frames = list(iio.imiter(folder / "film.mp4"))
+    drawn = [one["drawn"] for one in records_of(folder) if "drawn" in one]
+    assert {len(frames)} == {len(one["plant"]) for one in drawn}
+    assert frames[0].shape == (560, 976, 3)
+    left, right = (frame.astype(int) for frame in np.split(frames[0], 2, axis=1))
+    assert abs(left[32:392] - right[32:392]).max() > 30  # they do not do the same
+    bands = frames[0][392 + 10, 4:470].astype(int)
+    assert len({tuple(colour // 40) for colour in bands}) > 1  # plants switch
+
+
+def test_the_error_of_a_step_is_the_mean_around_it() -> None:
+    error = smoothed_error({"error": [0.0] * 10 + [5.0] + [0.0] * 10})
+    assert error.tolist() == [0.0] * 8 + [1.0] * 5 + [0.0] * 8
+
+
+def test_a_study_with_a_film_says_where_opengl_is_missing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(switching, "AGENTS", {"resolved rate": TINY["resolved rate"]})
+    monkeypatch.setattr("mpma_mj.commands.workers.missing_opengl", lambda: "mpma: no OpenGL")
+    words = ["study", "switching", "--runs", "1", "--workers", "1", "--out", str(tmp_path)]
+    assert main(words) == 0
+    assert capsys.readouterr().err.splitlines()[-1] == "mpma: no OpenGL"
+    assert (tmp_path / "figure.png").exists()
+    assert not (tmp_path / "film.mp4").exists()
