@@ -92,7 +92,7 @@ def test_no_text_is_cut_off_or_lies_over_another(
 
 
 def test_the_strip_has_the_colour_of_the_responsible_module() -> None:
-    strip = Strip(CONTEXT[:, [1, 0, 2, 3]], CONTEXT, LABELS)
+    strip = Strip(CONTEXT[:, [1, 0, 2, 3]], CONTEXT, LABELS, LABELS)
     frame = strip.under(np.full((480, 640, 3), 200, np.uint8), 39)
     assert frame.shape == (576, 640, 3)
     middle = frame[480 + 50]
@@ -102,7 +102,7 @@ def test_the_strip_has_the_colour_of_the_responsible_module() -> None:
 
 
 def test_equal_shares_have_bands_of_equal_height() -> None:
-    strip = Strip(np.full((40, 4), 0.25), CONTEXT, LABELS)
+    strip = Strip(np.full((40, 4), 0.25), CONTEXT, LABELS, LABELS)
     column = strip.under(np.zeros((480, 640, 3), np.uint8), 39)[480 + 22 : -18, 80]
     colours, counts = np.unique(column, axis=0, return_counts=True)
     assert len(colours) == 4
@@ -110,7 +110,7 @@ def test_equal_shares_have_bands_of_equal_height() -> None:
 
 
 def test_the_mark_moves_with_time_and_the_letter_with_the_label() -> None:
-    strip = Strip(CONTEXT, CONTEXT, LABELS)
+    strip = Strip(CONTEXT, CONTEXT, LABELS, LABELS)
     picture = np.full((480, 640, 3), 200, np.uint8)
     first, later = strip.under(picture, 0), strip.under(picture, 20)
     assert (first[:480] != later[:480]).any()
