@@ -75,6 +75,8 @@ class Play:
         if ending in VIDEO_FORMATS:
             require_backend()
         elif ending == _PAGE:
+            from mpma_mj.visualization.html_file import require_viser, write_html
+
             require_viser()
         scene = self._of_run() if self._is_run else self._of_motion()
         scene = replace(scene, camera=self.camera, captions=self.captions, size=size, fps=self.fps)
@@ -90,7 +92,7 @@ class Play:
         from mpma_mj.utils.progress import show_frames
 
         if ending == _PAGE:
-            write_page(self.out, scene, show_frames)
+            write_html(self.out, scene, show_frames)
         else:
             from mpma_mj.visualization.video import write_video
 

@@ -30,7 +30,7 @@ WriteFrame = Callable[[Picture], None]
 _ENCODERS = {
     ".mp4": ["-vcodec", "libx264", "-pix_fmt", "yuv420p", "-crf", "15"],
     ".webm": [
-        *("-vcodec", "libvpx-vp9", "-pix_fmt", "yuv420p", "-crf", "24", "-b:v", "0"),
+        *("-vcodec", "libvpx-vp9", "-pix_fmt", "yuv420p", "-crf", "32", "-b:v", "0"),
         *("-deadline", "good", "-cpu-used", "4", "-row-mt", "1"),
     ],
     ".gif": ["-vf", "split[a][b];[a]palettegen[p];[b][p]paletteuse=dither=none"],

@@ -76,9 +76,8 @@ class Scene:
     @property
     def displayed_times(self) -> Array:
         """Time of each moment as it is displayed, shape (T + 1,), s."""
-        return (
-            np.arange(len(self.trace) + 1) / self.motion.rate if self.times is None else self.times
-        )
+        steps = np.arange(len(self.trace) + 1)
+        return steps / self.motion.rate if self.times is None else self.times
 
     @property
     def rate(self) -> float:
@@ -89,7 +88,7 @@ class Scene:
     def moments(self) -> Array:
         """Moment of each picture, shape (N,), in control steps: from 0 to less than T."""
         pictures = math.ceil(len(self.trace) * self.rate / self.motion.rate - 1e-6)
-        return np.arange(max(pictures, 1)) * self.motion.rate / self.rate
+        return np.arange(max(pictures, 1), dtype=np.float64) * self.motion.rate / self.rate
 
     @property
     def labels(self) -> list[str]:
@@ -104,7 +103,8 @@ class Scene:
             responsibility = self.trace.modules.responsibility
             return responsibility, tuple(f"module {i + 1}" for i in range(responsibility.shape[1]))
         context = self.trace.context[:-1]
-        return context / np.maximum(context.sum(axis=1, keepdims=True), 1.0), self.motion.labels
+        total: Array = np.maximum(context.sum(axis=1, keepdims=True), 1.0)
+        return context / total, self.motion.labels
 
 
 def ideal_scene(motion: Motion, audio: str | None = None, times: Array | None = None) -> Scene:
