@@ -31,7 +31,7 @@ def check_camera(physics: PhysicsArms, camera: object, *others: str) -> None:
     cameras = [physics.model.id2name(i, "camera") for i in range(physics.model.ncam)]
     if not (isinstance(camera, str) and camera in (*cameras, *others)):
         expected = f"one of the model's cameras: {', '.join(cameras) or 'none'}"
-        expected += "".join(f"; or {name}" for name in others)
+        expected += "".join(f", or {name}" for name in others)
         near = did_you_mean(camera, (*cameras, *others)) if isinstance(camera, str) else ""
         raise BadOptionError(option="camera", value=camera, expected=expected, remedy=near)
 
@@ -49,15 +49,16 @@ def free_camera(physics: PhysicsArms, camera: str) -> mujoco.MjvCamera:
     Raises:
         BadOptionError: The model has no such camera.
     """
-    orbit = orbit_camera(physics)
     number = mujoco.mj_name2id(physics.model.ptr, mujoco.mjtObj.mjOBJ_CAMERA, camera)
+    middle = orbit_camera(physics)
     if number < 0:
-        check_camera(physics, camera, "front")
-        return orbit
+        if camera != "front":
+            check_camera(physics, camera)
+        return middle
     mujoco.mj_camlight(physics.model.ptr, physics.data.ptr)
     place, ahead = physics.data.cam_xpos[number], -physics.data.cam_xmat[number].reshape(3, 3)[:, 2]
     free = mujoco.MjvCamera()
-    free.distance = max(float(ahead @ (orbit.lookat - place)), 0.1)
+    free.distance = max(float(ahead @ (middle.lookat - place)), 0.1)
     free.lookat[:] = place + free.distance * ahead
     free.azimuth = math.degrees(math.atan2(ahead[1], ahead[0]))
     free.elevation = math.degrees(math.asin(max(-1.0, min(1.0, ahead[2]))))

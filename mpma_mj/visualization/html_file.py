@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import html
 import io
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.envs.cameras import check_camera, free_camera
+from mpma_mj.envs.cameras import free_camera
 from mpma_mj.errors import BadOptionError
 from mpma_mj.utils.atomic_files import write_text
 from mpma_mj.visualization.colours import hex_to_rgb, module_colours
@@ -63,7 +64,6 @@ def write_html(path: Path, scene: Scene, progress: Progress = iter) -> None:
 
     arms, moments = EpisodeArms(scene.trace, scene.options), scene.moments
     physics = arms.physics
-    check_camera(physics, scene.camera)
     # viser has no scene without a server, which prints its address also where it is not verbose.
     with contextlib.redirect_stdout(io.StringIO()), contextlib.ExitStack() as stack:
         server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
@@ -81,7 +81,8 @@ def write_html(path: Path, scene: Scene, progress: Progress = iter) -> None:
                 captions.update(int(moments[frame]))
             recording.insert_sleep(1.0 / scene.rate)
         page = recording.as_html()
-    write_text(path, page)
+    title = f"<title>{html.escape(scene.motion.name)}</title>"
+    write_text(path, page.replace("<title>Viser</title>", title, 1))
 
 
 def _look(server: viser.ViserServer, view: mujoco.MjvCamera) -> Array:
@@ -134,7 +135,7 @@ class _Captions:
 
     def update(self, step: int) -> None:
         """Show a step."""
-        heights = np.maximum(self._shares[step], _FLAT / _BARS)
+        heights = np.maximum(self._shares[step].round(2), _FLAT / _BARS)  # a smaller file
         for bar, foot, height in zip(self._bars, self._feet, heights, strict=True):
             bar.scale = (1.0, 1.0, float(height))
             bar.position = foot + _BARS * height / 2.0 * _UP

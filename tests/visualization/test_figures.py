@@ -20,6 +20,7 @@ from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.visualization.colours import hex_to_rgb, module_colours
 from mpma_mj.visualization.figures import write_figures
 from mpma_mj.visualization.responsibility_strip import Strip, label_runs
+from mpma_mj.visualization.scene import Scene
 from mpma_mj.visualization.video import episode_frames, write_video
 
 LABELS = ("Y", "M", "C", "A")
@@ -127,9 +128,8 @@ def test_frames_show_arms_ghost_and_side(small_run: Path) -> None:
     trace = Trace.from_arrays({name: signal[:3] for name, signal in trace.to_arrays().items()})
 
     def first(camera: str = "front", **changes: np.ndarray) -> np.ndarray:
-        return next(episode_frames(replace(trace, **changes), motion, camera=camera))[:480].astype(
-            int
-        )
+        scene = Scene(replace(trace, **changes), motion, camera=camera)
+        return next(episode_frames(scene))[:480].astype(int)
 
     assert np.abs(first() - first("side")).mean() > 3
     elsewhere = trace.reference * np.tile([1, 1, -1], 4)
@@ -152,7 +152,7 @@ def test_the_video_shows_every_step_at_the_speed_of_the_dance(
         counted.append(len(steps))
         return steps
 
-    write_video(path, folder.read_trace(), folder.read_motion(), progress=progress)
+    write_video(path, Scene(folder.read_trace(), folder.read_motion()), progress)
     properties = iio.immeta(path)
     assert properties["fps"] == 20.0
     assert properties["size"] == (640, 576)
@@ -172,5 +172,5 @@ def test_frames_show_the_plant_that_is_on(small_run: Path) -> None:
     for plant in (0, 1):
         plants = np.full(len(arrays["action"]), plant)
         trace = Trace.from_arrays(arrays | {"plant": plants})
-        drawn.append(next(episode_frames(trace, motion, options=options, size=(160, 120))))
+        drawn.append(next(episode_frames(Scene(trace, motion, options, size=(160, 216)))))
     assert not np.array_equal(*drawn)
