@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from mpma_mj.training.run_folder import RunFolder
+from mpma_mj.visualization.scene import Scene
 from mpma_mj.visualization.video import episode_frames
 
 PICTURES = Path(__file__).parent / "pictures"
@@ -30,7 +31,9 @@ def main(run: Path, comparison: Path) -> None:
     trace, motion = folder.read_trace(), folder.read_motion()
     PICTURES.mkdir(exist_ok=True)
     shown = slice(0, len(motion), 2)
-    write_clip(PICTURES / "ymca.webp", every(episode_frames(trace, motion), shown), (480, 432))
+    write_clip(
+        PICTURES / "ymca.webp", every(episode_frames(Scene(trace, motion)), shown), (480, 432)
+    )
     film = iio.imiter(comparison / "episodes.mp4")
     write_clip(PICTURES / "compare.webp", every(film, shown), (960, 240))
     for figure in [*folder.figures.glob("*.png"), *comparison.glob("*.png")]:

@@ -131,6 +131,11 @@ class Trace:
         trace = Trace.from_arrays(own)
         return trace if trace.modules is None else replace(trace, modules=trace.modules.present())
 
+    def cut(self, first: int, last: int) -> Trace:
+        """Return the trace of the steps from one to before another."""
+        signals = self.to_arrays().items()
+        return Trace.from_arrays({n: a[first : last + (n in OBSERVED)] for n, a in signals})
+
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Return all signals by name, as they are written to files."""
         arrays = {name: getattr(self, name) for name in SIGNALS}

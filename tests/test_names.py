@@ -149,7 +149,7 @@ def test_the_strip_shows_labels_of_any_kind() -> None:
     one = ymca()
     labels = Motion(one.posture, one.context, NAMES[:4], one.rate, "name", "source").labels
     context = np.repeat(np.eye(4), 10, axis=0)
-    frame = Strip(context, context, labels).under(np.full((480, 640, 3), 200, np.uint8), 35)
+    frame = Strip(context, context, labels, labels).under(np.full((480, 640, 3), 200, np.uint8), 35)
     assert frame[:480].min() < 100  # the label in the corner
 
 

@@ -73,20 +73,22 @@ def _seconds_of_a_frame(rounds: int) -> dict[str, NDArray[np.float64]] | str:
     from mpma_mj.training.config import RunConfig
     from mpma_mj.training.factory import agent_of, make_environments
     from mpma_mj.training.rollout import record_epoch
+    from mpma_mj.visualization.scene import Scene
     from mpma_mj.visualization.video import episode_frames, write_frames
 
     config, motion = RunConfig.of(nodes=20), ymca()
     env = make_environments(config, config.seed, motion)
     trace = record_epoch(env, agent_of(config, env, config.seed), 0)
+    scene = Scene(trace, motion)
 
     def draw() -> int:
-        collections.deque(episode_frames(trace, motion), maxlen=0)
+        collections.deque(episode_frames(scene), maxlen=0)
         return len(trace)
 
     with tempfile.TemporaryDirectory() as folder:
 
         def write() -> int:
-            write_frames(Path(folder) / "dance.mp4", episode_frames(trace, motion), motion.rate)
+            write_frames(Path(folder) / "dance.mp4", episode_frames(scene), motion.rate)
             return len(trace)
 
         cases = dict(zip(_FRAMES, (Case(draw), Case(write)), strict=True))

@@ -14,7 +14,7 @@ from mpma_mj.errors import BadOptionError, RunFolderError
 from mpma_mj.utils.atomic_files import remove_leftovers, write_text
 from mpma_mj.utils.data_files import FORMAT, write_json
 from mpma_mj.utils.folder_lock import locked
-from mpma_mj.utils.text import printable
+from mpma_mj.utils.text import did_you_mean, printable
 
 if TYPE_CHECKING:
     from mpma_mj.commands.run_options import OutsideClasses
@@ -53,7 +53,8 @@ def check_new_file(
         return
     if path.suffix not in endings:
         expected = f"a file name that ends in {' or '.join(endings)}"
-        raise BadOptionError(option=option, value=str(path), expected=expected)
+        near = did_you_mean(path.suffix, endings)
+        raise BadOptionError(option=option, value=str(path), expected=expected, remedy=near)
     if path.exists() and not overwrite:
         raise BadOptionError(f"{path}: already exists", remedy="{overwrite} replaces it")
     remove_leftovers(path.parent)

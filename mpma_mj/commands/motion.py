@@ -52,8 +52,8 @@ class InspectMotion:
         from mpma_mj.motions.loader import import_motion
         from mpma_mj.utils.progress import show_frames
         from mpma_mj.utils.text import printable
-        from mpma_mj.visualization.episode import ideal_trace
         from mpma_mj.visualization.motion_page import write_page
+        from mpma_mj.visualization.scene import ideal_scene
         from mpma_mj.visualization.video import write_video
 
         limits = arm_limits("physics")
@@ -66,8 +66,7 @@ class InspectMotion:
         print("\n".join([*report.lines(motion), *demand_lines(motion, limits)]))
         if self.video:
             video = picture.with_suffix(".mp4")
-            sound = None if self.reading.audio is None else Path(self.reading.audio)
-            write_video(video, ideal_trace(motion), motion, sound=sound, progress=show_frames)
+            write_video(video, ideal_scene(motion, self.reading.audio), show_frames)
             print(printable(str(video)))
         if self.out is None:
             return picture

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 import shlex
+import warnings
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -14,23 +15,22 @@ import tyro
 from mpma_mj.commands.folders import check_new_file
 from mpma_mj.commands.run_options import Given, Reading
 from mpma_mj.envs.gl import require_backend
-from mpma_mj.errors import BadOptionError, RenderingError, UnknownMotionError
+from mpma_mj.errors import BadOptionError, OptionWarning, RenderingError, UnknownMotionError
 from mpma_mj.motions.export import MOTION_FORMATS, export_motion, write_joint_angles
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.utils.input_files import is_web_address
+from mpma_mj.utils.validation import Bounds, check_fields
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from mpma_mj.envs.options import EnvironmentOptions
-    from mpma_mj.motions import Motion
-    from mpma_mj.trace import Trace
     from mpma_mj.training.run_folder import RunFolder
+    from mpma_mj.visualization.scene import Scene
 
 __all__ = ["Play", "missing_opengl", "write_run_video"]
 
 _SIZES = (160, 3840), (240, 2160)  # smallest and largest width and height of a video, pixels
+_LOOKS = ("size", "fps", "camera", "captions")  # options of how a scene is shown
+_PAGE = ".html"
+_GIF_FPS = 50.0  # Hz: browsers slow down what is faster
 
 
 @dataclass(frozen=True)
@@ -41,17 +41,22 @@ class Play:
     """
 
     source: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|MOTION")]
-    """Folder of a run; or "ymca", or a recording: C3D, BVH, AMC, TRC, CSV and others
-    (docs/guides/recordings.md)."""
+    """Folder of a run, of which --from and --to choose seconds of the dance; or "ymca", or a
+    recording: C3D, BVH, AMC, TRC, CSV and others (docs/guides/recordings.md)."""
     out: Path | None = None
-    """File to write, in place of the window: a video as .mp4 (with its sound, where the motion was
-    given some with --audio), .gif or .webp; or what the arms did,
-    as .csv with joint angles and the commands of a run, .bvh, .trc or .npz."""
+    """File to write, in place of the window: a video as .mp4 or .webm (with its sound, where the
+    motion was given some with --audio), .gif or .webp; a page for a browser as .html, in which the
+    mouse turns the view; or what the arms did, as .csv with joint angles and the commands of a run,
+    .bvh, .trc or .npz."""
     size: Annotated[str | None, tyro.conf.arg(metavar="WIDTHxHEIGHT")] = None
-    """Size of the video, pixels; 640x576 if not given."""
-    camera: Annotated[str | None, tyro.conf.arg(metavar="NAME")] = None
-    """Camera of the video: front, side or three_quarter, or one of the run's own model; front if
-    not given."""
+    """Size of the video, pixels; 640x576 if not given, or 640x480 without captions."""
+    fps: Annotated[float, Bounds(0.1, 1000.0, hint="Hz")] | None = None
+    """Pictures per second of the video or the page; as many as control steps if not given."""
+    camera: Annotated[str, tyro.conf.arg(metavar="NAME")] = "front"
+    """Camera: front, side or three_quarter, or one of the run's own model; or orbit, which goes
+    around once in the length of a video."""
+    captions: bool = True
+    """Show labels and responsibilities."""
     overwrite: bool = False
     """Replace that file if it exists."""
     reading: Reading = ReadingOptions()
@@ -60,69 +65,89 @@ class Play:
 
     def run(self) -> Path | None:
         """Play until the window is closed, or write the file and return its path."""
-        from mpma_mj.envs.frame_writer import VIDEO_FORMATS
+        from mpma_mj.envs.frame_writer import SOUND_CODECS, VIDEO_FORMATS
 
-        check_new_file("out", self.out, VIDEO_FORMATS + MOTION_FORMATS, overwrite=self.overwrite)
-        is_video = self.out is not None and self.out.suffix in VIDEO_FORMATS
-        size = self._checked_size(is_video)
-        if is_video:
+        formats = (*VIDEO_FORMATS, _PAGE, *MOTION_FORMATS)
+        check_new_file("out", self.out, formats, overwrite=self.overwrite)
+        ending = "" if self.out is None else self.out.suffix
+        size = self._checked_size()
+        self._check_looks(is_video=ending in VIDEO_FORMATS)
+        if ending in VIDEO_FORMATS:
             require_backend()
-        trace, motion, times, options = self._of_run() if self._is_run else self._of_motion()
-        if self.out is not None and not is_video:
-            if options is None:
-                export_motion(self.out, motion)
-            else:
-                _export_run(self.out, trace, motion, options)
-            return self.out
-        if self.out is not None:
-            from mpma_mj.utils.progress import show_frames
-            from mpma_mj.visualization.video import VIDEO_SIZE, write_video
+        elif ending == _PAGE:
+            from mpma_mj.visualization.html_file import require_viser, write_html
 
-            write_video(
-                self.out,
-                trace,
-                motion,
-                options=options,
-                camera=self.camera or "front",
-                size=size or VIDEO_SIZE,
-                sound=self._sound,
-                progress=show_frames,
-            )
+            require_viser()
+        scene = self._of_run() if self._is_run else self._of_motion()
+        scene = replace(scene, camera=self.camera, captions=self.captions, size=size, fps=self.fps)
+        if self.out is None:
+            self._show(scene)
+            return None
+        if ending in MOTION_FORMATS:
+            _export_run(self.out, scene) if self._is_run else export_motion(self.out, scene.motion)
             return self.out
+        if "audio" in self.given and ending not in SOUND_CODECS:
+            remedy = f"write {' or '.join(SOUND_CODECS)} for the music"
+            warnings.warn(OptionWarning(f"{self.out} has no sound", remedy=remedy), stacklevel=2)
+        from mpma_mj.utils.progress import show_frames
+
+        if ending == _PAGE:
+            write_html(self.out, scene, show_frames)
+        else:
+            from mpma_mj.visualization.video import write_video
+
+            write_video(self.out, scene, show_frames)
+        return self.out
+
+    def _show(self, scene: Scene) -> None:
+        """Play a scene in the window until it is closed."""
         from mpma_mj.visualization.playback import KEYS, play
 
         keys = "; ".join(f"{key}: {action}" for key, action in KEYS.items())
-        play(
-            trace,
-            motion,
-            times=times,
-            options=options,
-            instead=f"write a file: mpma play {shlex.quote(self.source)} --out dance.mp4",
-            on_open=lambda: print(keys, flush=True),
-        )
-        return None
+        instead = f"write a file: mpma play {shlex.quote(self.source)} --out dance.mp4"
+        play(scene, instead=instead, on_open=lambda: print(keys, flush=True))
 
-    def _checked_size(self, is_video: bool) -> tuple[int, int] | None:
+    def _check_looks(self, *, is_video: bool) -> None:
+        """Check the options of how the scene is shown.
+
+        Raises:
+            BadOptionError: One is out of bounds, or is given for something else.
+        """
+        check_fields(self)
+        ending = "" if self.out is None else self.out.suffix
+        useful = {"": ("camera", "captions"), _PAGE: ("fps", "camera", "captions")}
+        for option in () if is_video else _LOOKS:
+            if option in self.given and option not in useful.get(ending, ()):
+                remedy = "give {out=dance.mp4}"
+                raise BadOptionError("is for a video file", option=option, remedy=remedy)
+        if self.camera == "orbit" and not is_video:
+            remedy = "give {out=dance.mp4}, or turn the view with the mouse"
+            raise BadOptionError("orbit is for a video file", option="camera", remedy=remedy)
+        if ending == ".gif" and self.fps is not None and self.fps > _GIF_FPS:
+            expected = f"at most {_GIF_FPS:g} Hz for a .gif, which browsers slow down otherwise"
+            raise BadOptionError(option="fps", value=self.fps, expected=expected)
+
+    def _checked_size(self) -> tuple[int, int] | None:
         """Return width and height of the video, None for the default.
 
         Raises:
-            BadOptionError: They are no two even numbers, or too small or large; or an option of
-                videos is given for something else.
+            BadOptionError: They are no two numbers, or too small or large, or odd where the format
+                has even ones only.
         """
-        for option in ("size", "camera"):
-            if not is_video and getattr(self, option) is not None:
-                remedy = "give {out=dance.mp4}, or turn the view in the window with the mouse"
-                raise BadOptionError(f"--{option} is for a video file", remedy=remedy)
-        if self.size is None:
+        from mpma_mj.envs.frame_writer import EVEN
+
+        if self.size is None or self.out is None:
             return None
         (low_width, high_width), (low_height, high_height) = _SIZES
+        even = self.out.suffix in EVEN
         found = re.fullmatch(r"(\d{1,5})x(\d{1,5})", self.size)
         if found:
             width, height = int(found[1]), int(found[2])
             within = low_width <= width <= high_width and low_height <= height <= high_height
-            if within and width % 2 == height % 2 == 0:
+            if within and not (even and (width % 2 or height % 2)):
                 return width, height
-        expected = f"two even numbers from {low_width}x{low_height} to {high_width}x{high_height}"
+        kind = "even" if even else "whole"
+        expected = f"two {kind} numbers from {low_width}x{low_height} to {high_width}x{high_height}"
         raise BadOptionError(option="size", value=self.size, expected=expected)
 
     @property
@@ -131,31 +156,26 @@ class Play:
 
         return self.source not in BUILT_IN and Path(self.source).is_dir()
 
-    @property
-    def _sound(self) -> Path | None:
-        """Music of the run, or that was given with the motion."""
+    def _of_run(self) -> Scene:
         from mpma_mj.training.run_folder import RunFolder
 
-        if self._is_run:
-            return RunFolder(Path(self.source)).sound
-        return None if self.reading.audio is None else Path(self.reading.audio)
-
-    def _of_run(self) -> tuple[Trace, Motion, None, EnvironmentOptions]:
-        from mpma_mj.training.run_folder import RunFolder
-
-        folder = RunFolder(Path(self.source))
-        options = folder.read_config().env
-        for option in sorted(self.given & {field.name for field in fields(ReadingOptions)}):
+        of_recordings = {field.name for field in fields(ReadingOptions)} - {"start", "end"}
+        for option in sorted(self.given & of_recordings):
             raise BadOptionError(
                 f"{self.source} is a run", remedy=f"leave {{{option}}} out: it is for a recording"
             )
-        return folder.read_trace(), folder.read_motion(), None, options
+        self.reading.check()
+        scene = _run_scene(RunFolder(Path(self.source)))
+        if not self.given & {"start", "end"}:
+            return scene
+        end = math.inf if self.reading.end is None else self.reading.end
+        return scene.cut(self.reading.start or 0.0, end)
 
-    def _of_motion(self) -> tuple[Trace, Motion, NDArray[np.float64], None]:
+    def _of_motion(self) -> Scene:
         from mpma_mj.envs.load import arm_limits
         from mpma_mj.motions import BUILT_IN
         from mpma_mj.motions.loader import import_motion
-        from mpma_mj.visualization.episode import ideal_trace
+        from mpma_mj.visualization.scene import ideal_scene
 
         known = self.source in BUILT_IN or Path(self.source).exists()
         if not (known or is_web_address(self.source)):
@@ -165,10 +185,19 @@ class Play:
             )
         motion, report = import_motion(self.source, self.reading, limits=arm_limits("physics"))
         report.emit_warnings(self.source)
-        return ideal_trace(motion), motion, report.times, None
+        return ideal_scene(motion, self.reading.audio, report.times)
 
 
-def _export_run(path: Path, trace: Trace, motion: Motion, options: EnvironmentOptions) -> None:
+def _run_scene(folder: RunFolder) -> Scene:
+    from mpma_mj.envs.soundtrack import Soundtrack
+    from mpma_mj.visualization.scene import Scene
+
+    trace, motion, options = folder.read_trace(), folder.read_motion(), folder.read_config().env
+    sound = Soundtrack.of(folder.sound, motion, len(trace), options.repeats)
+    return Scene(trace, motion, options, sound=sound)
+
+
+def _export_run(path: Path, scene: Scene) -> None:
     """Write what the arms of a run did: for each step the posture in which it began.
 
     A `.csv` has the joint angles that the arms had, less whole turns where a joint has no range,
@@ -177,8 +206,9 @@ def _export_run(path: Path, trace: Trace, motion: Motion, options: EnvironmentOp
     from mpma_mj.envs.load import arm_limits
     from mpma_mj.joint_paths import unwound
 
+    trace, motion = scene.trace, scene.motion
     if path.suffix == ".csv":
-        limits, angles = arm_limits(options), trace.true_joint_angles()[:-1]
+        limits, angles = arm_limits(scene.options or "physics"), trace.true_joint_angles()[:-1]
         free = limits.highest - limits.lowest == math.inf
         angles[:, free] = unwound(angles[:, free])
         write_joint_angles(path, angles, motion.rate, trace.action * limits.max_speed)
@@ -209,7 +239,4 @@ def write_run_video(folder: RunFolder) -> None:
     from mpma_mj.utils.progress import show_frames
     from mpma_mj.visualization.video import write_video
 
-    trace, motion, options = folder.read_trace(), folder.read_motion(), folder.read_config().env
-    write_video(
-        folder.video, trace, motion, options=options, sound=folder.sound, progress=show_frames
-    )
+    write_video(folder.video, _run_scene(folder), show_frames)

@@ -21,21 +21,29 @@ from mpma_mj.errors import VideoError
 from mpma_mj.utils.atomic_files import atomic_write
 from mpma_mj.utils.input_files import file_problem
 
-__all__: list[str] = ["VIDEO_FORMATS", "WriteFrame", "frame_writer"]
+__all__: list[str] = ["EVEN", "SOUND_CODECS", "VIDEO_FORMATS", "WriteFrame", "frame_writer"]
 
 Picture = NDArray[np.uint8]
 WriteFrame = Callable[[Picture], None]
 
-# Options of ffmpeg by the ending of the file. Rate factor: from 0, the best, to 51 (choice).
+# Options of ffmpeg by the ending of the file. Rate factors: from 0, the best, to 51 or 63 (choice).
 _ENCODERS = {
     ".mp4": ["-vcodec", "libx264", "-pix_fmt", "yuv420p", "-crf", "15"],
+    ".webm": [
+        *("-vcodec", "libvpx-vp9", "-pix_fmt", "yuv420p", "-crf", "32", "-b:v", "0"),
+        *("-deadline", "good", "-cpu-used", "4", "-row-mt", "1"),
+    ],
     ".gif": ["-vf", "split[a][b];[a]palettegen[p];[b][p]paletteuse=dither=none"],
     ".webp": ["-vcodec", "libwebp_anim", "-quality", "90", "-loop", "0"],
 }
 VIDEO_FORMATS = tuple(_ENCODERS)
 """Endings of the files that can be written; `.gif` and `.webp` repeat for ever."""
 
-_WITH_SOUND = (".mp4",)
+SOUND_CODECS = {".mp4": ("aac", "192k"), ".webm": ("libopus", "128k")}
+"""Encoder and bits per second of the sound, by the ending of the files that have sound."""
+
+EVEN = (".mp4", ".webm")
+"""Endings of the videos whose width and height are even."""
 
 _SPEAKER = re.compile(r"^\[[^]]*\] ")  # the part of ffmpeg that reports: "[out#0/mp4 @ 0x55e9] "
 
@@ -48,9 +56,9 @@ def frame_writer(
 
     Args:
         path: The file, whose ending is one of `VIDEO_FORMATS`; missing folders are created.
-        size: Height and width of frames, pixels; even for an `.mp4`, which is H.264.
+        size: Height and width of frames, pixels; even where `EVEN` has the ending.
         rate: Frames per second, Hz.
-        sound: Sound of an `.mp4`; the other formats have none.
+        sound: Sound, for the formats of `SOUND_CODECS`; the others have none.
 
     Yields:
         Function that writes a frame, shape (height, width, 3).
@@ -91,14 +99,15 @@ class _Encoder:
         frames = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}"]
         frames += ["-r", str(Fraction(rate).limit_denominator()), "-i", "-"]
         audio = ["-an"]
-        if sound is not None and path.suffix in _WITH_SOUND:
+        if sound is not None and path.suffix in SOUND_CODECS:
             if problem := file_problem(sound.path):
                 raise self._error(f"{sound.path}: {problem}")
             self._sound = sound.path
             # "file:" keeps names with a colon from being addresses.
             frames += ["-i", f"file:{sound.path.absolute()}"]
             audio = ["-filter_complex", sound.filters, "-map", "0:v", "-map", "[sound]"]
-            audio += ["-acodec", "aac", "-b:a", "192k"]
+            codec, bits = SOUND_CODECS[path.suffix]
+            audio += ["-acodec", codec, "-b:a", bits]
         video = [*audio, *_ENCODERS[path.suffix], str(temporary)]
         try:
             program = imageio_ffmpeg.get_ffmpeg_exe()

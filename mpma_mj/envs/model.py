@@ -11,6 +11,7 @@ from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from mpma_mj.envs.model_file import read_model_file
 from mpma_mj.envs.model_validation import HANDS, check_actuators, check_complete
@@ -19,13 +20,20 @@ from mpma_mj.envs.randomisation import PlantValues, plants_of
 from mpma_mj.errors import BadOptionError, one_line
 from mpma_mj.kinematics import JOINT_NAMES
 
-__all__: list[str] = ["MODEL_PATH", "CompiledPlants", "ModelCompiler", "make_model"]
+__all__: list[str] = [
+    "MODEL_PATH",
+    "CompiledPlants",
+    "ModelCompiler",
+    "geom_colours",
+    "make_model",
+]
 
 MODEL_PATH = Path(__file__).parent.parent / "assets" / "two_arm.xml"
 
 _FIXED = 1e9  # inertia of a locked joint, kg m² (choice)
 _IRON = 7870.0  # density, kg/m³
 _SMALLEST = 1e-3  # radius of a ball without mass, m
+_PLAIN = np.array([0.5, 0.5, 0.5, 1.0], np.float32)  # MuJoCo's default, for which a material stands
 _MEMORY = 2**24  # bytes; MuJoCo ends the process where contacts need more
 
 
@@ -39,6 +47,18 @@ def make_model(options: EnvironmentOptions) -> mujoco.MjModel:
         BadOptionError: The user's model cannot be read, or is incomplete.
     """
     return ModelCompiler(options).compile(plants_of(options)[0])
+
+
+def geom_colours(model: Any) -> NDArray[np.float64]:
+    """Return the colour of each geom, shape (G, 4), rgba: its material's, unless it has its own.
+
+    Args:
+        model: Model of MuJoCo, or of dm_control.
+    """
+    colours = model.geom_rgba.copy()
+    plain = (colours == _PLAIN).all(axis=1) & (model.geom_matid >= 0)
+    colours[plain] = model.mat_rgba[model.geom_matid[plain]]
+    return colours
 
 
 class ModelCompiler:

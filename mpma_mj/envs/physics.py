@@ -13,7 +13,7 @@ from dm_control.mujoco.wrapper import MjModel
 from numpy.typing import NDArray
 
 from mpma_mj.envs.gl_context import BoundContext
-from mpma_mj.envs.model import CompiledPlants
+from mpma_mj.envs.model import CompiledPlants, geom_colours
 from mpma_mj.envs.model_validation import HANDS
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.randomisation import PlantValues
@@ -25,7 +25,6 @@ Array = NDArray[np.float64]
 Index = slice | NDArray[np.intp]
 
 _GREY = np.array([0.55, 0.55, 0.55, 1.0])  # rgba
-_PLAIN = np.array([0.5, 0.5, 0.5, 1.0], np.float32)  # MuJoCo's default, for which a material stands
 
 # Warnings of MuJoCo when it resets a simulation that diverged.
 _WARNINGS = {
@@ -214,12 +213,7 @@ class PhysicsArms(dm_mujoco.Physics):
 
     @functools.cached_property
     def _own_colours(self) -> Array:
-        """Colour of each geom, shape (G, 4), rgba: its material's, unless it has its own."""
-        model = self.model
-        colours = model.geom_rgba.copy()
-        plain = (colours == _PLAIN).all(axis=1) & (model.geom_matid >= 0)
-        colours[plain] = model.mat_rgba[model.geom_matid[plain]]
-        return colours
+        return geom_colours(self.model)
 
     def apply_perturbation(self, forces: Array) -> None:
         """Apply forces to left and right hand from now on, shape (2, 3), N."""

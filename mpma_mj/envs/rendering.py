@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from mpma_mj.envs.cameras import check_camera
 from mpma_mj.envs.gl_context import BoundContext
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.errors import BadOptionError
@@ -28,7 +29,12 @@ class ArmRenderer:
     """Draws one environment's arms; its OpenGL context is created at the first picture."""
 
     def __init__(
-        self, physics: PhysicsArms, *, width: int = 640, height: int = 480, camera: str = "front"
+        self,
+        physics: PhysicsArms,
+        *,
+        width: int = 640,
+        height: int = 480,
+        camera: str | mujoco.MjvCamera = "front",
     ) -> None:
         """Prepare to draw.
 
@@ -36,13 +42,15 @@ class ArmRenderer:
             physics: The arms.
             width: Width of pictures, pixels.
             height: Height of pictures, pixels.
-            camera: Name of a camera of the model; ours has front, side and three_quarter.
+            camera: Name of a camera of the model; ours has front, side and three_quarter. Or a
+                free camera, which may move between pictures.
 
         Raises:
             BadOptionError: The model has no such camera, or a size is no whole number.
         """
         _check_size(width=width, height=height)
-        _check_camera(physics, camera)
+        if not isinstance(camera, mujoco.MjvCamera):
+            check_camera(physics, camera)
         # Larger pictures than the model's buffer are refused by MuJoCo.
         buffer = physics.model.ptr.vis.global_
         buffer.offwidth, buffer.offheight = (
@@ -118,7 +126,7 @@ def make_renderer(
         return ArmRenderer(physics, width=width, height=height, camera=camera)
     _check_size(width=width, height=height)
     if not (isinstance(camera, str) and camera == "front"):  # an array is neither
-        _check_camera(physics, camera)
+        check_camera(physics, camera)
     return None
 
 
@@ -127,13 +135,6 @@ def _check_size(**sizes: object) -> None:
         if not (is_integer(size) and 1 <= int(size) <= _LARGEST):
             expected = f"a whole number of pixels from 1 to {_LARGEST}"
             raise BadOptionError(option=name, value=size, expected=expected)
-
-
-def _check_camera(physics: PhysicsArms, camera: object) -> None:
-    cameras = [physics.model.id2name(i, "camera") for i in range(physics.model.ncam)]
-    if not (isinstance(camera, str) and camera in cameras):
-        expected = f"one of the model's cameras: {', '.join(cameras) or 'none'}"
-        raise BadOptionError(option="camera", value=camera, expected=expected)
 
 
 def add_ghost(scene: mujoco.MjvScene, physics: PhysicsArms, posture: Array) -> None:

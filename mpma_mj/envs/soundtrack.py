@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from mpma_mj.motions import Motion
@@ -15,7 +15,7 @@ _RATE = 48_000  # Hz
 
 @dataclass(frozen=True)
 class Soundtrack:
-    """Music of an episode.
+    """Music of an episode, or of a part of it.
 
     Attributes:
         path: Sound file, whose time is that of the recording.
@@ -23,7 +23,8 @@ class Soundtrack:
         tempo: How much faster than the recording the motion is.
         part: Duration of the motion in the episode, s; silence follows to the next repetition.
         period: Time from one repetition to the next, s.
-        duration: Duration of the episode, s.
+        duration: Duration of what is heard, s.
+        begin: Time in the episode from which it is heard, s.
     """
 
     path: Path
@@ -32,22 +33,29 @@ class Soundtrack:
     part: float
     period: float
     duration: float
+    begin: float = 0.0
 
     @classmethod
-    def of(cls, path: Path, motion: Motion, steps: int, repeats: int) -> Soundtrack:
+    def of(cls, path: Path | None, motion: Motion, steps: int, repeats: int) -> Soundtrack | None:
         """Return the music of an episode.
 
         Args:
-            path: Sound file.
+            path: Sound file; there is no music if None.
             motion: The motion.
             steps: Steps of the episode.
             repeats: Repetitions of the motion in it.
         """
+        if path is None:
+            return None
         # Postures of all return moves; none where the episode ended early.
         between = max(0, steps + 1 - repeats * len(motion))
         period = len(motion) + between // max(repeats - 1, 1)
         seconds = (count / motion.rate for count in (len(motion), period, steps))
         return cls(path, motion.start, motion.tempo, *seconds)
+
+    def cut(self, begin: float, duration: float) -> Soundtrack:
+        """Return the music from a time of the episode, s, for a duration, s."""
+        return replace(self, begin=begin, duration=duration)
 
     @property
     def filters(self) -> str:
@@ -64,6 +72,7 @@ class Soundtrack:
         if self.tempo != 1.0:
             steps.append(f"rubberband=tempo={self.tempo}")
         steps += [f"apad=whole_len={samples}", f"atrim=end_sample={samples}"]
-        steps.append(f"aloop=loop={math.ceil(self.duration / self.period)}:size={samples}")
-        steps.append(f"atrim=duration={self.duration}")
+        repeats = math.ceil((self.begin + self.duration) / self.period)
+        steps.append(f"aloop=loop={repeats}:size={samples}")
+        steps += [f"atrim=start={self.begin}:duration={self.duration}", "asetpts=PTS-STARTPTS"]
         return f"[1:a:0]{','.join(steps)}[sound]"

@@ -16,6 +16,7 @@ import mujoco.viewer
 import numpy as np
 from numpy.typing import NDArray
 
+from mpma_mj.envs.cameras import free_camera
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.envs.rendering import add_ghost
 from mpma_mj.errors import RenderingError
@@ -23,9 +24,6 @@ from mpma_mj.errors import RenderingError
 __all__: list[str] = ["ArmViewer"]
 
 _INSTEAD = 'use render_mode="rgb_array"'
-# View of the model's camera "front", but movable by mouse: m, m, degrees, degrees.
-_LOOKED_AT, _DISTANCE, _AZIMUTH, _ELEVATION = (0.0, 0.0, 1.15), 2.47, 180.0, -7.0
-
 
 _viewers: weakref.WeakSet[ArmViewer] = weakref.WeakSet()
 
@@ -38,18 +36,21 @@ class ArmViewer:
         physics: PhysicsArms,
         period: float,
         *,
+        camera: str = "front",
         instead: str = _INSTEAD,
         on_key: Callable[[int], None] | None = None,
     ) -> None:
-        """Open the window with a view from the front.
+        """Open the window.
 
         Args:
             physics: The arms.
             period: Least time from one `show` to the next, s.
+            camera: Camera of the model from whose view the mouse moves on.
             instead: Remedy in the error where no window can be opened.
             on_key: Called with the GLFW code of every key pressed, in the window's thread.
 
         Raises:
+            BadOptionError: The model has no such camera.
             RenderingError: There is no display, or it does not draw, or a window is open already.
         """
         if any(viewer.is_open for viewer in _viewers):
@@ -58,7 +59,7 @@ class ArmViewer:
         self._period = period
         self._shown = 0.0
         before = threading.enumerate()
-        self._window = _open(physics, instead, on_key)
+        self._window = _open(physics, free_camera(physics, camera), instead, on_key)
         self._threads = [t for t in threading.enumerate() if t not in before]
         _viewers.add(self)
         # A process that ends while the window is drawn crashes.
@@ -116,7 +117,12 @@ def _table(corner: mujoco.mjtGridPos, rows: Mapping[str, str]) -> tuple[Any, ...
     return None, corner, *(text.encode("ascii", "replace").decode() for text in columns)
 
 
-def _open(physics: PhysicsArms, instead: str, on_key: Callable[[int], None] | None) -> Any:
+def _open(
+    physics: PhysicsArms,
+    camera: mujoco.MjvCamera,
+    instead: str,
+    on_key: Callable[[int], None] | None,
+) -> Any:
     # Checked here, since `launch_passive` hangs or ends the process where its thread fails.
     missing = _missing_display()
     if missing is not None:
@@ -136,9 +142,9 @@ def _open(physics: PhysicsArms, instead: str, on_key: Callable[[int], None] | No
             f" or {instead}",
         ) from error
     with window.lock():
-        window.cam.lookat[:] = _LOOKED_AT
-        window.cam.distance = _DISTANCE
-        window.cam.azimuth, window.cam.elevation = _AZIMUTH, _ELEVATION
+        window.cam.lookat[:] = camera.lookat
+        for name in ("distance", "azimuth", "elevation"):
+            setattr(window.cam, name, getattr(camera, name))
     return window
 
 

@@ -22,6 +22,8 @@ from mpma_mj.utils.data_files import csv_text
 from mpma_mj.utils.text import markdown_table
 from mpma_mj.visualization.colours import DEMONSTRATED, INK, PAPER, module_colours
 from mpma_mj.visualization.figure_file import draw_labels, figure_file
+from mpma_mj.visualization.responsibility_strip import STRIP_HEIGHT
+from mpma_mj.visualization.scene import Scene
 from mpma_mj.visualization.video import Progress, episode_frames, write_frames
 
 __all__ = [
@@ -247,11 +249,11 @@ def write_side_by_side(
     titles = np.concatenate([_title(name) for name in episodes], axis=1)
     steps = range(min(len(episode.trace.action) for episode in episodes.values()))
     with contextlib.ExitStack() as stack:
-        size = _WIDTH, _HEIGHT
+        size = _WIDTH, _HEIGHT + STRIP_HEIGHT
         films = [
             stack.enter_context(
                 contextlib.closing(
-                    episode_frames(episode.trace, motion, options=episode.options, size=size)
+                    episode_frames(Scene(episode.trace, motion, episode.options, size=size))
                 )
             )
             for episode in episodes.values()
@@ -261,7 +263,7 @@ def write_side_by_side(
             for _ in progress(steps)
         )
         repeats = next(iter(episodes.values())).options.repeats
-        soundtrack = None if sound is None else Soundtrack.of(sound, motion, len(steps), repeats)
+        soundtrack = Soundtrack.of(sound, motion, len(steps), repeats)
         write_frames(path, frames, motion.rate, soundtrack)
 
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.physics import PhysicsArms
-from mpma_mj.motions import Motion
 from mpma_mj.trace import Trace
 
-__all__ = ["EpisodeArms", "ideal_trace"]
+__all__ = ["EpisodeArms"]
+
+Array = NDArray[np.float64]
 
 
 class EpisodeArms:
@@ -31,24 +33,29 @@ class EpisodeArms:
         """
         self.physics = PhysicsArms.make(options)
         self._joint_angles = trace.true_joint_angles()
+        self._reference = trace.reference
         self._plant = trace.plant
 
-    def pose(self, step: int) -> None:
-        """Move the arms to where they were at a step, from 0 to T."""
-        self.physics.set_joint_state(self._joint_angles[step], np.zeros(8))
+    def pose(self, moment: float) -> Array:
+        """Move the arms to where they were, and return the demonstrated posture, shape (12,).
+
+        Args:
+            moment: The moment in control steps, from 0 to T; between two, joint angles and
+                demonstration are interpolated.
+        """
+        self.physics.set_joint_state(_between(self._joint_angles, moment), np.zeros(8))
         if self._plant is not None:
-            self.physics.set_plant(int(self._plant[min(step, len(self._plant) - 1)]))
+            self.physics.set_plant(int(self._plant[min(int(moment), len(self._plant) - 1)]))
+        reference = _between(self._reference, moment)
+        if moment == int(moment):
+            return reference
+        vectors = reference.reshape(4, 3)
+        lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
+        return (vectors / np.maximum(lengths, 1e-9)).ravel()  # 0 between opposite ones
 
 
-def ideal_trace(motion: Motion) -> Trace:
-    """Return the trace of arms in exactly the demonstrated postures."""
-    steps = len(motion) - 1
-    return Trace(
-        posture=motion.posture,
-        reference=motion.posture,
-        context=motion.context,
-        joint_angles=motion.joint_angles,
-        joint_velocities=np.zeros_like(motion.joint_angles),
-        action=np.zeros((steps, 8)),
-        reward=np.zeros(steps),
-    )
+def _between(rows: Array, moment: float) -> Array:
+    """Return the row of a moment, shape (D,), linearly interpolated between two."""
+    step = int(moment)
+    share = moment - step
+    return rows[step] if share == 0.0 else (1.0 - share) * rows[step] + share * rows[step + 1]

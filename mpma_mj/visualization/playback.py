@@ -7,19 +7,11 @@ import queue
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
-from mpma_mj.context import active_label
-from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.viewer import ArmViewer
-from mpma_mj.motions import Motion
-from mpma_mj.trace import Trace
 from mpma_mj.visualization.episode import EpisodeArms
+from mpma_mj.visualization.scene import Scene
 
 __all__ = ["KEYS", "LEFT", "RIGHT", "SPACE", "Player", "play"]
-
-Array = NDArray[np.float64]
 
 SPACE, RIGHT, LEFT = 32, 262, 263
 """Codes of the keys in GLFW."""
@@ -63,47 +55,41 @@ class Player:
         self.step = (self.step + steps) % self.steps
 
 
-def play(
-    trace: Trace,
-    motion: Motion,
-    *,
-    times: Array | None = None,
-    options: EnvironmentOptions | None = None,
-    instead: str,
-    on_open: Callable[[], None],
-) -> None:
-    """Play an episode in a loop, in real time, until the user closes the window.
+def play(scene: Scene, *, instead: str, on_open: Callable[[], None]) -> None:
+    """Play a scene in a loop, a control step at a time, until the user closes the window.
 
     Args:
-        trace: Trace of the episode.
-        motion: The motion that is imitated.
-        times: Displayed times, shape (T + 1,), s; from 0 if not given.
-        options: Options of the environment, whose arms are shown; the defaults if not given.
+        scene: What is shown; the window has a size of its own.
         instead: Remedy for the error message where no window can be opened.
         on_open: Called once, when the window is open.
 
     Raises:
-        BadOptionError: The environment's model cannot be read.
+        BadOptionError: The environment's model cannot be read, or has no such camera.
         RenderingError: There is no display, or OpenGL does not draw.
     """
-    arms = EpisodeArms(trace, options)
-    if times is None:
-        times = np.arange(len(trace.reference)) / motion.rate
-    labels = ["" if i < 0 else motion.labels[i] for i in active_label(trace.context)]
+    arms = EpisodeArms(scene.trace, scene.options)
+    times, labels = scene.displayed_times, scene.labels
     player = Player(len(times))
     pressed: queue.SimpleQueue[int] = queue.SimpleQueue()  # keys come from the window's thread
-    viewer = ArmViewer(arms.physics, 1.0 / motion.rate, instead=instead, on_key=pressed.put)
+    viewer = ArmViewer(
+        arms.physics,
+        1.0 / scene.motion.rate,
+        camera=scene.camera,
+        instead=instead,
+        on_key=pressed.put,
+    )
     with contextlib.closing(viewer):
         on_open()
         while viewer.is_open:
             step = player.step
-            arms.pose(step)
+            ghost = arms.pose(step)
             overlay = {
                 "time": f"{times[step]:.2f} s",
                 "step": f"{step} / {player.steps - 1}" + ", paused" * player.paused,
                 "label": labels[step],
             }
-            viewer.show(trace.reference[step], above=overlay, below=KEYS)
+            captions = {"above": overlay, "below": KEYS} if scene.captions else {}
+            viewer.show(ghost, **captions)
             # Before the next step: an arrow key counts from the step that is displayed.
             while not pressed.empty():
                 player.press(pressed.get())

@@ -37,25 +37,24 @@ class Strip:
         responsibility: Array,
         context: Array,
         labels: tuple[str, ...],
+        bands: tuple[str, ...],
         *,
-        bands: tuple[str, ...] = (),
         width: int = 640,
         height: int = STRIP_HEIGHT,
     ) -> None:
         """Draw the whole epoch.
 
         Args:
-            responsibility: Responsibilities λ, shape (T, M).
+            responsibility: Responsibilities λ, shape (T, M), or other shares.
             context: Context, shape (T, C).
             labels: Label of each entry of the context, C of them.
-            bands: Names of the bands; "module 1" and so on if not given.
+            bands: Names of the M bands.
             width: Width, pixels.
             height: Height, pixels.
         """
         self._steps = len(responsibility)
         self._label = active_label(context)
-        names = bands or [f"module {i + 1}" for i in range(responsibility.shape[1])]
-        self._strip = _draw_strip(responsibility, context, labels, names, width, height)
+        self._strip = _draw_strip(responsibility, context, labels, bands, width, height)
         self._label_masks = [_label_mask(label, width // 2) for label in labels]
 
     def under(self, picture: Picture, step: int) -> Picture:

@@ -10,47 +10,30 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from mpma_mj.envs.cameras import check_camera, orbit_camera
 from mpma_mj.envs.frame_writer import frame_writer
-from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.rendering import ArmRenderer
 from mpma_mj.envs.soundtrack import Soundtrack
-from mpma_mj.motions import Motion
-from mpma_mj.trace import Trace
 from mpma_mj.visualization.episode import EpisodeArms
 from mpma_mj.visualization.responsibility_strip import STRIP_HEIGHT, Strip
+from mpma_mj.visualization.scene import ORBIT, Scene
 
-__all__ = ["VIDEO_SIZE", "Progress", "episode_frames", "write_frames", "write_video"]
+__all__ = ["Progress", "episode_frames", "write_frames", "write_video"]
 
 Picture = NDArray[np.uint8]
 Progress = Callable[[range], Iterable[int]]
 
-VIDEO_SIZE = 640, 480 + STRIP_HEIGHT
-"""Width and height of videos, pixels."""
+_WIDTH, _HEIGHT = 640, 480  # of the picture of the arms, pixels
 
 
-def write_video(
-    path: Path,
-    trace: Trace,
-    motion: Motion,
-    *,
-    options: EnvironmentOptions | None = None,
-    camera: str = "front",
-    size: tuple[int, int] = VIDEO_SIZE,
-    sound: Path | None = None,
-    progress: Progress = iter,
-) -> None:
-    """Write the video of an episode: arms, ghost of the demonstration, labels, responsibilities.
+def write_video(path: Path, scene: Scene, progress: Progress = iter) -> None:
+    """Write the video of a scene: arms, ghost of the demonstration, labels, responsibilities.
 
     Frames are encoded one by one, and the video plays in real time.
 
     Args:
-        path: The `.mp4`, `.gif` or `.webp` file.
-        trace: Trace of the episode.
-        motion: The motion that was imitated.
-        options: Options of the environment, whose arms are drawn; the defaults if not given.
-        camera: Camera of the model.
-        size: Width and height of the video, pixels; even for an `.mp4`.
-        sound: Sound file of the music to which the motion belongs, for an `.mp4`.
+        path: The file, whose ending is one of `frame_writer.VIDEO_FORMATS`.
+        scene: What is shown.
         progress: Wraps the range of frames to show progress.
 
     Raises:
@@ -58,13 +41,7 @@ def write_video(
         RenderingError: OpenGL does not draw.
         VideoError: The encoder is missing, or fails.
     """
-    arms_size = size[0], size[1] - STRIP_HEIGHT
-    frames = episode_frames(
-        trace, motion, options=options, camera=camera, size=arms_size, progress=progress
-    )
-    repeats = 1 if options is None else options.repeats
-    soundtrack = None if sound is None else Soundtrack.of(sound, motion, len(trace), repeats)
-    write_frames(path, frames, motion.rate, soundtrack)
+    write_frames(path, episode_frames(scene, progress), scene.rate, scene.sound)
 
 
 def write_frames(
@@ -73,11 +50,11 @@ def write_frames(
     """Write pictures as a video.
 
     Args:
-        path: The `.mp4`, `.gif` or `.webp` file.
-        frames: Pictures of one size, shape (H, W, 3) each, taken one by one; even H and W for an
-            `.mp4`.
+        path: The file, whose ending is one of `frame_writer.VIDEO_FORMATS`.
+        frames: Pictures of one size, shape (H, W, 3) each, taken one by one; even H and W for the
+            formats of `frame_writer.EVEN`.
         rate: Pictures per second, Hz.
-        sound: Sound of an `.mp4`.
+        sound: Sound, for the formats of `frame_writer.SOUND_CODECS`.
 
     Raises:
         VideoError: The encoder is missing, or fails.
@@ -89,36 +66,30 @@ def write_frames(
             write(frame)
 
 
-def episode_frames(
-    trace: Trace,
-    motion: Motion,
-    *,
-    options: EnvironmentOptions | None = None,
-    camera: str = "front",
-    size: tuple[int, int] = (640, 480),
-    progress: Progress = iter,
-) -> Generator[Picture, None, None]:
-    """Draw an episode frame by frame, a frame for each control step.
-
-    As `write_video`, but for the size: width and height of the picture of the arms, pixels.
+def episode_frames(scene: Scene, progress: Progress = iter) -> Generator[Picture, None, None]:
+    """Draw a scene picture by picture; see `write_video`.
 
     Yields:
-        Pictures, shape (height + STRIP_HEIGHT, width, 3).
+        Pictures, shape (height, width, 3).
     """
-    width, height = size
-    strip = _strip(trace, motion, width)
-    arms = EpisodeArms(trace, options)
+    strip_height = STRIP_HEIGHT if scene.captions else 0
+    width, height = scene.size or (_WIDTH, _HEIGHT + strip_height)
+    height -= strip_height
+    strip = _strip(scene, width) if scene.captions else None
+    arms, moments = EpisodeArms(scene.trace, scene.options), scene.moments
+    orbit = orbit_camera(arms.physics, width / height)
+    begin = orbit.azimuth
+    if scene.camera != ORBIT:
+        check_camera(arms.physics, scene.camera, ORBIT)
+    camera = orbit if scene.camera == ORBIT else scene.camera
     renderer = ArmRenderer(arms.physics, width=width, height=height, camera=camera)
     with contextlib.closing(renderer):
-        for step in progress(range(len(trace))):
-            arms.pose(step)
-            yield strip.under(renderer.picture(ghost=trace.reference[step]), step)
+        for frame in progress(range(len(moments))):
+            orbit.azimuth = begin + 360.0 * frame / len(moments)
+            picture = renderer.picture(ghost=arms.pose(moments[frame]))
+            yield strip.under(picture, int(moments[frame])) if strip else picture
 
 
-def _strip(trace: Trace, motion: Motion, width: int) -> Strip:
-    """Return the strip below the picture: responsibilities, or labels without modules."""
-    context = trace.context[:-1]
-    if trace.modules is not None:
-        return Strip(trace.modules.responsibility, context, motion.labels, width=width)
-    shares = context / np.maximum(context.sum(axis=1, keepdims=True), 1.0)
-    return Strip(shares, context, motion.labels, bands=motion.labels, width=width)
+def _strip(scene: Scene, width: int) -> Strip:
+    shares, bands = scene.shares
+    return Strip(shares, scene.trace.context[:-1], scene.motion.labels, bands, width=width)

@@ -23,6 +23,7 @@ from mpma_mj.motions.motion import save_motion
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.visualization.episode import EpisodeArms
 from mpma_mj.visualization.playback import KEYS, LEFT, RIGHT, SPACE, play
+from mpma_mj.visualization.scene import Scene
 from tests.conftest import Refused
 from tests.envs.test_gl import environment
 from tests.envs.window import Window
@@ -107,7 +108,7 @@ def test_the_arms_of_a_run_are_shown(seat: Seat, small_run: Path) -> None:
     folder, audience = RunFolder(small_run), seat([NONE])
     options = EnvironmentOptions(payload=2.0)
     trace, motion = folder.read_trace(), folder.read_motion()
-    play(trace, motion, options=options, instead="", on_open=lambda: None)
+    play(Scene(trace, motion, options), instead="", on_open=lambda: None)
     assert audience.window.model.body("left_hand_payload").mass > 0
 
 
@@ -120,6 +121,44 @@ def test_a_recording_is_followed_ideally_over_and_over(seat: Seat) -> None:
     )
     np.testing.assert_allclose(audience.times, [1, 1.05, 1.1, 1.15, 1.2, 1.25, 1, 1.05])
     assert audience.steps[5:7] == ["5 / 5", "0 / 5"]
+
+
+def test_a_part_of_a_run_is_shown_with_its_times(seat: Seat, small_run: Path) -> None:
+    audience = seat([NONE] * 5)
+    assert main(["play", str(small_run), "--from", "1.02", "--to", "1.2"]) == 0
+    trace = RunFolder(small_run).read_trace()
+    np.testing.assert_array_equal(audience.angles[:4], trace.joint_angles[21:25])
+    np.testing.assert_allclose(audience.times, [1.05, 1.1, 1.15, 1.2, 1.05])
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--from", "99"], "--from is 99.0; expected less, as the episode lasts 11.35 s"),
+        (["--from", "2", "--to", "2"], "--to is 2.0; expected more than 2 s"),
+        (["--from", "2.01", "--to", "2.02"], "no step from 2.01 to 2.02 s; give a longer time"),
+        (["--from", "-1"], "--from is -1.0; expected"),
+        (["--to", "nan"], "--to is nan; expected"),
+        (["--camera", "orbit"], "--camera orbit is for a video file; give --out dance.mp4, or"),
+        (["--camera", "frnt"], "front, side, three_quarter; did you mean front?"),
+        (["--fps", "30"], "--fps is for a video file; give --out dance.mp4"),
+    ],
+)
+def test_what_cannot_be_shown_in_the_window_is_one_line(
+    words: list[str], message: str, seat: Seat, small_run: Path, refused: Refused
+) -> None:
+    seat([NONE])
+    refused(["play", str(small_run), *words], message)
+
+
+def test_the_window_may_look_from_another_camera_and_without_captions(
+    seat: Seat, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    audience = seat([NONE])
+    monkeypatch.setattr(audience, "see", lambda: setattr(audience.window, "open", False))
+    assert main(["play", "ymca", "--camera", "side", "--no-captions"]) == 0
+    assert audience.window.texts == []
+    assert audience.window.cam.azimuth == pytest.approx(-90.0, abs=0.1)
 
 
 def test_keys_pause_step_and_go_on(seat: Seat) -> None:
@@ -166,7 +205,7 @@ def test_what_is_neither_run_nor_recording_is_one_line(
     assert message in printed.err
 
 
-@pytest.mark.parametrize("words", [["--from", "2"], ["--max-gap", "0.5"], ["--no-strict"]])
+@pytest.mark.parametrize("words", [["--tempo", "1"], ["--max-gap", "0.5"], ["--no-strict"]])
 def test_how_to_read_is_refused_for_a_run_even_as_the_default(
     words: list[str], small_run: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -19,7 +19,7 @@ from PIL import Image, ImageSequence
 from mpma_mj.cli import main
 from mpma_mj.envs import gl
 from mpma_mj.envs.load import load
-from mpma_mj.motions import read_motion, ymca
+from mpma_mj.motions import loader, read_motion, ymca
 from mpma_mj.motions.export import ANGLE_COLUMNS, COMMAND_COLUMNS
 from mpma_mj.trace import OBSERVED, Trace
 from mpma_mj.training.run_folder import RunFolder
@@ -40,7 +40,7 @@ def short_run(small_run: Path, tmp_path: Path) -> Path:
 
 def frames_of(path: Path) -> NDArray[np.uint8]:
     """Return the frames of a video or of an animated picture."""
-    if path.suffix == ".mp4":
+    if path.suffix in (".mp4", ".webm"):
         with imageio.get_reader(path) as reader:
             return np.stack([np.asarray(frame) for frame in reader])
     with Image.open(path) as image:
@@ -48,21 +48,68 @@ def frames_of(path: Path) -> NDArray[np.uint8]:
 
 
 @pytest.mark.usefixtures("opengl")
-def test_the_video_of_a_run_has_its_music(short_run: Path) -> None:
+@pytest.mark.parametrize(
+    ("ending", "codecs"), [(".mp4", ("h264", "aac")), (".webm", ("vp9", "opus"))]
+)
+def test_the_video_of_a_run_has_its_music(
+    ending: str, codecs: tuple[str, str], short_run: Path
+) -> None:
     (short_run / "sound").mkdir()
     with wave.open(str(short_run / "sound" / "a.wav"), "wb") as file:
         file.setparams((1, 2, 8000, 0, "NONE", ""))
         file.writeframes(np.full(8000, 1000, "<i2").tobytes())
-    out = short_run / "dance.mp4"
-    assert main(["play", str(short_run), "--out", str(out), "--overwrite"]) == 0
+    out = short_run / f"dance{ending}"
+    words = ["play", str(short_run), "--from", "0.2", "--fps", "30", "--out", str(out)]
+    assert main([*words, "--overwrite"]) == 0
     words = [imageio_ffmpeg.get_ffmpeg_exe(), "-i", str(out)]
     about = subprocess.run(words, capture_output=True, text=True, check=False).stderr
-    assert "Video: h264" in about
-    assert "Audio: aac" in about
+    assert f"Video: {codecs[0]}" in about
+    assert f"Audio: {codecs[1]}" in about
+    assert "Duration: 00:00:00.8" in about
 
 
 @pytest.mark.usefixtures("opengl")
-@pytest.mark.parametrize("ending", [".mp4", ".gif", ".webp"])
+def test_a_format_without_sound_says_so_where_music_was_given(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        loader, "label_motion", lambda posture, *_: (np.ones((len(posture), 1)), "1")
+    )
+    out = tmp_path / "a.gif"
+    words = ["--to", "0.3", "--audio", "a.wav", "--size", "160x240"]
+    assert main(["play", "ymca", *words, "--out", str(out)]) == 0
+    printed = capsys.readouterr()
+    assert f"warning: {out} has no sound; write .mp4 or .webm for the music" in printed.err
+    assert out.exists()
+
+
+@pytest.mark.usefixtures("opengl")
+def test_pictures_between_steps_are_between_those_of_the_steps(short_run: Path) -> None:
+    words = ["play", str(short_run), "--no-captions", "--size", "321x241"]
+    usual, often = short_run / "a.webp", short_run / "b.webp"
+    assert main([*words, "--to", "0.5", "--out", str(usual)]) == 0
+    assert main([*words, "--to", "0.5", "--out", str(often), "--fps", "40"]) == 0
+    pictures, twice = frames_of(usual).astype(float), frames_of(often).astype(float)
+    assert (pictures.shape, twice.shape) == ((10, 241, 321, 3), (20, 241, 321, 3))
+    assert np.abs(twice[::2] - pictures).mean() < 0.5
+    moved = np.abs(pictures[6] - pictures[5]).mean()
+    assert 0.2 * moved < np.abs(twice[11] - pictures[5]).mean() < moved
+
+
+@pytest.mark.usefixtures("opengl")
+def test_a_camera_goes_around_the_arms_once(short_run: Path, tmp_path: Path) -> None:
+    out = tmp_path / "a.webp"
+    words = ["--camera", "orbit", "--no-captions", "--size", "240x240"]
+    assert main(["play", str(short_run), *words, "--out", str(out)]) == 0
+    frames = frames_of(out).astype(float)
+    assert len(frames) == 20
+    red = [frames[i][..., 0] - frames[i][..., 2] > 60 for i in (0, 10, 19)]
+    front, back, end = (float(np.nonzero(one)[1].mean()) for one in red)
+    assert max(front, end) < 115 < 125 < back  # from the front, the right arm is on the left
+
+
+@pytest.mark.usefixtures("opengl")
+@pytest.mark.parametrize("ending", [".mp4", ".webm", ".gif", ".webp"])
 def test_a_run_becomes_a_file_of_the_size_that_is_given(
     ending: str, short_run: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -158,13 +205,27 @@ def test_pictures_may_be_larger_than_the_models_buffer(tmp_path: Path) -> None:
     [
         (
             ["--out", "dance.avi"],
-            "--out is 'dance.avi'; expected a file name that ends in .mp4 or .gif or .webp or .bvh"
-            " or .csv or .npz or .trc",
+            "--out is 'dance.avi'; expected a file name that ends in .mp4 or .webm or .gif or .webp"
+            " or .html or .bvh or .csv or .npz or .trc",
         ),
         (["--out", "a.csv", "--size", "640x480"], "--size is for a video file; give --out"),
         (["--out", "old.mp4"], "old.mp4: already exists; --overwrite replaces it"),
         (["--size", "640x480"], "--size is for a video file; give --out dance.mp4"),
-        (["--camera", "side"], "--camera is for a video file; give --out dance.mp4"),
+        (["--out", "a.csv", "--camera", "side"], "--camera is for a video file; give --out"),
+        (["--out", "a.npz", "--no-captions"], "--captions is for a video file; give --out"),
+        (["--fps", "30"], "--fps is for a video file; give --out dance.mp4"),
+        (["--out", "a.html", "--size", "640x480"], "--size is for a video file; give --out"),
+        (["--out", "a.html", "--camera", "orbit"], "--camera orbit is for a video file; give"),
+        (["--out", "dance.mpg4"], "did you mean .mp4?"),
+        *(
+            (["--out", "a.mp4", "--fps", fps], f"--fps is {float(fps)}; expected 0.1 to 1000, Hz")
+            for fps in ("0", "-5", "nan", "1e9", "inf")
+        ),
+        (["--out", "a.gif", "--fps", "60"], "--fps is 60.0; expected at most 50 Hz for a .gif"),
+        (["--out", "a.mp4", "--from", "3", "--to", "1"], "--to is 1.0; expected more than 3 s"),
+        (["--out", "a.mp4", "--from", "99"], "--from is 99.0; expected less, as ymca lasts"),
+        (["--size", "640x481", "--out", "a.webm"], "--size is '640x481'; expected two even"),
+        (["--size", "641x9999", "--out", "a.gif"], "--size is '641x9999'; expected two whole"),
         (
             ["--size", "12x12", "--out", "a.mp4"],
             "--size is '12x12'; expected two even numbers",

@@ -24,9 +24,13 @@ def write(path: Path, frames: int = 30, rate: float = 20.0) -> None:
             write_frame(FRAME)
 
 
-@pytest.mark.parametrize("rate", [20.0, 30000 / 1001])
-def test_a_video_has_the_frames_size_and_rate_that_were_given(tmp_path: Path, rate: float) -> None:
-    path = tmp_path / "new" / "a.mp4"
+@pytest.mark.parametrize(
+    ("ending", "rate"), [(".mp4", 20.0), (".mp4", 30000 / 1001), (".webm", 60.0)]
+)
+def test_a_video_has_the_frames_size_and_rate_that_were_given(
+    tmp_path: Path, ending: str, rate: float
+) -> None:
+    path = tmp_path / "new" / f"a{ending}"
     write(path, rate=rate)
     assert list(path.parent.iterdir()) == [path]
     with imageio.get_reader(path) as reader:

@@ -68,6 +68,21 @@ def test_clicks_are_at_the_beats_of_every_repetition(
     np.testing.assert_allclose(times, expected, atol=0.05)
 
 
+@pytest.mark.parametrize(("ending", "begin"), [(".mp4", 1.3), (".webm", 6.1), (".webm", 0.0)])
+def test_clicks_of_a_part_are_at_its_beats(
+    ending: str, begin: float, clicks: Path, tmp_path: Path
+) -> None:
+    whole = Soundtrack(clicks, 0.0, 0.8, 5.0, 5.5, duration=16.0)
+    write(tmp_path / f"a{ending}", whole.cut(begin, 6.0))
+    duration, times = clicks_of(tmp_path / f"a{ending}")
+    once = BEATS[BEATS < 5.0 * 0.8] / 0.8
+    beats = np.concatenate([once + k * 5.5 for k in range(3)]) - begin
+    expected = beats[(beats >= 0.0) & (beats < 6.0)]
+    assert duration == pytest.approx(6.0, abs=0.05)
+    assert len(times) == len(expected)
+    np.testing.assert_allclose(times, expected, atol=0.05)
+
+
 @pytest.mark.parametrize(("start", "number"), [(6.0, 4), (9.0, 0)])
 def test_music_that_ends_early_is_followed_by_silence(
     start: float, number: int, clicks: Path, tmp_path: Path
@@ -101,3 +116,4 @@ def test_the_music_is_repeated_as_the_motion_is() -> None:
     assert sound.period == pytest.approx(part + 7 / motion.rate)
     once = Soundtrack.of(Path("a.wav"), motion, len(motion) - 1, 1)
     assert once.period == part
+    assert Soundtrack.of(None, motion, 10, 1) is None

@@ -20,6 +20,7 @@ from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.visualization.colours import hex_to_rgb, module_colours
 from mpma_mj.visualization.figures import write_figures
 from mpma_mj.visualization.responsibility_strip import Strip, label_runs
+from mpma_mj.visualization.scene import Scene
 from mpma_mj.visualization.video import episode_frames, write_video
 
 LABELS = ("Y", "M", "C", "A")
@@ -92,7 +93,7 @@ def test_no_text_is_cut_off_or_lies_over_another(
 
 
 def test_the_strip_has_the_colour_of_the_responsible_module() -> None:
-    strip = Strip(CONTEXT[:, [1, 0, 2, 3]], CONTEXT, LABELS)
+    strip = Strip(CONTEXT[:, [1, 0, 2, 3]], CONTEXT, LABELS, LABELS)
     frame = strip.under(np.full((480, 640, 3), 200, np.uint8), 39)
     assert frame.shape == (576, 640, 3)
     middle = frame[480 + 50]
@@ -102,7 +103,7 @@ def test_the_strip_has_the_colour_of_the_responsible_module() -> None:
 
 
 def test_equal_shares_have_bands_of_equal_height() -> None:
-    strip = Strip(np.full((40, 4), 0.25), CONTEXT, LABELS)
+    strip = Strip(np.full((40, 4), 0.25), CONTEXT, LABELS, LABELS)
     column = strip.under(np.zeros((480, 640, 3), np.uint8), 39)[480 + 22 : -18, 80]
     colours, counts = np.unique(column, axis=0, return_counts=True)
     assert len(colours) == 4
@@ -110,7 +111,7 @@ def test_equal_shares_have_bands_of_equal_height() -> None:
 
 
 def test_the_mark_moves_with_time_and_the_letter_with_the_label() -> None:
-    strip = Strip(CONTEXT, CONTEXT, LABELS)
+    strip = Strip(CONTEXT, CONTEXT, LABELS, LABELS)
     picture = np.full((480, 640, 3), 200, np.uint8)
     first, later = strip.under(picture, 0), strip.under(picture, 20)
     assert (first[:480] != later[:480]).any()
@@ -127,9 +128,8 @@ def test_frames_show_arms_ghost_and_side(small_run: Path) -> None:
     trace = Trace.from_arrays({name: signal[:3] for name, signal in trace.to_arrays().items()})
 
     def first(camera: str = "front", **changes: np.ndarray) -> np.ndarray:
-        return next(episode_frames(replace(trace, **changes), motion, camera=camera))[:480].astype(
-            int
-        )
+        scene = Scene(replace(trace, **changes), motion, camera=camera)
+        return next(episode_frames(scene))[:480].astype(int)
 
     assert np.abs(first() - first("side")).mean() > 3
     elsewhere = trace.reference * np.tile([1, 1, -1], 4)
@@ -152,7 +152,7 @@ def test_the_video_shows_every_step_at_the_speed_of_the_dance(
         counted.append(len(steps))
         return steps
 
-    write_video(path, folder.read_trace(), folder.read_motion(), progress=progress)
+    write_video(path, Scene(folder.read_trace(), folder.read_motion()), progress)
     properties = iio.immeta(path)
     assert properties["fps"] == 20.0
     assert properties["size"] == (640, 576)
@@ -172,5 +172,5 @@ def test_frames_show_the_plant_that_is_on(small_run: Path) -> None:
     for plant in (0, 1):
         plants = np.full(len(arrays["action"]), plant)
         trace = Trace.from_arrays(arrays | {"plant": plants})
-        drawn.append(next(episode_frames(trace, motion, options=options, size=(160, 120))))
+        drawn.append(next(episode_frames(Scene(trace, motion, options, size=(160, 216)))))
     assert not np.array_equal(*drawn)

@@ -1,0 +1,120 @@
+"""Pages that play a scene: what they contain, and that a browser plays them offline."""
+
+import base64
+import re
+import shutil
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mpma_mj.cli import main
+from mpma_mj.training.run_folder import RunFolder
+from mpma_mj.visualization.colours import hex_to_rgb, module_colours
+from tests.conftest import Refused
+
+
+def test_without_viser_it_is_said_what_to_install(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, refused: Refused
+) -> None:
+    monkeypatch.setitem(sys.modules, "viser", None)
+    message = "viser is not installed; --out dance.html needs the extra web: in a checkout, pip"
+    refused(["play", "ymca", "--out", str(tmp_path / "a.html")], message)
+    assert list(tmp_path.iterdir()) == []
+
+
+def page_of(source: Path, path: Path, *words: str) -> str:
+    pytest.importorskip("viser")
+    assert main(["play", str(source), "--out", str(path), *words]) == 0
+    return path.read_text("utf-8")
+
+
+def recording_of(page: str) -> dict[str, Any]:
+    """Return what a page plays."""
+    msgspec, zstandard = pytest.importorskip("msgspec"), pytest.importorskip("zstandard")
+    found = re.search(r'__VISER_EMBED_DATA__="([^"]+)"', page)
+    assert found
+    content = zstandard.ZstdDecompressor().decompress(base64.b64decode(found[1])[8:])
+    length = int.from_bytes(content[:8], "little")
+    return msgspec.msgpack.decode(content[8 : 8 + length])
+
+
+def test_a_page_has_bars_and_letter_of_each_step(
+    small_run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "a.html"
+    page = page_of(small_run, path, "--from", "1", "--to", "6")
+    assert capsys.readouterr().out == f"{path}\n"
+    trace = RunFolder(small_run).read_trace().cut(20, 120)
+    recording = recording_of(page)
+    assert recording["durationSeconds"] == pytest.approx(5.0)
+    letters, heights = {}, {}
+    for time, message in recording["messages"]:
+        updates = dict(message.get("updates", {}))
+        if message.get("name") == "/label" and "text" in updates:
+            letters[round(time, 2)] = updates["text"]
+        if message.get("name") == "/responsibility/1" and "scale" in updates:
+            heights[round(time, 2)] = updates["scale"][2]
+    assert list(letters.values())[:5] == list("MCAYM")
+    steps = [round(20.0 * time) for time in heights]
+    assert len(steps) > 20
+    expected = np.maximum(trace.with_modules().responsibility[steps, 0].round(2), 0.002)
+    np.testing.assert_allclose(list(heights.values()), expected, atol=1e-6)
+    boxes = [m for _, m in recording["messages"] if m["type"] == "BoxMessage"]
+    colours = [tuple(box["props"]["color"]) for box in boxes]
+    assert colours == [hex_to_rgb(colour) for colour in module_colours(len(colours))]
+    assert len(colours) == trace.with_modules().responsibility.shape[1]
+
+
+def test_without_captions_a_page_has_neither(tmp_path: Path) -> None:
+    recording = recording_of(page_of(Path("ymca"), tmp_path / "a.html", "--no-captions"))
+    kinds = {message["type"] for _, message in recording["messages"]}
+    assert "MeshMessage" in kinds
+    assert not kinds & {"BoxMessage", "LabelMessage"}
+
+
+def test_ten_seconds_are_a_file_that_can_be_sent(small_run: Path, tmp_path: Path) -> None:
+    page_of(small_run, tmp_path / "a.html", "--to", "10")
+    assert (tmp_path / "a.html").stat().st_size < 1_200_000
+
+
+def test_a_browser_plays_a_page_without_a_request(small_run: Path, tmp_path: Path) -> None:
+    playwright = pytest.importorskip("playwright.sync_api")
+    chromium = shutil.which("chromium")
+    if chromium is None:
+        pytest.skip("no page was opened: Chromium is not installed")
+    page_of(small_run, tmp_path / "a.html", "--to", "2")
+    options = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader"]
+    options.append("--enable-unsafe-swiftshader")
+    with playwright.sync_playwright() as started:
+        browser = started.chromium.launch(executable_path=chromium, args=options)
+        page = browser.new_page(viewport={"width": 640, "height": 420})
+        requests: list[str] = []
+        errors: list[str] = []
+        page.on("request", lambda request: requests.append(request.url))
+        page.on("websocket", lambda socket: requests.append(socket.url))
+        page.on("pageerror", lambda error: errors.append(str(error)))
+        page.goto((tmp_path / "a.html").as_uri())
+        time = page.locator("input").first
+        time.wait_for(timeout=60_000)
+        pictures: set[bytes] = set()
+        arms = {"x": 240, "y": 120, "width": 160, "height": 120}
+        for number, moment in enumerate(("0.5", "1.5"), start=1):
+            time.fill(moment)
+            time.press("Enter")
+            for _ in range(20):  # a slow machine draws later
+                page.wait_for_timeout(1_000)
+                picture = page.screenshot(clip=arms, timeout=60_000)
+                if len(pictures | {picture}) == number:
+                    pictures.add(picture)
+                    break
+        title = page.title()
+        browser.close()
+    assert errors == []
+    assert [url for url in requests if not url.startswith(("blob:", "data:"))] == [
+        (tmp_path / "a.html").as_uri()
+    ]
+    assert len(pictures) == 2
+    assert title == "ymca"

@@ -1,0 +1,126 @@
+"""Nodes of a viser scene: surfaces by their volume, poses by what the scene was given."""
+
+import math
+from collections.abc import Iterator
+
+import mujoco
+import numpy as np
+import pytest
+
+viser = pytest.importorskip("viser")
+
+from mpma_mj.envs.options import EnvironmentOptions  # noqa: E402
+from mpma_mj.envs.physics import PhysicsArms  # noqa: E402
+from mpma_mj.visualization.viser_arms import (  # noqa: E402
+    ArmNodes,
+    ForceNode,
+    GhostNodes,
+    geom_mesh,
+    quaternion_from_z,
+)
+
+SHAPES = {
+    '<geom type="sphere" size="0.3"/>': 4 / 3 * math.pi * 0.3**3,
+    '<geom type="ellipsoid" size="0.1 0.2 0.4"/>': 4 / 3 * math.pi * 0.1 * 0.2 * 0.4,
+    '<geom type="capsule" size="0.1 0.5"/>': math.pi * 0.1**2 * (1.0 + 4 / 3 * 0.1),
+    '<geom type="cylinder" size="0.2 0.5"/>': math.pi * 0.2**2 * 1.0,
+    '<geom type="box" size="0.1 0.2 0.3"/>': 8 * 0.1 * 0.2 * 0.3,
+    '<geom type="mesh" mesh="corner"/>': 1 / 6,
+}
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator["viser.ViserServer"]:
+    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+    yield server
+    server.stop()
+
+
+@pytest.fixture
+def scene(server: "viser.ViserServer") -> "viser.SceneApi":
+    server.scene.reset()
+    return server.scene
+
+
+def compiled(body: str) -> mujoco.MjModel:
+    corner = '<mesh name="corner" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/>'
+    xml = f"<mujoco><asset>{corner}</asset><worldbody>{body}</worldbody></mujoco>"
+    return mujoco.MjModel.from_xml_string(xml)
+
+
+@pytest.mark.parametrize("geom", SHAPES)
+def test_a_surface_encloses_the_shapes_volume_with_its_faces_outward(geom: str) -> None:
+    vertices, faces = geom_mesh(compiled(geom), 0)
+    a, b, c = np.moveaxis(vertices[faces], 1, 0)
+    volume = np.sum(a * np.cross(b, c)) / 6.0
+    assert volume == pytest.approx(SHAPES[geom], rel=0.05)
+
+
+def test_a_plane_faces_up_and_a_height_field_is_left_out() -> None:
+    vertices, _ = geom_mesh(compiled('<geom type="plane" size="0 2 1"/>'), 0)
+    np.testing.assert_allclose(np.ptp(vertices, axis=0), [10.0, 4.0, 0.0], atol=1e-3)
+    field = (
+        '<mujoco><asset><hfield name="f" nrow="2" ncol="2" size="1 1 1 1"/></asset><worldbody>'
+        '<geom type="hfield" hfield="f"/></worldbody></mujoco>'
+    )
+    assert geom_mesh(mujoco.MjModel.from_xml_string(field), 0) is None
+
+
+@pytest.mark.parametrize("direction", [(0, 0, 2), (0, 0, -1), (3, 0, 0), (0.1, -0.7, -0.4)])
+def test_quaternion_turns_the_z_axis_to_the_direction(direction: tuple[float, ...]) -> None:
+    turned = np.zeros(3)
+    mujoco.mju_rotVecQuat(turned, np.array([0.0, 0.0, 1.0]), quaternion_from_z(np.array(direction)))
+    np.testing.assert_allclose(turned, np.array(direction) / np.linalg.norm(direction), atol=1e-12)
+
+
+def test_arms_are_where_the_simulation_has_them(scene: "viser.SceneApi") -> None:
+    arms = PhysicsArms.make()
+    model, data = arms.model.ptr, arms.data.ptr
+    nodes = ArmNodes(scene, model, data)
+    arms.set_joint_state(np.linspace(0.2, 0.9, 8), np.zeros(8))
+    nodes.update(data)
+    for name in ("torso", "left_forearm", "right_hand"):
+        frame = scene.get_handle_by_name(f"/arms/{name}")
+        np.testing.assert_allclose(frame.position, data.body(name).xpos)
+        np.testing.assert_allclose(frame.wxyz, data.body(name).xquat)
+    assert len(nodes.geoms) == model.ngeom
+    hand = scene.get_handle_by_name("/arms/left_hand/left_hand")
+    np.testing.assert_allclose(hand.position, model.geom("left_hand").pos)
+
+
+def test_payload_that_comes_and_goes_is_seen(scene: "viser.SceneApi") -> None:
+    arms = PhysicsArms.make(EnvironmentOptions(plants=[{}, {"payload": 2.0}]))
+    nodes = ArmNodes(scene, arms.model.ptr, arms.data.ptr)
+    ball = nodes.geoms[arms.model.ptr.geom("left_hand_payload").id]
+    assert not ball.visible
+    arms.set_plant(1)
+    nodes.update(arms.data.ptr)
+    assert ball.visible
+    radius = (3 * 2.0 / (4 * math.pi * 7870.0)) ** (1 / 3)
+    assert np.linalg.norm(ball.vertices, axis=1) == pytest.approx(radius, rel=1e-5)
+    arms.set_plant(0)
+    nodes.update(arms.data.ptr)
+    assert not ball.visible
+
+
+def test_ghosts_limbs_go_from_joint_to_joint(scene: "viser.SceneApi") -> None:
+    arms = PhysicsArms.make()
+    arms.set_joint_state(np.linspace(0.2, 0.9, 8), np.zeros(8))
+    positions = arms.site_positions(arms.posture())
+    GhostNodes(scene, arms.segment_lengths).update(positions)
+    forearm = scene.get_handle_by_name("/ghost/1")
+    np.testing.assert_allclose(forearm.position, positions[0, 1], atol=1e-9)
+    end = np.zeros(3)
+    mujoco.mju_rotVecQuat(end, np.array([0.0, 0.0, arms.segment_lengths[1]]), forearm.wxyz)
+    np.testing.assert_allclose(forearm.position + end, positions[0, 2], atol=1e-6)
+
+
+def test_arrow_is_as_long_as_the_force_and_hidden_without_one(scene: "viser.SceneApi") -> None:
+    node = ForceNode(scene)
+    arrow = scene.get_handle_by_name("/force")
+    assert not arrow.visible
+    node.update(np.array([0.1, 0.2, 0.3]), np.array([0.0, 100.0, 0.0]))
+    assert arrow.visible
+    np.testing.assert_allclose(arrow.points[0], [[0.1, 0.2, 0.3], [0.1, 0.7, 0.3]], atol=1e-6)
+    node.update(np.zeros(3), np.zeros(3))
+    assert not arrow.visible
