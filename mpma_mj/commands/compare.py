@@ -24,6 +24,8 @@ __all__ = ["Compare"]
 
 AgentT = TypeVar("AgentT", bound=AgentConfig)
 
+_FILMS = ("episodes.mp4", "overlaid.mp4", "overlaid.png")
+
 
 @dataclass(frozen=True, kw_only=True)
 class Compare(Generic[AgentT]):
@@ -43,7 +45,7 @@ class Compare(Generic[AgentT]):
     workers: int | None = None
     """Number of parallel processes; as many as there are processors if not given."""
     video: bool = True
-    """Write a video of all arms next to each other; needs OpenGL."""
+    """Write films of all arms next to each other, and of heavy over ideal ones; needs OpenGL."""
     out: Path | None = None
     """Folder of tables, figures and video, where they replace earlier ones; runs/compare-TIME if
     not given."""
@@ -79,8 +81,8 @@ class Compare(Generic[AgentT]):
             content = {"format": FORMAT, "config": config.to_json(), "versions": versions()}
             # Not config.json, which identifies a run.
             write_json(folder / "compare.json", content | numbers)
-            video = folder / "episodes.mp4"
-            video.unlink(missing_ok=True)  # of an earlier comparison
+            for name in _FILMS:
+                (folder / name).unlink(missing_ok=True)  # of an earlier comparison
             write_transfer(folder / "transfer.png", transfers, self.fine_tune)
             write_episodes(folder / "episodes.png", transfers, motion)
             write_tables(
@@ -90,17 +92,21 @@ class Compare(Generic[AgentT]):
                 print(missing_gl, file=sys.stderr)
             elif self.video:
                 audio = config.reading.audio
-                _write_video(video, transfers, motion, None if audio is None else Path(audio))
+                _write_films(folder, transfers, motion, None if audio is None else Path(audio))
             return folder
 
 
-def _write_video(
-    path: Path, transfers: Sequence[Transfer], motion: Motion, sound: Path | None
+def _write_films(
+    folder: Path, transfers: Sequence[Transfer], motion: Motion, sound: Path | None
 ) -> None:
-    """Write the video of the first seed on all arms."""
-    from mpma_mj.experiments.compare_report import first_episodes, write_side_by_side
+    """Write films of the first seed: all arms next to each other, and heavy over ideal ones."""
+    from mpma_mj.experiments.compare_film import overlaid, write_overlaid, write_side_by_side
+    from mpma_mj.experiments.compare_report import first_episodes
     from mpma_mj.utils.progress import show_frames
 
     episodes = first_episodes(transfers)
+    side_by_side, video, picture = (folder / name for name in _FILMS)
     if episodes:  # otherwise all have diverged, as the table shows
-        write_side_by_side(path, episodes, motion, show_frames, sound)
+        write_side_by_side(side_by_side, episodes, motion, show_frames, sound)
+    if scene := overlaid(episodes, motion, sound):
+        write_overlaid(video, picture, scene, show_frames)

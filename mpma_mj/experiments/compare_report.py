@@ -1,18 +1,15 @@
-"""Report of a comparison of arms: tables, figures and a video."""
+"""Report of a comparison of arms: tables and figures."""
 
 from __future__ import annotations
 
-import contextlib
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageDraw, ImageFont
 
 from mpma_mj.envs.physics import PhysicsArms
-from mpma_mj.envs.soundtrack import Soundtrack
 from mpma_mj.evaluation.statistics import interval
 from mpma_mj.experiments.compare import ARMS, Episode, Transfer
 from mpma_mj.kinematics import JOINT_NAMES, SIDES
@@ -20,11 +17,8 @@ from mpma_mj.metrics import error_over_time
 from mpma_mj.motions import Motion
 from mpma_mj.utils.data_files import csv_text
 from mpma_mj.utils.text import markdown_table
-from mpma_mj.visualization.colours import DEMONSTRATED, INK, PAPER, module_colours
+from mpma_mj.visualization.colours import DEMONSTRATED, module_colours
 from mpma_mj.visualization.figure_file import draw_labels, figure_file
-from mpma_mj.visualization.responsibility_strip import STRIP_HEIGHT
-from mpma_mj.visualization.scene import Scene
-from mpma_mj.visualization.video import Progress, episode_frames, write_frames
 
 __all__ = [
     "SHOWN",
@@ -32,7 +26,6 @@ __all__ = [
     "as_markdown",
     "first_episodes",
     "write_episodes",
-    "write_side_by_side",
     "write_transfer",
 ]
 
@@ -120,8 +113,6 @@ def _notes(transfers: Sequence[Transfer]) -> list[str]:
     return notes
 
 
-Picture = NDArray[np.uint8]
-
 SHOWN = {
     ("kinematic", "kinematic"): "ideal arms",
     ("kinematic", "physics"): "trained on ideal arms, physics",
@@ -131,8 +122,6 @@ SHOWN = {
 """Titles of the pairs of arms, trained and evaluated on, that are drawn."""
 
 _WRIST, _UP = 2, 2  # in what `site_positions` returns
-# Pixels. With gap, title and strip it is 480 x 480, which encoders take.
-_WIDTH, _HEIGHT, _GAP, _TITLE = 472, 360, 8, 24
 
 
 def first_episodes(transfers: Sequence[Transfer]) -> dict[str, Episode]:
@@ -224,56 +213,3 @@ def _torque_over_time(episode: Episode, rate: float) -> Array:
 
 def _mean(values: Sequence[float]) -> float:
     return float(np.mean(values)) if len(values) else float("nan")
-
-
-def write_side_by_side(
-    path: Path,
-    episodes: Mapping[str, Episode],
-    motion: Motion,
-    progress: Progress,
-    sound: Path | None = None,
-) -> None:
-    """Write a video of episodes side by side, each with ghost, labels and responsibilities.
-
-    Args:
-        path: The `.mp4` file.
-        episodes: Episodes of the same length by their titles.
-        motion: The motion.
-        progress: Wraps the range of frames, to show the progress.
-        sound: Sound file of the music to which the motion belongs.
-
-    Raises:
-        RenderingError: OpenGL does not draw.
-        VideoError: The encoder is missing, or fails.
-    """
-    titles = np.concatenate([_title(name) for name in episodes], axis=1)
-    steps = range(min(len(episode.trace.action) for episode in episodes.values()))
-    with contextlib.ExitStack() as stack:
-        size = _WIDTH, _HEIGHT + STRIP_HEIGHT
-        films = [
-            stack.enter_context(
-                contextlib.closing(
-                    episode_frames(Scene(episode.trace, motion, episode.options, size=size))
-                )
-            )
-            for episode in episodes.values()
-        ]
-        frames = (
-            np.concatenate([titles, np.concatenate([_apart(next(film)) for film in films], axis=1)])
-            for _ in progress(steps)
-        )
-        repeats = next(iter(episodes.values())).options.repeats
-        soundtrack = Soundtrack.of(sound, motion, len(steps), repeats)
-        write_frames(path, frames, motion.rate, soundtrack)
-
-
-def _title(name: str) -> Picture:
-    image = Image.new("RGB", (_WIDTH + _GAP, _TITLE), PAPER)
-    font = ImageFont.load_default(15)
-    ImageDraw.Draw(image).text((_WIDTH / 2, _TITLE / 2), name, INK, font, anchor="mm")
-    return np.asarray(image)
-
-
-def _apart(picture: Picture) -> Picture:
-    """Return a picture, shape (H, W, 3), with a white gap to the right of it."""
-    return np.pad(picture, ((0, 0), (0, _GAP), (0, 0)), constant_values=255)
