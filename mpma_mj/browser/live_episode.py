@@ -37,6 +37,7 @@ class Moment:
             None at the beginning, and of an agent without modules.
         plant: Index of the plant that is on; None in an environment without plants.
         push: Forces on left and right hand that led here, shape (2, 3), N.
+        summed_error: Sum of the posture errors of the steps so far, percent.
         environment: State of the environment.
     """
 
@@ -47,6 +48,7 @@ class Moment:
     responsibility: Array | None
     plant: int | None
     push: Array
+    summed_error: float
     environment: EnvironmentMoment
 
 
@@ -89,7 +91,8 @@ class LiveEpisode:
         self._observation: Observation = self.env.reset().observation
         self._acts: list[_Act] = []
         self.is_over = False
-        self.moments = [self._moment(np.zeros((2, 3)))]
+        self.moments: list[Moment] = []
+        self.moments.append(self._moment(np.zeros((2, 3))))
 
     def advance(self, push: Array | None = None) -> None:
         """Act once; after the end of an episode begin the next one.
@@ -167,24 +170,33 @@ class LiveEpisode:
         """Return the present moment, given the forces that led here."""
         task, pairs = self.env.task, self.pairs
         label = int(active_label(self._observation["context"][None])[0])
+        posture, reference = self.env.physics.posture(), task.reference.copy()
+        summed_error = 0.0
+        if self.moments:
+            error = posture_error_percent(posture, reference)
+            summed_error = self.moments[-1].summed_error + error
         return Moment(
             step=task.step,
-            posture=self.env.physics.posture(),
-            reference=task.reference.copy(),
+            posture=posture,
+            reference=reference,
             label="" if label < 0 else task.motion.labels[label],
             responsibility=None if pairs is None else pairs.responsibility,
             plant=task.plant,
             push=push,
+            summed_error=summed_error,
             environment=EnvironmentMoment.of(self.env),
         )
 
 
-def error_percent(moments: Sequence[Moment]) -> float:
-    """Return p_e of moments, percent; NaN of none."""
-    if not moments:
+def error_percent(moments: Sequence[Moment], first: int, last: int) -> float:
+    """Return p_e of the steps from a moment to another, by their indices, percent.
+
+    NaN where there is no step; the first may be before the beginning.
+    """
+    first = max(first, 0)
+    if first >= last:
         return float("nan")
-    postures = np.array([(moment.posture, moment.reference) for moment in moments])
-    return posture_error_percent(postures[:, 0], postures[:, 1])
+    return (moments[last].summed_error - moments[first].summed_error) / (last - first)
 
 
 def _pairs(agent: Agent) -> PairedModels | None:
