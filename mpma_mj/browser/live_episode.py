@@ -16,12 +16,17 @@ from mpma_mj.agents.paired_models import PairedModels
 from mpma_mj.agents.wrappers import Frozen, paired_models_of
 from mpma_mj.context import active_label
 from mpma_mj.envs.interventions import EnvironmentMoment, Intervention
+from mpma_mj.envs.physics import KinematicArms
 from mpma_mj.errors import BadOptionError
 from mpma_mj.metrics import posture_error_percent
 
-__all__ = ["LiveEpisode", "Moment", "error_percent"]
+__all__ = ["LARGEST_FORCE", "LiveEpisode", "Moment", "error_percent", "spring_force"]
 
 Array = NDArray[np.float64]
+
+LARGEST_FORCE = 80.0
+"""Largest force on a hand that is dragged, N (choice)."""
+_STIFFNESS = 400.0  # of the spring between hand and pointer, N/m (choice)
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,6 +151,33 @@ class LiveEpisode:
         self.moments[index].environment.pose(physics.model.ptr, self._past)
         return self._past
 
+    def hand_positions(self, index: int | None = None) -> Array | None:
+        """Return the positions of left and right hand at a moment, shape (2, 3), m; see `data`.
+
+        None where they cannot be pushed: of ideal arms, and of models without hands.
+        """
+        physics = self.env.physics
+        if isinstance(physics, KinematicArms) or not physics.compiled_plants.compiler.has_balls:
+            return None
+        positions: Array = self.data(index).xipos[physics.hand_ids].copy()
+        return positions
+
+    def pull(self, hand: int, pointer: Array) -> Array | None:
+        """Return forces that pull a hand towards a pointer, shape (2, 3), N; see `spring_force`.
+
+        None where hands cannot be pushed.
+
+        Args:
+            hand: 0 for the left hand, 1 for the right.
+            pointer: Position of the pointer, shape (3,), m.
+        """
+        positions = self.hand_positions()
+        if positions is None:
+            return None
+        forces = np.zeros((2, 3))
+        forces[hand] = spring_force(positions[hand], pointer)
+        return forces
+
     def intervene(self, intervention: Intervention) -> None:
         """Set payload, gain, plant or latency by hand; see `TwoArmImitation.intervene`."""
         self.env.task.intervene(self.env.physics, intervention)
@@ -186,6 +218,17 @@ class LiveEpisode:
             summed_error=summed_error,
             environment=EnvironmentMoment.of(self.env),
         )
+
+
+def spring_force(hand: Array, pointer: Array) -> Array:
+    """Return the force on a hand that is dragged, shape (3,), N: of a spring, 80 N at most.
+
+    Args:
+        hand: Position of the hand, shape (3,), m.
+        pointer: Position of the pointer, shape (3,), m.
+    """
+    force = _STIFFNESS * (pointer - hand)
+    return force * min(1.0, LARGEST_FORCE / max(float(np.linalg.norm(force)), 1e-9))
 
 
 def error_percent(moments: Sequence[Moment], first: int, last: int) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import queue
 import threading
@@ -18,7 +17,6 @@ from mpma_mj.browser.live_episode import LiveEpisode, Moment, error_percent
 from mpma_mj.browser.pace import Pace
 from mpma_mj.browser.saved_agent import SavedAgent, other_arms
 from mpma_mj.envs.interventions import Intervention
-from mpma_mj.envs.physics import KinematicArms
 from mpma_mj.envs.plants import Plant
 from mpma_mj.errors import BadOptionError, MpmaError, one_line
 from mpma_mj.evaluation.evaluate import EVALUATION_EPISODE
@@ -27,37 +25,23 @@ from mpma_mj.options import Arms
 from mpma_mj.training.factory import one_thread
 from mpma_mj.training.run_folder import RunFolder
 
-__all__ = ["LARGEST_PUSH", "TEMPOS", "LiveSimulation", "spring_force"]
+__all__ = ["TEMPOS", "LiveSimulation"]
 
 Array = NDArray[np.float64]
 P = ParamSpec("P")
 
 TEMPOS = (0.1, 4.0)
 """Lowest and highest tempo, as a multiple of real time (choice)."""
-LARGEST_PUSH = 80.0
-"""Largest force of a drag, N (choice)."""
-_STIFFNESS = 400.0  # of the spring between hand and pointer, N/m (choice)
 _RECENT = 2.0  # s over which p_e is measured (choice)
 _IDLE = 0.1  # s between two looks at the event that ends the loop
-
-
-def spring_force(hand: Array, pointer: Array) -> Array:
-    """Return the force on a hand that is dragged, shape (3,), N: a spring, limited to 80 N.
-
-    Args:
-        hand: Position of the hand, shape (3,), m.
-        pointer: Position of the pointer, shape (3,), m.
-    """
-    force = _STIFFNESS * (pointer - hand)
-    return force * min(1.0, LARGEST_PUSH / max(float(np.linalg.norm(force)), 1e-9))
 
 
 class LiveSimulation:
     """An agent that dances without learning, and everything that can be done to it meanwhile.
 
     The thread that calls `run_until` owns it. Others only call `request`, with one of the methods
-    below and its arguments; it is called between two steps. Attributes are plain values, which
-    other threads may read, too.
+    below and its arguments; it is called between two steps. Everything is read in `draw`, which
+    the owning thread calls.
 
     Attributes:
         live: Episode of the arms of the run.
@@ -67,7 +51,7 @@ class LiveSimulation:
         dragged: Index of the hand that is dragged, and position of the pointer, shape (3,), m;
             None while none is.
         intervention: Payload, gain, plant and latency that are set by hand.
-        error: What went wrong, in one line; empty since the last request that worked.
+        error: What went wrong, in one line; empty from the next request on.
     """
 
     def __init__(self, agent: SavedAgent) -> None:
@@ -181,11 +165,7 @@ class LiveSimulation:
 
         None where they cannot be pushed: of ideal arms, and of models without hands.
         """
-        physics = self.live.env.physics
-        if isinstance(physics, KinematicArms) or not physics.compiled_plants.compiler.has_balls:
-            return None
-        positions: Array = self.data.xipos[physics.hand_ids].copy()
-        return positions
+        return self.live.hand_positions(self.shown)
 
     @property
     def real_time_factor(self) -> float:
@@ -310,10 +290,7 @@ class LiveSimulation:
 
     def _advance(self) -> None:
         """Do one step of all arms."""
-        push = np.zeros((2, 3))
-        if self.dragged is not None and (positions := self.hand_positions) is not None:
-            hand, pointer = self.dragged
-            push[hand] = spring_force(positions[hand], pointer)
+        push = None if self.dragged is None else self.live.pull(*self.dragged)
         self.live.advance(push)
         if self.compared is None:
             return
@@ -325,13 +302,11 @@ class LiveSimulation:
     def handle_requests(self) -> bool:
         """Do what was requested since the last call; return whether something was."""
         self._requested.clear()
-        any_request = False
-        with contextlib.suppress(queue.Empty):
-            while True:
-                change = self._requests.get_nowait()
-                any_request, self.error = True, ""
-                self._attempt(change)
-        return any_request
+        if number := self._requests.qsize():
+            self.error = ""
+        for _ in range(number):
+            self._attempt(self._requests.get())
+        return number > 0
 
     def run_until(self, stop: threading.Event, draw: Callable[[], None] = lambda: None) -> None:
         """Do requests, and steps in real time, until an event.
