@@ -15,7 +15,7 @@ from mpma_mj.browser.saved_agent import SavedAgent
 from mpma_mj.browser.simulation import LiveSimulation
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.plants import Plant
-from mpma_mj.errors import BadOptionError
+from mpma_mj.errors import BadOptionError, DivergedError
 from mpma_mj.motions import ymca
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.run_folder import RunFolder
@@ -279,6 +279,31 @@ def test_what_fails_is_reported_and_pauses_and_the_loop_goes_on(
     simulation.request(simulation.play)
     simulation.handle_requests()
     assert (simulation.error, simulation.playing) == ("", True)
+
+
+def test_a_simulation_that_diverges_is_reported_and_can_go_back(
+    simulation: LiveSimulation,
+) -> None:
+    steps(simulation, 10)
+    simulation.set_actuator_gain(100.0)
+    with pytest.raises(DivergedError, match=r"diverged: the .* ran away; the next step begins"):
+        steps(simulation, 100)
+    simulation.set_actuator_gain(None)
+    simulation.show(5)
+    simulation.start_here()
+    steps(simulation, 30)
+    assert simulation.episode_error_percent < 5.0
+    simulation.set_actuator_gain(100.0)
+    simulation.request(simulation.play)
+    for _ in range(100):
+        simulation.request(simulation.single_step)
+        simulation.handle_requests()
+        if simulation.error:
+            break
+    assert "ran away" in simulation.error
+    episode = simulation.live.episode
+    simulation.single_step()
+    assert (simulation.live.episode, simulation.moment.step) == (episode + 1, 0)
 
 
 def test_a_picture_that_fails_is_reported(simulation: LiveSimulation) -> None:
