@@ -13,6 +13,7 @@ CHAIN = (
     ("__main__",),
     ("cli",),
     ("commands",),
+    ("browser",),
     ("analysis",),
     ("experiments", "sysid"),
     ("evaluation",),
