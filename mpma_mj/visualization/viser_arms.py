@@ -123,7 +123,12 @@ class GhostNodes:
     """Demonstrated posture: four limbs, with spheres for elbows and wrists at their ends."""
 
     def __init__(
-        self, scene: viser.SceneApi, segment_lengths: Array, *, name: str = "/ghost"
+        self,
+        scene: viser.SceneApi,
+        segment_lengths: Array,
+        *,
+        name: str = "/ghost",
+        position: tuple[float, float, float] = (0.0, 0.0, 0.0),
     ) -> None:
         """Add the nodes.
 
@@ -131,8 +136,9 @@ class GhostNodes:
             scene: Scene of a server or of a client.
             segment_lengths: Lengths of the four segments, shape (4,), m.
             name: Name of the node that holds all others.
+            position: Place of the model's origin in the scene, m.
         """
-        self.root = scene.add_frame(name, show_axes=False)
+        self.root = scene.add_frame(name, show_axes=False, position=position)
         self._limbs = [
             scene.add_mesh_simple(
                 f"{name}/{i}",

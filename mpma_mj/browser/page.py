@@ -1,0 +1,225 @@
+"""The page: arms, demonstration and forces in a scene, readings and controls beside it.
+
+The thread that owns the simulation draws, and adds and removes viewers; callbacks of widgets only
+put requests in its queue. All viewers see the same. One has the controls: the first, until another
+takes them or that one leaves.
+"""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+
+from mpma_mj.browser.controls import Controls, on_user
+from mpma_mj.browser.readings import bars_html, status_html, timeline_html
+from mpma_mj.browser.simulation import LiveSimulation
+from mpma_mj.envs.model_validation import HANDS
+from mpma_mj.visualization.viser_arms import ArmNodes, ForceNode, GhostNodes
+
+__all__ = ["CAMERAS", "Page"]
+
+_BESIDE = 1.3  # m from the arms of the run to those beside them (choice)
+_GRAB_RADIUS, _GRAB_COLOUR = 0.085, (240, 228, 66)
+_TEXTS_EVERY, _TIMELINE_EVERY = 0.1, 0.4  # s (choice)
+_LOOK_AT, _FIELD_OF_VIEW = (0.0, 0.0, 1.12), np.deg2rad(40.0)
+
+CAMERAS = {
+    "front": (2.45, 0.0, 1.45),
+    "side": (0.0, 2.45, 1.45),
+    "three-quarter": (1.75, 1.45, 1.65),
+    "above": (0.9, 0.0, 3.4),
+}
+"""Places of the camera, m, by name."""
+
+
+class Page:
+    """What viewers see, and the widgets of the one who has the controls.
+
+    Attributes:
+        viewers: Viewers by their numbers, in the order in which they came.
+        controls: Widgets of the viewer who has the controls; None while there is no viewer.
+        in_control: Number of that viewer.
+    """
+
+    def __init__(self, server: Any, simulation: LiveSimulation) -> None:
+        """Add everything to an empty page; it belongs to the thread that calls this.
+
+        Args:
+            server: `viser.ViserServer`.
+            simulation: The simulation.
+        """
+        self._server, self._simulation = server, simulation
+        self.viewers: dict[int, Any] = {}
+        self.controls: Controls | None = None
+        self.in_control: int | None = None
+        server.gui.configure_theme(
+            show_logo=False,
+            show_share_button=False,
+            control_width="medium",
+            brand_color=(0, 114, 178),
+        )
+        server.gui.set_panel_label("mpma")
+        server.gui.main_panel.dock_right()
+        self._add_scene()
+        self._add_readings()
+        self._texts_drawn = self._timeline_drawn = 0.0
+        request = simulation.request
+        server.on_client_connect(lambda viewer: request(self._admit, viewer))
+        server.on_client_disconnect(lambda viewer: request(self._leave, viewer))
+
+    def draw(self) -> None:
+        """Show the present state of the simulation."""
+        simulation = self._simulation
+        moment = simulation.moment
+        with self._server.atomic():
+            self._arms.update(simulation.data)
+            self._ghost.update(simulation.site_positions(moment.reference))
+            hands = simulation.hand_positions
+            if hands is not None:
+                for node, hand, force in zip(self._forces, hands, moment.push, strict=True):
+                    node.update(hand, force)
+            self._draw_beside(simulation.site_positions(moment.reference))
+        now = time.monotonic()
+        # Texts cost a browser more than the arms; a state that stays is drawn at once.
+        if not simulation.playing or now - self._texts_drawn >= _TEXTS_EVERY:
+            self._texts_drawn = now
+            self._status.content = status_html(simulation)
+            if simulation.modules:
+                self._bars.content = bars_html(moment.responsibility, simulation.enabled_modules)
+        if not simulation.playing or now - self._timeline_drawn >= _TIMELINE_EVERY:
+            self._timeline_drawn = now
+            self._timeline.content = timeline_html(
+                simulation.moments,
+                simulation.live.env.task.steps,
+                len(simulation.moments) - 1 if simulation.shown is None else simulation.shown,
+                modules=simulation.modules,
+            )
+        if self.controls is not None:
+            self.controls.update()
+
+    def _add_scene(self) -> None:
+        server, simulation = self._server, self._simulation
+        scene, physics = server.scene, simulation.live.env.physics
+        scene.configure_default_lights(cast_shadow=False)
+        server.initial_camera.position = CAMERAS["front"]
+        server.initial_camera.look_at = _LOOK_AT
+        server.initial_camera.fov = _FIELD_OF_VIEW
+        self._arms = ArmNodes(scene, simulation.model, simulation.data)
+        self._ghost = GhostNodes(scene, physics.segment_lengths)
+        self._forces = [ForceNode(scene, name=f"/force/{name}") for name in HANDS]
+        self._beside: tuple[ArmNodes, GhostNodes, list[Any]] | None = None
+        if simulation.hand_positions is not None:
+            for hand in range(len(HANDS)):
+                self._add_grab(hand)
+
+    def _add_grab(self, hand: int) -> None:
+        """Add what a user drags: a sphere around a hand, which moves with it."""
+        simulation, name = self._simulation, HANDS[hand]
+        node = self._server.scene.add_icosphere(
+            f"/arms/{name}/grab",
+            _GRAB_RADIUS,
+            _GRAB_COLOUR,
+            opacity=0.22,
+            cast_shadow=False,
+            receive_shadow=False,
+            position=simulation.model.body(name).ipos,
+        )
+
+        @node.on_drag("left")  # type: ignore[untyped-decorator]
+        async def _(event: Any) -> None:
+            if event.phase == "end":
+                simulation.request(simulation.drag, hand, None)
+            elif event.client_id == self.in_control:
+                simulation.request(simulation.drag, hand, event.end_position)
+
+    def _draw_beside(self, reference: Any) -> None:
+        """Show, move or remove the other kind of arms."""
+        simulation, scene = self._simulation, self._server.scene
+        data, episode = simulation.compared_data, simulation.compared
+        if data is None or episode is None:
+            if self._beside is not None:
+                arms, ghost, labels = self._beside
+                for node in (arms.root, ghost.root, *labels):
+                    node.remove()
+                self._beside = None
+                self._look_from("front")
+            return
+        if self._beside is None:
+            place, physics = (0.0, _BESIDE, 0.0), episode.env.physics
+            kinds = [one.env.task.options.arms for one in (simulation.live, episode)]
+            self._beside = (
+                ArmNodes(scene, physics.model.ptr, data, name="/beside", position=place),
+                GhostNodes(scene, physics.segment_lengths, name="/ghost_beside", position=place),
+                [
+                    scene.add_label(f"/kind/{i}", kind, position=(0.0, i * _BESIDE, 1.75))
+                    for i, kind in enumerate(kinds)
+                ],
+            )
+            self._look_from("front")
+        arms, ghost, _ = self._beside
+        arms.update(data)
+        ghost.update(reference)
+
+    def _add_readings(self) -> None:
+        gui = self._server.gui
+        self._status = gui.add_html("", order=0)
+        self._bars = gui.add_html("", order=1)
+        self._timeline = gui.add_html("", order=2)
+        self._cameras = gui.add_button_group("", tuple(CAMERAS), order=30)
+        request = self._simulation.request
+
+        @self._cameras.on_click  # type: ignore[untyped-decorator]
+        async def _(event: Any) -> None:
+            if event.client is not None:  # each viewer looks from where they like
+                request(self._look_from, event.target.value, event.client)
+
+    def _look_from(self, name: str, viewer: Any = None) -> None:
+        """Move the camera of a viewer, or of all."""
+        beside = np.array([0.0, _BESIDE / 2.0, 0.0]) if self._beside else np.zeros(3)
+        farther = 1.35 if self._beside else 1.0
+        look_at = np.array(_LOOK_AT)
+        for each in [viewer] if viewer is not None else self.viewers.values():
+            with each.atomic():
+                each.camera.position = (
+                    look_at + beside + farther * (np.array(CAMERAS[name]) - look_at)
+                )
+                each.camera.look_at = look_at + beside
+                each.camera.fov = _FIELD_OF_VIEW
+
+    def _admit(self, viewer: Any) -> None:
+        """Add a viewer, who has the controls if nobody else does."""
+        if not self.viewers and len(self._simulation.moments) == 1:
+            self._simulation.play()
+        self.viewers[viewer.client_id] = viewer
+        if self.in_control is None:
+            self._give_controls(viewer)
+        else:
+            self._offer_controls(viewer)
+
+    def _leave(self, viewer: Any) -> None:
+        """Remove a viewer; the next one has the controls where this one did."""
+        self.viewers.pop(viewer.client_id, None)
+        if viewer.client_id == self.in_control:
+            self.in_control, self.controls = None, None
+            self._simulation.drag(0, None)
+            for other in self.viewers.values():
+                self._give_controls(other)
+                break
+
+    def _give_controls(self, viewer: Any) -> None:
+        """Give a viewer the controls; the one who had them only looks on."""
+        before = self.viewers.get(-1 if self.in_control is None else self.in_control)
+        self.in_control = viewer.client_id
+        self._simulation.drag(0, None)
+        viewer.gui.reset()
+        self.controls = Controls(viewer.gui, self._simulation)
+        if before is not None and before is not viewer:
+            self._offer_controls(before)
+
+    def _offer_controls(self, viewer: Any) -> None:
+        viewer.gui.reset()
+        take = viewer.gui.add_button("Take the controls", order=10)
+        take.hint = "Somebody else has them, and then looks on."
+        on_user(take, lambda _: self._simulation.request(self._give_controls, viewer))
