@@ -10,12 +10,14 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from mpma_mj.agents.base import Observation
 from mpma_mj.agents.networks import Network, NetworkFactory, RunIndex
+from mpma_mj.errors import BadOptionError
 from mpma_mj.utils.clipping import clip
 from mpma_mj.utils.seeding import stream
+from mpma_mj.utils.validation import is_boolean
 
 if TYPE_CHECKING:
     from mpma_mj.agents.learning_rules import Epoch, Readouts
@@ -23,6 +25,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Gate",
     "ResponsibilityGate",
+    "checked_mask",
     "learned_part",
     "likelihood",
     "mixed_outputs",
@@ -124,6 +127,19 @@ def learned_part(
     return action - total * command
 
 
+def checked_mask(enabled: ArrayLike, modules: int) -> NDArray[np.bool_]:
+    """Return which of a number of modules are enabled, shape (M,).
+
+    Raises:
+        BadOptionError: There are not as many modules, or an entry is no truth value.
+    """
+    mask = np.asarray(enabled, object)  # of any shape
+    if mask.shape != (modules,) or not all(map(is_boolean, mask)):
+        expected = f"{modules} truth values, one for each module"
+        raise BadOptionError(option="enabled", value=mask.tolist(), expected=expected)
+    return mask.astype(bool)
+
+
 class Gate(ABC):
     """A way to decide which modules control.
 
@@ -139,6 +155,10 @@ class Gate(ABC):
     predictor: Network | None = None
     plants: int = 1
     enabled: NDArray[np.bool_]
+
+    def enable(self, mask: NDArray[np.bool_]) -> None:
+        """Switch modules off or on, from the next step, by a mask of shape (W · M,)."""
+        self.enabled[: len(mask)] = mask
 
     @abstractmethod
     def __call__(self, observation: Observation, predictions: Array | None) -> tuple[Array, Array]:

@@ -125,12 +125,9 @@ class PlantGate(Gate):
     def reset(self, episode: int) -> None:
         """Begin an episode with every plant alike, and reservoirs at rest."""
         self._predictor.reset(episode)
-        self.plants = count = int(self.models.recruited.max())
-        allowed = self.enabled[: count * self._modules].reshape(count, -1)
-        self._allowed = allowed.astype(np.float64)  # (W', M)
+        self.plants = int(self.models.recruited.max())
         self._present = self.models.recruited.copy()  # plants of each run in this episode
-        recruited = np.arange(count) < self._present[..., None]
-        self._possible = recruited & allowed.any(axis=-1)  # (..., W')
+        self._allow()
         number = np.maximum(self._possible.sum(axis=-1, keepdims=True), 1)
         self._belief = self._possible / number
         # Before the first epoch predictions carry no information.
@@ -138,11 +135,24 @@ class PlantGate(Gate):
         self._angles: Array | None = None  # of the step before, as the plant models' inputs
         self._inputs: Array | None = None
 
+    def enable(self, mask: NDArray[np.bool_]) -> None:
+        """Switch modules off or on, from the next step, by a mask of shape (W · M,)."""
+        super().enable(mask)
+        self._allow()
+
+    def _allow(self) -> None:
+        """Let modules that are enabled lead, and plants with such modules be possible."""
+        allowed = self.enabled[: self.plants * self._modules].reshape(self.plants, -1)
+        self._allowed = allowed.astype(np.float64)  # (W', M)
+        recruited = np.arange(self.plants) < self._present[..., None]
+        self._possible = recruited & allowed.any(axis=-1)  # (..., W')
+
     def __call__(self, observation: Observation, predictions: Array | None) -> tuple[Array, Array]:
         """Return priors and responsibilities of a step, each of shape (..., W' · M)."""
         inside = self._priors(self._predictor.step(observation["context"]))  # (..., W', M)
         h = self._config.switching_probability
-        self._belief = before = predicted(self._belief, self._possible, h)
+        belief = _among(self._belief, self._possible)
+        self._belief = before = predicted(belief, self._possible, h)
         prior = _of_plants(before, inside)
         if predictions is not None and self._angles is not None and self._compares:
             move = self._spec.move(self._angles, observation["joint_angles"])[..., None, :]
@@ -325,6 +335,13 @@ def _of_plants(belief: Array, inside: Array) -> Array:
     if belief.shape[-1] > 1:  # else b = 1, or 0 with all priors
         inside = belief[..., None] * inside
     return inside.reshape(*inside.shape[:-2], -1)
+
+
+def _among(belief: Array, possible: NDArray[np.bool_]) -> Array:
+    """Return the belief in plants, (..., W'), without those whose modules were switched off."""
+    if not (belief * ~possible).any():
+        return belief
+    return _normalised(belief * possible)
 
 
 def _normalised(shares: Array) -> Array:
