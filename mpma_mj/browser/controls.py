@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from mpma_mj.browser.simulation import TEMPOS, LiveSimulation
@@ -48,11 +49,11 @@ class Controls:
         self.play = gui.add_button("", order=10)
         self._label_play()
         on_user(self.play, lambda _: ask(live.pause if live.playing else live.play))
-        self.steps = gui.add_button_group("", (_STEP, _START_HERE, _RESTART), order=11)
+        self.steps = gui.add_button_group("move", (_STEP, _START_HERE, _RESTART), order=11)
         moves = {_STEP: live.single_step, _START_HERE: live.start_here, _RESTART: live.restart}
         on_user(self.steps, lambda name: ask(moves[name]))
         last = live.live.env.task.steps
-        self.scrub = gui.add_slider("step", 0, last, 1, live.moment.step, order=12)
+        self.scrub = gui.add_slider("step", 0, last, 1, len(live.moments) - 1, order=12)
         on_user(self.scrub, lambda index: ask(live.show, index))
         self.tempo = gui.add_slider("tempo", *TEMPOS, 0.1, live.tempo, order=13)
         on_user(self.tempo, lambda tempo: ask(live.set_tempo, tempo))
@@ -72,7 +73,7 @@ class Controls:
             self._playing = simulation.playing
             self._label_play()
         if simulation.shown is None:
-            self.scrub.value = simulation.moment.step
+            self.scrub.value = len(simulation.moments) - 1
         for box, enabled in zip(self.boxes, simulation.enabled_modules, strict=True):
             box.value = enabled
 
@@ -85,14 +86,14 @@ class Controls:
         live = self._simulation
         for i, enabled in enumerate(live.enabled_modules):
             box = self._gui.add_checkbox(f"module {i + 1}", enabled)
-            on_user(box, lambda on, i=i: live.request(live.enable_module, i, on))
+            on_user(box, partial(live.request, live.enable_module, i))
             self.boxes.append(box)
 
     def _add_plant(self) -> None:
         gui, live, values = self._gui, self._simulation, self._plant_values(None)
         ask = live.request
         choices = tuple(f"plant {i + 1}" for i in range(len(live.plants)))
-        self.plant = gui.add_button_group("", (*choices, _AS_IN_RUN))
+        self.plant = gui.add_button_group("plant", (*choices, _AS_IN_RUN))
         on_user(self.plant, lambda name: ask(self._set_plant, (*choices, _AS_IN_RUN).index(name)))
         self.payload = gui.add_slider(
             "payload, kg",
@@ -129,8 +130,9 @@ class Controls:
         return plants_of(self._simulation.live.env.task.options)[present or 0]
 
     def _latency(self) -> int:
+        """Return the latency of the run, control steps; the lowest of a range."""
         latency = self._simulation.live.env.task.options.latency
-        return int(latency) if isinstance(latency, int) else 0
+        return int(latency[0] if isinstance(latency, tuple) else latency)
 
 
 def _other(simulation: LiveSimulation) -> str:

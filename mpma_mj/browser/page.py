@@ -7,18 +7,23 @@ takes them or that one leaves.
 
 from __future__ import annotations
 
+import threading
 import time
+import warnings
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from mpma_mj.browser.controls import Controls, on_user
 from mpma_mj.browser.readings import bars_html, status_html, timeline_html
+from mpma_mj.browser.server import Address, open_server
 from mpma_mj.browser.simulation import LiveSimulation
 from mpma_mj.envs.model_validation import HANDS
+from mpma_mj.errors import OptionWarning
 from mpma_mj.visualization.viser_arms import ArmNodes, ForceNode, GhostNodes
 
-__all__ = ["CAMERAS", "Page"]
+__all__ = ["CAMERAS", "Page", "serve"]
 
 _BESIDE = 1.3  # m from the arms of the run to those beside them (choice)
 _GRAB_RADIUS, _GRAB_COLOUR = 0.085, (240, 228, 66)
@@ -26,12 +31,45 @@ _TEXTS_EVERY, _TIMELINE_EVERY = 0.1, 0.4  # s (choice)
 _LOOK_AT, _FIELD_OF_VIEW = (0.0, 0.0, 1.12), np.deg2rad(40.0)
 
 CAMERAS = {
-    "front": (2.45, 0.0, 1.45),
-    "side": (0.0, 2.45, 1.45),
-    "three-quarter": (1.75, 1.45, 1.65),
-    "above": (0.9, 0.0, 3.4),
+    "front": (2.7, 0.0, 1.45),
+    "side": (0.0, 2.7, 1.45),
+    "oblique": (1.95, 1.65, 1.75),
 }
 """Places of the camera, m, by name."""
+
+
+def serve(
+    address: Address,
+    simulation: LiveSimulation,
+    *,
+    on_open: Callable[[], None] = lambda: None,
+    stop: threading.Event | None = None,
+) -> None:
+    """Serve the page and simulate in this thread, until it is interrupted.
+
+    Args:
+        address: As `find_address` returned it.
+        simulation: The simulation.
+        on_open: Called once, when browsers can connect.
+        stop: Ends it, too.
+
+    Raises:
+        MpmaError: viser is not installed.
+    """
+    with open_server(address) as server:
+        page = Page(server, simulation)
+        page.draw()
+        if address.is_open:
+            warnings.warn(
+                OptionWarning(
+                    f"{address.host} is open: all who reach this machine can watch and control the"
+                    " page, without password or encryption",
+                    remedy="leave {host} out to keep it to this machine",
+                ),
+                stacklevel=2,
+            )
+        on_open()
+        simulation.run_until(stop or threading.Event(), page.draw)
 
 
 class Page:
@@ -54,12 +92,7 @@ class Page:
         self.viewers: dict[int, Any] = {}
         self.controls: Controls | None = None
         self.in_control: int | None = None
-        server.gui.configure_theme(
-            show_logo=False,
-            show_share_button=False,
-            control_width="medium",
-            brand_color=(0, 114, 178),
-        )
+        server.gui.configure_theme(show_logo=False, show_share_button=False)
         server.gui.set_panel_label("mpma")
         server.gui.main_panel.dock_right()
         self._add_scene()
@@ -167,7 +200,7 @@ class Page:
         self._status = gui.add_html("", order=0)
         self._bars = gui.add_html("", order=1)
         self._timeline = gui.add_html("", order=2)
-        self._cameras = gui.add_button_group("", tuple(CAMERAS), order=30)
+        self._cameras = gui.add_button_group("camera", tuple(CAMERAS), order=9)
         request = self._simulation.request
 
         @self._cameras.on_click  # type: ignore[untyped-decorator]

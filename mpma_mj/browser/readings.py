@@ -35,7 +35,7 @@ def status_html(simulation: LiveSimulation) -> str:
         f"{seconds:.2f} s, step {moment.step}; {pace}",
     ]
     if moment.plant is not None:
-        rows.append(_plants(simulation, moment))
+        rows.append(_plant_text(simulation, moment))
     pushes = np.linalg.norm(moment.push, axis=1)
     for side, force in zip(SIDES, pushes, strict=True):
         if force > 0.0:
@@ -87,7 +87,7 @@ def timeline_html(moments: Sequence[Moment], steps: int, shown: int, *, modules:
     """
     stride = math.ceil(len(moments) / _POINTS)
     some = moments[::stride]
-    x = np.arange(len(some)) * stride
+    x = np.arange(len(some)) * float(stride)
     error = np.array([50.0 * np.abs(m.posture - m.reference).mean() for m in some])
     highest = max(1.0, float(error.max()))
     curve = _points(x, _BAND + _CURVE * (1.0 - error / highest))
@@ -140,11 +140,10 @@ def _label_spans(moments: Sequence[Moment], steps: int) -> list[str]:
     return spans
 
 
-def _plants(simulation: LiveSimulation, moment: Moment) -> str:
-    """Return which plant is on, and which one the agent believes in."""
-    name = escape(str(simulation.plants[moment.plant or 0]))
-    believed = "" if simulation.modules == 0 else f", believed {moment.likely_plant + 1}"
-    return f"plant {(moment.plant or 0) + 1} ({name}){believed}"
+def _plant_text(simulation: LiveSimulation, moment: Moment) -> str:
+    """Return which plant is on."""
+    plant = moment.plant or 0
+    return f"plant {plant + 1}: {escape(str(simulation.plants[plant]))}"
 
 
 def _points(x: Array, y: Array) -> str:

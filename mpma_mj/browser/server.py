@@ -15,7 +15,18 @@ from urllib.parse import urlsplit
 
 from mpma_mj.errors import BadOptionError, MpmaError
 
-__all__ = ["Address", "find_address", "is_own_origin", "open_server", "require_web"]
+__all__ = [
+    "PORT",
+    "THIS_MACHINE",
+    "Address",
+    "find_address",
+    "is_own_origin",
+    "open_server",
+    "require_web",
+]
+
+THIS_MACHINE, PORT = "127.0.0.1", 8080
+"""Address that only this machine reaches, and port, unless others are given."""
 
 _PORTS = 100  # that are tried, from the one that is asked for (choice)
 _HIGHEST_PORT = 65535
@@ -122,8 +133,8 @@ def require_web() -> None:
         import viser  # noqa: F401
     except ImportError:
         raise MpmaError(
-            "the page needs viser, which is not installed",
-            remedy="install it: pip install 'mpma-mj[web]'",
+            "the page needs viser, which is not installed; pip install 'mpma-mj[web]', or in a"
+            " checkout pip install -e '.[web]'"
         ) from None
 
 
@@ -155,7 +166,6 @@ def open_server(address: Address) -> Iterator[Any]:
     with contextlib.redirect_stdout(io.StringIO()), _own_pages_only():
         server = Server(address.host, address.port, verbose=False)
     try:
-        server.gui.configure_theme(show_logo=False, show_share_button=False)
         yield server
     finally:
         with contextlib.redirect_stdout(io.StringIO()):

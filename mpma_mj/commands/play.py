@@ -37,7 +37,9 @@ _SIZES = (160, 3840), (240, 2160)  # smallest and largest width and height of a 
 class Play:
     """Play a trained run, or arms that follow a motion ideally, in a window or as a file.
 
-    Such as mpma play runs/ymca --out dance.mp4 for a video, or --out joints.csv for a robot.
+    Such as mpma play runs/ymca --out dance.mp4 for a video, or --out joints.csv for a robot. With
+    --browser the agent dances live in a page, where it can be pushed and loaded, and its modules
+    switched off; the feedback controller follows a motion there.
     """
 
     source: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|MOTION")]
@@ -54,6 +56,13 @@ class Play:
     not given."""
     overwrite: bool = False
     """Replace that file if it exists."""
+    browser: bool = False
+    """Show a page for a web browser in place of the window (docs/guides/browser.md)."""
+    host: str | None = None
+    """Address at which the page is served; 127.0.0.1 if not given, which no other machine reaches,
+    or 0.0.0.0 to let all of them watch and control it."""
+    port: int | None = None
+    """Port of the page, or the next one that is free; 8080 if not given."""
     reading: Reading = ReadingOptions()
     """Options of reading a recording."""
     given: Given = frozenset()
@@ -62,9 +71,13 @@ class Play:
         """Play until the window is closed, or write the file and return its path."""
         from mpma_mj.envs.frame_writer import VIDEO_FORMATS
 
+        self._check_page()
         check_new_file("out", self.out, VIDEO_FORMATS + MOTION_FORMATS, overwrite=self.overwrite)
         is_video = self.out is not None and self.out.suffix in VIDEO_FORMATS
         size = self._checked_size(is_video)
+        if self.browser:
+            self._serve_page()
+            return None
         if is_video:
             require_backend()
         trace, motion, times, options = self._of_run() if self._is_run else self._of_motion()
@@ -101,6 +114,34 @@ class Play:
             on_open=lambda: print(keys, flush=True),
         )
         return None
+
+    def _check_page(self) -> None:
+        """Refuse options of the page without one, and files with one.
+
+        Raises:
+            BadOptionError: There is such an option.
+        """
+        for option in ("host", "port"):
+            if not self.browser and getattr(self, option) is not None:
+                remedy = "give {browser}, or leave it out"
+                raise BadOptionError(f"--{option} is for the page", remedy=remedy)
+        if self.browser and self.out is not None:
+            raise BadOptionError("--browser writes no file", remedy="leave {out} out")
+
+    def _serve_page(self) -> None:
+        """Serve the page until the process is interrupted."""
+        from mpma_mj.browser.server import PORT, THIS_MACHINE, find_address, require_web
+
+        require_web()
+        address = find_address(self.host or THIS_MACHINE, PORT if self.port is None else self.port)
+        from mpma_mj.browser.page import serve
+        from mpma_mj.browser.simulation import LiveSimulation
+
+        if self._is_run:
+            simulation = LiveSimulation.of_run(self._folder())
+        else:
+            simulation = LiveSimulation.of_motion(self._read_motion()[0])
+        serve(address, simulation, on_open=lambda: print(address.url, flush=True))
 
     def _checked_size(self, is_video: bool) -> tuple[int, int] | None:
         """Return width and height of the video, None for the default.
@@ -140,22 +181,28 @@ class Play:
             return RunFolder(Path(self.source)).sound
         return None if self.reading.audio is None else Path(self.reading.audio)
 
-    def _of_run(self) -> tuple[Trace, Motion, None, EnvironmentOptions]:
+    def _folder(self) -> RunFolder:
+        """Return the folder of the run; options of reading are refused, as it has been read."""
         from mpma_mj.training.run_folder import RunFolder
 
-        folder = RunFolder(Path(self.source))
-        options = folder.read_config().env
         for option in sorted(self.given & {field.name for field in fields(ReadingOptions)}):
             raise BadOptionError(
                 f"{self.source} is a run", remedy=f"leave {{{option}}} out: it is for a recording"
             )
+        return RunFolder(Path(self.source))
+
+    def _of_run(self) -> tuple[Trace, Motion, None, EnvironmentOptions]:
+        from mpma_mj.training.run_folder import RunFolder
+
+        options = RunFolder(Path(self.source)).read_config().env
+        folder = self._folder()
         return folder.read_trace(), folder.read_motion(), None, options
 
-    def _of_motion(self) -> tuple[Trace, Motion, NDArray[np.float64], None]:
+    def _read_motion(self) -> tuple[Motion, NDArray[np.float64]]:
+        """Return the motion and its times in the recording."""
         from mpma_mj.envs.load import arm_limits
         from mpma_mj.motions import BUILT_IN
         from mpma_mj.motions.loader import import_motion
-        from mpma_mj.visualization.episode import ideal_trace
 
         known = self.source in BUILT_IN or Path(self.source).exists()
         if not (known or is_web_address(self.source)):
@@ -165,7 +212,13 @@ class Play:
             )
         motion, report = import_motion(self.source, self.reading, limits=arm_limits("physics"))
         report.emit_warnings(self.source)
-        return ideal_trace(motion), motion, report.times, None
+        return motion, report.times
+
+    def _of_motion(self) -> tuple[Trace, Motion, NDArray[np.float64], None]:
+        from mpma_mj.visualization.episode import ideal_trace
+
+        motion, times = self._read_motion()
+        return ideal_trace(motion), motion, times, None
 
 
 def _export_run(path: Path, trace: Trace, motion: Motion, options: EnvironmentOptions) -> None:
