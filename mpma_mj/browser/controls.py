@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 from mpma_mj.browser.simulation import TEMPOS, LiveSimulation
@@ -63,7 +62,7 @@ class Controls:
                 self._add_boxes()
         with gui.add_folder("Arms", order=21):
             self._add_plant()
-            self.compare = gui.add_checkbox(f"{_other(live)} arms beside", bool(live.compared))
+            self.compare = gui.add_checkbox(f"{_other(live)} arms", bool(live.compared))
             on_user(self.compare, lambda shown: ask(live.compare, shown))
 
     def update(self) -> None:
@@ -85,8 +84,12 @@ class Controls:
     def _add_boxes(self) -> None:
         live = self._simulation
         for i, enabled in enumerate(live.enabled_modules):
+
+            def switch(on: bool, index: int = i) -> None:
+                live.request(live.enable_module, index, on)
+
             box = self._gui.add_checkbox(f"module {i + 1}", enabled)
-            on_user(box, partial(live.request, live.enable_module, i))
+            on_user(box, switch)
             self.boxes.append(box)
 
     def _add_plant(self) -> None:

@@ -56,7 +56,9 @@ def serve(
     Raises:
         MpmaError: viser is not installed.
     """
-    with open_server(address) as server:
+    with warnings.catch_warnings(), open_server(address) as server:
+        # Of viser, for widgets of a viewer who has just left; they are removed a moment later.
+        warnings.filterwarnings("ignore", message="Queued a .* on a closed connection")
         page = Page(server, simulation)
         page.draw()
         if address.is_open:

@@ -87,7 +87,7 @@ def timeline_html(moments: Sequence[Moment], steps: int, shown: int, *, modules:
     """
     stride = math.ceil(len(moments) / _POINTS)
     some = moments[::stride]
-    x = np.arange(len(some)) * float(stride)
+    x = np.arange(len(some), dtype=np.float64) * stride
     error = np.array([50.0 * np.abs(m.posture - m.reference).mean() for m in some])
     highest = max(1.0, float(error.max()))
     curve = _points(x, _BAND + _CURVE * (1.0 - error / highest))
