@@ -16,12 +16,17 @@ from mpma_mj.agents.paired_models import PairedModels
 from mpma_mj.agents.wrappers import Frozen, paired_models_of
 from mpma_mj.context import active_label
 from mpma_mj.envs.interventions import EnvironmentMoment, Intervention
+from mpma_mj.envs.physics import KinematicArms
 from mpma_mj.errors import BadOptionError
 from mpma_mj.metrics import posture_error_percent
 
-__all__ = ["LiveEpisode", "Moment", "error_percent"]
+__all__ = ["LARGEST_FORCE", "LiveEpisode", "Moment", "error_percent", "spring_force"]
 
 Array = NDArray[np.float64]
+
+LARGEST_FORCE = 80.0
+"""Largest force on a hand that is dragged, N (choice)."""
+_STIFFNESS = 400.0  # of the spring between hand and pointer, N/m (choice)
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +42,7 @@ class Moment:
             None at the beginning, and of an agent without modules.
         plant: Index of the plant that is on; None in an environment without plants.
         push: Forces on left and right hand that led here, shape (2, 3), N.
+        summed_error: Sum of the posture errors of the steps so far, percent.
         environment: State of the environment.
     """
 
@@ -47,6 +53,7 @@ class Moment:
     responsibility: Array | None
     plant: int | None
     push: Array
+    summed_error: float
     environment: EnvironmentMoment
 
 
@@ -89,7 +96,8 @@ class LiveEpisode:
         self._observation: Observation = self.env.reset().observation
         self._acts: list[_Act] = []
         self.is_over = False
-        self.moments = [self._moment(np.zeros((2, 3)))]
+        self.moments: list[Moment] = []
+        self.moments.append(self._moment(np.zeros((2, 3))))
 
     def advance(self, push: Array | None = None) -> None:
         """Act once; after the end of an episode begin the next one.
@@ -143,6 +151,33 @@ class LiveEpisode:
         self.moments[index].environment.pose(physics.model.ptr, self._past)
         return self._past
 
+    def hand_positions(self, index: int | None = None) -> Array | None:
+        """Return the positions of left and right hand at a moment, shape (2, 3), m; see `data`.
+
+        None where they cannot be pushed: of ideal arms, and of models without hands.
+        """
+        physics = self.env.physics
+        if isinstance(physics, KinematicArms) or not physics.compiled_plants.compiler.has_balls:
+            return None
+        positions: Array = self.data(index).xipos[physics.hand_ids].copy()
+        return positions
+
+    def pull(self, hand: int, pointer: Array) -> Array | None:
+        """Return forces that pull a hand towards a pointer, shape (2, 3), N; see `spring_force`.
+
+        None where hands cannot be pushed.
+
+        Args:
+            hand: 0 for the left hand, 1 for the right.
+            pointer: Position of the pointer, shape (3,), m.
+        """
+        positions = self.hand_positions()
+        if positions is None:
+            return None
+        forces = np.zeros((2, 3))
+        forces[hand] = spring_force(positions[hand], pointer)
+        return forces
+
     def intervene(self, intervention: Intervention) -> None:
         """Set payload, gain, plant or latency by hand; see `TwoArmImitation.intervene`."""
         self.env.task.intervene(self.env.physics, intervention)
@@ -167,24 +202,44 @@ class LiveEpisode:
         """Return the present moment, given the forces that led here."""
         task, pairs = self.env.task, self.pairs
         label = int(active_label(self._observation["context"][None])[0])
+        posture, reference = self.env.physics.posture(), task.reference.copy()
+        summed_error = 0.0
+        if self.moments:
+            error = posture_error_percent(posture, reference)
+            summed_error = self.moments[-1].summed_error + error
         return Moment(
             step=task.step,
-            posture=self.env.physics.posture(),
-            reference=task.reference.copy(),
+            posture=posture,
+            reference=reference,
             label="" if label < 0 else task.motion.labels[label],
             responsibility=None if pairs is None else pairs.responsibility,
             plant=task.plant,
             push=push,
+            summed_error=summed_error,
             environment=EnvironmentMoment.of(self.env),
         )
 
 
-def error_percent(moments: Sequence[Moment]) -> float:
-    """Return p_e of moments, percent; NaN of none."""
-    if not moments:
+def spring_force(hand: Array, pointer: Array) -> Array:
+    """Return the force on a hand that is dragged, shape (3,), N: of a spring, 80 N at most.
+
+    Args:
+        hand: Position of the hand, shape (3,), m.
+        pointer: Position of the pointer, shape (3,), m.
+    """
+    force = _STIFFNESS * (pointer - hand)
+    return force * min(1.0, LARGEST_FORCE / max(float(np.linalg.norm(force)), 1e-9))
+
+
+def error_percent(moments: Sequence[Moment], first: int, last: int) -> float:
+    """Return p_e of the steps from a moment to another, by their indices, percent.
+
+    NaN where there is no step; the first may be before the beginning.
+    """
+    first = max(first, 0)
+    if first >= last:
         return float("nan")
-    postures = np.array([(moment.posture, moment.reference) for moment in moments])
-    return posture_error_percent(postures[:, 0], postures[:, 1])
+    return (moments[last].summed_error - moments[first].summed_error) / (last - first)
 
 
 def _pairs(agent: Agent) -> PairedModels | None:

@@ -2,148 +2,90 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import queue
 import threading
 import time
-from collections import deque
-from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Callable, Sequence
 from typing import Any, ParamSpec
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.agents import FeedbackOnlyConfig
 from mpma_mj.browser.live_episode import LiveEpisode, Moment, error_percent
+from mpma_mj.browser.pace import Pace
+from mpma_mj.browser.saved_agent import SavedAgent, other_arms
 from mpma_mj.envs.interventions import Intervention
-from mpma_mj.envs.load import make_environment
-from mpma_mj.envs.options import FIELDS_OF_PLANTS, MASS_OPTIONS, EnvironmentOptions
-from mpma_mj.envs.physics import KinematicArms
 from mpma_mj.envs.plants import Plant
 from mpma_mj.errors import BadOptionError, MpmaError, one_line
 from mpma_mj.evaluation.evaluate import EVALUATION_EPISODE
 from mpma_mj.motions import Motion
 from mpma_mj.options import Arms
-from mpma_mj.training.checkpoints import load_state
-from mpma_mj.training.config import RunConfig
-from mpma_mj.training.factory import agent_of, one_thread
+from mpma_mj.training.factory import one_thread
 from mpma_mj.training.run_folder import RunFolder
 
-__all__ = ["LARGEST_PUSH", "TEMPOS", "LiveSimulation", "spring_force"]
+__all__ = ["TEMPOS", "LiveSimulation"]
 
 Array = NDArray[np.float64]
 P = ParamSpec("P")
 
 TEMPOS = (0.1, 4.0)
 """Lowest and highest tempo, as a multiple of real time (choice)."""
-LARGEST_PUSH = 80.0
-"""Largest force of a drag, N (choice)."""
-_STIFFNESS = 400.0  # of the spring between hand and pointer, N/m (choice)
-_RECENT = 2.0  # s over which p_e and the real-time factor are measured (choice)
-_LATEST = 0.2  # s of real time that are caught up at most (choice)
+_RECENT = 2.0  # s over which p_e is measured (choice)
 _IDLE = 0.1  # s between two looks at the event that ends the loop
-
-
-def spring_force(hand: Array, pointer: Array) -> Array:
-    """Return the force on a hand that is dragged, shape (3,), N: a spring, limited to 80 N.
-
-    Args:
-        hand: Position of the hand, shape (3,), m.
-        pointer: Position of the pointer, shape (3,), m.
-    """
-    force = _STIFFNESS * (pointer - hand)
-    return force * min(1.0, LARGEST_PUSH / max(float(np.linalg.norm(force)), 1e-9))
 
 
 class LiveSimulation:
     """An agent that dances without learning, and everything that can be done to it meanwhile.
 
     The thread that calls `run_until` owns it. Others only call `request`, with one of the methods
-    below and its arguments; it is called between two steps. Attributes are plain values, which
-    other threads may read, too.
+    below and its arguments; it is called between two steps. Everything is read in `draw`, which
+    the owning thread calls.
 
     Attributes:
         live: Episode of the arms of the run.
         compared: Episode of the other kind of arms beside it; None while it is not shown.
         playing: Whether it plays; else it is paused.
-        tempo: Tempo as a multiple of real time.
         shown: Index of the past moment that is shown while paused; None for the present.
         dragged: Index of the hand that is dragged, and position of the pointer, shape (3,), m;
             None while none is.
         intervention: Payload, gain, plant and latency that are set by hand.
-        error: What went wrong, in one line; empty since the last request that worked.
+        error: What went wrong, in one line; empty from the next request on.
     """
 
-    def __init__(
-        self,
-        config: RunConfig,
-        motion: Motion,
-        state: Mapping[str, Array] | None = None,
-        source: Path | None = None,
-    ) -> None:
-        """Begin paused at the first moment of an episode that no training has had.
-
-        Args:
-            config: Config of the run.
-            motion: Its motion.
-            state: State of the agent, as `state_dict` returns it; an agent that does not learn has
-                none.
-            source: File from which the state was read, for errors.
+    def __init__(self, agent: SavedAgent) -> None:
+        """Begin paused, at the first moment of an episode that no training has had.
 
         Raises:
-            MpmaError: The arms cannot follow the motion, or the state does not fit the config.
+            MpmaError: The arms cannot follow the motion, or the agent's state does not fit it.
         """
-        self._config, self._motion, self._state, self._source = config, motion, state, source
-        self.live = self._episode(config.env, EVALUATION_EPISODE)
+        self._agent = agent
+        self.live = agent.episode(EVALUATION_EPISODE)
         self.compared: LiveEpisode | None = None
-        self.playing, self.tempo = False, 1.0
+        self.playing = False
         self.shown: int | None = None
         self.dragged: tuple[int, Array] | None = None
         self.intervention = Intervention()
         self.error = ""
+        self._pace = Pace(self.live.env.control_timestep())
         self._requests: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._requested = threading.Event()
-        self._due = 0.0  # time of the next step, s
-        self._stepped: deque[float] = deque()  # times of the last steps, s
 
     @classmethod
     def of_run(cls, folder: RunFolder) -> LiveSimulation:
-        """Return the agent of a run's best epoch with its arms and motion.
-
-        Raises:
-            MpmaError: There is no run, or it is damaged.
-        """
-        config = folder.read_config()
-        state, _ = folder.read_best(config)
-        return cls(config, folder.read_motion(), state, folder.checkpoint("best"))
+        """Return that of a run's best epoch; see `SavedAgent.of_run`."""
+        return cls(SavedAgent.of_run(folder))
 
     @classmethod
     def of_motion(cls, motion: Motion, arms: Arms = "physics") -> LiveSimulation:
-        """Return arms that the feedback controller alone lets follow a motion.
-
-        Raises:
-            MpmaError: The arms cannot follow the motion.
-        """
-        env = EnvironmentOptions(arms=arms)
-        config = RunConfig(agent=FeedbackOnlyConfig(), agent_name="feedback_only", env=env)
-        return cls(config, motion)
-
-    def _episode(self, options: EnvironmentOptions, number: int) -> LiveEpisode:
-        """Return an episode of the agent, with arms of these options, at its beginning."""
-        seed = self._config.seed
-        env = make_environment(self._motion, options, seed, adjustable=True)
-        agent = agent_of(self._config, env, seed)
-        if self._state is not None:
-            load_state(agent, self._state, self._source)
-        return LiveEpisode(env, agent, number)
+        """Return that of the feedback controller alone; see `SavedAgent.of_motion`."""
+        return cls(SavedAgent.of_motion(motion, arms))
 
     @property
     def motion(self) -> Motion:
         """The motion that is imitated."""
-        return self._motion
+        return self._agent.motion
 
     @property
     def modules(self) -> int:
@@ -163,9 +105,14 @@ class LiveSimulation:
         return self.live.env.task.options.plants or ()
 
     @property
-    def step_duration(self) -> float:
-        """Simulated time of a step, s."""
-        return float(self.live.env.control_timestep())
+    def steps(self) -> int:
+        """Number of steps of an episode."""
+        return self.live.env.task.steps
+
+    @property
+    def tempo(self) -> float:
+        """Tempo as a multiple of real time."""
+        return self._pace.tempo
 
     @property
     def moments(self) -> Sequence[Moment]:
@@ -175,22 +122,23 @@ class LiveSimulation:
     @property
     def moment(self) -> Moment:
         """The moment that is shown."""
-        return self.moments[-1 if self.shown is None else self.shown]
+        return self.moments[self._index]
 
     @property
     def recent_error_percent(self) -> float:
         """p_e of the two seconds up to the moment that is shown, percent; NaN at the beginning."""
-        steps = max(1, round(_RECENT / self.step_duration))
-        return error_percent(self._until_shown()[-steps:])
+        steps = max(1, round(_RECENT / self._pace.step_duration))
+        return error_percent(self.moments, self._index - steps, self._index)
 
     @property
     def episode_error_percent(self) -> float:
         """p_e of the episode up to the moment that is shown, percent; NaN at the beginning."""
-        return error_percent(self._until_shown())
+        return error_percent(self.moments, 0, self._index)
 
-    def _until_shown(self) -> Sequence[Moment]:
-        """Return the moments that count for p_e: without the first, at which the arms start."""
-        return self.moments[1 : None if self.shown is None else self.shown + 1]
+    @property
+    def _index(self) -> int:
+        """Index of the moment that is shown."""
+        return len(self.moments) - 1 if self.shown is None else self.shown
 
     @property
     def model(self) -> mujoco.MjModel:
@@ -217,19 +165,12 @@ class LiveSimulation:
 
         None where they cannot be pushed: of ideal arms, and of models without hands.
         """
-        physics = self.live.env.physics
-        if isinstance(physics, KinematicArms) or not physics.compiled_plants.compiler.has_balls:
-            return None
-        positions: Array = self.data.xipos[physics.hand_ids].copy()
-        return positions
+        return self.live.hand_positions(self.shown)
 
     @property
     def real_time_factor(self) -> float:
         """Simulated time over real time of the last two seconds; 0 while paused."""
-        if not self.playing or len(self._stepped) < 2:
-            return 0.0
-        elapsed = self._stepped[-1] - self._stepped[0]
-        return (len(self._stepped) - 1) * self.step_duration / max(elapsed, 1e-9)
+        return self._pace.real_time_factor if self.playing else 0.0
 
     def request(self, change: Callable[P, None], *args: P.args, **kwargs: P.kwargs) -> None:
         """Let the owning thread call a method of this simulation, before its next step."""
@@ -239,8 +180,7 @@ class LiveSimulation:
     def play(self) -> None:
         """Play on, from the present."""
         self.playing, self.shown = True, None
-        self._due = time.monotonic()
-        self._stepped.clear()
+        self._pace.start(time.monotonic())
 
     def pause(self) -> None:
         """Pause."""
@@ -275,7 +215,7 @@ class LiveSimulation:
 
     def set_tempo(self, tempo: float) -> None:
         """Set the tempo as a multiple of real time; the nearest of `TEMPOS` counts."""
-        self.tempo = float(np.clip(tempo, *TEMPOS))
+        self._pace.tempo = float(np.clip(tempo, *TEMPOS))
 
     def set_payload(self, payload: float | None) -> None:
         """Set the mass of a ball in each hand, kg; None for that of the run."""
@@ -328,7 +268,8 @@ class LiveSimulation:
         if not shown:
             self.compared = None
         elif self.compared is None:
-            other = self._episode(other_arms(self._config.env), self.live.episode)
+            options = other_arms(self._agent.config.env)
+            other = self._agent.episode(self.live.episode, options)
             other.intervene(_without_plants_of_others(self.intervention, other))
             if self.modules:
                 other.set_enabled_modules(self.enabled_modules)
@@ -349,10 +290,7 @@ class LiveSimulation:
 
     def _advance(self) -> None:
         """Do one step of all arms."""
-        push = np.zeros((2, 3))
-        if self.dragged is not None and (positions := self.hand_positions) is not None:
-            hand, pointer = self.dragged
-            push[hand] = spring_force(positions[hand], pointer)
+        push = None if self.dragged is None else self.live.pull(*self.dragged)
         self.live.advance(push)
         if self.compared is None:
             return
@@ -364,41 +302,35 @@ class LiveSimulation:
     def handle_requests(self) -> bool:
         """Do what was requested since the last call; return whether something was."""
         self._requested.clear()
-        any_request = False
-        with contextlib.suppress(queue.Empty):
-            while True:
-                change = self._requests.get_nowait()
-                any_request, self.error = True, ""
-                self._attempt(change)
-        return any_request
+        if number := self._requests.qsize():
+            self.error = ""
+        for _ in range(number):
+            self._attempt(self._requests.get())
+        return number > 0
 
     def run_until(self, stop: threading.Event, draw: Callable[[], None] = lambda: None) -> None:
         """Do requests, and steps in real time, until an event.
 
-        What the computer is late is caught up by at most 0.2 s. What fails is reported as `error`,
-        and pauses.
+        What fails is reported as `error`, and pauses.
 
         Args:
             stop: Ends the loop.
             draw: Called at first, after each step and after requests.
         """
-        changed, self._due = True, time.monotonic()
+        changed, pace = True, self._pace
         with one_thread():
             while not stop.is_set():
                 changed |= self.handle_requests()
                 now = time.monotonic()
-                if self.playing and now >= self._due:
+                if self.playing and not pace.wait(now):
                     self._attempt(self._advance)
-                    self._due = max(self._due + self.step_duration / self.tempo, now - _LATEST)
-                    self._stepped.append(now)
-                    while now - self._stepped[0] > _RECENT:
-                        self._stepped.popleft()
+                    pace.step(now)
                     changed = True
                 if changed:
                     self._attempt(draw)
                 changed = False
-                wait = self._due - time.monotonic() if self.playing else _IDLE
-                self._requested.wait(min(max(wait, 0.0), _IDLE))
+                wait = pace.wait(time.monotonic()) if self.playing else _IDLE
+                self._requested.wait(min(wait, _IDLE))
 
     def _attempt(self, change: Callable[[], None]) -> None:
         """Do something; where it fails, say why and pause."""
@@ -408,15 +340,6 @@ class LiveSimulation:
             self.playing = False
             kind = "" if isinstance(error, MpmaError) else f"{type(error).__name__}: "
             self.error = one_line(f"{kind}{error}")
-
-
-def other_arms(options: EnvironmentOptions) -> EnvironmentOptions:
-    """Return options with the other kind of arms; ideal arms have no mass and one plant."""
-    if options.arms == "kinematic":
-        return dataclasses.replace(options, arms="physics")
-    defaults = EnvironmentOptions()
-    changes = {name: getattr(defaults, name) for name in MASS_OPTIONS + FIELDS_OF_PLANTS}
-    return dataclasses.replace(options, arms="kinematic", **changes)
 
 
 def _without_plants_of_others(intervention: Intervention, episode: LiveEpisode) -> Intervention:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 __all__: list[str] = ["LONGEST_LATENCY", "EnvironmentMoment", "Intervention"]
 
-LONGEST_LATENCY = 20
+LONGEST_LATENCY = 10
 """Longest latency that an intervention can set, control steps (choice)."""
 
 

@@ -253,7 +253,7 @@ class TwoArmImitation(control.Task):
         """Go back to a moment of the present episode; what is set by hand stays."""
         self.__dict__.update(saved)
         del self._postures[postures:]
-        self._switch_plant(physics)
+        self.set_plant(physics)
 
     @property
     def _latency(self) -> np.intp | None:
