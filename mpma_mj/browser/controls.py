@@ -51,7 +51,7 @@ class Controls:
         self.steps = gui.add_button_group("move", (_STEP, _START_HERE, _RESTART), order=11)
         moves = {_STEP: live.single_step, _START_HERE: live.start_here, _RESTART: live.restart}
         on_user(self.steps, lambda name: ask(moves[name]))
-        last = live.live.env.task.steps
+        last = live.steps
         self.scrub = gui.add_slider("step", 0, last, 1, len(live.moments) - 1, order=12)
         on_user(self.scrub, lambda index: ask(live.show, index))
         self.tempo = gui.add_slider("tempo", *TEMPOS, 0.1, live.tempo, order=13)

@@ -127,7 +127,7 @@ class Page:
             self._timeline_drawn = now
             self._timeline.content = timeline_html(
                 simulation.moments,
-                simulation.live.env.task.steps,
+                simulation.steps,
                 len(simulation.moments) - 1 if simulation.shown is None else simulation.shown,
                 modules=simulation.modules,
             )

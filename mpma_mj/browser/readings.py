@@ -27,7 +27,7 @@ _BAND, _CURVE = 44, 30  # heights of responsibilities and p_e, pixels
 def status_html(simulation: LiveSimulation) -> str:
     """Return the label and the numbers of the moment that is shown, and the last error."""
     moment = simulation.moment
-    seconds = moment.step * simulation.step_duration
+    seconds = moment.step * simulation.live.env.control_timestep()
     pace = f"{simulation.real_time_factor:.2f} × real time" if simulation.playing else "paused"
     rows = [
         f"<b>p<sub>e</sub> {_percent(simulation.recent_error_percent)}</b> in 2 s,"
