@@ -7,6 +7,7 @@ takes them or that one leaves.
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 import warnings
@@ -23,12 +24,13 @@ from mpma_mj.envs.model_validation import HANDS
 from mpma_mj.errors import OptionWarning
 from mpma_mj.visualization.viser_arms import ArmNodes, ForceNode, GhostNodes
 
-__all__ = ["CAMERAS", "Page", "serve"]
+__all__ = ["CAMERAS", "FIELD_OF_VIEW", "LOOK_AT", "Page", "serve"]
 
 _BESIDE = 1.3  # m from the arms of the run to those beside them (choice)
 _GRAB_RADIUS, _GRAB_COLOUR = 0.085, (240, 228, 66)
 _TEXTS_EVERY, _TIMELINE_EVERY = 0.1, 0.4  # s (choice)
-_LOOK_AT, _FIELD_OF_VIEW = (0.0, 0.0, 1.12), np.deg2rad(40.0)
+LOOK_AT, FIELD_OF_VIEW = (0.0, 0.0, 1.12), math.radians(40.0)
+"""Point in the middle of the picture, m, and vertical angle of view, rad, of all cameras."""
 
 CAMERAS = {
     "front": (2.7, 0.0, 1.45),
@@ -139,8 +141,8 @@ class Page:
         scene, physics = server.scene, simulation.live.env.physics
         scene.configure_default_lights(cast_shadow=False)
         server.initial_camera.position = CAMERAS["front"]
-        server.initial_camera.look_at = _LOOK_AT
-        server.initial_camera.fov = _FIELD_OF_VIEW
+        server.initial_camera.look_at = LOOK_AT
+        server.initial_camera.fov = FIELD_OF_VIEW
         self._arms = ArmNodes(scene, simulation.model, simulation.data)
         self._ghost = GhostNodes(scene, physics.segment_lengths)
         self._forces = [ForceNode(scene, name=f"/force/{name}") for name in HANDS]
@@ -214,14 +216,14 @@ class Page:
         """Move the camera of a viewer, or of all."""
         beside = np.array([0.0, _BESIDE / 2.0, 0.0]) if self._beside else np.zeros(3)
         farther = 1.35 if self._beside else 1.0
-        look_at = np.array(_LOOK_AT)
+        look_at = np.array(LOOK_AT)
         for each in [viewer] if viewer is not None else self.viewers.values():
             with each.atomic():
                 each.camera.position = (
                     look_at + beside + farther * (np.array(CAMERAS[name]) - look_at)
                 )
                 each.camera.look_at = look_at + beside
-                each.camera.fov = _FIELD_OF_VIEW
+                each.camera.fov = FIELD_OF_VIEW
 
     def _admit(self, viewer: Any) -> None:
         """Add a viewer, who has the controls if nobody else does."""
