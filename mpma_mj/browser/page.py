@@ -27,6 +27,7 @@ from mpma_mj.visualization.viser_arms import ArmNodes, ForceNode, GhostNodes
 __all__ = ["CAMERAS", "FIELD_OF_VIEW", "LOOK_AT", "Page", "serve"]
 
 _BESIDE = 1.3  # m from the arms of the run to those beside them (choice)
+_REACH = 0.98  # m, from the middle of the shoulders to the end of a stretched arm, and some more
 _GRAB_RADIUS, _GRAB_COLOUR = 0.085, (240, 228, 66)
 _TEXTS_EVERY, _TIMELINE_EVERY = 0.1, 0.4  # s (choice)
 LOOK_AT, FIELD_OF_VIEW = (0.0, 0.0, 1.12), math.radians(40.0)
@@ -213,23 +214,25 @@ class Page:
                 request(self._look_from, event.target.value, event.client)
 
     def _look_from(self, name: str, viewer: Any = None) -> None:
-        """Move the camera of a viewer, or of all."""
-        beside = np.array([0.0, _BESIDE / 2.0, 0.0]) if self._beside else np.zeros(3)
-        farther = 1.35 if self._beside else 1.0
-        look_at = np.array(LOOK_AT)
+        """Move the camera of a viewer, or of all, to where all arms fit into the picture."""
+        middle, half_width = np.array(LOOK_AT), _REACH
+        if self._beside is not None:
+            middle[1] += _BESIDE / 2.0
+            half_width += _BESIDE / 2.0
+        eye = np.array(CAMERAS[name]) - LOOK_AT
         for each in [viewer] if viewer is not None else self.viewers.values():
+            camera = each.camera
+            width = math.tan(FIELD_OF_VIEW / 2.0) * camera.aspect * float(np.linalg.norm(eye))
             with each.atomic():
-                each.camera.position = (
-                    look_at + beside + farther * (np.array(CAMERAS[name]) - look_at)
-                )
-                each.camera.look_at = look_at + beside
-                each.camera.fov = FIELD_OF_VIEW
+                camera.position = middle + eye * max(1.0, half_width / width)
+                camera.look_at, camera.fov = middle, FIELD_OF_VIEW
 
     def _admit(self, viewer: Any) -> None:
         """Add a viewer, who has the controls if nobody else does."""
         if not self.viewers and len(self._simulation.moments) == 1:
             self._simulation.play()
         self.viewers[viewer.client_id] = viewer
+        self._look_from("front", viewer)
         if self.in_control is None:
             self._give_controls(viewer)
         else:
