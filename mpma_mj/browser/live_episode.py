@@ -80,6 +80,7 @@ class LiveEpisode:
         episode: Number of the episode.
         moments: Moments of the episode so far.
         is_over: Whether the episode has ended.
+        failure: Why it ended before the demonstration; empty if it did not.
     """
 
     def __init__(self, env: control.Environment, agent: Agent, episode: int) -> None:
@@ -95,7 +96,7 @@ class LiveEpisode:
         self.agent.reset(episode)
         self._observation: Observation = self.env.reset().observation
         self._acts: list[_Act] = []
-        self.is_over = False
+        self.is_over, self.failure = False, ""
         self.moments: list[Moment] = []
         self.moments.append(self._moment(np.zeros((2, 3))))
 
@@ -116,6 +117,7 @@ class LiveEpisode:
         self._acts.append(_Act(self._observation, plant, self.enabled_modules))
         timestep = self.env.step(self._act(self._acts[-1]))
         self._observation, self.is_over = timestep.observation, timestep.last()
+        self.failure = task.termination_reason if timestep.discount == 0.0 else ""
         self.moments.append(self._moment(forces))
 
     def go_back(self, index: int) -> None:
@@ -126,7 +128,8 @@ class LiveEpisode:
         """
         del self.moments[index + 1 :]
         if index < len(self._acts):
-            self._observation, self.is_over = self._acts[index].observation, False
+            self._observation = self._acts[index].observation
+            self.is_over, self.failure = False, ""
         del self._acts[index:]
         self.moments[index].environment.restore(self.env)
         enabled = self.enabled_modules

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.agents import FeedbackOnlyConfig
 from mpma_mj.browser.live_episode import LiveEpisode
+from mpma_mj.envs.interventions import Intervention
 from mpma_mj.envs.load import make_environment
 from mpma_mj.envs.options import FIELDS_OF_PLANTS, MASS_OPTIONS, EnvironmentOptions
 from mpma_mj.motions import Motion
@@ -21,7 +22,7 @@ from mpma_mj.training.config import RunConfig
 from mpma_mj.training.factory import agent_of
 from mpma_mj.training.run_folder import RunFolder
 
-__all__ = ["SavedAgent", "other_arms"]
+__all__ = ["SavedAgent", "for_arms", "other_arms"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,3 +83,8 @@ def other_arms(options: EnvironmentOptions) -> EnvironmentOptions:
     defaults = EnvironmentOptions()
     changes = {name: getattr(defaults, name) for name in MASS_OPTIONS + FIELDS_OF_PLANTS}
     return dataclasses.replace(options, arms="kinematic", **changes)
+
+
+def for_arms(options: EnvironmentOptions, intervention: Intervention) -> Intervention:
+    """Return what is set by hand, without a plant where arms of these options have one only."""
+    return intervention if options.plants else dataclasses.replace(intervention, plant=None)

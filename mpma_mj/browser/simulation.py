@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from mpma_mj.browser.live_episode import LiveEpisode, Moment, error_percent
 from mpma_mj.browser.pace import Pace
-from mpma_mj.browser.saved_agent import SavedAgent, other_arms
+from mpma_mj.browser.saved_agent import SavedAgent, for_arms, other_arms
 from mpma_mj.envs.interventions import Intervention
 from mpma_mj.envs.plants import Plant
-from mpma_mj.errors import BadOptionError, MpmaError, one_line
+from mpma_mj.errors import BadOptionError, DivergedError, MpmaError, one_line
 from mpma_mj.evaluation.evaluate import EVALUATION_EPISODE
 from mpma_mj.motions import Motion
 from mpma_mj.options import Arms
@@ -270,7 +270,7 @@ class LiveSimulation:
         elif self.compared is None:
             options = other_arms(self._agent.config.env)
             other = self._agent.episode(self.live.episode, options)
-            other.intervene(_without_plants_of_others(self.intervention, other))
+            other.intervene(for_arms(options, self.intervention))
             if self.modules:
                 other.set_enabled_modules(self.enabled_modules)
             while len(other.moments) < len(self.moments) and not other.is_over:
@@ -286,18 +286,24 @@ class LiveSimulation:
         self.live.intervene(intervention)
         self.intervention = intervention
         if self.compared is not None:
-            self.compared.intervene(_without_plants_of_others(intervention, self.compared))
+            options = self.compared.env.task.options
+            self.compared.intervene(for_arms(options, intervention))
 
     def _advance(self) -> None:
-        """Do one step of all arms."""
+        """Do one step of all arms.
+
+        Raises:
+            DivergedError: The simulation diverged; the next step begins the next episode.
+        """
         push = None if self.dragged is None else self.live.pull(*self.dragged)
         self.live.advance(push)
-        if self.compared is None:
-            return
-        if self.compared.episode != self.live.episode:
-            self.compared.begin(self.live.episode)
-        elif not self.compared.is_over:
-            self.compared.advance(push)
+        if self.compared is not None:
+            if self.compared.episode != self.live.episode:
+                self.compared.begin(self.live.episode)
+            elif not self.compared.is_over:
+                self.compared.advance(push)
+        if self.live.failure:
+            raise DivergedError(f"{self.live.failure}; the next step begins another episode")
 
     def handle_requests(self) -> bool:
         """Do what was requested since the last call; return whether something was."""
@@ -340,9 +346,3 @@ class LiveSimulation:
             self.playing = False
             kind = "" if isinstance(error, MpmaError) else f"{type(error).__name__}: "
             self.error = one_line(f"{kind}{error}")
-
-
-def _without_plants_of_others(intervention: Intervention, episode: LiveEpisode) -> Intervention:
-    """Return what is set by hand, without a plant where the arms of an episode have one only."""
-    has_plants = episode.env.task.options.plants is not None
-    return intervention if has_plants else dataclasses.replace(intervention, plant=None)

@@ -232,3 +232,33 @@ def test_modules_of_each_plant_can_be_switched_off(two_plants: State) -> None:
     for name in ("inverse.weights", "forward.weights", "preferences"):
         own = slice(0, 3) if name != "preferences" else 0
         np.testing.assert_array_equal(state[name][own], two_plants[name][own])
+
+
+def test_a_plant_that_is_on_again_is_believed_in_as_if_it_had_never_been_off(
+    two_plants: State,
+) -> None:
+    env = load("ymca", **ONE)
+
+    def beliefs(*masks: tuple[int, list[bool]]) -> list[np.ndarray]:
+        agent: Any = make_agent(env, SMALL)
+        agent.load_state_dict(two_plants)
+        agent.reset(6)
+        env.task.episode = 6
+        timestep, driver, found = env.reset(), make_agent(env, kind="resolved_rate"), []
+        for step in range(50):
+            for when, mask in masks:
+                if step == when:
+                    agent.set_enabled_modules(mask)
+            executed = driver.act(timestep.observation)
+            agent.act(timestep.observation, executed=executed)
+            found.append(agent.responsibility.reshape(2, 3).sum(axis=1))
+            timestep = env.step(executed)
+        return found
+
+    whole, on = beliefs(), [True] * 6
+    for off in ([False] * 3 + [True] * 3, [True] * 3 + [False] * 3, [False] * 6):
+        found = beliefs((10, off), (30, on))
+        np.testing.assert_array_equal(found[:10] + found[30:], whole[:10] + whole[30:])
+        for shares in found[10:30]:
+            np.testing.assert_allclose(shares, np.array([off[0], off[3]], float), atol=1e-12)
+        np.testing.assert_array_equal(beliefs((10, off), (10, on)), whole)
