@@ -59,9 +59,7 @@ def serve(
     Raises:
         MpmaError: viser is not installed.
     """
-    with warnings.catch_warnings(), open_server(address) as server:
-        # Of viser, for widgets of a viewer who has just left; they are removed a moment later.
-        warnings.filterwarnings("ignore", message="Queued a .* on a closed connection")
+    with open_server(address) as server:
         page = Page(server, simulation)
         page.draw()
         if address.is_open:
@@ -102,6 +100,7 @@ class Page:
         server.gui.main_panel.dock_right()
         self._add_scene()
         self._add_readings()
+        self._error = ""
         self._texts_drawn = self._timeline_drawn = 0.0
         request = simulation.request
         server.on_client_connect(lambda viewer: request(self._admit, viewer))
@@ -111,6 +110,8 @@ class Page:
         """Show the present state of the simulation."""
         simulation = self._simulation
         moment = simulation.moment
+        if simulation.error or simulation.playing:  # it paused; also for those who come later
+            self._error = simulation.error
         with self._server.atomic():
             self._arms.update(simulation.data)
             self._ghost.update(simulation.site_positions(moment.reference))
@@ -123,7 +124,7 @@ class Page:
         # Texts cost a browser more than the arms; a state that stays is drawn at once.
         if not simulation.playing or now - self._texts_drawn >= _TEXTS_EVERY:
             self._texts_drawn = now
-            self._status.content = status_html(simulation)
+            self._status.content = status_html(simulation, self._error)
             if simulation.modules:
                 self._bars.content = bars_html(moment.responsibility, simulation.enabled_modules)
         if not simulation.playing or now - self._timeline_drawn >= _TIMELINE_EVERY:

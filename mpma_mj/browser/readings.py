@@ -24,8 +24,8 @@ _FONT = "font:12px/1.35 system-ui,sans-serif"
 _BAND, _CURVE = 44, 30  # heights of responsibilities and p_e, pixels
 
 
-def status_html(simulation: LiveSimulation) -> str:
-    """Return the label and the numbers of the moment that is shown, and the last error."""
+def status_html(simulation: LiveSimulation, error: str = "") -> str:
+    """Return the label and the numbers of the moment that is shown, and an error, if any."""
     moment = simulation.moment
     seconds = moment.step * simulation.live.env.control_timestep()
     pace = f"{simulation.real_time_factor:.2f} × real time" if simulation.playing else "paused"
@@ -42,13 +42,13 @@ def status_html(simulation: LiveSimulation) -> str:
             rows.append(f"push {force:.0f} N, {side} hand")
     label = escape(moment.label) or "&ndash;"
     size = 44 if len(moment.label) <= 2 else 18
-    error = f"<div style='color:{_ERROR}'>{escape(simulation.error)}</div>"
+    problem = f"<div style='color:{_ERROR}'>{escape(error)}</div>" if error else ""
     return (
         f"<div style='{_FONT};padding:2px 1em 0'><div style='display:flex;gap:14px;"
         f"align-items:center'><div style='font-size:{size}px;font-weight:700;line-height:1;"
         f"min-width:40px;max-width:110px;overflow:hidden'>{label}</div><div>"
         + "<br>".join(rows)
-        + f"</div></div>{error if simulation.error else ''}</div>"
+        + f"</div></div>{problem}</div>"
     )
 
 

@@ -7,6 +7,7 @@ import errno
 import io
 import ipaddress
 import socket
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from http import HTTPStatus
@@ -166,7 +167,10 @@ def open_server(address: Address) -> Iterator[Any]:
     with contextlib.redirect_stdout(io.StringIO()), _own_pages_only():
         server = Server(address.host, address.port, verbose=False)
     try:
-        yield server
+        with warnings.catch_warnings():
+            # For widgets of a viewer who has just left; they are removed a moment later.
+            warnings.filterwarnings("ignore", message="Queued a .* on a closed connection")
+            yield server
     finally:
         with contextlib.redirect_stdout(io.StringIO()):
             server.stop()

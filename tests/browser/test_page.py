@@ -195,6 +195,8 @@ def test_errors_are_shown_in_the_page_and_the_next_request_goes_on(stage: Stage)
     live.request(fail)
     until(lambda: "&lt;b&gt;no&lt;/b&gt;, another one" in viewer.text())
     assert not live.playing
+    late = stage.viewer()
+    until(lambda: "another one" in late.text())
     viewer.set("Play", True)
     until(lambda: live.playing and "another one" not in viewer.text())
 
