@@ -254,9 +254,9 @@ class PairedModels(Agent):
     def set_enabled_modules(self, enabled: Sequence[bool] | NDArray[np.bool_]) -> None:
         """Switch modules off or on, from the next step; what they learned stays.
 
-        A module that is off has prior and responsibility 0, and its models learn nothing. Its
-        reservoirs go on, so that it takes part again as if it had never been off. If all are off,
-        the feedback controller is left alone.
+        A module that is off has prior and responsibility 0, and its models learn nothing; after an
+        epoch, if it is off at its end. Reservoirs go on, so that it takes part again as if it had
+        never been off. If all are off, the feedback controller is left alone.
 
         Args:
             enabled: Whether each module may control, shape (M,).

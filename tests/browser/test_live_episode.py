@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,7 @@ from mpma_mj.motions import ymca
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.factory import agent_of
 from mpma_mj.training.rollout import record_epoch
+from tests.envs.user_models import edited
 
 SIZES = {"modules": 3, "nodes": 10}
 PLANTS = (Plant(), Plant(actuator_gain=0.6))
@@ -208,6 +210,15 @@ def test_ideal_arms_cannot_be_pushed() -> None:
     episode = made(agent="feedback_only", arms="kinematic")
     assert episode.hand_positions() is None
     assert episode.pull(0, np.zeros(3)) is None
+
+
+def test_arms_without_hands_cannot_be_pushed(tmp_path: Path) -> None:
+    changes = ('name="left_hand"', 'name="left_tool"'), ('name="right_hand"', 'name="right_tool"')
+    model = edited(tmp_path / "arms.xml", *changes)
+    episode = made(agent="feedback_only", model=str(model))
+    assert episode.hand_positions() is None
+    episode.advance(episode.pull(0, np.zeros(3)))
+    assert episode.moments[-1].step == 1
 
 
 def test_memory_of_a_moment_is_small() -> None:

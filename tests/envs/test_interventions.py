@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import mujoco
@@ -14,6 +15,7 @@ from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.plants import Plant
 from mpma_mj.errors import BadOptionError, StateError
 from mpma_mj.motions import ymca
+from tests.envs.user_models import edited
 
 STEPS = 40
 PLANTS = (Plant(), Plant(payload=2.0, actuator_gain=0.7), Plant(damping=1.0))
@@ -166,6 +168,18 @@ def test_what_the_arms_cannot_become_is_refused(changes: dict[str, Any], message
 def test_without_plants_none_can_be_set() -> None:
     with pytest.raises(BadOptionError, match="plant is 0; expected None: there are no plants"):
         intervene(made(), plant=0)
+
+
+def test_a_model_without_hands_can_be_set_but_for_its_payload(tmp_path: Path) -> None:
+    changes = ('name="left_hand"', 'name="left_tool"'), ('name="right_hand"', 'name="right_tool"')
+    model = edited(tmp_path / "arms.xml", *changes)
+    env = made(model=model)
+    intervene(env, actuator_gain=0.6)
+    np.testing.assert_array_equal(episode(env), episode(made(model=model, actuator_gain=0.6)))
+    with pytest.raises(
+        BadOptionError, match=r"payload is 1\.0; expected 0, since the model has no"
+    ):
+        intervene(env, payload=1.0)
 
 
 def test_an_environment_that_is_not_adjustable_is_refused() -> None:
