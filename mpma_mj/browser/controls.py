@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -12,6 +13,7 @@ from mpma_mj.envs.randomisation import PlantValues, plants_of
 __all__ = ["Controls", "on_user"]
 
 _HEAVIEST, _GAINS = 5.0, (0.1, 2.0)  # kg; ends of sliders (choice)
+_HOLD = 0.5  # s for which a slider that a user moves is left alone (choice)
 _AS_IN_RUN = "as in the run"
 _STEP, _START_HERE, _RESTART = "step", "start here", "restart"
 
@@ -53,7 +55,8 @@ class Controls:
         on_user(self.steps, lambda name: ask(moves[name]))
         last = live.steps
         self.scrub = gui.add_slider("step", 0, last, 1, len(live.moments) - 1, order=12)
-        on_user(self.scrub, lambda index: ask(live.show, index))
+        self._scrubbed = -_HOLD  # time at which a user moved it, s
+        on_user(self.scrub, self._show)
         self.tempo = gui.add_slider("tempo", *TEMPOS, 0.1, live.tempo, order=13)
         on_user(self.tempo, lambda tempo: ask(live.set_tempo, tempo))
         self.boxes: list[Any] = []
@@ -71,10 +74,14 @@ class Controls:
         if simulation.playing != self._playing:
             self._playing = simulation.playing
             self._label_play()
-        if simulation.shown is None:
+        if simulation.shown is None and time.monotonic() - self._scrubbed > _HOLD:
             self.scrub.value = len(simulation.moments) - 1
         for box, enabled in zip(self.boxes, simulation.enabled_modules, strict=True):
             box.value = enabled
+
+    def _show(self, index: int) -> None:
+        self._scrubbed = time.monotonic()
+        self._simulation.request(self._simulation.show, index)
 
     def _label_play(self) -> None:
         playing, icons = self._playing, self._icons

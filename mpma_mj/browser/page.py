@@ -127,6 +127,8 @@ class Page:
             self._status.content = status_html(simulation, self._error)
             if simulation.modules:
                 self._bars.content = bars_html(moment.responsibility, simulation.enabled_modules)
+            if self.controls is not None:
+                self.controls.update()
         if not simulation.playing or now - self._timeline_drawn >= _TIMELINE_EVERY:
             self._timeline_drawn = now
             self._timeline.content = timeline_html(
@@ -135,8 +137,6 @@ class Page:
                 len(simulation.moments) - 1 if simulation.shown is None else simulation.shown,
                 modules=simulation.modules,
             )
-        if self.controls is not None:
-            self.controls.update()
 
     def _add_scene(self) -> None:
         server, simulation = self._server, self._simulation

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import importlib
 import io
 import ipaddress
 import socket
@@ -183,9 +184,8 @@ def _own_pages_only() -> Iterator[None]:
     viser 1.1 has no option for it. Its own call of `serve` is completed, and it is an error if
     there was none.
     """
-    import websockets.asyncio.server as websockets_server
-
-    serve, guarded = websockets_server.serve, []
+    module: Any = importlib.import_module("websockets.asyncio.server")
+    serve, guarded = module.serve, []
 
     def guarded_serve(*args: Any, process_request: Any, **options: Any) -> Any:
         def process(connection: Any, request: Any) -> Any:
@@ -199,10 +199,10 @@ def _own_pages_only() -> Iterator[None]:
         guarded.append(process)
         return serve(*args, process_request=process, **options)
 
-    websockets_server.serve = guarded_serve  # type: ignore[misc,assignment]
+    module.serve = guarded_serve
     try:
         yield
     finally:
-        websockets_server.serve = serve  # type: ignore[misc]
+        module.serve = serve
     if not guarded:
         raise RuntimeError("viser does not serve as it did: other pages could connect")
