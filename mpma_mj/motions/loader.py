@@ -16,6 +16,7 @@ from mpma_mj.errors import (
     UnknownMotionError,
 )
 from mpma_mj.motions.body import ARM_POINTS, has_trunk, posture_from_points
+from mpma_mj.motions.built_in import BUILT_IN
 from mpma_mj.motions.cleaning import clean
 from mpma_mj.motions.cleaning.trajectories import Trajectories
 from mpma_mj.motions.context import label_motion
@@ -30,7 +31,7 @@ from mpma_mj.motions.orientation import check_handedness, check_sides
 from mpma_mj.motions.readers.recognise import open_recording
 from mpma_mj.motions.readers.recording import Recording, unknown_rate
 from mpma_mj.motions.readers.tables.joint_angles import read_joint_angles
-from mpma_mj.motions.synthetic import BUILT_IN, SYNTHETIC_MOTIONS
+from mpma_mj.motions.synthetic import SYNTHETIC_MOTIONS
 from mpma_mj.motions.transforms import at_rate, close_loop
 from mpma_mj.utils.input_files import FOLDER, MISSING, file_problem
 

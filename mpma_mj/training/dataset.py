@@ -9,12 +9,12 @@ from pathlib import Path
 from mpma_mj.envs.load import arm_limits
 from mpma_mj.errors import BadOptionError, MotionFileError, RecordingWarning
 from mpma_mj.motions import Motion
+from mpma_mj.motions.built_in import BUILT_IN
 from mpma_mj.motions.context import read_labels
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.loader import import_motion, refuse_run
 from mpma_mj.motions.options import ReadingOptions, given
 from mpma_mj.motions.readers.recognise import open_recording
-from mpma_mj.motions.synthetic import BUILT_IN
 from mpma_mj.motions.transforms import join
 from mpma_mj.training.config import RunConfig
 from mpma_mj.utils.input_files import file_problem
