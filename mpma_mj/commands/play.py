@@ -14,7 +14,7 @@ import tyro
 from mpma_mj.commands.folders import check_new_file
 from mpma_mj.commands.run_options import Given, Reading
 from mpma_mj.envs.gl import require_backend
-from mpma_mj.errors import BadOptionError, RenderingError, UnknownMotionError
+from mpma_mj.errors import BadOptionError, RenderingError
 from mpma_mj.motions.export import MOTION_FORMATS, export_motion, write_joint_angles
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.utils.input_files import is_web_address
@@ -127,9 +127,9 @@ class Play:
 
     @property
     def _is_run(self) -> bool:
-        from mpma_mj.motions import BUILT_IN
+        from mpma_mj.motions.built_in import built_in
 
-        return self.source not in BUILT_IN and Path(self.source).is_dir()
+        return not built_in(self.source) and Path(self.source).is_dir()
 
     @property
     def _sound(self) -> Path | None:
@@ -153,16 +153,13 @@ class Play:
 
     def _of_motion(self) -> tuple[Trace, Motion, NDArray[np.float64], None]:
         from mpma_mj.envs.load import arm_limits
-        from mpma_mj.motions import BUILT_IN
+        from mpma_mj.motions.built_in import built_in, unknown_motion
         from mpma_mj.motions.loader import import_motion
         from mpma_mj.visualization.episode import ideal_trace
 
-        known = self.source in BUILT_IN or Path(self.source).exists()
+        known = built_in(self.source) or Path(self.source).exists()
         if not (known or is_web_address(self.source)):
-            raise UnknownMotionError(
-                f"no run or motion '{self.source}'; expected the folder of a run, ymca, or the path"
-                " of a recording"
-            )
+            raise unknown_motion(self.source, "run or motion", "the folder of a run, ")
         motion, report = import_motion(self.source, self.reading, limits=arm_limits("physics"))
         report.emit_warnings(self.source)
         return ideal_trace(motion), motion, report.times, None

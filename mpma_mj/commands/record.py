@@ -66,9 +66,9 @@ class Record(Generic[AgentT]):
 
     @property
     def _is_run(self) -> bool:
-        from mpma_mj.motions import BUILT_IN
+        from mpma_mj.motions.built_in import built_in
 
-        return self.source not in BUILT_IN and (Path(self.source) / "config.json").is_file()
+        return not built_in(self.source) and (Path(self.source) / "config.json").is_file()
 
     def _config(self) -> RunConfig:
         """Return the config of the run, or of the training."""
