@@ -80,8 +80,7 @@ def wave(rate: float = 20.0, tempo: float = 1.0) -> Motion:
     Raises:
         BadOptionError: So fast or so coarsely sampled that a bar has no two samples.
     """
-    bars = np.arange(_bar_samples(_WAVE_TEMPO, rate, tempo) * len(FIGURES))
-    bars = bars / len(bars) * len(FIGURES)  # time, in bars
+    bars = _times(len(FIGURES), _WAVE_TEMPO, rate, tempo)
     means, delays = zip(*FIGURES.values(), strict=True)
     turns = _SWINGS * bars[:, None] - _changing(np.array(delays), bars) / 8.0
     swing = np.sin(2.0 * np.pi * turns) * np.tile(_SWING, 2)  # (T, 4)
@@ -110,8 +109,7 @@ def conductor(rate: float = 20.0, tempo: float = 1.0) -> Motion:
     Raises:
         BadOptionError: So fast or so coarsely sampled that a bar has no two samples.
     """
-    bars = np.arange(_bar_samples(_CONDUCTOR_TEMPO, rate, tempo) * len(BARS))
-    bars = bars / len(bars) * len(BARS)
+    bars = _times(len(BARS), _CONDUCTOR_TEMPO, rate, tempo)
     left = [point for bar in BARS.values() for point in bar]
     hands = (_arm(np.array(way), bars) for way in (left, BEAT * len(BARS)))
     posture = np.stack([*hands], axis=1)  # (T, arm, segment, xyz), as of left arms
@@ -119,8 +117,10 @@ def conductor(rate: float = 20.0, tempo: float = 1.0) -> Motion:
     return _dance("conductor", posture.reshape(-1, 12), bars, tuple(BARS), rate, tempo)
 
 
-def _bar_samples(beats_per_minute: float, rate: float, tempo: float) -> int:
-    return whole_samples(_BEATS * 60.0 / (beats_per_minute * tempo), "bar", rate, tempo)
+def _times(count: int, beats_per_minute: float, rate: float, tempo: float) -> Array:
+    """Return the times of the samples of bars, shape (T,), bars."""
+    samples = whole_samples(_BEATS * 60.0 / (beats_per_minute * tempo), "bar", rate, tempo)
+    return np.arange(count * samples, dtype=np.float64) / samples
 
 
 def _dance(

@@ -82,8 +82,8 @@ _MOST = 60  # signs: 72 s, which is long for a motion that is learned as a whole
 # straight cannot be seen; a little in front of the body, and in front of head and chest where they
 # cross it. Seen from the front the angles are exact.
 _ELBOW = 0.1  # rad
-_FORWARD = 0.12  # flexion, rad
-_FORWARD_ACROSS = 0.62
+_FORWARD = 0.15  # flexion, rad
+_FORWARD_ACROSS = 0.65
 
 _SECONDS_PER_SIGN = 1.2
 _MOVING = 0.75  # share of it that the move to a sign takes; the rest is held (choice)
