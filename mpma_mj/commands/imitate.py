@@ -32,8 +32,6 @@ class Imitate(Generic[AgentT]):
     """Train an agent to imitate a motion; save the run, figures and a video."""
 
     motions: Motions = ()
-    """"ymca", or a recording: C3D, BVH, AMC, TRC, CSV and others (docs/guides/recordings.md);
-    several, or a folder, form a repertoire that is learned together."""
     options: Annotated[tyro.conf.OmitArgPrefixes[RunOptions[AgentT]], tyro.conf.arg(name="")]
     """Options that determine the result."""
     epochs: int = 30

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from mpma_mj.commands.folders import check_new_file
-from mpma_mj.commands.run_options import Given, Reading
+from mpma_mj.commands.run_options import Given, Reading, Source
 from mpma_mj.envs.gl import require_backend
 from mpma_mj.errors import BadOptionError, RenderingError
 from mpma_mj.motions.export import MOTION_FORMATS, export_motion, write_joint_angles
@@ -40,9 +40,7 @@ class Play:
     Such as mpma play runs/ymca --out dance.mp4 for a video, or --out joints.csv for a robot.
     """
 
-    source: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|MOTION")]
-    """Folder of a run; or "ymca", or a recording: C3D, BVH, AMC, TRC, CSV and others
-    (docs/guides/recordings.md)."""
+    source: Source
     out: Path | None = None
     """File to write, in place of the window: a video as .mp4 (with its sound, where the motion was
     given some with --audio), .gif or .webp; or what the arms did,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from mpma_mj import kinematics
 from mpma_mj.context import one_hot
@@ -149,6 +148,8 @@ def _arm(points: Array, bars: Array) -> Array:
         Directions of upper arm and forearm, shape (T, 2, 3). Both being of length 1, the elbow is
         above the middle of the way from shoulder to wrist.
     """
+    from scipy.interpolate import CubicSpline  # slow to import
+
     times = np.arange(len(points) + 1) / (2 * _BEATS)
     wrist = CubicSpline(times, [*points, points[0]], bc_type="periodic")(bars)  # (T, 3)
     square = np.vecdot(wrist, wrist)[:, None]
