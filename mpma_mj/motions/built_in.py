@@ -46,18 +46,25 @@ def built_in(source: str | Path) -> Maker | None:
     Raises:
         BadOptionError: Semaphore has no word, or one that it cannot spell.
     """
-    name, _, word = str(source).partition(":")
-    if name == _SPELLING:
+    word = _word(str(source))
+    if word is not None:
         return functools.partial(semaphore, normal_form(word))
     return BUILT_IN.get(str(source))
 
 
 def file_stem(source: str) -> str:
     """Return what files and folders of a motion are called: semaphore-A-B of semaphore:A b."""
-    name, _, word = source.partition(":")
-    if name == _SPELLING:
-        return "-".join([name, *normal_form(word).split()])
+    word = _word(source)
+    if word is not None:
+        return "-".join([_SPELLING, *normal_form(word).split()])
     return Path(source).stem
+
+
+def _word(source: str) -> str | None:
+    """Return the word of semaphore:WORD, empty where it is missing; None for something else."""
+    name, _, word = source.partition(":")
+    is_path = "/" in word and Path(source).exists()  # such as a file in the folder ./semaphore:A
+    return word if name == _SPELLING and not is_path else None
 
 
 def unknown_motion(source: object, kind: str = "motion", others: str = "") -> UnknownMotionError:
