@@ -23,6 +23,7 @@ from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.visualization.video import episode_frames
 
 PAGE = Path(__file__).parent / "gallery.md"
+PICTURES = PAGE.parent / "pictures" / "gallery"
 
 _ENTRY = re.compile(r"\]\(pictures/gallery/([\w-]+)\.webp\)\s+```sh\n(mpma .*)\n```")
 _SIZE = 300, 270  # pixels, of which the lowest tenth is the strip
@@ -54,7 +55,7 @@ def main(names: Sequence[str]) -> None:
                 run = Path(folder) / "run"
                 if mpma([*entry.words, "--no-video", "--out", str(run)]):
                     sys.exit(f"{entry.name}: its command failed")
-                write_loop(PAGE.parent / "pictures" / "gallery" / f"{entry.name}.webp", run)
+                write_loop(PICTURES / f"{entry.name}.webp", run)
 
 
 def write_loop(path: Path, run: Path) -> None:

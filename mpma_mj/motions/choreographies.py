@@ -53,8 +53,8 @@ BARS = {
         *((1.10, 0.20, -0.60), (0.95, 0.25, -0.80), (0.85, 0.25, -0.80), (0.90, 0.35, -0.40)),
         *((1.40, 1.15, 0.20), (1.35, 1.15, 0.15), (1.15, 0.70, -0.55), _LOW),
     ),
-    "swell": tuple(tuple(np.linspace(_LOW, _HIGH, 8)[k]) for k in range(8)),
-    "fade": (*(tuple(np.linspace(_HIGH, _LOW, 7)[k]) for k in range(7)), BEAT[-1]),
+    "swell": (*np.linspace(_LOW, _HIGH, 8),),
+    "fade": (*np.linspace(_HIGH, _LOW, 7), BEAT[-1]),
 }
 """Bars of the left hand: it mirrors the right one, gives a cue on the third beat, rises, sinks."""
 

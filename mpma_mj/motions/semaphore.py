@@ -64,13 +64,13 @@ FLAGS = {
 """Positions of the left and of the right flag, the signaller's own left and right.
 
 A to G have one flag down while the other goes round; in the second circle (H, I, K to N), the
-third (O to S) and the fourth (T, U, Y) the right flag stays where it is in A, B and C; J, V and
-numerals have it up; W, X and Z have the left one at E, F or G (Boy Scouts of America 1911,
-Handbook for Boys, "The semaphore signal code", p. 206-208). Which hand holds which flag: the
-list of the Scout's Notebook (web.ukonline.co.uk/scoutnotebook, "The Semaphore System"), in which
-a hand crosses the body only to a diagonal. Its I is a misprint, the sign of K; that the left hand
-is at A in H and I, and the right one is from K on, says 3rd Billericay Scouts
-(3rdbillericayscouts.org.uk, "Semaphore").
+third (O to S) and the fourth (T, U, Y) one flag stays where it is in A, B and C; J, V and numerals
+have one up; W and X have one at E and the other at F and G, where Z has both (Boy Scouts of America
+1911, Boy Scouts Handbook, "The Semaphore Signal Code"). Which hand holds which: the list of the
+Scout Notebook (web.ukonline.co.uk/scoutnotebook, "The Semaphore System"), in which hands cross
+the body only to a diagonal. Its I is a misprint, as it is its K; that the left hand is at A in H
+and I, and the right one from K on, say the 3rd Billericay Scouts (3rdbillericayscouts.org.uk,
+"Semaphore").
 """
 
 _ALPHABETIC = "J"  # pose of the sign after which letters follow
@@ -95,9 +95,9 @@ def semaphore(word: str, rate: float = 20.0, tempo: float = 1.0) -> Motion:
 
     The motion is made by hand, not recorded: the arms point where a signaller's flags do, and
     minimum-jerk moves in joint space join the signs, 1.2 s each at tempo 1. Between two equal
-    signs the arms are lowered for a moment, by a third of a half turn. A space is a rest, with
-    hanging arms. Before digits stands the sign for numerals, and before letters that follow them
-    the sign for letters. No shoulder winds: from across low to across high it goes round outside.
+    signs the arms are lowered for a moment, by 60°. A space is a rest, with hanging arms. Before
+    digits stands the sign for numerals, and before letters that follow them the sign for letters.
+    No shoulder winds: from across low to across high it goes round outside.
 
     Args:
         word: Letters A to Z of either case, digits, and spaces; several count as one.

@@ -53,7 +53,8 @@ def test_a_file_or_folder_of_such_a_name_can_be_read(
     shutil.copy(tmp_path / "semaphore:A" / "dance.npz", "semaphore:HI")
     assert read_motion("semaphore:HI").name == "semaphore-HI"
     assert read_motion("./semaphore:HI").name == motion.name
-    assert expand_folders(["semaphore:A"]) == ("semaphore:A",)
+    (tmp_path / "ymca").mkdir()
+    assert expand_folders(["semaphore:A", "ymca"]) == ("semaphore:A", "ymca")
     (path,) = expand_folders(["./semaphore:A"])
     assert read_motion(path).name == motion.name
     assert read_motion("semaphore:A").name == "semaphore-A"
