@@ -8,7 +8,7 @@ BIN := .venv/bin
 
 SECONDS ?= 600
 
-.PHONY: help dance test test-slow test-web test-lowest coverage check format bench campaign docs build clean
+.PHONY: help dance test test-slow test-web test-lowest coverage check format bench campaign docs gallery build clean
 
 dance: .venv/installed  ## train the built-in dance and make its video
 	@echo "Training two arms to dance, and drawing the video"
@@ -52,6 +52,9 @@ format: .venv/installed-dev  ## rewrite to the house style
 
 docs: .venv/installed-docs  ## the site, docs/_build/index.html; warnings are errors
 	MUJOCO_GL=disable $(BIN)/sphinx-build --fail-on-warning --keep-going -q -b html docs docs/_build
+
+gallery: .venv/installed-dev  ## the pictures of docs/gallery.md, 3 minutes; ARGS="wave" is one
+	$(BIN)/python docs/make_gallery.py $(ARGS)
 
 build: .venv/installed-dev  ## wheel and sdist into dist/
 	$(BIN)/python -m build

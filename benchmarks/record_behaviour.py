@@ -27,10 +27,10 @@ from numpy.typing import NDArray
 import mpma_mj
 from mpma_mj.envs.load import arm_limits
 from mpma_mj.errors import MpmaError
+from mpma_mj.motions.built_in import BUILT_IN
 from mpma_mj.motions.feasibility import demand_lines
 from mpma_mj.motions.loader import import_motion
 from mpma_mj.motions.options import ReadingOptions
-from mpma_mj.motions.synthetic import BUILT_IN
 from mpma_mj.training import run as runs
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.dataset import read_motions

@@ -45,11 +45,14 @@ def every(frames: Iterable[Picture], shown: slice) -> list[Picture]:
     return list(itertools.islice(frames, shown.start, shown.stop, shown.step))
 
 
-def write_clip(path: Path, frames: Iterable[Picture], size: tuple[int, int]) -> None:
+def write_clip(
+    path: Path, frames: Iterable[Picture], size: tuple[int, int], quality: int = 85
+) -> None:
     """Write frames, ten a second, width and height in pixels, as a clip that goes on and on."""
     small = (Image.fromarray(f).resize(size, Image.Resampling.LANCZOS) for f in frames)
     first, *rest = small
-    first.save(path, save_all=True, append_images=rest, duration=100, loop=0, quality=85)
+    shown = {"append_images": rest, "duration": 100, "loop": 0}
+    first.save(path, save_all=True, **shown, quality=quality, method=6, minimize_size=True)
 
 
 if __name__ == "__main__":

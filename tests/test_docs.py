@@ -1,6 +1,7 @@
 """README, CONTRIBUTING and the site: examples run as they stand, options and links exist."""
 
 import ast
+import importlib
 import importlib.util
 import re
 from pathlib import Path
@@ -10,6 +11,7 @@ import pytest
 
 import mpma_mj
 from mpma_mj.cli import main
+from mpma_mj.motions.built_in import built_in
 from mpma_mj.motions.readers.recognise import TEXT_FORMATS
 
 ROOT = Path(__file__).parent.parent
@@ -87,6 +89,23 @@ def test_options_that_are_shown_exist(command: str, capsys: pytest.CaptureFixtur
         main([*command.split(), "--help"])
     offered = set(re.findall(r"--[a-z-]+", capsys.readouterr().out))
     assert {option for name, option in shown_options() if name == command} - offered == set()
+
+
+def test_the_gallery_has_ten_small_loops_of_built_in_motions(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.syspath_prepend(DOCS)
+    gallery = importlib.import_module("make_gallery")
+    page = gallery.PAGE.read_text("utf-8")
+    dances = gallery.entries(page)
+    assert len(dances) == page.count("![") == 10
+    for _, (command, motion, *_) in dances:
+        assert command == "imitate"
+        assert built_in(motion)
+    sizes = {path.stem: path.stat().st_size for path in gallery.PICTURES.iterdir()}
+    assert sizes.keys() == {name for name, _ in dances}
+    assert max(sizes.values()) < 150_000
+    assert sum(sizes.values()) < 1_200_000
 
 
 @pytest.mark.parametrize(

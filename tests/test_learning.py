@@ -138,3 +138,12 @@ def test_every_seed_converges(seed: int, tmp_path: Path) -> None:
     assert summary["p_e_percent"] < 0.8
     gated = RunConfig.of(seed=seed, **PAPER)
     assert train(gated, folder=RunFolder(tmp_path / "gated")).summary["p_e_percent"] < 3.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("motion", ["wave", "conductor", "semaphore:HELLO"])
+def test_dances_made_by_hand_are_learned_with_default_options(motion: str, seed: int) -> None:
+    summary = train(RunConfig.of(motion, seed=seed)).summary
+    assert summary["converged"]
+    assert summary["p_e_percent"] < 0.3

@@ -32,8 +32,6 @@ class Compare(Generic[AgentT]):
     """Train on ideal arms, simulated arms and simulated arms without weight; evaluate on each."""
 
     motions: Motions = ()
-    """"ymca", or a recording: C3D, BVH, AMC, TRC, CSV and others (docs/guides/recordings.md);
-    several, or a folder, form a repertoire that is learned together."""
     runs: int = 5
     """Runs on each kind of arms, with seeds from 0."""
     options: Annotated[tyro.conf.OmitArgPrefixes[RunOptions[AgentT]], tyro.conf.arg(name="")]

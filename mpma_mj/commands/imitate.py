@@ -32,8 +32,6 @@ class Imitate(Generic[AgentT]):
     """Train an agent to imitate a motion; save the run, figures and a video."""
 
     motions: Motions = ()
-    """"ymca", or a recording: C3D, BVH, AMC, TRC, CSV and others (docs/guides/recordings.md);
-    several, or a folder, form a repertoire that is learned together."""
     options: Annotated[tyro.conf.OmitArgPrefixes[RunOptions[AgentT]], tyro.conf.arg(name="")]
     """Options that determine the result."""
     epochs: int = 30
@@ -61,6 +59,7 @@ class Imitate(Generic[AgentT]):
         """
         self._check_resumed()
         missing_gl = missing_opengl() if self.video else None
+        from mpma_mj.motions.built_in import file_stem
         from mpma_mj.training import run
         from mpma_mj.training.initial_state import begin_from
         from mpma_mj.training.run_folder import RunFolder
@@ -76,7 +75,7 @@ class Imitate(Generic[AgentT]):
                 if self.init is not None:
                     config = begin_from(config, self.init, self.given)
                 single = len(config.motions) == 1
-                stem = Path(config.motions[0]).stem if single else "repertoire"
+                stem = file_stem(config.motions[0]) if single else "repertoire"
                 folder = RunFolder(stack.enter_context(output_folder(self.out, stem)))
                 train = functools.partial(
                     run.train, config, self.epochs, folder=folder, overwrite=self.overwrite

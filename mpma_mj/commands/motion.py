@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
-
-import tyro
 
 from mpma_mj.commands.folders import check_new_file
-from mpma_mj.commands.run_options import Reading
+from mpma_mj.commands.run_options import MotionName, Reading
 from mpma_mj.envs.gl import require_backend
 from mpma_mj.motions.export import MOTION_FORMATS, export_motion
 from mpma_mj.motions.options import ReadingOptions
@@ -24,8 +21,7 @@ class InspectMotion:
     Such as mpma motion dance.c3d --out dance.bvh for animators, or --out angles.csv for a robot.
     """
 
-    motion: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="MOTION")]
-    """"ymca", or a recording: C3D, BVH, AMC, TRC, CSV and others (docs/guides/recordings.md)."""
+    motion: MotionName
     picture: Path | None = None
     """File of the page of figures, .png; NAME-motion.png if not given."""
     video: bool = False

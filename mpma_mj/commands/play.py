@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from mpma_mj.commands.folders import check_new_file
-from mpma_mj.commands.run_options import Given, Reading
+from mpma_mj.commands.run_options import Given, Reading, Source
 from mpma_mj.envs.gl import require_backend
-from mpma_mj.errors import BadOptionError, OptionWarning, RenderingError, UnknownMotionError
+from mpma_mj.errors import BadOptionError, OptionWarning, RenderingError
 from mpma_mj.motions.export import MOTION_FORMATS, export_motion, write_joint_angles
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.utils.input_files import is_web_address
@@ -46,9 +46,7 @@ class Play:
     switched off; the feedback controller follows a motion there.
     """
 
-    source: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|MOTION")]
-    """Folder of a run, of which --from and --to choose seconds of the dance; or "ymca", or a
-    recording: C3D, BVH, AMC, TRC, CSV and others (docs/guides/recordings.md)."""
+    source: Source
     out: Path | None = None
     """File to write, in place of the window: a video as .mp4 or .webm (with its sound, where the
     motion was given some with --audio), .gif or .webp; a page for a browser as .html, in which the
@@ -197,9 +195,9 @@ class Play:
 
     @property
     def _is_run(self) -> bool:
-        from mpma_mj.motions import BUILT_IN
+        from mpma_mj.motions.built_in import built_in
 
-        return self.source not in BUILT_IN and Path(self.source).is_dir()
+        return not built_in(self.source) and Path(self.source).is_dir()
 
     def _of_run(self) -> Scene:
         folder = self._folder(but=("start", "end"))
@@ -230,15 +228,12 @@ class Play:
     def _read_motion(self) -> tuple[Motion, NDArray[np.float64]]:
         """Return the motion and its times in the recording."""
         from mpma_mj.envs.load import arm_limits
-        from mpma_mj.motions import BUILT_IN
+        from mpma_mj.motions.built_in import built_in, unknown_motion
         from mpma_mj.motions.loader import import_motion
 
-        known = self.source in BUILT_IN or Path(self.source).exists()
+        known = built_in(self.source) or Path(self.source).exists()
         if not (known or is_web_address(self.source)):
-            raise UnknownMotionError(
-                f"no run or motion '{self.source}'; expected the folder of a run, ymca, or the path"
-                " of a recording"
-            )
+            raise unknown_motion(self.source, "run or motion", "the folder of a run, ")
         motion, report = import_motion(self.source, self.reading, limits=arm_limits("physics"))
         report.emit_warnings(self.source)
         return motion, report.times

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Generic, TypeVar
 import tyro
 
 from mpma_mj.agents.config import AgentConfig
-from mpma_mj.commands.run_options import Given, RunOptions
+from mpma_mj.commands.run_options import MOTION, Given, RunOptions, Source
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions.options import given
@@ -39,9 +39,10 @@ class Record(Generic[AgentT]):
     the dataset, and makes the environment again.
     """
 
-    source: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|MOTION")]
-    """Folder of a trained run; or "ymca", or a recording, on which an agent is trained first if it
-    learns."""
+    source: Annotated[
+        Source,
+        tyro.conf.arg(help=f"Folder of a run; or {MOTION}: an agent that learns is trained first."),
+    ]
     out: Path
     """Folder of the dataset; as minari.load_dataset finds it, if it is
     ~/.minari/datasets/NAME-v0."""
@@ -66,9 +67,9 @@ class Record(Generic[AgentT]):
 
     @property
     def _is_run(self) -> bool:
-        from mpma_mj.motions import BUILT_IN
+        from mpma_mj.motions.built_in import built_in
 
-        return self.source not in BUILT_IN and (Path(self.source) / "config.json").is_file()
+        return not built_in(self.source) and (Path(self.source) / "config.json").is_file()
 
     def _config(self) -> RunConfig:
         """Return the config of the run, or of the training."""

@@ -18,19 +18,23 @@ from mpma_mj.agents.config import CONFIG_TYPES, AgentConfig
 from mpma_mj.commands.typed_values import some_values, typed_value
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import BadOptionError
+from mpma_mj.motions.built_in import DANCES
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.training.config import RunConfig
 from mpma_mj.utils.text import field_name, option_name
 
 __all__ = [
+    "MOTION",
     "REFUSED_OPTIONS",
     "Given",
+    "MotionName",
     "Motions",
     "Outside",
     "OutsideClasses",
     "Reading",
     "RunFolders",
     "RunOptions",
+    "Source",
     "config_type",
     "registry",
     "typed_options",
@@ -41,8 +45,28 @@ AgentT = TypeVar("AgentT", bound=AgentConfig)
 _AGENT = "--agent"
 _WHOLE = "training imitates whole episodes"
 
-_MOTIONS = (tyro.conf.Positional, tyro.conf.arg(metavar="MOTION..."))
+MOTION = f"{DANCES}; or a recording: C3D, BVH, AMC, TRC, CSV and others (docs/guides/recordings.md)"
+"""What help texts say of a motion."""
+
+_MOTIONS = (
+    tyro.conf.Positional,
+    tyro.conf.arg(
+        metavar="MOTION...",
+        help=f"{MOTION}; several, or a folder, form a repertoire that is learned together.",
+    ),
+)
 Motions = Annotated[(tuple[str, ...], *_MOTIONS)]
+MotionName = Annotated[
+    str, tyro.conf.Positional, tyro.conf.arg(metavar="MOTION", help=f"{MOTION}.")
+]
+Source = Annotated[
+    str,
+    tyro.conf.Positional,
+    tyro.conf.arg(
+        metavar="RUN|MOTION",
+        help=f"Folder of a run, of which --from and --to are seconds of the dance; or {MOTION}.",
+    ),
+]
 RunFolders = Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="RUN...")]
 Reading = Annotated[
     tyro.conf.OmitArgPrefixes[ReadingOptions],

@@ -26,7 +26,6 @@ class Sweep(Generic[AgentT]):
     """
 
     motions: Motions = ("ymca",)
-    """Motions, as for `mpma imitate`."""
     grid: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME=VALUE,VALUE,…")] = ()
     """Options that vary, such as nodes=50,200 modules=2,4."""
     runs: int = 20

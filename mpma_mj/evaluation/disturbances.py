@@ -17,6 +17,7 @@ from mpma_mj.errors import BadOptionError, MotionFileError
 from mpma_mj.evaluation.evaluate import EvalCondition
 from mpma_mj.kinematics import JOINT_NAMES
 from mpma_mj.motions import BUILT_IN, Motion, read_motion
+from mpma_mj.motions.built_in import built_in, file_stem
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.motions.transforms import at_rate, mirrored, with_context_of
 from mpma_mj.options import Arms
@@ -261,8 +262,7 @@ def _condition(
     """Return the condition of a level, with a motion that the arms can follow."""
     name = f"{disturbance.name} {shown(level)}"
     unseen = disturbance.name == "unseen"
-    learned = [Path(motion).resolve() for motion in config.motions]
-    if unseen and Path(str(level)).resolve() in learned:
+    if unseen and _identity(str(level)) in map(_identity, config.motions):
         raise BadOptionError(f"{level} was learned", remedy="name other {motions}")
     try:
         motion, changed = disturbance.change(undisturbed.motion, level)
@@ -281,3 +281,8 @@ def _condition(
         error.remedy = f"{error.remedy}: {writes}" if error.remedy else writes
         raise
     return EvalCondition(name, motion, options)
+
+
+def _identity(source: str) -> object:
+    """Return what all names of one motion have in common."""
+    return file_stem(source) if built_in(source) else Path(source).resolve()

@@ -12,6 +12,7 @@ from mpma_mj.errors import BadOptionError
 from mpma_mj.experiments.imitation import ImitationJob, ImitationStudy
 from mpma_mj.experiments.records import Record
 from mpma_mj.experiments.study import Agents, Count, batches
+from mpma_mj.motions.built_in import file_stem
 from mpma_mj.training.config import RunConfig
 from mpma_mj.utils.text import markdown_table, printable
 
@@ -67,7 +68,7 @@ class Unseen(ImitationStudy):
 
     def conditions(self) -> list[dict[str, Any]]:
         """Return number and name of each motion that is left out."""
-        names = (printable(Path(source).stem) for source in self.sources)
+        names = (printable(file_stem(source)) for source in self.sources)
         return [{"number": number, "unseen": name} for number, name in enumerate(names)]
 
     def jobs(self) -> list[ImitationJob]:

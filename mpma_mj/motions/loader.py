@@ -16,6 +16,7 @@ from mpma_mj.errors import (
     UnknownMotionError,
 )
 from mpma_mj.motions.body import ARM_POINTS, has_trunk, posture_from_points
+from mpma_mj.motions.built_in import built_in, unknown_motion
 from mpma_mj.motions.cleaning import clean
 from mpma_mj.motions.cleaning.trajectories import Trajectories
 from mpma_mj.motions.context import label_motion
@@ -30,7 +31,6 @@ from mpma_mj.motions.orientation import check_handedness, check_sides
 from mpma_mj.motions.readers.recognise import open_recording
 from mpma_mj.motions.readers.recording import Recording, unknown_rate
 from mpma_mj.motions.readers.tables.joint_angles import read_joint_angles
-from mpma_mj.motions.synthetic import BUILT_IN, SYNTHETIC_MOTIONS
 from mpma_mj.motions.transforms import at_rate, close_loop
 from mpma_mj.utils.input_files import FOLDER, MISSING, file_problem
 
@@ -65,8 +65,8 @@ def read_motion(
     A `RecordingWarning` is issued for everything that may be wrong with a recording.
 
     Args:
-        source: "ymca", "synthetic", or the path of a recording: C3D, BVH, ASF/AMC, TRC, Qualisys
-            TSV, MVNX, a table with a header, JSON, npy or npz.
+        source: A name of `BUILT_IN` such as "ymca", "semaphore:WORD", or the path of a recording:
+            C3D, BVH, ASF/AMC, TRC, Qualisys TSV, MVNX, a table with a header, JSON, npy or npz.
         rate: Requested postures per second, Hz.
         limits: Limits of the arms that are to follow it, as `arm_limits` returns them; then the
             motion is made feasible (see `feasible`), or refused with strict=True. If not given, an
@@ -149,9 +149,8 @@ def _import(source: str | Path, options: ReadingOptions, rate: float) -> Importe
     """Read a motion as it is, whether arms can follow it or not; see `import_motion`."""
     report = ImportReport()
     tempo = options.own_tempo
-    if str(source) in BUILT_IN:
-        motion = BUILT_IN[str(source)](rate, tempo)
-        return _import_arms(motion, "built in", options, report)
+    if make := built_in(source):
+        return _import_arms(make(rate, tempo), "built in", options, report)
     _check_file(source)
     path = Path(source)
     stored = load_motion(path)
@@ -335,10 +334,7 @@ def _check_file(source: str | Path) -> None:
     if problem == FOLDER:
         refuse_run(path)
     if problem == MISSING and not path.suffix and len(path.parts) == 1:
-        raise UnknownMotionError(
-            f"no motion '{path}'; expected ymca, synthetic, synthetic-1 to"
-            f" synthetic-{SYNTHETIC_MOTIONS}, or the path of a recording"
-        )
+        raise unknown_motion(path)
     if problem:
         raise (UnknownMotionError if problem == MISSING else MotionFileError)(
             f"{source}: {problem}"

@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-import functools
-import itertools
-from collections.abc import Callable, Iterable
-
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj import joint_paths, kinematics
+from mpma_mj import joint_paths
 from mpma_mj.context import one_hot
-from mpma_mj.errors import BadOptionError
+from mpma_mj.motions.key_poses import moves, whole_samples
 from mpma_mj.motions.motion import Motion
-from mpma_mj.motions.transforms import minimum_jerk
 from mpma_mj.utils.seeding import stream
 
-__all__ = ["BUILT_IN", "SYNTHETIC_MOTIONS", "synthetic_motion", "ymca"]
+__all__ = ["SYNTHETIC_MOTIONS", "synthetic_motion", "ymca"]
 
 Array = NDArray[np.float64]
 
@@ -64,11 +59,11 @@ def ymca(rate: float = 20.0, tempo: float = 1.0) -> Motion:
         BadOptionError: So fast or so coarsely sampled that a letter has no two samples.
     """
     beats = BEATS_PER_LETTER * 60.0 / (BEATS_PER_MINUTE * tempo)  # s a letter
-    samples = _samples(beats, "letter", rate, tempo)
+    samples = whole_samples(beats, "letter", rate, tempo)
     phase = np.arange(samples) / samples * BEATS_PER_LETTER / BEATS_PER_MOVE
     keys = _letter_angles()
     return Motion(
-        posture=_moves([keys[-1], *keys], phase),
+        posture=moves([keys[-1], *keys], phase),
         context=one_hot(np.repeat(np.arange(len(LETTERS)), samples), len(LETTERS)),
         labels=LETTERS,
         rate=rate,
@@ -98,12 +93,12 @@ def synthetic_motion(
     Raises:
         BadOptionError: So fast or so coarsely sampled that a pose has no two samples.
     """
-    samples = _samples(_SECONDS_PER_POSE / tempo, "pose", rate, tempo)
+    samples = whole_samples(_SECONDS_PER_POSE / tempo, "pose", rate, tempo)
     indices = range(SYNTHETIC_MOTIONS) if number is None else range(number - 1, number)
     keys = _random_angles()[indices.start * _POSES : indices.stop * _POSES + 1]
     segments = np.repeat(np.arange(len(indices)), _POSES * samples)
     return Motion(
-        posture=_moves(keys, np.arange(samples) / samples / _MOVING),
+        posture=moves(keys, np.arange(samples) / samples / _MOVING),
         context=one_hot(segments, len(indices)),
         labels=tuple(str(index + 1) for index in indices),
         rate=rate,
@@ -111,36 +106,6 @@ def synthetic_motion(
         source="synthetic: random key poses, minimum-jerk moves",
         tempo=tempo,
     )
-
-
-BUILT_IN: dict[str, Callable[[float, float], Motion]] = {
-    "ymca": ymca,
-    "synthetic": synthetic_motion,
-    **{
-        f"synthetic-{n}": functools.partial(synthetic_motion, number=n)
-        for n in range(1, SYNTHETIC_MOTIONS + 1)
-    },
-}
-"""Built-in motions by name, given rate in Hz and tempo."""
-
-
-def _samples(seconds: float, part: str, rate: float, tempo: float) -> int:
-    """Return the number of samples of a part of a motion, at least 2."""
-    samples = round(seconds * rate)
-    if samples < 2:
-        raise BadOptionError(
-            f"rate {rate:g} and tempo {tempo:g} leave {samples} sample(s) a {part};"
-            " expected at least 2",
-            remedy="give a lower {tempo}",
-        )
-    return samples
-
-
-def _moves(keys: Iterable[Array], phase: Array) -> Array:
-    """Return postures of minimum-jerk moves between joint angles, at phases of each move."""
-    share = minimum_jerk(phase)[:, None]
-    moves = [before + share * (key - before) for before, key in itertools.pairwise(keys)]
-    return kinematics.posture_from_angles(np.concatenate(moves))
 
 
 def _letter_angles() -> Array:

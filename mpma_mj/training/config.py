@@ -59,7 +59,8 @@ class RunConfig:
     """Everything that decides the result of a run.
 
     Attributes:
-        motions: What is imitated: "ymca", or paths of recordings; several are a repertoire.
+        motions: What is imitated: names of built-in motions, such as "ymca", or paths of
+            recordings; several are a repertoire.
         reading: How recordings are read.
         env: Options of the environment.
         agent: The agent's own config.

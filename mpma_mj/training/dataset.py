@@ -9,12 +9,12 @@ from pathlib import Path
 from mpma_mj.envs.load import arm_limits
 from mpma_mj.errors import BadOptionError, MotionFileError, RecordingWarning
 from mpma_mj.motions import Motion
+from mpma_mj.motions.built_in import built_in
 from mpma_mj.motions.context import read_labels
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.loader import import_motion, refuse_run
 from mpma_mj.motions.options import ReadingOptions, given
 from mpma_mj.motions.readers.recognise import open_recording
-from mpma_mj.motions.synthetic import BUILT_IN
 from mpma_mj.motions.transforms import join
 from mpma_mj.training.config import RunConfig
 from mpma_mj.utils.input_files import file_problem
@@ -37,11 +37,12 @@ def expand_folders(sources: Sequence[str]) -> tuple[str, ...]:
         sources: Names of built-in motions, and paths of recordings and folders.
 
     Raises:
+        BadOptionError: A built-in motion cannot spell its word.
         MotionFileError: A folder contains no recording, or is that of a run.
     """
     expanded: list[str] = []
     for source in sources:
-        if not Path(source).is_dir():
+        if built_in(source) or not Path(source).is_dir():
             expanded.append(source)
             continue
         refuse_run(Path(source))
@@ -92,7 +93,7 @@ def read_motions(config: RunConfig) -> Motion:
     motions = []
     for source in config.motions:
         # In a repertoire the options of recordings do not apply to built-in motions.
-        all_options = single or source not in BUILT_IN
+        all_options = single or not built_in(source)
         options = config.reading if all_options else ReadingOptions(tempo=config.reading.tempo)
         motion, report = import_motion(source, options, limits=limits, **rate)
         report.emit_warnings(source)

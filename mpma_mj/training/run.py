@@ -146,7 +146,8 @@ def imitate(
     """Train an agent to imitate a motion, and write nothing.
 
     Args:
-        *motions: "ymca", or paths of recordings, several of which are a repertoire; or one motion.
+        *motions: Names of built-in motions, such as "ymca", or paths of recordings, several of
+            which are a repertoire; or one motion.
         seed: Seed of everything random; 0, or that of `init`, if not given.
         agent: The agent's config, or its name, or the path of its class, such as
             my_agents.py:MyAgent; "mpma", or that of `init`, if not given.

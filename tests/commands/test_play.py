@@ -181,7 +181,7 @@ def test_a_label_of_other_letters_and_no_label_are_shown(seat: Seat, tmp_path: P
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["macarena"], "no run or motion 'macarena'; expected the folder of a run, ymca, or"),
+        (["macarena"], "no run or motion 'macarena'; expected the folder of a run, ymca, wave"),
         (["runs/gone"], "no run or motion 'runs/gone'; expected the folder of a run"),
         (["folder"], "(no readable config.json); expected a folder that mpma imitate wrote"),
         (["text.csv"], "text.csv: "),

@@ -88,6 +88,9 @@ def test_learned_motions_are_not_unseen() -> None:
     assert unseen == [f"synthetic-{number}" for number in range(2, 10)]
     with pytest.raises(BadOptionError, match="ymca was learned; name other motions"):
         levels_of("unseen", motions=["ymca"], config=config)
+    spelled = RunConfig.of("semaphore:hi", "ymca")
+    with pytest.raises(BadOptionError, match="semaphore:HI was learned"):
+        levels_of("unseen", motions=["semaphore:HI"], config=spelled)
     with pytest.raises(BadOptionError, match="all synthetic motions were learned"):
         levels_of("unseen", config=RunConfig.of("synthetic"))
 
