@@ -57,6 +57,7 @@ def overview() -> str:
 
 _FILE_LIKE_AN_OPTION = re.compile(r"-[^-\d.][^=]*[./]")  # no option has one dash and such signs
 _SOON = 0.05  # s until a lost signal is sent again
+_ENDING = ("SIGINT", "SIGTERM", "SIGHUP")  # also in mpma_command.py, which imports nothing
 _SIGNALLED = 128  # exit code that shells expect after a signal, less the signal's number
 _COMPLETION = {"--tyro-print-completion": 2, "--tyro-write-completion": 3}  # number of words
 _NO_READER = 141  # exit code after a closed pipe, as in `mpma ... | head -1`
@@ -104,13 +105,10 @@ def _signals_interrupt() -> Iterator[list[int]]:
 
     # Not where they are ignored, as under nohup, or somebody else handles them.
     usual = (signal.SIG_DFL, signal.default_int_handler)
-    numbers = [getattr(signal, name, None) for name in ("SIGINT", "SIGTERM", "SIGHUP")]
-    before = {number: signal.getsignal(number) for number in numbers if number}
-    ours = {number: handler for number, handler in before.items() if handler in usual}
+    numbers = [n for n in signal.Signals if n.name in _ENDING and signal.getsignal(n) in usual]
     if threading.current_thread() is not threading.main_thread():
-        ours = {}  # which cannot handle signals
-    for number in ours:
-        signal.signal(number, interrupt)
+        numbers = []  # which cannot handle signals
+    before = {number: signal.signal(number, interrupt) for number in numbers}
     hook = sys.unraisablehook
 
     def send_again(lost: sys.UnraisableHookArgs) -> None:
@@ -125,7 +123,7 @@ def _signals_interrupt() -> Iterator[list[int]]:
         yield received
     finally:
         sys.unraisablehook = hook
-        for number, handler in ours.items():
+        for number, handler in before.items():
             signal.signal(number, handler)
 
 

@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 import time
+import tomllib
 import weakref
 from collections.abc import Sequence
 from pathlib import Path
@@ -28,6 +29,7 @@ SMALL_COMPARISON = (
     *("--nodes", 5, "--modules", 2, "--epochs", 1, "--fine-tune", 1),
     *("--runs", 1, "--workers", 1, "--no-video"),
 )
+ROOT = Path(__file__).parent.parent
 PICTURES = {"responsibility.png", "module_output.png", "trajectory.png"}
 
 
@@ -147,6 +149,35 @@ def test_an_import_that_is_interrupted_is_one_line(
     monkeypatch.setattr(Imitate, "run", broken)
     with pytest.raises(ImportError, match="no such module"):
         main(["imitate", "ymca"])
+
+
+STOPPED_BY_AN_IMPORT = """
+import runpy, signal, sys
+class Stopper:
+    def find_spec(self, name, path=None, target=None):
+        if name == sys.argv[1]:
+            signal.raise_signal(signal.Signals[sys.argv[2]])
+sys.meta_path.insert(0, Stopper())
+{start}
+"""
+
+
+@pytest.mark.parametrize(
+    ("start", "module"),
+    [
+        ("from {}", "mpma_mj"),
+        ("runpy.run_module('mpma_mj', run_name='__main__')", "mpma_mj.cli"),
+    ],
+)
+@pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143)])
+def test_a_signal_before_the_command_line_is_imported_is_one_line(
+    start: str, module: str, name: str, code: int
+) -> None:
+    script = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["scripts"]["mpma"]
+    start = start.format(script.replace(":", " import ") + "; main()")
+    program = [sys.executable, "-c", STOPPED_BY_AN_IMPORT.format(start=start), module, name]
+    result = subprocess.run(program, capture_output=True, check=False)
+    assert (result.returncode, result.stderr) == (code, b"mpma: interrupted\n")
 
 
 def test_a_signal_in_code_from_text_leaves_the_exit_code() -> None:
