@@ -33,7 +33,7 @@ _READERS = (
     "analyse run",
     "analyse run lesion --fine-tune 0",
     "analyse run free-running",
-    "imitate --resume run --no-video",
+    "imitate --resume run --epochs 2 --no-video",
     f"imitate ymca {TINY} --init run --epochs 1 --no-video --out next",
     "record run --episodes 1 --out data",
 )

@@ -30,6 +30,7 @@ from mpma_mj.training.epoch_rows import EpochMetrics, row_problem
 from mpma_mj.utils import atomic_files, data_files
 from mpma_mj.utils.folder_lock import is_empty, locked
 from mpma_mj.utils.input_files import SMALL_FILE, file_problem
+from mpma_mj.utils.validation import is_integer
 
 __all__ = ["RunFolder", "open_runs"]
 
@@ -115,11 +116,7 @@ class RunFolder:
                 cannot be written.
             MotionFileError: The sound file cannot be read.
         """
-        content = {
-            "format": data_files.FORMAT,
-            "config": config.to_json(),
-            "versions": versions(),
-        }
+        content = {"format": data_files.FORMAT, "config": config.to_json(), "versions": versions()}
         try:
             text = data_files.json_text(content)
         except (TypeError, ValueError) as error:
@@ -148,10 +145,7 @@ class RunFolder:
         if is_empty(self.path):
             return
         if not self._is_run():
-            raise RunFolderError(
-                f"{self.path}: is not empty and not a run",
-                remedy=_ANOTHER_FOLDER,
-            )
+            raise RunFolderError(f"{self.path}: is not empty and not a run", remedy=_ANOTHER_FOLDER)
         if self.can_go_on and not overwrite:  # else no epoch of it is saved
             raise RunFolderError(
                 f"{self.path}: already contains a run",
@@ -234,8 +228,13 @@ class RunFolder:
         """
         content = {"config": config.to_json()} | meta
         data_files.write_arrays(self.checkpoint(name), "checkpoint", state, content)
-        if name == "latest":
-            earlier_run.forget(self.path)
+
+    def write_latest(
+        self, config: RunConfig, state: Mapping[str, Array], rows: list[EpochMetrics], epochs: int
+    ) -> None:
+        """Write what `read_latest` reads, from when on the run replaces an earlier one."""
+        self.write_checkpoint("latest", config, state, {"rows": rows, "epochs": epochs})
+        earlier_run.forget(self.path)
 
     def read_checkpoint(
         self, name: str, config: RunConfig
@@ -263,8 +262,10 @@ class RunFolder:
             raise _damaged(self.checkpoint("best"), problem)
         return state, row
 
-    def read_latest(self, config: RunConfig) -> tuple[dict[str, Array], list[EpochMetrics]]:
+    def read_latest(self, config: RunConfig) -> tuple[dict[str, Array], list[EpochMetrics], int]:
         """Read the state of the agent after the last epoch, and the metrics of all epochs.
+
+        The third is the largest number of epochs that the run was to have.
 
         Raises:
             CheckpointError: As of `read_checkpoint`, or the metrics are none.
@@ -274,7 +275,9 @@ class RunFolder:
         found = enumerate(rows, 1) if isinstance(rows, list) and rows else [(1, None)]
         if problem := next(filter(None, (row_problem(row, n) for n, row in found)), ""):
             raise _damaged(self.checkpoint("latest"), problem)
-        return state, rows
+        if not is_integer(epochs := meta.get("epochs")):
+            raise _damaged(self.checkpoint("latest"), "lacks its largest number of epochs")
+        return state, rows, int(epochs)
 
     def write_trace(self, trace: Trace, epoch: int) -> None:
         """Write the trace of the best epoch."""

@@ -116,6 +116,13 @@ def test_metrics_that_are_none_are_refused(run: Path, rows: Any, refused: Refuse
     refused(["imitate", "--resume", str(run), "--no-video"], "latest.npz: ")
 
 
+@pytest.mark.parametrize("epochs", [None, "3", 3.0, True])
+def test_epochs_that_are_no_number_are_refused(run: Path, epochs: Any, refused: Refused) -> None:
+    change(run / "checkpoint" / "latest.npz", lambda _, meta: meta.update(epochs=epochs))
+    message = "latest.npz: lacks its largest number of epochs"
+    refused(["imitate", "--resume", str(run), "--no-video"], message)
+
+
 @pytest.mark.parametrize(
     ("row", "message"),
     [
