@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 
 from mpma_mj.envs.model_file import read_model_file
-from mpma_mj.envs.model_validation import HANDS, check_actuators, check_complete
+from mpma_mj.envs.model_validation import HANDS, check_actuators, check_complete, check_finite
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.randomisation import PlantValues, plants_of
 from mpma_mj.errors import BadOptionError, one_line
@@ -61,7 +61,9 @@ class ModelCompiler:
             spec = read_model_file(self._path)
             check_complete(self._path, spec, hands=self._balls or options.perturbed)
             if options.model is not None:
-                spec.memory = max(spec.compile().narena, _MEMORY)
+                given = spec.compile()
+                check_finite(self._path, given)
+                spec.memory = max(given.narena, _MEMORY)
             if options.gravity_compensation:
                 _compensate_gravity(spec)
             if options.locked_joint is not None:
