@@ -170,10 +170,22 @@ def _exit_code(words: Sequence[str]) -> int:
     except OSError as error:
         remedy = "; check the path and its permissions" if error.filename else ""
         place = f"{error.filename}: " if error.filename else ""
+        is_output = not place and _output_fails()
+        if is_output:
+            place, remedy = "standard output: ", "; let it go elsewhere"
         problem = printable(f"{place}{error.strerror or error}")
         print(f"mpma: {problem}{remedy}", file=sys.stderr)
-        return 2
+        return 1 if is_output else 2
     return 0
+
+
+def _output_fails() -> bool:
+    """Return whether standard output cannot be written, as on a full disk."""
+    try:
+        _flush()
+    except OSError:
+        return True
+    return False
 
 
 def _run(words: Sequence[str]) -> None:

@@ -255,6 +255,18 @@ def test_output_that_nobody_reads_any_more_ends_the_command_quietly(
     assert capsys.readouterr().err == ""
 
 
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no full device")
+@pytest.mark.parametrize("words", [["motion", "ymca"], ["imitate", "--help"], ["--version"]])
+def test_output_to_a_full_disk_is_one_line(words: list[str], tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "mpma_mj", *words]
+    with Path("/dev/full").open("w") as full:
+        ended = subprocess.run(
+            command, stdout=full, stderr=subprocess.PIPE, cwd=tmp_path, check=False
+        )
+    told = b"mpma: standard output: No space left on device; let it go elsewhere\n"
+    assert (ended.returncode, ended.stderr) == (1, told)
+
+
 def test_the_process_also_ends_quietly(tmp_path: Path) -> None:
     reader, writer = os.pipe()
     os.close(reader)
