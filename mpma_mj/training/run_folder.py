@@ -214,10 +214,13 @@ class RunFolder:
         """Remove results of an epoch that is no longer the best one."""
         results = (self.results_of(analysis) for analysis in ANALYSES)
         pictures = (self.figures / f"{analysis}.png" for analysis in ANALYSES)
-        for path in (self.video, *results, *pictures):
-            path.unlink(missing_ok=True)
-        if self.evaluations.exists():
-            shutil.rmtree(self.evaluations)
+        try:
+            for path in (self.video, *results, *pictures):
+                path.unlink(missing_ok=True)
+            if self.evaluations.exists():
+                shutil.rmtree(self.evaluations)
+        except OSError as error:
+            raise atomic_files.not_writable(Path(error.filename), error) from None
 
     def write_checkpoint(
         self, name: str, config: RunConfig, state: Mapping[str, Array], meta: dict[str, Any]
@@ -263,9 +266,7 @@ class RunFolder:
         return state, row
 
     def read_latest(self, config: RunConfig) -> tuple[dict[str, Array], list[EpochMetrics], int]:
-        """Read the state of the agent after the last epoch, and the metrics of all epochs.
-
-        The third is the largest number of epochs that the run was to have.
+        """Read the latest state of the agent, all epochs' metrics, and their largest number.
 
         Raises:
             CheckpointError: As of `read_checkpoint`, or the metrics are none.

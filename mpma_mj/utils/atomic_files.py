@@ -27,6 +27,7 @@ __all__ = [
 _PREFIX, _EARLIER = ".mpma-", ".mpma-earlier-"
 _TEMPORARY = re.compile(r"\.mpma-(?P<process>\d+)-(?P<machine>[0-9a-f]{8})-")
 _CANNOT_WAIT = (errno.EINVAL, errno.ENOTSUP, errno.ENOSYS)  # of file systems without fsync
+_IN_THE_WAY = "remove it, or choose another folder"
 _NAME_LENGTH = 80  # bytes of a name in a temporary one, of 255 that file systems allow
 
 
@@ -177,6 +178,11 @@ def _folder_reaches_disk(folder: Path) -> None:
 
 def not_writable(path: Path, error: OSError) -> RunFolderError:
     """Return the error for a file or folder that cannot be written."""
+    if isinstance(error, IsADirectoryError):
+        return RunFolderError(f"{path}: is a folder, not a file; {_IN_THE_WAY}")
+    if isinstance(error, NotADirectoryError | FileExistsError):
+        for file in filter(Path.is_file, (path, *path.parents)):
+            return RunFolderError(f"{file}: is a file, not a folder; {_IN_THE_WAY}")
     reason = error.strerror or error
     return RunFolderError(
         f"{path}: cannot be written ({reason}); fix that, or choose another folder"
