@@ -87,17 +87,20 @@ class _Demand:
         self._elements = self._cells = 0.0
         self._folders = {path.parent}
 
-    def add(self, path: Path, copies: float = 1.0, depth: int = 0) -> None:
+    def add(self, path: Path, copies: float = 1.0, around: tuple[Path, ...] = ()) -> None:
         """Add a file with all files that it names.
 
         Args:
             path: The file.
             copies: How often the model has its elements.
-            depth: Number of files around it, each of which includes the next.
+            around: Files around it, each of which includes the next.
         """
         if problem := file_problem(path, largest=SMALL_FILE):
             raise BadOptionError(f"{path}: {problem}; expected an MJCF file")
-        _check_most(self._path, depth, _DEPTH, f"files in one another, the last of them {path}")
+        if path.resolve() in around:
+            raise BadOptionError(f"{self._path}: includes {path} in itself; leave that out")
+        _check_most(self._path, len(around), _DEPTH, f"files in one another, the last is {path}")
+        around = (*around, path.resolve())
         elements = self._elements_of(path, copies)
         for name, attributes, _ in elements:
             if name == "compiler":
@@ -109,9 +112,9 @@ class _Demand:
                 if key.startswith("file"):
                     for file in self._places(path, attributes[key]):
                         if name == "include":
-                            self.add(file, copies, depth + 1)
+                            self.add(file, copies, around)
                         elif name == "model":
-                            self.add(file, 1.0 + attached, depth + 1)
+                            self.add(file, 1.0 + attached, around)
                         else:
                             self._add_file(file)
 
@@ -155,6 +158,7 @@ class _Demand:
     def _places(self, path: Path, name: str) -> list[Path]:
         """Return where a file may lie that another one names, where there is something."""
         folders = {path.parent, *self._folders}
+        # The name alone for <compiler strippath="true"/>.
         tries = {folder / kind for folder in folders for kind in (name, Path(name).name)}
         return [place for place in sorted(tries) if file_problem(place) != MISSING]
 
