@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Generic, TypeVar
 import tyro
 
 from mpma_mj.agents.config import AgentConfig
-from mpma_mj.commands.folders import hint_at_resuming, output_folder
+from mpma_mj.commands.folders import hint_if_interrupted, output_folder
 from mpma_mj.commands.play import missing_opengl, write_run_video
 from mpma_mj.commands.run_options import Given, Motions, RunOptions
 from mpma_mj.errors import BadOptionError
@@ -82,11 +82,11 @@ class Imitate(Generic[AgentT]):
                 train = functools.partial(
                     run.train, config, self.epochs, folder=folder, overwrite=self.overwrite
                 )
-            resume = f"mpma imitate --resume {shlex.quote(str(folder.path))}"
+            resume = f"to resume: mpma imitate --resume {shlex.quote(str(folder.path))}"
             resume += "" if self.video else " --no-video"
             new_epochs: list[dict[str, float]] = []
             with (
-                hint_at_resuming(lambda: folder.can_go_on, resume),
+                hint_if_interrupted(resume, lambda: folder.can_go_on),
                 show_epochs(epochs) as show,
             ):
 
@@ -97,7 +97,7 @@ class Imitate(Generic[AgentT]):
                 trained = train(on_epoch=on_epoch)
             if not new_epochs:
                 print(f"{folder.path}: {_why_no_epoch(trained, folder.path)}")
-            with hint_at_resuming(lambda: True, resume):
+            with hint_if_interrupted(resume):
                 trained.write_figures(folder)
                 _print_summary(trained)
                 if missing_gl is not None:

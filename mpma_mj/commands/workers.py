@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from mpma_mj.commands.folders import free_folder, hint_at_resuming
+from mpma_mj.commands.folders import free_folder, hint_if_interrupted
 from mpma_mj.options import BackendName
 
 if TYPE_CHECKING:
@@ -45,8 +45,8 @@ class Workers:
         from mpma_mj.experiments.study import run_study
 
         folder = out or free_folder(stem)
-        resume = f"the same command with --out {shlex.quote(str(folder))}"
-        with hint_at_resuming((folder / HEADER).exists, resume):
+        resume = f"to resume: the same command with --out {shlex.quote(str(folder))}"
+        with hint_if_interrupted(resume, (folder / HEADER).exists):
             print(run_study(study, folder, **vars(self)))
         return folder
 
