@@ -102,10 +102,10 @@ def test_a_refusal_that_names_no_way_is_a_fault(tmp_path: Path) -> None:
     ended = Ended(2, "", "mpma: run: is not empty\n")
     assert verdict([ended], {}, tmp_path).startswith("no way to go on")
     words = ["imitate", "ymca", "--out", "run"]
-    assert _following(words, words, "mpma: run: exists; --overwrite replaces it", tmp_path) == [
-        *words,
-        "--overwrite",
-    ]
+    message = "mpma: run: exists; --overwrite replaces it"
+    assert _following(words, words, message) == [*words, "--overwrite"]
+    message = f"{message}, --resume continues it"
+    assert _following(words, words, message) == ["imitate", "--resume", "run", "--no-video"]
 
 
 @pytest.mark.parametrize("crafted", [True, False])

@@ -222,7 +222,7 @@ def test_a_folder_that_cannot_be_written_is_named(
     (tmp_path / "file").write_text("")
     words = ["imitate", "ymca", "--no-video", "--out", str(tmp_path / "file" / "run")]
     assert main(words) == 2
-    assert "cannot be written" in capsys.readouterr().err
+    assert f"{tmp_path / 'file'}: is a file, not a folder" in capsys.readouterr().err
 
 
 def test_a_run_that_exists_is_not_replaced(
