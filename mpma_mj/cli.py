@@ -110,19 +110,23 @@ def _signals_interrupt() -> Iterator[list[int]]:
         numbers = []  # which cannot handle signals
     before = {number: signal.signal(number, interrupt) for number in numbers}
     hook = sys.unraisablehook
+    timers: list[threading.Timer] = []
 
     def send_again(lost: sys.UnraisableHookArgs) -> None:
         """Send a signal again whose exception was lost, as in a callback of a weak reference."""
         if not isinstance(lost.exc_value, _Signalled):
             hook(lost)
             return
-        threading.Timer(_SOON, os.kill, (os.getpid(), received[-1])).start()
+        timers.append(threading.Timer(_SOON, os.kill, (os.getpid(), received[-1])))
+        timers[-1].start()
 
     sys.unraisablehook = send_again
     try:
         yield received
     finally:
         sys.unraisablehook = hook
+        for timer in timers:  # what is lost at the end comes too late
+            timer.cancel()
         for number, handler in before.items():
             signal.signal(number, handler)
 
@@ -141,8 +145,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     with _signals_interrupt() as received:
         try:
             return _exit_code(list(sys.argv[1:] if arguments is None else arguments))
-        # An import of C code that is interrupted raises ImportError.
-        except (KeyboardInterrupt, ImportError) as error:
+        # Code in C that is interrupted may raise another error, as an import does.
+        except BaseException as error:
             if not received and not isinstance(error, KeyboardInterrupt):
                 raise
         print("mpma: interrupted", file=sys.stderr)

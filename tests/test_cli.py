@@ -131,13 +131,14 @@ def test_what_stops_a_run_from_outside_is_one_line(
     assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
 
 
-def test_an_import_that_is_interrupted_is_one_line(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize("error", [ImportError("no initialization"), TypeError("argument 1")])
+def test_code_in_c_that_is_interrupted_is_one_line(
+    error: Exception, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def stopped(self: Imitate) -> Path:
         with contextlib.suppress(KeyboardInterrupt):
             signal.raise_signal(signal.SIGINT)
-        raise ImportError("initialization failed")
+        raise error
 
     monkeypatch.setattr(Imitate, "run", stopped)
     assert main(["imitate", "ymca"]) == 130
@@ -209,6 +210,22 @@ def test_a_signal_in_a_callback_of_a_weak_reference_is_not_lost(
     monkeypatch.setattr(Imitate, "run", stopped)
     assert main(["imitate", "ymca"]) == 143
     assert capsys.readouterr().err == "mpma: interrupted\n"
+
+
+def test_a_signal_that_is_lost_at_the_end_changes_nothing() -> None:
+    code = """
+import signal, sys, weakref
+from mpma_mj import cli
+class Thing: pass
+def run(words):
+    thing = Thing()
+    weakref.finalize(thing, signal.raise_signal, signal.SIGTERM)
+    del thing
+cli._run = run
+sys.exit(cli.main([]))
+"""
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, check=False)
+    assert (result.returncode, result.stderr) == (0, b"")
 
 
 def test_what_other_libraries_log_is_not_shown(

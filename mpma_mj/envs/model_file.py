@@ -54,11 +54,11 @@ def read_model_file(path: Path) -> mujoco.MjSpec:
         The model, which compiles in bounded time and memory.
 
     Raises:
-        BadOptionError: It asks for more than any arms need, or it or a file that it names is none
+        BadOptionError: It has more than any arms need, or it or a file that it names is none
             that can be read.
         ValueError: MuJoCo cannot read it.
     """
-    _Demand(path).add(path)
+    _Size(path).add(path)
     spec = mujoco.MjSpec.from_file(os.fsencode(path))  # the name may not be UTF-8
     option = spec.option
     low, high = _TIMESTEP
@@ -73,13 +73,13 @@ def read_model_file(path: Path) -> mujoco.MjSpec:
 
 
 def _check_most(path: Path, number: float, most: int, what: str) -> None:
-    """Check that a model does not ask for too much; raises a BadOptionError."""
+    """Check that a model is not too large; raises a BadOptionError."""
     if not number <= most:
-        raise BadOptionError(f"{path}: asks for {number:,.0f} {what}; expected at most {most:,}")
+        raise BadOptionError(f"{path}: has {number:,.0f} {what}; expected at most {most:,}")
 
 
-class _Demand:
-    """What a model asks for."""
+class _Size:
+    """Number of elements and cells of a model, with all files that it names."""
 
     def __init__(self, path: Path) -> None:
         """Start with nothing; `path` is that of the model."""

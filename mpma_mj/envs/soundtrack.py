@@ -1,4 +1,4 @@
-"""Sound of a video: the music of a motion, at its tempo and as often as it is repeated."""
+"""Sound of a video: that of a motion, at its tempo and as often as it is repeated."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ _RATE = 48_000  # Hz
 
 @dataclass(frozen=True)
 class Soundtrack:
-    """Music of an episode.
+    """Sound of an episode.
 
     Attributes:
         path: Sound file, whose time is that of the recording.
         start: Time in the file at which the motion begins, s.
         tempo: How much faster than the recording the motion is.
-        part: Duration of the motion in the episode, s; silence follows to the next repetition.
+        motion_duration: Duration of the motion, s; silence follows until the next repetition.
         period: Time from one repetition to the next, s.
         duration: Duration of the episode, s.
     """
@@ -29,13 +29,13 @@ class Soundtrack:
     path: Path
     start: float
     tempo: float
-    part: float
+    motion_duration: float
     period: float
     duration: float
 
     @classmethod
     def of(cls, path: Path, motion: Motion, steps: int, repeats: int) -> Soundtrack:
-        """Return the music of an episode.
+        """Return the sound of an episode.
 
         Args:
             path: Sound file.
@@ -51,14 +51,14 @@ class Soundtrack:
 
     @property
     def filters(self) -> str:
-        """Filters of ffmpeg that make of the first sound of its second input the output [sound].
+        """Filters of ffmpeg: from the first sound of its second input to its output "[sound]".
 
         What is cut out is stretched without a change of its pitch, filled with silence to a
         period, and repeated.
         """
         samples = round(self.period * _RATE)
-        begin, end = self.start, self.start + self.part * self.tempo
-        # Silence follows the music, however late the motion begins.
+        begin, end = self.start, self.start + self.motion_duration * self.tempo
+        # Silence follows the sound, however late the motion begins.
         steps = ["apad", f"atrim=start={begin}:end={end}", "asetpts=PTS-STARTPTS"]
         steps.append(f"aresample={_RATE}")
         if self.tempo != 1.0:

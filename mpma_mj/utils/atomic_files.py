@@ -1,4 +1,4 @@
-"""Atomic writing of files and folders: under a temporary name beside them, then renamed."""
+"""Atomic writing of files and folders: under a temporary name in the same folder, then renamed."""
 
 from __future__ import annotations
 
@@ -67,8 +67,8 @@ def atomic_write(path: Path) -> Iterator[Path]:
 def atomic_folder(path: Path) -> Iterator[Path]:
     """Yield a new temporary folder, which on success takes the place of the one of that path.
 
-    Where a process dies between the two renames of that, `remove_leftovers` gives the earlier
-    folder its name back.
+    Where a process dies between the two renames of that, `remove_leftovers` renames the earlier
+    folder back.
 
     Args:
         path: Path of the folder, in one that is locked; missing parents are created.
@@ -124,7 +124,7 @@ def remove_leftovers(folder: Path) -> None:
 
 
 def _settle(earlier: Path) -> None:
-    """Remove a folder that was to be replaced, or give its name back if nothing replaced it."""
+    """Remove a folder that was to be replaced, or rename it back if nothing replaced it."""
     with contextlib.suppress(OSError):
         path = earlier.with_name(earlier.name.removeprefix(_EARLIER))
         shutil.rmtree(earlier) if path.exists() else earlier.rename(path)

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from benchmarks.campaign.children import Ended, in_fork
+from benchmarks.campaign.continuation import _following
 from benchmarks.campaign.faults import Fault, Part, report
 from benchmarks.campaign.file_operations import die_at, list_operations
 from benchmarks.campaign.folder_damage import damage
-from benchmarks.campaign.going_on import _following
 from benchmarks.campaign.kills import verdict
 from benchmarks.campaign.snapshots import differences, snapshot
 from benchmarks.campaign.workers import spread
@@ -131,7 +131,7 @@ def test_faults_of_all_workers_are_gathered() -> None:
 
     done, faults = spread(range(10), do, workers=2, seconds=60.0)
     assert done == 10
-    assert sorted(fault.again for fault in faults) == ["1", "3", "5", "7", "9"]
+    assert sorted(fault.repeat for fault in faults) == ["1", "3", "5", "7", "9"]
 
 
 def test_faults_and_figures_are_reported() -> None:

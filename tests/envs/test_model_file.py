@@ -34,14 +34,14 @@ def refused(path: Path) -> str:
     [
         ('timestep="0.005"', 'timestep="1e-12"', "timestep is 1e-12 s; expected 1e-05 to 1 s"),
         ('timestep="0.005"', 'timestep="nan"', "timestep is nan s; expected 1e-05 to 1 s"),
-        ("<option ", '<option iterations="2000000000" ', "asks for 2,000,000,000 iterations"),
-        ('memory="1M"', 'memory="900G"', "asks for 966,367,641,600 bytes of memory"),
+        ("<option ", '<option iterations="2000000000" ', "has 2,000,000,000 iterations"),
+        ('memory="1M"', 'memory="900G"', "has 966,367,641,600 bytes of memory"),
         ("<asset>", '<asset><hfield name="h" nrow="100000" ncol="100000"/>', "cells, the last of"),
         ("<asset>", '<asset><texture name="t" width="99999" height="99999"/>', "by <texture>"),
         ("<asset>", '<asset><mesh name="m" builtin="plate" params="99999 99999"/>', "by <mesh>"),
         ("<worldbody>", '<size nkey="2000000000"/><worldbody>', "by <size>"),
         (END, f"{END}<sensor><user dim='2000000000'/></sensor>", "by <user>"),
-        (END, f"<replicate count='1000000'><geom size='1'/></replicate>{END}", "asks for 1,000,0"),
+        (END, f"<replicate count='1000000'><geom size='1'/></replicate>{END}", "has 1,000,0"),
         (END, f"{REPLICAS * 2}<geom/>{'</replicate>' * 2}{END}", "elements; expected at most 10"),
         (END, f"<flexcomp name='f' count='300 300 300'/>{END}", "elements; expected at most 10"),
         (END, f"{'<body>' * 20_000}{'</body>' * 20_000}{END}", "elements; expected at most 10"),
@@ -88,7 +88,7 @@ def test_a_model_includes_few_files_in_one_another(own: Path) -> None:
     for number in range(12):
         text = f"<mujoco><include file='{number + 1}.xml'/></mujoco>"
         own.with_name(f"{number}.xml").write_text(text)
-    assert "asks for 11 files in one another" in refused(own.with_name("0.xml"))
+    assert "has 11 files in one another" in refused(own.with_name("0.xml"))
 
 
 def test_files_are_found_where_mujoco_strips_their_folders(own: Path) -> None:

@@ -1,4 +1,4 @@
-"""What a user does after a command that was killed: the same again, or what the message says."""
+"""Continuation after a command that was killed: the same again, or what its message names."""
 
 from __future__ import annotations
 
