@@ -67,6 +67,15 @@ def test_an_attempt_that_fails_says_why(monkeypatch: pytest.MonkeyPatch) -> None
         cluster._check_answers("auto")
 
 
+def test_an_attempt_that_succeeds_does_not_wait_until_it_has_left(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    slow = "import atexit, time\n\ndef init(**_):\n    atexit.register(time.sleep, 1000)\n"
+    (tmp_path / "ray.py").write_text(slow)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    cluster._check_answers("auto")
+
+
 def test_without_ray_the_command_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "ray", None)
     with pytest.raises(BadOptionError, match=r"in a checkout, pip install -e '\.\[ray\]'"):
