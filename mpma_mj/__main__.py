@@ -2,6 +2,6 @@
 
 import sys
 
-from mpma_mj.cli import main
+from mpma_command import main
 
 sys.exit(main())

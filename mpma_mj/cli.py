@@ -57,6 +57,7 @@ def overview() -> str:
 
 _FILE_LIKE_AN_OPTION = re.compile(r"-[^-\d.][^=]*[./]")  # no option has one dash and such signs
 _SOON = 0.05  # s until a lost signal is sent again
+_ENDING = ("SIGINT", "SIGTERM", "SIGHUP")  # also in mpma_command.py, which imports nothing
 _SIGNALLED = 128  # exit code that shells expect after a signal, less the signal's number
 _COMPLETION = {"--tyro-print-completion": 2, "--tyro-write-completion": 3}  # number of words
 _NO_READER = 141  # exit code after a closed pipe, as in `mpma ... | head -1`
@@ -104,28 +105,29 @@ def _signals_interrupt() -> Iterator[list[int]]:
 
     # Not where they are ignored, as under nohup, or somebody else handles them.
     usual = (signal.SIG_DFL, signal.default_int_handler)
-    numbers = [getattr(signal, name, None) for name in ("SIGINT", "SIGTERM", "SIGHUP")]
-    before = {number: signal.getsignal(number) for number in numbers if number}
-    ours = {number: handler for number, handler in before.items() if handler in usual}
+    numbers = [n for n in signal.Signals if n.name in _ENDING and signal.getsignal(n) in usual]
     if threading.current_thread() is not threading.main_thread():
-        ours = {}  # which cannot handle signals
-    for number in ours:
-        signal.signal(number, interrupt)
+        numbers = []  # which cannot handle signals
+    before = {number: signal.signal(number, interrupt) for number in numbers}
     hook = sys.unraisablehook
+    timers: list[threading.Timer] = []
 
     def send_again(lost: sys.UnraisableHookArgs) -> None:
         """Send a signal again whose exception was lost, as in a callback of a weak reference."""
         if not isinstance(lost.exc_value, _Signalled):
             hook(lost)
             return
-        threading.Timer(_SOON, os.kill, (os.getpid(), received[-1])).start()
+        timers.append(threading.Timer(_SOON, os.kill, (os.getpid(), received[-1])))
+        timers[-1].start()
 
     sys.unraisablehook = send_again
     try:
         yield received
     finally:
         sys.unraisablehook = hook
-        for number, handler in ours.items():
+        for timer in timers:  # what is lost at the end comes too late
+            timer.cancel()
+        for number, handler in before.items():
             signal.signal(number, handler)
 
 
@@ -143,8 +145,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     with _signals_interrupt() as received:
         try:
             return _exit_code(list(sys.argv[1:] if arguments is None else arguments))
-        # An import of C code that is interrupted raises ImportError.
-        except (KeyboardInterrupt, ImportError) as error:
+        # Code in C that is interrupted may raise another error, as an import does.
+        except BaseException as error:
             if not received and not isinstance(error, KeyboardInterrupt):
                 raise
         print("mpma: interrupted", file=sys.stderr)
@@ -172,10 +174,22 @@ def _exit_code(words: Sequence[str]) -> int:
     except OSError as error:
         remedy = "; check the path and its permissions" if error.filename else ""
         place = f"{error.filename}: " if error.filename else ""
+        is_output = not place and _output_fails()
+        if is_output:
+            place, remedy = "standard output: ", "; let it go elsewhere"
         problem = printable(f"{place}{error.strerror or error}")
         print(f"mpma: {problem}{remedy}", file=sys.stderr)
-        return 2
+        return 1 if is_output else 2
     return 0
+
+
+def _output_fails() -> bool:
+    """Return whether standard output cannot be written, as on a full disk."""
+    try:
+        _flush()
+    except OSError:
+        return True
+    return False
 
 
 def _run(words: Sequence[str]) -> None:

@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 import time
+import tomllib
 import weakref
 from collections.abc import Sequence
 from pathlib import Path
@@ -28,6 +29,7 @@ SMALL_COMPARISON = (
     *("--nodes", 5, "--modules", 2, "--epochs", 1, "--fine-tune", 1),
     *("--runs", 1, "--workers", 1, "--no-video"),
 )
+ROOT = Path(__file__).parent.parent
 PICTURES = {"responsibility.png", "module_output.png", "trajectory.png"}
 
 
@@ -129,13 +131,14 @@ def test_what_stops_a_run_from_outside_is_one_line(
     assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
 
 
-def test_an_import_that_is_interrupted_is_one_line(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize("error", [ImportError("no initialization"), TypeError("argument 1")])
+def test_code_in_c_that_is_interrupted_is_one_line(
+    error: Exception, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def stopped(self: Imitate) -> Path:
         with contextlib.suppress(KeyboardInterrupt):
             signal.raise_signal(signal.SIGINT)
-        raise ImportError("initialization failed")
+        raise error
 
     monkeypatch.setattr(Imitate, "run", stopped)
     assert main(["imitate", "ymca"]) == 130
@@ -147,6 +150,35 @@ def test_an_import_that_is_interrupted_is_one_line(
     monkeypatch.setattr(Imitate, "run", broken)
     with pytest.raises(ImportError, match="no such module"):
         main(["imitate", "ymca"])
+
+
+STOPPED_BY_AN_IMPORT = """
+import runpy, signal, sys
+class Stopper:
+    def find_spec(self, name, path=None, target=None):
+        if name == sys.argv[1]:
+            signal.raise_signal(signal.Signals[sys.argv[2]])
+sys.meta_path.insert(0, Stopper())
+{start}
+"""
+
+
+@pytest.mark.parametrize(
+    ("start", "module"),
+    [
+        ("from {}", "mpma_mj"),
+        ("runpy.run_module('mpma_mj', run_name='__main__')", "mpma_mj.cli"),
+    ],
+)
+@pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143)])
+def test_a_signal_before_the_command_line_is_imported_is_one_line(
+    start: str, module: str, name: str, code: int
+) -> None:
+    script = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["scripts"]["mpma"]
+    start = start.format(script.replace(":", " import ") + "; main()")
+    program = [sys.executable, "-c", STOPPED_BY_AN_IMPORT.format(start=start), module, name]
+    result = subprocess.run(program, capture_output=True, check=False)
+    assert (result.returncode, result.stderr) == (code, b"mpma: interrupted\n")
 
 
 def test_a_signal_in_code_from_text_leaves_the_exit_code() -> None:
@@ -178,6 +210,22 @@ def test_a_signal_in_a_callback_of_a_weak_reference_is_not_lost(
     monkeypatch.setattr(Imitate, "run", stopped)
     assert main(["imitate", "ymca"]) == 143
     assert capsys.readouterr().err == "mpma: interrupted\n"
+
+
+def test_a_signal_that_is_lost_at_the_end_changes_nothing() -> None:
+    code = """
+import signal, sys, weakref
+from mpma_mj import cli
+class Thing: pass
+def run(words):
+    thing = Thing()
+    weakref.finalize(thing, signal.raise_signal, signal.SIGTERM)
+    del thing
+cli._run = run
+sys.exit(cli.main([]))
+"""
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, check=False)
+    assert (result.returncode, result.stderr) == (0, b"")
 
 
 def test_what_other_libraries_log_is_not_shown(
@@ -222,6 +270,18 @@ def test_output_that_nobody_reads_any_more_ends_the_command_quietly(
     monkeypatch.chdir(tmp_path)
     assert main_that_nobody_reads(words, monkeypatch) == 141
     assert capsys.readouterr().err == ""
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no full device")
+@pytest.mark.parametrize("words", [["motion", "ymca"], ["imitate", "--help"], ["--version"]])
+def test_output_to_a_full_disk_is_one_line(words: list[str], tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "mpma_mj", *words]
+    with Path("/dev/full").open("w") as full:
+        ended = subprocess.run(
+            command, stdout=full, stderr=subprocess.PIPE, cwd=tmp_path, check=False
+        )
+    told = b"mpma: standard output: No space left on device; let it go elsewhere\n"
+    assert (ended.returncode, ended.stderr) == (1, told)
 
 
 def test_the_process_also_ends_quietly(tmp_path: Path) -> None:

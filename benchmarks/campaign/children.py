@@ -44,7 +44,7 @@ class Ended(NamedTuple):
     err: str
 
     @property
-    def told(self) -> list[str]:
+    def lines(self) -> list[str]:
         """Lines on standard error but those of progress."""
         lines = self.err.splitlines()
         return [one for one in lines if one.strip() and not one.startswith(_PROGRESS)]
@@ -52,13 +52,13 @@ class Ended(NamedTuple):
     @property
     def is_refusal(self) -> bool:
         """Whether a command was refused, in one line."""
-        lines = [one for one in self.told if not one.startswith("mpma: warning: ")]
-        return self.code in (1, 2) and len(lines) == 1 and lines[0].startswith("mpma: ")
+        left = [one for one in self.lines if not one.startswith("mpma: warning: ")]
+        return self.code in (1, 2) and len(left) == 1 and left[0].startswith("mpma: ")
 
     @property
     def last_line(self) -> str:
         """Last line on standard error."""
-        return (self.told or [""])[-1]
+        return (self.lines or [""])[-1]
 
 
 def in_fork(do: Callable[[], int], folder: Path, seconds: float = 60.0) -> Ended:

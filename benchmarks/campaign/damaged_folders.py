@@ -1,4 +1,4 @@
-"""Damaged folders of runs and sweeps: a command gives the result of the whole one, or refuses."""
+"""Damaged folders of runs and sweeps: a command gives the undamaged result, or refuses."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from benchmarks.campaign.scenarios import TINY
 from benchmarks.campaign.snapshots import differences, snapshot
 from benchmarks.campaign.workers import spread
 
-__all__ = ["Damaging", "damage_folders"]
+__all__ = ["DamagedFolders", "damage_folders"]
 
 _RUNS, _SWEEPS = 1000, 300
 _COMMANDS = 1  # for each damaged folder: its kind matters more (choice)
@@ -33,7 +33,7 @@ _READERS = (
     "analyse run",
     "analyse run lesion --fine-tune 0",
     "analyse run free-running",
-    "imitate --resume run --no-video",
+    "imitate --resume run --epochs 2 --no-video",
     f"imitate ymca {TINY} --init run --epochs 1 --no-video --out next",
     "record run --episodes 1 --out data",
 )
@@ -43,8 +43,8 @@ _SWEPT = f"{_SWEEP} --grid nodes=3,4 --out s"
 _REMOVE = "remove it"  # what a message says of a file that can be made again
 
 
-class Damaging:
-    """Folders that are damaged, commands that read them, and what these do with the whole ones."""
+class DamagedFolders:
+    """Folders that are damaged, commands that read them, and what these do with undamaged ones."""
 
     def __init__(
         self, home: Path, before: Sequence[str], readers: Sequence[str], folder: str, other: str
@@ -114,8 +114,8 @@ class Damaging:
             return f"left over: {', '.join(left)}" if left else ""
         made = {k: v for k, v in found.items() if k in expected or start.get(k) != v}
         if wrong := differences(expected, made):
-            return "" if crafted else f"another result without a word: {wrong}"
-        return "" if out == ended.out else "another result without a word on standard output"
+            return "" if crafted else f"another result without a warning: {wrong}"
+        return "" if out == ended.out else "another result without a warning on standard output"
 
 
 def _remove(path: Path) -> None:
@@ -152,9 +152,9 @@ def damage_folders(seed: int, seconds: float, workers: int) -> list[Part]:
     warm_up([f"{_RUN} --out run", _SWEPT])
     with tempfile.TemporaryDirectory() as home:
         before = (f"{_RUN} --out run", f"{_RUN} --seed 1 --out other")
-        runs = Damaging(Path(home) / "runs", before, readers, "run", "other")
+        runs = DamagedFolders(Path(home) / "runs", before, readers, "run", "other")
         before = (_SWEPT, f"{_SWEEP} --grid nodes=4,5 --seed 1 --out other")
-        sweeps = Damaging(Path(home) / "sweeps", before, (_SWEPT,), "s", "other")
+        sweeps = DamagedFolders(Path(home) / "sweeps", before, (_SWEPT,), "s", "other")
         cases = (
             ("damaged run folders", runs, _RUNS, 1 - _SHARE_OF_SWEEPS),
             ("damaged sweep folders", sweeps, _SWEEPS, _SHARE_OF_SWEEPS),

@@ -15,11 +15,11 @@ class Fault(NamedTuple):
 
     Attributes:
         what: What happened.
-        again: What is needed to see it again: words of the command, number of the operation.
+        repeat: What repeats it: words of the command, number of the operation.
     """
 
     what: str
-    again: str
+    repeat: str
 
 
 class Part(NamedTuple):
@@ -42,7 +42,7 @@ class Part(NamedTuple):
 
 def report(parts: Sequence[Part]) -> str:
     """Return the faults, a line each, and a table of all parts in Markdown."""
-    lines = [f"- {part.name}: {one.what} — {one.again}" for part in parts for one in part.faults]
+    lines = [f"- {part.name}: {one.what} — {one.repeat}" for part in parts for one in part.faults]
     rows = [
         [
             part.name,

@@ -13,14 +13,14 @@ from typing import NamedTuple
 import numpy as np
 
 from benchmarks.campaign.children import Ended, command, in_fork, warm_up
+from benchmarks.campaign.continuation import go_on
 from benchmarks.campaign.faults import Fault, Part
 from benchmarks.campaign.file_operations import die_at, list_operations
-from benchmarks.campaign.going_on import go_on
 from benchmarks.campaign.scenarios import SCENARIOS, Scenario
 from benchmarks.campaign.snapshots import differences, snapshot
 from benchmarks.campaign.workers import spread
 
-__all__ = ["Kill", "Killing", "kill_everywhere", "verdict"]
+__all__ = ["Kill", "KilledCommand", "kill_everywhere", "verdict"]
 
 
 class Kill(NamedTuple):
@@ -31,7 +31,7 @@ class Kill(NamedTuple):
     torn: bool
 
 
-class Killing:
+class KilledCommand:
     """A command, the files that it finds, and those that it leaves when nobody kills it.
 
     Attributes:
@@ -112,7 +112,7 @@ def kill_everywhere(
     warm_up(words for one in chosen.values() if not one.before for words in [one.words])
     with tempfile.TemporaryDirectory() as home:
         places = {name: Path(home, str(i)) for i, name in enumerate(chosen)}
-        killings = {name: Killing(one, places[name]) for name, one in chosen.items()}
+        killings = {name: KilledCommand(one, places[name]) for name, one in chosen.items()}
         kills = [
             Kill(name, number, torn)
             for name, killing in killings.items()

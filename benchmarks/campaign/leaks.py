@@ -114,7 +114,7 @@ def _judge(name: str, file: Path, faults: Sequence[Fault]) -> Part:
     """Return the result of a face, whose process wrote a file unless it failed."""
     title, (_, cycles) = f"make, step, close: {name}", _FACES[name]
     held = np.array(json.loads(file.read_text())) if file.exists() else np.zeros((0, 3))
-    own = [fault for fault in faults if fault.again == name]
+    own = [fault for fault in faults if fault.repeat == name]
     done = len(held) * _EVERY
     if len(held) < _LEAST:
         return Part(title, done, cycles, own, "too few to tell")

@@ -16,7 +16,7 @@ _FILES = 25  # of a layout at a time
 _ROUNDS = 10
 _SILENT = RESULTS[3]
 _FEW = 2  # that chance may bring into a short campaign (choice)
-_ALLOWED = 15 / 4200  # share of files that may give another posture without a word
+_ALLOWED = 15 / 4200  # share of files that may give another posture without a warning
 
 
 def mangle_recordings(seed: int, seconds: float, workers: int) -> list[Part]:

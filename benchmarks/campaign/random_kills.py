@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.campaign.children import warm_up
+from benchmarks.campaign.continuation import go_on
 from benchmarks.campaign.faults import Fault, Part
-from benchmarks.campaign.going_on import go_on
-from benchmarks.campaign.kills import Killing, verdict
+from benchmarks.campaign.kills import KilledCommand, verdict
 from benchmarks.campaign.scenarios import SCENARIOS, TINY, Scenario
 from benchmarks.campaign.workers import spread
 
@@ -46,7 +46,8 @@ def kill_at_random(seed: int, seconds: float, workers: int) -> list[Part]:
     warm_up(one.words for one in _CHOSEN.values() if not one.before)
     with tempfile.TemporaryDirectory() as home:
         killings = {
-            name: Killing(one, Path(home, str(i))) for i, (name, one) in enumerate(_CHOSEN.items())
+            name: KilledCommand(one, Path(home, str(i)))
+            for i, (name, one) in enumerate(_CHOSEN.items())
         }
         durations = {name: _duration(killing) for name, killing in killings.items()}
 
@@ -63,7 +64,7 @@ def kill_at_random(seed: int, seconds: float, workers: int) -> list[Part]:
     return [Part("kills at random moments", done, _TRIES, faults)]
 
 
-def _start(killing: Killing, folder: Path) -> subprocess.Popen[str]:
+def _start(killing: KilledCommand, folder: Path) -> subprocess.Popen[str]:
     return subprocess.Popen(
         [sys.executable, "-m", "mpma_mj", *killing.words],
         cwd=folder,
@@ -74,7 +75,7 @@ def _start(killing: Killing, folder: Path) -> subprocess.Popen[str]:
     )
 
 
-def _duration(killing: Killing) -> float:
+def _duration(killing: KilledCommand) -> float:
     """Return how long a command takes, s."""
     with tempfile.TemporaryDirectory() as home:
         began = time.monotonic()
@@ -82,7 +83,7 @@ def _duration(killing: Killing) -> float:
         return time.monotonic() - began
 
 
-def _try(killing: Killing, after: float, how: signal.Signals) -> str:
+def _try(killing: KilledCommand, after: float, how: signal.Signals) -> str:
     """Stop a command after some seconds, go on, and return what is wrong, if anything."""
     with tempfile.TemporaryDirectory() as home:
         folder = killing.fresh(home)
@@ -97,7 +98,7 @@ def _try(killing: Killing, after: float, how: signal.Signals) -> str:
             except subprocess.TimeoutExpired:
                 os.killpg(process.pid, signal.SIGKILL)
                 return f"did not end in {_SECONDS:g} s"
-        # Either it was over, or Python had not come to the command yet, or that says what it does.
+        # It was over, or Python had not begun it yet, or its message names what follows.
         if process.returncode not in (0, -how, 128 + how):
             return f"ended with {process.returncode}: {' | '.join(err.splitlines()[-4:])}"
         if "Traceback" in err and process.returncode != -how:

@@ -141,7 +141,7 @@ def try_options(seed: int, seconds: float, workers: int) -> list[Part]:
             return [Fault(ended.last_line, again)] if len(ended.out.splitlines()) > 1 else []
         if ended.code == _NOT_FINITE:
             return [Fault(f"not finite: {ended.out.strip()}", again)]
-        return [Fault(f"ended with {ended.code}: {' | '.join(ended.told[-3:])}", again)]
+        return [Fault(f"ended with {ended.code}: {' | '.join(ended.lines[-3:])}", again)]
 
     done, faults = spread(range(_TRIES), do, workers=workers, seconds=seconds)
     return [Part("random options", done, _TRIES, faults)]

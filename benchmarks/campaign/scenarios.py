@@ -32,7 +32,7 @@ SCENARIOS = {
         f"{_TRAIN} --plants default payload=2 --epochs-per-plant 1 --epochs 3 --out run"
     ),
     "imitate --resume": Scenario(
-        "imitate --resume run --no-video", (f"{_TRAIN} --epochs 1 --out run",)
+        "imitate --resume run --epochs 30 --no-video", (f"{_TRAIN} --epochs 1 --out run",)
     ),
     "imitate --overwrite": Scenario(
         f"{_TRAIN} --overwrite --out run",

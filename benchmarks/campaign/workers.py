@@ -64,6 +64,6 @@ def _work(tries: Sequence[T], do: Try[T], until: float, file: Path) -> None:
                 text = traceback.format_exc().strip().splitlines()
                 faults = [Fault(f"the campaign's own error: {' | '.join(text[-3:])}", str(one))]
             for fault in faults:
-                print(f"fault: {fault.what}: {fault.again}", file=sys.stderr, flush=True)
+                print(f"fault: {fault.what}: {fault.repeat}", file=sys.stderr, flush=True)
             lines.write(json.dumps(faults) + "\n")
             lines.flush()

@@ -274,13 +274,12 @@ class PlantGate(Gate):
     def load_state_dict(self, state: Mapping[str, Array]) -> None:
         """Continue from the arrays that `state_dict` returned; others are left out."""
         self._predictor.load_state_dict(state)
+        assign(self.models.recruited, state["plants.recruited"], low=1, high=self.models.most)
         for name, array in self.models.arrays().items():
             assign(array, state[f"plants.{name}"])
         for name, array in self._own().items():
             assign(array, state[name])
-        recruited = self.models.recruited
-        assign(recruited, recruited.copy(), low=1, high=self.models.most)
-        self.plants = int(recruited.max())
+        self.plants = int(self.models.recruited.max())
 
     def _own(self) -> dict[str, Array]:
         return {

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Generic, TypeVar
 import tyro
 
 from mpma_mj.agents.config import AgentConfig
-from mpma_mj.commands.folders import results_folder, write_tables
+from mpma_mj.commands.folders import hint_if_interrupted, results_folder, write_tables
 from mpma_mj.commands.play import missing_opengl
 from mpma_mj.commands.run_options import Motions, RunOptions
 from mpma_mj.training.config import versions
@@ -69,6 +69,7 @@ class Compare(Generic[AgentT]):
         spec = jobs(seeds(config, self.runs), motion, epochs=self.epochs, fine_tune=self.fine_tune)
         with results_folder(self.out, "compare") as folder:
             with (
+                hint_if_interrupted("nothing is saved: a comparison is written at its end"),
                 open_backend("processes", self.workers, None) as backend,
                 show_runs(len(spec) * self.runs, 0, "training and evaluating") as show,
             ):

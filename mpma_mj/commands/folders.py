@@ -24,7 +24,7 @@ __all__ = [
     "check_new_file",
     "free_folder",
     "given_runs",
-    "hint_at_resuming",
+    "hint_if_interrupted",
     "locked_runs",
     "output_folder",
     "results_folder",
@@ -135,13 +135,13 @@ def locked_runs(
 
 
 @contextlib.contextmanager
-def hint_at_resuming(begun: Callable[[], bool], command: str) -> Iterator[None]:
-    """Print the command that resumes what Ctrl-C interrupts, if something of it is saved."""
+def hint_if_interrupted(hint: str, begun: Callable[[], bool] = lambda: True) -> Iterator[None]:
+    """Print how to go on after Ctrl-C, if something has begun."""
     try:
         yield
     except KeyboardInterrupt:
         if begun():
-            print(f"mpma: to resume: {command}", file=sys.stderr)
+            print(f"mpma: {hint}", file=sys.stderr)
         raise
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Generic, TypeVar
 import tyro
 
 from mpma_mj.agents.config import AgentConfig
-from mpma_mj.commands.folders import hint_at_resuming, output_folder
+from mpma_mj.commands.folders import hint_if_interrupted, output_folder
 from mpma_mj.commands.play import missing_opengl, write_run_video
 from mpma_mj.commands.run_options import Given, Motions, RunOptions
 from mpma_mj.errors import BadOptionError
@@ -35,8 +35,8 @@ class Imitate(Generic[AgentT]):
     options: Annotated[tyro.conf.OmitArgPrefixes[RunOptions[AgentT]], tyro.conf.arg(name="")]
     """Options that determine the result."""
     epochs: int = 30
-    """Largest number of epochs, with --resume of further ones; without --plants a run ends when it
-    has converged."""
+    """Largest number of epochs, with --resume of further ones (those that an interrupted run lacks
+    if not given); without --plants a run ends when it has converged."""
     out: Path | None = None
     """Folder of the run; runs/MOTION-TIME if not given."""
     video: bool = True
@@ -65,11 +65,12 @@ class Imitate(Generic[AgentT]):
         from mpma_mj.training.run_folder import RunFolder
         from mpma_mj.utils.progress import show_epochs
 
+        epochs = self.epochs if self.resume is None or "epochs" in self.given else None
         with contextlib.ExitStack() as stack:
             if self.resume is not None:
                 folder = RunFolder(self.resume, self.options.outside)
                 stack.enter_context(folder.locked())
-                train = functools.partial(run.resume, folder, self.epochs)
+                train = functools.partial(run.resume, folder, epochs)
             else:
                 config = self.options.run_config(self.motions, "imitate")
                 if self.init is not None:
@@ -80,11 +81,12 @@ class Imitate(Generic[AgentT]):
                 train = functools.partial(
                     run.train, config, self.epochs, folder=folder, overwrite=self.overwrite
                 )
-            resume = f"mpma imitate --resume {shlex.quote(str(folder.path))}"
+            resume = f"to resume: mpma imitate --resume {shlex.quote(str(folder.path))}"
+            resume += "" if self.video else " --no-video"
             new_epochs: list[dict[str, float]] = []
             with (
-                hint_at_resuming(lambda: folder.can_go_on, resume),
-                show_epochs(self.epochs) as show,
+                hint_if_interrupted(resume, lambda: folder.can_go_on),
+                show_epochs(epochs) as show,
             ):
 
                 def on_epoch(row: dict[str, float]) -> None:
@@ -93,11 +95,8 @@ class Imitate(Generic[AgentT]):
 
                 trained = train(on_epoch=on_epoch)
             if not new_epochs:
-                print(
-                    f"{folder.path}: has converged, so no epoch was added; to train its agent"
-                    f" further: mpma imitate MOTION --init {folder.path}"
-                )
-            with hint_at_resuming(lambda: True, resume):
+                print(f"{folder.path}: {_why_no_epoch(trained, folder.path)}")
+            with hint_if_interrupted(resume):
                 trained.write_figures(folder)
                 _print_summary(trained)
                 if missing_gl is not None:
@@ -131,6 +130,14 @@ class Imitate(Generic[AgentT]):
                     f"{flag} is {_text(given[name])}, but the run to resume has"
                     f" {_text(saved.get(name))}; leave it out, or start a new run"
                 )
+
+
+def _why_no_epoch(run: Run, path: Path) -> str:
+    """Return why a resumed run has no new epoch."""
+    if run.summary["converged"] and run.config.env.plants is None:
+        remedy = f"to train its agent further: mpma imitate MOTION --init {path}"
+        return f"has converged, so no epoch was added; {remedy}"
+    return "has all its epochs, so no epoch was added; --epochs adds some"
 
 
 def _text(value: object) -> str:

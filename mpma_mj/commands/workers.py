@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import tyro
 
-from mpma_mj.commands.folders import free_folder, hint_at_resuming
+from mpma_mj.commands.folders import free_folder, hint_if_interrupted
 from mpma_mj.commands.play import missing_opengl
 from mpma_mj.options import BackendName
 
@@ -52,8 +52,8 @@ class Workers:
         missing_gl = missing_opengl() if has_film else None
 
         folder = out or free_folder(stem)
-        resume = f"the same command with --out {shlex.quote(str(folder))}"
-        with hint_at_resuming((folder / HEADER).exists, resume):
+        resume = f"to resume: the same command with --out {shlex.quote(str(folder))}"
+        with hint_if_interrupted(resume, (folder / HEADER).exists):
             films = show_frames if has_film and missing_gl is None else None
             print(run_study(study, folder, **vars(self), films=films))
         if missing_gl is not None:

@@ -45,7 +45,8 @@ SOUND_CODECS = {".mp4": ("aac", "192k"), ".webm": ("libopus", "128k")}
 EVEN = (".mp4", ".webm")
 """Endings of the videos whose width and height are even."""
 
-_SPEAKER = re.compile(r"^\[[^]]*\] ")  # the part of ffmpeg that reports: "[out#0/mp4 @ 0x55e9] "
+_NO_SOUND = ("Invalid data found", "matches no streams")  # what ffmpeg reports of such files
+_PART = re.compile(r"^\[[^]]*\] ")  # the part of ffmpeg that reports: "[out#0/mp4 @ 0x55e9] "
 
 
 @contextlib.contextmanager
@@ -93,7 +94,7 @@ class _Encoder:
         rate: float,
         sound: Soundtrack | None,
     ) -> None:
-        self._path = path  # for messages, as is the other
+        self._path = path
         self._sound: Path | None = None
         height, width = size
         frames = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}"]
@@ -116,7 +117,7 @@ class _Encoder:
                 stdin=subprocess.PIPE,
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.PIPE,
-                start_new_session=True,  # Ctrl-C does not stop it: the video is finished
+                start_new_session=True,  # Ctrl-C does not reach it, and `kill` ends it
             )
         except RuntimeError:
             raise self._error(
@@ -165,12 +166,11 @@ class _Encoder:
     def _failure(self, code: int) -> VideoError:
         how = f"was stopped: {signal.strsignal(-code)}" if code < 0 else f"failed: exit code {code}"
         if self._lines:
-            line = self._lines[0].decode(errors="replace").strip()
-            how += f" ({_SPEAKER.sub('', line)})"
-        cause = "" if self._sound is None else f", or by another sound than {self._sound},"
-        return self._error(
-            f"ffmpeg {how}; fix that, perhaps by freeing disk space{cause or ','} and try again"
-        )
+            line = _PART.sub("", self._lines[0].decode(errors="replace").strip())
+            if self._sound is not None and any(text in line for text in _NO_SOUND):
+                return self._error(f"{self._sound} has no sound that ffmpeg reads; give another")
+            how += f" ({line})"
+        return self._error(f"ffmpeg {how}; fix that, perhaps by freeing disk space, and try again")
 
     def _error(self, why: str) -> VideoError:
         return VideoError(f"{self._path}: the video was not written: {why}")

@@ -50,7 +50,7 @@ class BoundContext(Generic[T]):
             ) from error
         self._release = release
         self._process, here = os.getpid(), threading.current_thread()
-        # With OSMesa, dm_control draws in a thread of its own, whichever thread asks for it.
+        # With OSMesa, dm_control draws in a thread of its own, whichever thread calls it.
         draws_here = not isinstance(self._holder, ContextBase) or self._holder.thread is here
         self._thread = here if draws_here else None
         _processes_that_drew.add(self._process)

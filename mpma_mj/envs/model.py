@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.envs.model_file import read_model_file
-from mpma_mj.envs.model_validation import HANDS, check_actuators, check_complete
+from mpma_mj.envs.model_validation import HANDS, check_actuators, check_complete, check_finite
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.randomisation import PlantValues, plants_of
 from mpma_mj.errors import BadOptionError, one_line
@@ -84,7 +84,9 @@ class ModelCompiler:
             if adjustable:
                 self._balls = all(spec.body(name) is not None for name in HANDS)
             if options.model is not None:
-                spec.memory = max(spec.compile().narena, _MEMORY)
+                given = spec.compile()
+                check_finite(self._path, given)
+                spec.memory = max(given.narena, _MEMORY)
             if options.gravity_compensation:
                 _compensate_gravity(spec)
             if options.locked_joint is not None:

@@ -54,11 +54,11 @@ def read_model_file(path: Path) -> mujoco.MjSpec:
         The model, which compiles in bounded time and memory.
 
     Raises:
-        BadOptionError: It asks for more than any arms need, or it or a file that it names is none
+        BadOptionError: It has more than any arms need, or it or a file that it names is none
             that can be read.
         ValueError: MuJoCo cannot read it.
     """
-    _Demand(path).add(path)
+    _Size(path).add(path)
     spec = mujoco.MjSpec.from_file(os.fsencode(path))  # the name may not be UTF-8
     option = spec.option
     low, high = _TIMESTEP
@@ -73,13 +73,13 @@ def read_model_file(path: Path) -> mujoco.MjSpec:
 
 
 def _check_most(path: Path, number: float, most: int, what: str) -> None:
-    """Check that a model does not ask for too much; raises a BadOptionError."""
+    """Check that a model is not too large; raises a BadOptionError."""
     if not number <= most:
-        raise BadOptionError(f"{path}: asks for {number:,.0f} {what}; expected at most {most:,}")
+        raise BadOptionError(f"{path}: has {number:,.0f} {what}; expected at most {most:,}")
 
 
-class _Demand:
-    """What a model asks for."""
+class _Size:
+    """Number of elements and cells of a model, with all files that it names."""
 
     def __init__(self, path: Path) -> None:
         """Start with nothing; `path` is that of the model."""
@@ -87,17 +87,20 @@ class _Demand:
         self._elements = self._cells = 0.0
         self._folders = {path.parent}
 
-    def add(self, path: Path, copies: float = 1.0, depth: int = 0) -> None:
+    def add(self, path: Path, copies: float = 1.0, around: tuple[Path, ...] = ()) -> None:
         """Add a file with all files that it names.
 
         Args:
             path: The file.
             copies: How often the model has its elements.
-            depth: Number of files around it, each of which includes the next.
+            around: Files around it, each of which includes the next.
         """
         if problem := file_problem(path, largest=SMALL_FILE):
             raise BadOptionError(f"{path}: {problem}; expected an MJCF file")
-        _check_most(self._path, depth, _DEPTH, f"files in one another, the last of them {path}")
+        if path.resolve() in around:
+            raise BadOptionError(f"{self._path}: includes {path} in itself; leave that out")
+        _check_most(self._path, len(around), _DEPTH, f"files in one another, the last is {path}")
+        around = (*around, path.resolve())
         elements = self._elements_of(path, copies)
         for name, attributes, _ in elements:
             if name == "compiler":
@@ -109,9 +112,9 @@ class _Demand:
                 if key.startswith("file"):
                     for file in self._places(path, attributes[key]):
                         if name == "include":
-                            self.add(file, copies, depth + 1)
+                            self.add(file, copies, around)
                         elif name == "model":
-                            self.add(file, 1.0 + attached, depth + 1)
+                            self.add(file, 1.0 + attached, around)
                         else:
                             self._add_file(file)
 
@@ -155,6 +158,7 @@ class _Demand:
     def _places(self, path: Path, name: str) -> list[Path]:
         """Return where a file may lie that another one names, where there is something."""
         folders = {path.parent, *self._folders}
+        # The name alone for <compiler strippath="true"/>.
         tries = {folder / kind for folder in folders for kind in (name, Path(name).name)}
         return [place for place in sorted(tries) if file_problem(place) != MISSING]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,13 +16,20 @@ from mpma_mj.kinematics import JOINT_NAMES, SEGMENT_NAMES, SIDES
 if TYPE_CHECKING:
     from mpma_mj.envs.physics import PhysicsArms
 
-__all__: list[str] = ["HANDS", "check_actuators", "check_complete", "check_geometry"]
+__all__: list[str] = [
+    "HANDS",
+    "check_actuators",
+    "check_complete",
+    "check_finite",
+    "check_geometry",
+]
 
 HANDS = tuple(f"{side}_hand" for side in SIDES)
 """Bodies that carry the payload and that perturbations act on."""
 
 _SITES = tuple(f"{side}_{point}" for side in SIDES for point in ("shoulder", "elbow", "wrist"))
 _TOLERANCE = 1e-3  # on unit vectors
+_DERIVED = re.compile(r"(?!qpos).*0|.*_(aabb|rbound|subtreemass)")  # names of what is computed
 _OF_VELOCITY = (
     mujoco.mjtDyn.mjDYN_NONE,
     mujoco.mjtGain.mjGAIN_FIXED,
@@ -56,6 +64,33 @@ def check_complete(path: Path, spec: mujoco.MjSpec, *, hands: bool) -> None:
     for name in JOINT_NAMES:
         if spec.joint(name).type != mujoco.mjtJoint.mjJNT_HINGE:
             raise BadOptionError(f"{path}: joint {name} is not a hinge; arms can have hinges only")
+
+
+def check_finite(path: Path, model: mujoco.MjModel) -> None:
+    """Check that the numbers of a model are finite; a range may have no end.
+
+    Args:
+        path: File of the model.
+        model: The model.
+
+    Raises:
+        BadOptionError: One is not; names MuJoCo's array, and the element.
+    """
+    for owner in (model, model.opt):
+        for name in filter(lambda name: not _DERIVED.fullmatch(name), dir(owner)):
+            array = np.atleast_1d(getattr(owner, name))
+            if array.dtype.kind != "f":
+                continue
+            bad = np.isnan(array) if name.endswith("range") else ~np.isfinite(array)
+            for row, *column in np.argwhere(bad).tolist():
+                kind = name.partition("_")[0]
+                number = int(model.dof_jntid[row]) if kind == "dof" else row
+                element = getattr(model, "jnt" if kind == "dof" else kind, None)
+                which = element(number).name if callable(element) else ""
+                raise BadOptionError(
+                    f"{path}: {name} of {which or f'element {number}'} is"
+                    f" {array[row, *column]}; give a finite number"
+                )
 
 
 def check_actuators(path: Path, model: mujoco.MjModel, *, forces: bool) -> None:

@@ -1,4 +1,4 @@
-"""Sound of a video: the music of a motion, at its tempo and as often as it is repeated."""
+"""Sound of a video: that of a motion, at its tempo and as often as it is repeated."""
 
 from __future__ import annotations
 
@@ -15,32 +15,32 @@ _RATE = 48_000  # Hz
 
 @dataclass(frozen=True)
 class Soundtrack:
-    """Music of an episode, or of a part of it.
+    """Sound of an episode, or of a part of it.
 
     Attributes:
         path: Sound file, whose time is that of the recording.
         start: Time in the file at which the motion begins, s.
         tempo: How much faster than the recording the motion is.
-        part: Duration of the motion in the episode, s; silence follows to the next repetition.
+        motion_duration: Duration of the motion, s; silence follows until the next repetition.
         period: Time from one repetition to the next, s.
-        duration: Duration of what is heard, s.
-        begin: Time in the episode from which it is heard, s.
+        duration: Duration of the sound, s.
+        begin: Time in the episode at which it begins, s.
     """
 
     path: Path
     start: float
     tempo: float
-    part: float
+    motion_duration: float
     period: float
     duration: float
     begin: float = 0.0
 
     @classmethod
     def of(cls, path: Path | None, motion: Motion, steps: int, repeats: int) -> Soundtrack | None:
-        """Return the music of an episode.
+        """Return the sound of an episode.
 
         Args:
-            path: Sound file; there is no music if None.
+            path: Sound file; there is none if None.
             motion: The motion.
             steps: Steps of the episode.
             repeats: Repetitions of the motion in it.
@@ -54,19 +54,19 @@ class Soundtrack:
         return cls(path, motion.start, motion.tempo, *seconds)
 
     def cut(self, begin: float, duration: float) -> Soundtrack:
-        """Return the music from a time of the episode, s, for a duration, s."""
+        """Return the sound from a time of the episode, s, for a duration, s."""
         return replace(self, begin=begin, duration=duration)
 
     @property
     def filters(self) -> str:
-        """Filters of ffmpeg that make of the first sound of its second input the output [sound].
+        """Filters of ffmpeg: from the first sound of its second input to its output "[sound]".
 
         What is cut out is stretched without a change of its pitch, filled with silence to a
         period, and repeated.
         """
         samples = round(self.period * _RATE)
-        begin, end = self.start, self.start + self.part * self.tempo
-        # Silence follows the music, however late the motion begins.
+        begin, end = self.start, self.start + self.motion_duration * self.tempo
+        # Silence follows the sound, however late the motion begins.
         steps = ["apad", f"atrim=start={begin}:end={end}", "asetpts=PTS-STARTPTS"]
         steps.append(f"aresample={_RATE}")
         if self.tempo != 1.0:

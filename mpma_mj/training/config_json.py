@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
@@ -114,10 +115,9 @@ def exact(kind: Any, options: Any) -> Any:
     """
     if not isinstance(options, dict) or options.keys() != {f.name for f in fields(kind)}:
         raise TypeError(f"{kind.__name__} with other fields")
-    tuples = {name for name, hint in get_type_hints(kind).items() if _is_tuple(hint)}
     return kind(
         **{
-            name: tuple(value) if name in tuples and isinstance(value, list) else value
+            name: tuple(value) if name in _tuples(kind) and isinstance(value, list) else value
             for name, value in options.items()
         }
     )
@@ -130,6 +130,12 @@ def plain(value: Any) -> Any:
     if isinstance(value, Mapping):
         return dict(value)
     return value.item() if isinstance(value, np.generic) else value
+
+
+@functools.cache
+def _tuples(kind: type) -> set[str]:
+    """Return the names of the fields of a dataclass that may be tuples."""
+    return {name for name, hint in get_type_hints(kind).items() if _is_tuple(hint)}
 
 
 def _is_tuple(hint: Any) -> bool:

@@ -96,7 +96,7 @@ class Run:
         run_folder = RunFolder(Path(folder))
         with locked(run_folder.path):
             run_folder.create(self.config, self.motion, overwrite=overwrite)
-            self._write_epoch(run_folder, best=True)
+            self._write_epoch(run_folder, len(self.history.rows), best=True)
             run_folder.write_summary(self.summary)
             self.write_figures(run_folder)
         return run_folder.path
@@ -106,7 +106,7 @@ class Run:
         plants = int(self.summary.get("plants", 1))
         write_figures(folder.figures, self.trace, self.motion, plants=plants)
 
-    def _write_epoch(self, folder: RunFolder, *, best: bool) -> None:
+    def _write_epoch(self, folder: RunFolder, epochs: int, *, best: bool) -> None:
         """Write what a later `resume` needs, the checkpoint `latest` last.
 
         A run that is killed in between repeats its last epoch when it is resumed.
@@ -117,7 +117,7 @@ class Run:
             folder.write_trace(self.trace, int(row["epoch"]))
             folder.write_checkpoint("best", self.config, self.history.best.state, {"row": row})
         folder.write_metrics(self.history.rows)
-        folder.write_checkpoint("latest", self.config, self.state, {"rows": self.history.rows})
+        folder.write_latest(self.config, self.state, self.history.rows, epochs)
 
     def _motion_metrics(self) -> list[dict[str, Any]]:
         """Return the metrics of each motion in the best epoch."""
@@ -245,14 +245,16 @@ def train(
             raise
 
 
-def resume(folder: RunFolder, epochs: int, *, on_epoch: OnEpoch = lambda row: None) -> Run:
+def resume(
+    folder: RunFolder, epochs: int | None = None, *, on_epoch: OnEpoch = lambda row: None
+) -> Run:
     """Continue a run for more epochs, as if it had never stopped.
 
     A run that has converged is over, and stays as it is.
 
     Args:
         folder: The run folder.
-        epochs: Largest number of further epochs.
+        epochs: Largest number of further epochs; those that an interrupted run lacks if not given.
         on_epoch: Called with the metrics of every further epoch.
 
     Raises:
@@ -260,16 +262,19 @@ def resume(folder: RunFolder, epochs: int, *, on_epoch: OnEpoch = lambda row: No
         DivergedError: The simulation did not stay finite.
     """
     config = folder.read_config()
-    _check(config, epochs)
+    _check(config, 1 if epochs is None else epochs)
     motion = folder.read_motion()
-    state, rows = folder.read_latest(config)
+    state, rows, last = folder.read_latest(config)
     best_state, row = folder.read_best(config)
     best = BestEpoch(row, best_state, folder.read_trace())
     with one_thread(), contextlib.closing(Trainer([config], motion)) as trainer:
         load_state(trainer.agent, state, folder.checkpoint("latest"))
         trainer.restore(rows, best)
         folder.write_metrics(rows)  # whatever happened to the file meanwhile
-        return _train(trainer, trainer.epoch + epochs, folder, on_epoch)
+        if epochs is not None and len(trainer.going):
+            last = trainer.epoch + epochs
+            folder.write_latest(config, state, rows, last)
+        return _train(trainer, last, folder, on_epoch)
 
 
 def load_agent(folder: str | Path, *, agent: str | None = None, rule: str | None = None) -> Agent:
@@ -315,7 +320,8 @@ def _train(trainer: Trainer, epochs: int, folder: RunFolder | None, on_epoch: On
         for reason in trainer.failed.values():
             raise DivergedError(reason, remedy=TRY_INSTEAD)
         if folder is not None:
-            run()._write_epoch(folder, best=bool(improved[0]))
+            last = epochs if len(trainer.going) else trainer.epoch  # less if it has converged
+            run()._write_epoch(folder, last, best=bool(improved[0]))
         on_epoch(history.rows[-1])
 
     trainer.run(epochs, on_epoch=end_epoch)

@@ -30,6 +30,7 @@ from mpma_mj.training.epoch_rows import EpochMetrics, row_problem
 from mpma_mj.utils import atomic_files, data_files
 from mpma_mj.utils.folder_lock import is_empty, locked
 from mpma_mj.utils.input_files import SMALL_FILE, file_problem
+from mpma_mj.utils.validation import is_integer
 
 __all__ = ["RunFolder", "open_runs"]
 
@@ -115,11 +116,7 @@ class RunFolder:
                 cannot be written.
             MotionFileError: The sound file cannot be read.
         """
-        content = {
-            "format": data_files.FORMAT,
-            "config": config.to_json(),
-            "versions": versions(),
-        }
+        content = {"format": data_files.FORMAT, "config": config.to_json(), "versions": versions()}
         try:
             text = data_files.json_text(content)
         except (TypeError, ValueError) as error:
@@ -148,10 +145,7 @@ class RunFolder:
         if is_empty(self.path):
             return
         if not self._is_run():
-            raise RunFolderError(
-                f"{self.path}: is not empty and not a run",
-                remedy=_ANOTHER_FOLDER,
-            )
+            raise RunFolderError(f"{self.path}: is not empty and not a run", remedy=_ANOTHER_FOLDER)
         if self.can_go_on and not overwrite:  # else no epoch of it is saved
             raise RunFolderError(
                 f"{self.path}: already contains a run",
@@ -220,10 +214,13 @@ class RunFolder:
         """Remove results of an epoch that is no longer the best one."""
         results = (self.results_of(analysis) for analysis in ANALYSES)
         pictures = (self.figures / f"{analysis}.png" for analysis in ANALYSES)
-        for path in (self.video, *results, *pictures):
-            path.unlink(missing_ok=True)
-        if self.evaluations.exists():
-            shutil.rmtree(self.evaluations)
+        try:
+            for path in (self.video, *results, *pictures):
+                path.unlink(missing_ok=True)
+            if self.evaluations.exists():
+                shutil.rmtree(self.evaluations)
+        except OSError as error:
+            raise atomic_files.not_writable(Path(error.filename), error) from None
 
     def write_checkpoint(
         self, name: str, config: RunConfig, state: Mapping[str, Array], meta: dict[str, Any]
@@ -234,8 +231,13 @@ class RunFolder:
         """
         content = {"config": config.to_json()} | meta
         data_files.write_arrays(self.checkpoint(name), "checkpoint", state, content)
-        if name == "latest":
-            earlier_run.forget(self.path)
+
+    def write_latest(
+        self, config: RunConfig, state: Mapping[str, Array], rows: list[EpochMetrics], epochs: int
+    ) -> None:
+        """Write what `read_latest` reads, from when on the run replaces an earlier one."""
+        self.write_checkpoint("latest", config, state, {"rows": rows, "epochs": epochs})
+        earlier_run.forget(self.path)
 
     def read_checkpoint(
         self, name: str, config: RunConfig
@@ -263,8 +265,8 @@ class RunFolder:
             raise _damaged(self.checkpoint("best"), problem)
         return state, row
 
-    def read_latest(self, config: RunConfig) -> tuple[dict[str, Array], list[EpochMetrics]]:
-        """Read the state of the agent after the last epoch, and the metrics of all epochs.
+    def read_latest(self, config: RunConfig) -> tuple[dict[str, Array], list[EpochMetrics], int]:
+        """Read the latest state of the agent, all epochs' metrics, and their largest number.
 
         Raises:
             CheckpointError: As of `read_checkpoint`, or the metrics are none.
@@ -274,7 +276,9 @@ class RunFolder:
         found = enumerate(rows, 1) if isinstance(rows, list) and rows else [(1, None)]
         if problem := next(filter(None, (row_problem(row, n) for n, row in found)), ""):
             raise _damaged(self.checkpoint("latest"), problem)
-        return state, rows
+        if not is_integer(epochs := meta.get("epochs")):
+            raise _damaged(self.checkpoint("latest"), "lacks its largest number of epochs")
+        return state, rows, int(epochs)
 
     def write_trace(self, trace: Trace, epoch: int) -> None:
         """Write the trace of the best epoch."""

@@ -1,4 +1,4 @@
-"""Atomic writing of files and folders: under a temporary name beside them, then renamed."""
+"""Atomic writing of files and folders: under a temporary name in the same folder, then renamed."""
 
 from __future__ import annotations
 
@@ -27,6 +27,7 @@ __all__ = [
 _PREFIX, _EARLIER = ".mpma-", ".mpma-earlier-"
 _TEMPORARY = re.compile(r"\.mpma-(?P<process>\d+)-(?P<machine>[0-9a-f]{8})-")
 _CANNOT_WAIT = (errno.EINVAL, errno.ENOTSUP, errno.ENOSYS)  # of file systems without fsync
+_IN_THE_WAY = "remove it, or choose another folder"
 _NAME_LENGTH = 80  # bytes of a name in a temporary one, of 255 that file systems allow
 
 
@@ -66,8 +67,8 @@ def atomic_write(path: Path) -> Iterator[Path]:
 def atomic_folder(path: Path) -> Iterator[Path]:
     """Yield a new temporary folder, which on success takes the place of the one of that path.
 
-    Where a process dies between the two renames of that, `remove_leftovers` gives the earlier
-    folder its name back.
+    Where a process dies between the two renames of that, `remove_leftovers` renames the earlier
+    folder back.
 
     Args:
         path: Path of the folder, in one that is locked; missing parents are created.
@@ -123,7 +124,7 @@ def remove_leftovers(folder: Path) -> None:
 
 
 def _settle(earlier: Path) -> None:
-    """Remove a folder that was to be replaced, or give its name back if nothing replaced it."""
+    """Remove a folder that was to be replaced, or rename it back if nothing replaced it."""
     with contextlib.suppress(OSError):
         path = earlier.with_name(earlier.name.removeprefix(_EARLIER))
         shutil.rmtree(earlier) if path.exists() else earlier.rename(path)
@@ -177,6 +178,11 @@ def _folder_reaches_disk(folder: Path) -> None:
 
 def not_writable(path: Path, error: OSError) -> RunFolderError:
     """Return the error for a file or folder that cannot be written."""
+    if isinstance(error, IsADirectoryError):
+        return RunFolderError(f"{path}: is a folder, not a file; {_IN_THE_WAY}")
+    if isinstance(error, NotADirectoryError | FileExistsError):
+        for file in filter(Path.is_file, (path, *path.parents)):
+            return RunFolderError(f"{file}: is a file, not a folder; {_IN_THE_WAY}")
     reason = error.strerror or error
     return RunFolderError(
         f"{path}: cannot be written ({reason}); fix that, or choose another folder"

@@ -61,11 +61,9 @@ def is_empty(folder: Path) -> bool:
 def _make(folder: Path, new: bool) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=not new)
-    except FileExistsError:
-        if new:
-            raise
-        raise RunFolderError(f"{folder}: is a file; choose another folder") from None
     except OSError as error:
+        if new and isinstance(error, FileExistsError):
+            raise
         raise not_writable(folder, error) from None
 
 

@@ -34,16 +34,16 @@ _SHOWN: dict[str, Callable[[float], str]] = {
 
 
 @contextmanager
-def show_epochs(epochs: int) -> Iterator[Callable[[dict[str, float]], None]]:
+def show_epochs(epochs: int | None) -> Iterator[Callable[[dict[str, float]], None]]:
     """Show a line for each epoch and, on a terminal, a bar below them.
 
     Args:
-        epochs: Largest number of epochs.
+        epochs: Largest number of epochs, None if it is not known.
 
     Yields:
         Function that takes the metrics of each epoch.
     """
-    text = "epoch {task.completed} of at most {task.total}"
+    text = "epoch {task.completed}" + (" of at most {task.total}" if epochs else "")
     with _bar(TextColumn("training"), BarColumn(), TextColumn(text), TimeElapsedColumn()) as bar:
         task = bar.add_task("training", total=epochs)
 

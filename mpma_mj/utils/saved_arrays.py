@@ -43,7 +43,7 @@ def array_problem(arrays: Mapping[str, NDArray[Any]], expected: Mapping[str, Exp
         if array.shape != shape or array.dtype.kind not in wanted.kinds:
             return f"has {name} {array.dtype}{array.shape}; expected numbers of shape {shape}"
         if not (np.abs(array) <= wanted.largest).all():  # also NaN
-            return f"has a value in {name} that is not one from {-wanted.largest:g} on"
+            return f"has a value in {name} that is NaN or beyond ±{wanted.largest:g}"
     return ""
 
 

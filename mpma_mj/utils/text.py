@@ -17,6 +17,7 @@ __all__ = [
     "printable",
 ]
 
+_SIMILARITY = 0.7  # of names, from 0 to 1 (choice)
 _FLAGS = {"start": "from", "end": "to"}  # `from` is a keyword of Python
 _FIELDS = {flag: field for field, flag in _FLAGS.items()}
 
@@ -38,14 +39,17 @@ def as_flag(option: str, value: str | None) -> str:
 
 
 def did_you_mean(name: str, known: Iterable[str], form: str = "{}") -> str:
-    """Return a question with the most similar name, or an empty text.
+    """Return a question with the only name that has the word, or a similar one; or "".
 
     Args:
         name: Unknown name.
         known: Known names.
         form: How the name is written in the question: `"{{{}}}"` for an option of a remedy.
     """
-    near = difflib.get_close_matches(name, list(known), n=1)
+    names = list(known)
+    near = [one for one in names if f"_{name}" in f"_{one}"]  # where a word begins
+    if len(near) != 1:
+        near = difflib.get_close_matches(name, names, n=1, cutoff=_SIMILARITY)
     return f"did you mean {form.format(near[0])}?" if near else ""
 
 

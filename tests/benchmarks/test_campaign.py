@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from benchmarks.campaign.children import Ended, in_fork
+from benchmarks.campaign.continuation import _following
 from benchmarks.campaign.faults import Fault, Part, report
 from benchmarks.campaign.file_operations import die_at, list_operations
 from benchmarks.campaign.folder_damage import damage
-from benchmarks.campaign.going_on import _following
 from benchmarks.campaign.kills import verdict
 from benchmarks.campaign.snapshots import differences, snapshot
 from benchmarks.campaign.workers import spread
@@ -102,10 +102,10 @@ def test_a_refusal_that_names_no_way_is_a_fault(tmp_path: Path) -> None:
     ended = Ended(2, "", "mpma: run: is not empty\n")
     assert verdict([ended], {}, tmp_path).startswith("no way to go on")
     words = ["imitate", "ymca", "--out", "run"]
-    assert _following(words, words, "mpma: run: exists; --overwrite replaces it", tmp_path) == [
-        *words,
-        "--overwrite",
-    ]
+    message = "mpma: run: exists; --overwrite replaces it"
+    assert _following(words, words, message) == [*words, "--overwrite"]
+    message = f"{message}, --resume continues it"
+    assert _following(words, words, message) == ["imitate", "--resume", "run", "--no-video"]
 
 
 @pytest.mark.parametrize("crafted", [True, False])
@@ -131,7 +131,7 @@ def test_faults_of_all_workers_are_gathered() -> None:
 
     done, faults = spread(range(10), do, workers=2, seconds=60.0)
     assert done == 10
-    assert sorted(fault.again for fault in faults) == ["1", "3", "5", "7", "9"]
+    assert sorted(fault.repeat for fault in faults) == ["1", "3", "5", "7", "9"]
 
 
 def test_faults_and_figures_are_reported() -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from mpma_mj.cli import main
+from mpma_mj.experiments import compare
 from mpma_mj.experiments.compare import ARMS, UNTRAINED
 from tests.conftest import Refused
 
@@ -28,6 +29,20 @@ def test_a_comparison_writes_tables_and_figures(
     assert {path.name for path in tmp_path.iterdir()} == {
         *("compare.md", "compare.csv", "compare.json", "transfer.png", "episodes.png"),
     }
+
+
+def test_ctrl_c_is_told_that_nothing_is_saved(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(compare, "compare", interrupted)
+    words = "compare ymca --runs 1 --nodes 5 --modules 2 --workers 1 --no-video --out"
+    assert main([*words.split(), str(tmp_path / "out")]) == 130
+    told = "mpma: nothing is saved: a comparison is written at its end\nmpma: interrupted\n"
+    assert capsys.readouterr().err == told
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize(

@@ -1,9 +1,11 @@
 """`mpma imitate`: training, resuming, repertoires."""
 
 import json
+import shlex
 import shutil
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +14,7 @@ from mpma_mj.cli import main
 from mpma_mj.envs import gl
 from mpma_mj.kinematics import posture_from_angles
 from mpma_mj.motions import ymca
+from mpma_mj.training.run import Run
 from mpma_mj.training.trainer import Trainer
 from tests.conftest import DISK_FULL, FAILED, Encoder, Refused, dancer, markers_of
 
@@ -114,6 +117,40 @@ def test_resume_goes_on_in_the_runs_folder(
     assert len((out / "metrics.csv").read_text().splitlines()) == 1 + 3
 
 
+@pytest.mark.parametrize("begin", [[], ["--resume"]])
+@pytest.mark.parametrize("stopped", ["an epoch", "drawing"])
+def test_resume_alone_finishes_what_was_interrupted(
+    begin: list[str],
+    stopped: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    new = f"imitate ymca --nodes 10 --modules 2 --repeats 1 --no-video --out {tmp_path / 'run'}"
+    words = new.split()
+    if begin:
+        assert main([*words, "--epochs", "1"]) == 0
+        words = ["imitate", "--resume", str(tmp_path / "run"), "--no-video"]
+    owner, name = (Trainer, "run_epoch") if stopped == "an epoch" else (Run, "write_figures")
+    right = getattr(owner, name)
+
+    def interrupted(self: Any, *_: Any, **options: Any) -> Any:
+        if owner is Trainer and self.epoch < 1 + len(begin):
+            return right(self, **options)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(owner, name, interrupted)
+    assert main([*words, "--epochs", "2"]) == 130
+    monkeypatch.setattr(owner, name, right)
+    (hint,) = [line for line in capsys.readouterr().err.splitlines() if "to resume" in line]
+    assert hint.endswith(" --no-video")
+    assert main(shlex.split(hint.partition(": mpma ")[2])) == 0
+    lines = (tmp_path / "run" / "metrics.csv").read_text().splitlines()
+    assert len(lines) == 1 + len(begin) + 2
+    assert ("no epoch was added" in capsys.readouterr().out) == (stopped == "drawing")
+    assert (tmp_path / "run" / "figures" / "trajectory.png").exists()
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
@@ -185,7 +222,7 @@ def test_a_folder_that_cannot_be_written_is_named(
     (tmp_path / "file").write_text("")
     words = ["imitate", "ymca", "--no-video", "--out", str(tmp_path / "file" / "run")]
     assert main(words) == 2
-    assert "cannot be written" in capsys.readouterr().err
+    assert f"{tmp_path / 'file'}: is a file, not a folder" in capsys.readouterr().err
 
 
 def test_a_run_that_exists_is_not_replaced(
@@ -264,7 +301,7 @@ def test_an_interrupted_run_says_how_to_go_on_if_there_is_something_to_go_on_wit
     assert main(words) == 130
     *_, hint, last = ["", *capsys.readouterr().err.splitlines()]
     assert last == "mpma: interrupted"
-    assert (hint == f"mpma: to resume: mpma imitate --resume {out}") == (epochs_done > 0)
+    assert (hint == f"mpma: to resume: mpma imitate --resume {out} --no-video") == (epochs_done > 0)
     if epochs_done:
         monkeypatch.setattr(Trainer, "run_epoch", whole)
         assert main(["imitate", "--resume", str(out), "--no-video", "--epochs", "1"]) == 0

@@ -34,19 +34,19 @@ def refused(path: Path) -> str:
     [
         ('timestep="0.005"', 'timestep="1e-12"', "timestep is 1e-12 s; expected 1e-05 to 1 s"),
         ('timestep="0.005"', 'timestep="nan"', "timestep is nan s; expected 1e-05 to 1 s"),
-        ("<option ", '<option iterations="2000000000" ', "asks for 2,000,000,000 iterations"),
-        ('memory="1M"', 'memory="900G"', "asks for 966,367,641,600 bytes of memory"),
+        ("<option ", '<option iterations="2000000000" ', "has 2,000,000,000 iterations"),
+        ('memory="1M"', 'memory="900G"', "has 966,367,641,600 bytes of memory"),
         ("<asset>", '<asset><hfield name="h" nrow="100000" ncol="100000"/>', "cells, the last of"),
         ("<asset>", '<asset><texture name="t" width="99999" height="99999"/>', "by <texture>"),
         ("<asset>", '<asset><mesh name="m" builtin="plate" params="99999 99999"/>', "by <mesh>"),
         ("<worldbody>", '<size nkey="2000000000"/><worldbody>', "by <size>"),
         (END, f"{END}<sensor><user dim='2000000000'/></sensor>", "by <user>"),
-        (END, f"<replicate count='1000000'><geom size='1'/></replicate>{END}", "asks for 1,000,"),
+        (END, f"<replicate count='1000000'><geom size='1'/></replicate>{END}", "has 1,000,"),
         (END, f"{REPLICAS * 2}<geom/>{'</replicate>' * 2}{END}", "elements; expected at most 10"),
         (END, f"<flexcomp name='f' count='300 300 300'/>{END}", "elements; expected at most 10"),
         (END, f"{'<body>' * 20_000}{'</body>' * 20_000}{END}", "elements; expected at most 10"),
-        (END, f"{END}<include file='my_arms.xml'/>", "11 files in one another"),
-        ("<asset>", "<asset><model name='m' file='my_arms.xml'/>", "11 files in one another"),
+        (END, f"{END}<include file='my_arms.xml'/>", "my_arms.xml in itself; leave that out"),
+        ("<asset>", "<asset><model name='m' file='my_arms.xml'/>", "in itself; leave that out"),
         (OURS, f'<!DOCTYPE m [<!ENTITY a "aa">]>{OURS}', "declares a document type"),
         ('name="torso"', 'name="&#27;"', "is no MJCF file"),
     ],
@@ -82,6 +82,20 @@ def test_files_that_a_model_names_are_files(own: Path, element: str, kind: str) 
     folders = ("<compiler", '<compiler meshdir="meshes"')
     edited(own, folders, ("<asset>", f"<asset>{element} file='{name}'/>"))
     assert kind in refused(own)
+
+
+def test_a_model_includes_few_files_in_one_another(own: Path) -> None:
+    for number in range(12):
+        text = f"<mujoco><include file='{number + 1}.xml'/></mujoco>"
+        own.with_name(f"{number}.xml").write_text(text)
+    assert "has 11 files in one another" in refused(own.with_name("0.xml"))
+
+
+def test_files_are_found_where_mujoco_strips_their_folders(own: Path) -> None:
+    os.mkfifo(own.with_name("other.obj"))
+    mesh = "<asset><mesh file='far/away/other.obj'/>"
+    edited(own, ("<compiler", '<compiler strippath="true"'), ("<asset>", mesh))
+    assert "is a pipe" in refused(own)
 
 
 def test_a_picture_is_refused_by_its_size(own: Path) -> None:

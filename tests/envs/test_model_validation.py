@@ -44,6 +44,26 @@ def test_all_missing_elements_are_listed(own: Path) -> None:
     assert expected in refused(own)
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('torso" pos="0 0 1.15"', 'torso" pos="nan 0 0"', "body_pos of torso is nan"),
+        ('gravity="0 0 -9.81"', 'gravity="0 0 -inf"', "gravity of element 2 is -inf"),
+        ('mass="30"', 'mass="nan"', "body_mass of torso is nan"),
+        ('diaginertia="1 1 1"', 'diaginertia="inf inf inf"', "body_inertia of torso is inf"),
+        ('kv="20"', 'kv="inf"', "actuator_biasprm of left_shoulder_abduction is -inf"),
+        ('damping="0.3"', 'damping="nan"', "dof_damping of left_shoulder_abduction is nan"),
+    ],
+)
+def test_numbers_are_finite(own: Path, old: str, new: str, message: str) -> None:
+    edited(own, (old, new))
+    assert f"{message}; give a finite number" in refused(own)
+
+
+def test_ranges_may_be_infinite(own: Path) -> None:
+    load("ymca", model=edited(own, ('forcerange="-70 70"', 'forcerange="-inf inf"')))
+
+
 def test_hands_are_needed_for_payload_and_perturbations_only(own: Path) -> None:
     edited(own, ('<body name="left_hand"', '<body name="left_fist"'))
     load("ymca", model=own)

@@ -101,7 +101,10 @@ def test_other_formats_are_silent(clicks: Path, tmp_path: Path) -> None:
 def test_what_is_no_sound_is_one_line(tmp_path: Path) -> None:
     (tmp_path / "a.wav").write_text("no sound")
     os.mkfifo(tmp_path / "pipe")
-    for name, message in (("a.wav", "another sound than"), ("pipe", "is a pipe"), ("b", "no such")):
+    with frame_writer(tmp_path / "silent.mp4", FRAME.shape[:2], 20.0) as write_frame:
+        write_frame(FRAME)
+    problems = {"a.wav": "has no sound", "silent.mp4": "has no sound", "pipe": "is a pipe"}
+    for name, message in (problems | {"b": "no such"}).items():
         with pytest.raises(VideoError, match=message) as refused:
             write(tmp_path / "a.mp4", Soundtrack(tmp_path / name, 0.0, 1.0, 1.0, 1.0, 1.0))
         assert name in str(refused.value)
@@ -112,7 +115,7 @@ def test_the_music_is_repeated_as_the_motion_is() -> None:
     motion = ymca()
     sound = Soundtrack.of(Path("a.wav"), motion, 3 * len(motion) + 2 * 7 - 1, 3)
     part = len(motion) / motion.rate
-    assert (sound.start, sound.tempo, sound.part) == (0.0, 1.0, part)
+    assert (sound.start, sound.tempo, sound.motion_duration) == (0.0, 1.0, part)
     assert sound.period == pytest.approx(part + 7 / motion.rate)
     once = Soundtrack.of(Path("a.wav"), motion, len(motion) - 1, 1)
     assert once.period == part

@@ -67,6 +67,15 @@ def test_an_attempt_that_fails_says_why(monkeypatch: pytest.MonkeyPatch) -> None
         cluster._check_answers("auto")
 
 
+def test_an_attempt_that_succeeds_does_not_wait_until_it_has_left(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    slow = "import atexit, time\n\ndef init(**_):\n    atexit.register(time.sleep, 1000)\n"
+    (tmp_path / "ray.py").write_text(slow)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    cluster._check_answers("auto")
+
+
 def test_without_ray_the_command_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "ray", None)
     with pytest.raises(BadOptionError, match=r"in a checkout, pip install -e '\.\[ray\]'"):
@@ -148,10 +157,12 @@ def test_a_node_that_dies_on_the_way_changes_no_result(tmp_path: Path, two_nodes
 
 @needs_ray
 @pytest.mark.slow
-def test_a_head_that_dies_is_one_line(tmp_path: Path, two_nodes: Any) -> None:
+def test_a_head_that_dies_is_one_line_and_the_command_goes_on(
+    tmp_path: Path, two_nodes: Any
+) -> None:
     words = ("sweep", "--grid", "nodes=300,301,302,303", "--runs", 8, *TINY_WORDS[2:])
-    ray = ("--backend", "ray", "--address", two_nodes.address)
-    command = mpma(*words, *ray, "--out", tmp_path / "out", cwd=tmp_path)
+    words += ("--out", tmp_path / "out", "--backend", "ray", "--address")
+    command = mpma(*words, two_nodes.address, cwd=tmp_path)
     while not run_files(tmp_path / "out"):
         assert command.poll() is None, command.communicate()
         time.sleep(0.01)
@@ -161,6 +172,14 @@ def test_a_head_that_dies_is_one_line(tmp_path: Path, two_nodes: Any) -> None:
     assert (command.returncode, printed) == (1, "")
     assert errors.splitlines()[-1].startswith("mpma: the head of the Ray cluster, ")
     assert "GCS" not in errors  # Ray's own log
+    done = len(run_files(tmp_path / "out"))
+    again = type(two_nodes)(initialize_head=True, head_node_args={"num_cpus": 1})
+    try:
+        printed, errors = mpma(*words, again.address, cwd=tmp_path).communicate(timeout=300)
+    finally:
+        again.shutdown()
+    assert printed.count("\n| 30") == 4, errors
+    assert f"resuming: {done} of 32 runs are done" in errors
 
 
 @needs_ray

@@ -2,6 +2,7 @@
 
 import dataclasses
 import os
+import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -13,8 +14,9 @@ import pytest
 import mpma_mj
 from mpma_mj.cli import main
 from mpma_mj.envs.options import EnvironmentOptions
-from mpma_mj.errors import CheckpointError, MotionFileError
+from mpma_mj.errors import CheckpointError, MotionFileError, RunFolderError
 from mpma_mj.motions.options import ReadingOptions
+from mpma_mj.training.run import resume
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.utils import data_files
 from tests.conftest import Refused
@@ -114,6 +116,38 @@ def test_a_trace_has_a_moment_more_than_steps(run: Path, refused: Refused) -> No
 def test_metrics_that_are_none_are_refused(run: Path, rows: Any, refused: Refused) -> None:
     change(run / "checkpoint" / "latest.npz", lambda _, meta: meta.update(rows=rows))
     refused(["imitate", "--resume", str(run), "--no-video"], "latest.npz: ")
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "expected"),
+    [
+        *((name, Path.mkdir, "folder, not a file") for name in ("metrics.csv", "modules.json")),
+        *((name, Path.touch, "file, not a folder") for name in ("figures", "evaluations")),
+    ],
+)
+def test_what_is_in_the_way_in_a_run_folder_is_named(
+    run: Path, name: str, kind: Callable[[Path], None], expected: str
+) -> None:
+    shutil.rmtree(run / name, ignore_errors=True)
+    (run / name).unlink(missing_ok=True)
+    kind(run / name)
+    message = f"{run / name}: is a {expected}; remove it, or choose another folder"
+    with pytest.raises(RunFolderError, match=f"^{re.escape(message)}$"):
+        resume(RunFolder(run), 1).write_figures(RunFolder(run))
+
+
+def test_a_file_in_place_of_a_parent_folder_is_named(tmp_path: Path, refused: Refused) -> None:
+    (tmp_path / "file").touch()
+    message = f"{tmp_path / 'file'}: is a file, not a folder; remove it, or choose another folder"
+    for words in ("imitate ymca --out", "motion ymca --picture"):
+        refused([*words.split(), str(tmp_path / "file" / "x" / "y.png")], message)
+
+
+@pytest.mark.parametrize("epochs", [None, "3", 3.0, True])
+def test_epochs_that_are_no_number_are_refused(run: Path, epochs: Any, refused: Refused) -> None:
+    change(run / "checkpoint" / "latest.npz", lambda _, meta: meta.update(epochs=epochs))
+    message = "latest.npz: lacks its largest number of epochs"
+    refused(["imitate", "--resume", str(run), "--no-video"], message)
 
 
 @pytest.mark.parametrize(

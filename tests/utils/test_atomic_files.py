@@ -165,7 +165,7 @@ def test_a_disk_that_fails_late_keeps_the_old_file(
 
 def test_a_place_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    with pytest.raises(RunFolderError, match="cannot be written"):
+    with pytest.raises(RunFolderError, match="file: is a file, not a folder; remove it"):
         atomic_files.write_text(tmp_path / "file" / "a.txt", "x")
 
 

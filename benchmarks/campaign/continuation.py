@@ -1,19 +1,15 @@
-"""What a user does after a command that was killed: the same again, or what the message says."""
+"""Continuation after a command that was killed: the same again, or what its message names."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
-
-import numpy as np
 
 from benchmarks.campaign.children import Ended, command, in_fork
 
 __all__ = ["go_on"]
 
 _ATTEMPTS = 4
-_EPOCHS = "30"  # of a run that names no other number
 
 
 def go_on(words: Sequence[str], folder: Path, seconds: float = 60.0) -> list[Ended]:
@@ -29,36 +25,17 @@ def go_on(words: Sequence[str], folder: Path, seconds: float = 60.0) -> list[End
         ended.append(in_fork(lambda words=now: command(words), folder, seconds))
         if ended[-1].code == 0 or not ended[-1].is_refusal:
             break
-        following = _following(words, now, ended[-1].last_line, folder)
+        following = _following(words, now, ended[-1].last_line)
         if following is None or following == now:
             break
         now = following
     return ended
 
 
-def _following(
-    words: Sequence[str], refused: Sequence[str], message: str, folder: Path
-) -> list[str] | None:
+def _following(words: Sequence[str], refused: Sequence[str], message: str) -> list[str] | None:
     """Return the command that a message suggests, None if it suggests none."""
     if "--resume" in message and "--resume" not in refused:
-        epochs = _epochs_left(words, folder)
-        if epochs > 0:
-            run = _option(words, "--out", "")
-            return f"imitate --resume {run} --no-video --epochs {epochs}".split()
+        return ["imitate", "--resume", words[words.index("--out") + 1], "--no-video"]
     if "--overwrite" in message and "--overwrite" not in refused and "--resume" not in words:
         return [*words, "--overwrite"]
     return None
-
-
-def _epochs_left(words: Sequence[str], folder: Path) -> int:
-    """Return how many epochs a run lacks."""
-    latest = folder / _option(words, "--out", "") / "checkpoint" / "latest.npz"
-    wanted = int(_option(words, "--epochs", _EPOCHS))
-    if not latest.exists():
-        return wanted
-    with np.load(latest) as file:
-        return wanted - len(json.loads(str(file["meta"]))["rows"])
-
-
-def _option(words: Sequence[str], name: str, default: str) -> str:
-    return words[words.index(name) + 1] if name in words else default
