@@ -86,10 +86,10 @@ def write_html(path: Path, scene: Scene, progress: Progress = iter) -> None:
 
 
 def _look(server: viser.ViserServer, view: mujoco.MjvCamera) -> Array:
-    """Light the scene and look at it as a camera does; return the direction, shape (3,)."""
-    server.scene.configure_environment_map(None)
-    server.scene.configure_default_lights(True, cast_shadow=False)
-    server.scene.add_light_ambient("/light", intensity=1.0)
+    """Look at the scene as a camera does, and return the direction, shape (3,).
+
+    Lights are viser's own: a page that begins again forgets those that were changed.
+    """
     turn, tilt = np.radians([view.azimuth, view.elevation])
     ahead = np.array([np.cos(turn) * np.cos(tilt), np.sin(turn) * np.cos(tilt), np.sin(tilt)])
     server.initial_camera.position = view.lookat - view.distance * ahead
