@@ -8,7 +8,7 @@ BIN := .venv/bin
 
 SECONDS ?= 600
 
-.PHONY: help dance test test-slow test-lowest coverage check format bench campaign docs build clean
+.PHONY: help dance test test-slow test-web test-lowest coverage check format bench campaign docs build clean
 
 dance: .venv/installed  ## train the built-in dance and make its video
 	@echo "Training two arms to dance, and drawing the video"
@@ -19,6 +19,12 @@ test: .venv/installed-dev  ## quick tests, under 4 minutes on two cores
 
 test-slow: .venv/installed-dev  ## what takes longer
 	$(BIN)/pytest -n 2 -q -m slow
+
+test-web: .venv/installed-dev  ## the page in a real browser: Chromium of the system, or Playwright's
+	@echo "Installing viser and Playwright into .venv"
+	$(BIN)/pip install --quiet --disable-pip-version-check --editable '.[web]' playwright
+	command -v chromium google-chrome >/dev/null || $(BIN)/playwright install chromium
+	$(BIN)/pytest -q -rs -m web
 
 test-lowest: .venv/installed-dev  ## quick tests with the lowest versions that pyproject.toml declares
 	@echo "Installing the lowest versions into .venv-lowest"

@@ -10,19 +10,24 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from mpma_mj.agents.base import Observation
 from mpma_mj.agents.networks import Network, NetworkFactory, RunIndex
+from mpma_mj.errors import BadOptionError
 from mpma_mj.utils.clipping import clip
 from mpma_mj.utils.seeding import stream
+from mpma_mj.utils.validation import is_boolean
 
 if TYPE_CHECKING:
     from mpma_mj.agents.learning_rules import Epoch, Readouts
 
 __all__ = [
+    "LEAST_SHARE",
     "Gate",
     "ResponsibilityGate",
+    "balanced_preferences",
+    "checked_mask",
     "learned_part",
     "likelihood",
     "mixed_outputs",
@@ -35,6 +40,9 @@ Array = NDArray[np.float64]
 _LARGEST = np.finfo(np.float64).max  # for the case that all errors are infinite
 _TINY = np.finfo(np.float64).tiny
 _LEAST_PRIOR = 0.01  # p_min: no module is excluded for ever (choice)
+LEAST_SHARE = 1e-6
+"""Least share of a label, so that a module that was never used can return (choice)."""
+_BALANCING_ROUNDS = 10  # (choice)
 
 
 def prediction_errors(predictions: Array, posture: Array) -> Array:
@@ -124,6 +132,42 @@ def learned_part(
     return action - total * command
 
 
+def checked_mask(enabled: ArrayLike, modules: int) -> NDArray[np.bool_]:
+    """Return which of a number of modules are enabled, shape (M,).
+
+    Raises:
+        BadOptionError: There are not as many modules, or an entry is no truth value.
+    """
+    mask = np.asarray(enabled, object)  # of any shape
+    if mask.shape != (modules,) or not all(map(is_boolean, mask)):
+        expected = f"{modules} truth values, one for each module"
+        raise BadOptionError(option="enabled", value=mask.tolist(), expected=expected)
+    return mask.astype(bool)
+
+
+def balanced_preferences(shares: Array, visits: Array, sharpening: float) -> Array:
+    """Compute preferences for labels from the shares that modules had of them (choice).
+
+        p(c, k) ∝ L(c, k)^γ a_k        with a_k such that Σ_c v_c p(c, k) is alike for all k
+
+    γ > 1 sharpens the division; a_k balances usage (DeSieno 1988). Labels and modules are
+    normalised in turn (Sinkhorn & Knopp 1967) for a few rounds.
+
+    Args:
+        shares: Mean responsibility L of each module for each label, shape (C, M).
+        visits: How often each label occurred, v, shape (C,), with a sum above 0.
+        sharpening: Exponent γ.
+
+    Returns:
+        Preferences, shape (C, M), that sum to 1 over modules.
+    """
+    preferences = np.maximum(shares, LEAST_SHARE) ** sharpening
+    for _ in range(_BALANCING_ROUNDS):
+        preferences = preferences / (visits / visits.sum() @ preferences)
+        preferences /= preferences.sum(axis=1, keepdims=True)
+    return preferences
+
+
 class Gate(ABC):
     """A way to decide which modules control.
 
@@ -139,6 +183,10 @@ class Gate(ABC):
     predictor: Network | None = None
     plants: int = 1
     enabled: NDArray[np.bool_]
+
+    def enable(self, mask: NDArray[np.bool_]) -> None:
+        """Switch modules off or on, from the next step, by a mask of shape (W · M,)."""
+        self.enabled[: len(mask)] = mask
 
     @abstractmethod
     def __call__(self, observation: Observation, predictions: Array | None) -> tuple[Array, Array]:

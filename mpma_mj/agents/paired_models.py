@@ -21,12 +21,12 @@ from mpma_mj.agents.base import (
 from mpma_mj.agents.config import JOINTS, AgentConfig
 from mpma_mj.agents.episode_buffer import EpisodeBuffer
 from mpma_mj.agents.gain_schedule import FINAL_GAINS, Gains, performance
-from mpma_mj.agents.gating import Gate, learned_part, mixed_outputs
+from mpma_mj.agents.gating import Gate, checked_mask, learned_part, mixed_outputs
 from mpma_mj.agents.learning_rules import Epoch, LearningRule, Readouts, Step
 from mpma_mj.agents.model_space import Before, ModelSpace, module_action
 from mpma_mj.agents.networks import NetworkFactory, RunIndex
 from mpma_mj.agents.senses import Senses
-from mpma_mj.errors import BadOptionError, StateError
+from mpma_mj.errors import StateError
 from mpma_mj.feedback import followed
 from mpma_mj.options import EfferenceCopy
 from mpma_mj.utils.clipping import clip
@@ -111,6 +111,11 @@ class PairedModels(Agent):
     def enabled_modules(self) -> NDArray[np.bool_]:
         """Which modules may control, shape (M,)."""
         return self._gate.enabled[: self._gate.plants * self._modules].copy()
+
+    @property
+    def responsibility(self) -> Array | None:
+        """Responsibilities λ of the last step, shape (..., M); None before the first."""
+        return self._steps.last("responsibility").copy() if len(self._steps) else None
 
     def reset(self, episode: int) -> None:
         """Begin an episode with reservoirs at rest and that episode's noise."""
@@ -247,23 +252,19 @@ class PairedModels(Agent):
         self._steps = EpisodeBuffer()
 
     def set_enabled_modules(self, enabled: Sequence[bool] | NDArray[np.bool_]) -> None:
-        """Switch modules off or on, from the next reset; what they learned stays.
+        """Switch modules off or on, from the next step; what they learned stays.
 
-        A module that is off has prior 0 and learns nothing. If all are, the feedback controller
-        is left alone.
+        A module that is off has prior and responsibility 0, and its models learn nothing; after an
+        epoch, if it is off at its end. Reservoirs go on, so that it takes part again as if it had
+        never been off. If all are off, the feedback controller is left alone.
 
         Args:
             enabled: Whether each module may control, shape (M,).
 
         Raises:
-            BadOptionError: There are not as many modules.
+            BadOptionError: There are not as many modules, or an entry is no truth value.
         """
-        mask = np.asarray(enabled, bool)
-        present = self._gate.plants * self._modules
-        if mask.shape != (present,):
-            expected = f"{present} truth values, one for each module"
-            raise BadOptionError(option="enabled", value=mask.tolist(), expected=expected)
-        self._gate.enabled[:present] = mask
+        self._gate.enable(checked_mask(enabled, self._gate.plants * self._modules))
 
     def _learn_run(self, run: RunIndex) -> None:
         steps = self._own_steps(run)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.agents.base import AgentSpec, Observation
 from mpma_mj.agents.config import JOINTS, MPMAConfig
-from mpma_mj.agents.gating import Gate
+from mpma_mj.agents.gating import LEAST_SHARE, Gate, balanced_preferences
 from mpma_mj.agents.networks import NetworkFactory, RunIndex
 from mpma_mj.agents.plant_models import PlantModels, gaussian_log_likelihood, plant_inputs
 from mpma_mj.agents.switching import filtered, predicted
@@ -21,7 +21,7 @@ from mpma_mj.utils.seeding import stream
 if TYPE_CHECKING:
     from mpma_mj.agents.learning_rules import Epoch, Readouts
 
-__all__ = ["PlantGate", "balanced_preferences"]
+__all__ = ["PlantGate"]
 
 Array = NDArray[np.float64]
 
@@ -33,34 +33,10 @@ _LEAST_PRIOR = np.array(0.01)  # p_min: no module is excluded for ever (choice)
 # Of moves, under a module's own forward model (choices).
 _FIRST_VARIANCE, _LEAST_VARIANCE = 0.25, 1e-5
 _LEAST_LOG = np.array(-30.0)  # modules far behind the best are equal
-_LEAST_SHARE = 1e-6  # so that a module that was never used can return (choice)
-_BALANCING_ROUNDS, _SHARING_ROUNDS = 10, 3  # (choices)
+_SHARING_ROUNDS = 3  # (choice)
 _SEEN = 0.5  # steps of a label from which a module's share of it is known (choice)
 _TINY = np.array(np.finfo(np.float64).tiny)
 _INHERITED_VISITS = 0.1  # weight of the parent's visits in a plant that is recruited (choice)
-
-
-def balanced_preferences(shares: Array, visits: Array, sharpening: float) -> Array:
-    """Compute preferences for labels from the shares that modules had of them (choice).
-
-        p(c, k) ∝ L(c, k)^γ a_k        with a_k such that Σ_c v_c p(c, k) is alike for all k
-
-    γ > 1 sharpens the division; a_k balances usage (DeSieno 1988). Labels and modules are
-    normalised in turn (Sinkhorn & Knopp 1967) for a few rounds.
-
-    Args:
-        shares: Mean responsibility L of each module for each label, shape (C, M).
-        visits: How often each label occurred, v, shape (C,), with a sum above 0.
-        sharpening: Exponent γ.
-
-    Returns:
-        Preferences, shape (C, M), that sum to 1 over modules.
-    """
-    preferences = np.maximum(shares, _LEAST_SHARE) ** sharpening
-    for _ in range(_BALANCING_ROUNDS):
-        preferences = preferences / (visits / visits.sum() @ preferences)
-        preferences /= preferences.sum(axis=1, keepdims=True)
-    return preferences
 
 
 class PlantGate(Gate):
@@ -125,31 +101,51 @@ class PlantGate(Gate):
     def reset(self, episode: int) -> None:
         """Begin an episode with every plant alike, and reservoirs at rest."""
         self._predictor.reset(episode)
-        self.plants = count = int(self.models.recruited.max())
-        allowed = self.enabled[: count * self._modules].reshape(count, -1)
-        self._allowed = allowed.astype(np.float64)  # (W', M)
+        self.plants = int(self.models.recruited.max())
         self._present = self.models.recruited.copy()  # plants of each run in this episode
-        recruited = np.arange(count) < self._present[..., None]
-        self._possible = recruited & allowed.any(axis=-1)  # (..., W')
-        number = np.maximum(self._possible.sum(axis=-1, keepdims=True), 1)
-        self._belief = self._possible / number
+        self._allow()
+        self._belief = _alike(self._possible)
+        self._whole = _alike(self._recruited) if self._hidden.any() else None
         # Before the first epoch predictions carry no information.
         self._compares = self._config.forward_gating and int(self.models.epochs.min()) > 0
         self._angles: Array | None = None  # of the step before, as the plant models' inputs
         self._inputs: Array | None = None
 
+    def enable(self, mask: NDArray[np.bool_]) -> None:
+        """Switch modules off or on, from the next step, by a mask of shape (W · M,).
+
+        Where all of a plant are off, the belief goes on among the others; the whole belief goes on
+        meanwhile.
+        """
+        whole = self._belief if self._whole is None else self._whole
+        super().enable(mask)
+        self._allow()
+        hides = self._hidden.any(axis=-1, keepdims=True)
+        self._whole = whole if hides.any() else None
+        self._belief = np.where(hides, _normalised(whole * self._possible), whole)
+
+    def _allow(self) -> None:
+        """Let modules that are enabled lead, and plants with such modules be possible."""
+        allowed = self.enabled[: self.plants * self._modules].reshape(self.plants, -1)
+        self._allowed = allowed.astype(np.float64)  # (W', M)
+        self._recruited = np.arange(self.plants) < self._present[..., None]  # (..., W')
+        self._possible = self._recruited & allowed.any(axis=-1)
+        self._hidden = self._recruited & ~self._possible
+
     def __call__(self, observation: Observation, predictions: Array | None) -> tuple[Array, Array]:
         """Return priors and responsibilities of a step, each of shape (..., W' · M)."""
         inside = self._priors(self._predictor.step(observation["context"]))  # (..., W', M)
-        h = self._config.switching_probability
-        self._belief = before = predicted(self._belief, self._possible, h)
-        prior = _of_plants(before, inside)
+        move = sharing = None
         if predictions is not None and self._angles is not None and self._compares:
             move = self._spec.move(self._angles, observation["joint_angles"])[..., None, :]
-            if self.plants > 1:
-                self._belief = self._believed(before, move)
             if self._modules > 1:
-                inside = _normalised(inside * self._sharing(predictions - move, self._variance))
+                sharing = self._sharing(predictions - move, self._variance)
+        before, self._belief = self._updated(self._belief, self._possible, move)
+        if self._whole is not None:
+            _, self._whole = self._updated(self._whole, self._recruited, move)
+        prior = _of_plants(before, inside)
+        if sharing is not None:
+            inside = _normalised(inside * sharing)
         return prior, _of_plants(self._belief, inside)
 
     def observe_action(self, joint_angles: Array, state: Array, action: Array) -> None:
@@ -243,7 +239,7 @@ class PlantGate(Gate):
         for _ in range(_SHARING_ROUNDS):
             preferences = self._preferences[plant]
             led = labelled.T @ _led(context, preferences, sharing)  # (C, M)
-            share = np.where(seen[:, None] > _SEEN, led, np.maximum(preferences, _LEAST_SHARE))
+            share = np.where(seen[:, None] > _SEEN, led, np.maximum(preferences, LEAST_SHARE))
             balanced = balanced_preferences(_normalised(share), visits, _SHARPENING)
             self._preferences[plant] = balanced
 
@@ -293,6 +289,15 @@ class PlantGate(Gate):
             "variance": self._variance,
         }
 
+    def _updated(
+        self, belief: Array, possible: NDArray[np.bool_], move: Array | None
+    ) -> tuple[Array, Array]:
+        """Return the belief b before and after a move, each (..., W'), among possible plants."""
+        before = predicted(belief, possible, self._config.switching_probability)
+        if move is None or self.plants == 1:
+            return before, before
+        return before, self._believed(before, move)
+
     def _believed(self, before: Array, move: Array) -> Array:
         """Return the belief b after a move, shape (..., 1, 8), from that before, (..., W')."""
         assert self._inputs is not None
@@ -325,6 +330,11 @@ def _of_plants(belief: Array, inside: Array) -> Array:
     if belief.shape[-1] > 1:  # else b = 1, or 0 with all priors
         inside = belief[..., None] * inside
     return inside.reshape(*inside.shape[:-2], -1)
+
+
+def _alike(possible: NDArray[np.bool_]) -> Array:
+    """Return the belief in plants, (..., W'), before anything is known."""
+    return possible / np.maximum(possible.sum(axis=-1, keepdims=True), 1)
 
 
 def _normalised(shares: Array) -> Array:

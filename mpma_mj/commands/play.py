@@ -22,6 +22,10 @@ from mpma_mj.utils.input_files import is_web_address
 from mpma_mj.utils.validation import Bounds, check_fields
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from mpma_mj.motions import Motion
     from mpma_mj.training.run_folder import RunFolder
     from mpma_mj.visualization.scene import Scene
 
@@ -37,7 +41,9 @@ _GIF_FPS = 50.0  # Hz: browsers slow down what is faster
 class Play:
     """Play a trained run, or arms that follow a motion ideally, in a window or as a file.
 
-    Such as mpma play runs/ymca --out dance.mp4 for a video, or --out joints.csv for a robot.
+    Such as mpma play runs/ymca --out dance.mp4 for a video, or --out joints.csv for a robot. With
+    --browser the agent dances live in a page, where it can be pushed and loaded, and its modules
+    switched off; the feedback controller follows a motion there.
     """
 
     source: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="RUN|MOTION")]
@@ -59,6 +65,13 @@ class Play:
     """Show labels and responsibilities."""
     overwrite: bool = False
     """Replace that file if it exists."""
+    browser: bool = False
+    """Show a page for a web browser in place of the window (docs/guides/browser.md)."""
+    host: str | None = None
+    """Address at which the page is served; 127.0.0.1 if not given, which no other machine reaches,
+    or 0.0.0.0 to let all of them watch and control it."""
+    port: int | None = None
+    """Port of the page, or the next one that is free; 8080 if not given."""
     reading: Reading = ReadingOptions()
     """Options of reading a recording."""
     given: Given = frozenset()
@@ -67,17 +80,22 @@ class Play:
         """Play until the window is closed, or write the file and return its path."""
         from mpma_mj.envs.frame_writer import SOUND_CODECS, VIDEO_FORMATS
 
+        self._check_page()
         formats = (*VIDEO_FORMATS, _PAGE, *MOTION_FORMATS)
         check_new_file("out", self.out, formats, overwrite=self.overwrite)
         ending = "" if self.out is None else self.out.suffix
         size = self._checked_size()
         self._check_looks(is_video=ending in VIDEO_FORMATS)
+        if self.browser:
+            self._serve_page()
+            return None
         if ending in VIDEO_FORMATS:
             require_backend()
         elif ending == _PAGE:
-            from mpma_mj.visualization.html_file import require_viser, write_html
+            from mpma_mj.visualization.html_file import write_html
+            from mpma_mj.visualization.viser_arms import require_web
 
-            require_viser()
+            require_web()
         scene = self._of_run() if self._is_run else self._of_motion()
         scene = replace(scene, camera=self.camera, captions=self.captions, size=size, fps=self.fps)
         if self.out is None:
@@ -107,6 +125,35 @@ class Play:
         instead = f"write a file: mpma play {shlex.quote(self.source)} --out dance.mp4"
         play(scene, instead=instead, on_open=lambda: print(keys, flush=True))
 
+    def _check_page(self) -> None:
+        """Refuse options of the page without one, and files with one.
+
+        Raises:
+            BadOptionError: There is such an option.
+        """
+        for option in ("host", "port"):
+            if not self.browser and getattr(self, option) is not None:
+                remedy = "give {browser}, or leave it out"
+                raise BadOptionError(f"--{option} is for the page", remedy=remedy)
+        if self.browser and self.out is not None:
+            raise BadOptionError("--browser writes no file", remedy="leave {out} out")
+
+    def _serve_page(self) -> None:
+        """Serve the page until the process is interrupted."""
+        from mpma_mj.browser.server import PORT, THIS_MACHINE, find_address
+        from mpma_mj.visualization.viser_arms import require_web
+
+        require_web()
+        address = find_address(self.host or THIS_MACHINE, PORT if self.port is None else self.port)
+        from mpma_mj.browser.page import serve
+        from mpma_mj.browser.simulation import LiveSimulation
+
+        if self._is_run:
+            simulation = LiveSimulation.of_run(self._folder())
+        else:
+            simulation = LiveSimulation.of_motion(self._read_motion()[0])
+        serve(address, simulation, on_open=lambda: print(address.url, flush=True))
+
     def _check_looks(self, *, is_video: bool) -> None:
         """Check the options of how the scene is shown.
 
@@ -115,7 +162,9 @@ class Play:
         """
         check_fields(self)
         ending = "" if self.out is None else self.out.suffix
-        useful = {"": ("camera", "captions"), _PAGE: ("fps", "camera", "captions")}
+        useful: dict[str, tuple[str, ...]] = {_PAGE: ("fps", "camera", "captions")}
+        if not self.browser:
+            useful[""] = ("camera", "captions")
         for option in () if is_video else _LOOKS:
             if option in self.given and option not in useful.get(ending, ()):
                 remedy = "give {out=dance.mp4}"
@@ -157,25 +206,35 @@ class Play:
         return self.source not in BUILT_IN and Path(self.source).is_dir()
 
     def _of_run(self) -> Scene:
-        from mpma_mj.training.run_folder import RunFolder
-
-        of_recordings = {field.name for field in fields(ReadingOptions)} - {"start", "end"}
-        for option in sorted(self.given & of_recordings):
-            raise BadOptionError(
-                f"{self.source} is a run", remedy=f"leave {{{option}}} out: it is for a recording"
-            )
-        self.reading.check()
-        scene = _run_scene(RunFolder(Path(self.source)))
+        scene = _run_scene(self._folder("start", "end"))
         if not self.given & {"start", "end"}:
             return scene
         end = math.inf if self.reading.end is None else self.reading.end
         return scene.cut(self.reading.start or 0.0, end)
 
+    def _folder(self, *useful: str) -> RunFolder:
+        """Return the folder of the run; options of reading are refused, but for useful ones."""
+        from mpma_mj.training.run_folder import RunFolder
+
+        of_recordings = {field.name for field in fields(ReadingOptions)}.difference(useful)
+        for option in sorted(self.given & of_recordings):
+            raise BadOptionError(
+                f"{self.source} is a run", remedy=f"leave {{{option}}} out: it is for a recording"
+            )
+        self.reading.check()
+        return RunFolder(Path(self.source))
+
     def _of_motion(self) -> Scene:
+        from mpma_mj.visualization.scene import ideal_scene
+
+        motion, times = self._read_motion()
+        return ideal_scene(motion, self.reading.audio, times)
+
+    def _read_motion(self) -> tuple[Motion, NDArray[np.float64]]:
+        """Return the motion and its times in the recording."""
         from mpma_mj.envs.load import arm_limits
         from mpma_mj.motions import BUILT_IN
         from mpma_mj.motions.loader import import_motion
-        from mpma_mj.visualization.scene import ideal_scene
 
         known = self.source in BUILT_IN or Path(self.source).exists()
         if not (known or is_web_address(self.source)):
@@ -185,7 +244,7 @@ class Play:
             )
         motion, report = import_motion(self.source, self.reading, limits=arm_limits("physics"))
         report.emit_warnings(self.source)
-        return ideal_scene(motion, self.reading.audio, report.times)
+        return motion, report.times
 
 
 def _run_scene(folder: RunFolder) -> Scene:

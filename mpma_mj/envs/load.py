@@ -78,25 +78,37 @@ def load(  # noqa: D417 # the fields of `EnvironmentOptions` are documented ther
 
 
 def make_environment(
-    motion: Motion | str | Path, options: EnvironmentOptions, seed: int = 0
+    motion: Motion | str | Path,
+    options: EnvironmentOptions,
+    seed: int = 0,
+    *,
+    adjustable: bool = False,
 ) -> control.Environment:
-    """Return the environment of a motion and options; see `load`."""
+    """Return the environment of a motion and options; see `load`.
+
+    Args:
+        motion: The motion.
+        options: Options.
+        seed: Seed of everything random.
+        adjustable: Whether payload, gain, plant and latency can be set while it runs; see
+            `TwoArmImitation.intervene`. No number depends on it.
+    """
     seed = check_seed(seed)
-    motion, physics, nstep = prepare(motion, options)
-    task = TwoArmImitation(motion, options, physics, seed)
+    motion, physics, nstep = prepare(motion, options, adjustable=adjustable)
+    task = TwoArmImitation(motion, options, physics, seed, adjustable=adjustable)
     return control.Environment(physics, task, n_sub_steps=nstep)
 
 
 def prepare(
-    motion: Motion | str | Path, options: EnvironmentOptions
+    motion: Motion | str | Path, options: EnvironmentOptions, *, adjustable: bool = False
 ) -> tuple[Motion, PhysicsArms, int]:
     """Return a motion that arms can follow, the arms, and the physics steps of a control step.
 
     Where the motion demands more than the arms have, a warning says what is changed. Motion,
-    options and errors are those of `load`.
+    options and errors are those of `load`; whether it is adjustable, as of `make_environment`.
     """
     motion = _read(motion, options.control_timestep)
-    physics = _KINDS[options.arms].make(options)
+    physics = _KINDS[options.arms].make(options, adjustable=adjustable)
     if options.model is not None:
         check_geometry(Path(options.model), physics)
     motion, change = feasible(motion, _limits(physics))

@@ -64,22 +64,25 @@ def geom_colours(model: Any) -> NDArray[np.float64]:
 class ModelCompiler:
     """Compiler of the models of plants, all of the same sizes, from a file that is read once."""
 
-    def __init__(self, options: EnvironmentOptions) -> None:
+    def __init__(self, options: EnvironmentOptions, *, adjustable: bool = False) -> None:
         """Read the file, and change what all plants have.
 
         Args:
             options: Options of the environment.
+            adjustable: Whether hands, where the model has them, can hold balls in any case.
 
         Raises:
             BadOptionError: As of `make_model`.
         """
-        # Where one hand holds balls all do, some of them without mass.
+        # Where one hand holds balls all do, some of them without mass, which change no bit.
         self._balls = any(plant["payload"] > 0 for plant in plants_of(options))
         self._collisions = options.collisions
         self._path = MODEL_PATH if options.model is None else Path(options.model)
         with _errors_in_one_line(self._path):
             spec = read_model_file(self._path)
             check_complete(self._path, spec, hands=self._balls or options.perturbed)
+            if adjustable:
+                self._balls = all(spec.body(name) is not None for name in HANDS)
             if options.model is not None:
                 spec.memory = max(spec.compile().narena, _MEMORY)
             if options.gravity_compensation:
@@ -90,6 +93,11 @@ class ModelCompiler:
             if self._balls:
                 _add_balls(spec)
         self._spec = spec
+
+    @property
+    def has_balls(self) -> bool:
+        """Whether hands hold balls, which may be without mass."""
+        return self._balls
 
     def compile(self, plant: PlantValues) -> mujoco.MjModel:
         """Return the model of a plant; errors as of `make_model`."""
@@ -176,21 +184,38 @@ class CompiledPlants:
         compiler: Compiler of models of further plants.
     """
 
-    def __init__(self, options: EnvironmentOptions) -> None:
-        """Compile the plants of an environment; errors as of `make_model`."""
-        self.compiler = ModelCompiler(options)
+    def __init__(self, options: EnvironmentOptions, *, adjustable: bool = False) -> None:
+        """Compile the plants of an environment; errors as of `make_model`.
+
+        Args:
+            options: Options of the environment.
+            adjustable: Whether payload and gain can have any value; see `ModelCompiler`.
+        """
+        self.compiler = ModelCompiler(options, adjustable=adjustable)
         self.plants = plants_of(options)
         self.models = tuple(self.compiler.compile(plant) for plant in self.plants)
-        self._plant = 0
-        self.live = self.models[0] if len(self.models) == 1 else copy.copy(self.models[0])
-        self._differing = _differing(self.models)
-        self._of_stat = _differing([model.stat for model in self.models])
+        self._plant, self._values = 0, self.plants[0]
+        others = self.models[1:]
+        if adjustable:
+            first = self.plants[0]
+            gain = 2.0 * first["actuator_gain"]
+            ends = ({"payload": 0.0}, {"payload": 1.0}, {"actuator_gain": gain})
+            others += tuple(self.compiler.compile(first | end) for end in ends)
+        self.live = copy.copy(self.models[0]) if others else self.models[0]
+        self._differing = _differing((self.models[0], *others))
+        self._of_stat = _differing([model.stat for model in (self.models[0], *others)])
 
     def use(self, plant: int) -> None:
         """Give the live model the parameters of a plant, by its index; simulations stay."""
         if plant != self._plant:
-            self._plant = plant
+            self._plant, self._values = plant, self.plants[plant]
             self.become(self.models[plant])
+
+    def become_plant(self, values: PlantValues) -> None:
+        """Give the live model the parameters of any plant, by its values; see `use`."""
+        if values != self._values:
+            self._plant, self._values = -1, values
+            self.become(self.compiler.compile(values))
 
     def become(self, model: mujoco.MjModel) -> None:
         """Give the live model the parameters of another one; simulations stay."""

@@ -48,17 +48,18 @@ class PhysicsArms(dm_mujoco.Physics):
     plant_gains: tuple[float, ...]
 
     @classmethod
-    def make(cls, options: EnvironmentOptions | None = None) -> Self:
+    def make(cls, options: EnvironmentOptions | None = None, *, adjustable: bool = False) -> Self:
         """Return arms.
 
         Args:
             options: Options of the environment; the defaults if not given.
+            adjustable: Whether they can become plants of any payload and gain.
 
         Raises:
             BadOptionError: A user's model cannot be read, or is incomplete.
         """
         options = options or EnvironmentOptions()
-        models = CompiledPlants(options)
+        models = CompiledPlants(options, adjustable=adjustable)
         arms: Self = cls.from_model(MjModel(models.live))
         arms.compiled_plants = models
         arms.plant_gains = tuple(plant["actuator_gain"] for plant in models.plants)
@@ -225,7 +226,7 @@ class PhysicsArms(dm_mujoco.Physics):
 
     def become_plant(self, plant: PlantValues) -> None:
         """Continue as any plant within the options' ranges, from the same joint state."""
-        self.compiled_plants.become(self.compiled_plants.compiler.compile(plant))
+        self.compiled_plants.become_plant(plant)
 
     def step(self, nstep: int = 1) -> None:
         """Simulate a number of physics steps; `divergence` reports afterwards if they failed.

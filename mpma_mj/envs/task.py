@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from typing import Any
 
 import numpy as np
 from dm_control.rl import control
@@ -12,15 +13,23 @@ from numpy.typing import NDArray
 from mpma_mj import kinematics, metrics
 from mpma_mj.envs.adaptive_starts import AdaptiveStarts
 from mpma_mj.envs.demonstration import Demonstration
+from mpma_mj.envs.interventions import LONGEST_LATENCY, Intervention
 from mpma_mj.envs.observation import Observer
 from mpma_mj.envs.options import EnvironmentOptions, check_seed
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.envs.step_rules import StepRules, check_action, count_clipped, delayed
+from mpma_mj.errors import StateError
 from mpma_mj.motions import Motion
 
 __all__: list[str] = ["TwoArmImitation"]
 
 Array = NDArray[np.float64]
+
+# What changes from step to step. Arrays are replaced, not changed; the list grows.
+_OF_MOMENT = (
+    *("episode", "drawn", "_drawn", "_step", "_pending", "last_action"),
+    *("termination_reason", "_posture", "_postures", "_outcome"),
+)
 
 
 class TwoArmImitation(control.Task):
@@ -54,12 +63,29 @@ class TwoArmImitation(control.Task):
         visualize_reward: Whether pictures show the reward, as the suite's do: the arms' own colours
             where it is 1, grey where it is 0; False at first.
         last_action: The last action as it was given, shape (8,).
+        push: Forces on left and right hand beside those of the options, shape (2, 3), N; None for
+            none since the environment was made.
+        intervention: What is set by hand, until it is set anew; None if nothing was so far.
     """
 
     def __init__(
-        self, motion: Motion, options: EnvironmentOptions, physics: PhysicsArms, seed: int = 0
+        self,
+        motion: Motion,
+        options: EnvironmentOptions,
+        physics: PhysicsArms,
+        seed: int = 0,
+        *,
+        adjustable: bool = False,
     ) -> None:
-        """Prepare the demonstration of a motion that the arms can follow."""
+        """Prepare the demonstration of a motion that the arms can follow.
+
+        Args:
+            motion: The motion.
+            options: Options of the environment.
+            physics: The arms.
+            seed: Seed of everything random.
+            adjustable: Whether `intervene` can be called; the arms are adjustable, too.
+        """
         self.motion, self.options = motion, options
         self.max_joint_speed = physics.max_joint_speed
         self.episode = 0
@@ -74,7 +100,11 @@ class TwoArmImitation(control.Task):
         self._starts = AdaptiveStarts.if_chosen(options, 1, self._demonstration)
         self._observer = Observer(self._demonstration, options)
         self._rules = StepRules(options, self.steps, self.max_joint_speed, physics.segment_lengths)
-        self._pending: Array = np.zeros((options.longest_latency, 8))
+        self.push: Array | None = None
+        self.intervention: Intervention | None = None
+        self._adjustable = adjustable
+        longest = max(options.longest_latency, LONGEST_LATENCY * adjustable)
+        self._pending: Array = np.zeros((longest, 8))
         self._begin(physics)
         self._evaluate(physics)
 
@@ -100,14 +130,23 @@ class TwoArmImitation(control.Task):
         return self._drawn.reference[self._step]
 
     @property
+    def step(self) -> int:
+        """Step of the demonstration."""
+        return int(self._step)
+
+    @property
     def plant(self) -> int | None:
         """Index of the plant that is on, which the next action meets; None without plants."""
+        if self.intervention is not None and self.intervention.plant is not None:
+            return self.intervention.plant
         return None if self._drawn.plant is None else int(self._drawn.plant[self._step])
 
     @property
     def latency(self) -> int | None:
         """Latency that the next action meets, control steps; None where it is one number."""
-        return None if self._latency is None else int(self._latency)
+        if self.intervention is not None and self.intervention.latency is not None:
+            return self.intervention.latency
+        return None if self._drawn.latency is None else int(self._drawn.latency[self._step])
 
     @property
     def clipped(self) -> int:
@@ -130,8 +169,12 @@ class TwoArmImitation(control.Task):
         self.last_action = check_action(action).copy()
         due, self._pending = delayed(self._pending, self.last_action, self._latency)
         physics.set_control(self._rules.joint_velocities(due))
+        forces = self.push
         if self._drawn.perturbations is not None:
-            physics.apply_perturbation(self._drawn.perturbations[self._step])
+            drawn = self._drawn.perturbations[self._step]
+            forces = drawn if forces is None else drawn + forces
+        if forces is not None:
+            physics.apply_perturbation(forces)
 
     def after_step(self, physics: PhysicsArms) -> None:
         """Advance the demonstration."""
@@ -189,9 +232,36 @@ class TwoArmImitation(control.Task):
         shapes = self._observer.shapes
         return {name: specs.Array(shape, np.float64, name) for name, shape in shapes.items()}
 
+    def intervene(self, physics: PhysicsArms, intervention: Intervention) -> None:
+        """Set payload, gain, plant or latency by hand, from the next action on.
+
+        Raises:
+            StateError: The environment is not adjustable.
+            BadOptionError: The arms cannot become it.
+        """
+        if not self._adjustable:
+            raise StateError("intervene() needs an environment that is made with adjustable=True")
+        intervention.check(physics, len(self.options.plants or ()))
+        self.intervention = intervention
+        self._switch_plant(physics)
+
+    def save_moment(self) -> tuple[dict[str, Any], int]:
+        """Return the attributes of this moment, and the number of postures of the episode."""
+        return {name: getattr(self, name) for name in _OF_MOMENT}, len(self._postures)
+
+    def restore_moment(self, physics: PhysicsArms, saved: dict[str, Any], postures: int) -> None:
+        """Go back to a moment of the present episode; what is set by hand stays."""
+        self.__dict__.update(saved)
+        del self._postures[postures:]
+        self.set_plant(physics)
+
     @property
     def _latency(self) -> np.intp | None:
-        return None if self._drawn.latency is None else self._drawn.latency[self._step]
+        if (latency := self.latency) is not None:
+            return np.intp(latency)
+        if not self._adjustable:  # as many actions are pending as the latency has steps
+            return None
+        return np.intp(self.options.longest_latency)
 
     def _begin(self, physics: PhysicsArms) -> None:
         """Draw the next episode, whose first action is yet to come."""
@@ -215,7 +285,11 @@ class TwoArmImitation(control.Task):
 
     def _switch_plant(self, physics: PhysicsArms) -> None:
         """Let the arms be the plant that is on from now."""
-        if self._drawn.plant is not None:
+        if self.intervention is not None:
+            plants = physics.compiled_plants.plants
+            own = self._randomisation.plant(self._drawn.drawn_options) or plants[self.plant or 0]
+            physics.become_plant(self.intervention.plant_values(own))
+        elif self._drawn.plant is not None:
             physics.set_plant(int(self._drawn.plant[self._step]))
 
     def _evaluate(self, physics: PhysicsArms, diverged: np.bool_ = np.False_) -> None:

@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.envs.model import geom_colours
+from mpma_mj.errors import MpmaError
 
 if TYPE_CHECKING:
     import viser
 
-__all__ = ["ArmNodes", "ForceNode", "GhostNodes", "quaternion_from_z"]
+__all__ = ["ArmNodes", "ForceNode", "GhostNodes", "quaternion_from_z", "require_web"]
 
 Array = NDArray[np.float64]
 Mesh = tuple[Array, NDArray[np.int64]]
@@ -29,6 +30,21 @@ _FORCE = (213, 94, 0)
 _NEWTONS_A_METRE = 200.0
 
 _KINDS = mujoco.mjtGeom
+
+
+def require_web() -> None:
+    """Import what pages are made with.
+
+    Raises:
+        MpmaError: It is not installed.
+    """
+    try:
+        import viser  # noqa: F401
+    except ImportError:
+        raise MpmaError(
+            "pages need viser, which is not installed; pip install 'mpma-mj[web]', or in a"
+            " checkout pip install -e '.[web]'"
+        ) from None
 
 
 class ArmNodes:
@@ -69,7 +85,7 @@ class ArmNodes:
         self._moving = [i for i in range(model.nbody) if model.body_weldid[i] != 0]
         colours = geom_colours(model)
         for body in range(model.nbody):
-            frame = f"{name}/{model.body(body).name or body}"
+            frame = f"{name}/{_node(model.body(body).name, body)}"
             self._bodies[body] = scene.add_frame(
                 frame, show_axes=False, position=data.xpos[body], wxyz=data.xquat[body]
             )
@@ -82,7 +98,7 @@ class ArmNodes:
                     continue
                 alpha = float(colours[geom, 3]) * (1.0 if opacity is None else opacity)
                 self.geoms[geom] = scene.add_mesh_simple(
-                    f"{frame}/{model.geom(geom).name or geom}",
+                    f"{frame}/{_node(model.geom(geom).name, geom)}",
                     *mesh,
                     color=_rgb(colours[geom]),
                     opacity=None if alpha == 1.0 else alpha,
@@ -123,7 +139,12 @@ class GhostNodes:
     """Demonstrated posture: four limbs, with spheres for elbows and wrists at their ends."""
 
     def __init__(
-        self, scene: viser.SceneApi, segment_lengths: Array, *, name: str = "/ghost"
+        self,
+        scene: viser.SceneApi,
+        segment_lengths: Array,
+        *,
+        name: str = "/ghost",
+        position: tuple[float, float, float] = (0.0, 0.0, 0.0),
     ) -> None:
         """Add the nodes.
 
@@ -131,8 +152,9 @@ class GhostNodes:
             scene: Scene of a server or of a client.
             segment_lengths: Lengths of the four segments, shape (4,), m.
             name: Name of the node that holds all others.
+            position: Place of the model's origin in the scene, m.
         """
-        self.root = scene.add_frame(name, show_axes=False)
+        self.root = scene.add_frame(name, show_axes=False, position=position)
         self._limbs = [
             scene.add_mesh_simple(
                 f"{name}/{i}",
@@ -268,6 +290,11 @@ def _stored_mesh(model: mujoco.MjModel, mesh: int) -> Mesh:
     vertices = model.mesh_vert[vertex : vertex + int(model.mesh_vertnum[mesh])]
     faces = model.mesh_face[face : face + int(model.mesh_facenum[mesh])]
     return vertices.astype(np.float64), faces.astype(np.int64)
+
+
+def _node(name: str, index: int) -> str:
+    """Return a name for a node; a slash would make it the child of another one."""
+    return name.replace("/", "|") or str(index)
 
 
 def _rgb(colour: Array) -> tuple[int, int, int]:

@@ -169,7 +169,7 @@ def test_with_all_modules_off_the_feedback_controller_is_left(
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_modules_are_switched_from_the_next_reset(
+def test_which_modules_are_enabled_is_a_copy(
     env: Any, learned: dict[str, State], kind: str
 ) -> None:
     agent = trained(env, learned, kind)
@@ -180,7 +180,81 @@ def test_modules_are_switched_from_the_next_reset(
     np.testing.assert_array_equal(agent.enabled_modules, [True, False, True, True])
 
 
-@pytest.mark.parametrize("mask", [[True] * 3, [True] * 5, [], True])
+def imitated(env: Any, agent: Any, masks: dict[int, Any], *, steps: int = 60) -> list[Any]:
+    """Return λ, prior, module actions and action of each step; masks are given by their step.
+
+    The arms are driven by a controller of their own, so that they move alike whatever is off.
+    """
+    env.task.episode = 7
+    agent.reset(7)
+    timestep, driver = env.reset(), make_agent(env, kind="resolved_rate")
+    found = []
+    for step in range(steps):
+        for mask in masks.get(step, ()):
+            agent.set_enabled_modules(mask)
+        executed = driver.act(timestep.observation)
+        action = agent.act(timestep.observation, executed=executed)
+        found.append(
+            (agent.responsibility, *(agent._steps.last(n) for n in ("prior", "module_actions")))
+        )
+        found[-1] = (*(part.copy() for part in found[-1]), action)
+        timestep = env.step(executed)
+    return found
+
+
+ALL, WITHOUT_0 = [True] * MODULES, [False, True, True, True]
+
+
+def assert_alike(found: list[Any], expected: list[Any]) -> None:
+    for step, (one, other) in enumerate(zip(found, expected, strict=True)):
+        for part, same in zip(one, other, strict=True):
+            np.testing.assert_array_equal(part, same, err_msg=f"step {step}")
+
+
+@pytest.mark.parametrize("off", [WITHOUT_0, [False] * MODULES])
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_mask_that_is_taken_away_before_the_next_step_changes_no_bit(
+    env: Any, learned: dict[str, State], kind: str, off: list[bool]
+) -> None:
+    expected = imitated(env, trained(env, learned, kind), {})
+    found = imitated(env, trained(env, learned, kind), dict.fromkeys((0, 20, 40), (off, ALL)))
+    assert_alike(found, expected)
+
+
+@pytest.mark.parametrize("off", [WITHOUT_0, [False] * MODULES])
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_module_that_is_on_again_is_as_if_it_had_never_been_off(
+    env: Any, learned: dict[str, State], kind: str, off: list[bool]
+) -> None:
+    expected = imitated(env, trained(env, learned, kind), {})
+    found = imitated(env, trained(env, learned, kind), {20: (off,), 35: (ALL,)})
+    assert_alike(found[:20] + found[35:], expected[:20] + expected[35:])
+    disabled = ~np.array(off)
+    for responsibility, prior, module_actions, action in found[20:35]:
+        assert not responsibility[disabled].any()
+        assert not prior[disabled].any()
+        assert responsibility.sum() == pytest.approx(float(any(off)))
+        assert module_actions[disabled].any()  # they go on
+        assert np.isfinite(action).all()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_another_module_leads_a_label_whose_module_is_switched_off_in_an_episode(
+    env: Any, learned: dict[str, State], kind: str
+) -> None:
+    whole = imitated(env, trained(env, learned, kind), {})
+    leading = int(whole[30][0].argmax())
+    mask = [module != leading for module in range(MODULES)]
+    part = imitated(env, trained(env, learned, kind), {30: (mask,)})
+    assert_alike(part[:30], whole[:30])
+    other = int(part[30][0].argmax())
+    assert other != leading
+    assert part[30][0][other] > max(whole[30][0][other], 1.0 / MODULES)
+
+
+@pytest.mark.parametrize(
+    "mask", [[True] * 3, [True] * 5, [], True, ["on"] * 4, [0.5] * 4, [[True], [True, False]]]
+)
 @pytest.mark.parametrize("kind", ["mpma", "hammer"])
 def test_a_mask_of_other_modules_is_refused(
     env: Any, learned: dict[str, State], kind: str, mask: Any

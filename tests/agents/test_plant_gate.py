@@ -11,7 +11,7 @@ from hypothesis.extra.numpy import arrays
 from mpma_mj import MPMAConfig
 from mpma_mj.agents import AgentSpec
 from mpma_mj.agents.networks import NetworkFactory
-from mpma_mj.agents.plant_gate import PlantGate, balanced_preferences
+from mpma_mj.agents.plant_gate import PlantGate
 from mpma_mj.agents.plant_models import gaussian_log_likelihood, plant_inputs
 from mpma_mj.agents.switching import filtered, predicted
 
@@ -179,49 +179,6 @@ def test_a_plant_whose_modules_are_off_is_not_believed_in() -> None:
             by_plant = shares.reshape(3, MODULES).sum(axis=1)
             assert by_plant[1] == 0.0
             assert by_plant.sum() == pytest.approx(1.0)
-
-
-shares_of_modules = st.integers(2, 4).flatmap(
-    lambda m: arrays(np.float64, (2 * m, m), elements=st.floats(0.2, 1.0))
-)
-
-
-@given(shares_of_modules, st.floats(1.0, 3.0), st.integers(0, 99))
-def test_balanced_preferences_are_shares_and_use_all_modules_alike(
-    shares: Array, sharpening: float, seed: int
-) -> None:
-    visits = np.random.default_rng(seed).uniform(5.0, 20.0, len(shares))
-    preferences = balanced_preferences(shares, visits, sharpening)
-    np.testing.assert_allclose(preferences.sum(axis=1), 1.0)
-    usage = visits @ preferences / visits.sum()
-    np.testing.assert_allclose(usage * shares.shape[1], 1.0, atol=0.05)
-
-
-@given(shares_of_modules, st.floats(1.0, 3.0))
-def test_balancing_is_a_factor_for_each_module_and_one_for_each_label(
-    shares: Array, sharpening: float
-) -> None:
-    preferences = balanced_preferences(shares, np.ones(len(shares)), sharpening)
-    rest = np.log(preferences) - sharpening * np.log(shares)
-    rest -= rest.mean(axis=1, keepdims=True)
-    np.testing.assert_allclose(rest, np.tile(rest[0], (len(rest), 1)), atol=1e-9)
-
-
-def test_preferences_that_are_balanced_have_their_closed_form() -> None:
-    shares = np.array([[0.6, 0.3, 0.1], [0.1, 0.6, 0.3], [0.3, 0.1, 0.6]])
-    np.testing.assert_allclose(balanced_preferences(shares, np.ones(3), 1.0), shares)
-    sharp = shares**2 / (0.6**2 + 0.3**2 + 0.1**2)
-    np.testing.assert_allclose(balanced_preferences(shares, np.ones(3), 2.0), sharp)
-    alike = balanced_preferences(np.tile([0.7, 0.3, 0.0], (9, 1)), np.ones(9), 3.0)
-    np.testing.assert_allclose(alike, 1 / 3)  # also a module that was never used
-
-
-def test_labels_count_by_their_visits() -> None:
-    shares = np.array([[0.9, 0.1], [0.5, 0.5], [0.5, 0.5]])
-    preferences = balanced_preferences(shares, np.array([2.0, 1.0, 1.0]), 1.0)
-    np.testing.assert_allclose(np.array([2.0, 1.0, 1.0]) @ preferences, 2.0, rtol=1e-2)
-    never = balanced_preferences(shares, np.array([0.0, 1.0, 1.0]), 1.0)
-    np.testing.assert_allclose(never, shares, rtol=1e-6)
 
 
 def test_a_new_plant_inherits_the_preferences_of_the_plant_that_was_taken_for_it() -> None:

@@ -232,3 +232,68 @@ def test_modules_of_each_plant_can_be_switched_off(two_plants: State) -> None:
     for name in ("inverse.weights", "forward.weights", "preferences"):
         own = slice(0, 3) if name != "preferences" else 0
         np.testing.assert_array_equal(state[name][own], two_plants[name][own])
+
+
+def test_a_plant_that_is_on_again_is_believed_in_as_if_it_had_never_been_off(
+    two_plants: State,
+) -> None:
+    env = load("ymca", **ONE)
+
+    def beliefs(*masks: tuple[int, list[bool]]) -> list[np.ndarray]:
+        agent: Any = make_agent(env, SMALL)
+        agent.load_state_dict(two_plants)
+        agent.reset(6)
+        env.task.episode = 6
+        timestep, driver, found = env.reset(), make_agent(env, kind="resolved_rate"), []
+        for step in range(50):
+            for when, mask in masks:
+                if step == when:
+                    agent.set_enabled_modules(mask)
+            executed = driver.act(timestep.observation)
+            agent.act(timestep.observation, executed=executed)
+            found.append(agent.responsibility.reshape(2, 3).sum(axis=1))
+            timestep = env.step(executed)
+        return found
+
+    whole, on = beliefs(), [True] * 6
+    for off in ([False] * 3 + [True] * 3, [True] * 3 + [False] * 3, [False] * 6):
+        found = beliefs((10, off), (30, on))
+        np.testing.assert_array_equal(found[:10] + found[30:], whole[:10] + whole[30:])
+        for shares in found[10:30]:
+            np.testing.assert_allclose(shares, np.array([off[0], off[3]], float), atol=1e-12)
+        np.testing.assert_array_equal(beliefs((10, off), (10, on)), whole)
+
+
+@pytest.mark.parametrize("off", [[True] * 3 + [False] * 3, [False] * 3 + [True] * 3])
+def test_switching_modules_in_an_episode_of_a_batch_equals_that_of_each_run(
+    off: list[bool],
+) -> None:
+    envs = make_vec(2, "ymca", **TWO)
+    state = trained(make_vec(2, "ymca", **ONE), 4).state_dict()  # of one plant
+    both_plants = trained(envs, 4).state_dict()
+    for name, value in state.items():
+        value[0] = both_plants[name][0]
+    agents: list[Any] = [make_agent(envs, SMALL)]
+    agents[0].load_state_dict(state)
+    for run in range(2):
+        agents.append(make_agent(load("ymca", **TWO), SMALL, seed=run))
+        agents[-1].load_state_dict({name: value[run] for name, value in state.items()})
+    observations, driver = [], make_agent(envs, kind="resolved_rate")
+    observation, _ = envs.reset()
+    for agent in agents:
+        agent.reset(0)
+    for step in range(30):
+        observations.append(observation)
+        executed = driver.act(observation)
+        for agent, own in zip(agents, (slice(None), 0, 1), strict=True):
+            number = len(agent.enabled_modules)
+            if step in (10, 20):
+                agent.set_enabled_modules((off if step == 10 else [True] * 6)[:number])
+            mine = {name: array[own] for name, array in observation.items()}
+            agent.act(mine, executed=executed[own])
+        together = agents[0].responsibility
+        for run, agent in enumerate(agents[1:]):
+            alone = agent.responsibility
+            np.testing.assert_array_equal(together[run, : len(alone)], alone, err_msg=str(step))
+            assert not together[run, len(alone) :].any()
+        observation, *_ = envs.step(executed)

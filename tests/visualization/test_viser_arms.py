@@ -88,6 +88,16 @@ def test_arms_are_where_the_simulation_has_them(scene: "viser.SceneApi") -> None
     np.testing.assert_allclose(hand.position, model.geom("left_hand").pos)
 
 
+def test_body_whose_name_has_a_slash_hangs_on_no_other_one(scene: "viser.SceneApi") -> None:
+    inner = '<body name="arm/hand" pos="0 0 1"><joint/><geom size="0.1"/></body>'
+    model = compiled(f'<body name="arm" pos="1 0 0"><joint/><geom size="0.1"/>{inner}</body>')
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    ArmNodes(scene, model, data)
+    hand = scene.get_handle_by_name("/arms/arm|hand")
+    np.testing.assert_allclose(hand.position, [1.0, 0.0, 1.0])
+
+
 def test_payload_that_comes_and_goes_is_seen(scene: "viser.SceneApi") -> None:
     arms = PhysicsArms.make(EnvironmentOptions(plants=[{}, {"payload": 2.0}]))
     nodes = ArmNodes(scene, arms.model.ptr, arms.data.ptr)

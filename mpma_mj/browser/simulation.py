@@ -1,0 +1,348 @@
+"""The simulation behind the page: one thread owns it, all others put requests in its queue."""
+
+from __future__ import annotations
+
+import dataclasses
+import queue
+import threading
+import time
+from collections.abc import Callable, Sequence
+from typing import Any, ParamSpec
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.browser.live_episode import LiveEpisode, Moment, error_percent
+from mpma_mj.browser.pace import Pace
+from mpma_mj.browser.saved_agent import SavedAgent, for_arms, other_arms
+from mpma_mj.envs.interventions import Intervention
+from mpma_mj.envs.plants import Plant
+from mpma_mj.errors import BadOptionError, DivergedError, MpmaError, one_line
+from mpma_mj.evaluation.evaluate import EVALUATION_EPISODE
+from mpma_mj.motions import Motion
+from mpma_mj.options import Arms
+from mpma_mj.training.factory import one_thread
+from mpma_mj.training.run_folder import RunFolder
+
+__all__ = ["TEMPOS", "LiveSimulation"]
+
+Array = NDArray[np.float64]
+P = ParamSpec("P")
+
+TEMPOS = (0.1, 4.0)
+"""Lowest and highest tempo, as a multiple of real time (choice)."""
+_RECENT = 2.0  # s over which p_e is measured (choice)
+_IDLE = 0.1  # s between two looks at the event that ends the loop
+
+
+class LiveSimulation:
+    """An agent that dances without learning, and everything that can be done to it meanwhile.
+
+    The thread that calls `run_until` owns it. Others only call `request`, with one of the methods
+    below and its arguments; it is called between two steps. Everything is read in `draw`, which
+    the owning thread calls.
+
+    Attributes:
+        live: Episode of the arms of the run.
+        compared: Episode of the other kind of arms beside it; None while it is not shown.
+        playing: Whether it plays; else it is paused.
+        shown: Index of the past moment that is shown while paused; None for the present.
+        dragged: Index of the hand that is dragged, and position of the pointer, shape (3,), m;
+            None while none is.
+        intervention: Payload, gain, plant and latency that are set by hand.
+        error: What went wrong, in one line; empty from the next request on.
+    """
+
+    def __init__(self, agent: SavedAgent) -> None:
+        """Begin paused, at the first moment of an episode that no training has had.
+
+        Raises:
+            MpmaError: The arms cannot follow the motion, or the agent's state does not fit it.
+        """
+        self._agent = agent
+        self.live = agent.episode(EVALUATION_EPISODE)
+        self.compared: LiveEpisode | None = None
+        self.playing = False
+        self.shown: int | None = None
+        self.dragged: tuple[int, Array] | None = None
+        self.intervention = Intervention()
+        self.error = ""
+        self._pace = Pace(self.live.env.control_timestep())
+        self._requests: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
+        self._requested = threading.Event()
+
+    @classmethod
+    def of_run(cls, folder: RunFolder) -> LiveSimulation:
+        """Return that of a run's best epoch; see `SavedAgent.of_run`."""
+        return cls(SavedAgent.of_run(folder))
+
+    @classmethod
+    def of_motion(cls, motion: Motion, arms: Arms = "physics") -> LiveSimulation:
+        """Return that of the feedback controller alone; see `SavedAgent.of_motion`."""
+        return cls(SavedAgent.of_motion(motion, arms))
+
+    @property
+    def motion(self) -> Motion:
+        """The motion that is imitated."""
+        return self._agent.motion
+
+    @property
+    def modules(self) -> int:
+        """Number of modules; 0 of an agent without."""
+        enabled = self.live.enabled_modules
+        return 0 if enabled is None else len(enabled)
+
+    @property
+    def enabled_modules(self) -> list[bool]:
+        """Which modules may control."""
+        enabled = self.live.enabled_modules
+        return [] if enabled is None else enabled.tolist()
+
+    @property
+    def plants(self) -> tuple[Plant, ...]:
+        """Plants of the environment, among which `set_plant` chooses."""
+        return self.live.env.task.options.plants or ()
+
+    @property
+    def steps(self) -> int:
+        """Number of steps of an episode."""
+        return self.live.env.task.steps
+
+    @property
+    def tempo(self) -> float:
+        """Tempo as a multiple of real time."""
+        return self._pace.tempo
+
+    @property
+    def moments(self) -> Sequence[Moment]:
+        """Moments of the present episode so far."""
+        return self.live.moments
+
+    @property
+    def moment(self) -> Moment:
+        """The moment that is shown."""
+        return self.moments[self._index]
+
+    @property
+    def recent_error_percent(self) -> float:
+        """p_e of the two seconds up to the moment that is shown, percent; NaN at the beginning."""
+        steps = max(1, round(_RECENT / self._pace.step_duration))
+        return error_percent(self.moments, self._index - steps, self._index)
+
+    @property
+    def episode_error_percent(self) -> float:
+        """p_e of the episode up to the moment that is shown, percent; NaN at the beginning."""
+        return error_percent(self.moments, 0, self._index)
+
+    @property
+    def _index(self) -> int:
+        """Index of the moment that is shown."""
+        return len(self.moments) - 1 if self.shown is None else self.shown
+
+    @property
+    def model(self) -> mujoco.MjModel:
+        """Model of the arms of the run, whose payload changes."""
+        return self.live.env.physics.model.ptr
+
+    @property
+    def data(self) -> mujoco.MjData:
+        """State of the arms of the run at the moment that is shown, for the owning thread."""
+        return self.live.data(self.shown)
+
+    @property
+    def compared_data(self) -> mujoco.MjData | None:
+        """State of the other arms at the moment that is shown; None while they are not."""
+        return None if self.compared is None else self.compared.data(self.shown)
+
+    def site_positions(self, posture: Array) -> Array:
+        """Return shoulder, elbow and wrist of both arms in a posture, shape (2, 3, 3), m."""
+        return self.live.env.physics.site_positions(posture)
+
+    @property
+    def hand_positions(self) -> Array | None:
+        """Positions of left and right hand at the moment that is shown, shape (2, 3), m.
+
+        None where they cannot be pushed: of ideal arms, and of models without hands.
+        """
+        return self.live.hand_positions(self.shown)
+
+    @property
+    def real_time_factor(self) -> float:
+        """Simulated time over real time of the last two seconds; 0 while paused."""
+        return self._pace.real_time_factor if self.playing else 0.0
+
+    def request(self, change: Callable[P, None], *args: P.args, **kwargs: P.kwargs) -> None:
+        """Let the owning thread call a method of this simulation, before its next step."""
+        self._requests.put(lambda: change(*args, **kwargs))
+        self._requested.set()
+
+    def play(self) -> None:
+        """Play on, from the present."""
+        self.playing, self.shown = True, None
+        self._pace.start(time.monotonic())
+
+    def pause(self) -> None:
+        """Pause."""
+        self.playing = False
+
+    def single_step(self) -> None:
+        """Pause, and do one step from the present."""
+        self.playing, self.shown = False, None
+        self._advance()
+
+    def restart(self) -> None:
+        """Begin the next episode."""
+        self.shown, number = None, self.live.episode + 1
+        for episode in self._episodes:
+            episode.begin(number)
+
+    def show(self, index: int) -> None:
+        """Pause, and show a moment of the past.
+
+        Args:
+            index: Index among `moments`; the nearest counts.
+        """
+        self.playing = False
+        self.shown = min(max(int(index), 0), len(self.moments) - 1)
+
+    def start_here(self) -> None:
+        """Go back to the moment that is shown; what was set by hand stays."""
+        if self.shown is not None:
+            index, self.shown = self.shown, None
+            for episode in self._episodes:
+                episode.go_back(min(index, len(episode.moments) - 1))
+
+    def set_tempo(self, tempo: float) -> None:
+        """Set the tempo as a multiple of real time; the nearest of `TEMPOS` counts."""
+        self._pace.tempo = float(np.clip(tempo, *TEMPOS))
+
+    def set_payload(self, payload: float | None) -> None:
+        """Set the mass of a ball in each hand, kg; None for that of the run."""
+        self._intervene(payload=payload)
+
+    def set_actuator_gain(self, gain: float | None) -> None:
+        """Set the factor on commanded velocities; None for that of the run."""
+        self._intervene(actuator_gain=gain)
+
+    def set_latency(self, latency: int | None) -> None:
+        """Set the control steps from an action to its effect; None for those of the run."""
+        self._intervene(latency=latency)
+
+    def set_plant(self, plant: int | None) -> None:
+        """Set the index of the plant that is on; None for the plants of the run in their turn."""
+        self._intervene(plant=plant)
+
+    def set_enabled_modules(self, enabled: Sequence[bool]) -> None:
+        """Switch modules off or on, shape (M,)."""
+        for episode in self._episodes:
+            episode.set_enabled_modules(enabled)
+
+    def enable_module(self, index: int, enabled: bool) -> None:
+        """Switch one module off or on."""
+        mask = self.enabled_modules
+        mask[index] = enabled
+        self.set_enabled_modules(mask)
+
+    def drag(self, hand: int, pointer: Sequence[float] | Array | None) -> None:
+        """Pull a hand towards a pointer from now on, with 80 N at most.
+
+        Args:
+            hand: 0 for the left hand, 1 for the right.
+            pointer: Position of the pointer, shape (3,), m; None to let go.
+        """
+        if pointer is None:
+            self.dragged = None
+            return
+        position = np.array(pointer, np.float64)
+        if hand not in (0, 1) or position.shape != (3,) or not np.isfinite(position).all():
+            expected = "three finite coordinates, and hand 0 or 1"
+            raise BadOptionError(option="pointer", value=pointer, expected=expected)
+        self.dragged = hand, position
+
+    def compare(self, shown: bool) -> None:
+        """Show the other kind of arms beside those of the run, moved by the same agent; or not.
+
+        Their episode is repeated up to the present, without pushes.
+        """
+        if not shown:
+            self.compared = None
+        elif self.compared is None:
+            options = other_arms(self._agent.config.env)
+            other = self._agent.episode(self.live.episode, options)
+            other.intervene(for_arms(options, self.intervention))
+            if self.modules:
+                other.set_enabled_modules(self.enabled_modules)
+            while len(other.moments) < len(self.moments) and not other.is_over:
+                other.advance()
+            self.compared = other
+
+    @property
+    def _episodes(self) -> list[LiveEpisode]:
+        return [self.live] if self.compared is None else [self.live, self.compared]
+
+    def _intervene(self, **changes: Any) -> None:
+        intervention = dataclasses.replace(self.intervention, **changes)
+        self.live.intervene(intervention)
+        self.intervention = intervention
+        if self.compared is not None:
+            options = self.compared.env.task.options
+            self.compared.intervene(for_arms(options, intervention))
+
+    def _advance(self) -> None:
+        """Do one step of all arms.
+
+        Raises:
+            DivergedError: The simulation diverged; the next step begins the next episode.
+        """
+        push = None if self.dragged is None else self.live.pull(*self.dragged)
+        self.live.advance(push)
+        if self.compared is not None:
+            if self.compared.episode != self.live.episode:
+                self.compared.begin(self.live.episode)
+            elif not self.compared.is_over:
+                self.compared.advance(push)
+        if self.live.failure:
+            raise DivergedError(f"{self.live.failure}; the next step begins another episode")
+
+    def handle_requests(self) -> bool:
+        """Do what was requested since the last call; return whether something was."""
+        self._requested.clear()
+        if number := self._requests.qsize():
+            self.error = ""
+        for _ in range(number):
+            self._attempt(self._requests.get())
+        return number > 0
+
+    def run_until(self, stop: threading.Event, draw: Callable[[], None] = lambda: None) -> None:
+        """Do requests, and steps in real time, until an event.
+
+        What fails is reported as `error`, and pauses.
+
+        Args:
+            stop: Ends the loop.
+            draw: Called at first, after each step and after requests.
+        """
+        changed, pace = True, self._pace
+        with one_thread():
+            while not stop.is_set():
+                changed |= self.handle_requests()
+                now = time.monotonic()
+                if self.playing and not pace.wait(now):
+                    self._attempt(self._advance)
+                    pace.step(now)
+                    changed = True
+                if changed:
+                    self._attempt(draw)
+                changed = False
+                wait = pace.wait(time.monotonic()) if self.playing else _IDLE
+                self._requested.wait(min(wait, _IDLE))
+
+    def _attempt(self, change: Callable[[], None]) -> None:
+        """Do something; where it fails, say why and pause."""
+        try:
+            change()
+        except Exception as error:  # the loop goes on, whatever happens
+            self.playing = False
+            kind = "" if isinstance(error, MpmaError) else f"{type(error).__name__}: "
+            self.error = one_line(f"{kind}{error}")
