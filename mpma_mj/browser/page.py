@@ -7,6 +7,7 @@ takes them or that one leaves.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import threading
 import time
@@ -45,7 +46,7 @@ def serve(
     address: Address,
     simulation: LiveSimulation,
     *,
-    on_open: Callable[[], None] = lambda: None,
+    on_open: Callable[[str], None],
     stop: threading.Event | None = None,
 ) -> None:
     """Serve the page and simulate in this thread, until it is interrupted.
@@ -53,7 +54,7 @@ def serve(
     Args:
         address: As `find_address` returned it.
         simulation: The simulation.
-        on_open: Called once, when browsers can connect.
+        on_open: Called once with the address to type into a browser, as soon as it answers.
         stop: Ends it, too.
 
     Raises:
@@ -71,7 +72,7 @@ def serve(
                 ),
                 stacklevel=2,
             )
-        on_open()
+        on_open(dataclasses.replace(address, port=server.get_port()).url)
         simulation.run_until(stop or threading.Event(), page.draw)
 
 

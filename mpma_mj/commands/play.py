@@ -141,7 +141,7 @@ class Play:
             simulation = LiveSimulation.of_run(self._folder())
         else:
             simulation = LiveSimulation.of_motion(self._read_motion()[0])
-        serve(address, simulation, on_open=lambda: print(address.url, flush=True))
+        serve(address, simulation, on_open=lambda url: print(url, flush=True))
 
     def _checked_size(self, is_video: bool) -> tuple[int, int] | None:
         """Return width and height of the video, None for the default.
