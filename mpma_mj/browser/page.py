@@ -23,7 +23,7 @@ from mpma_mj.browser.server import Address, open_server
 from mpma_mj.browser.simulation import LiveSimulation
 from mpma_mj.envs.model_validation import HANDS
 from mpma_mj.errors import OptionWarning
-from mpma_mj.visualization.viser_arms import ArmNodes, ForceNode, GhostNodes
+from mpma_mj.visualization.viser_arms import ArmNodes, ForceNode, GhostNodes, add_lights
 
 __all__ = ["CAMERAS", "FIELD_OF_VIEW", "LOOK_AT", "Page", "serve"]
 
@@ -142,7 +142,7 @@ class Page:
     def _add_scene(self) -> None:
         server, simulation = self._server, self._simulation
         scene, physics = server.scene, simulation.live.env.physics
-        scene.configure_default_lights(cast_shadow=False)
+        add_lights(scene)
         server.initial_camera.position = CAMERAS["front"]
         server.initial_camera.look_at = LOOK_AT
         server.initial_camera.fov = FIELD_OF_VIEW

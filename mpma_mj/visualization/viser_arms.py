@@ -14,7 +14,7 @@ from mpma_mj.envs.model import geom_colours
 if TYPE_CHECKING:
     import viser
 
-__all__ = ["ArmNodes", "ForceNode", "GhostNodes", "quaternion_from_z"]
+__all__ = ["ArmNodes", "ForceNode", "GhostNodes", "add_lights", "geom_mesh", "quaternion_from_z"]
 
 Array = NDArray[np.float64]
 Mesh = tuple[Array, NDArray[np.int64]]
@@ -29,6 +29,18 @@ _FORCE = (213, 94, 0)
 _NEWTONS_A_METRE = 200.0
 
 _KINDS = mujoco.mjtGeom
+
+
+def add_lights(scene: viser.SceneApi) -> None:
+    """Light a scene from the sky and from one side, without shadows.
+
+    They take the place of viser's lights and of its photograph of surroundings, with which
+    software draws four times longer.
+    """
+    scene.configure_environment_map(None)
+    scene.configure_default_lights(enabled=False)
+    scene.add_light_hemisphere("/lights/sky", ground_color=(140, 142, 150), intensity=2.2)
+    scene.add_light_directional("/lights/key", intensity=2.2, position=(2.5, 2.0, 3.5))
 
 
 class ArmNodes:
