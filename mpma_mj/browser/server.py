@@ -7,6 +7,7 @@ import errno
 import importlib
 import io
 import ipaddress
+import logging
 import socket
 import warnings
 from collections.abc import Iterator
@@ -152,12 +153,17 @@ def open_server(address: Address) -> Iterator[Any]:
 
     with contextlib.redirect_stdout(io.StringIO()), _own_pages_only():
         server = Server(address.host, address.port, verbose=False)
+    # It reports with tracebacks whoever connects and is no browser.
+    logger = logging.getLogger("websockets.server")
+    level = logger.level
     try:
+        logger.setLevel(logging.CRITICAL)
         with warnings.catch_warnings():
             # For widgets of a viewer who has just left; they are removed a moment later.
             warnings.filterwarnings("ignore", message="Queued a .* on a closed connection")
             yield server
     finally:
+        logger.setLevel(level)
         with contextlib.redirect_stdout(io.StringIO()):
             server.stop()
 

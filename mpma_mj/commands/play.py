@@ -152,7 +152,7 @@ class Play:
             simulation = LiveSimulation.of_run(self._folder())
         else:
             simulation = LiveSimulation.of_motion(self._read_motion()[0])
-        serve(address, simulation, on_open=lambda: print(address.url, flush=True))
+        serve(address, simulation, on_open=lambda url: print(url, flush=True))
 
     def _check_looks(self, *, is_video: bool) -> None:
         """Check the options of how the scene is shown.

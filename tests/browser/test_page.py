@@ -228,6 +228,14 @@ def test_page_has_no_button_to_share_it(stage: Stage) -> None:
     assert not any(theme["show_share_button"] for theme in themes)
 
 
+def test_arms_are_lit_without_a_photograph_that_is_slow_to_draw(stage: Stage) -> None:
+    viewer = stage.viewer()
+    until(lambda: viewer.find("Pause"))
+    surroundings = [m for m in viewer.messages if m["type"] == "EnvironmentMapMessage"]
+    assert [m["hdri_data"] for m in surroundings] == [None]
+    assert any(m["type"] == "DirectionalLightMessage" for m in viewer.messages)
+
+
 def test_closing_and_opening_pages_keeps_the_loop_going(stage: Stage) -> None:
     for _ in range(5):
         viewer = stage.viewer()
