@@ -100,49 +100,47 @@ class Controls:
             self.boxes.append(box)
 
     def _add_plant(self) -> None:
-        gui, live, values = self._gui, self._simulation, self._plant_values(None)
-        ask = live.request
-        choices = tuple(f"plant {i + 1}" for i in range(len(live.plants)))
-        self.plant = gui.add_button_group("plant", (*choices, _AS_IN_RUN))
-        on_user(self.plant, lambda name: ask(self._set_plant, (*choices, _AS_IN_RUN).index(name)))
-        self.payload = gui.add_slider(
-            "payload, kg",
-            0.0,
-            max(_HEAVIEST, values["payload"]),
-            0.1,
-            values["payload"],
-            visible=live.hand_positions is not None,
-        )
-        on_user(self.payload, lambda payload: ask(live.set_payload, payload))
-        low, high = _GAINS
-        gain = values["actuator_gain"]
+        gui, live, values, latency = self._gui, self._simulation, self._values(), self._latency()
+        payload, gain, (low, high) = values["payload"], values["actuator_gain"], _GAINS
+        choices = (*(f"plant {i + 1}" for i in range(len(live.plants))), _AS_IN_RUN)
+        self.plant = gui.add_button_group("plant", choices)
+        on_user(self.plant, lambda name: live.request(self._set_plant, choices.index(name)))
+        self.payload = gui.add_slider("payload, kg", 0.0, max(_HEAVIEST, payload), 0.1, payload)
+        self.payload.visible = live.hand_positions is not None
         self.gain = gui.add_slider("gain", min(low, gain), max(high, gain), 0.05, gain)
-        on_user(self.gain, lambda gain: ask(live.set_actuator_gain, gain))
-        self.latency = gui.add_slider("latency, steps", 0, LONGEST_LATENCY, 1, self._latency())
-        on_user(self.latency, lambda latency: ask(live.set_latency, latency))
+        longest = max(LONGEST_LATENCY, latency)
+        self.latency = gui.add_slider("latency, steps", 0, longest, 1, latency)
+        on_user(self.payload, lambda payload: live.request(live.set_payload, payload))
+        on_user(self.gain, lambda gain: live.request(live.set_actuator_gain, gain))
+        on_user(self.latency, lambda latency: live.request(live.set_latency, latency))
 
     def _set_plant(self, index: int) -> None:
-        """Let a plant be on, or the run's own in their turn; in the owning thread."""
+        """Let a plant be on, or those of the run in their turn; in the owning thread."""
         live = self._simulation
-        plant = index if index < len(live.plants) else None
         live.set_payload(None)
         live.set_actuator_gain(None)
-        live.set_plant(plant)
-        if plant is None:
+        if index < len(live.plants):
+            live.set_plant(index)
+        else:
+            live.set_plant(None)
             live.set_latency(None)
-            self.latency.value = self._latency()
-        values = self._plant_values(plant)
+        values, self.latency.value = self._values(), self._latency()
         self.payload.value, self.gain.value = values["payload"], values["actuator_gain"]
 
-    def _plant_values(self, plant: int | None) -> PlantValues:
-        """Return the values of a plant; of the present one if None."""
-        present = self._simulation.moment.plant if plant is None else plant
-        return plants_of(self._simulation.live.env.task.options)[present or 0]
+    def _values(self) -> PlantValues:
+        """Return the present payload and gain; of options that are ranges, the highest."""
+        live = self._simulation
+        by_hand = live.intervention
+        plant = live.moment.plant if by_hand.plant is None else by_hand.plant
+        return by_hand.plant_values(plants_of(live.live.env.task.options)[plant or 0])
 
     def _latency(self) -> int:
-        """Return the latency of the run, control steps; the lowest of a range."""
-        latency = self._simulation.live.env.task.options.latency
-        return int(latency[0] if isinstance(latency, tuple) else latency)
+        """Return the present latency, control steps; the lowest of a range."""
+        by_hand = self._simulation.intervention.latency
+        of_run = self._simulation.live.env.task.options.latency
+        return int(
+            (of_run[0] if isinstance(of_run, tuple) else of_run) if by_hand is None else by_hand
+        )
 
 
 def _other(simulation: LiveSimulation) -> str:

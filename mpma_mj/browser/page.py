@@ -7,6 +7,7 @@ takes them or that one leaves.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import threading
 import time
@@ -22,7 +23,7 @@ from mpma_mj.browser.server import Address, open_server
 from mpma_mj.browser.simulation import LiveSimulation
 from mpma_mj.envs.model_validation import HANDS
 from mpma_mj.errors import OptionWarning
-from mpma_mj.visualization.viser_arms import ArmNodes, ForceNode, GhostNodes
+from mpma_mj.visualization.viser_arms import ArmNodes, ForceNode, GhostNodes, add_lights
 
 __all__ = ["CAMERAS", "FIELD_OF_VIEW", "LOOK_AT", "Page", "serve"]
 
@@ -45,7 +46,7 @@ def serve(
     address: Address,
     simulation: LiveSimulation,
     *,
-    on_open: Callable[[], None] = lambda: None,
+    on_open: Callable[[str], None],
     stop: threading.Event | None = None,
 ) -> None:
     """Serve the page and simulate in this thread, until it is interrupted.
@@ -53,7 +54,7 @@ def serve(
     Args:
         address: As `find_address` returned it.
         simulation: The simulation.
-        on_open: Called once, when browsers can connect.
+        on_open: Called once with the address to type into a browser, as soon as it answers.
         stop: Ends it, too.
 
     Raises:
@@ -71,7 +72,7 @@ def serve(
                 ),
                 stacklevel=2,
             )
-        on_open()
+        on_open(dataclasses.replace(address, port=server.get_port()).url)
         simulation.run_until(stop or threading.Event(), page.draw)
 
 
@@ -141,7 +142,7 @@ class Page:
     def _add_scene(self) -> None:
         server, simulation = self._server, self._simulation
         scene, physics = server.scene, simulation.live.env.physics
-        scene.configure_default_lights(cast_shadow=False)
+        add_lights(scene)
         server.initial_camera.position = CAMERAS["front"]
         server.initial_camera.look_at = LOOK_AT
         server.initial_camera.fov = FIELD_OF_VIEW

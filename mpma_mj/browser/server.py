@@ -7,6 +7,7 @@ import errno
 import importlib
 import io
 import ipaddress
+import logging
 import socket
 import warnings
 from collections.abc import Iterator
@@ -15,7 +16,8 @@ from http import HTTPStatus
 from typing import Any
 from urllib.parse import urlsplit
 
-from mpma_mj.errors import BadOptionError, MpmaError
+from mpma_mj.errors import BadOptionError
+from mpma_mj.visualization.viser_arms import require_web
 
 __all__ = [
     "PORT",
@@ -24,7 +26,6 @@ __all__ = [
     "find_address",
     "is_own_origin",
     "open_server",
-    "require_web",
 ]
 
 THIS_MACHINE, PORT = "127.0.0.1", 8080
@@ -125,21 +126,6 @@ def is_own_origin(origin: str | None, host: str | None) -> bool:
     return True
 
 
-def require_web() -> None:
-    """Import what the page is made with.
-
-    Raises:
-        MpmaError: It is not installed.
-    """
-    try:
-        import viser  # noqa: F401
-    except ImportError:
-        raise MpmaError(
-            "the page needs viser, which is not installed; pip install 'mpma-mj[web]', or in a"
-            " checkout pip install -e '.[web]'"
-        ) from None
-
-
 @contextlib.contextmanager
 def open_server(address: Address) -> Iterator[Any]:
     """Serve an empty page until the context ends.
@@ -167,12 +153,17 @@ def open_server(address: Address) -> Iterator[Any]:
 
     with contextlib.redirect_stdout(io.StringIO()), _own_pages_only():
         server = Server(address.host, address.port, verbose=False)
+    # It reports with tracebacks whoever connects and is no browser.
+    logger = logging.getLogger("websockets.server")
+    level = logger.level
     try:
+        logger.setLevel(logging.CRITICAL)
         with warnings.catch_warnings():
             # For widgets of a viewer who has just left; they are removed a moment later.
             warnings.filterwarnings("ignore", message="Queued a .* on a closed connection")
             yield server
     finally:
+        logger.setLevel(level)
         with contextlib.redirect_stdout(io.StringIO()):
             server.stop()
 

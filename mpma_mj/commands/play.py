@@ -90,9 +90,10 @@ class Play:
         if ending in VIDEO_FORMATS:
             require_backend()
         elif ending == _PAGE:
-            from mpma_mj.visualization.html_file import require_viser, write_html
+            from mpma_mj.visualization.html_file import write_html
+            from mpma_mj.visualization.viser_arms import require_web
 
-            require_viser()
+            require_web()
         scene = self._of_run() if self._is_run else self._of_motion()
         scene = replace(scene, camera=self.camera, captions=self.captions, size=size, fps=self.fps)
         if self.out is None:
@@ -122,26 +123,6 @@ class Play:
         instead = f"write a file: mpma play {shlex.quote(self.source)} --out dance.mp4"
         play(scene, instead=instead, on_open=lambda: print(keys, flush=True))
 
-    def _check_looks(self, *, is_video: bool) -> None:
-        """Check the options of how the scene is shown.
-
-        Raises:
-            BadOptionError: One is out of bounds, or is given for something else.
-        """
-        check_fields(self)
-        ending = "" if self.out is None else self.out.suffix
-        useful = {"": ("camera", "captions"), _PAGE: ("fps", "camera", "captions")}
-        for option in () if is_video else _LOOKS:
-            if option in self.given and (self.browser or option not in useful.get(ending, ())):
-                remedy = "give {out=dance.mp4}"
-                raise BadOptionError("is for a video file", option=option, remedy=remedy)
-        if self.camera == "orbit" and not is_video:
-            remedy = "give {out=dance.mp4}, or turn the view with the mouse"
-            raise BadOptionError("orbit is for a video file", option="camera", remedy=remedy)
-        if ending == ".gif" and self.fps is not None and self.fps > _GIF_FPS:
-            expected = f"at most {_GIF_FPS:g} Hz for a .gif, which browsers slow down otherwise"
-            raise BadOptionError(option="fps", value=self.fps, expected=expected)
-
     def _check_page(self) -> None:
         """Refuse options of the page without one, and files with one.
 
@@ -157,7 +138,8 @@ class Play:
 
     def _serve_page(self) -> None:
         """Serve the page until the process is interrupted."""
-        from mpma_mj.browser.server import PORT, THIS_MACHINE, find_address, require_web
+        from mpma_mj.browser.server import PORT, THIS_MACHINE, find_address
+        from mpma_mj.visualization.viser_arms import require_web
 
         require_web()
         address = find_address(self.host or THIS_MACHINE, PORT if self.port is None else self.port)
@@ -168,7 +150,29 @@ class Play:
             simulation = LiveSimulation.of_run(self._folder())
         else:
             simulation = LiveSimulation.of_motion(self._read_motion()[0])
-        serve(address, simulation, on_open=lambda: print(address.url, flush=True))
+        serve(address, simulation, on_open=lambda url: print(url, flush=True))
+
+    def _check_looks(self, *, is_video: bool) -> None:
+        """Check the options of how the scene is shown.
+
+        Raises:
+            BadOptionError: One is out of bounds, or is given for something else.
+        """
+        check_fields(self)
+        ending = "" if self.out is None else self.out.suffix
+        useful: dict[str, tuple[str, ...]] = {_PAGE: ("fps", "camera", "captions")}
+        if not self.browser:
+            useful[""] = ("camera", "captions")
+        for option in () if is_video else _LOOKS:
+            if option in self.given and option not in useful.get(ending, ()):
+                remedy = "give {out=dance.mp4}"
+                raise BadOptionError("is for a video file", option=option, remedy=remedy)
+        if self.camera == "orbit" and not is_video:
+            remedy = "give {out=dance.mp4}, or turn the view with the mouse"
+            raise BadOptionError("orbit is for a video file", option="camera", remedy=remedy)
+        if ending == ".gif" and self.fps is not None and self.fps > _GIF_FPS:
+            expected = f"at most {_GIF_FPS:g} Hz for a .gif, which browsers slow down otherwise"
+            raise BadOptionError(option="fps", value=self.fps, expected=expected)
 
     def _checked_size(self) -> tuple[int, int] | None:
         """Return width and height of the video, None for the default.
@@ -200,23 +204,22 @@ class Play:
         return not built_in(self.source) and Path(self.source).is_dir()
 
     def _of_run(self) -> Scene:
-        folder = self._folder(but=("start", "end"))
-        self.reading.check()
-        scene = _run_scene(folder)
+        scene = _run_scene(self._folder("start", "end"))
         if not self.given & {"start", "end"}:
             return scene
         end = math.inf if self.reading.end is None else self.reading.end
         return scene.cut(self.reading.start or 0.0, end)
 
-    def _folder(self, but: tuple[str, ...] = ()) -> RunFolder:
-        """Return the folder of the run; options of reading are refused, but for some."""
+    def _folder(self, *useful: str) -> RunFolder:
+        """Return the folder of the run; options of reading are refused, but for useful ones."""
         from mpma_mj.training.run_folder import RunFolder
 
-        of_recordings = {field.name for field in fields(ReadingOptions)}.difference(but)
+        of_recordings = {field.name for field in fields(ReadingOptions)}.difference(useful)
         for option in sorted(self.given & of_recordings):
             raise BadOptionError(
                 f"{self.source} is a run", remedy=f"leave {{{option}}} out: it is for a recording"
             )
+        self.reading.check()
         return RunFolder(Path(self.source))
 
     def _of_motion(self) -> Scene:

@@ -12,19 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.envs.cameras import free_camera
-from mpma_mj.errors import BadOptionError
 from mpma_mj.utils.atomic_files import write_text
 from mpma_mj.visualization.colours import hex_to_rgb, module_colours
 from mpma_mj.visualization.episode import EpisodeArms
 from mpma_mj.visualization.scene import Scene
 from mpma_mj.visualization.video import Progress
-from mpma_mj.visualization.viser_arms import ArmNodes, GhostNodes
+from mpma_mj.visualization.viser_arms import ArmNodes, GhostNodes, require_web
 
 if TYPE_CHECKING:
     import mujoco
     import viser
 
-__all__ = ["require_viser", "write_html"]
+__all__ = ["write_html"]
 
 Array = NDArray[np.float64]
 
@@ -37,15 +36,6 @@ _ASIDE, _BELOW = 0.38, 0.18  # where the bars begin, from the middle, relative t
 _UP = np.array([0.0, 0.0, 1.0])
 
 
-def require_viser() -> None:
-    """Raise BadOptionError if viser is not installed."""
-    try:
-        import viser  # noqa: F401
-    except ImportError:
-        remedy = "{out=dance.html} needs the extra web: in a checkout, pip install -e '.[web]'"
-        raise BadOptionError("viser is not installed", remedy=remedy) from None
-
-
 def write_html(path: Path, scene: Scene, progress: Progress = iter) -> None:
     """Write a page that plays a scene: arms, ghost, bars of responsibilities, and label.
 
@@ -55,11 +45,11 @@ def write_html(path: Path, scene: Scene, progress: Progress = iter) -> None:
         progress: Wraps the range of pictures to show progress.
 
     Raises:
-        BadOptionError: viser is not installed, or the environment's model cannot be read, or has
-            no such camera.
+        MpmaError: viser is not installed.
+        BadOptionError: The environment's model cannot be read, or has no such camera.
         RunFolderError: The file cannot be written.
     """
-    require_viser()
+    require_web()
     import viser
 
     arms, moments = EpisodeArms(scene.trace, scene.options), scene.moments
@@ -86,10 +76,10 @@ def write_html(path: Path, scene: Scene, progress: Progress = iter) -> None:
 
 
 def _look(server: viser.ViserServer, view: mujoco.MjvCamera) -> Array:
-    """Light the scene and look at it as a camera does; return the direction, shape (3,)."""
-    server.scene.configure_environment_map(None)
-    server.scene.configure_default_lights(True, cast_shadow=False)
-    server.scene.add_light_ambient("/light", intensity=1.0)
+    """Look at the scene as a camera does, and return the direction, shape (3,).
+
+    Lights are viser's own: a page that begins again forgets those that were changed.
+    """
     turn, tilt = np.radians([view.azimuth, view.elevation])
     ahead = np.array([np.cos(turn) * np.cos(tilt), np.sin(turn) * np.cos(tilt), np.sin(tilt)])
     server.initial_camera.position = view.lookat - view.distance * ahead

@@ -10,11 +10,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.envs.model import geom_colours
+from mpma_mj.errors import MpmaError
 
 if TYPE_CHECKING:
     import viser
 
-__all__ = ["ArmNodes", "ForceNode", "GhostNodes", "quaternion_from_z"]
+__all__ = [
+    "ArmNodes",
+    "ForceNode",
+    "GhostNodes",
+    "add_lights",
+    "geom_mesh",
+    "quaternion_from_z",
+    "require_web",
+]
 
 Array = NDArray[np.float64]
 Mesh = tuple[Array, NDArray[np.int64]]
@@ -29,6 +38,33 @@ _FORCE = (213, 94, 0)
 _NEWTONS_A_METRE = 200.0
 
 _KINDS = mujoco.mjtGeom
+
+
+def require_web() -> None:
+    """Import what pages are made with.
+
+    Raises:
+        MpmaError: It is not installed.
+    """
+    try:
+        import viser  # noqa: F401
+    except ImportError:
+        raise MpmaError(
+            "pages need viser, which is not installed; pip install 'mpma-mj[web]', or in a"
+            " checkout pip install -e '.[web]'"
+        ) from None
+
+
+def add_lights(scene: viser.SceneApi) -> None:
+    """Light a scene from the sky and from one side, without shadows.
+
+    They take the place of viser's lights and of its photograph of surroundings, with which
+    software draws four times longer.
+    """
+    scene.configure_environment_map(None)
+    scene.configure_default_lights(enabled=False)
+    scene.add_light_hemisphere("/lights/sky", ground_color=(140, 142, 150), intensity=2.2)
+    scene.add_light_directional("/lights/key", intensity=2.2, position=(2.5, 2.0, 3.5))
 
 
 class ArmNodes:

@@ -3,6 +3,7 @@
 import shutil
 import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ sync_api = pytest.importorskip("playwright.sync_api")
 pytest.importorskip("viser")
 
 from mpma_mj.browser.page import CAMERAS, FIELD_OF_VIEW, LOOK_AT  # noqa: E402
+from mpma_mj.cli import main  # noqa: E402
 
 pytestmark = pytest.mark.web
 
@@ -148,3 +150,34 @@ def test_page_of_another_origin_cannot_connect(stage: Stage, open_tab: Callable[
     assert tab.evaluate(connects, address)
     tab.goto("about:blank")
     assert not tab.evaluate(connects, address)
+
+
+def test_a_file_plays_without_a_request(browser: Any, small_run: Path, tmp_path: Path) -> None:
+    file = tmp_path / "a.html"
+    assert main(["play", str(small_run), "--to", "2", "--out", str(file)]) == 0
+    page = browser.new_page(viewport={"width": 640, "height": 420})
+    requests: list[str] = []
+    errors: list[str] = []
+    page.on("request", lambda request: requests.append(request.url))
+    page.on("websocket", lambda socket: requests.append(socket.url))
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    page.goto(file.as_uri())
+    moment = page.locator("input").first
+    moment.wait_for(timeout=60_000)
+    pictures: set[bytes] = set()
+    arms = {"x": 240, "y": 120, "width": 160, "height": 120}
+
+    def differs() -> bool:
+        before = len(pictures)
+        pictures.add(page.screenshot(clip=arms, timeout=60_000))
+        return len(pictures) > before
+
+    for text in ("0.5", "1.5"):
+        moment.fill(text)
+        moment.press("Enter")
+        until(page, differs, 60.0)
+    title = page.title()
+    page.close()
+    assert errors == []
+    assert [url for url in requests if not url.startswith(("blob:", "data:"))] == [file.as_uri()]
+    assert title == "ymca"

@@ -106,16 +106,17 @@ def test_scrubbing_shows_the_past_and_starts_there(stage: Stage) -> None:
 
 def test_tempo_payload_gain_and_latency_follow_their_sliders(stage: Stage) -> None:
     viewer, live = stage.viewer(), stage.simulation
-    for label, value in {
-        "tempo": 2.0,
-        "payload, kg": 3.0,
-        "gain": 0.5,
-        "latency, steps": 2,
-    }.items():
+    values = {"tempo": 2.0, "payload, kg": 3.0, "gain": 0.5, "latency, steps": 2}
+    for label, value in values.items():
         viewer.set(label, value)
     until(lambda: live.intervention.latency == 2)
     assert live.tempo == 2.0
     assert (live.intervention.payload, live.intervention.actuator_gain) == (3.0, 0.5)
+    other = stage.viewer()
+    other.set("Take the controls", True)
+    until(lambda: other.find("latency, steps"))
+    assert {label: other.value(label) for label in values} == values
+    viewer.set("Take the controls", True)
     viewer.set("plant", "as in the run")
     until(lambda: live.intervention.payload is None and viewer.value("latency, steps") == 0)
     until(lambda: viewer.value("payload, kg") == 0.0 and viewer.value("gain") == 1.0)
@@ -211,12 +212,28 @@ def test_labels_are_text_whatever_they_hold() -> None:
         assert "<img" not in viewer.text()
 
 
+def test_latency_of_the_run_may_be_longer_than_by_hand() -> None:
+    with served(without_modules(EnvironmentOptions(latency=15))) as stage:
+        viewer = stage.viewer()
+        until(lambda: viewer.find("kinematic arms"))
+        assert viewer.value("latency, steps") == 15
+        assert stage.simulation.error == ""
+
+
 def test_page_has_no_button_to_share_it(stage: Stage) -> None:
     viewer = stage.viewer()
     until(lambda: viewer.find("Pause"))
     themes = [m for m in viewer.messages if m["type"] == "ThemeConfigurationMessage"]
     assert themes
     assert not any(theme["show_share_button"] for theme in themes)
+
+
+def test_arms_are_lit_without_a_photograph_that_is_slow_to_draw(stage: Stage) -> None:
+    viewer = stage.viewer()
+    until(lambda: viewer.find("Pause"))
+    surroundings = [m for m in viewer.messages if m["type"] == "EnvironmentMapMessage"]
+    assert [m["hdri_data"] for m in surroundings] == [None]
+    assert any(m["type"] == "DirectionalLightMessage" for m in viewer.messages)
 
 
 def test_closing_and_opening_pages_keeps_the_loop_going(stage: Stage) -> None:

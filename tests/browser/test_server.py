@@ -89,6 +89,21 @@ def test_nothing_is_printed_and_no_tunnel_is_opened(capfd: pytest.CaptureFixture
     assert not [t for t in threading.enumerate() if "background_worker" in t.name]
 
 
+def test_who_connects_and_is_no_browser_is_not_reported(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    pytest.importorskip("viser")
+    address = find_address("127.0.0.1", 8700)
+    host = f"127.0.0.1:{address.port}"
+    with open_server(address):
+        for sent in (b"\x00\xff garbage\r\n\r\n", b"GET / HTTP/1.1\r\n", b""):
+            with socket.create_connection((address.host, address.port), timeout=5) as connection:
+                connection.sendall(sent)
+        assert status(address, host=host, origin="http://example.com") == 403
+        assert status(address, host=host, origin=f"http://{host}") == 101
+    assert capfd.readouterr() == ("", "")
+
+
 def test_taken_port_gives_way_to_the_next_free_one() -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
