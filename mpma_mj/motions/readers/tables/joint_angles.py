@@ -217,7 +217,9 @@ def _warn_of_jumps(posture: Array, report: ImportReport) -> None:
     found = {}
     for name, vectors in segments:
         rows = [int(row) + 1 for row in single_frame_jumps(vectors, 1.0)]
-        rows += [1] * off_at_end(vectors, 1.0) + [len(vectors)] * off_at_end(vectors[::-1], 1.0)
+        ends = off_at_end(vectors, 1.0), off_at_end(vectors[::-1], 1.0)
+        rows += [1 + ends[0]] if ends[0] is not None else []
+        rows += [len(vectors) - ends[1]] if ends[1] is not None else []
         if rows:
             found[name] = rows
     if found:
