@@ -93,7 +93,9 @@ def _over_lost_frames(steps: Array) -> Mask:
     A step is expected on the cubic curve through the two before and the two after it, which are
     1.5 and 2.5 frames away where a frame is lost, and else 1 and 2.
     """
-    here, near, far = steps[2:-2], steps[1:-3] + steps[3:-1], steps[:-4] + steps[4:]
+    five = np.stack([steps[i : len(steps) - 4 + i] for i in range(5)])
+    first, before, here, after, last = five * five.all(axis=0)  # markers that are seen in all
+    near, far = before + after, first + last
     twice = 25 / 16 * near - 9 / 16 * far
     left = np.linalg.norm(here - (4 * near - far) / 6, axis=1)
     left_twice = np.linalg.norm(here - twice, axis=1)
