@@ -39,7 +39,7 @@ def warnings(write_tsv: WriteTsv, points: dict[str, Array]) -> list[str]:
     [
         (("left_elbow", 2), ("right_elbow", 2)),
         (("left_wrist", 0), ("left_wrist", 1)),
-        (("right_wrist", 0), ("left_elbow", 1)),
+        (("left_elbow", 1), ("right_wrist", 0)),
         (("left_shoulder", 2), ("neck", 2)),
     ],
 )
