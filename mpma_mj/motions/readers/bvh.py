@@ -307,7 +307,8 @@ def _load(
     if rows is None:
         raise MotionFileError(f"{path}: has a hierarchy but no frames; export the motion too")
     chain = ancestry(skeleton.joints, names)
-    compare_sides(skeleton.joints, chain, report)
+    offsets = {name: joint.offset for name, joint in skeleton.joints.items()}
+    compare_sides("offset", offsets, chain, report)
     columns = sorted(
         {
             c
