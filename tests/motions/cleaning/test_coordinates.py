@@ -15,7 +15,9 @@ from tests.motions.known_motions import singular
 
 Array = NDArray[np.float64]
 
-ARMS = np.kron(np.eye(2), [[-1, 1, 0], [0, -1, 1]])  # upper arm and forearm of both sides
+ARMS = np.array(
+    np.kron(np.eye(2), [[-1, 1, 0], [0, -1, 1]]), np.float64
+)  # upper arm and forearm of both sides
 
 
 def body(noise: float = 0.3) -> dict[str, Array]:
