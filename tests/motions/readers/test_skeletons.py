@@ -592,6 +592,16 @@ def test_an_offset_unlike_the_other_sides_is_told(
     assert len(found) == bool(told)
 
 
+def test_an_order_of_axes_unlike_all_others_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "dance.bvh"
+    angles, places = random_angles(0)
+    text = writers.bvh_text(angles, {"Hips": places["Hips"]})
+    left, usual, right = text.rpartition("Zrotation Xrotation Yrotation")
+    assert usual
+    path.write_text(f"{left}Yrotation Xrotation Zrotation{right}")
+    assert any("all other joints about ZXY" in warning for warning in read(path)[2].warnings)
+
+
 def test_an_asymmetric_skeleton_is_not_doubted(tmp_path: Path) -> None:
     path = tmp_path / "dance.bvh"
     angles, places = random_angles(0)
