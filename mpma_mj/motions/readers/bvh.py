@@ -291,8 +291,12 @@ class _Stream:
 
 
 def _compare_orders(skeleton: _Skeleton, report: ImportReport) -> None:
-    """Warn of the only joint whose axes come in another order than those of all others."""
-    orders = {name: joint.axes for name, joint in skeleton.joints.items() if len(joint.axes) == 3}
+    """Warn of the only joint whose axes come in another order than those of all others.
+
+    The root, of which CMU's recordings have an own one, may.
+    """
+    below = {name: joint for name, joint in skeleton.joints.items() if joint.parent is not None}
+    orders = {name: joint.axes for name, joint in below.items() if len(joint.axes) == 3}
     counts = Counter(orders.values()).most_common()
     if len(counts) == 2 and counts[0][1] > 2 and counts[1][1] == 1:
         odd = next(name for name, order in orders.items() if order == counts[1][0])
