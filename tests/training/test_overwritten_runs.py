@@ -29,13 +29,13 @@ Found = tuple[int, dict[str, str]]
 EVALUATE = "evaluate run --arms kinematic --disturbances noise --levels 0.1 --no-baselines --out"
 QUICK = (
     "play run --out joints.csv",
-    f"{EVALUATE} e",
-    f"{EVALUATE} run",
     "imitate --resume run --nodes 3 --no-video",
     "imitate ymca --nodes 3 --no-video --out run",
 )
 ALL = (
     *QUICK,
+    f"{EVALUATE} e",
+    f"{EVALUATE} run",
     "analyse run",
     "imitate --resume run --epochs 1 --no-video",
     "imitate ymca --arms kinematic --repeats 1 --epochs 1 --init run --no-video --out next",
