@@ -110,7 +110,8 @@ class RunFolder:
             overwrite: Whether an earlier run in the folder may be replaced.
 
         Raises:
-            RunFolderError: The folder holds a run that must not be replaced, or other files.
+            RunFolderError: The folder holds a run that must not be replaced or other files, or
+                cannot be written.
             BadOptionError: JSON cannot hold the options of the agent.
             MotionFileError: The sound file cannot be read.
         """
@@ -135,6 +136,8 @@ class RunFolder:
                 f"{self.path}: already contains a run",
                 remedy="{overwrite} replaces it, {resume} continues it",
             )
+        written = ("config.json", "trace.npz", "metrics.csv", "checkpoint/latest.npz")
+        folder_changes.check_places(self.path, (*written, *_OF_RUN))
 
     @contextlib.contextmanager
     def changes(self, *, new: bool = False, best: bool = False) -> Iterator[RunFolder]:
@@ -149,20 +152,13 @@ class RunFolder:
         Raises:
             RunFolderError: The folder cannot be written.
         """
-        gone = [*(_OF_RUN if new else _OF_BEST if best else ())]
-        if new and self.sound is not None:
-            gone.append(f"sound/{self.sound.name}")
-        with folder_changes.changes(self.path, gone) as temporary:
+        gone = _OF_RUN if new else _OF_BEST if best else ()
+        music = [f"sound/{self.sound.name}"] if new and self.sound else []
+        with folder_changes.changes(self.path, [*gone, *music]) as temporary:
             yield RunFolder(temporary)
 
     def write_inputs(self, config: RunConfig, motion: Motion) -> None:
-        """Write what a run begins with: its config, its motion and the music of that.
-
-        With these a run is resumed without the recording.
-
-        Raises:
-            RunFolderError: The folder cannot be written.
-        """
+        """Write config, motion and music, with which a run is resumed without the recording."""
         content = {"format": data_files.FORMAT, "config": config.to_json(), "versions": versions()}
         data_files.write_json(self.path / "config.json", content)
         header = {"config": content["config"]}

@@ -18,7 +18,7 @@ from mpma_mj.utils.atomic_files import (
 )
 from mpma_mj.utils.data_files import read_json, write_json
 
-__all__ = ["changes", "finish", "is_unfinished"]
+__all__ = ["changes", "check_places", "finish", "is_unfinished"]
 
 _SAVED = ".mpma.saved"  # folder of files that take their places: the changes are decided
 _GONE = "gone.json"  # file in it with the names of what goes
@@ -49,7 +49,7 @@ def changes(folder: Path, gone: Iterable[str]) -> Iterator[Path]:
         if os.getpid() == process:
             names = _names(temporary)
             left = [name for name in gone if not (temporary / name).exists()]
-            _check_places(folder, [*names, *left])
+            check_places(folder, [*names, *left])
             write_json(temporary / _GONE, {"gone": left})
             temporary.rename(folder / _SAVED)
             folder_reaches_disk(folder)
@@ -80,7 +80,7 @@ def finish(folder: Path) -> None:
         names = _names(saved)
     except (OSError, ValueError, LookupError, TypeError):
         raise RunFolderError(f"{saved}: damaged; remove it") from None
-    _check_places(folder, [*names, *gone])
+    check_places(folder, [*names, *gone])
     place = folder
     try:
         for place in (folder / name for name in gone):
@@ -105,7 +105,7 @@ def _names(temporary: Path) -> list[str]:
     return [str(path.relative_to(temporary)) for path in files if path != temporary / _GONE]
 
 
-def _check_places(folder: Path, names: Iterable[str]) -> None:
+def check_places(folder: Path, names: Iterable[str]) -> None:
     """Check that files and folders of these names can take their places, or go.
 
     Raises:

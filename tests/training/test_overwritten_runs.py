@@ -148,9 +148,12 @@ def test_a_first_epoch_that_is_killed_leaves_no_run(
 @pytest.mark.parametrize(
     "method", ["write_inputs", "write_trace", "write_checkpoint", "write_metrics", "write_latest"]
 )
+@pytest.mark.parametrize("removed", [None, "config.json", "checkpoint/latest.npz"])
 def test_an_epoch_that_cannot_be_saved_leaves_the_earlier_run(
-    here: Path, motion: Motion, method: str, monkeypatch: pytest.MonkeyPatch
+    here: Path, motion: Motion, method: str, removed: str | None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    if removed is not None:
+        (here / "run" / removed).unlink()
     before = snapshot(here)
     monkeypatch.setattr(RunFolder, method, full_disk)
     with pytest.raises(RunFolderError, match="No space left"):
@@ -193,6 +196,18 @@ def test_a_first_epoch_that_is_interrupted_hints_at_no_run_to_resume(
     assert main([*words.split(), "new"]) == 130
     assert "to resume" not in capsys.readouterr().err
     assert snapshot(here) == before
+
+
+def test_what_is_in_the_way_is_named_before_an_epoch_is_run(
+    here: Path, refused: Refused, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shutil.rmtree(here / "run" / "evaluations")
+    (here / "run" / "evaluations").touch()
+    monkeypatch.setattr(Trainer, "run_epoch", None)
+    message = "run/evaluations: is a file, not a folder; remove it, or choose another folder"
+    refused(
+        ["imitate", "ymca", "--nodes", "5", "--no-video", "--overwrite", "--out", "run"], message
+    )
 
 
 def test_files_of_the_user_stay(here: Path, motion: Motion) -> None:
