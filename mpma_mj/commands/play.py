@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-import shlex
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -18,6 +17,7 @@ from mpma_mj.errors import BadOptionError, RenderingError, UnknownMotionError
 from mpma_mj.motions.export import MOTION_FORMATS, export_motion, write_joint_angles
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.utils.input_files import is_web_address
+from mpma_mj.utils.text import shell_word
 
 if TYPE_CHECKING:
     import numpy as np
@@ -97,7 +97,7 @@ class Play:
             motion,
             times=times,
             options=options,
-            instead=f"write a file: mpma play {shlex.quote(self.source)} --out dance.mp4",
+            instead=f"write a file: mpma play {shell_word(self.source)} --out dance.mp4",
             on_open=lambda: print(keys, flush=True),
         )
         return None

@@ -15,7 +15,7 @@ from mpma_mj.commands.run_options import Given, RunOptions
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions.options import given
-from mpma_mj.utils.folder_lock import locked
+from mpma_mj.utils.folder_lock import finish_changes, locked
 
 if TYPE_CHECKING:
     import gymnasium
@@ -68,7 +68,10 @@ class Record(Generic[AgentT]):
     def _is_run(self) -> bool:
         from mpma_mj.motions import BUILT_IN
 
-        return self.source not in BUILT_IN and (Path(self.source) / "config.json").is_file()
+        if self.source in BUILT_IN:
+            return False
+        finish_changes(Path(self.source))
+        return (Path(self.source) / "config.json").is_file()
 
     def _config(self) -> RunConfig:
         """Return the config of the run, or of the training."""

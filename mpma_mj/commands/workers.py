@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -11,6 +10,7 @@ import tyro
 
 from mpma_mj.commands.folders import free_folder, hint_if_interrupted
 from mpma_mj.options import BackendName
+from mpma_mj.utils.text import shell_word
 
 if TYPE_CHECKING:
     from mpma_mj.experiments.study import Study
@@ -45,7 +45,7 @@ class Workers:
         from mpma_mj.experiments.study import run_study
 
         folder = out or free_folder(stem)
-        resume = f"to resume: the same command with --out {shlex.quote(str(folder))}"
+        resume = f"to resume: the same command with --out {shell_word(folder)}"
         with hint_if_interrupted(resume, (folder / HEADER).exists):
             print(run_study(study, folder, **vars(self)))
         return folder
