@@ -1,7 +1,9 @@
 """Names that no font, formula or terminal likes: a dance by any name is danced to the end."""
 
 import json
+import os
 import shutil
+import subprocess
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -19,7 +21,7 @@ from mpma_mj.motions.motion import load_motion, save_motion
 from mpma_mj.utils.atomic_files import write_text
 from mpma_mj.utils.data_files import read_arrays, write_arrays
 from mpma_mj.utils.progress import show_range, show_runs
-from mpma_mj.utils.text import printable
+from mpma_mj.utils.text import printable, shell_word
 from mpma_mj.visualization.figure_file import figure_file
 from mpma_mj.visualization.responsibility_strip import Strip
 from tests.conftest import Refused, dancer, markers_of, with_trunk
@@ -40,6 +42,17 @@ TINY = ("--nodes", 5, "--modules", 2, "--repeats", 1, "--epochs", 2, "--no-video
 def test_a_name_is_shown_as_it_is_but_for_what_is_no_text(name: str, shown: str) -> None:
     assert printable(name) == shown
     assert printable(shown) == shown
+
+
+@pytest.mark.skipif(shutil.which("bash") is None, reason="there is no Bash")
+@pytest.mark.parametrize("name", [*NAMES, "co nv", "-dash", "-\n'\\x", "it's", "a\u2028b", "\x1bf"])
+def test_a_shell_reads_the_name_of_a_hint_as_it_is(name: str) -> None:
+    word = shell_word(Path(name))
+    assert printable(word) == word
+    assert not word.startswith("-")
+    typed = f"printf %s {word}"
+    read = subprocess.run(["bash", "-c", typed], capture_output=True, check=True).stdout
+    assert read == os.fsencode(f"./{name}" if name.startswith("-") else name)
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -8,6 +8,7 @@ any checkout can be tried.
 
 from __future__ import annotations
 
+import importlib
 import json
 import resource
 import sys
@@ -46,6 +47,8 @@ def answer(path: str, rate: float, options: dict[str, Any]) -> dict[str, Any]:
 
 if __name__ == "__main__":
     resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
+    for slow in ("interpolate", "signal", "spatial.transform"):  # which readers import when needed
+        importlib.import_module(f"scipy.{slow}")
     print(flush=True)  # all is imported
     for line in sys.stdin:
         print(json.dumps(answer(**json.loads(line))), flush=True)

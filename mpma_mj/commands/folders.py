@@ -69,11 +69,11 @@ def results_folder(out: Path | None, stem: str, parent: Path = Path("runs")) -> 
     """
     from mpma_mj.experiments.folder import HEADER
 
-    for name, content in (("config.json", "a run"), (HEADER, "a study")):
-        if out is not None and (out / name).exists():
-            problem = f"{out}: contains {content}"
-            raise RunFolderError(problem, remedy="choose another folder with {out}")
     with output_folder(out, stem, parent) as folder:
+        for name, content in (("config.json", "a run"), (HEADER, "a study")):
+            if (folder / name).exists():
+                problem = f"{folder}: contains {content}"
+                raise RunFolderError(problem, remedy="choose another folder with {out}")
         yield folder
 
 

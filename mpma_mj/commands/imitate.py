@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import functools
-import shlex
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +16,7 @@ from mpma_mj.commands.folders import hint_if_interrupted, output_folder
 from mpma_mj.commands.play import missing_opengl, write_run_video
 from mpma_mj.commands.run_options import Given, Motions, RunOptions
 from mpma_mj.errors import BadOptionError
-from mpma_mj.utils.text import option_name
+from mpma_mj.utils.text import option_name, printable, shell_word
 
 if TYPE_CHECKING:
     from mpma_mj.training.run import Run
@@ -81,11 +80,11 @@ class Imitate(Generic[AgentT]):
                 train = functools.partial(
                     run.train, config, self.epochs, folder=folder, overwrite=self.overwrite
                 )
-            resume = f"to resume: mpma imitate --resume {shlex.quote(str(folder.path))}"
+            resume = f"to resume: mpma imitate --resume {shell_word(folder.path)}"
             resume += "" if self.video else " --no-video"
             new_epochs: list[dict[str, float]] = []
             with (
-                hint_if_interrupted(resume, lambda: folder.can_go_on),
+                hint_if_interrupted(resume, lambda: self.resume is not None or bool(new_epochs)),
                 show_epochs(epochs) as show,
             ):
 
@@ -95,7 +94,7 @@ class Imitate(Generic[AgentT]):
 
                 trained = train(on_epoch=on_epoch)
             if not new_epochs:
-                print(f"{folder.path}: {_why_no_epoch(trained, folder.path)}")
+                print(f"{printable(str(folder.path))}: {_why_no_epoch(trained, folder.path)}")
             with hint_if_interrupted(resume):
                 trained.write_figures(folder)
                 _print_summary(trained)
@@ -135,7 +134,7 @@ class Imitate(Generic[AgentT]):
 def _why_no_epoch(run: Run, path: Path) -> str:
     """Return why a resumed run has no new epoch."""
     if run.summary["converged"] and run.config.env.plants is None:
-        remedy = f"to train its agent further: mpma imitate MOTION --init {path}"
+        remedy = f"to train its agent further: mpma imitate MOTION --init {shell_word(path)}"
         return f"has converged, so no epoch was added; {remedy}"
     return "has all its epochs, so no epoch was added; --epochs adds some"
 

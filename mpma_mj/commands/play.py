@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-import shlex
 import warnings
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
@@ -19,6 +18,7 @@ from mpma_mj.errors import BadOptionError, OptionWarning, RenderingError
 from mpma_mj.motions.export import MOTION_FORMATS, export_motion, write_joint_angles
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.utils.input_files import is_web_address
+from mpma_mj.utils.text import shell_word
 from mpma_mj.utils.validation import Bounds, check_fields
 
 if TYPE_CHECKING:
@@ -120,7 +120,7 @@ class Play:
         from mpma_mj.visualization.playback import KEYS, play
 
         keys = "; ".join(f"{key}: {action}" for key, action in KEYS.items())
-        instead = f"write a file: mpma play {shlex.quote(self.source)} --out dance.mp4"
+        instead = f"write a file: mpma play {shell_word(self.source)} --out dance.mp4"
         play(scene, instead=instead, on_open=lambda: print(keys, flush=True))
 
     def _check_page(self) -> None:

@@ -15,7 +15,7 @@ from mpma_mj.commands.run_options import MOTION, Given, RunOptions, Source
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions.options import given
-from mpma_mj.utils.folder_lock import locked
+from mpma_mj.utils.folder_lock import finish_changes, locked
 
 if TYPE_CHECKING:
     import gymnasium
@@ -69,7 +69,10 @@ class Record(Generic[AgentT]):
     def _is_run(self) -> bool:
         from mpma_mj.motions.built_in import built_in
 
-        return not built_in(self.source) and (Path(self.source) / "config.json").is_file()
+        if built_in(self.source):
+            return False
+        finish_changes(Path(self.source))
+        return (Path(self.source) / "config.json").is_file()
 
     def _config(self) -> RunConfig:
         """Return the config of the run, or of the training."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +12,7 @@ import tyro
 from mpma_mj.commands.folders import free_folder, hint_if_interrupted
 from mpma_mj.commands.play import missing_opengl
 from mpma_mj.options import BackendName
+from mpma_mj.utils.text import shell_word
 
 if TYPE_CHECKING:
     from mpma_mj.experiments.study import Study
@@ -52,7 +52,7 @@ class Workers:
         missing_gl = missing_opengl() if has_film else None
 
         folder = out or free_folder(stem)
-        resume = f"to resume: the same command with --out {shlex.quote(str(folder))}"
+        resume = f"to resume: the same command with --out {shell_word(folder)}"
         with hint_if_interrupted(resume, (folder / HEADER).exists):
             films = show_frames if has_film and missing_gl is None else None
             print(run_study(study, folder, **vars(self), films=films))

@@ -24,6 +24,7 @@ from mpma_mj.utils.atomic_files import write_text
 from mpma_mj.utils.data_files import FORMAT, csv_text
 from mpma_mj.utils.folder_lock import locked
 from mpma_mj.utils.progress import show_runs
+from mpma_mj.utils.text import shell_word
 from mpma_mj.utils.validation import Bounds, check_fields
 
 if TYPE_CHECKING:
@@ -214,10 +215,11 @@ def run_study(
         if films is not None:
             study.film(folder / "film.mp4", records, films)
     if missing := len(runs) - len(finished):
+        given = placeholder("out", shell_word(folder))
         raise WorkerError(
             f"{missing} runs are missing, as their worker processes died repeatedly, perhaps for"
             " lack of memory; the results of the others are written; resume with the same command",
-            remedy=f"{placeholder('out', folder)} and fewer {{workers}}, or smaller {{nodes}}",
+            remedy=f"{given} and fewer {{workers}}, or smaller {{nodes}}",
         )
     return f"{table}\n"
 

@@ -22,6 +22,7 @@ from mpma_mj.training.config import RunConfig
 from mpma_mj.training.factory import agent_of
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.utils.data_files import TRAIN_AGAIN
+from mpma_mj.utils.text import shell_word
 
 __all__ = ["TrainedAgents", "demonstrated", "load_state", "read_module_trace"]
 
@@ -146,6 +147,6 @@ def read_module_trace(folder: RunFolder) -> tuple[Demonstration, Trace]:
     if not np.any(trace.modules.module_actions):
         raise RunFolderError(
             f"{folder.path}: its modules have no output in the best epoch",
-            remedy=f"continue with mpma imitate {placeholder('resume', folder.path)}",
+            remedy=f"continue with mpma imitate {placeholder('resume', shell_word(folder.path))}",
         )
     return demonstration, trace

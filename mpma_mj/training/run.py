@@ -95,8 +95,8 @@ class Run:
         """
         run_folder = RunFolder(Path(folder))
         with locked(run_folder.path):
-            run_folder.create(self.config, self.motion, overwrite=overwrite)
-            self._write_epoch(run_folder, len(self.history.rows), best=True)
+            run_folder.check_new(self.config, overwrite=overwrite)
+            self._write_epoch(run_folder, len(self.history.rows), new=True, best=True)
             run_folder.write_summary(self.summary)
             self.write_figures(run_folder)
         return run_folder.path
@@ -106,18 +106,20 @@ class Run:
         plants = int(self.summary.get("plants", 1))
         write_figures(folder.figures, self.trace, self.motion, plants=plants)
 
-    def _write_epoch(self, folder: RunFolder, epochs: int, *, best: bool) -> None:
-        """Write what a later `resume` needs, the checkpoint `latest` last.
+    def _write_epoch(self, folder: RunFolder, epochs: int, *, new: bool, best: bool) -> None:
+        """Write what a later `resume` needs; of a new run, which is the best, all it consists of.
 
-        A run that is killed in between repeats its last epoch when it is resumed.
+        A run that is killed meanwhile repeats its last epoch when it is resumed.
         """
-        if best:
-            row = self.history.best.row
-            folder.forget_epoch()
-            folder.write_trace(self.trace, int(row["epoch"]))
-            folder.write_checkpoint("best", self.config, self.history.best.state, {"row": row})
-        folder.write_metrics(self.history.rows)
-        folder.write_latest(self.config, self.state, self.history.rows, epochs)
+        with folder.changes(new=new, best=best) as saved:
+            if new:
+                saved.write_inputs(self.config, self.motion)
+            if best:
+                row = self.history.best.row
+                saved.write_trace(self.trace, self.config, int(row["epoch"]))
+                saved.write_checkpoint("best", self.config, self.history.best.state, {"row": row})
+            saved.write_metrics(self.history.rows)
+            saved.write_latest(self.config, self.state, self.history.rows, epochs)
 
     def _motion_metrics(self) -> list[dict[str, Any]]:
         """Return the metrics of each motion in the best epoch."""
@@ -235,14 +237,9 @@ def train(
     with one_thread(), contextlib.closing(Trainer([config], motion)) as trainer:
         if config.init is not None and begins is not None:
             load_state(trainer.agent, begins, RunFolder(Path(config.init.path)).checkpoint("best"))
-        if folder is None:
-            return _train(trainer, epochs, folder, on_epoch)
-        folder.create(config, motion, overwrite=overwrite)
-        try:
-            return _train(trainer, epochs, folder, on_epoch)
-        except BaseException:
-            folder.put_back_earlier()
-            raise
+        if folder is not None:
+            folder.check_new(config, overwrite=overwrite)
+        return _train(trainer, epochs, folder, on_epoch)
 
 
 def resume(
@@ -321,7 +318,8 @@ def _train(trainer: Trainer, epochs: int, folder: RunFolder | None, on_epoch: On
             raise DivergedError(reason, remedy=TRY_INSTEAD)
         if folder is not None:
             last = epochs if len(trainer.going) else trainer.epoch  # less if it has converged
-            run()._write_epoch(folder, last, best=bool(improved[0]))
+            new = len(history.rows) == 1
+            run()._write_epoch(folder, last, new=new, best=bool(improved[0]))
         on_epoch(history.rows[-1])
 
     trainer.run(epochs, on_epoch=end_epoch)

@@ -22,13 +22,11 @@ from mpma_mj.errors import (
 from mpma_mj.motions import Motion
 from mpma_mj.motions.motion import motion_arrays, motion_of_arrays
 from mpma_mj.trace import Trace, trace_problem
-from mpma_mj.training import earlier_run
 from mpma_mj.training.config import RunConfig, versions
 from mpma_mj.training.config_json import OutsideConfig
-from mpma_mj.training.earlier_run import ANALYSES
 from mpma_mj.training.epoch_rows import EpochMetrics, row_problem
-from mpma_mj.utils import atomic_files, data_files
-from mpma_mj.utils.folder_lock import is_empty, locked
+from mpma_mj.utils import atomic_files, data_files, folder_changes
+from mpma_mj.utils.folder_lock import finish_changes, is_empty, locked
 from mpma_mj.utils.input_files import SMALL_FILE, file_problem
 from mpma_mj.utils.validation import is_integer
 
@@ -36,6 +34,15 @@ __all__ = ["RunFolder", "open_runs"]
 
 Array = NDArray[np.float64]
 
+ANALYSES = ("modules", "lesion", "free_running")
+"""Names of analyses, whose results a run folder holds."""
+
+# Results of an epoch that is no longer the best one; further ones of a run that is replaced.
+_OF_BEST = (
+    *("dance.mp4", "evaluations/"),
+    *(name for one in ANALYSES for name in (f"{one}.json", f"figures/{one}.png")),
+)
+_OF_RUN = (*_OF_BEST, "summary.json", "figures/")
 _ANOTHER_FOLDER = "choose another folder with {out}"
 
 
@@ -73,11 +80,6 @@ class RunFolder:
         """Folder of the figures."""
         return self.path / "figures"
 
-    @property
-    def can_go_on(self) -> bool:
-        """Whether a checkpoint exists from which training can be resumed."""
-        return self.checkpoint("latest").exists()
-
     def checkpoint(self, name: str) -> Path:
         """Return the path of an archive: best, latest or motion."""
         return self.path / "checkpoint" / f"{name}.npz"
@@ -97,71 +99,74 @@ class RunFolder:
         if not self.path.is_dir():
             self.read_config()
         with locked(self.path):
-            self.put_back_earlier()
             self.read_config()
             yield
 
-    def create(self, config: RunConfig, motion: Motion, *, overwrite: bool) -> None:
-        """Create the folder of a new run.
+    def check_new(self, config: RunConfig, *, overwrite: bool) -> None:
+        """Check that a new run can be saved in the folder, before it is trained.
 
         Args:
             config: Config of the run.
-            motion: The motion, saved so that the run can be resumed without the recording, as its
-                music is.
-            overwrite: Whether to replace an earlier run in the folder, as soon as an epoch of the
-                new one is saved.
+            overwrite: Whether an earlier run in the folder may be replaced.
 
         Raises:
-            RunFolderError: The folder holds a run that must not be replaced, holds other files, or
+            RunFolderError: The folder holds a run that must not be replaced or other files, or
                 cannot be written.
+            BadOptionError: JSON cannot hold the options of the agent.
             MotionFileError: The sound file cannot be read.
         """
-        content = {"format": data_files.FORMAT, "config": config.to_json(), "versions": versions()}
         try:
-            text = data_files.json_text(content)
+            data_files.json_text(config.to_json())
         except (TypeError, ValueError) as error:
             expected = f"options that JSON can hold ({one_line(error)})"
             raise BadOptionError(option="agent", value=config.agent, expected=expected) from None
-        if self.path.exists():
-            self.put_back_earlier()
-            self._check_free(overwrite)
-        with atomic_files.atomic_write(self.path / "config.json") as temporary:
-            temporary.write_text(text, encoding="utf-8")
-            earlier_run.set_aside(self.path)
-        header = {"config": content["config"]}
-        data_files.write_arrays(self.checkpoint("motion"), "motion", motion_arrays(motion), header)
-        if config.reading.audio is not None:
-            self._copy_sound(Path(config.reading.audio))
-
-    def _copy_sound(self, file: Path) -> None:
-        if problem := file_problem(file):
-            raise MotionFileError(f"{file}: {problem}")
-        with atomic_files.atomic_write(self.path / "sound" / file.name) as temporary:
-            shutil.copyfile(file, temporary)
-
-    def _check_free(self, overwrite: bool) -> None:
+        if config.reading.audio is not None and (problem := file_problem(config.reading.audio)):
+            raise MotionFileError(f"{config.reading.audio}: {problem}")
+        if not self.path.exists():
+            return
         if not self.path.is_dir():
             raise RunFolderError(f"{self.path}: is a file", remedy=_ANOTHER_FOLDER)
+        finish_changes(self.path)
         if is_empty(self.path):
             return
         if not self._is_run():
             raise RunFolderError(f"{self.path}: is not empty and not a run", remedy=_ANOTHER_FOLDER)
-        if self.can_go_on and not overwrite:  # else no epoch of it is saved
+        if not overwrite:
             raise RunFolderError(
                 f"{self.path}: already contains a run",
                 remedy="{overwrite} replaces it, {resume} continues it",
             )
+        written = ("config.json", "trace.npz", "metrics.csv", "checkpoint/latest.npz")
+        folder_changes.check_places(self.path, (*written, *_OF_RUN))
 
-    def put_back_earlier(self) -> None:
-        """Put back the run that a new one has set aside and not replaced by an epoch; if any.
+    @contextlib.contextmanager
+    def changes(self, *, new: bool = False, best: bool = False) -> Iterator[RunFolder]:
+        """Yield a folder whose files on success become those of this one, all or none.
+
+        Results to which they do not belong go at the same time; files of the user stay.
+
+        Args:
+            new: Whether they are of a new run.
+            best: Whether they are of a new best epoch.
 
         Raises:
             RunFolderError: The folder cannot be written.
         """
-        try:
-            earlier_run.put_back(self.path)
-        except OSError as error:
-            raise atomic_files.not_writable(self.path, error) from None
+        gone = _OF_RUN if new else _OF_BEST if best else ()
+        music = [f"sound/{self.sound.name}"] if new and self.sound else []
+        with folder_changes.changes(self.path, [*gone, *music]) as temporary:
+            yield RunFolder(temporary)
+
+    def write_inputs(self, config: RunConfig, motion: Motion) -> None:
+        """Write config, motion and music, with which a run is resumed without the recording."""
+        content = {"format": data_files.FORMAT, "config": config.to_json(), "versions": versions()}
+        data_files.write_json(self.path / "config.json", content)
+        header = {"config": content["config"]}
+        data_files.write_arrays(self.checkpoint("motion"), "motion", motion_arrays(motion), header)
+        if config.reading.audio is not None:
+            music = Path(config.reading.audio)
+            with atomic_files.atomic_write(self.path / "sound" / music.name) as temporary:
+                shutil.copyfile(music, temporary)
 
     def _is_run(self) -> bool:
         """Return whether there is a run, also a damaged one or one of another version."""
@@ -179,6 +184,7 @@ class RunFolder:
             RunFolderError: There is no run.
             CheckpointError: The config is damaged or of another version.
         """
+        finish_changes(self.path)
         path = self.path / "config.json"
         try:
             content = data_files.read_json(path, largest=SMALL_FILE)
@@ -210,18 +216,6 @@ class RunFolder:
         except MotionFileError:
             raise _damaged(path, "damaged") from None
 
-    def forget_epoch(self) -> None:
-        """Remove results of an epoch that is no longer the best one."""
-        results = (self.results_of(analysis) for analysis in ANALYSES)
-        pictures = (self.figures / f"{analysis}.png" for analysis in ANALYSES)
-        try:
-            for path in (self.video, *results, *pictures):
-                path.unlink(missing_ok=True)
-            if self.evaluations.exists():
-                shutil.rmtree(self.evaluations)
-        except OSError as error:
-            raise atomic_files.not_writable(Path(error.filename), error) from None
-
     def write_checkpoint(
         self, name: str, config: RunConfig, state: Mapping[str, Array], meta: dict[str, Any]
     ) -> None:
@@ -235,9 +229,8 @@ class RunFolder:
     def write_latest(
         self, config: RunConfig, state: Mapping[str, Array], rows: list[EpochMetrics], epochs: int
     ) -> None:
-        """Write what `read_latest` reads, from when on the run replaces an earlier one."""
+        """Write what `read_latest` reads."""
         self.write_checkpoint("latest", config, state, {"rows": rows, "epochs": epochs})
-        earlier_run.forget(self.path)
 
     def read_checkpoint(
         self, name: str, config: RunConfig
@@ -280,21 +273,24 @@ class RunFolder:
             raise _damaged(self.checkpoint("latest"), "lacks its largest number of epochs")
         return state, rows, int(epochs)
 
-    def write_trace(self, trace: Trace, epoch: int) -> None:
+    def write_trace(self, trace: Trace, config: RunConfig, epoch: int) -> None:
         """Write the trace of the best epoch."""
-        header = {"epoch": epoch, "config": self.read_config().to_json()}
+        header = {"epoch": epoch, "config": config.to_json()}
         data_files.write_arrays(self.path / "trace.npz", "trace", trace.to_arrays(), header)
 
     def read_trace(self) -> Trace:
         """Read the trace of the best epoch.
 
         Raises:
-            CheckpointError: The file is missing or damaged, lacks a signal, or is of another run.
+            CheckpointError: The file is missing or damaged, lacks a signal, or is of another run,
+                or epoch than `checkpoint/best.npz`.
         """
-        path = self.path / "trace.npz"
-        arrays, _ = _read(path, "trace", self.read_config())
+        path, config = self.path / "trace.npz", self.read_config()
+        arrays, header = _read(path, "trace", config)
         if problem := trace_problem(arrays):
             raise _damaged(path, problem)
+        if (epoch := header.get("epoch")) != (best := int(self.read_best(config)[1]["epoch"])):
+            raise _damaged(path, f"is of epoch {epoch}, but checkpoint/best.npz of epoch {best}")
         return Trace.from_arrays(arrays)
 
     def write_metrics(self, rows: list[dict[str, float]]) -> None:

@@ -18,9 +18,11 @@ __all__ = [
     "atomic_folder",
     "atomic_write",
     "discard",
+    "folder_reaches_disk",
     "is_temporary",
     "not_writable",
     "remove_leftovers",
+    "temporary_path",
     "write_text",
 ]
 
@@ -47,14 +49,14 @@ def atomic_write(path: Path) -> Iterator[Path]:
     Raises:
         RunFolderError: The folder cannot be written.
     """
-    temporary, process = _temporary(path), os.getpid()
+    temporary, process = temporary_path(path), os.getpid()
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         yield temporary
         if os.getpid() == process:
             _reach_disk(temporary)
             temporary.replace(path)
-            _folder_reaches_disk(path.parent)
+            folder_reaches_disk(path.parent)
     except OSError as error:
         raise not_writable(path, error) from None
     finally:
@@ -80,7 +82,7 @@ def atomic_folder(path: Path) -> Iterator[Path]:
         RunFolderError: The folder cannot be written.
     """
     path = path.absolute()
-    temporary, earlier = _temporary(path), path.with_name(f"{_EARLIER}{path.name}")
+    temporary, earlier = temporary_path(path), path.with_name(f"{_EARLIER}{path.name}")
     try:
         temporary.mkdir(parents=True)
         yield temporary
@@ -89,7 +91,7 @@ def atomic_folder(path: Path) -> Iterator[Path]:
         if path.exists():
             path.rename(earlier)
         temporary.rename(path)
-        _folder_reaches_disk(path.parent)
+        folder_reaches_disk(path.parent)
     except OSError as error:
         raise not_writable(path, error) from None
     finally:
@@ -103,7 +105,7 @@ def discard(folder: Path) -> None:
     Raises:
         OSError: It cannot be renamed.
     """
-    temporary = _temporary(folder)
+    temporary = temporary_path(folder)
     folder.rename(temporary)
     shutil.rmtree(temporary, ignore_errors=True)
 
@@ -120,7 +122,8 @@ def remove_leftovers(folder: Path) -> None:
             if path.name.startswith(_EARLIER):
                 _settle(path)
             elif _is_leftover(path.name):
-                shutil.rmtree(path) if path.is_dir() else path.unlink()
+                with contextlib.suppress(OSError):  # of somebody else
+                    shutil.rmtree(path) if path.is_dir() else path.unlink()
 
 
 def _settle(earlier: Path) -> None:
@@ -130,7 +133,7 @@ def _settle(earlier: Path) -> None:
         shutil.rmtree(earlier) if path.exists() else earlier.rename(path)
 
 
-def _temporary(path: Path) -> Path:
+def temporary_path(path: Path) -> Path:
     """Return a path in the same folder, with the same suffix, that names machine and process."""
     name = path.name.encode(errors="surrogateescape")[-_NAME_LENGTH:]
     text = name.decode(errors="ignore")
@@ -171,13 +174,15 @@ def _reach_disk(path: Path) -> None:
         os.close(opened)
 
 
-def _folder_reaches_disk(folder: Path) -> None:
+def folder_reaches_disk(folder: Path) -> None:
+    """Wait until the names in a folder have reached the disk, where that is possible."""
     with contextlib.suppress(OSError):  # one that may be written but not read, and Windows
         _reach_disk(folder)
 
 
 def not_writable(path: Path, error: OSError) -> RunFolderError:
-    """Return the error for a file or folder that cannot be written."""
+    """Return the error for a file or folder that cannot be written, also under a temporary name."""
+    path = Path(*(part for part in path.parts if not is_temporary(Path(part))))
     if isinstance(error, IsADirectoryError):
         return RunFolderError(f"{path}: is a folder, not a file; {_IN_THE_WAY}")
     if isinstance(error, NotADirectoryError | FileExistsError):

@@ -194,10 +194,7 @@ def read_arrays(path: Path, kind: str) -> tuple[dict[str, NDArray[Any]], dict[st
         same = digest == _digest_of_arrays(arrays)
         meta = json.loads(str(arrays.pop(_META)))
     except FileNotFoundError:
-        raise CheckpointError(
-            f"{path}: missing; it was removed, or the run stopped before its first epoch was over",
-            remedy=TRAIN_AGAIN,
-        ) from None
+        raise CheckpointError(f"{path}: missing", remedy=f"restore it, or {TRAIN_AGAIN}") from None
     except _UNREADABLE:
         raise CheckpointError(
             f"{path}: damaged, or not a {kind} of this program", remedy=TRAIN_AGAIN

@@ -8,19 +8,20 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mpma_mj.errors import RunFolderError
+from mpma_mj.utils import folder_changes
 from mpma_mj.utils.atomic_files import is_temporary, not_writable, remove_leftovers
 
 if TYPE_CHECKING:
     from filelock import FileLock
 
-__all__ = ["is_empty", "locked"]
+__all__ = ["finish_changes", "is_empty", "locked"]
 
 _LOCK = ".mpma.lock"
 
 
 @contextlib.contextmanager
 def locked(folder: Path, *, new: bool = False) -> Iterator[None]:
-    """Lock a folder, so that no other command writes into it, and remove what killed ones left.
+    """Lock a folder, so that no other command writes into it, and settle what killed ones left.
 
     The operating system releases the lock when the process ends, also after a crash. At the end
     the lock's file is removed, with folders that were created for it and are still empty.
@@ -38,6 +39,7 @@ def locked(folder: Path, *, new: bool = False) -> Iterator[None]:
         _make(folder, new)
         lock = _acquire(folder)
         try:
+            folder_changes.finish(folder)
             for place in (folder, *filter(Path.is_dir, folder.iterdir())):
                 remove_leftovers(place)
             yield
@@ -51,6 +53,17 @@ def locked(folder: Path, *, new: bool = False) -> Iterator[None]:
         for path in missing:
             with contextlib.suppress(OSError):  # not empty
                 path.rmdir()
+
+
+def finish_changes(folder: Path) -> None:
+    """Finish the changes of a folder in which a command was killed, before files are read.
+
+    Raises:
+        RunFolderError: Another command makes them at this moment, or the folder cannot be written.
+    """
+    if folder_changes.is_unfinished(folder):
+        with locked(folder):
+            pass
 
 
 def is_empty(folder: Path) -> bool:

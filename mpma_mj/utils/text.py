@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import difflib
+import os
+import shlex
 from collections.abc import Iterable, Sequence
 
 from mpma_mj.errors import printable
@@ -15,6 +17,7 @@ __all__ = [
     "markdown_table",
     "option_name",
     "printable",
+    "shell_word",
 ]
 
 _SIMILARITY = 0.7  # of names, from 0 to 1 (choice)
@@ -36,6 +39,23 @@ def as_flag(option: str, value: str | None) -> str:
     """Return an option as it is typed."""
     flag = f"--{option_name(option)}"
     return flag if value is None else f"{flag} {value}"
+
+
+def shell_word(path: object) -> str:
+    """Return a path as a word of a shell: quoted if need be, no option, and printable."""
+    word = str(path)
+    if word.startswith("-"):
+        word = f"./{word}"
+    if printable(word) == word:
+        return shlex.quote(word)
+    return f"$'{''.join(map(_in_shell, word))}'"
+
+
+def _in_shell(character: str) -> str:
+    """Return a character as Bash and Zsh read it between $' and '."""
+    if printable(character) != character:
+        return "".join(f"\\x{byte:02x}" for byte in os.fsencode(character))
+    return f"\\{character}" if character in "\\'" else character
 
 
 def did_you_mean(name: str, known: Iterable[str], form: str = "{}") -> str:

@@ -220,7 +220,8 @@ def test_overwriting_a_run_removes_its_analyses(run: Path) -> None:
     for analysis in ANALYSES:
         data_files.write_json(result(run, analysis), {})
         atomic_files.write_text(picture(run, analysis), "")
-    folder.create(folder.read_config(), folder.read_motion(), overwrite=True)
+    with folder.changes(new=True):
+        pass
     for analysis in ANALYSES:
         assert not result(run, analysis).exists()
         assert not picture(run, analysis).exists()

@@ -80,11 +80,11 @@ def test_fine_tuning_has_columns_and_a_figure_which_a_later_evaluation_removes(
 
 def test_a_new_best_epoch_removes_evaluations(run: Path) -> None:
     (run / "evaluations").mkdir()
-    RunFolder(run).forget_epoch()
-    assert not (run / "evaluations").exists()
-    (run / "evaluations").mkdir()
-    folder = RunFolder(run)
-    folder.create(folder.read_config(), folder.read_motion(), overwrite=True)
+    with RunFolder(run).changes():
+        pass
+    assert (run / "evaluations").exists()
+    with RunFolder(run).changes(best=True):
+        pass
     assert not (run / "evaluations").exists()
 
 

@@ -251,15 +251,29 @@ def test_a_resumed_run_keeps_its_settings(
     assert message in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("name", "shown", "typed"),
+    [
+        *(("run", "run", "run"), ("co nv", "co nv", "'co nv'"), ("-dash", "-dash", "./-dash")),
+        ("two\nlines", r"two\nlines", r"$'two\x0alines'"),
+    ],
+)
 def test_a_run_that_has_converged_says_so_and_how_to_train_on(
-    small_run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    name: str,
+    shown: str,
+    typed: str,
+    small_run: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
-    run = shutil.copytree(small_run, tmp_path / "run")
+    monkeypatch.chdir(tmp_path)
+    run = Path(shutil.copytree(small_run, name))
     before = (run / "metrics.csv").read_bytes()
-    assert main(["imitate", "--resume", str(run), "--no-video"]) == 0
+    assert main(["imitate", "--resume", f"./{name}", "--no-video"]) == 0
     first, *_ = capsys.readouterr().out.splitlines()
-    assert first.startswith(f"{run}: has converged, so no epoch was added")
-    assert first.endswith(f"mpma imitate MOTION --init {run}")
+    assert first.startswith(f"{shown}: has converged, so no epoch was added")
+    assert first.endswith(f"mpma imitate MOTION --init {typed}")
     assert (run / "metrics.csv").read_bytes() == before
 
 

@@ -1,7 +1,6 @@
 """`mpma play --out`: runs and motions as files."""
 
 import dataclasses
-import json
 import resource
 import shutil
 import subprocess
@@ -34,7 +33,8 @@ def short_run(small_run: Path, tmp_path: Path) -> Path:
     trace = Trace.from_arrays(
         {name: signal[: 21 if name in OBSERVED else 20] for name, signal in arrays.items()}
     )
-    copy.write_trace(trace, int(json.loads((copy.path / "summary.json").read_text())["best_epoch"]))
+    config = copy.read_config()
+    copy.write_trace(trace, config, int(copy.read_best(config)[1]["epoch"]))
     return copy.path
 
 

@@ -182,5 +182,5 @@ def test_another_ending_and_a_folder_that_cannot_be_are_refused(tmp_path: Path) 
         export_motion(tmp_path / "x.fbx", motion)
     (tmp_path / "file").write_text("")
     for ending in MOTION_FORMATS:
-        with pytest.raises(RunFolderError, match="cannot be written"):
+        with pytest.raises(RunFolderError, match="is a file, not a folder"):
             export_motion(tmp_path / "file" / f"x{ending}", motion)

@@ -1,6 +1,7 @@
 """Damaged run folders: refused in one line that names the file, and replaced on demand."""
 
 import dataclasses
+import json
 import os
 import re
 import shutil
@@ -12,10 +13,12 @@ import numpy as np
 import pytest
 
 import mpma_mj
+from benchmarks.campaign.snapshots import snapshot
 from mpma_mj.cli import main
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import CheckpointError, MotionFileError, RunFolderError
 from mpma_mj.motions.options import ReadingOptions
+from mpma_mj.training.config import RunConfig
 from mpma_mj.training.run import resume
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.utils import data_files
@@ -278,11 +281,29 @@ def test_a_full_disk_keeps_the_run_that_is_overwritten(
     assert {path: path.read_bytes() for path in run.rglob("*") if path.is_file()} == before
 
 
-def test_a_run_of_which_no_epoch_is_saved_is_begun_anew(run: Path, refused: Refused) -> None:
+@pytest.mark.parametrize("removed", [(), ("checkpoint/latest.npz",), ("config.json", "trace.npz")])
+def test_what_is_left_of_a_run_is_replaced_on_demand_only(
+    run: Path, removed: tuple[str, ...], refused: Refused
+) -> None:
+    for name in removed:
+        (run / name).unlink()
+    before = snapshot(run)
     words = ["imitate", "ymca", "--nodes", "5", "--epochs", "1", "--no-video", "--out"]
     refused([*words, str(run)], "already contains a run; --overwrite replaces it, --resume contin")
-    (run / "checkpoint" / "latest.npz").unlink()
-    assert main([*words, str(run)]) == 0
+    assert snapshot(run) == before
+
+
+def test_a_trace_of_another_epoch_than_the_best_is_refused(run: Path, refused: Refused) -> None:
+    best = int(json.loads((run / "summary.json").read_text())["best_epoch"])
+    change(run / "trace.npz", lambda _, meta: meta.update(epoch=best + 1))
+    message = f"trace.npz: is of epoch {best + 1}, but checkpoint/best.npz of epoch {best}"
+    for command in ("play RUN --out j.csv", "imitate --no-video --resume RUN", "evaluate RUN"):
+        refused(command.replace("RUN", str(run)).split(), message)
+
+
+def replace_inputs(folder: RunFolder, config: RunConfig) -> None:
+    with folder.changes(new=True) as saved:
+        saved.write_inputs(config, folder.read_motion())
 
 
 def test_a_run_keeps_a_copy_of_its_music(run: Path, tmp_path: Path) -> None:
@@ -291,11 +312,13 @@ def test_a_run_keeps_a_copy_of_its_music(run: Path, tmp_path: Path) -> None:
     reading = ReadingOptions(audio=str(music), context="bars")
     config = dataclasses.replace(folder.read_config(), reading=reading)
     with pytest.raises(MotionFileError, match=r"a\.wav: no such file"):
-        RunFolder(tmp_path / "new").create(config, folder.read_motion(), overwrite=True)
+        RunFolder(tmp_path / "new").check_new(config, overwrite=True)
     music.write_bytes(b"music")
-    folder.create(config, folder.read_motion(), overwrite=True)
+    replace_inputs(folder, config)
     assert folder.sound == run / "sound" / "a.wav"
     assert folder.sound.read_bytes() == b"music"
-    config = dataclasses.replace(config, reading=ReadingOptions())
-    folder.create(config, folder.read_motion(), overwrite=True)
+    reading = ReadingOptions(audio=str(folder.sound), context="bars")  # of the run it replaces
+    replace_inputs(folder, dataclasses.replace(config, reading=reading))
+    assert folder.sound.read_bytes() == b"music"
+    replace_inputs(folder, dataclasses.replace(config, reading=ReadingOptions()))
     assert folder.sound is None

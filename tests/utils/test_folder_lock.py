@@ -67,7 +67,7 @@ def test_of_two_commands_the_second_is_refused_until_the_first_is_killed(
     long = ["imitate", "ymca", "--nodes", "1000", "--no-video", "--overwrite", "--out", str(out)]
     first = subprocess.Popen([sys.executable, "-m", "mpma_mj.cli", *long], stderr=subprocess.PIPE)
     try:
-        while not (out / "config.json").exists():
+        while not (out / LOCK).exists():
             assert first.poll() is None, first.communicate()
             time.sleep(0.01)
         refused([*QUICK, "--seed", "1", "--overwrite", "--out", str(out)], f"{out}: {BUSY}")

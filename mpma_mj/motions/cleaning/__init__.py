@@ -11,6 +11,7 @@ from mpma_mj.motions.cleaning.body_points import (
     turn_upright,
 )
 from mpma_mj.motions.cleaning.calibration_pose import cut_calibration_pose
+from mpma_mj.motions.cleaning.coordinates import check_coordinates
 from mpma_mj.motions.cleaning.filtering import filter_and_resample
 from mpma_mj.motions.cleaning.gaps import cut_long_gaps, fill_gaps, refuse_unseen, replace_torso
 from mpma_mj.motions.cleaning.jumps import check_ends, repair_jumps
@@ -34,6 +35,7 @@ MARKER_STAGES: tuple[Stage, ...] = (
     check_pace,
     cut_long_gaps,
     replace_torso,
+    check_coordinates,
     fill_gaps,
 )
 """Stages that see markers, in order; after the last one no sample is missing."""

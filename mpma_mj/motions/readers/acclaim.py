@@ -44,6 +44,7 @@ class _Skeleton:
 
     joints: dict[str, Joint]
     channels: dict[str, tuple[str, ...]]  # for each bone what a row of it holds: tx, rx, …
+    frames: dict[str, Array]  # for each bone the angles of its axes, degrees
     degrees: bool
 
 
@@ -140,12 +141,12 @@ def _read_skeleton(file: TextFile, report: ImportReport) -> _Skeleton:
     order = tuple(word.lower() for word in root["order"])
     _check_channels("root", order, needed={"tx", "ty", "tz"})
     joints = {"root": Joint("root", None, np.zeros(3), _axes(order), frame)}
-    channels = {"root": order}
+    channels, frames = {"root": order}, {}
     for name, parent in _parents_first(parents):
         bone = bones[name]
         dof = tuple(word.lower() for word in bone.get("dof", []))
         _check_channels(name, dof)
-        axis = turn * _numbers(bone["axis"][:3])
+        frames[name] = turn * _numbers(bone["axis"][:3])
         direction = _numbers(bone["direction"])
         if direction.shape != (3,):
             raise ValueError(f"{name} has the direction {' '.join(bone['direction'])}")
@@ -156,10 +157,12 @@ def _read_skeleton(file: TextFile, report: ImportReport) -> _Skeleton:
             )
         way = direction * _numbers(bone["length"])
         begins = joints.get(f"{parent}_end", joints["root"])
-        joints[name] = Joint(name, parent, begins.offset, _axes(dof), _frame(axis, bone["axis"][3]))
+        joints[name] = Joint(
+            name, parent, begins.offset, _axes(dof), _frame(frames[name], bone["axis"][3])
+        )
         joints[f"{name}_end"] = Joint(f"{name}_end", name, way, "", np.eye(3))
         channels[name] = dof
-    return _Skeleton(joints, channels, degrees)
+    return _Skeleton(joints, channels, frames, degrees)
 
 
 def _parents_first(parents: dict[str, str]) -> list[tuple[str, str]]:
@@ -223,7 +226,9 @@ def _load(
 ) -> Tracks:
     """Compute where joints are, each shape (T, 3)."""
     chain = ancestry(skeleton.joints, names)
-    compare_sides(skeleton.joints, chain, report)
+    offsets = {name: joint.offset for name, joint in skeleton.joints.items()}
+    compare_sides("offset", offsets, chain, report)
+    compare_sides("axis", skeleton.frames, chain, report)
     channels = {name: skeleton.channels[name] for name in chain if name in skeleton.channels}
     bones = {name: given for name, given in channels.items() if given}
     places = {}

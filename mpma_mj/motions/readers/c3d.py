@@ -110,6 +110,12 @@ def read_c3d(path: Path, report: ImportReport) -> Recording:
     if not layout.points:
         raise MotionFileError(f"{path}: has no points; export the C3D with its trajectories")
     held = max(0, size - layout.start) // layout.frame_bytes
+    rest = size - layout.start - layout.frames * layout.frame_bytes
+    if rest >= layout.frame_bytes and size % _BLOCK:  # nor do they fill the last block
+        report.warn(
+            f"the file has {rest} bytes after the {layout.frames} frames that it declares; some may"
+            " be doubled: export it again"
+        )
     indices = {name: i for i, name in reversed([*enumerate(names)]) if name}
     unit = str(_first(parameters, "POINT:UNITS", "")).lower()
     # Exporters agree on the axis that points up on the screen, not on its sign.

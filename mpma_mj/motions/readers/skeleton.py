@@ -34,7 +34,7 @@ _ODD, _IMPOSSIBLE = 4.0 * np.pi, 20.0 * np.pi  # rad that a joint below the root
 
 _SIDES = ((r"left", "right"), (r"Left", "Right"), (r"LEFT", "RIGHT"))
 _LETTERS = ((r"^l|(?<=[\W_])l$", "r"), (r"^L|(?<=[\W_])L$|(?<=[a-z])L$", "R"))
-_ALIKE = 0.01  # of its length, by which an offset may differ from the other side's
+_ALIKE = 0.01  # of its length, by which an offset or an axis may differ from the other side's
 _FEWEST_PAIRS = 3  # of which all but one are alike
 
 
@@ -57,32 +57,35 @@ class Joint:
     frame: Array
 
 
-def compare_sides(joints: Mapping[str, Joint], needed: Sequence[str], report: ImportReport) -> None:
-    """Warn of the only offset that is not, but for signs, that of the other side.
+def compare_sides(
+    what: str, values: Mapping[str, Array], needed: Sequence[str], report: ImportReport
+) -> None:
+    """Warn of the only value that is not, but for signs, that of the other side.
 
     Args:
-        joints: The skeleton, by name.
-        needed: Joints on whose offsets the motion depends.
+        what: What the values are, such as "offset".
+        values: Those of the skeleton's joints, by name, each shape (3,).
+        needed: Joints on whose values the motion depends.
         report: Gets the warning.
     """
     pairs = {}
-    for left, word in itertools.product(joints, (*_SIDES, *_LETTERS)):
+    for left, word in itertools.product(values, (*_SIDES, *_LETTERS)):
         right = re.sub(*word, left)
-        if right != left and right in joints:
+        if right != left and right in values:
             pairs[left] = right
-    offsets = {(tuple(joints[a].offset), tuple(joints[b].offset)): (a, b) for a, b in pairs.items()}
-    unlike = [names for pair, names in offsets.items() if not _alike(*map(np.array, pair))]
-    if len(unlike) == 1 and len(offsets) >= _FEWEST_PAIRS and not {*unlike[0]}.isdisjoint(needed):
+    both = {(tuple(values[a]), tuple(values[b])): (a, b) for a, b in pairs.items()}
+    unlike = [names for pair, names in both.items() if not _alike(*map(np.array, pair))]
+    if len(unlike) == 1 and len(both) >= _FEWEST_PAIRS and not {*unlike[0]}.isdisjoint(needed):
         a, b = unlike[0]
-        first, second = (" ".join(f"{x:g}" for x in joints[name].offset) for name in (a, b))
+        first, second = (" ".join(f"{x:g}" for x in values[name]) for name in (a, b))
         report.warn(
-            f"the offset of {a} is {first}, and that of {b} {second}, while the other"
-            f" {len(offsets) - 1} on the left are those on the right; check both"
+            f"the {what} of {a} is {first}, and that of {b} {second}, while the other"
+            f" {len(both) - 1} on the left are those on the right; check both"
         )
 
 
 def _alike(one: Array, other: Array) -> bool:
-    """Return whether two offsets are the same but for signs."""
+    """Return whether two values are the same but for signs."""
     return bool(np.abs(np.abs(one) - np.abs(other)).max() <= _ALIKE * np.linalg.norm(other))
 
 

@@ -115,13 +115,13 @@ def test_a_wrong_digit_in_a_smooth_path_is_found(frame: int, way: float, seed: i
     np.testing.assert_array_equal(single_frame_jumps(track, ARM), [frame])
 
 
-@pytest.mark.parametrize("frame", [0, -1])
+@pytest.mark.parametrize("frame", [0, 1, 2, -3, -2, -1])
 def test_an_end_that_is_off_is_told(write_tsv: WriteTsv, frame: int) -> None:
     points = dancer(ymca(rate=60.0, tempo=0.5).posture)
     markers = markers_of(points)
     markers["Elbow_L"][frame, 1] += 20.0
     (warning,) = doubts(import_motion(write_tsv(markers), ReadingOptions()).report)
-    number = len(points["left_elbow"]) if frame else 1
+    number = 1 + frame % len(points["left_elbow"])
     assert warning.startswith(f"in frame {number}, at the end of the recording, the left elbow")
 
 
@@ -129,5 +129,21 @@ def test_an_end_that_is_off_is_told(write_tsv: WriteTsv, frame: int) -> None:
 def test_the_end_of_a_movement_is_not_off(speed: float, frequency: float, seed: int) -> None:
     track = swing(speed, frequency, 100.0)[seed % 100 :]
     noise = np.random.default_rng(seed).normal(0.0, 0.3, track.shape)
-    assert not off_at_end(track + noise, ARM)
-    assert not off_at_end(track[:8] + noise[:8], ARM)
+    assert off_at_end(track + noise, ARM) is None
+    assert off_at_end(track[:8] + noise[:8], ARM) is None
+
+
+@given(frame=st.integers(0, 2), way=st.floats(9.0, 40.0), seed=st.integers(0, 999))
+def test_a_wrong_digit_at_the_end_is_found(frame: int, way: float, seed: int) -> None:
+    track = swing(1.0, 0.7, 100.0, 300)
+    track += np.random.default_rng(seed).normal(0.0, 0.3, track.shape)
+    track[frame, 1] += way
+    assert off_at_end(track, ARM) == frame
+
+
+@pytest.mark.parametrize("frame", [0, 1, 2])
+def test_a_small_error_at_the_end_of_an_exact_path_is_found(frame: int) -> None:
+    track = np.sin(np.arange(60.0) / 6.0)[:, None]
+    assert off_at_end(track, 1.0) is None
+    track[frame] += 0.03
+    assert off_at_end(track, 1.0) == frame

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from mpma_mj.motions.cleaning.pace import odd_steps
+from mpma_mj.motions.cleaning.pace import exchanged_at_end, odd_steps
 from mpma_mj.motions.loader import import_motion
 from mpma_mj.motions.options import ReadingOptions
 from tests.conftest import WriteTsv, dancer, doubts
@@ -53,7 +53,35 @@ def test_no_movement_is_odd(seed: int, seconds: float, noise: float) -> None:
     points = dancer(singular(seed, seconds=seconds).posture)
     rng = np.random.default_rng(seed)
     places = np.concatenate([*points.values()], axis=1)
-    assert not odd_steps(np.diff(places + rng.normal(0.0, noise, places.shape), axis=0))
+    places += rng.normal(0.0, noise, places.shape)
+    assert not odd_steps(np.diff(places, axis=0))
+    assert not exchanged_at_end(places)
+    assert not exchanged_at_end(places[::-1])
+
+
+@given(frame=st.integers(20, 160))
+def test_a_lost_frame_is_found_at_any_pace(frame: int) -> None:
+    phase = np.arange(180)[:, None] / 20.0 + np.array([0.0, 0.2, 0.4])  # that turn together
+    places = 200.0 * np.sin(phase) + np.random.default_rng(0).normal(0.0, 0.02, phase.shape)
+    found = odd_steps(np.diff(np.delete(places, frame, axis=0), axis=0))
+    assert {k: steps.tolist() for k, steps in found.items()} == {MISSING: [frame - 1]}
+
+
+@pytest.mark.parametrize("later", [1, 2])
+def test_frames_exchanged_at_an_end_are_found(write_tsv: WriteTsv, later: int) -> None:
+    places = moving()
+    places[[later - 1, later]] = places[[later, later - 1]]
+    assert exchanged_at_end(places) == later
+    for end, number in ((1, later + 1), (-1, 181 - later)):
+        markers = {
+            name: CubicSpline(np.arange(60), track)(np.arange(0.0, 59.9, 1.0 / 3.0))[::end]
+            for name, track in writers.arm_points().items()
+        }
+        for track in markers.values():
+            track[[later - 1, later]] = track[[later, later - 1]]
+        path = write_tsv({name: track[::end] for name, track in markers.items()})
+        warnings = doubts(import_motion(path, ReadingOptions()).report)
+        assert any(w.startswith(f"frame {number} and the one before") for w in warnings), warnings
 
 
 @pytest.mark.parametrize("frames", [1, 2, 4, 5, 6])

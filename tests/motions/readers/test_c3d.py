@@ -261,3 +261,16 @@ def test_two_rates_that_differ_are_reported(tmp_path: Path) -> None:
     report = ImportReport()
     assert open_recording(path, report).rate == 100.0
     assert "the header declares 50 Hz, the parameters 100 Hz, which is used" in report.warnings[0]
+
+
+def test_a_block_that_is_doubled_is_told(tmp_path: Path) -> None:
+    path = writers.write_c3d_of(
+        tmp_path / "dance.c3d", writers.arm_points(), "intel", whole_numbers=False
+    )
+    report = ImportReport()
+    open_recording(path, report)
+    assert not report.warnings
+    data, frames = path.read_bytes(), 3 * 6 * 4 * 4  # bytes of three frames
+    path.write_bytes(data[:-1000] + data[-1000 - frames : -1000] + data[-1000:])
+    open_recording(path, report)
+    assert "288 bytes after the 60 frames that it declares" in report.warnings[0]

@@ -546,6 +546,16 @@ def test_a_frame_that_lacks_a_bone_is_named(tmp_path: Path) -> None:
         read(path)
 
 
+def test_an_axis_unlike_that_of_the_other_side_is_told(tmp_path: Path) -> None:
+    path, _ = random_acclaim(tmp_path, 0)
+    skeleton = path.with_suffix(".asf")
+    assert not any("the axis of" in warning for warning in read(path)[2].warnings)
+    left, _, right = skeleton.read_text().rpartition("axis 10.0 0.0 90.0")
+    skeleton.write_text(f"{left}axis 10.0 0.0 20.0{right}")
+    expected = "the axis of lradius is 10 0 90, and that of rradius 10 0 20"
+    assert any(warning.startswith(expected) for warning in read(path)[2].warnings)
+
+
 def test_a_motion_and_its_bvh_show_the_same_arms(mocap: Path) -> None:
     amc = read(mocap / "cmu_amc" / "01_01.amc")[1]
     bvh = read(mocap / "cmu_amc" / "01_01.bvh")[1]
@@ -580,6 +590,16 @@ def test_an_offset_unlike_the_other_sides_is_told(
     path.write_text(text.replace(old, new))
     found = [warning for warning in read(path)[2].warnings if told in warning]
     assert len(found) == bool(told)
+
+
+def test_an_order_of_axes_unlike_all_others_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "dance.bvh"
+    angles, places = random_angles(0)
+    text = writers.bvh_text(angles, {"Hips": places["Hips"]})
+    left, usual, right = text.rpartition("Zrotation Xrotation Yrotation")
+    assert usual
+    path.write_text(f"{left}Yrotation Xrotation Zrotation{right}")
+    assert any("all other joints about ZXY" in warning for warning in read(path)[2].warnings)
 
 
 def test_an_asymmetric_skeleton_is_not_doubted(tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from mpma_mj import kinematics
 from mpma_mj.errors import MotionFileError
-from mpma_mj.motions.cleaning.jumps import off_at_end, single_frame_jumps
+from mpma_mj.motions.cleaning.jumps import off_at_end, single_frame_jumps, small_jumps
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.motion import Motion
 from mpma_mj.motions.readers.cells import is_number
@@ -42,6 +42,7 @@ _JOINT = re.compile(
 _TURNS = 4 * np.pi  # rad: angles that are larger may as well be degrees
 _ELBOW = 2 * np.pi  # rad: no elbow bends so far (choice)
 _LONGEST_GAP = 0.25  # s
+_JUMP = 0.005  # rad of a single angle in a row (choice)
 
 
 def read_joint_angles(path: Path, rate: float | None, report: ImportReport) -> Motion | None:
@@ -67,7 +68,7 @@ def read_joint_angles(path: Path, rate: float | None, report: ImportReport) -> M
     states = _state_columns(header)
     if states is not None:
         header = replace(header, first=header.axes)
-    columns = _columns(path, header) if states is None else states
+    columns = _columns(path, header, report) if states is None else states
     grid = Grid.starting(file, header.start + header.first, columns=header.width)
     frame, time = header.counters
     counters = [column for column in (time, frame) if column is not None]
@@ -92,8 +93,9 @@ def read_joint_angles(path: Path, rate: float | None, report: ImportReport) -> M
     numbers = None if frame is None else rows[:, len(counters) - 1]
     arrange = arrangement(times, numbers, lambda row: f"line {grid.first + row + 1}", report)
     angles = angles if arrange is None else arrange(angles)
-    posture = kinematics.posture_from_angles(_without_gaps(path, angles, rate))
-    _warn_of_jumps(posture, report)
+    angles = _without_gaps(path, angles, rate)
+    posture = kinematics.posture_from_angles(angles)
+    _warn_of_jumps(angles, posture, report)
     source = f"joint angles of {path.name}"
     return Motion(posture, np.ones((len(posture), 1)), ("1",), rate, path.stem, source)
 
@@ -128,7 +130,7 @@ def _state_columns(header: Header) -> list[int] | None:
     return known if len(known) == len(columns) else None
 
 
-def _columns(path: Path, header: Header) -> list[int]:
+def _columns(path: Path, header: Header, report: ImportReport) -> list[int]:
     """Return the columns of the joints, in the order of `JOINT_NAMES`."""
     titles = [_joint(title) for title in header.rows[header.axes]]
     if any(is_number(cell) for cell in header.rows[header.axes]):
@@ -143,7 +145,14 @@ def _columns(path: Path, header: Header) -> list[int]:
                 f"{path}: has joint angles, but {how} of {joint}; expected one column each of"
                 f" {', '.join(kinematics.JOINT_NAMES)}"
             )
-    return [titles.index(joint) for joint in kinematics.JOINT_NAMES]
+    columns = [titles.index(joint) for joint in kinematics.JOINT_NAMES]
+    left, right = np.argsort(np.argsort(columns)).reshape(2, -1)
+    if np.ptp(right - left):
+        report.warn(
+            f"line {header.start + header.axes + 1} names the joints of the right arm in another"
+            " order than those of the left; check that no two titles are exchanged"
+        )
+    return columns
 
 
 def _scale(
@@ -211,15 +220,22 @@ def _without_gaps(path: Path, angles: Array, rate: float) -> Array:
     return np.stack([np.interp(frames, known, column[known]) for column in angles.T], axis=1)
 
 
-def _warn_of_jumps(posture: Array, report: ImportReport) -> None:
-    """Warn of rows in which a segment of postures, shape (T, 12), jumps away and back."""
+def _warn_of_jumps(angles: Array, posture: Array, report: ImportReport) -> None:
+    """Warn of rows in which a segment of postures, (T, 12), or an angle, (T, 8), jumps."""
     segments = zip(kinematics.SEGMENT_NAMES, np.split(posture, 4, axis=1), strict=True)
     found = {}
     for name, vectors in segments:
         rows = [int(row) + 1 for row in single_frame_jumps(vectors, 1.0)]
-        rows += [1] * off_at_end(vectors, 1.0) + [len(vectors)] * off_at_end(vectors[::-1], 1.0)
+        ends = off_at_end(vectors, 1.0), off_at_end(vectors[::-1], 1.0)
+        rows += [1 + ends[0]] if ends[0] is not None else []
+        rows += [len(vectors) - ends[1]] if ends[1] is not None else []
         if rows:
             found[name] = rows
+    known = {row for rows in found.values() for row in rows}
+    for joint, column in zip(kinematics.JOINT_NAMES, angles.T, strict=True):
+        rows = [int(row) + 1 for row in small_jumps(column[:, None], _JUMP, exact=True)]
+        if not known.issuperset(rows):
+            found[joint] = rows
     if found:
         count = sum(map(len, found.values()))
         listed = "; ".join(f"{name} in row {rows[0]}" for name, rows in found.items())

@@ -48,6 +48,13 @@ def arrangement(
         where: Names a row.
         report: Gets a warning of missing frames.
     """
+    if numbers is not None:
+        broken = np.flatnonzero(np.isfinite(numbers) & (numbers % 1 != 0))
+        if 2 * len(broken) > len(numbers):
+            report.warn(
+                f"the numbers of frames are not whole, the first at {where(int(broken[0]))}; check"
+                " that their column is not exchanged with another"
+            )
     if times is not None and ascend(times):
         return _by_times(times, where, report)
     places = None if numbers is None else _places(numbers, where, report)

@@ -209,3 +209,37 @@ def test_a_first_or_last_row_that_is_off_is_told(path: Path, row: int) -> None:
     _, report = read(write(path, off))
     (warning,) = report.warnings
     assert warning.startswith(f"1 single-frame jump (left_forearm in row {row + 1})")
+
+
+@pytest.mark.parametrize("row", [3, 13, 40, 76])
+@pytest.mark.parametrize("joint", range(8))
+def test_a_small_error_of_an_angle_is_told(path: Path, row: int, joint: int) -> None:
+    angles = ANGLES.copy()
+    angles[row, joint] += 0.02
+    (warning,) = read(write(path, angles))[1].warnings
+    assert f" in row {row + 1})" in warning
+
+
+@pytest.mark.parametrize("speed", [0.5, 5.0])
+def test_a_robot_that_starts_turns_and_stops_at_once_does_not_jump(
+    path: Path, speed: float
+) -> None:
+    time = np.arange(80)[:, None] / RATE
+    bends = np.interp(time, [0.0, 0.3, 0.7, 1.1, 2.0], [0.0, 0.0, 0.4, 0.0, 0.0])
+    angles = 0.5 + 0.1 * speed * bends * np.ones(8)
+    assert not read(write(path, angles))[1].warnings
+
+
+@pytest.mark.parametrize(("one", "other"), [(0, 1), (1, 6), (2, 6), (3, 7)])
+def test_exchanged_titles_are_told(path: Path, one: int, other: int) -> None:
+    titles = [*IN_RADIANS]
+    titles[one], titles[other] = titles[other], titles[one]
+    (warning,) = read(write(path, ANGLES, titles))[1].warnings
+    assert warning.startswith("line 1 names the joints of the right arm in another order")
+
+
+def test_sides_may_alternate(path: Path) -> None:
+    order = np.arange(8).reshape(2, 4).T.reshape(-1)
+    motion, report = read(write(path, ANGLES[:, order], [IN_RADIANS[i] for i in order]))
+    assert_angles(motion)
+    assert not report.warnings
