@@ -22,7 +22,7 @@ _SEGMENTS = [
     for start, end in (("humerus", "radius"), ("radius", "hand"))
 ]
 _SKIN, _HAIR, _LIP = (0.82, 0.62, 0.5, 1.0), (0.12, 0.08, 0.05, 1.0), (0.6, 0.2, 0.2, 1.0)
-# Ellipsoids of a head: place in the head's frame (x to the left ear, y up, z forward), m; half axes.
+# Ellipsoids of a head: place (x to the left ear, y up, z forward) and half axes, m; colour.
 _HEAD: list[tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]] = [
     ((0.0, 0.1, 0.02), (0.078, 0.115, 0.095), _SKIN),
     ((0.0, 0.135, 0.002), (0.084, 0.095, 0.098), _HAIR),
@@ -46,7 +46,9 @@ class Figure:
         posture: Directions of the arms' segments, shape (12,), as in `Motion.posture`.
     """
 
-    def __init__(self, people: Sequence[float] = (0.0,), *, hidden: str = "", size: int = 384) -> None:
+    def __init__(
+        self, people: Sequence[float] = (0.0,), *, hidden: str = "", size: int = 384
+    ) -> None:
         """Build them.
 
         Args:
@@ -56,6 +58,7 @@ class Figure:
         """
         from dm_control import mjcf
         from dm_control.locomotion.soccer import Humanoid
+        from dm_control.mujoco.engine import MovableCamera
 
         arena = mjcf.RootElement()
         arena.compiler.angle = "radian"  # as the walker's
@@ -69,7 +72,9 @@ class Figure:
         arena.worldbody.add("light", directional=True, **light)
         jersey = Humanoid.Visual.JERSEY
         for number, across in enumerate(people):
-            walker = Humanoid(jersey, [1.0, 0.0, 0.0, 1.0], walker_id=number, name=f"person{number}")
+            walker = Humanoid(
+                jersey, [1.0, 0.0, 0.0, 1.0], walker_id=number, name=f"person{number}"
+            )
             head = walker.mjcf_model.find("body", "head")
             for place, axes, colour in _HEAD:
                 shape = {"type": "ellipsoid", "pos": place, "size": axes, "rgba": colour}
@@ -80,14 +85,16 @@ class Figure:
                         "geom", immediate_children_only=True
                     ):
                         geom.rgba = [0, 0, 0, 0]
-            site = arena.worldbody.add("site", pos=[0, across, 1.05], quat=[0.5**0.5, 0.5**0.5, 0, 0])
+            site = arena.worldbody.add(
+                "site", pos=[across, 0, 1.05], quat=[0.5**0.5, 0.5**0.5, 0, 0]
+            )
             site.attach(walker.mjcf_model)
         physics = mjcf.Physics.from_mjcf_model(arena)
         self._physics: Any = physics  # which owns model and data
         self._model, self._data = physics.model.ptr, physics.data.ptr
         model, data = self._model, self._data
         mujoco.mj_forward(model, data)
-        self._renderer = mujoco.Renderer(model, size, size)
+        self._camera = MovableCamera(physics, size, size)
         self._people = [self._joints(f"person{number}/") for number in range(len(people))]
         body = self._bodies("person0/")
         up = data.xpos[body["thorax"]] - data.xpos[body["root"]]
@@ -147,13 +154,10 @@ class Figure:
             turn: How far they face away from the camera, degrees.
             distance: From the camera, m.
         """
-        camera = mujoco.MjvCamera()
-        camera.lookat[:] = [0.0, 0.0, 1.2]
-        camera.distance, camera.elevation = distance, -5.0
         forward = self._torso[0]
-        camera.azimuth = np.degrees(np.arctan2(-forward[1], -forward[0])) + turn
-        self._renderer.update_scene(self._data, camera)
-        return self._renderer.render()
+        azimuth = np.degrees(np.arctan2(-forward[1], -forward[0])) + turn
+        self._camera.set_pose([0.0, 0.0, 1.2], distance, azimuth, -5.0)
+        return self._camera.render().copy()
 
 
 def posture_of(angles: Sequence[float], forward: Sequence[float] = (0.0,) * 4) -> Array:

@@ -48,7 +48,7 @@ def turn_upright(trajectories: Trajectories, options: ReadingOptions, report: Im
             show no arms.
     """
     points, where = trajectories.tracks, trajectories.where
-    if options.unit is None:
+    if options.unit is None and not trajectories.recording.from_pictures:
         refuse_pictures(points, where)
     declared = trajectories.recording.up
     shown = trajectories.removed_trunk
