@@ -154,6 +154,8 @@ def _ffmpeg(
         with contextlib.closing(decoder):
             yield next(decoder), decoder
     except (OSError, RuntimeError, LookupError, ValueError, StopIteration) as error:
+        if isinstance(error, OSError) and error.strerror:  # of the program, not of the file
+            raise _no_ffmpeg(path, f"cannot be started ({error.strerror})") from None
         raise _failure(path, str(error)) from None
     finally:
         logger.removeFilter(_is_serious)
@@ -164,13 +166,17 @@ def _is_serious(record: logging.LogRecord) -> bool:
     return "frame size" not in record.getMessage()
 
 
+def _no_ffmpeg(path: Path, why: str) -> MotionFileError:
+    return MotionFileError(
+        f"{path}: ffmpeg, which decodes it, {why}; install it, or set IMAGEIO_FFMPEG_EXE to one"
+        " that works"
+    )
+
+
 def _failure(path: Path, log: str) -> MotionFileError:
     """Return an error with the cause that a log of ffmpeg shows."""
     if "ffmpeg exe" in log:
-        return MotionFileError(
-            f"{path}: no ffmpeg was found to decode it; install it, or set IMAGEIO_FFMPEG_EXE to"
-            " its path"
-        )
+        return _no_ffmpeg(path, "was not found")
     if "matches no streams" in log and "Audio:" in log:
         return MotionFileError(
             f"{path}: has sound, but no pictures",
