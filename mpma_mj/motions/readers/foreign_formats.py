@@ -37,7 +37,7 @@ _BYTES: dict[tuple[int, bytes], tuple[str, str]] = {
     (0, b"#ROSBAG"): ("a ROS bag", _NUMBERS),
     (0, b"\x89MCAP"): ("a ROS bag (MCAP)", _NUMBERS),
     (0, b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"): ("an old Office document, such as .xls", _TABLE),
-    (0, b"RIFF"): ("sound, or another RIFF file", _SOUND),
+    (0, b"RIFF"): ("sound or a picture (RIFF)", _SOUND),
     (0, b"ID3"): ("sound (MP3)", _SOUND),
     (0, b"fLaC"): ("sound (FLAC)", _SOUND),
     (0, b"\x89PNG"): ("an image (PNG)", _PICTURE),

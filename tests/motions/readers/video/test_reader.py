@@ -16,7 +16,7 @@ from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.motions.readers.video import reader
 from mpma_mj.motions.readers.video.detector import LANDMARKS, Pose
 from tests.motions.readers import writers
-from tests.motions.readers.video.clips import FRAMES, RATE, GivenPoses, pose_of, write_colours
+from tests.motions.readers.video.clips import FRAMES, GivenPoses, pose_of, write_colours
 from tests.motions.video_figure import posture_of
 
 Array = NDArray[np.float64]
@@ -168,7 +168,7 @@ def test_frames_without_the_person_are_gaps(read: Reader) -> None:
     poses[10:13] = [None] * 3
     assert len(read(poses).motion) == FRAMES
     poses[10:20] = [None] * 10
-    with pytest.raises(MotionFileError, match="longer than 0.25 s"):
+    with pytest.raises(MotionFileError, match=r"longer than 0\.25 s"):
         read(poses)
     assert len(read(poses, longest=True).motion) == 20
 
@@ -233,7 +233,7 @@ def test_without_hips_the_torso_is_upright(read: Reader) -> None:
 def test_a_bent_torso_turns_the_arms_with_it(read: Reader) -> None:
     pose, turn = pose_of(SHOWS, middle=(0.0, 0.0)), np.radians(20.0)
     turned = pose.places @ [[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]]
-    motion = read([pose._replace(places=turned + [320.0, 240.0])]).motion
+    motion = read([pose._replace(places=turned + np.array([320.0, 240.0]))]).motion
     np.testing.assert_allclose(motion.posture[0], posture_of(SHOWS), atol=1e-6)
 
 
