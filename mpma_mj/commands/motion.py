@@ -25,7 +25,8 @@ class InspectMotion:
     """
 
     motion: Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="MOTION")]
-    """"ymca", or a recording: C3D, BVH, AMC, TRC, CSV and others (docs/guides/recordings.md)."""
+    """"ymca", or a recording: C3D, BVH, AMC, TRC, CSV and others (docs/guides/recordings.md),
+    or a video (docs/guides/video.md, experimental)."""
     picture: Path | None = None
     """File of the page of figures, .png; NAME-motion.png if not given."""
     video: bool = False

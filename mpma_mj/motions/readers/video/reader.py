@@ -74,11 +74,13 @@ def read_video(path: Path, options: ReadingOptions, report: ImportReport) -> Rec
     changed = path.stat()
     people = _find_people(clip, changed.st_mtime_ns, changed.st_size)
     report.warn(
-        "poses from a video are experimental: of arms in the frontal plane directions are off by"
-        " some 4°, at times by 10° and more"
-        if options.depth == "flat"
-        else "poses from a video are experimental: with estimated depth directions are off by 10°"
-        " to 40°, of forearms most",
+        "poses from a video are experimental: "
+        + (
+            "directions within the frontal plane are off by some 4°, at times by 20°, and what"
+            " points forward is taken as flat"
+            if options.depth == "flat"
+            else "with estimated depth directions are off by 8° to 40°, of forearms most"
+        ),
         remedy="dance frontally, the whole body in the picture",
     )
     _check_people(clip, people, report)
