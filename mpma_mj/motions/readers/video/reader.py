@@ -11,13 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.errors import BadOptionError, MotionFileError
-from mpma_mj.kinematics import SIDES
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.options import ReadingOptions, given
 from mpma_mj.motions.readers.recording import Recording, Tracks
 from mpma_mj.motions.readers.video.detector import LANDMARKS, Pose, pose_detector
 from mpma_mj.motions.readers.video.frames import Clip, open_clip
-from mpma_mj.motions.readers.video.view import check_view, is_end_on
+from mpma_mj.motions.readers.video.view import check_view, drop_end_on
 from mpma_mj.utils.text import listing
 
 __all__ = ["FORMAT", "read_video"]
@@ -88,11 +87,7 @@ def read_video(path: Path, options: ReadingOptions, report: ImportReport) -> Rec
     names = _seen_names(path, tracks, visibility, options, report)
     check_view({name: tracks[name] for name in names}, clip.start, clip.rate, report)
     if options.depth == "flat":
-        for side in SIDES:
-            for start, end in (("shoulder", "elbow"), ("elbow", "wrist")):
-                if f"{side}_{end}" in names:
-                    way = tracks[f"{side}_{end}"] - tracks[f"{side}_{start}"]
-                    tracks[f"{side}_{end}"][is_end_on(way)] = np.nan
+        drop_end_on(tracks)
     before = np.full((clip.before, 3), np.nan)  # which is cut off
 
     def load(wanted: Sequence[str]) -> Tracks:
@@ -108,15 +103,15 @@ def _find_people(clip: Clip, modified: int, size: int) -> People:
     """Look at all frames of a clip, which is the same as long as time and size of its file are."""
     poses: list[Pose | None] = []
     others: dict[int, bool] = {}
-    every = max(1, round(_LOOKED * clip.rate))
-    width = height = 0
+    width = height = look = 0
     with pose_detector(clip.path) as detector:
         for number, picture in enumerate(clip.frames()):
             height, width = picture.shape[:2]
             pose = detector.find(picture)
             poses.append(pose)
-            if pose is not None and number % every == every // 2:
+            if pose is not None and number >= look:
                 others[number] = detector.find_other(picture, pose)
+                look = number + round(_LOOKED * clip.rate)
     return People(tuple(poses), others, (width, height))
 
 
@@ -136,7 +131,7 @@ def _check_people(clip: Clip, people: People, report: ImportReport) -> None:
             f"only {frames} of {clip.expected()} frames can be decoded: the file is damaged or cut"
             " short"
         )
-    found = [i for i, pose in enumerate(people.poses) if pose is not None]
+    found = {i: pose for i, pose in enumerate(people.poses) if pose is not None}
     if len(found) < max(2, _HARDLY * frames):
         where = f"in {len(found)} of" if found else "in any of"
         raise MotionFileError(
@@ -154,11 +149,12 @@ def _check_people(clip: Clip, people: People, report: ImportReport) -> None:
             f"another person is in the picture at {listing([f'{s:.1f}' for s in seconds], 5)} s;"
             " check that the same one is followed"
         )
-    hips = np.array([people.poses[i].places[3::4].mean(axis=0) for i in found])  # type: ignore[union-attr]
-    trunk = np.median([people.poses[i].trunk for i in found])  # type: ignore[union-attr]
+    hips = np.array([pose.places[3::4].mean(axis=0) for pose in found.values()])
+    trunk = np.median([pose.trunk for pose in found.values()])
     far = np.linalg.norm(np.diff(hips, axis=0), axis=1) > _JUMP * trunk
     if far.any():
-        jumps = [f"{clip.start + found[i + 1] / clip.rate:.2f}" for i in np.flatnonzero(far)]
+        numbers = np.array([*found])[1:][far]
+        jumps = [f"{clip.start + number / clip.rate:.2f}" for number in numbers]
         report.warn(
             f"the person jumps within the picture at {listing(jumps, 5)} s: a cut in the video, or"
             " another person"
@@ -213,8 +209,8 @@ def _seen_names(
     sides = {name.split("_")[0] for name in arms}
     if len(sides) == 2 or (sides and options.other_arm is None):
         raise MotionFileError(
-            f"{path}: the {' and the '.join(arms).replace('_', ' ')} of the person are hardly ever"
-            " seen; film the whole body from the front"
+            f"{path}: the person's {', '.join(arms).replace('_', ' ')} cannot be seen in most"
+            " frames; film the whole body from the front"
             + ("" if len(sides) == 2 else ", or let the other arm hang with {other_arm=hang}")
         )
     if sides:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,11 +12,12 @@ from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.recording import Tracks
 from mpma_mj.utils.text import listing
 
-__all__ = ["check_view", "is_end_on"]
+__all__ = ["check_view", "drop_end_on"]
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
+_SEGMENTS = (("upper arm", "shoulder", "elbow"), ("forearm", "elbow", "wrist"))
 # Of what is usual at the longest: the cosine of the angle between a segment and the picture.
 _SHORT = 0.65  # 50° (choice)
 _END_ON = 0.15  # 81°, where no direction is left (choice)
@@ -25,9 +28,11 @@ _SHORTEST = 0.1  # s that count (choice)
 _MOST_LISTED = 5
 
 
-def is_end_on(way: Array) -> Mask:
-    """Return where a segment, shape (T, 3), points to the camera, so that no direction is left."""
-    return _length(way) < _END_ON * _longest(way)
+def drop_end_on(tracks: Tracks) -> None:
+    """Set to NaN, in place, the end of a segment that points to the camera: it has no direction."""
+    for side, (_, first, last) in itertools.product(SIDES, _SEGMENTS):
+        way = tracks[f"{side}_{last}"] - tracks[f"{side}_{first}"]
+        tracks[f"{side}_{last}"][_length(way) < _END_ON * _longest(way)] = np.nan
 
 
 def check_view(tracks: Tracks, start: float, rate: float, report: ImportReport) -> None:
@@ -49,10 +54,7 @@ def check_view(tracks: Tracks, start: float, rate: float, report: ImportReport) 
         trunk = float(np.nanmedian(0.5 * _length(shoulders - hips)))
     for side in SIDES:
         short = np.zeros(len(next(iter(tracks.values()))), bool)
-        for name, first, last in (
-            ("upper arm", "shoulder", "elbow"),
-            ("forearm", "elbow", "wrist"),
-        ):
+        for name, first, last in _SEGMENTS:
             if f"{side}_{last}" in tracks:
                 short |= _is_short(
                     tracks[f"{side}_{last}"] - tracks[f"{side}_{first}"], name, trunk
