@@ -16,7 +16,7 @@ from mpma_mj.motions.options import ReadingOptions, given
 from mpma_mj.motions.readers.recording import Recording, Tracks
 from mpma_mj.motions.readers.video.detector import LANDMARKS, Pose, pose_detector
 from mpma_mj.motions.readers.video.frames import Clip, open_clip
-from mpma_mj.motions.readers.video.view import check_view, drop_end_on
+from mpma_mj.motions.readers.video.view import bridge_end_on, check_view
 from mpma_mj.utils.text import listing
 
 __all__ = ["FORMAT", "read_video"]
@@ -87,7 +87,7 @@ def read_video(path: Path, options: ReadingOptions, report: ImportReport) -> Rec
     names = _seen_names(path, tracks, visibility, options, report)
     check_view({name: tracks[name] for name in names}, clip.start, clip.rate, report)
     if options.depth == "flat":
-        drop_end_on(tracks)
+        bridge_end_on(tracks)
     before = np.full((clip.before, 3), np.nan)  # which is cut off
 
     def load(wanted: Sequence[str]) -> Tracks:

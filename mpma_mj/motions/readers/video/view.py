@@ -12,7 +12,7 @@ from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.recording import Tracks
 from mpma_mj.utils.text import listing
 
-__all__ = ["check_view", "drop_end_on"]
+__all__ = ["bridge_end_on", "check_view"]
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -28,11 +28,25 @@ _SHORTEST = 0.1  # s that count (choice)
 _MOST_LISTED = 5
 
 
-def drop_end_on(tracks: Tracks) -> None:
-    """Set to NaN, in place, the end of a segment that points to the camera: it has no direction."""
+def bridge_end_on(tracks: Tracks) -> None:
+    """Turn segments that point to the camera, in place, evenly from the direction before to after.
+
+    What is left of them in the picture has no direction, but passes through every one.
+
+    Args:
+        tracks: Places in the picture, shape (T, 3), z = 0, NaN where not seen.
+    """
     for side, (_, first, last) in itertools.product(SIDES, _SEGMENTS):
         way = tracks[f"{side}_{last}"] - tracks[f"{side}_{first}"]
-        tracks[f"{side}_{last}"][_length(way) < _END_ON * _longest(way)] = np.nan
+        shortest = _END_ON * _longest(way)
+        end_on, clear = _length(way) < shortest, _length(way) >= shortest
+        if not (end_on.any() and clear.any()):
+            continue
+        angles = np.unwrap(np.arctan2(way[clear, 1], way[clear, 0]))
+        angles = np.interp(np.flatnonzero(end_on), np.flatnonzero(clear), angles)
+        new = shortest * np.stack([np.cos(angles), np.sin(angles), np.zeros(len(angles))], axis=1)
+        for point in {last, "wrist"}:  # the forearm keeps its direction
+            tracks[f"{side}_{point}"][end_on] += new - way[end_on]
 
 
 def check_view(tracks: Tracks, start: float, rate: float, report: ImportReport) -> None:

@@ -145,15 +145,11 @@ def test_an_arm_towards_the_camera_is_warned_of_with_its_time(read: Reader) -> N
     assert "135°" in warning
 
 
-def test_where_no_direction_is_left_is_a_gap(read: Reader) -> None:
-    towards = pose_of(SHOWS, [0.0, 85.0, 0.0, 0.0])
-    poses = [pose_of(SHOWS)] * 20 + [towards] * 3 + [pose_of(SHOWS)] * 17
-    imported = read(poses)
-    assert imported.report.gaps.keys() == {"left_wrist"}
-    np.testing.assert_allclose(imported.motion.posture[21], posture_of(SHOWS), atol=1e-6)
-    poses[20:30] = [towards] * 10
-    with pytest.raises(MotionFileError, match="left_wrist"):
-        read(poses)
+def test_where_no_direction_is_left_it_is_bridged(read: Reader) -> None:
+    towards = pose_of(SHOWS, [0.0, 89.0, 0.0, 0.0])
+    poses = [pose_of(SHOWS)] * 20 + [towards] * 10 + [pose_of(SHOWS)] * 10
+    posture = read(poses).motion.posture
+    np.testing.assert_allclose(posture, np.tile(posture_of(SHOWS), (FRAMES, 1)), atol=1e-6)
 
 
 def test_a_person_who_turns_is_warned_of(read: Reader) -> None:

@@ -6,7 +6,7 @@ import pytest
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.readers.recording import Tracks
 from mpma_mj.motions.readers.video.detector import LANDMARKS
-from mpma_mj.motions.readers.video.view import check_view, drop_end_on
+from mpma_mj.motions.readers.video.view import bridge_end_on, check_view
 from tests.motions.readers.video.clips import pose_of
 
 FRAMES, RATE = 40, 20.0
@@ -52,9 +52,28 @@ def test_shoulders_that_turn_are_a_warning() -> None:
     assert any("turned from the camera at 4.0-5.0 s" in warning for warning in warnings(tracks))
 
 
-def test_a_segment_without_a_direction_has_no_end() -> None:
-    tracks = seen(85.0, 30)
-    drop_end_on(tracks)
-    missing = np.isnan(tracks["left_wrist"]).any(axis=1)
-    assert missing.tolist() == [False] * 30 + [True] * 10
-    assert np.isfinite(tracks["left_elbow"]).all()
+def test_a_segment_without_a_direction_turns_from_the_one_before_to_the_one_after() -> None:
+    angles = [90.0] * 10 + [0.0] * 3 + [30.0] * 10
+    forward = [0.0] * 10 + [89.0] * 3 + [0.0] * 10
+    poses = [pose_of([60.0, a] * 2, [0.0, f] * 2) for a, f in zip(angles, forward, strict=True)]
+    places = np.array([pose.space for pose in poses]) * [1.0, 1.0, 0.0]
+    tracks = {name: places[:, i].copy() for i, name in enumerate(LANDMARKS)}
+    tracks["left_wrist"][2] = np.nan
+    bridge_end_on(tracks)
+    for side, outwards in (("left", 1.0), ("right", -1.0)):
+        way = tracks[f"{side}_wrist"] - tracks[f"{side}_elbow"]
+        found = np.degrees(np.arctan2(outwards * way[:, 0], way[:, 1]))
+        np.testing.assert_allclose(found[10:13], [75.0, 60.0, 45.0])
+        np.testing.assert_allclose(found[13:], 30.0)
+    assert np.flatnonzero(np.isnan(tracks["left_wrist"]).any(axis=1)).tolist() == [2]
+    np.testing.assert_array_equal(tracks["left_elbow"], places[:, 1])
+
+
+def test_a_forearm_keeps_its_direction_where_the_upper_arm_has_none() -> None:
+    poses = [pose_of([60.0, 120.0] * 2, [f, 0.0] * 2) for f in (0.0, 0.0, 88.0, 0.0)]
+    places = np.array([pose.space for pose in poses]) * [1.0, 1.0, 0.0]
+    tracks = {name: places[:, i].copy() for i, name in enumerate(LANDMARKS)}
+    bridge_end_on(tracks)
+    forearm = tracks["left_wrist"] - tracks["left_elbow"]
+    np.testing.assert_allclose(forearm, np.tile(forearm[0], (4, 1)), atol=1e-12)
+    assert not np.allclose(tracks["left_elbow"][2], places[2, 1])
