@@ -8,7 +8,7 @@ BIN := .venv/bin
 
 SECONDS ?= 600
 
-.PHONY: help dance test test-slow test-web test-lowest coverage check format bench campaign docs gallery build clean
+.PHONY: help dance test test-slow test-web test-video test-lowest coverage check format bench campaign docs gallery build clean
 
 dance: .venv/installed  ## train the built-in dance and make its video
 	@echo "Training two arms to dance, and drawing the video"
@@ -16,6 +16,10 @@ dance: .venv/installed  ## train the built-in dance and make its video
 
 test: .venv/installed-dev  ## quick tests, under 4 minutes on two cores
 	$(BIN)/pytest -n 2 --dist worksteal -q -rs
+
+test-video: .venv/installed-dev  ## tests that need mediapipe
+	$(BIN)/pip install --disable-pip-version-check --editable '.[video]'
+	$(BIN)/pytest -q -rs tests/motions/readers/video
 
 test-slow: .venv/installed-dev  ## what takes longer
 	$(BIN)/pytest -n 2 -q -m slow

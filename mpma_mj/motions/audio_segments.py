@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import re
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from itertools import groupby, pairwise
 from pathlib import Path
 
@@ -15,6 +13,7 @@ from numpy.typing import NDArray
 from mpma_mj.context import Span
 from mpma_mj.errors import BadOptionError, MotionFileError
 from mpma_mj.utils.input_files import file_problem
+from mpma_mj.utils.silence import silenced
 
 __all__ = ["bars", "sections"]
 
@@ -100,8 +99,8 @@ def _read(path: Path) -> Samples:
             " -e '.[audio]'"
         ) from None
     try:
-        # Opened here: libsndfile takes no name but UTF-8.
-        with path.open("rb") as opened, _silenced(), soundfile.SoundFile(opened) as file:
+        # Opened here: libsndfile takes no name but UTF-8. Its MP3 decoder writes of bad files.
+        with path.open("rb") as opened, silenced(), soundfile.SoundFile(opened) as file:
             promised, rate, notes = file.frames, float(file.samplerate), file.extra_info
             channels = file.read(dtype="float32", always_2d=True)
     except (soundfile.SoundFileError, TypeError):  # TypeError: a name that ends in .raw
@@ -123,20 +122,6 @@ def _read(path: Path) -> Samples:
     if np.ptp(samples) < _SILENCE:
         raise MotionFileError(f"{path}: is silent; give a file with music")
     return librosa.resample(samples, orig_sr=rate, target_sr=_RATE)
-
-
-@contextmanager
-def _silenced() -> Iterator[None]:
-    """Keep what the MP3 decoder, a C library, writes to stderr about a bad file from it."""
-    stderr = os.dup(2)
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, 2)
-    try:
-        yield
-    finally:
-        os.dup2(stderr, 2)
-        os.close(stderr)
-        os.close(nowhere)
 
 
 def _is_truncated(notes: str) -> bool:

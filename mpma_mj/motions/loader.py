@@ -41,7 +41,7 @@ _RATES = (1.0, 1000.0)  # Hz: at higher ones a motion fills the memory
 # Options for which a motion of arms, built in or stored, has no use.
 _FOR_RECORDINGS = {
     *("map", "skeleton", "unit", "up", "left_handed", "rate_in", "max_gap", "longest", "repair"),
-    *("other_arm", "cutoff"),
+    *("other_arm", "depth", "cutoff"),
 }
 _OF_CONTEXT = {"context", "segments", "labels", "audio"}
 
@@ -66,7 +66,8 @@ def read_motion(
 
     Args:
         source: A name of `BUILT_IN` such as "ymca", "semaphore:WORD", or the path of a recording:
-            C3D, BVH, ASF/AMC, TRC, Qualisys TSV, MVNX, a table with a header, JSON, npy or npz.
+            C3D, BVH, ASF/AMC, TRC, Qualisys TSV, MVNX, a table with a header, JSON, npy, npz, or a
+            video.
         rate: Requested postures per second, Hz.
         limits: Limits of the arms that are to follow it, as `arm_limits` returns them; then the
             motion is made feasible (see `feasible`), or refused with strict=True. If not given, an
@@ -160,9 +161,7 @@ def _import(source: str | Path, options: ReadingOptions, rate: float) -> Importe
     if angles is not None:
         motion, of_arms = at_rate(angles, rate, tempo), replace(options, rate_in=None)
         return _import_arms(motion, "joint angles", of_arms, report, labelled=False)
-    skeleton = None if options.skeleton is None else Path(options.skeleton)
-    recording = open_recording(path, report, skeleton=skeleton)
-    return _import_recording(recording, options, rate, report)
+    return _import_recording(open_recording(path, report, options), options, rate, report)
 
 
 def _import_recording(

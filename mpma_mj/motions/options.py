@@ -14,6 +14,7 @@ __all__ = ["ContextName", "ReadingOptions", "given"]
 
 ContextName = Literal["auto", "equal", "changes", "events", "bars", "sections"]
 OtherArm = Literal["hang", "mirror"]
+Depth = Literal["flat", "estimated"]
 
 _PARTS = 4
 _SECONDS = Bounds(0.0, 1e6, hint="s")
@@ -37,6 +38,8 @@ class ReadingOptions:
         longest: Keep the longest stretch without longer gaps, instead of refusing the file.
         repair: Bridge single frames in which a marker jumps away and back.
         other_arm: What the other arm does in a recording of one arm: hang, or mirror that one.
+        depth: Depth of what is seen in a video (experimental): "flat" leaves it out, so that arms
+            move in the frontal plane; "estimated" is rough.
         cutoff: Cut-off frequency of the low-pass filter, Hz; from the data if not given.
         tempo: Speed relative to the original; 0.5 takes twice as long; "auto" is the fastest,
             up to 1, at which the arms can follow the motion as it is.
@@ -63,6 +66,7 @@ class ReadingOptions:
     longest: bool = False
     repair: bool = False
     other_arm: OtherArm | None = None
+    depth: Depth = "flat"
     cutoff: Annotated[float, Bounds(0.0, 1e6, above=True, hint="Hz")] | None = None
     tempo: Annotated[float, _TEMPO] | Literal["auto"] = 1.0
     strict: bool = False

@@ -15,6 +15,7 @@ from mpma_mj.motions.audio_segments import bars
 from mpma_mj.motions.context import read_labels
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.mapping import parse_mapping
+from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.motions.readers.recognise import open_recording
 from mpma_mj.sysid.log import read_log
 from mpma_mj.utils.input_files import file_problem, is_web_address
@@ -27,7 +28,7 @@ READERS = {
     "labels.csv": lambda path: read_labels(Path(path)),
     "sound.wav": lambda path: bars(Path(path)),
     "points.toml": parse_mapping,
-    "bones.asf": lambda path: open_recording(_amc(), ImportReport(), skeleton=Path(path)),
+    "bones.asf": lambda path: open_recording(_amc(), ImportReport(), ReadingOptions(skeleton=path)),
     "log.csv": read_log,
 }
 

@@ -48,7 +48,8 @@ def turn_upright(trajectories: Trajectories, options: ReadingOptions, report: Im
             show no arms.
     """
     points, where = trajectories.tracks, trajectories.where
-    if options.unit is None:
+    from_pictures = trajectories.recording.from_pictures
+    if options.unit is None and not from_pictures:
         refuse_pictures(points, where)
     declared = trajectories.recording.up
     shown = trajectories.removed_trunk
@@ -59,7 +60,8 @@ def turn_upright(trajectories: Trajectories, options: ReadingOptions, report: Im
             points[name] = points[name] * [1.0, -1.0, 1.0]
     if options.left_handed:
         report.note("left-handed axes, as given: mirrored")
-    check_segments(points, where, trajectories.first)
+    if not from_pictures:  # in which segments may well have no length
+        check_segments(points, where, trajectories.first)
 
 
 def lean_torso(trajectories: Trajectories, options: ReadingOptions, report: ImportReport) -> None:

@@ -35,7 +35,7 @@ def check_proportions(
     for name, vectors in lines.items():
         length = np.linalg.norm(vectors, axis=1)
         varies = length.std() / length.mean()
-        if varies > _MOST_VARIED:
+        if varies > _MOST_VARIED and not trajectories.recording.from_pictures:
             report.warn(
                 f"the {name}'s length varies by {100 * varies:.0f} %: one of its markers is"
                 " misplaced for part of the time"

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from mpma_mj.errors import BadOptionError, MotionFileError
 from mpma_mj.motions.import_report import ImportReport
+from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.motions.readers import (
     acclaim,
     bvh,
@@ -26,6 +27,8 @@ from mpma_mj.motions.readers.foreign_formats import refuse_foreign
 from mpma_mj.motions.readers.recording import RATES, Recording
 from mpma_mj.motions.readers.tables.table import read_table
 from mpma_mj.motions.readers.text import TextFile
+from mpma_mj.motions.readers.video import reader as video
+from mpma_mj.motions.readers.video.frames import is_video
 
 __all__ = ["TEXT_FORMATS", "open_recording"]
 
@@ -43,31 +46,37 @@ TEXT_FORMATS: dict[Callable[[list[str]], bool], TextReader] = {
 _WITH_SKELETON = ("ASF/AMC", smpl.FORMAT)
 _HEAD = 1 << 16  # bytes that identify the format of a file, whose lines may be long
 _LINES = 40  # of a text file
+_DEFAULT = ReadingOptions()
 
 
-def open_recording(path: Path, report: ImportReport, *, skeleton: Path | None = None) -> Recording:
+def open_recording(
+    path: Path, report: ImportReport, options: ReadingOptions = _DEFAULT
+) -> Recording:
     """Read the header of a recording of any known format.
 
     Args:
         path: The file.
         report: Gets what is odd.
-        skeleton: The ASF of an AMC, if it is in another folder, or the body model of an SMPL
-            pose.
+        options: How to read it: its skeleton, and of a video the depth and the time.
 
     Raises:
-        BadOptionError: A skeleton is given for a file that has its own.
+        BadOptionError: An option is given that is for other formats.
         MotionFileError: The file cannot be read as a recording.
     """
     try:
         with path.open("rb") as file:
             head = file.read(_HEAD)
-        recording = _open(path, head, report, skeleton)
+        recording = _open(path, head, report, options)
     except OSError as error:
         raise MotionFileError(f"{path}: cannot be read ({error.strerror or error})") from None
-    if skeleton is not None and recording.format not in _WITH_SKELETON:
+    if options.skeleton is not None and recording.format not in _WITH_SKELETON:
         raise BadOptionError(
             f"{path}: is {recording.format}",
             remedy="leave out {skeleton}, which is for AMC and SMPL poses",
+        )
+    if options.depth != _DEFAULT.depth and recording.format != video.FORMAT:
+        raise BadOptionError(
+            f"{path}: is {recording.format}", remedy="leave out {depth}, which is for videos"
         )
     if recording.rate is not None and not RATES[0] <= recording.rate <= RATES[1]:
         report.warn(f"{recording.rate:g} Hz, as the file declares, is impossible; it is not used")
@@ -77,9 +86,12 @@ def open_recording(path: Path, report: ImportReport, *, skeleton: Path | None = 
     return recording
 
 
-def _open(path: Path, head: bytes, report: ImportReport, skeleton: Path | None) -> Recording:
+def _open(path: Path, head: bytes, report: ImportReport, options: ReadingOptions) -> Recording:
+    skeleton = None if options.skeleton is None else Path(options.skeleton)
     if not head.strip():
         raise MotionFileError(f"{path}: is empty; export the recording again")
+    if is_video(head):
+        return video.read_video(path, options, report)
     refuse_foreign(path, head)
     if npz.is_archive(head):
         return npz.read_arrays(path, npz.read_archive(path), report, skeleton)

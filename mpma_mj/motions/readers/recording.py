@@ -42,6 +42,7 @@ class Recording:
         frames: Declared number of frames.
         spans: Labelled stretches of time.
         root: Joint from which a skeleton's legs branch, whatever its name.
+        from_pictures: Whether points were found in pictures: their depth is rough, or left out.
     """
 
     path: Path
@@ -54,6 +55,7 @@ class Recording:
     frames: int | None = None
     spans: tuple[Span, ...] = ()
     root: str | None = None
+    from_pictures: bool = False
 
 
 def unknown_rate(path: Path, report: ImportReport) -> MotionFileError:

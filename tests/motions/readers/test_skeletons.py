@@ -26,7 +26,7 @@ FRAMES = 4
 
 def read(path: Path, skeleton: Path | None = None) -> tuple[Recording, Tracks, ImportReport]:
     report = ImportReport()
-    recording = open_recording(path, report, skeleton=skeleton)
+    recording = open_recording(path, report, ReadingOptions(skeleton=skeleton and str(skeleton)))
     return recording, recording.load(recording.names), report
 
 
@@ -497,7 +497,7 @@ def test_a_skeleton_for_a_file_that_has_its_own_is_refused(tmp_path: Path) -> No
     path = tmp_path / "dance.bvh"
     path.write_text(writers.bvh_text(angles, places))
     with pytest.raises(BadOptionError, match="leave out skeleton, which is for AMC"):
-        open_recording(path, ImportReport(), skeleton=path)
+        open_recording(path, ImportReport(), ReadingOptions(skeleton=str(path)))
 
 
 def test_a_skeleton_in_place_of_the_motion_is_refused(tmp_path: Path) -> None:

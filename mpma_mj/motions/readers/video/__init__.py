@@ -1,0 +1,1 @@
+"""Reader for videos of one person, by a detector of poses (experimental)."""

@@ -1,0 +1,23 @@
+"""Silence of C libraries that write to the standard error."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+__all__ = ["silenced"]
+
+
+@contextmanager
+def silenced() -> Iterator[None]:
+    """Keep what a C library writes to the standard error from it."""
+    stderr = os.dup(2)
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 2)
+    try:
+        yield
+    finally:
+        os.dup2(stderr, 2)
+        os.close(stderr)
+        os.close(nowhere)
