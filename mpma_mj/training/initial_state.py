@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import hashlib
 from collections.abc import Collection
 from pathlib import Path
 from typing import Any
@@ -16,6 +15,7 @@ from mpma_mj.motions import Motion
 from mpma_mj.training.config import Init, RunConfig
 from mpma_mj.training.config_json import OutsideConfig
 from mpma_mj.training.run_folder import RunFolder
+from mpma_mj.utils import data_files
 
 __all__ = ["begin_from", "initial_state"]
 
@@ -91,12 +91,13 @@ def initial_state(config: RunConfig, motion: Motion) -> dict[str, Array]:
     timestep, other = _timestep(config, motion), _timestep(saved, before)
     if not np.isclose(timestep, other):
         raise _differs("control_timestep", timestep, other, path)
+    state, _ = folder.read_best(saved)
     if _digest(folder) != config.init.digest:
         raise CheckpointError(
             f"{folder.checkpoint('best')}: has changed since this run began with it",
             remedy="give {init} again",
         )
-    return folder.read_best(saved)[0]
+    return state
 
 
 def _fixed(config: RunConfig) -> dict[str, Any]:
@@ -131,5 +132,5 @@ def _timestep(config: RunConfig, motion: Motion) -> float:
 
 
 def _digest(folder: RunFolder) -> str:
-    """Return the SHA-256 of the checkpoint of the best epoch, in hexadecimal."""
-    return hashlib.sha256(folder.checkpoint("best").read_bytes()).hexdigest()
+    """Return the digest of the content of the checkpoint of the best epoch, in hexadecimal."""
+    return data_files.read_digest(folder.checkpoint("best"))

@@ -31,6 +31,7 @@ __all__ = [
     "is_json",
     "json_text",
     "read_arrays",
+    "read_digest",
     "read_json",
     "write_arrays",
     "write_json",
@@ -206,6 +207,11 @@ def read_arrays(path: Path, kind: str) -> tuple[dict[str, NDArray[Any]], dict[st
     if not same:
         raise CheckpointError(f"{path}: damaged", remedy=TRAIN_AGAIN)
     return arrays, meta
+
+
+def read_digest(path: Path) -> str:
+    """Return the digest of the content of a file that `read_arrays` accepts."""
+    return str(_read_archive(path)[_DIGEST])
 
 
 def _read_archive(path: Path) -> dict[str, NDArray[Any]]:

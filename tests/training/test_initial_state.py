@@ -153,6 +153,19 @@ def test_the_config_says_where_the_run_began(earlier: Path, tmp_path: Path) -> N
     assert RunFolder(folder).read_config() == run.config
 
 
+def test_bytes_after_the_end_of_a_checkpoint_change_nothing(earlier: Path, tmp_path: Path) -> None:
+    longer = shutil.copytree(earlier, tmp_path / "earlier")
+    with (longer / "checkpoint" / "best.npz").open("ab") as file:
+        file.write(b"and more")
+    own, other = (
+        begin_from(RunConfig(agent=SMALL, agent_name="mpma", env=ONCE), path, ()).init
+        for path in (earlier, longer)
+    )
+    assert own is not None
+    assert other is not None
+    assert own.digest == other.digest
+
+
 def test_it_is_resumed_without_the_earlier_run(earlier: Path, tmp_path: Path) -> None:
     copy = tmp_path / "copy"
     shutil.copytree(earlier, copy)
