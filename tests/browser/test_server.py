@@ -89,6 +89,16 @@ def test_nothing_is_printed_and_no_tunnel_is_opened(capfd: pytest.CaptureFixture
     assert not [t for t in threading.enumerate() if "background_worker" in t.name]
 
 
+def test_server_that_would_let_other_pages_connect_does_not_open(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    viser = pytest.importorskip("viser")
+    monkeypatch.setattr(viser.ViserServer, "__init__", lambda *_, **__: None)
+    with pytest.raises(RuntimeError, match="other pages could connect"):
+        with open_server(find_address("127.0.0.1", 8700)):
+            pytest.fail("it was opened")
+
+
 def test_who_connects_and_is_no_browser_is_not_reported(
     capfd: pytest.CaptureFixture[str],
 ) -> None:
