@@ -13,7 +13,7 @@ from mpma_mj.envs.randomisation import PlantValues, plants_of
 __all__ = ["Controls", "on_user"]
 
 _HEAVIEST, _GAINS = 5.0, (0.1, 2.0)  # kg; ends of sliders (choice)
-_HOLD = 0.5  # s for which a slider that a user moves is left alone (choice)
+_HOLD = 0.5  # s for which the slider is left alone, or a user could not move it (choice)
 _AS_IN_RUN = "as in the run"
 _STEP, _START_HERE, _RESTART = "step", "start here", "restart"
 
@@ -55,7 +55,7 @@ class Controls:
         on_user(self.steps, lambda name: ask(moves[name]))
         last = live.steps
         self.scrub = gui.add_slider("step", 0, last, 1, len(live.moments) - 1, order=12)
-        self._scrubbed = -_HOLD  # time at which a user moved it, s
+        self._scrubbed = -_HOLD  # time at which it was moved, s
         on_user(self.scrub, self._show)
         self.tempo = gui.add_slider("tempo", *TEMPOS, 0.1, live.tempo, order=13)
         on_user(self.tempo, lambda tempo: ask(live.set_tempo, tempo))
@@ -74,8 +74,9 @@ class Controls:
         if simulation.playing != self._playing:
             self._playing = simulation.playing
             self._label_play()
-        if simulation.shown is None and time.monotonic() - self._scrubbed > _HOLD:
-            self.scrub.value = len(simulation.moments) - 1
+        now = time.monotonic()
+        if simulation.shown is None and (now - self._scrubbed > _HOLD or not simulation.playing):
+            self.scrub.value, self._scrubbed = len(simulation.moments) - 1, now
         for box, enabled in zip(self.boxes, simulation.enabled_modules, strict=True):
             box.value = enabled
 

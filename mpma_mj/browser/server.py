@@ -140,7 +140,7 @@ def open_server(address: Address) -> Iterator[Any]:
         The `viser.ViserServer`.
 
     Raises:
-        MpmaError: viser is not installed.
+        MpmaError: viser is not installed, or would let pages of others connect.
     """
     require_web()
     import viser
@@ -172,8 +172,10 @@ def open_server(address: Address) -> Iterator[Any]:
 def _own_pages_only() -> Iterator[None]:
     """Let servers that begin to serve in this context refuse the pages of others.
 
-    viser 1.1 has no option for it. Its own call of `serve` is completed, and it is an error if
-    there was none.
+    viser 1.1 has no option for it. Its own call of `serve` is completed.
+
+    Raises:
+        MpmaError: There was no such call.
     """
     module: Any = importlib.import_module("websockets.asyncio.server")
     serve, guarded = module.serve, []
@@ -196,4 +198,7 @@ def _own_pages_only() -> Iterator[None]:
     finally:
         module.serve = serve
     if not guarded:
-        raise RuntimeError("viser does not serve as it did: other pages could connect")
+        raise MpmaError(
+            "the viser that is installed would let pages of others connect",
+            remedy="pip install 'viser>=1.1,<1.2'",
+        )

@@ -91,7 +91,15 @@ def test_it_plays_without_a_request_to_another_host(
 
 def test_scrubbing_shows_the_past_in_every_tab(stage: Stage, open_tab: Callable[[], Any]) -> None:
     first, second = open_tab(), open_tab()
-    until(first, lambda: len(stage.simulation.moments) > 10)
+    until(first, lambda: len(stage.simulation.moments) > 60)
+    track = first.locator(".mantine-Slider-root").first.bounding_box()  # while it plays
+    first.mouse.move(track["x"] + 0.15 * track["width"], track["y"] + track["height"] / 2.0)
+    first.mouse.down()
+    until(first, lambda: stage.simulation.shown is not None)
+    first.mouse.move(track["x"] + 0.1 * track["width"], track["y"] + track["height"] / 2.0)
+    first.mouse.up()
+    tenth = stage.simulation.steps / 10.0
+    until(first, lambda: abs(stage.simulation.shown - tenth) < 0.5 * tenth)
     number = first.locator("input.mantine-NumberInput-input").first
     number.fill("7")
     number.press("Enter")

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import pytest
 
 from mpma_mj.browser.server import Address, find_address, is_own_origin, open_server
-from mpma_mj.errors import BadOptionError
+from mpma_mj.errors import BadOptionError, MpmaError
 
 UPGRADE = (
     "GET / HTTP/1.1\r\nHost: {host}\r\nUpgrade: {upgrade}\r\nConnection: Upgrade\r\n"
@@ -87,6 +87,16 @@ def test_nothing_is_printed_and_no_tunnel_is_opened(capfd: pytest.CaptureFixture
         assert server._share_tunnel is None
     assert capfd.readouterr() == ("", "")
     assert not [t for t in threading.enumerate() if "background_worker" in t.name]
+
+
+def test_server_that_would_let_other_pages_connect_does_not_open(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    viser = pytest.importorskip("viser")
+    monkeypatch.setattr(viser.ViserServer, "__init__", lambda *_, **__: None)
+    opened = open_server(find_address("127.0.0.1", 8700))
+    with pytest.raises(MpmaError, match="would let pages of others connect"), opened:
+        pytest.fail("it was opened")
 
 
 def test_who_connects_and_is_no_browser_is_not_reported(
