@@ -16,7 +16,7 @@ from http import HTTPStatus
 from typing import Any
 from urllib.parse import urlsplit
 
-from mpma_mj.errors import BadOptionError
+from mpma_mj.errors import BadOptionError, MpmaError
 from mpma_mj.visualization.viser_arms import require_web
 
 __all__ = [
