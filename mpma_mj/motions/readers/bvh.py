@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import re
-from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -20,6 +19,7 @@ from mpma_mj.motions.readers.skeleton import (
     AngleCheck,
     Joint,
     ancestry,
+    compare_orders,
     compare_sides,
     euler_turn,
     joint_positions,
@@ -290,22 +290,6 @@ class _Stream:
         return not self.file.ends_whole and (len(decimals) > 1 or decimals == {0})
 
 
-def _compare_orders(skeleton: _Skeleton, report: ImportReport) -> None:
-    """Warn of the only joint whose axes come in another order than those of all others.
-
-    The root, of which CMU's recordings have an own one, may.
-    """
-    below = {name: joint for name, joint in skeleton.joints.items() if joint.parent is not None}
-    orders = {name: joint.axes for name, joint in below.items() if len(joint.axes) == 3}
-    counts = Counter(orders.values()).most_common()
-    if len(counts) == 2 and counts[0][1] > 2 and counts[1][1] == 1:
-        odd = next(name for name, order in orders.items() if order == counts[1][0])
-        report.warn(
-            f"{odd} turns about {orders[odd]}, all other joints about {counts[0][0]}; check the"
-            f" CHANNELS of {odd}"
-        )
-
-
 def _placed(joint: Joint, places: Array) -> Array:
     """Return a joint's places, shape (T, 3); 0, 0, 0 below the root stands for the offset."""
     if joint.parent is None:
@@ -326,7 +310,7 @@ def _load(
     chain = ancestry(skeleton.joints, names)
     offsets = {name: joint.offset for name, joint in skeleton.joints.items()}
     compare_sides("offset", offsets, chain, report)
-    _compare_orders(skeleton, report)
+    compare_orders(skeleton.joints, report)
     columns = sorted(
         {
             c

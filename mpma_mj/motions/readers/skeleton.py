@@ -21,6 +21,7 @@ __all__ = [
     "AngleCheck",
     "Joint",
     "ancestry",
+    "compare_orders",
     "compare_sides",
     "euler_turn",
     "joint_positions",
@@ -234,3 +235,19 @@ def euler_turn(joint: Joint, angles: Array) -> Array | None:
     from scipy.spatial.transform import Rotation  # slow to import, needed by few runs
 
     return joint.frame @ Rotation.from_euler(joint.axes, angles).as_matrix() @ joint.frame.T
+
+
+def compare_orders(joints: Mapping[str, Joint], report: ImportReport) -> None:
+    """Warn of the only joint whose axes come in another order than those of all others.
+
+    The root, of which CMU's recordings have an own one, may.
+    """
+    below = {name: joint for name, joint in joints.items() if joint.parent is not None}
+    orders = {name: joint.axes for name, joint in below.items() if len(joint.axes) == 3}
+    counts = Counter(orders.values()).most_common()
+    if len(counts) == 2 and counts[0][1] > 2 and counts[1][1] == 1:
+        odd = next(name for name, order in orders.items() if order == counts[1][0])
+        report.warn(
+            f"{odd} turns about {orders[odd]}, all other joints about {counts[0][0]}; check the"
+            f" CHANNELS of {odd}"
+        )
