@@ -34,8 +34,8 @@ def main(run: Path, comparison: Path) -> None:
     write_clip(
         PICTURES / "ymca.webp", every(episode_frames(Scene(trace, motion)), shown), (480, 432)
     )
-    film = iio.imiter(comparison / "episodes.mp4")
-    write_clip(PICTURES / "compare.webp", every(film, shown), (960, 240))
+    video = iio.imiter(comparison / "episodes.mp4")
+    write_clip(PICTURES / "compare.webp", every(video, shown), (960, 240))
     for figure in [*folder.figures.glob("*.png"), *comparison.glob("*.png")]:
         shutil.copy(figure, PICTURES / figure.name)
 
