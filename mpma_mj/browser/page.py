@@ -135,13 +135,13 @@ class Page:
             self._timeline.content = timeline_html(
                 simulation.moments,
                 simulation.steps,
-                len(simulation.moments) - 1 if simulation.shown is None else simulation.shown,
+                simulation.index,
                 modules=simulation.modules,
             )
 
     def _add_scene(self) -> None:
         server, simulation = self._server, self._simulation
-        scene, physics = server.scene, simulation.live.env.physics
+        scene, physics = server.scene, simulation.episode.env.physics
         add_lights(scene)
         server.initial_camera.position = CAMERAS["front"]
         server.initial_camera.look_at = LOOK_AT
@@ -188,7 +188,7 @@ class Page:
             return
         if self._beside is None:
             place, physics = (0.0, _BESIDE, 0.0), episode.env.physics
-            kinds = [one.env.task.options.arms for one in (simulation.live, episode)]
+            kinds = [one.env.task.options.arms for one in (simulation.episode, episode)]
             self._beside = (
                 ArmNodes(scene, physics.model.ptr, data, name="/beside", position=place),
                 GhostNodes(scene, physics.segment_lengths, name="/ghost_beside", position=place),

@@ -13,17 +13,16 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from mpma_mj.browser.episode_factory import EpisodeFactory, intervention_for, other_arms
 from mpma_mj.browser.live_episode import LiveEpisode, Moment, error_percent
 from mpma_mj.browser.pace import Pace
-from mpma_mj.browser.saved_agent import SavedAgent, for_arms, other_arms
 from mpma_mj.envs.interventions import Intervention
+from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.plants import Plant
 from mpma_mj.errors import BadOptionError, DivergedError, MpmaError, one_line
 from mpma_mj.evaluation.evaluate import EVALUATION_EPISODE
 from mpma_mj.motions import Motion
-from mpma_mj.options import Arms
 from mpma_mj.training.factory import one_thread
-from mpma_mj.training.run_folder import RunFolder
 
 __all__ = ["TEMPOS", "LiveSimulation"]
 
@@ -37,14 +36,14 @@ _IDLE = 0.1  # s between two looks at the event that ends the loop
 
 
 class LiveSimulation:
-    """An agent that dances without learning, and everything that can be done to it meanwhile.
+    """Episodes of an agent that does not learn, in real time, with what is changed by hand.
 
     The thread that calls `run_until` owns it. Others only call `request`, with one of the methods
     below and its arguments; it is called between two steps. Everything is read in `draw`, which
     the owning thread calls.
 
     Attributes:
-        live: Episode of the arms of the run.
+        episode: Episode of the arms of the run.
         compared: Episode of the other kind of arms beside it; None while it is not shown.
         playing: Whether it plays; else it is paused.
         shown: Index of the past moment that is shown while paused; None for the present.
@@ -54,60 +53,58 @@ class LiveSimulation:
         error: What went wrong, in one line; empty from the next request on.
     """
 
-    def __init__(self, agent: SavedAgent) -> None:
+    def __init__(self, factory: EpisodeFactory) -> None:
         """Begin paused, at the first moment of an episode that no training has had.
+
+        Args:
+            factory: Factory of the episodes.
 
         Raises:
             MpmaError: The arms cannot follow the motion, or the agent's state does not fit it.
         """
-        self._agent = agent
-        self.live = agent.episode(EVALUATION_EPISODE)
+        self._factory = factory
+        self.episode = factory.make(EVALUATION_EPISODE)
         self.compared: LiveEpisode | None = None
         self.playing = False
         self.shown: int | None = None
         self.dragged: tuple[int, Array] | None = None
         self.intervention = Intervention()
         self.error = ""
-        self._pace = Pace(self.live.env.control_timestep())
+        self._pace = Pace(self.episode.env.control_timestep())
         self._requests: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._requested = threading.Event()
-
-    @classmethod
-    def of_run(cls, folder: RunFolder) -> LiveSimulation:
-        """Return that of a run's best epoch; see `SavedAgent.of_run`."""
-        return cls(SavedAgent.of_run(folder))
-
-    @classmethod
-    def of_motion(cls, motion: Motion, arms: Arms = "physics") -> LiveSimulation:
-        """Return that of the feedback controller alone; see `SavedAgent.of_motion`."""
-        return cls(SavedAgent.of_motion(motion, arms))
 
     @property
     def motion(self) -> Motion:
         """The motion that is imitated."""
-        return self._agent.motion
+        return self._factory.motion
 
     @property
     def modules(self) -> int:
         """Number of modules; 0 of an agent without."""
-        enabled = self.live.enabled_modules
+        enabled = self.episode.enabled_modules
         return 0 if enabled is None else len(enabled)
 
     @property
     def enabled_modules(self) -> list[bool]:
         """Which modules may control."""
-        enabled = self.live.enabled_modules
+        enabled = self.episode.enabled_modules
         return [] if enabled is None else enabled.tolist()
+
+    @property
+    def options(self) -> EnvironmentOptions:
+        """Options of the environment of the run."""
+        return self.episode.env.task.options
 
     @property
     def plants(self) -> tuple[Plant, ...]:
         """Plants of the environment, among which `set_plant` chooses."""
-        return self.live.env.task.options.plants or ()
+        return self.options.plants or ()
 
     @property
     def steps(self) -> int:
         """Number of steps of an episode."""
-        return self.live.env.task.steps
+        return self.episode.env.task.steps
 
     @property
     def tempo(self) -> float:
@@ -117,38 +114,38 @@ class LiveSimulation:
     @property
     def moments(self) -> Sequence[Moment]:
         """Moments of the present episode so far."""
-        return self.live.moments
+        return self.episode.moments
 
     @property
     def moment(self) -> Moment:
         """The moment that is shown."""
-        return self.moments[self._index]
+        return self.moments[self.index]
 
     @property
     def recent_error_percent(self) -> float:
         """p_e of the two seconds up to the moment that is shown, percent; NaN at the beginning."""
         steps = max(1, round(_RECENT / self._pace.step_duration))
-        return error_percent(self.moments, self._index - steps, self._index)
+        return error_percent(self.moments, self.index - steps, self.index)
 
     @property
     def episode_error_percent(self) -> float:
         """p_e of the episode up to the moment that is shown, percent; NaN at the beginning."""
-        return error_percent(self.moments, 0, self._index)
+        return error_percent(self.moments, 0, self.index)
 
     @property
-    def _index(self) -> int:
-        """Index of the moment that is shown."""
+    def index(self) -> int:
+        """Index among `moments` of the moment that is shown."""
         return len(self.moments) - 1 if self.shown is None else self.shown
 
     @property
     def model(self) -> mujoco.MjModel:
         """Model of the arms of the run, whose payload changes."""
-        return self.live.env.physics.model.ptr
+        return self.episode.env.physics.model.ptr
 
     @property
     def data(self) -> mujoco.MjData:
         """State of the arms of the run at the moment that is shown, for the owning thread."""
-        return self.live.data(self.shown)
+        return self.episode.data(self.shown)
 
     @property
     def compared_data(self) -> mujoco.MjData | None:
@@ -157,7 +154,7 @@ class LiveSimulation:
 
     def site_positions(self, posture: Array) -> Array:
         """Return shoulder, elbow and wrist of both arms in a posture, shape (2, 3, 3), m."""
-        return self.live.env.physics.site_positions(posture)
+        return self.episode.env.physics.site_positions(posture)
 
     @property
     def hand_positions(self) -> Array | None:
@@ -165,7 +162,7 @@ class LiveSimulation:
 
         None where they cannot be pushed: of ideal arms, and of models without hands.
         """
-        return self.live.hand_positions(self.shown)
+        return self.episode.hand_positions(self.shown)
 
     @property
     def real_time_factor(self) -> float:
@@ -193,7 +190,7 @@ class LiveSimulation:
 
     def restart(self) -> None:
         """Begin the next episode."""
-        self.shown, number = None, self.live.episode + 1
+        self.shown, number = None, self.episode.number + 1
         for episode in self._episodes:
             episode.begin(number)
 
@@ -268,9 +265,9 @@ class LiveSimulation:
         if not shown:
             self.compared = None
         elif self.compared is None:
-            options = other_arms(self._agent.config.env)
-            other = self._agent.episode(self.live.episode, options)
-            other.intervene(for_arms(options, self.intervention))
+            options = other_arms(self._factory.config.env)
+            other = self._factory.make(self.episode.number, options)
+            other.intervene(intervention_for(options, self.intervention))
             if self.modules:
                 other.set_enabled_modules(self.enabled_modules)
             while len(other.moments) < len(self.moments) and not other.is_over:
@@ -279,15 +276,15 @@ class LiveSimulation:
 
     @property
     def _episodes(self) -> list[LiveEpisode]:
-        return [self.live] if self.compared is None else [self.live, self.compared]
+        return [self.episode] if self.compared is None else [self.episode, self.compared]
 
     def _intervene(self, **changes: Any) -> None:
         intervention = dataclasses.replace(self.intervention, **changes)
-        self.live.intervene(intervention)
+        self.episode.intervene(intervention)
         self.intervention = intervention
         if self.compared is not None:
             options = self.compared.env.task.options
-            self.compared.intervene(for_arms(options, intervention))
+            self.compared.intervene(intervention_for(options, intervention))
 
     def _advance(self) -> None:
         """Do one step of all arms.
@@ -295,15 +292,15 @@ class LiveSimulation:
         Raises:
             DivergedError: The simulation diverged; the next step begins the next episode.
         """
-        push = None if self.dragged is None else self.live.pull(*self.dragged)
-        self.live.advance(push)
+        push = None if self.dragged is None else self.episode.pull(*self.dragged)
+        self.episode.advance(push)
         if self.compared is not None:
-            if self.compared.episode != self.live.episode:
-                self.compared.begin(self.live.episode)
+            if self.compared.number != self.episode.number:
+                self.compared.begin(self.episode.number)
             elif not self.compared.is_over:
                 self.compared.advance(push)
-        if self.live.failure:
-            raise DivergedError(f"{self.live.failure}; the next step begins another episode")
+        if self.episode.failure:
+            raise DivergedError(f"{self.episode.failure}; the next step begins another episode")
 
     def handle_requests(self) -> bool:
         """Do what was requested since the last call; return whether something was."""

@@ -143,14 +143,15 @@ class Play:
 
         require_web()
         address = find_address(self.host or THIS_MACHINE, PORT if self.port is None else self.port)
+        from mpma_mj.browser.episode_factory import EpisodeFactory
         from mpma_mj.browser.page import serve
         from mpma_mj.browser.simulation import LiveSimulation
 
         if self._is_run:
-            simulation = LiveSimulation.of_run(self._folder())
+            factory = EpisodeFactory.of_run(self._folder())
         else:
-            simulation = LiveSimulation.of_motion(self._read_motion()[0])
-        serve(address, simulation, on_open=lambda url: print(url, flush=True))
+            factory = EpisodeFactory.of_motion(self._read_motion()[0])
+        serve(address, LiveSimulation(factory), on_open=lambda url: print(url, flush=True))
 
     def _check_looks(self, *, is_video: bool) -> None:
         """Check the options of how the scene is shown.
