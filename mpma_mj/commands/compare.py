@@ -12,8 +12,8 @@ import tyro
 
 from mpma_mj.agents.config import AgentConfig
 from mpma_mj.commands.folders import hint_if_interrupted, results_folder, write_tables
-from mpma_mj.commands.play import missing_opengl
 from mpma_mj.commands.run_options import Motions, RunOptions
+from mpma_mj.commands.run_video import missing_opengl
 from mpma_mj.training.config import versions
 
 if TYPE_CHECKING:

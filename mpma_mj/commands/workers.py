@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from mpma_mj.commands.folders import free_folder, hint_if_interrupted
-from mpma_mj.commands.play import missing_opengl
+from mpma_mj.commands.run_video import missing_opengl
 from mpma_mj.options import BackendName
 from mpma_mj.utils.text import shell_word
 
@@ -50,7 +50,6 @@ class Workers:
 
         has_video = type(study).write_video is not Base.write_video
         missing_gl = missing_opengl() if has_video else None
-
         folder = out or free_folder(stem)
         resume = f"to resume: the same command with --out {shell_word(folder)}"
         with hint_if_interrupted(resume, (folder / HEADER).exists):

@@ -1,4 +1,4 @@
-"""A scene as one page for a browser, which needs no network."""
+"""Pages of scenes: one file for a browser, which needs no network."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def write_html(path: Path, scene: Scene, progress: Progress = iter) -> None:
     Args:
         path: The `.html` file.
         scene: What is shown; the page has a size of its own, and the mouse turns its view.
-        progress: Wraps the range of pictures to show progress.
+        progress: Wraps the range of frames to show progress.
 
     Raises:
         MpmaError: viser is not installed.

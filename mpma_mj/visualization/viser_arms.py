@@ -41,10 +41,10 @@ _KINDS = mujoco.mjtGeom
 
 
 def require_web() -> None:
-    """Import what pages are made with.
+    """Check that viser, with which pages are made, can be imported.
 
     Raises:
-        MpmaError: It is not installed.
+        MpmaError: viser is not installed.
     """
     try:
         import viser  # noqa: F401

@@ -79,7 +79,7 @@ def test_a_format_without_sound_says_so_where_music_was_given(
     words = ["--to", "0.3", "--audio", "a.wav", "--size", "160x240"]
     assert main(["play", "ymca", *words, "--out", str(out)]) == 0
     printed = capsys.readouterr()
-    assert f"warning: {out} has no sound; write .mp4 or .webm for the music" in printed.err
+    assert f"warning: {out} has no sound; write .mp4 or .webm for the sound" in printed.err
     assert out.exists()
 
 
