@@ -1,4 +1,4 @@
-"""Make the pictures of the gallery: train what its page commands, and draw a loop of each dance.
+"""Pictures of the gallery: a loop of each dance, trained by the command on its page.
 
 python docs/make_gallery.py [NAME ...]     # all, or the pictures of these names
 
@@ -20,6 +20,7 @@ from make_pictures import every, write_clip
 
 from mpma_mj.cli import main as mpma
 from mpma_mj.training.run_folder import RunFolder
+from mpma_mj.visualization.scene import Scene
 from mpma_mj.visualization.video import episode_frames
 
 PAGE = Path(__file__).parent / "gallery.md"
@@ -59,11 +60,12 @@ def main(names: Sequence[str]) -> None:
 
 
 def write_loop(path: Path, run: Path) -> None:
-    """Write the first repetition of a run's dance, which goes on and on."""
+    """Write the first repetition of a run's dance, as a clip that repeats."""
     folder = RunFolder(run)
     trace, motion = folder.read_trace(), folder.read_motion()
     shown = slice(0, len(motion), _EVERY)
-    frames = every(episode_frames(trace, motion, options=folder.read_config().env), shown)
+    scene = Scene(trace, motion, folder.read_config().env)
+    frames = every(episode_frames(scene), shown)
     path.parent.mkdir(parents=True, exist_ok=True)
     for quality in (70, 60, 50, 40, 30, 20):
         write_clip(path, frames, _SIZE, quality)

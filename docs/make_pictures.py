@@ -48,7 +48,7 @@ def every(frames: Iterable[Picture], shown: slice) -> list[Picture]:
 def write_clip(
     path: Path, frames: Iterable[Picture], size: tuple[int, int], quality: int = 85
 ) -> None:
-    """Write frames, ten a second, width and height in pixels, as a clip that goes on and on."""
+    """Write frames, ten a second, width and height in pixels, as a clip that repeats."""
     small = (Image.fromarray(f).resize(size, Image.Resampling.LANCZOS) for f in frames)
     first, *rest = small
     shown = {"append_images": rest, "duration": 100, "loop": 0}
