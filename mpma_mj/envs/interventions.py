@@ -25,7 +25,7 @@ LONGEST_LATENCY = 10
 
 @dataclass(frozen=True, kw_only=True)
 class Intervention:
-    """What is set by hand, in place of what the options of the environment say or draw.
+    """Values that are set by hand, in place of those that the options set or draw.
 
     Attributes:
         payload: Mass of an iron ball in each hand, kg.
@@ -47,7 +47,7 @@ class Intervention:
         check_fields(self)
 
     def check(self, physics: PhysicsArms, plants: int) -> None:
-        """Refuse what the arms cannot become, given the number of plants.
+        """Check that arms can have these values, given the number of plants.
 
         Raises:
             BadOptionError: There is no such plant, or the model has no hands for a payload.

@@ -31,7 +31,7 @@ Array = NDArray[np.float64]
 _FIELD = 50.0  # vertical field of view, degrees
 _BARS = 0.5  # width of all bars, and height of the bar of responsibility 1, m
 _FLAT = 1e-3  # least height of a bar, m
-_LETTER = 0.3  # height of the label, m
+_LABEL = 0.3  # height of the label, m
 _ASIDE, _BELOW = 0.38, 0.18  # where the bars begin, from the middle, relative to its distance
 _UP = np.array([0.0, 0.0, 1.0])
 
@@ -114,11 +114,11 @@ class _Captions:
                     cast_shadow=False,
                 )
             )
-        self._letter = nodes.add_label(
+        self._label = nodes.add_label(
             "/label",
             "",
             font_size_mode="scene",
-            font_scene_height=_LETTER,
+            font_scene_height=_LABEL,
             anchor="bottom-center",
             position=foot + _BARS * (0.5 * right + 1.2 * _UP),
         )
@@ -130,4 +130,4 @@ class _Captions:
             bar.scale = (1.0, 1.0, float(height))
             bar.position = foot + _BARS * height / 2.0 * _UP
         label = self._labels[step]
-        self._letter.text, self._letter.visible = label, bool(label)
+        self._label.text, self._label.visible = label, bool(label)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from mpma_mj.motions import ymca
-from mpma_mj.motions.cleaning.coordinates import exchanged
+from mpma_mj.motions.cleaning.coordinates import exchanged_coordinates
 from mpma_mj.motions.loader import import_motion
 from mpma_mj.motions.options import ReadingOptions
 from tests.conftest import WriteTsv, dancer, doubts
@@ -69,4 +69,4 @@ def test_the_only_coordinate_that_never_changes_is_told(write_tsv: WriteTsv) -> 
 def test_no_movement_looks_exchanged(seed: int, noise: float) -> None:
     points = np.stack([*dancer(singular(seed).posture).values()])
     points += np.random.default_rng(seed).normal(0.0, noise, points.shape)
-    assert exchanged(points, ARMS) is None
+    assert exchanged_coordinates(points, ARMS) is None
