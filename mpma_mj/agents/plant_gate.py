@@ -114,8 +114,8 @@ class PlantGate(Gate):
     def enable(self, mask: NDArray[np.bool_]) -> None:
         """Switch modules off or on, from the next step, by a mask of shape (W · M,).
 
-        Where all of a plant are off, the belief goes on among the others; the whole belief goes on
-        meanwhile.
+        Where all of a plant are off, the belief is updated among the others; meanwhile the belief
+        among all plants is, too.
         """
         whole = self._belief if self._whole is None else self._whole
         super().enable(mask)

@@ -19,10 +19,14 @@ _STEP, _START_HERE, _RESTART = "step", "start here", "restart"
 
 
 def on_user(widget: Any, act: Callable[[Any], None]) -> None:
-    """Let a widget act where a user has changed it, given its value.
+    """Call a function with the value of a widget where a user has changed it.
 
-    What this program sets calls back, too, without a client. Coroutines are called in order, in
-    the thread of the server; other functions in any of a pool.
+    Values that this program sets call back, too, but without a client. Coroutines are called in
+    order, in the thread of the server; other functions in any thread of a pool.
+
+    Args:
+        widget: Handle of viser, of a button or an input.
+        act: The function; it runs in the thread of the server.
     """
 
     async def callback(event: Any) -> None:

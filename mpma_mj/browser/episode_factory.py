@@ -54,7 +54,7 @@ class EpisodeFactory:
 
     @classmethod
     def of_motion(cls, motion: Motion, arms: Arms = "physics") -> EpisodeFactory:
-        """Return the feedback controller, which alone lets arms follow a motion."""
+        """Return the feedback controller, by which arms follow a motion without a run."""
         env = EnvironmentOptions(arms=arms)
         return cls(RunConfig(env=env, agent=FeedbackOnlyConfig()), motion)
 

@@ -44,13 +44,13 @@ class LiveSimulation:
 
     Attributes:
         episode: Episode of the arms of the run.
-        compared: Episode of the other kind of arms beside it; None while it is not shown.
+        compared: Episode of the other kind of arms; None while it is not shown.
         playing: Whether it plays; else it is paused.
         shown: Index of the past moment that is shown while paused; None for the present.
         dragged: Index of the hand that is dragged, and position of the pointer, shape (3,), m;
             None while none is.
         intervention: Payload, gain, plant and latency that are set by hand.
-        error: What went wrong, in one line; empty from the next request on.
+        error: The error that paused it, in one line; empty from the next request on.
     """
 
     def __init__(self, factory: EpisodeFactory) -> None:
@@ -258,7 +258,7 @@ class LiveSimulation:
         self.dragged = hand, position
 
     def compare(self, shown: bool) -> None:
-        """Show the other kind of arms beside those of the run, moved by the same agent; or not.
+        """Show the other kind of arms next to those of the run, moved by the same agent; or not.
 
         Their episode is repeated up to the present, without pushes.
         """
@@ -317,7 +317,7 @@ class LiveSimulation:
         What fails is reported as `error`, and pauses.
 
         Args:
-            stop: Ends the loop.
+            stop: Event that ends the loop.
             draw: Called at first, after each step and after requests.
         """
         changed, pace = True, self._pace
@@ -336,7 +336,7 @@ class LiveSimulation:
                 self._requested.wait(min(wait, _IDLE))
 
     def _attempt(self, change: Callable[[], None]) -> None:
-        """Do something; where it fails, say why and pause."""
+        """Do something; where it fails, keep the error and pause."""
         try:
             change()
         except Exception as error:  # the loop goes on, whatever happens

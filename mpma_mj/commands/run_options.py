@@ -46,7 +46,7 @@ _AGENT = "--agent"
 _WHOLE = "training imitates whole episodes"
 
 MOTION = f"{DANCES}; or a recording: C3D, BVH, AMC, TRC, CSV and others (docs/guides/recordings.md)"
-"""What help texts say of a motion."""
+"""Description of a motion in help texts."""
 
 _MOTIONS = (
     tyro.conf.Positional,

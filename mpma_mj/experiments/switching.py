@@ -150,7 +150,7 @@ class Switching(Study):
         write_figure(path, records, tuple(self.agents), tuple(self.plants))
 
     def write_video(self, path: Path, records: Sequence[Record], progress: Progress) -> None:
-        """Write the video of the first agent beside one that does not know plants apart."""
+        """Write the video of the first agent next to one that does not distinguish plants."""
         from mpma_mj.experiments.switching_video import write_video
 
         drawn = _drawn(records, self.agents)

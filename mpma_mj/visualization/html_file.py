@@ -78,7 +78,7 @@ def write_html(path: Path, scene: Scene, progress: Progress = iter) -> None:
 def _look(server: viser.ViserServer, view: mujoco.MjvCamera) -> Array:
     """Look at the scene as a camera does, and return the direction, shape (3,).
 
-    Lights are viser's own: a page that begins again forgets those that were changed.
+    Lights are viser's own: a page that begins again resets those that were changed.
     """
     turn, tilt = np.radians([view.azimuth, view.elevation])
     ahead = np.array([np.cos(turn) * np.cos(tilt), np.sin(turn) * np.cos(tilt), np.sin(tilt)])

@@ -1,4 +1,4 @@
-"""Coordinates that changed places, or are something else, are told."""
+"""Warnings of coordinates that changed places, or are something else."""
 
 import numpy as np
 import pytest
