@@ -100,8 +100,8 @@ def is_own_origin(origin: str | None, host: str | None) -> bool:
     """Return whether a request was made by a page that this server has sent.
 
     Any page in the world may connect to the machine of the browser that shows it. Browsers send the
-    origin of the page: requests of this server's page have its own host there. Names are refused but
-    this machine's, since the owner of any other can point it to this machine; numbers are accepted.
+    origin of the page: requests of this server's page have its own host there. Names other than
+    this machine's are refused, since their owners can point them to this machine; numbers are not.
     That holds through tunnels too, whose ports differ from the server's.
 
     Args:

@@ -1,4 +1,4 @@
-"""The simulation behind the page: one thread owns it, all others put requests in its queue."""
+"""Live simulation behind the page: one thread owns it, all others put requests in its queue."""
 
 from __future__ import annotations
 

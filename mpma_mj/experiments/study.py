@@ -1,4 +1,4 @@
-"""The pipeline of all studies: folder, resuming, workers, progress, table and figure."""
+"""Pipeline of all studies: folder, resuming, workers, progress, table, figure and video."""
 
 from __future__ import annotations
 

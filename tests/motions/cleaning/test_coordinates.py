@@ -45,7 +45,7 @@ def warnings(write_tsv: WriteTsv, points: dict[str, Array]) -> list[str]:
         (("left_shoulder", 2), ("neck", 2)),
     ],
 )
-def test_exchanged_columns_are_told(
+def test_exchanged_columns_are_warned_of(
     write_tsv: WriteTsv, one: tuple[str, int], other: tuple[str, int]
 ) -> None:
     points = body()
@@ -56,7 +56,7 @@ def test_exchanged_columns_are_told(
     assert any(warning.startswith(expected) for warning in warnings(write_tsv, points))
 
 
-def test_the_only_coordinate_that_never_changes_is_told(write_tsv: WriteTsv) -> None:
+def test_the_only_coordinate_that_never_changes_is_warned_of(write_tsv: WriteTsv) -> None:
     points = body()
     points["pelvis"][:, 0] = 45.0
     expected = "x of pelvis is 45 in all frames, while all other coordinates change"
