@@ -125,20 +125,17 @@ class Controls:
         self.gain = gui.add_slider("gain", min(low, gain), max(high, gain), 0.05, gain)
         longest = max(LONGEST_LATENCY, latency)
         self.latency = gui.add_slider("latency, steps", 0, longest, 1, latency)
-        on_user(self.payload, lambda payload: request(simulation.set_payload, payload))
-        on_user(self.gain, lambda gain: request(simulation.set_actuator_gain, gain))
-        on_user(self.latency, lambda latency: request(simulation.set_latency, latency))
+        on_user(self.payload, lambda payload: request(simulation.intervene, payload=payload))
+        on_user(self.gain, lambda gain: request(simulation.intervene, actuator_gain=gain))
+        on_user(self.latency, lambda latency: request(simulation.intervene, latency=latency))
 
     def _set_plant(self, index: int) -> None:
         """Let a plant be on, or those of the run in their turn; in the owning thread."""
         simulation = self._simulation
-        simulation.set_payload(None)
-        simulation.set_actuator_gain(None)
         if index < len(simulation.plants):
-            simulation.set_plant(index)
+            simulation.intervene(plant=index, payload=None, actuator_gain=None)
         else:
-            simulation.set_plant(None)
-            simulation.set_latency(None)
+            simulation.intervene(plant=None, payload=None, actuator_gain=None, latency=None)
         values, self.latency.value = self._values(), self._latency()
         self.payload.value, self.gain.value = values["payload"], values["actuator_gain"]
 

@@ -98,7 +98,7 @@ class LiveSimulation:
 
     @property
     def plants(self) -> tuple[Plant, ...]:
-        """Plants of the environment, among which `set_plant` chooses."""
+        """Plants of the environment, among which `intervene` chooses."""
         return self.options.plants or ()
 
     @property
@@ -214,21 +214,21 @@ class LiveSimulation:
         """Set the tempo as a multiple of real time; the nearest of `TEMPOS` counts."""
         self._pace.tempo = float(np.clip(tempo, *TEMPOS))
 
-    def set_payload(self, payload: float | None) -> None:
-        """Set the mass of a ball in each hand, kg; None for that of the run."""
-        self._intervene(payload=payload)
+    def intervene(self, **changes: Any) -> None:
+        """Set payload, gain, latency or plant by hand; what is not named stays.
 
-    def set_actuator_gain(self, gain: float | None) -> None:
-        """Set the factor on commanded velocities; None for that of the run."""
-        self._intervene(actuator_gain=gain)
+        Args:
+            **changes: Values of fields of `Intervention`; None for that of the run.
 
-    def set_latency(self, latency: int | None) -> None:
-        """Set the control steps from an action to its effect; None for those of the run."""
-        self._intervene(latency=latency)
-
-    def set_plant(self, plant: int | None) -> None:
-        """Set the index of the plant that is on; None for the plants of the run in their turn."""
-        self._intervene(plant=plant)
+        Raises:
+            BadOptionError: A value is out of bounds, or the arms cannot have it.
+        """
+        intervention = dataclasses.replace(self.intervention, **changes)
+        self.episode.intervene(intervention)
+        self.intervention = intervention
+        if self.compared is not None:
+            options = self.compared.env.task.options
+            self.compared.intervene(intervention_for(options, intervention))
 
     def set_enabled_modules(self, enabled: Sequence[bool]) -> None:
         """Switch modules off or on, shape (M,)."""
@@ -277,14 +277,6 @@ class LiveSimulation:
     @property
     def _episodes(self) -> list[LiveEpisode]:
         return [self.episode] if self.compared is None else [self.episode, self.compared]
-
-    def _intervene(self, **changes: Any) -> None:
-        intervention = dataclasses.replace(self.intervention, **changes)
-        self.episode.intervene(intervention)
-        self.intervention = intervention
-        if self.compared is not None:
-            options = self.compared.env.task.options
-            self.compared.intervene(intervention_for(options, intervention))
 
     def _advance(self) -> None:
         """Do one step of all arms.

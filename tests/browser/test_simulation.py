@@ -170,11 +170,10 @@ def test_payload_gain_and_latency_disturb_until_they_are_taken_back(
         return simulation.episode_error_percent
 
     undisturbed = error()
-    changes = (simulation.set_payload, 3.0), (simulation.set_actuator_gain, 0.5)
-    for change, value in (*changes, (simulation.set_latency, 2)):
-        change(value)  # type: ignore[operator] # whole numbers are numbers
+    for option, value in {"payload": 3.0, "actuator_gain": 0.5, "latency": 2}.items():
+        simulation.intervene(**{option: value})
         assert error() > 1.5 * undisturbed
-        change(None)
+        simulation.intervene(**{option: None})
     assert simulation.intervention == type(simulation.intervention)()
     assert error() == pytest.approx(undisturbed, rel=0.3)  # with the noise of another episode
 
@@ -186,10 +185,10 @@ def test_plants_are_switched() -> None:
     assert simulation.plants == plants
     simulation.compare(True)  # ideal arms, which have one plant
     for plant in (1, 0):
-        simulation.set_plant(plant)
+        simulation.intervene(plant=plant)
         steps(simulation, 60)
         assert {moment.plant for moment in simulation.moments[-59:]} == {plant}
-    simulation.set_plant(None)
+    simulation.intervene(plant=None)
     simulation.restart()
     steps(simulation, 200)
     assert {moment.plant for moment in simulation.moments} == {0, 1}
@@ -234,7 +233,11 @@ def test_one_thread_does_everything_that_others_request(simulation: LiveSimulati
         simulation.request(simulation.play)
         assert drawn.wait(_PATIENCE)
         requests = [
-            threading.Thread(target=simulation.request, args=(simulation.set_payload, 0.01 * i))
+            threading.Thread(
+                target=simulation.request,
+                args=(simulation.intervene,),
+                kwargs={"payload": 0.01 * i},
+            )
             for i in range(20)
         ]
         for thread in requests:
@@ -272,7 +275,7 @@ def test_what_fails_is_reported_and_pauses_and_the_loop_goes_on(
         done(simulation)
     assert ("ValueError: a reason of two lines", False) in shown
     simulation.request(simulation.play)
-    simulation.request(simulation.set_payload, -1.0)
+    simulation.request(simulation.intervene, payload=-1.0)
     simulation.handle_requests()
     assert simulation.error == "payload is -1.0; expected 0 to 1000, in kg"
     assert not simulation.playing
@@ -285,15 +288,15 @@ def test_a_simulation_that_diverges_is_reported_and_can_go_back(
     simulation: LiveSimulation,
 ) -> None:
     steps(simulation, 10)
-    simulation.set_actuator_gain(100.0)
+    simulation.intervene(actuator_gain=100.0)
     with pytest.raises(DivergedError, match=r"diverged: the .* ran away; the next step begins"):
         steps(simulation, 100)
-    simulation.set_actuator_gain(None)
+    simulation.intervene(actuator_gain=None)
     simulation.show(5)
     simulation.start_here()
     steps(simulation, 30)
     assert simulation.episode_error_percent < 5.0
-    simulation.set_actuator_gain(100.0)
+    simulation.intervene(actuator_gain=100.0)
     simulation.request(simulation.play)
     for _ in range(100):
         simulation.request(simulation.single_step)
