@@ -15,7 +15,8 @@ from mpma_mj.agents.base import Observation
 from mpma_mj.agents.paired_models import PairedModels
 from mpma_mj.agents.wrappers import Frozen, paired_models_of
 from mpma_mj.context import active_label
-from mpma_mj.envs.interventions import EnvironmentMoment, Intervention
+from mpma_mj.envs.interventions import Intervention
+from mpma_mj.envs.moment import EnvironmentMoment
 from mpma_mj.envs.physics import KinematicArms
 from mpma_mj.errors import BadOptionError
 from mpma_mj.metrics import posture_error_percent
