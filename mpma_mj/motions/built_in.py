@@ -75,10 +75,10 @@ def unknown_motion(source: object, kind: str = "motion", others: str = "") -> Un
         kind: What was expected.
         others: What may be given besides, before the built-in motions.
     """
-    word = str(source).partition(":")[2]
+    name, _, word = str(source).partition(":")
     spelled = f"{_SPELLING}:{word if word.isalnum() else 'WORD'}"
     return UnknownMotionError(
         f"no {kind} '{source}'; expected {others}{HAND_MADE}, synthetic, synthetic-1 to"
         f" synthetic-{SYNTHETIC_MOTIONS}, or the path of a recording",
-        remedy=did_you_mean(str(source), [*BUILT_IN, spelled]),
+        remedy=did_you_mean(name, [*BUILT_IN, _SPELLING]).replace(_SPELLING, spelled),
     )
