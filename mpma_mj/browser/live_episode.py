@@ -60,7 +60,7 @@ class Moment:
 
 @dataclass(frozen=True, eq=False)
 class _Act:
-    """What an agent received for an action."""
+    """Input of an agent for an action: observation, plant, and enabled modules."""
 
     observation: Observation
     plant: NDArray[np.intp] | None
@@ -68,7 +68,7 @@ class _Act:
 
 
 class LiveEpisode:
-    """An environment and an agent, step by step.
+    """Episode of an environment and an agent, step by step.
 
     To go back, the environment gets the state of the moment, and the agent acts once more on the
     observations before it: that takes 0.1 ms a step, needs no more than the observations, and is

@@ -1,4 +1,4 @@
-"""Moments of an episode, to which an environment can go back."""
+"""Moments of an episode, to which an environment can go back to the bit."""
 
 from __future__ import annotations
 
