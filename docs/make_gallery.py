@@ -62,10 +62,9 @@ def main(names: Sequence[str]) -> None:
 def write_loop(path: Path, run: Path) -> None:
     """Write the first repetition of a run's dance, as a clip that repeats."""
     folder = RunFolder(run)
-    trace, motion = folder.read_trace(), folder.read_motion()
-    shown = slice(0, len(motion), _EVERY)
-    scene = Scene(trace, motion, folder.read_config().env)
-    frames = every(episode_frames(scene), shown)
+    motion = folder.read_motion()
+    scene = Scene(folder.read_trace(), motion, folder.read_config().env)
+    frames = every(episode_frames(scene), slice(0, len(motion), _EVERY))
     path.parent.mkdir(parents=True, exist_ok=True)
     for quality in (70, 60, 50, 40, 30, 20):
         write_clip(path, frames, _SIZE, quality)

@@ -1,6 +1,6 @@
-"""Make the pictures of the documentation from a trained run and a comparison.
+"""Make the pictures of the documentation from a trained run, a comparison and a study.
 
-python docs/make_pictures.py runs/ymca runs/compare
+python docs/make_pictures.py runs/ymca runs/compare runs/switching
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ PICTURES = Path(__file__).parent / "pictures"
 Picture = NDArray[np.uint8]
 
 
-def main(run: Path, comparison: Path) -> None:
+def main(run: Path, comparison: Path, switching: Path) -> None:
     """Write clips of one pass through the motion, and copies of the figures."""
     folder = RunFolder(run)
     trace, motion = folder.read_trace(), folder.read_motion()
@@ -36,6 +36,8 @@ def main(run: Path, comparison: Path) -> None:
     )
     video = iio.imiter(comparison / "episodes.mp4")
     write_clip(PICTURES / "compare.webp", every(video, shown), (960, 240))
+    video = iio.imiter(switching / "video.mp4")
+    write_clip(PICTURES / "switching.webp", every(video, slice(0, None, 2)), (732, 420), 60)
     for figure in [*folder.figures.glob("*.png"), *comparison.glob("*.png")]:
         shutil.copy(figure, PICTURES / figure.name)
 

@@ -255,11 +255,12 @@ def resume(
         on_epoch: Called with the metrics of every further epoch.
 
     Raises:
-        MpmaError: The folder holds no run, or a damaged one.
+        MpmaError: The folder holds no run, or a damaged one, or something is in the way there.
         DivergedError: The simulation did not stay finite.
     """
     config = folder.read_config()
     _check(config, 1 if epochs is None else epochs)
+    folder.check_places()
     motion = folder.read_motion()
     state, rows, last = folder.read_latest(config)
     best_state, row = folder.read_best(config)

@@ -136,6 +136,10 @@ class RunFolder:
                 f"{self.path}: already contains a run",
                 remedy="{overwrite} replaces it, {resume} continues it",
             )
+        self.check_places()
+
+    def check_places(self) -> None:
+        """Check that the files of a run can be written; RunFolderError as of `check_new`."""
         written = ("config.json", "trace.npz", "metrics.csv", "checkpoint/latest.npz")
         folder_changes.check_places(self.path, (*written, *_OF_RUN))
 

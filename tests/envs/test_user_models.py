@@ -15,6 +15,7 @@ from mpma_mj.training.checkpoints import demonstrated
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.dataset import read_motions
 from mpma_mj.training.run_folder import RunFolder
+from mpma_mj.visualization.scene import Scene
 from mpma_mj.visualization.video import episode_frames
 from tests.envs.user_models import edited
 
@@ -286,7 +287,7 @@ def test_a_run_is_checked_and_drawn_with_its_own_arms(quick: Path, tmp_path: Pat
     assert main([*words.split(), "--epochs", "1", "--no-video", "--out", str(out)]) == 0
     folder = RunFolder(out)
     trace, options = demonstrated(folder)[1], folder.read_config().env
-    frames = episode_frames(trace, folder.read_motion(), options=options, camera="far")
+    frames = episode_frames(Scene(trace, folder.read_motion(), options, camera="far"))
     try:
         assert next(frames).std() > 10
     except RenderingError as error:

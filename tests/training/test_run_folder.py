@@ -322,3 +322,17 @@ def test_a_run_keeps_a_copy_of_its_music(run: Path, tmp_path: Path) -> None:
     assert folder.sound.read_bytes() == b"music"
     replace_inputs(folder, dataclasses.replace(config, reading=ReadingOptions()))
     assert folder.sound is None
+
+
+@pytest.mark.parametrize("name", ["summary.json", "metrics.csv", "trace.npz"])
+def test_what_is_in_the_way_of_a_run_is_refused_before_it_goes_on(run: Path, name: str) -> None:
+    content = (run / name).read_bytes()
+    (run / name).unlink()
+    (run / name).mkdir()
+    before = RunFolder(run).checkpoint("latest").read_bytes()
+    with pytest.raises(RunFolderError, match=rf"{name}: is a folder, not a file; remove it"):
+        resume(RunFolder(run), 1)
+    assert RunFolder(run).checkpoint("latest").read_bytes() == before
+    (run / name).rmdir()
+    (run / name).write_bytes(content)
+    assert resume(RunFolder(run), 1).history.rows

@@ -114,7 +114,7 @@ def test_an_impossible_folder_is_reported_at_the_first_step(tmp_path: Path) -> N
     (tmp_path / "file").write_text("")
     env = RecordVideo(ymca(), tmp_path / "file" / "dance.mp4")
     env.reset()
-    with pytest.raises(RunFolderError, match="cannot be written"):
+    with pytest.raises(RunFolderError, match="is a file, not a folder"):
         env.step(np.zeros(8))
 
 
