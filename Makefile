@@ -17,10 +17,6 @@ dance: .venv/installed  ## train the built-in dance and make its video
 test: .venv/installed-dev  ## quick tests, under 4 minutes on two cores
 	$(BIN)/pytest -n 2 --dist worksteal -q -rs
 
-test-video: .venv/installed-dev  ## tests that need mediapipe
-	$(BIN)/pip install --disable-pip-version-check --editable '.[video]'
-	$(BIN)/pytest -q -rs tests/motions/readers/video
-
 test-slow: .venv/installed-dev  ## what takes longer
 	$(BIN)/pytest -n 2 -q -m slow
 
@@ -29,6 +25,11 @@ test-web: .venv/installed-dev  ## the page in a real browser: Chromium of the sy
 	$(BIN)/pip install --quiet --disable-pip-version-check --editable '.[web]' playwright
 	command -v chromium google-chrome >/dev/null || $(BIN)/playwright install chromium
 	$(BIN)/pytest -q -rs -m web
+
+test-video: .venv/installed-dev  ## dance from video, with mediapipe
+	@echo "Installing mediapipe into .venv"
+	$(BIN)/pip install --quiet --disable-pip-version-check --editable '.[video]'
+	$(BIN)/pytest -q -rs tests/motions/readers/video
 
 test-lowest: .venv/installed-dev  ## quick tests with the lowest versions that pyproject.toml declares
 	@echo "Installing the lowest versions into .venv-lowest"

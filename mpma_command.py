@@ -6,7 +6,7 @@ from types import FrameType
 from typing import NoReturn
 
 _ENDING = ("SIGINT", "SIGTERM", "SIGHUP")
-_USUAL = (signal.SIG_DFL, signal.default_int_handler)  # not where somebody ignores them
+_USUAL = (signal.SIG_DFL, signal.default_int_handler)  # signals that are ignored stay so
 
 
 def main() -> int:

@@ -1,4 +1,4 @@
-"""Make the pictures of the gallery: train what its page commands, and draw a loop of each dance.
+"""Pictures of the gallery: a loop of each dance, trained by the command on its page.
 
 python docs/make_gallery.py [NAME ...]     # all, or the pictures of these names
 
@@ -60,7 +60,7 @@ def main(names: Sequence[str]) -> None:
 
 
 def write_loop(path: Path, run: Path) -> None:
-    """Write the first repetition of a run's dance, which goes on and on."""
+    """Write the first repetition of a run's dance, as a clip that repeats."""
     folder = RunFolder(run)
     motion = folder.read_motion()
     scene = Scene(folder.read_trace(), motion, folder.read_config().env)

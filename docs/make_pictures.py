@@ -34,10 +34,10 @@ def main(run: Path, comparison: Path, switching: Path) -> None:
     write_clip(
         PICTURES / "ymca.webp", every(episode_frames(Scene(trace, motion)), shown), (480, 432)
     )
-    film = iio.imiter(comparison / "episodes.mp4")
-    write_clip(PICTURES / "compare.webp", every(film, shown), (960, 240))
-    film = iio.imiter(switching / "film.mp4")
-    write_clip(PICTURES / "switching.webp", every(film, slice(0, None, 2)), (732, 420), 60)
+    video = iio.imiter(comparison / "episodes.mp4")
+    write_clip(PICTURES / "compare.webp", every(video, shown), (960, 240))
+    video = iio.imiter(switching / "video.mp4")
+    write_clip(PICTURES / "switching.webp", every(video, slice(0, None, 2)), (732, 420), 60)
     for figure in [*folder.figures.glob("*.png"), *comparison.glob("*.png")]:
         shutil.copy(figure, PICTURES / figure.name)
 
@@ -50,7 +50,7 @@ def every(frames: Iterable[Picture], shown: slice) -> list[Picture]:
 def write_clip(
     path: Path, frames: Iterable[Picture], size: tuple[int, int], quality: int = 85
 ) -> None:
-    """Write frames, ten a second, width and height in pixels, as a clip that goes on and on."""
+    """Write frames, ten a second, width and height in pixels, as a clip that repeats."""
     small = (Image.fromarray(f).resize(size, Image.Resampling.LANCZOS) for f in frames)
     first, *rest = small
     shown = {"append_images": rest, "duration": 100, "loop": 0}

@@ -125,7 +125,7 @@ def _signals_interrupt() -> Iterator[list[int]]:
         yield received
     finally:
         sys.unraisablehook = hook
-        for timer in timers:  # what is lost at the end comes too late
+        for timer in timers:  # a signal that is lost at the end came too late
             timer.cancel()
         for number, handler in before.items():
             signal.signal(number, handler)

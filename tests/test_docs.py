@@ -3,16 +3,19 @@
 import ast
 import importlib
 import importlib.util
+import math
 import re
 from pathlib import Path
 from typing import Any
 
 import pytest
+from PIL import Image
 
 import mpma_mj
 from mpma_mj.cli import main
 from mpma_mj.motions.built_in import built_in
 from mpma_mj.motions.readers.recognise import TEXT_FORMATS
+from mpma_mj.training.run_folder import RunFolder
 
 ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "docs"
@@ -106,6 +109,19 @@ def test_the_gallery_has_ten_small_loops_of_built_in_motions(
     assert sizes.keys() == {name for name, _ in dances}
     assert max(sizes.values()) < 150_000
     assert sum(sizes.values()) < 1_200_000
+
+
+@pytest.mark.usefixtures("opengl")
+def test_a_loop_of_the_gallery_is_drawn_from_a_run(
+    small_run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(DOCS)
+    gallery = importlib.import_module("make_gallery")
+    gallery.write_loop(tmp_path / "loop.webp", small_run)
+    motion = RunFolder(small_run).read_motion()
+    with Image.open(tmp_path / "loop.webp") as loop:
+        assert loop.size == (300, 270)
+        assert loop.n_frames == math.ceil(len(motion) / 2)
 
 
 @pytest.mark.parametrize(

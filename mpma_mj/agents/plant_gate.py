@@ -104,8 +104,8 @@ class PlantGate(Gate):
         self.plants = int(self.models.recruited.max())
         self._present = self.models.recruited.copy()  # plants of each run in this episode
         self._allow()
-        self._belief = _alike(self._possible)
-        self._whole = _alike(self._recruited) if self._hidden.any() else None
+        self._belief = _uniform_belief(self._possible)
+        self._whole = _uniform_belief(self._recruited) if self._hidden.any() else None
         # Before the first epoch predictions carry no information.
         self._compares = self._config.forward_gating and int(self.models.epochs.min()) > 0
         self._angles: Array | None = None  # of the step before, as the plant models' inputs
@@ -114,8 +114,8 @@ class PlantGate(Gate):
     def enable(self, mask: NDArray[np.bool_]) -> None:
         """Switch modules off or on, from the next step, by a mask of shape (W · M,).
 
-        Where all of a plant are off, the belief goes on among the others; the whole belief goes on
-        meanwhile.
+        Where all of a plant are off, the belief is updated among the others; meanwhile the belief
+        among all plants is, too.
         """
         whole = self._belief if self._whole is None else self._whole
         super().enable(mask)
@@ -331,7 +331,7 @@ def _of_plants(belief: Array, inside: Array) -> Array:
     return inside.reshape(*inside.shape[:-2], -1)
 
 
-def _alike(possible: NDArray[np.bool_]) -> Array:
+def _uniform_belief(possible: NDArray[np.bool_]) -> Array:
     """Return the belief in plants, (..., W'), before anything is known."""
     return possible / np.maximum(possible.sum(axis=-1, keepdims=True), 1)
 

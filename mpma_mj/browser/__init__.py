@@ -1,1 +1,1 @@
-"""The page on which an agent dances live."""
+"""Page on which an agent dances live."""

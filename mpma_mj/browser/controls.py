@@ -19,10 +19,14 @@ _STEP, _START_HERE, _RESTART = "step", "start here", "restart"
 
 
 def on_user(widget: Any, act: Callable[[Any], None]) -> None:
-    """Let a widget act where a user has changed it, given its value.
+    """Call a function with the value of a widget where a user has changed it.
 
-    What this program sets calls back, too, without a client. Coroutines are called in order, in
-    the thread of the server; other functions in any of a pool.
+    Values that this program sets call back, too, but without a client. Coroutines are called in
+    order, in the thread of the server; other functions in any thread of a pool.
+
+    Args:
+        widget: Handle of viser, of a button or an input.
+        act: The function; it runs in the thread of the server.
     """
 
     async def callback(event: Any) -> None:
@@ -45,28 +49,37 @@ class Controls:
         import viser
 
         self._gui, self._simulation, self._icons = gui, simulation, viser.Icon
-        ask, live = simulation.request, simulation
+        request = simulation.request
         self._playing = simulation.playing
         self.play = gui.add_button("", order=10)
         self._label_play()
-        on_user(self.play, lambda _: ask(live.pause if live.playing else live.play))
+        on_user(
+            self.play,
+            lambda _: request(simulation.pause if simulation.playing else simulation.play),
+        )
         self.steps = gui.add_button_group("move", (_STEP, _START_HERE, _RESTART), order=11)
-        moves = {_STEP: live.single_step, _START_HERE: live.start_here, _RESTART: live.restart}
-        on_user(self.steps, lambda name: ask(moves[name]))
-        last = live.steps
-        self.scrub = gui.add_slider("step", 0, last, 1, len(live.moments) - 1, order=12)
+        moves = {
+            _STEP: simulation.single_step,
+            _START_HERE: simulation.start_here,
+            _RESTART: simulation.restart,
+        }
+        on_user(self.steps, lambda name: request(moves[name]))
+        last, now = simulation.steps, len(simulation.moments) - 1
+        self.scrub = gui.add_slider("step", 0, last, 1, now, order=12)
         self._scrubbed = -_HOLD  # time at which it was moved, s
         on_user(self.scrub, self._show)
-        self.tempo = gui.add_slider("tempo", *TEMPOS, 0.1, live.tempo, order=13)
-        on_user(self.tempo, lambda tempo: ask(live.set_tempo, tempo))
+        self.tempo = gui.add_slider("tempo", *TEMPOS, 0.1, simulation.tempo, order=13)
+        on_user(self.tempo, lambda tempo: request(simulation.set_tempo, tempo))
         self.boxes: list[Any] = []
-        if live.modules:
+        if simulation.modules:
             with gui.add_folder("Modules", order=20):
                 self._add_boxes()
         with gui.add_folder("Arms", order=21):
             self._add_plant()
-            self.compare = gui.add_checkbox(f"{_other(live)} arms", bool(live.compared))
-            on_user(self.compare, lambda shown: ask(live.compare, shown))
+            self.compare = gui.add_checkbox(
+                f"{_other_kind(simulation)} arms", bool(simulation.compared)
+            )
+            on_user(self.compare, lambda shown: request(simulation.compare, shown))
 
     def update(self) -> None:
         """Follow the simulation; what a user may be moving is left alone."""
@@ -90,61 +103,58 @@ class Controls:
         self.play.icon = icons.PLAYER_PAUSE_FILLED if playing else icons.PLAYER_PLAY_FILLED
 
     def _add_boxes(self) -> None:
-        live = self._simulation
-        for i, enabled in enumerate(live.enabled_modules):
+        simulation = self._simulation
+        for i, enabled in enumerate(simulation.enabled_modules):
 
             def switch(on: bool, index: int = i) -> None:
-                live.request(live.enable_module, index, on)
+                simulation.request(simulation.enable_module, index, on)
 
             box = self._gui.add_checkbox(f"module {i + 1}", enabled)
             on_user(box, switch)
             self.boxes.append(box)
 
     def _add_plant(self) -> None:
-        gui, live, values, latency = self._gui, self._simulation, self._values(), self._latency()
+        gui, simulation = self._gui, self._simulation
+        request, values, latency = simulation.request, self._values(), self._latency()
         payload, gain, (low, high) = values["payload"], values["actuator_gain"], _GAINS
-        choices = (*(f"plant {i + 1}" for i in range(len(live.plants))), _AS_IN_RUN)
+        choices = (*(f"plant {i + 1}" for i in range(len(simulation.plants))), _AS_IN_RUN)
         self.plant = gui.add_button_group("plant", choices)
-        on_user(self.plant, lambda name: live.request(self._set_plant, choices.index(name)))
+        on_user(self.plant, lambda name: request(self._set_plant, choices.index(name)))
         self.payload = gui.add_slider("payload, kg", 0.0, max(_HEAVIEST, payload), 0.1, payload)
-        self.payload.visible = live.hand_positions is not None
+        self.payload.visible = simulation.hand_positions is not None
         self.gain = gui.add_slider("gain", min(low, gain), max(high, gain), 0.05, gain)
         longest = max(LONGEST_LATENCY, latency)
         self.latency = gui.add_slider("latency, steps", 0, longest, 1, latency)
-        on_user(self.payload, lambda payload: live.request(live.set_payload, payload))
-        on_user(self.gain, lambda gain: live.request(live.set_actuator_gain, gain))
-        on_user(self.latency, lambda latency: live.request(live.set_latency, latency))
+        on_user(self.payload, lambda payload: request(simulation.intervene, payload=payload))
+        on_user(self.gain, lambda gain: request(simulation.intervene, actuator_gain=gain))
+        on_user(self.latency, lambda latency: request(simulation.intervene, latency=latency))
 
     def _set_plant(self, index: int) -> None:
         """Let a plant be on, or those of the run in their turn; in the owning thread."""
-        live = self._simulation
-        live.set_payload(None)
-        live.set_actuator_gain(None)
-        if index < len(live.plants):
-            live.set_plant(index)
+        simulation = self._simulation
+        if index < len(simulation.plants):
+            simulation.intervene(plant=index, payload=None, actuator_gain=None)
         else:
-            live.set_plant(None)
-            live.set_latency(None)
+            simulation.intervene(plant=None, payload=None, actuator_gain=None, latency=None)
         values, self.latency.value = self._values(), self._latency()
         self.payload.value, self.gain.value = values["payload"], values["actuator_gain"]
 
     def _values(self) -> PlantValues:
         """Return the present payload and gain; of options that are ranges, the highest."""
-        live = self._simulation
-        by_hand = live.intervention
-        plant = live.moment.plant if by_hand.plant is None else by_hand.plant
-        return by_hand.plant_values(plants_of(live.live.env.task.options)[plant or 0])
+        simulation = self._simulation
+        by_hand = simulation.intervention
+        plant = simulation.moment.plant if by_hand.plant is None else by_hand.plant
+        return by_hand.plant_values(plants_of(simulation.options)[plant or 0])
 
     def _latency(self) -> int:
         """Return the present latency, control steps; the lowest of a range."""
         by_hand = self._simulation.intervention.latency
-        of_run = self._simulation.live.env.task.options.latency
-        return int(
-            (of_run[0] if isinstance(of_run, tuple) else of_run) if by_hand is None else by_hand
-        )
+        if by_hand is not None:
+            return by_hand
+        of_run = self._simulation.options.latency
+        return int(of_run[0] if isinstance(of_run, tuple) else of_run)
 
 
-def _other(simulation: LiveSimulation) -> str:
+def _other_kind(simulation: LiveSimulation) -> str:
     """Return the kind of the arms that the run does not have."""
-    options = simulation.live.env.task.options
-    return "physics" if options.arms == "kinematic" else "kinematic"
+    return "physics" if simulation.options.arms == "kinematic" else "kinematic"

@@ -15,7 +15,8 @@ from mpma_mj.agents.base import Observation
 from mpma_mj.agents.paired_models import PairedModels
 from mpma_mj.agents.wrappers import Frozen, paired_models_of
 from mpma_mj.context import active_label
-from mpma_mj.envs.interventions import EnvironmentMoment, Intervention
+from mpma_mj.envs.interventions import Intervention
+from mpma_mj.envs.moment import EnvironmentMoment
 from mpma_mj.envs.physics import KinematicArms
 from mpma_mj.errors import BadOptionError
 from mpma_mj.metrics import posture_error_percent
@@ -59,7 +60,7 @@ class Moment:
 
 @dataclass(frozen=True, eq=False)
 class _Act:
-    """What an agent received for an action."""
+    """Input of an agent for an action: observation, plant, and enabled modules."""
 
     observation: Observation
     plant: NDArray[np.intp] | None
@@ -67,7 +68,7 @@ class _Act:
 
 
 class LiveEpisode:
-    """An environment and an agent, step by step.
+    """Episode of an environment and an agent, step by step.
 
     To go back, the environment gets the state of the moment, and the agent acts once more on the
     observations before it: that takes 0.1 ms a step, needs no more than the observations, and is
@@ -76,24 +77,24 @@ class LiveEpisode:
     Attributes:
         env: Environment, which is adjustable.
         agent: Agent, which learns nothing.
-        pairs: The agent with modules inside; None if it has none.
-        episode: Number of the episode.
+        paired_models: The agent with modules inside; None if it has none.
+        number: Number of the episode.
         moments: Moments of the episode so far.
         is_over: Whether the episode has ended.
         failure: Why it ended before the demonstration; empty if it did not.
     """
 
-    def __init__(self, env: control.Environment, agent: Agent, episode: int) -> None:
+    def __init__(self, env: control.Environment, agent: Agent, number: int) -> None:
         """Begin an episode, given its number."""
         self.env, self.agent = env, Frozen(agent)
-        self.pairs = _pairs(agent)
+        self.paired_models = _paired_models(agent)
         self._past = mujoco.MjData(env.physics.model.ptr)
-        self.begin(episode)
+        self.begin(number)
 
-    def begin(self, episode: int) -> None:
+    def begin(self, number: int) -> None:
         """Begin an episode, given its number."""
-        self.episode = self.env.task.episode = episode
-        self.agent.reset(episode)
+        self.number = self.env.task.episode = number
+        self.agent.reset(number)
         self._observation: Observation = self.env.reset().observation
         self._acts: list[_Act] = []
         self.is_over, self.failure = False, ""
@@ -107,7 +108,7 @@ class LiveEpisode:
             push: Forces on left and right hand meanwhile, shape (2, 3), N; none if not given.
         """
         if self.is_over:
-            self.begin(self.episode + 1)
+            self.begin(self.number + 1)
             return
         task = self.env.task
         forces = np.zeros((2, 3)) if push is None else np.array(push)
@@ -133,18 +134,18 @@ class LiveEpisode:
         del self._acts[index:]
         self.moments[index].environment.restore(self.env)
         enabled = self.enabled_modules
-        self.agent.reset(self.episode)
+        self.agent.reset(self.number)
         for act in self._acts:
-            if self.pairs is not None and act.enabled is not None:
-                self.pairs.set_enabled_modules(act.enabled)
+            if self.paired_models is not None and act.enabled is not None:
+                self.paired_models.set_enabled_modules(act.enabled)
             self._act(act)
-        if self.pairs is not None and enabled is not None:
-            self.pairs.set_enabled_modules(enabled)
+        if self.paired_models is not None and enabled is not None:
+            self.paired_models.set_enabled_modules(enabled)
 
     @property
     def enabled_modules(self) -> NDArray[np.bool_] | None:
         """Which modules may control, shape (M,); None of an agent without modules."""
-        return None if self.pairs is None else self.pairs.enabled_modules
+        return None if self.paired_models is None else self.paired_models.enabled_modules
 
     def data(self, index: int | None = None) -> mujoco.MjData:
         """Return the state of the arms at a moment, by its index; at the present if not given."""
@@ -191,9 +192,9 @@ class LiveEpisode:
         Raises:
             BadOptionError: There are not as many modules.
         """
-        if self.pairs is None:
+        if self.paired_models is None:
             raise BadOptionError(f"{type(self.agent.agent).__name__} has no modules to switch off")
-        self.pairs.set_enabled_modules(enabled)
+        self.paired_models.set_enabled_modules(enabled)
 
     def _act(self, act: _Act) -> Array:
         """Return the agent's action, shape (8,)."""
@@ -203,7 +204,7 @@ class LiveEpisode:
 
     def _moment(self, push: Array) -> Moment:
         """Return the present moment, given the forces that led here."""
-        task, pairs = self.env.task, self.pairs
+        task, paired_models = self.env.task, self.paired_models
         label = int(active_label(self._observation["context"][None])[0])
         posture, reference = self.env.physics.posture(), task.reference.copy()
         summed_error = 0.0
@@ -215,7 +216,7 @@ class LiveEpisode:
             posture=posture,
             reference=reference,
             label="" if label < 0 else task.motion.labels[label],
-            responsibility=None if pairs is None else pairs.responsibility,
+            responsibility=None if paired_models is None else paired_models.responsibility,
             plant=task.plant,
             push=push,
             summed_error=summed_error,
@@ -245,7 +246,7 @@ def error_percent(moments: Sequence[Moment], first: int, last: int) -> float:
     return (moments[last].summed_error - moments[first].summed_error) / (last - first)
 
 
-def _pairs(agent: Agent) -> PairedModels | None:
+def _paired_models(agent: Agent) -> PairedModels | None:
     """Return the agent with modules inside all wrappers; None if it has none."""
     try:
         return paired_models_of(agent)

@@ -1,4 +1,4 @@
-"""The page: arms, demonstration and forces in a scene, readings and controls beside it.
+"""Page of a live simulation: a scene of arms and forces, with readings and controls.
 
 The thread that owns the simulation draws, and adds and removes viewers; callbacks of widgets only
 put requests in its queue. All viewers see the same. One has the controls: the first, until another
@@ -27,7 +27,7 @@ from mpma_mj.visualization.viser_arms import ArmNodes, ForceNode, GhostNodes, ad
 
 __all__ = ["CAMERAS", "FIELD_OF_VIEW", "LOOK_AT", "Page", "serve"]
 
-_BESIDE = 1.3  # m from the arms of the run to those beside them (choice)
+_BESIDE = 1.3  # m from the arms of the run to the compared ones (choice)
 _REACH = 0.98  # m, from the middle of the shoulders to the end of a stretched arm, and some more
 _GRAB_RADIUS, _GRAB_COLOUR = 0.085, (240, 228, 66)
 _TEXTS_EVERY, _TIMELINE_EVERY = 0.1, 0.4  # s (choice)
@@ -55,7 +55,7 @@ def serve(
         address: As `find_address` returned it.
         simulation: The simulation.
         on_open: Called once with the address to type into a browser, as soon as it answers.
-        stop: Ends it, too.
+        stop: Event that ends it, too.
 
     Raises:
         MpmaError: viser is not installed.
@@ -135,13 +135,13 @@ class Page:
             self._timeline.content = timeline_html(
                 simulation.moments,
                 simulation.steps,
-                len(simulation.moments) - 1 if simulation.shown is None else simulation.shown,
+                simulation.index,
                 modules=simulation.modules,
             )
 
     def _add_scene(self) -> None:
         server, simulation = self._server, self._simulation
-        scene, physics = server.scene, simulation.live.env.physics
+        scene, physics = server.scene, simulation.episode.env.physics
         add_lights(scene)
         server.initial_camera.position = CAMERAS["front"]
         server.initial_camera.look_at = LOOK_AT
@@ -188,7 +188,7 @@ class Page:
             return
         if self._beside is None:
             place, physics = (0.0, _BESIDE, 0.0), episode.env.physics
-            kinds = [one.env.task.options.arms for one in (simulation.live, episode)]
+            kinds = [one.env.task.options.arms for one in (simulation.episode, episode)]
             self._beside = (
                 ArmNodes(scene, physics.model.ptr, data, name="/beside", position=place),
                 GhostNodes(scene, physics.segment_lengths, name="/ghost_beside", position=place),
@@ -251,7 +251,7 @@ class Page:
                 break
 
     def _give_controls(self, viewer: Any) -> None:
-        """Give a viewer the controls; the one who had them only looks on."""
+        """Give a viewer the controls; the one who had them can only watch."""
         before = self.viewers.get(-1 if self.in_control is None else self.in_control)
         self.in_control = viewer.client_id
         self._simulation.drag(0, None)
@@ -263,5 +263,5 @@ class Page:
     def _offer_controls(self, viewer: Any) -> None:
         viewer.gui.reset()
         take = viewer.gui.add_button("Take the controls", order=10)
-        take.hint = "Somebody else has them, and then looks on."
+        take.hint = "Another viewer has them, and can only watch afterwards."
         on_user(take, lambda _: self._simulation.request(self._give_controls, viewer))

@@ -1,4 +1,4 @@
-"""What the page reports beside the arms, as HTML: numbers, responsibilities, the episode so far."""
+"""Readings of the page as HTML: numbers, responsibilities, the episode so far."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from mpma_mj.browser.live_episode import Moment
 from mpma_mj.browser.simulation import LiveSimulation
 from mpma_mj.kinematics import SIDES
+from mpma_mj.metrics import posture_error_percent
 from mpma_mj.visualization.colours import DEMONSTRATED, INK, module_colours
 
 __all__ = ["bars_html", "status_html", "timeline_html"]
@@ -27,7 +28,7 @@ _BAND, _CURVE = 44, 30  # heights of responsibilities and p_e, pixels
 def status_html(simulation: LiveSimulation, error: str = "") -> str:
     """Return the label and the numbers of the moment that is shown, and an error, if any."""
     moment = simulation.moment
-    seconds = moment.step * simulation.live.env.control_timestep()
+    seconds = moment.step * simulation.episode.env.control_timestep()
     pace = f"{simulation.real_time_factor:.2f} × real time" if simulation.playing else "paused"
     rows = [
         f"<b>p<sub>e</sub> {_percent(simulation.recent_error_percent)}</b> in 2 s,"
@@ -35,7 +36,8 @@ def status_html(simulation: LiveSimulation, error: str = "") -> str:
         f"{seconds:.2f} s, step {moment.step}; {pace}",
     ]
     if moment.plant is not None:
-        rows.append(_plant_text(simulation, moment))
+        plant = simulation.plants[moment.plant]
+        rows.append(f"plant {moment.plant + 1}: {escape(str(plant))}")
     pushes = np.linalg.norm(moment.push, axis=1)
     for side, force in zip(SIDES, pushes, strict=True):
         if force > 0.0:
@@ -88,7 +90,7 @@ def timeline_html(moments: Sequence[Moment], steps: int, shown: int, *, modules:
     stride = math.ceil(len(moments) / _POINTS)
     some = moments[::stride]
     x = np.arange(len(some), dtype=np.float64) * stride
-    error = np.array([50.0 * np.abs(m.posture - m.reference).mean() for m in some])
+    error = np.array([posture_error_percent(m.posture, m.reference) for m in some])
     highest = max(1.0, float(error.max()))
     curve = _points(x, _BAND + _CURVE * (1.0 - error / highest))
     bands = "".join(_bands(x, some, modules)) if modules else ""
@@ -138,12 +140,6 @@ def _label_spans(moments: Sequence[Moment], steps: int) -> list[str]:
         )
         first = i
     return spans
-
-
-def _plant_text(simulation: LiveSimulation, moment: Moment) -> str:
-    """Return which plant is on."""
-    plant = moment.plant or 0
-    return f"plant {plant + 1}: {escape(str(simulation.plants[plant]))}"
 
 
 def _points(x: Array, y: Array) -> str:

@@ -31,7 +31,7 @@ __all__ = [
 THIS_MACHINE, PORT = "127.0.0.1", 8080
 """Address that only this machine reaches, and port, unless others are given."""
 
-_PORTS = 100  # that are tried, from the one that is asked for (choice)
+_PORTS = 100  # that are tried, from the requested one on (choice)
 _HIGHEST_PORT = 65535
 
 
@@ -99,10 +99,10 @@ def find_address(host: str, port: int) -> Address:
 def is_own_origin(origin: str | None, host: str | None) -> bool:
     """Return whether a request was made by a page that this server has sent.
 
-    Any page in the world may connect to a browser's own machine. Browsers send along where a page
-    is from: the page's own requests are to that very host. A name that its owner can let point to
-    this machine is refused, so that only numbers and this machine's names are left. That holds
-    through tunnels too, whose ports differ from the server's.
+    Any page in the world may connect to the machine of the browser that shows it. Browsers send the
+    origin of the page: requests of this server's page have its own host there. Names other than
+    this machine's are refused, since their owners can point them to this machine; numbers are not.
+    That holds through tunnels too, whose ports differ from the server's.
 
     Args:
         origin: Header `Origin` of the request.
@@ -146,14 +146,14 @@ def open_server(address: Address) -> Iterator[Any]:
     import viser
 
     class Server(viser.ViserServer):
-        """Server that opens no tunnel to the public; a page could ask for one."""
+        """Server that opens no tunnel to the public, which a page could request."""
 
         def request_share_url(self, verbose: bool = True) -> str | None:
             return None
 
     with contextlib.redirect_stdout(io.StringIO()), _own_pages_only():
         server = Server(address.host, address.port, verbose=False)
-    # It reports with tracebacks whoever connects and is no browser.
+    # It reports every connection of something else than a browser, with a traceback.
     logger = logging.getLogger("websockets.server")
     level = logger.level
     try:
@@ -170,9 +170,9 @@ def open_server(address: Address) -> Iterator[Any]:
 
 @contextlib.contextmanager
 def _own_pages_only() -> Iterator[None]:
-    """Let servers that begin to serve in this context refuse the pages of others.
+    """Make servers that are started in this context refuse the pages of other sites.
 
-    viser 1.1 has no option for it. Its own call of `serve` is completed.
+    viser 1.1 has no option for it, so that its call of `serve` in websockets is completed here.
 
     Raises:
         MpmaError: There was no such call.

@@ -1,4 +1,4 @@
-"""The simulation behind the page: one thread owns it, all others put requests in its queue."""
+"""Live simulation behind the page: one thread owns it, all others put requests in its queue."""
 
 from __future__ import annotations
 
@@ -13,17 +13,16 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from mpma_mj.browser.episode_factory import EpisodeFactory, intervention_for, other_arms
 from mpma_mj.browser.live_episode import LiveEpisode, Moment, error_percent
 from mpma_mj.browser.pace import Pace
-from mpma_mj.browser.saved_agent import SavedAgent, for_arms, other_arms
 from mpma_mj.envs.interventions import Intervention
+from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.plants import Plant
 from mpma_mj.errors import BadOptionError, DivergedError, MpmaError, one_line
 from mpma_mj.evaluation.evaluate import EVALUATION_EPISODE
 from mpma_mj.motions import Motion
-from mpma_mj.options import Arms
 from mpma_mj.training.factory import one_thread
-from mpma_mj.training.run_folder import RunFolder
 
 __all__ = ["TEMPOS", "LiveSimulation"]
 
@@ -37,77 +36,75 @@ _IDLE = 0.1  # s between two looks at the event that ends the loop
 
 
 class LiveSimulation:
-    """An agent that dances without learning, and everything that can be done to it meanwhile.
+    """Episodes of an agent that does not learn, in real time, with what is changed by hand.
 
     The thread that calls `run_until` owns it. Others only call `request`, with one of the methods
     below and its arguments; it is called between two steps. Everything is read in `draw`, which
     the owning thread calls.
 
     Attributes:
-        live: Episode of the arms of the run.
-        compared: Episode of the other kind of arms beside it; None while it is not shown.
+        episode: Episode of the arms of the run.
+        compared: Episode of the other kind of arms; None while it is not shown.
         playing: Whether it plays; else it is paused.
         shown: Index of the past moment that is shown while paused; None for the present.
         dragged: Index of the hand that is dragged, and position of the pointer, shape (3,), m;
             None while none is.
         intervention: Payload, gain, plant and latency that are set by hand.
-        error: What went wrong, in one line; empty from the next request on.
+        error: The error that paused it, in one line; empty from the next request on.
     """
 
-    def __init__(self, agent: SavedAgent) -> None:
+    def __init__(self, factory: EpisodeFactory) -> None:
         """Begin paused, at the first moment of an episode that no training has had.
+
+        Args:
+            factory: Factory of the episodes.
 
         Raises:
             MpmaError: The arms cannot follow the motion, or the agent's state does not fit it.
         """
-        self._agent = agent
-        self.live = agent.episode(EVALUATION_EPISODE)
+        self._factory = factory
+        self.episode = factory.make(EVALUATION_EPISODE)
         self.compared: LiveEpisode | None = None
         self.playing = False
         self.shown: int | None = None
         self.dragged: tuple[int, Array] | None = None
         self.intervention = Intervention()
         self.error = ""
-        self._pace = Pace(self.live.env.control_timestep())
+        self._pace = Pace(self.episode.env.control_timestep())
         self._requests: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._requested = threading.Event()
-
-    @classmethod
-    def of_run(cls, folder: RunFolder) -> LiveSimulation:
-        """Return that of a run's best epoch; see `SavedAgent.of_run`."""
-        return cls(SavedAgent.of_run(folder))
-
-    @classmethod
-    def of_motion(cls, motion: Motion, arms: Arms = "physics") -> LiveSimulation:
-        """Return that of the feedback controller alone; see `SavedAgent.of_motion`."""
-        return cls(SavedAgent.of_motion(motion, arms))
 
     @property
     def motion(self) -> Motion:
         """The motion that is imitated."""
-        return self._agent.motion
+        return self._factory.motion
 
     @property
     def modules(self) -> int:
         """Number of modules; 0 of an agent without."""
-        enabled = self.live.enabled_modules
+        enabled = self.episode.enabled_modules
         return 0 if enabled is None else len(enabled)
 
     @property
     def enabled_modules(self) -> list[bool]:
         """Which modules may control."""
-        enabled = self.live.enabled_modules
+        enabled = self.episode.enabled_modules
         return [] if enabled is None else enabled.tolist()
 
     @property
+    def options(self) -> EnvironmentOptions:
+        """Options of the environment of the run."""
+        return self.episode.env.task.options
+
+    @property
     def plants(self) -> tuple[Plant, ...]:
-        """Plants of the environment, among which `set_plant` chooses."""
-        return self.live.env.task.options.plants or ()
+        """Plants of the environment, among which `intervene` chooses."""
+        return self.options.plants or ()
 
     @property
     def steps(self) -> int:
         """Number of steps of an episode."""
-        return self.live.env.task.steps
+        return self.episode.env.task.steps
 
     @property
     def tempo(self) -> float:
@@ -117,38 +114,38 @@ class LiveSimulation:
     @property
     def moments(self) -> Sequence[Moment]:
         """Moments of the present episode so far."""
-        return self.live.moments
+        return self.episode.moments
 
     @property
     def moment(self) -> Moment:
         """The moment that is shown."""
-        return self.moments[self._index]
+        return self.moments[self.index]
 
     @property
     def recent_error_percent(self) -> float:
         """p_e of the two seconds up to the moment that is shown, percent; NaN at the beginning."""
         steps = max(1, round(_RECENT / self._pace.step_duration))
-        return error_percent(self.moments, self._index - steps, self._index)
+        return error_percent(self.moments, self.index - steps, self.index)
 
     @property
     def episode_error_percent(self) -> float:
         """p_e of the episode up to the moment that is shown, percent; NaN at the beginning."""
-        return error_percent(self.moments, 0, self._index)
+        return error_percent(self.moments, 0, self.index)
 
     @property
-    def _index(self) -> int:
-        """Index of the moment that is shown."""
+    def index(self) -> int:
+        """Index among `moments` of the moment that is shown."""
         return len(self.moments) - 1 if self.shown is None else self.shown
 
     @property
     def model(self) -> mujoco.MjModel:
         """Model of the arms of the run, whose payload changes."""
-        return self.live.env.physics.model.ptr
+        return self.episode.env.physics.model.ptr
 
     @property
     def data(self) -> mujoco.MjData:
         """State of the arms of the run at the moment that is shown, for the owning thread."""
-        return self.live.data(self.shown)
+        return self.episode.data(self.shown)
 
     @property
     def compared_data(self) -> mujoco.MjData | None:
@@ -157,7 +154,7 @@ class LiveSimulation:
 
     def site_positions(self, posture: Array) -> Array:
         """Return shoulder, elbow and wrist of both arms in a posture, shape (2, 3, 3), m."""
-        return self.live.env.physics.site_positions(posture)
+        return self.episode.env.physics.site_positions(posture)
 
     @property
     def hand_positions(self) -> Array | None:
@@ -165,7 +162,7 @@ class LiveSimulation:
 
         None where they cannot be pushed: of ideal arms, and of models without hands.
         """
-        return self.live.hand_positions(self.shown)
+        return self.episode.hand_positions(self.shown)
 
     @property
     def real_time_factor(self) -> float:
@@ -193,7 +190,7 @@ class LiveSimulation:
 
     def restart(self) -> None:
         """Begin the next episode."""
-        self.shown, number = None, self.live.episode + 1
+        self.shown, number = None, self.episode.number + 1
         for episode in self._episodes:
             episode.begin(number)
 
@@ -217,21 +214,21 @@ class LiveSimulation:
         """Set the tempo as a multiple of real time; the nearest of `TEMPOS` counts."""
         self._pace.tempo = float(np.clip(tempo, *TEMPOS))
 
-    def set_payload(self, payload: float | None) -> None:
-        """Set the mass of a ball in each hand, kg; None for that of the run."""
-        self._intervene(payload=payload)
+    def intervene(self, **changes: Any) -> None:
+        """Set payload, gain, latency or plant by hand; what is not named stays.
 
-    def set_actuator_gain(self, gain: float | None) -> None:
-        """Set the factor on commanded velocities; None for that of the run."""
-        self._intervene(actuator_gain=gain)
+        Args:
+            **changes: Values of fields of `Intervention`; None for that of the run.
 
-    def set_latency(self, latency: int | None) -> None:
-        """Set the control steps from an action to its effect; None for those of the run."""
-        self._intervene(latency=latency)
-
-    def set_plant(self, plant: int | None) -> None:
-        """Set the index of the plant that is on; None for the plants of the run in their turn."""
-        self._intervene(plant=plant)
+        Raises:
+            BadOptionError: A value is out of bounds, or the arms cannot have it.
+        """
+        intervention = dataclasses.replace(self.intervention, **changes)
+        self.episode.intervene(intervention)
+        self.intervention = intervention
+        if self.compared is not None:
+            options = self.compared.env.task.options
+            self.compared.intervene(intervention_for(options, intervention))
 
     def set_enabled_modules(self, enabled: Sequence[bool]) -> None:
         """Switch modules off or on, shape (M,)."""
@@ -261,16 +258,16 @@ class LiveSimulation:
         self.dragged = hand, position
 
     def compare(self, shown: bool) -> None:
-        """Show the other kind of arms beside those of the run, moved by the same agent; or not.
+        """Show the other kind of arms next to those of the run, moved by the same agent; or not.
 
         Their episode is repeated up to the present, without pushes.
         """
         if not shown:
             self.compared = None
         elif self.compared is None:
-            options = other_arms(self._agent.config.env)
-            other = self._agent.episode(self.live.episode, options)
-            other.intervene(for_arms(options, self.intervention))
+            options = other_arms(self._factory.config.env)
+            other = self._factory.make(self.episode.number, options)
+            other.intervene(intervention_for(options, self.intervention))
             if self.modules:
                 other.set_enabled_modules(self.enabled_modules)
             while len(other.moments) < len(self.moments) and not other.is_over:
@@ -279,15 +276,7 @@ class LiveSimulation:
 
     @property
     def _episodes(self) -> list[LiveEpisode]:
-        return [self.live] if self.compared is None else [self.live, self.compared]
-
-    def _intervene(self, **changes: Any) -> None:
-        intervention = dataclasses.replace(self.intervention, **changes)
-        self.live.intervene(intervention)
-        self.intervention = intervention
-        if self.compared is not None:
-            options = self.compared.env.task.options
-            self.compared.intervene(for_arms(options, intervention))
+        return [self.episode] if self.compared is None else [self.episode, self.compared]
 
     def _advance(self) -> None:
         """Do one step of all arms.
@@ -295,15 +284,15 @@ class LiveSimulation:
         Raises:
             DivergedError: The simulation diverged; the next step begins the next episode.
         """
-        push = None if self.dragged is None else self.live.pull(*self.dragged)
-        self.live.advance(push)
+        push = None if self.dragged is None else self.episode.pull(*self.dragged)
+        self.episode.advance(push)
         if self.compared is not None:
-            if self.compared.episode != self.live.episode:
-                self.compared.begin(self.live.episode)
+            if self.compared.number != self.episode.number:
+                self.compared.begin(self.episode.number)
             elif not self.compared.is_over:
                 self.compared.advance(push)
-        if self.live.failure:
-            raise DivergedError(f"{self.live.failure}; the next step begins another episode")
+        if self.episode.failure:
+            raise DivergedError(f"{self.episode.failure}; the next step begins another episode")
 
     def handle_requests(self) -> bool:
         """Do what was requested since the last call; return whether something was."""
@@ -320,7 +309,7 @@ class LiveSimulation:
         What fails is reported as `error`, and pauses.
 
         Args:
-            stop: Ends the loop.
+            stop: Event that ends the loop.
             draw: Called at first, after each step and after requests.
         """
         changed, pace = True, self._pace
@@ -339,7 +328,7 @@ class LiveSimulation:
                 self._requested.wait(min(wait, _IDLE))
 
     def _attempt(self, change: Callable[[], None]) -> None:
-        """Do something; where it fails, say why and pause."""
+        """Do something; where it fails, keep the error and pause."""
         try:
             change()
         except Exception as error:  # the loop goes on, whatever happens

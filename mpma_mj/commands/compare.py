@@ -12,8 +12,8 @@ import tyro
 
 from mpma_mj.agents.config import AgentConfig
 from mpma_mj.commands.folders import hint_if_interrupted, results_folder, write_tables
-from mpma_mj.commands.play import missing_opengl
 from mpma_mj.commands.run_options import Motions, RunOptions
+from mpma_mj.commands.run_video import missing_opengl
 from mpma_mj.training.config import versions
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ __all__ = ["Compare"]
 
 AgentT = TypeVar("AgentT", bound=AgentConfig)
 
-_FILMS = ("episodes.mp4", "overlaid.mp4", "overlaid.png")
+_VIDEOS = ("episodes.mp4", "overlaid.mp4", "overlaid.png")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,7 +43,7 @@ class Compare(Generic[AgentT]):
     workers: int | None = None
     """Number of parallel processes; as many as there are processors if not given."""
     video: bool = True
-    """Write films of all arms next to each other, and of heavy over ideal ones; needs OpenGL."""
+    """Write videos of all arms next to each other, and of heavy over ideal ones; needs OpenGL."""
     out: Path | None = None
     """Folder of tables, figures and video, where they replace earlier ones; runs/compare-TIME if
     not given."""
@@ -80,7 +80,7 @@ class Compare(Generic[AgentT]):
             content = {"format": FORMAT, "config": config.to_json(), "versions": versions()}
             # Not config.json, which identifies a run.
             write_json(folder / "compare.json", content | numbers)
-            for name in _FILMS:
+            for name in _VIDEOS:
                 (folder / name).unlink(missing_ok=True)  # of an earlier comparison
             write_transfer(folder / "transfer.png", transfers, self.fine_tune)
             write_episodes(folder / "episodes.png", transfers, motion)
@@ -91,20 +91,20 @@ class Compare(Generic[AgentT]):
                 print(missing_gl, file=sys.stderr)
             elif self.video:
                 audio = config.reading.audio
-                _write_films(folder, transfers, motion, None if audio is None else Path(audio))
+                _write_videos(folder, transfers, motion, None if audio is None else Path(audio))
             return folder
 
 
-def _write_films(
+def _write_videos(
     folder: Path, transfers: Sequence[Transfer], motion: Motion, sound: Path | None
 ) -> None:
-    """Write films of the first seed: all arms next to each other, and heavy over ideal ones."""
-    from mpma_mj.experiments.compare_film import overlaid, write_overlaid, write_side_by_side
+    """Write videos of the first seed: all arms next to each other, and heavy over ideal ones."""
     from mpma_mj.experiments.compare_report import first_episodes
+    from mpma_mj.experiments.compare_video import overlaid, write_overlaid, write_side_by_side
     from mpma_mj.utils.progress import show_frames
 
     episodes = first_episodes(transfers)
-    side_by_side, video, picture = (folder / name for name in _FILMS)
+    side_by_side, video, picture = (folder / name for name in _VIDEOS)
     if episodes:  # otherwise all have diverged, as the table shows
         write_side_by_side(side_by_side, episodes, motion, show_frames, sound)
     if scene := overlaid(episodes, motion, sound):

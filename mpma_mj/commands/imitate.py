@@ -13,8 +13,8 @@ import tyro
 
 from mpma_mj.agents.config import AgentConfig
 from mpma_mj.commands.folders import hint_if_interrupted, output_folder
-from mpma_mj.commands.play import missing_opengl, write_run_video
 from mpma_mj.commands.run_options import Given, Motions, RunOptions
+from mpma_mj.commands.run_video import missing_opengl, write_run_video
 from mpma_mj.errors import BadOptionError
 from mpma_mj.utils.text import option_name, printable, shell_word
 

@@ -1,4 +1,4 @@
-"""Command `mpma play`, and videos of runs for the commands that train."""
+"""Command `mpma play`."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ import tyro
 
 from mpma_mj.commands.folders import check_new_file
 from mpma_mj.commands.run_options import Given, Reading, Source
+from mpma_mj.commands.run_video import run_scene
 from mpma_mj.envs.gl import require_backend
-from mpma_mj.errors import BadOptionError, OptionWarning, RenderingError
+from mpma_mj.errors import BadOptionError, OptionWarning
 from mpma_mj.motions.export import MOTION_FORMATS, export_motion, write_joint_angles
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.utils.input_files import is_web_address
@@ -29,11 +30,12 @@ if TYPE_CHECKING:
     from mpma_mj.training.run_folder import RunFolder
     from mpma_mj.visualization.scene import Scene
 
-__all__ = ["Play", "missing_opengl", "write_run_video"]
+__all__ = ["Play"]
 
 _SIZES = (160, 3840), (240, 2160)  # smallest and largest width and height of a video, pixels
-_LOOKS = ("size", "fps", "camera", "captions")  # options of how a scene is shown
 _PAGE = ".html"
+_LOOKS = ("size", "fps", "camera", "captions")  # options of how a video is shown
+_LOOKS_OF = {_PAGE: ("fps", "camera", "captions"), "": ("camera", "captions")}  # "": the window
 _GIF_FPS = 50.0  # Hz: browsers slow down what is faster
 
 
@@ -55,7 +57,7 @@ class Play:
     size: Annotated[str | None, tyro.conf.arg(metavar="WIDTHxHEIGHT")] = None
     """Size of the video, pixels; 640x576 if not given, or 640x480 without captions."""
     fps: Annotated[float, Bounds(0.1, 1000.0, hint="Hz")] | None = None
-    """Pictures per second of the video or the page; as many as control steps if not given."""
+    """Frames per second of the video or the page; one for each control step if not given."""
     camera: Annotated[str, tyro.conf.arg(metavar="NAME")] = "front"
     """Camera: front, side or three_quarter, or one of the run's own model; or orbit, which goes
     around once in the length of a video."""
@@ -76,21 +78,20 @@ class Play:
 
     def run(self) -> Path | None:
         """Play until the window is closed, or write the file and return its path."""
-        from mpma_mj.envs.frame_writer import SOUND_CODECS, VIDEO_FORMATS
+        from mpma_mj.envs.frame_writer import VIDEO_FORMATS
 
         self._check_page()
         formats = (*VIDEO_FORMATS, _PAGE, *MOTION_FORMATS)
         check_new_file("out", self.out, formats, overwrite=self.overwrite)
         ending = "" if self.out is None else self.out.suffix
         size = self._checked_size()
-        self._check_looks(is_video=ending in VIDEO_FORMATS)
+        self._check_looks(ending, is_video=ending in VIDEO_FORMATS)
         if self.browser:
             self._serve_page()
             return None
         if ending in VIDEO_FORMATS:
             require_backend()
         elif ending == _PAGE:
-            from mpma_mj.visualization.html_file import write_html
             from mpma_mj.visualization.viser_arms import require_web
 
             require_web()
@@ -98,21 +99,12 @@ class Play:
         scene = replace(scene, camera=self.camera, captions=self.captions, size=size, fps=self.fps)
         if self.out is None:
             self._show(scene)
-            return None
-        if ending in MOTION_FORMATS:
-            _export_run(self.out, scene) if self._is_run else export_motion(self.out, scene.motion)
-            return self.out
-        if "audio" in self.given and ending not in SOUND_CODECS:
-            remedy = f"write {' or '.join(SOUND_CODECS)} for the music"
-            warnings.warn(OptionWarning(f"{self.out} has no sound", remedy=remedy), stacklevel=2)
-        from mpma_mj.utils.progress import show_frames
-
-        if ending == _PAGE:
-            write_html(self.out, scene, show_frames)
+        elif ending not in MOTION_FORMATS:
+            self._draw(self.out, scene)
+        elif self._is_run:
+            _export_run(self.out, scene)
         else:
-            from mpma_mj.visualization.video import write_video
-
-            write_video(self.out, scene, show_frames)
+            export_motion(self.out, scene.motion)
         return self.out
 
     def _show(self, scene: Scene) -> None:
@@ -123,6 +115,23 @@ class Play:
         instead = f"write a file: mpma play {shell_word(self.source)} --out dance.mp4"
         play(scene, instead=instead, on_open=lambda: print(keys, flush=True))
 
+    def _draw(self, path: Path, scene: Scene) -> None:
+        """Write a scene as a video or a page."""
+        from mpma_mj.envs.frame_writer import SOUND_CODECS
+        from mpma_mj.utils.progress import show_frames
+
+        if "audio" in self.given and path.suffix not in SOUND_CODECS:
+            remedy = f"write {' or '.join(SOUND_CODECS)} for the sound"
+            warnings.warn(OptionWarning(f"{path} has no sound", remedy=remedy), stacklevel=2)
+        if path.suffix == _PAGE:
+            from mpma_mj.visualization.html_file import write_html
+
+            write_html(path, scene, show_frames)
+        else:
+            from mpma_mj.visualization.video import write_video
+
+            write_video(path, scene, show_frames)
+
     def _check_page(self) -> None:
         """Refuse options of the page without one, and files with one.
 
@@ -132,9 +141,9 @@ class Play:
         for option in ("host", "port"):
             if not self.browser and getattr(self, option) is not None:
                 remedy = "give {browser}, or leave it out"
-                raise BadOptionError(f"--{option} is for the page", remedy=remedy)
+                raise BadOptionError("is for the page", option=option, remedy=remedy)
         if self.browser and self.out is not None:
-            raise BadOptionError("--browser writes no file", remedy="leave {out} out")
+            raise BadOptionError("writes no file", option="browser", remedy="leave {out} out")
 
     def _serve_page(self) -> None:
         """Serve the page until the process is interrupted."""
@@ -143,28 +152,26 @@ class Play:
 
         require_web()
         address = find_address(self.host or THIS_MACHINE, PORT if self.port is None else self.port)
+        from mpma_mj.browser.episode_factory import EpisodeFactory
         from mpma_mj.browser.page import serve
         from mpma_mj.browser.simulation import LiveSimulation
 
         if self._is_run:
-            simulation = LiveSimulation.of_run(self._folder())
+            factory = EpisodeFactory.of_run(self._folder())
         else:
-            simulation = LiveSimulation.of_motion(self._read_motion()[0])
-        serve(address, simulation, on_open=lambda url: print(url, flush=True))
+            factory = EpisodeFactory.of_motion(self._read_motion()[0])
+        serve(address, LiveSimulation(factory), on_open=lambda url: print(url, flush=True))
 
-    def _check_looks(self, *, is_video: bool) -> None:
+    def _check_looks(self, ending: str, *, is_video: bool) -> None:
         """Check the options of how the scene is shown.
 
         Raises:
             BadOptionError: One is out of bounds, or is given for something else.
         """
         check_fields(self)
-        ending = "" if self.out is None else self.out.suffix
-        useful: dict[str, tuple[str, ...]] = {_PAGE: ("fps", "camera", "captions")}
-        if not self.browser:
-            useful[""] = ("camera", "captions")
-        for option in () if is_video else _LOOKS:
-            if option in self.given and option not in useful.get(ending, ()):
+        useful = _LOOKS if is_video else () if self.browser else _LOOKS_OF.get(ending, ())
+        for option in _LOOKS:
+            if option in self.given and option not in useful:
                 remedy = "give {out=dance.mp4}"
                 raise BadOptionError("is for a video file", option=option, remedy=remedy)
         if self.camera == "orbit" and not is_video:
@@ -181,12 +188,12 @@ class Play:
             BadOptionError: They are no two numbers, or too small or large, or odd where the format
                 has even ones only.
         """
-        from mpma_mj.envs.frame_writer import EVEN
+        from mpma_mj.envs.frame_writer import EVEN_SIZED
 
         if self.size is None or self.out is None:
             return None
         (low_width, high_width), (low_height, high_height) = _SIZES
-        even = self.out.suffix in EVEN
+        even = self.out.suffix in EVEN_SIZED
         found = re.fullmatch(r"(\d{1,5})x(\d{1,5})", self.size)
         if found:
             width, height = int(found[1]), int(found[2])
@@ -204,7 +211,7 @@ class Play:
         return not built_in(self.source) and Path(self.source).is_dir()
 
     def _of_run(self) -> Scene:
-        scene = _run_scene(self._folder("start", "end"))
+        scene = run_scene(self._folder("start", "end"))
         if not self.given & {"start", "end"}:
             return scene
         end = math.inf if self.reading.end is None else self.reading.end
@@ -242,15 +249,6 @@ class Play:
         return motion, report.times
 
 
-def _run_scene(folder: RunFolder) -> Scene:
-    from mpma_mj.envs.soundtrack import Soundtrack
-    from mpma_mj.visualization.scene import Scene
-
-    trace, motion, options = folder.read_trace(), folder.read_motion(), folder.read_config().env
-    sound = Soundtrack.of(folder.sound, motion, len(trace), options.repeats)
-    return Scene(trace, motion, options, sound=sound)
-
-
 def _export_run(path: Path, scene: Scene) -> None:
     """Write what the arms of a run did: for each step the posture in which it began.
 
@@ -271,26 +269,3 @@ def _export_run(path: Path, scene: Scene) -> None:
     posture, context = trace.posture[:-1], trace.context[:-1]
     done = replace(motion, posture=posture, context=context, source=source, feasible_angles=None)
     export_motion(path, done)
-
-
-def missing_opengl() -> str | None:
-    """Look for OpenGL before a long computation; return the message to print after it, if any."""
-    try:
-        require_backend()
-    except RenderingError as error:
-        return f"mpma: {error}"
-    return None
-
-
-def write_run_video(folder: RunFolder) -> None:
-    """Write the video of a run to its folder.
-
-    Raises:
-        RenderingError: OpenGL does not draw.
-        VideoError: The encoder is missing, or fails.
-        MpmaError: The run is damaged.
-    """
-    from mpma_mj.utils.progress import show_frames
-    from mpma_mj.visualization.video import write_video
-
-    write_video(folder.video, _run_scene(folder), show_frames)

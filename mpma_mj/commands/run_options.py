@@ -18,7 +18,7 @@ from mpma_mj.agents.config import CONFIG_TYPES, AgentConfig
 from mpma_mj.commands.typed_values import some_values, typed_value
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import BadOptionError
-from mpma_mj.motions.built_in import DANCES
+from mpma_mj.motions.built_in import HAND_MADE
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.training.config import RunConfig
 from mpma_mj.utils.text import field_name, option_name
@@ -45,8 +45,10 @@ AgentT = TypeVar("AgentT", bound=AgentConfig)
 _AGENT = "--agent"
 _WHOLE = "training imitates whole episodes"
 
-MOTION = f"{DANCES}; or a recording: C3D, BVH, AMC, TRC, CSV and others (docs/guides/recordings.md)"
-"""What help texts say of a motion."""
+MOTION = (
+    f"{HAND_MADE}; or a recording: C3D, BVH, AMC, TRC, CSV and others (docs/guides/recordings.md)"
+)
+"""Description of a motion in help texts."""
 
 _MOTIONS = (
     tyro.conf.Positional,
@@ -64,7 +66,7 @@ Source = Annotated[
     tyro.conf.Positional,
     tyro.conf.arg(
         metavar="RUN|MOTION",
-        help=f"Folder of a run, of which --from and --to are seconds of the dance; or {MOTION}.",
+        help=f"Folder of a run, of which --from and --to are seconds of its episode; or {MOTION}.",
     ),
 ]
 RunFolders = Annotated[tuple[Path, ...], tyro.conf.Positional, tyro.conf.arg(metavar="RUN...")]

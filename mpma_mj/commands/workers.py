@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import tyro
 
 from mpma_mj.commands.folders import free_folder, hint_if_interrupted
-from mpma_mj.commands.play import missing_opengl
+from mpma_mj.commands.run_video import missing_opengl
 from mpma_mj.options import BackendName
 from mpma_mj.utils.text import shell_word
 
@@ -48,14 +48,13 @@ class Workers:
         from mpma_mj.experiments.study import run_study
         from mpma_mj.utils.progress import show_frames
 
-        has_film = type(study).film is not Base.film
-        missing_gl = missing_opengl() if has_film else None
-
+        has_video = type(study).write_video is not Base.write_video
+        missing_gl = missing_opengl() if has_video else None
         folder = out or free_folder(stem)
         resume = f"to resume: the same command with --out {shell_word(folder)}"
         with hint_if_interrupted(resume, (folder / HEADER).exists):
-            films = show_frames if has_film and missing_gl is None else None
-            print(run_study(study, folder, **vars(self), films=films))
+            video = show_frames if has_video and missing_gl is None else None
+            print(run_study(study, folder, **vars(self), video=video))
         if missing_gl is not None:
             print(missing_gl, file=sys.stderr)
         return folder

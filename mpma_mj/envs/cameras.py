@@ -1,4 +1,4 @@
-"""Cameras: those of a model, one that moves freely, and one that goes around the arms."""
+"""Cameras: those of a model, a free one, and one in orbit around the arms."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from mpma_mj.utils.text import did_you_mean
 
 __all__ = ["check_camera", "free_camera", "orbit_camera"]
 
-_FROM_ABOVE = 10.0  # degrees by which the camera that goes around looks down (choice)
+_FROM_ABOVE = 10.0  # degrees by which the camera in orbit looks down (choice)
 _HANDS = 1.2  # arms with hands, relative to arms up to the wrists (choice)
 
 

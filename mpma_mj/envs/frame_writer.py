@@ -21,7 +21,7 @@ from mpma_mj.errors import VideoError
 from mpma_mj.utils.atomic_files import atomic_write
 from mpma_mj.utils.input_files import file_problem
 
-__all__: list[str] = ["EVEN", "SOUND_CODECS", "VIDEO_FORMATS", "WriteFrame", "frame_writer"]
+__all__: list[str] = ["EVEN_SIZED", "SOUND_CODECS", "VIDEO_FORMATS", "WriteFrame", "frame_writer"]
 
 Picture = NDArray[np.uint8]
 WriteFrame = Callable[[Picture], None]
@@ -42,7 +42,7 @@ VIDEO_FORMATS = tuple(_ENCODERS)
 SOUND_CODECS = {".mp4": ("aac", "192k"), ".webm": ("libopus", "128k")}
 """Encoder and bits per second of the sound, by the ending of the files that have sound."""
 
-EVEN = (".mp4", ".webm")
+EVEN_SIZED = (".mp4", ".webm")
 """Endings of the videos whose width and height are even."""
 
 _NO_SOUND = ("Invalid data found", "matches no streams")  # what ffmpeg reports of such files
@@ -57,7 +57,7 @@ def frame_writer(
 
     Args:
         path: The file, whose ending is one of `VIDEO_FORMATS`; missing folders are created.
-        size: Height and width of frames, pixels; even where `EVEN` has the ending.
+        size: Height and width of frames, pixels; even where `EVEN_SIZED` has the ending.
         rate: Frames per second, Hz.
         sound: Sound, for the formats of `SOUND_CODECS`; the others have none.
 

@@ -63,9 +63,9 @@ class TwoArmImitation(control.Task):
         visualize_reward: Whether pictures show the reward, as the suite's do: the arms' own colours
             where it is 1, grey where it is 0; False at first.
         last_action: The last action as it was given, shape (8,).
-        push: Forces on left and right hand beside those of the options, shape (2, 3), N; None for
-            none since the environment was made.
-        intervention: What is set by hand, until it is set anew; None if nothing was so far.
+        push: Forces on left and right hand in addition to those of the options, shape (2, 3), N;
+            None if there were none since the environment was made.
+        intervention: What is set by hand until the next intervention; None before the first.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""The pipeline of all studies: folder, resuming, workers, progress, table and figure."""
+"""Pipeline of all studies: folder, resuming, workers, progress, table, figure and video."""
 
 from __future__ import annotations
 
@@ -167,8 +167,10 @@ class Study(abc.ABC):
     def draw(self, path: Path, records: Sequence[Record]) -> None:  # noqa: B027
         """Write the figure, a PNG file; a study may have none."""
 
-    def film(self, path: Path, records: Sequence[Record], progress: Progress) -> None:  # noqa: B027
-        """Write the film, an `.mp4` file; a study may have none."""
+    def write_video(  # noqa: B027
+        self, path: Path, records: Sequence[Record], progress: Progress
+    ) -> None:
+        """Write the video, an `.mp4` file; a study may have none."""
 
 
 def run_study(
@@ -178,7 +180,7 @@ def run_study(
     *,
     backend: BackendName = "processes",
     address: str | None = None,
-    films: Progress | None = None,
+    video: Progress | None = None,
 ) -> str:
     """Run what is missing of a study in its folder, and write table and figure there.
 
@@ -188,8 +190,8 @@ def run_study(
         workers: Number of workers; as many as there are processors if not given.
         backend: Kind of workers.
         address: HOST:PORT of a Ray cluster; a local one if not given.
-        films: Wraps the range of a film's frames; no film is written if not given, as where OpenGL
-            does not draw.
+        video: Wraps the range of the video's frames; no video is written if not given, as where
+            OpenGL does not draw.
 
     Returns:
         The table in Markdown.
@@ -212,8 +214,8 @@ def run_study(
         write_text(folder / "table.md", f"{table}\n")
         write_text(folder / "results.csv", csv_text([_row(one) for one in records]))
         study.draw(folder / "figure.png", records)
-        if films is not None:
-            study.film(folder / "film.mp4", records, films)
+        if video is not None:
+            study.write_video(folder / "video.mp4", records, video)
     if missing := len(runs) - len(finished):
         given = placeholder("out", shell_word(folder))
         raise WorkerError(

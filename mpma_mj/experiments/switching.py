@@ -60,7 +60,7 @@ AGENTS: Agents = {
 """Agents of the study."""
 
 _LESIONED = "mpma"  # whose modules are switched off
-_FILMED = ("mpma", "single, 200")
+_IN_VIDEO = ("mpma", "single, 200")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -149,16 +149,16 @@ class Switching(Study):
         """Write the figure."""
         write_figure(path, records, tuple(self.agents), tuple(self.plants))
 
-    def film(self, path: Path, records: Sequence[Record], progress: Progress) -> None:
-        """Write the film of the first agent beside one that does not know plants apart."""
-        from mpma_mj.experiments.switching_film import write_film
+    def write_video(self, path: Path, records: Sequence[Record], progress: Progress) -> None:
+        """Write the video of the first agent next to one that does not distinguish plants."""
+        from mpma_mj.experiments.switching_video import write_video
 
         drawn = _drawn(records, self.agents)
         plants = tuple(Plant(**options) for options in self.plants.values())
         options = EnvironmentOptions(arms=self.arms, plants=plants)
-        episodes = {agent: drawn[agent] for agent in _FILMED if agent in drawn}
+        episodes = {agent: drawn[agent] for agent in _IN_VIDEO if agent in drawn}
         if episodes:
-            write_film(path, episodes, tuple(self.plants), options, progress)
+            write_video(path, episodes, tuple(self.plants), options, progress)
 
     def _row(self, agent: str, records: Sequence[Record]) -> list[str]:
         cells = [over_seeds(records, "p_e", plant).text(2) for plant in self.plants]

@@ -13,7 +13,7 @@ from mpma_mj.motions.semaphore import normal_form, semaphore
 from mpma_mj.motions.synthetic import SYNTHETIC_MOTIONS, synthetic_motion, ymca
 from mpma_mj.utils.text import did_you_mean
 
-__all__ = ["BUILT_IN", "DANCES", "built_in", "file_stem", "unknown_motion"]
+__all__ = ["BUILT_IN", "HAND_MADE", "built_in", "file_stem", "unknown_motion"]
 
 Maker = Callable[[float, float], Motion]
 
@@ -31,8 +31,8 @@ BUILT_IN: dict[str, Maker] = {
 
 _SPELLING = "semaphore"
 
-DANCES = f"ymca, wave, conductor, {_SPELLING}:WORD"
-"""Built-in dances, as help texts and errors name them."""
+HAND_MADE = f"ymca, wave, conductor, {_SPELLING}:WORD"
+"""Built-in motions made by hand, as help texts and errors name them."""
 
 
 def built_in(source: str | Path) -> Maker | None:
@@ -75,10 +75,10 @@ def unknown_motion(source: object, kind: str = "motion", others: str = "") -> Un
         kind: What was expected.
         others: What may be given besides, before the built-in motions.
     """
-    word = str(source).partition(":")[2]
+    name, _, word = str(source).partition(":")
     spelled = f"{_SPELLING}:{word if word.isalnum() else 'WORD'}"
     return UnknownMotionError(
-        f"no {kind} '{source}'; expected {others}{DANCES}, synthetic, synthetic-1 to"
+        f"no {kind} '{source}'; expected {others}{HAND_MADE}, synthetic, synthetic-1 to"
         f" synthetic-{SYNTHETIC_MOTIONS}, or the path of a recording",
-        remedy=did_you_mean(str(source), [*BUILT_IN, spelled]),
+        remedy=did_you_mean(name, [*BUILT_IN, _SPELLING]).replace(_SPELLING, spelled),
     )

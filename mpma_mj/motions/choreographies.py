@@ -1,4 +1,4 @@
-"""Dances made by hand: a wave through both arms, and a conductor who beats four."""
+"""Motions made by hand: a wave through both arms, and a conductor who beats four."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ Array = NDArray[np.float64]
 ANALYSES = ("modules", "lesion", "free_running")
 """Names of analyses, whose results a run folder holds."""
 
-# Results of an epoch that is no longer the best one; further ones of a run that is replaced.
+# Results of an epoch that is no longer the best one, and further ones of a run that is replaced.
 _OF_BEST = (
     *("dance.mp4", "evaluations/"),
     *(name for one in ANALYSES for name in (f"{one}.json", f"figures/{one}.png")),
@@ -147,7 +147,7 @@ class RunFolder:
     def changes(self, *, new: bool = False, best: bool = False) -> Iterator[RunFolder]:
         """Yield a folder whose files on success become those of this one, all or none.
 
-        Results to which they do not belong go at the same time; files of the user stay.
+        Results to which they do not belong are removed at the same time; files of the user stay.
 
         Args:
             new: Whether they are of a new run.
@@ -156,21 +156,21 @@ class RunFolder:
         Raises:
             RunFolderError: The folder cannot be written.
         """
-        gone = _OF_RUN if new else _OF_BEST if best else ()
-        music = [f"sound/{self.sound.name}"] if new and self.sound else []
-        with folder_changes.changes(self.path, [*gone, *music]) as temporary:
+        removed = _OF_RUN if new else _OF_BEST if best else ()
+        sound = [f"sound/{self.sound.name}"] if new and self.sound else []
+        with folder_changes.changes(self.path, [*removed, *sound]) as temporary:
             yield RunFolder(temporary)
 
     def write_inputs(self, config: RunConfig, motion: Motion) -> None:
-        """Write config, motion and music, with which a run is resumed without the recording."""
+        """Write config, motion and sound, with which a run is resumed without the recording."""
         content = {"format": data_files.FORMAT, "config": config.to_json(), "versions": versions()}
         data_files.write_json(self.path / "config.json", content)
         header = {"config": content["config"]}
         data_files.write_arrays(self.checkpoint("motion"), "motion", motion_arrays(motion), header)
         if config.reading.audio is not None:
-            music = Path(config.reading.audio)
-            with atomic_files.atomic_write(self.path / "sound" / music.name) as temporary:
-                shutil.copyfile(music, temporary)
+            source = Path(config.reading.audio)
+            with atomic_files.atomic_write(self.path / "sound" / source.name) as temporary:
+                shutil.copyfile(source, temporary)
 
     def _is_run(self) -> bool:
         """Return whether there is a run, also a damaged one or one of another version."""

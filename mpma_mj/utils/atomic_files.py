@@ -122,7 +122,7 @@ def remove_leftovers(folder: Path) -> None:
             if path.name.startswith(_EARLIER):
                 _settle(path)
             elif _is_leftover(path.name):
-                with contextlib.suppress(OSError):  # of somebody else
+                with contextlib.suppress(OSError):  # of another user
                     shutil.rmtree(path) if path.is_dir() else path.unlink()
 
 

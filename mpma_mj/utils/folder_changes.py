@@ -1,4 +1,4 @@
-"""Changes of several files of a folder, of which all are made or none."""
+"""Changes of several files of a folder, all of which are made or none."""
 
 from __future__ import annotations
 
@@ -20,24 +20,24 @@ from mpma_mj.utils.data_files import read_json, write_json
 
 __all__ = ["changes", "check_places", "finish", "is_unfinished"]
 
-_SAVED = ".mpma.saved"  # folder of files that take their places: the changes are decided
-_GONE = "gone.json"  # file in it with the names of what goes
+_COMMITTED = ".mpma.saved"  # folder of files that take their places; it exists from the commit on
+_REMOVED = "gone.json"  # file in it with the names of what is removed
 
 
 @contextlib.contextmanager
-def changes(folder: Path, gone: Iterable[str]) -> Iterator[Path]:
+def changes(folder: Path, removed: Iterable[str]) -> Iterator[Path]:
     """Yield a temporary folder, whose files on success take their places in a folder: all or none.
 
-    Where a process dies before that, `remove_leftovers` removes the temporary folder; afterwards
-    `finish` does what is left.
+    One rename commits them. Where a process dies before, `remove_leftovers` removes the temporary
+    folder; afterwards `finish` makes the changes that are left.
 
     Args:
         folder: The folder, which is locked.
-        gone: Names of what goes when the files are there, unless it is one of them; those of
-            folders end in "/".
+        removed: Names of files and folders that are removed with the commit, unless they are among
+            the new ones; those of folders end in "/".
 
     Yields:
-        The temporary folder, in which names are those in the folder.
+        The temporary folder, whose files are named as in the folder.
 
     Raises:
         RunFolderError: The folder cannot be written, or something is in the way.
@@ -46,12 +46,12 @@ def changes(folder: Path, gone: Iterable[str]) -> Iterator[Path]:
     try:
         temporary.mkdir(parents=True)
         yield temporary
-        if os.getpid() == process:
+        if os.getpid() == process:  # a fork leaves them to its parent
             names = _names(temporary)
-            left = [name for name in gone if not (temporary / name).exists()]
-            check_places(folder, [*names, *left])
-            write_json(temporary / _GONE, {"gone": left})
-            temporary.rename(folder / _SAVED)
+            old = [name for name in removed if not (temporary / name).exists()]
+            check_places(folder, [*names, *old])
+            write_json(temporary / _REMOVED, {"gone": old})
+            temporary.rename(folder / _COMMITTED)
             folder_reaches_disk(folder)
             finish(folder)
     except OSError as error:
@@ -62,28 +62,29 @@ def changes(folder: Path, gone: Iterable[str]) -> Iterator[Path]:
 
 
 def is_unfinished(folder: Path) -> bool:
-    """Return whether changes of a folder are decided that have not all been made."""
-    return (folder / _SAVED).exists()
+    """Return whether a folder has committed changes that are not all made."""
+    return (folder / _COMMITTED).exists()
 
 
 def finish(folder: Path) -> None:
-    """Make the changes of a folder, which is locked, that are decided; if there are any.
+    """Make the committed changes of a folder, which is locked, if there are any.
 
     Raises:
-        RunFolderError: The folder cannot be written, or what is decided is damaged.
+        RunFolderError: The folder cannot be written, or its committed changes are damaged.
     """
-    saved = folder / _SAVED
+    committed = folder / _COMMITTED
     if not is_unfinished(folder):
         return
     try:
-        gone = [os.fspath(name) for name in read_json(saved / _GONE)["gone"] if "\0" not in name]
-        names = _names(saved)
+        read = read_json(committed / _REMOVED)["gone"]
+        removed = [os.fspath(name) for name in read if "\0" not in name]
+        names = _names(committed)
     except (OSError, ValueError, LookupError, TypeError):
-        raise RunFolderError(f"{saved}: damaged; remove it") from None
-    check_places(folder, [*names, *gone])
+        raise RunFolderError(f"{committed}: damaged; remove it") from None
+    check_places(folder, [*names, *removed])
     place = folder
     try:
-        for place in (folder / name for name in gone):
+        for place in (folder / name for name in removed):
             if place.is_dir() and not place.is_symlink():
                 discard(place)
             else:
@@ -91,10 +92,10 @@ def finish(folder: Path) -> None:
         for name in names:
             place = folder / name
             place.parent.mkdir(parents=True, exist_ok=True)
-            (saved / name).replace(place)
+            (committed / name).replace(place)
         for parent in {(folder / name).parent for name in names}:
             folder_reaches_disk(parent)
-        discard(saved)
+        discard(committed)
     except OSError as error:
         raise not_writable(place, error) from None
 
@@ -102,11 +103,11 @@ def finish(folder: Path) -> None:
 def _names(temporary: Path) -> list[str]:
     """Return the names of the files that take their places."""
     files = sorted(path for path in temporary.rglob("*") if path.is_file())
-    return [str(path.relative_to(temporary)) for path in files if path != temporary / _GONE]
+    return [str(path.relative_to(temporary)) for path in files if path != temporary / _REMOVED]
 
 
 def check_places(folder: Path, names: Iterable[str]) -> None:
-    """Check that files and folders of these names can take their places, or go.
+    """Check that files and folders of these names can be written, or removed.
 
     Raises:
         RunFolderError: Something is in the way, a folder cannot be written, or a name leads out of

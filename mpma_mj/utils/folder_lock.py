@@ -21,7 +21,7 @@ _LOCK = ".mpma.lock"
 
 @contextlib.contextmanager
 def locked(folder: Path, *, new: bool = False) -> Iterator[None]:
-    """Lock a folder, so that no other command writes into it, and settle what killed ones left.
+    """Lock a folder, so that no other command writes into it, and clean up after killed ones.
 
     The operating system releases the lock when the process ends, also after a crash. At the end
     the lock's file is removed, with folders that were created for it and are still empty.

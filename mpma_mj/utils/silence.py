@@ -11,7 +11,7 @@ __all__ = ["silenced"]
 
 @contextmanager
 def silenced() -> Iterator[None]:
-    """Keep what a C library writes to the standard error from it."""
+    """Drop what is written to the standard error, also by C libraries."""
     stderr = os.dup(2)
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 2)

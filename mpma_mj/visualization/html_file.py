@@ -1,4 +1,4 @@
-"""A scene as one page for a browser, which needs no network."""
+"""Pages of scenes: one file for a browser, which needs no network."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ Array = NDArray[np.float64]
 _FIELD = 50.0  # vertical field of view, degrees
 _BARS = 0.5  # width of all bars, and height of the bar of responsibility 1, m
 _FLAT = 1e-3  # least height of a bar, m
-_LETTER = 0.3  # height of the label, m
+_LABEL = 0.3  # height of the label, m
 _ASIDE, _BELOW = 0.38, 0.18  # where the bars begin, from the middle, relative to its distance
 _UP = np.array([0.0, 0.0, 1.0])
 
@@ -42,7 +42,7 @@ def write_html(path: Path, scene: Scene, progress: Progress = iter) -> None:
     Args:
         path: The `.html` file.
         scene: What is shown; the page has a size of its own, and the mouse turns its view.
-        progress: Wraps the range of pictures to show progress.
+        progress: Wraps the range of frames to show progress.
 
     Raises:
         MpmaError: viser is not installed.
@@ -78,7 +78,7 @@ def write_html(path: Path, scene: Scene, progress: Progress = iter) -> None:
 def _look(server: viser.ViserServer, view: mujoco.MjvCamera) -> Array:
     """Look at the scene as a camera does, and return the direction, shape (3,).
 
-    Lights are viser's own: a page that begins again forgets those that were changed.
+    Lights are viser's own: a page that begins again resets those that were changed.
     """
     turn, tilt = np.radians([view.azimuth, view.elevation])
     ahead = np.array([np.cos(turn) * np.cos(tilt), np.sin(turn) * np.cos(tilt), np.sin(tilt)])
@@ -114,11 +114,11 @@ class _Captions:
                     cast_shadow=False,
                 )
             )
-        self._letter = nodes.add_label(
+        self._label = nodes.add_label(
             "/label",
             "",
             font_size_mode="scene",
-            font_scene_height=_LETTER,
+            font_scene_height=_LABEL,
             anchor="bottom-center",
             position=foot + _BARS * (0.5 * right + 1.2 * _UP),
         )
@@ -130,4 +130,4 @@ class _Captions:
             bar.scale = (1.0, 1.0, float(height))
             bar.position = foot + _BARS * height / 2.0 * _UP
         label = self._labels[step]
-        self._letter.text, self._letter.visible = label, bool(label)
+        self._label.text, self._label.visible = label, bool(label)

@@ -1,4 +1,4 @@
-"""Scenes: what a window, a video or a page shows of an episode."""
+"""Scenes of episodes, for a window, a video or a page."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ class Scene:
         motion: The motion that was imitated.
         options: Options of the environment, whose arms are shown; the defaults if None.
         times: Time of each moment as it is displayed, shape (T + 1,), s; from 0 if None.
-        sound: Music of these steps.
+        sound: Sound of these steps.
         camera: Name of a camera of the model, or `ORBIT`.
         captions: Whether labels and responsibilities are shown.
-        size: Width and height of pictures, pixels, with the strip of responsibilities; None for
+        size: Width and height of frames, pixels, with the strip of responsibilities; None for
             640 x 480 above that strip.
-        fps: Pictures per second, Hz; one for each control step if None.
+        fps: Frames per second, Hz; one for each control step if None.
     """
 
     trace: Trace
@@ -81,14 +81,14 @@ class Scene:
 
     @property
     def rate(self) -> float:
-        """Pictures per second, Hz."""
+        """Frames per second, Hz."""
         return self.fps or self.motion.rate
 
     @property
     def moments(self) -> Array:
-        """Moment of each picture, shape (N,), in control steps: from 0 to less than T."""
-        pictures = math.ceil(len(self.trace) * self.rate / self.motion.rate - 1e-6)
-        return np.arange(max(pictures, 1), dtype=np.float64) * self.motion.rate / self.rate
+        """Moment of each frame, shape (N,), in control steps: from 0 to less than T."""
+        frames = math.ceil(len(self.trace) * self.rate / self.motion.rate - 1e-6)
+        return np.arange(max(frames, 1), dtype=np.float64) * self.motion.rate / self.rate
 
     @property
     def labels(self) -> list[str]:

@@ -47,13 +47,13 @@ def write_video(path: Path, scene: Scene, progress: Progress = iter) -> None:
 def write_frames(
     path: Path, frames: Iterable[Picture], rate: float, sound: Soundtrack | None = None
 ) -> None:
-    """Write pictures as a video.
+    """Write frames as a video.
 
     Args:
         path: The file, whose ending is one of `frame_writer.VIDEO_FORMATS`.
-        frames: Pictures of one size, shape (H, W, 3) each, taken one by one; even H and W for the
-            formats of `frame_writer.EVEN`.
-        rate: Pictures per second, Hz.
+        frames: Frames of one size, shape (H, W, 3) each, taken one by one; even H and W for the
+            formats of `frame_writer.EVEN_SIZED`.
+        rate: Frames per second, Hz.
         sound: Sound, for the formats of `frame_writer.SOUND_CODECS`.
 
     Raises:
@@ -67,10 +67,10 @@ def write_frames(
 
 
 def episode_frames(scene: Scene, progress: Progress = iter) -> Generator[Picture, None, None]:
-    """Draw a scene picture by picture; see `write_video`.
+    """Draw a scene frame by frame; see `write_video`.
 
     Yields:
-        Pictures, shape (height, width, 3).
+        Frames, shape (height, width, 3) each.
     """
     strip_height = STRIP_HEIGHT if scene.captions else 0
     width, height = scene.size or (_WIDTH, _HEIGHT + strip_height)

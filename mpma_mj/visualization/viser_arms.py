@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 import mujoco
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.envs.model import geom_colours
 from mpma_mj.errors import MpmaError
+from mpma_mj.visualization.meshes import geom_mesh, limb_mesh
 
 if TYPE_CHECKING:
     import viser
@@ -20,31 +20,22 @@ __all__ = [
     "ForceNode",
     "GhostNodes",
     "add_lights",
-    "geom_mesh",
     "quaternion_from_z",
     "require_web",
 ]
 
 Array = NDArray[np.float64]
-Mesh = tuple[Array, NDArray[np.int64]]
-"""Vertices, shape (V, 3), m; faces as indices of three vertices, shape (F, 3)."""
-
-_FACETS, _RINGS = 20, 8  # around, and from pole to pole (choice)
 _SHOWN_GROUPS = 3  # MuJoCo's own viewers hide geoms of groups 3 and up
-_PLANE = 5.0  # half a side of a plane without end, m
 _GHOST, _GHOST_OPACITY = (26, 31, 46), 0.35
-_GHOST_LIMB, _GHOST_JOINT = 0.014, 0.058  # radii, m
 _FORCE = (213, 94, 0)
 _NEWTONS_A_METRE = 200.0
 
-_KINDS = mujoco.mjtGeom
-
 
 def require_web() -> None:
-    """Import what pages are made with.
+    """Check that viser, with which pages are made, can be imported.
 
     Raises:
-        MpmaError: It is not installed.
+        MpmaError: viser is not installed.
     """
     try:
         import viser  # noqa: F401
@@ -84,8 +75,6 @@ class ArmNodes:
         *,
         name: str = "/arms",
         position: tuple[float, float, float] = (0.0, 0.0, 0.0),
-        opacity: float | None = None,
-        cast_shadow: bool = False,
     ) -> None:
         """Add the nodes, in the pose of `data`.
 
@@ -95,8 +84,6 @@ class ArmNodes:
             data: Pose of the arms.
             name: Name of the node that holds all others.
             position: Place of the model's origin in the scene, m.
-            opacity: From 0 to 1; solid if None.
-            cast_shadow: Whether lights that cast shadows do so for the arms.
         """
         self._model = model
         self.root = scene.add_frame(name, show_axes=False, position=position)
@@ -116,14 +103,14 @@ class ArmNodes:
                 mesh = geom_mesh(model, geom)
                 if mesh is None:
                     continue
-                alpha = float(colours[geom, 3]) * (1.0 if opacity is None else opacity)
+                alpha = float(colours[geom, 3])
                 self.geoms[geom] = scene.add_mesh_simple(
                     f"{frame}/{_node(model.geom(geom).name, geom)}",
                     *mesh,
                     color=_rgb(colours[geom]),
                     opacity=None if alpha == 1.0 else alpha,
-                    flat_shading=bool(model.geom_type[geom] == _KINDS.mjGEOM_MESH),
-                    cast_shadow=cast_shadow and bool(model.geom_bodyid[geom]),
+                    flat_shading=bool(model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH),
+                    cast_shadow=False,
                     position=model.geom_pos[geom],
                     wxyz=model.geom_quat[geom],
                     visible=alpha > 0.0,
@@ -178,7 +165,7 @@ class GhostNodes:
         self._limbs = [
             scene.add_mesh_simple(
                 f"{name}/{i}",
-                *_limb(float(length)),
+                *limb_mesh(float(length)),
                 color=_GHOST,
                 opacity=_GHOST_OPACITY,
                 cast_shadow=False,
@@ -232,84 +219,6 @@ def quaternion_from_z(direction: Array) -> Array:
         return np.array([0.0, 1.0, 0.0, 0.0])
     turn = np.array([1.0 + z, -y, x, 0.0])
     return turn / np.linalg.norm(turn)
-
-
-def geom_mesh(model: mujoco.MjModel, geom: int) -> Mesh | None:
-    """Return a geom in its own frame; None for a kind that is not drawn, such as a height field.
-
-    Args:
-        model: Model of the geom.
-        geom: Its index.
-    """
-    kind, size = int(model.geom_type[geom]), model.geom_size[geom]
-    if kind == _KINDS.mjGEOM_MESH:
-        return _stored_mesh(model, int(model.geom_dataid[geom]))
-    if kind == _KINDS.mjGEOM_PLANE:
-        return _box(np.array([size[0] or _PLANE, size[1] or _PLANE, 1e-4]))
-    if kind == _KINDS.mjGEOM_BOX:
-        return _box(size)
-    if kind == _KINDS.mjGEOM_CYLINDER:
-        return _cylinder(size[0], size[1])
-    if kind in (_KINDS.mjGEOM_SPHERE, _KINDS.mjGEOM_ELLIPSOID, _KINDS.mjGEOM_CAPSULE):
-        capsule = kind == _KINDS.mjGEOM_CAPSULE
-        scale = size if kind == _KINDS.mjGEOM_ELLIPSOID else np.full(3, size[0])
-        angle = np.linspace(0.0, math.pi, 2 * _RINGS)
-        vertices, faces = _revolve(np.sin(angle), -np.cos(angle))
-        vertices = vertices * scale
-        if capsule:  # the halves apart
-            vertices[:, 2] += np.where(vertices[:, 2] < 0.0, -size[1], size[1])
-        return vertices, faces
-    return None
-
-
-def _revolve(radius: Array, z: Array) -> Mesh:
-    """Return the surface of a profile, each shape (P,), m, that is turned about the z axis."""
-    angle = 2.0 * math.pi * np.arange(_FACETS) / _FACETS
-    around = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    vertices = np.empty((len(z), _FACETS, 3))
-    vertices[..., :2] = radius[:, None, None] * around
-    vertices[..., 2] = z[:, None]
-    here = np.arange(len(z) * _FACETS).reshape(len(z), _FACETS)
-    low, up = here[:-1], here[1:]
-    low_next, up_next = np.roll(low, -1, axis=1), np.roll(up, -1, axis=1)
-    faces = [
-        np.stack(corners, axis=-1) for corners in ((low, low_next, up_next), (low, up_next, up))
-    ]
-    return vertices.reshape(-1, 3), np.concatenate(faces).reshape(-1, 3)
-
-
-def _cylinder(radius: float, half_length: float) -> Mesh:
-    """Return a cylinder along z; its edges are sharp, as vertices there are not shared."""
-    ends = np.array([-1.0, -1.0, -1.0, 1.0, 1.0, 1.0])
-    return _revolve(radius * np.array([0.0, 1.0, 1.0, 1.0, 1.0, 0.0]), half_length * ends)
-
-
-def _box(half_sides: Array) -> Mesh:
-    """Return a box; its edges are sharp, as each side has vertices of its own."""
-    vertices: list[Array] = []
-    faces: list[NDArray[np.int64]] = []
-    square = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], np.float64)
-    for axis in range(3):
-        for end in (-1.0, 1.0):
-            side = np.insert(square if end > 0 else square[::-1], 0, end, axis=1)
-            faces.append(np.array([[0, 1, 2], [0, 2, 3]]) + 4 * len(vertices))
-            vertices.append(np.roll(side, axis, axis=1) * half_sides)
-    return np.concatenate(vertices), np.concatenate(faces)
-
-
-def _limb(length: float) -> Mesh:
-    """Return a thin cylinder from the origin along z, with a sphere at its end."""
-    angle = np.linspace(math.asin(_GHOST_LIMB / _GHOST_JOINT), math.pi, 2 * _RINGS)
-    radius = np.concatenate([[0.0, _GHOST_LIMB, _GHOST_LIMB], _GHOST_JOINT * np.sin(angle)])
-    end = length - _GHOST_JOINT * np.cos(angle)
-    return _revolve(radius, np.concatenate([[0.0, 0.0, end[0]], end]))
-
-
-def _stored_mesh(model: mujoco.MjModel, mesh: int) -> Mesh:
-    vertex, face = int(model.mesh_vertadr[mesh]), int(model.mesh_faceadr[mesh])
-    vertices = model.mesh_vert[vertex : vertex + int(model.mesh_vertnum[mesh])]
-    faces = model.mesh_face[face : face + int(model.mesh_facenum[mesh])]
-    return vertices.astype(np.float64), faces.astype(np.int64)
 
 
 def _node(name: str, index: int) -> str:

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 
+from mpma_mj.browser.episode_factory import EpisodeFactory
 from mpma_mj.browser.server import Address, find_address, open_server
 from mpma_mj.browser.simulation import LiveSimulation
 from mpma_mj.training.run_folder import RunFolder
@@ -48,5 +49,5 @@ def served(simulation: LiveSimulation) -> Iterator[Stage]:
 
 @pytest.fixture
 def stage(small_run: Path) -> Iterator[Stage]:
-    with served(LiveSimulation.of_run(RunFolder(small_run))) as stage:
+    with served(LiveSimulation(EpisodeFactory.of_run(RunFolder(small_run)))) as stage:
         yield stage

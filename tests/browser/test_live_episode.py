@@ -85,7 +85,7 @@ def test_from_a_moment_every_agent_goes_on_to_the_bit(kind: str) -> None:
         episode.go_back(min(index, len(episode.moments) - 1))
         assert_alike(run(episode), expected)
     episode.advance()
-    assert episode.episode == 101
+    assert episode.number == 101
     assert len(episode.moments) == 1
 
 

@@ -9,7 +9,7 @@ import pytest
 pytest.importorskip("viser")
 
 from mpma_mj.agents import FeedbackOnlyConfig
-from mpma_mj.browser.saved_agent import SavedAgent
+from mpma_mj.browser.episode_factory import EpisodeFactory
 from mpma_mj.browser.simulation import LiveSimulation
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import BadOptionError
@@ -21,7 +21,7 @@ from tests.browser.viewer import until
 
 def without_modules(env: EnvironmentOptions) -> LiveSimulation:
     config = RunConfig(agent=FeedbackOnlyConfig(), agent_name="feedback_only", env=env)
-    return LiveSimulation(SavedAgent(config, ymca()))
+    return LiveSimulation(EpisodeFactory(config, ymca()))
 
 
 def test_first_viewer_has_the_controls_and_it_plays(stage: Stage) -> None:
@@ -68,7 +68,7 @@ def test_all_viewers_see_the_same(stage: Stage) -> None:
     until(lambda: len(stage.simulation.moments) > 20)
     stage.simulation.request(stage.simulation.pause)
     hand = "/arms/left_hand"
-    place = stage.simulation.live.env.physics.named.data.xpos["left_hand"]
+    place = stage.simulation.episode.env.physics.named.data.xpos["left_hand"]
     for viewer in viewers:
         until(lambda v=viewer: np.allclose(v.positions.get(hand, 0.0), place, atol=1e-5))
         assert "λ" in viewer.text()
@@ -206,7 +206,7 @@ def test_labels_are_text_whatever_they_hold() -> None:
     label = "<img src=http://example.com/x.png>"
     motion = dataclasses.replace(ymca(), labels=(label, "M", "C", "A"))
     config = RunConfig(agent=FeedbackOnlyConfig(), agent_name="feedback_only")
-    with served(LiveSimulation(SavedAgent(config, motion))) as stage:
+    with served(LiveSimulation(EpisodeFactory(config, motion))) as stage:
         viewer = stage.viewer()
         until(lambda: "&lt;img" in viewer.text())
         assert "<img" not in viewer.text()

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mpma_mj.browser.saved_agent import SavedAgent
+from mpma_mj.browser.episode_factory import EpisodeFactory
 from mpma_mj.browser.simulation import LiveSimulation
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.plants import Plant
@@ -25,7 +25,7 @@ _PATIENCE = 60.0  # s until a test fails that waits for another thread
 
 @pytest.fixture
 def simulation(small_run: Path) -> LiveSimulation:
-    return LiveSimulation.of_run(RunFolder(small_run))
+    return LiveSimulation(EpisodeFactory.of_run(RunFolder(small_run)))
 
 
 def steps(simulation: LiveSimulation, number: int) -> None:
@@ -77,14 +77,14 @@ def test_a_single_step_pauses_and_moves_on_by_a_step(simulation: LiveSimulation)
 
 
 def test_after_the_end_the_next_episode_begins(simulation: LiveSimulation) -> None:
-    episode = simulation.live.episode
+    episode = simulation.episode.number
     steps(simulation, simulation.steps)
     assert simulation.moment.step == simulation.steps
     simulation.single_step()
-    assert (simulation.moment.step, simulation.live.episode) == (0, episode + 1)
+    assert (simulation.moment.step, simulation.episode.number) == (0, episode + 1)
     assert len(simulation.moments) == 1
     simulation.restart()
-    assert simulation.live.episode == episode + 2
+    assert simulation.episode.number == episode + 2
 
 
 def test_a_moment_of_the_past_is_shown_while_paused(simulation: LiveSimulation) -> None:
@@ -170,11 +170,10 @@ def test_payload_gain_and_latency_disturb_until_they_are_taken_back(
         return simulation.episode_error_percent
 
     undisturbed = error()
-    changes = (simulation.set_payload, 3.0), (simulation.set_actuator_gain, 0.5)
-    for change, value in (*changes, (simulation.set_latency, 2)):
-        change(value)  # type: ignore[operator] # whole numbers are numbers
+    for option, value in {"payload": 3.0, "actuator_gain": 0.5, "latency": 2}.items():
+        simulation.intervene(**{option: value})
         assert error() > 1.5 * undisturbed
-        change(None)
+        simulation.intervene(**{option: None})
     assert simulation.intervention == type(simulation.intervention)()
     assert error() == pytest.approx(undisturbed, rel=0.3)  # with the noise of another episode
 
@@ -182,14 +181,14 @@ def test_payload_gain_and_latency_disturb_until_they_are_taken_back(
 def test_plants_are_switched() -> None:
     plants = (Plant(), Plant(payload=2.0))
     env = EnvironmentOptions(plants=plants, switch_every=(1.0, 2.0))
-    simulation = LiveSimulation(SavedAgent(RunConfig(env=env), ymca()))
+    simulation = LiveSimulation(EpisodeFactory(RunConfig(env=env), ymca()))
     assert simulation.plants == plants
     simulation.compare(True)  # ideal arms, which have one plant
     for plant in (1, 0):
-        simulation.set_plant(plant)
+        simulation.intervene(plant=plant)
         steps(simulation, 60)
         assert {moment.plant for moment in simulation.moments[-59:]} == {plant}
-    simulation.set_plant(None)
+    simulation.intervene(plant=None)
     simulation.restart()
     steps(simulation, 200)
     assert {moment.plant for moment in simulation.moments} == {0, 1}
@@ -204,7 +203,7 @@ def test_other_arms_are_shown_beside_those_of_the_run(simulation: LiveSimulation
     assert simulation.compared.env.task.options.arms == "kinematic"
     assert len(simulation.compared.moments) == 31
     steps(simulation, simulation.steps - 10)
-    assert simulation.compared.episode == simulation.live.episode
+    assert simulation.compared.number == simulation.episode.number
     assert [m.step for m in simulation.compared.moments] == [m.step for m in simulation.moments]
     simulation.show(5)
     simulation.start_here()
@@ -234,7 +233,11 @@ def test_one_thread_does_everything_that_others_request(simulation: LiveSimulati
         simulation.request(simulation.play)
         assert drawn.wait(_PATIENCE)
         requests = [
-            threading.Thread(target=simulation.request, args=(simulation.set_payload, 0.01 * i))
+            threading.Thread(
+                target=simulation.request,
+                args=(simulation.intervene,),
+                kwargs={"payload": 0.01 * i},
+            )
             for i in range(20)
         ]
         for thread in requests:
@@ -272,7 +275,7 @@ def test_what_fails_is_reported_and_pauses_and_the_loop_goes_on(
         done(simulation)
     assert ("ValueError: a reason of two lines", False) in shown
     simulation.request(simulation.play)
-    simulation.request(simulation.set_payload, -1.0)
+    simulation.request(simulation.intervene, payload=-1.0)
     simulation.handle_requests()
     assert simulation.error == "payload is -1.0; expected 0 to 1000, in kg"
     assert not simulation.playing
@@ -285,15 +288,15 @@ def test_a_simulation_that_diverges_is_reported_and_can_go_back(
     simulation: LiveSimulation,
 ) -> None:
     steps(simulation, 10)
-    simulation.set_actuator_gain(100.0)
+    simulation.intervene(actuator_gain=100.0)
     with pytest.raises(DivergedError, match=r"diverged: the .* ran away; the next step begins"):
         steps(simulation, 100)
-    simulation.set_actuator_gain(None)
+    simulation.intervene(actuator_gain=None)
     simulation.show(5)
     simulation.start_here()
     steps(simulation, 30)
     assert simulation.episode_error_percent < 5.0
-    simulation.set_actuator_gain(100.0)
+    simulation.intervene(actuator_gain=100.0)
     simulation.request(simulation.play)
     for _ in range(100):
         simulation.request(simulation.single_step)
@@ -301,9 +304,9 @@ def test_a_simulation_that_diverges_is_reported_and_can_go_back(
         if simulation.error:
             break
     assert "ran away" in simulation.error
-    episode = simulation.live.episode
+    episode = simulation.episode.number
     simulation.single_step()
-    assert (simulation.live.episode, simulation.moment.step) == (episode + 1, 0)
+    assert (simulation.episode.number, simulation.moment.step) == (episode + 1, 0)
 
 
 def test_a_picture_that_fails_is_reported(simulation: LiveSimulation) -> None:
@@ -324,10 +327,10 @@ def test_the_tempo_is_bounded(simulation: LiveSimulation, tempo: float, expected
 
 
 def test_a_motion_is_followed_without_modules() -> None:
-    simulation = LiveSimulation.of_motion(ymca())
+    simulation = LiveSimulation(EpisodeFactory.of_motion(ymca()))
     steps(simulation, 60)
     assert (simulation.modules, simulation.plants) == (0, ())
     assert simulation.episode_error_percent > 1.0
     assert simulation.hand_positions is not None
     assert simulation.site_positions(simulation.moment.reference).shape == (2, 3, 3)
-    assert LiveSimulation.of_motion(ymca(), "kinematic").hand_positions is None
+    assert LiveSimulation(EpisodeFactory.of_motion(ymca(), "kinematic")).hand_positions is None

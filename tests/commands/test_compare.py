@@ -31,7 +31,7 @@ def test_a_comparison_writes_tables_and_figures(
     }
 
 
-def test_ctrl_c_is_told_that_nothing_is_saved(
+def test_ctrl_c_reports_that_nothing_is_saved(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def interrupted(*_: object) -> None:

@@ -51,7 +51,7 @@ def frames_of(path: Path) -> NDArray[np.uint8]:
 @pytest.mark.parametrize(
     ("ending", "codecs"), [(".mp4", ("h264", "aac")), (".webm", ("vp9", "opus"))]
 )
-def test_the_video_of_a_run_has_its_music(
+def test_the_video_of_a_run_has_its_sound(
     ending: str, codecs: tuple[str, str], short_run: Path
 ) -> None:
     (short_run / "sound").mkdir()
@@ -69,7 +69,7 @@ def test_the_video_of_a_run_has_its_music(
 
 
 @pytest.mark.usefixtures("opengl")
-def test_a_format_without_sound_says_so_where_music_was_given(
+def test_a_format_without_sound_warns_where_one_was_given(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
@@ -79,7 +79,7 @@ def test_a_format_without_sound_says_so_where_music_was_given(
     words = ["--to", "0.3", "--audio", "a.wav", "--size", "160x240"]
     assert main(["play", "ymca", *words, "--out", str(out)]) == 0
     printed = capsys.readouterr()
-    assert f"warning: {out} has no sound; write .mp4 or .webm for the music" in printed.err
+    assert f"warning: {out} has no sound; write .mp4 or .webm for the sound" in printed.err
     assert out.exists()
 
 

@@ -17,8 +17,8 @@ from mpma_mj.evaluation.evaluate import learn_episodes
 from mpma_mj.experiments import switching
 from mpma_mj.experiments.study import Agents, Record, run_study
 from mpma_mj.experiments.switching import Switching
-from mpma_mj.experiments.switching_film import smoothed_error
 from mpma_mj.experiments.switching_job import found_plants, leads_rightly, steps_to_lead
+from mpma_mj.experiments.switching_video import smoothed_error
 from mpma_mj.trace import SIGNALS, Trace
 from tests.experiments.runs import run_files
 
@@ -129,15 +129,15 @@ def records_of(folder: Path) -> list[Record]:
 
 
 @pytest.mark.usefixtures("opengl")
-def test_the_film_shows_every_step_of_two_agents(
+def test_the_video_shows_every_step_of_two_agents(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(switching, "_FILMED", ("mpma", "adaptive"))
+    monkeypatch.setattr(switching, "_IN_VIDEO", ("mpma", "adaptive"))
     study = Switching(runs=2, epochs=2, agents=TINY, arms="kinematic")
     run_study(study, folder, 1)
-    assert not (folder / "film.mp4").exists()
-    run_study(study, folder, 1, films=iter)
-    frames = list(iio.imiter(folder / "film.mp4"))
+    assert not (folder / "video.mp4").exists()
+    run_study(study, folder, 1, video=iter)
+    frames = list(iio.imiter(folder / "video.mp4"))
     drawn = [one["drawn"] for one in records_of(folder) if "drawn" in one]
     assert {len(frames)} == {len(one["plant"]) for one in drawn}
     assert frames[0].shape == (560, 976, 3)
@@ -152,7 +152,7 @@ def test_the_error_of_a_step_is_the_mean_around_it() -> None:
     assert error.tolist() == [0.0] * 8 + [1.0] * 5 + [0.0] * 8
 
 
-def test_a_study_with_a_film_says_where_opengl_is_missing(
+def test_a_study_with_a_video_says_where_opengl_is_missing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(switching, "AGENTS", {"resolved rate": TINY["resolved rate"]})
@@ -161,4 +161,4 @@ def test_a_study_with_a_film_says_where_opengl_is_missing(
     assert main(words) == 0
     assert capsys.readouterr().err.splitlines()[-1] == "mpma: no OpenGL"
     assert (tmp_path / "figure.png").exists()
-    assert not (tmp_path / "film.mp4").exists()
+    assert not (tmp_path / "video.mp4").exists()

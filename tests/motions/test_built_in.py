@@ -9,7 +9,7 @@ import pytest
 import mpma_mj
 from mpma_mj.errors import BadOptionError, UnknownMotionError
 from mpma_mj.motions import BUILT_IN, read_motion, save_motion
-from mpma_mj.motions.built_in import DANCES, built_in, file_stem
+from mpma_mj.motions.built_in import HAND_MADE, built_in, file_stem
 from mpma_mj.motions.semaphore import semaphore
 from mpma_mj.training.dataset import expand_folders
 from tests.conftest import Refused
@@ -28,7 +28,7 @@ def test_every_name_is_that_of_a_motion(name: str) -> None:
 
 def test_help_and_errors_name_every_dance() -> None:
     dances = [name for name in BUILT_IN if not name.startswith("synthetic")]
-    assert ", ".join([*dances, "semaphore:WORD"]) == DANCES
+    assert ", ".join([*dances, "semaphore:WORD"]) == HAND_MADE
 
 
 @pytest.mark.parametrize(
@@ -132,5 +132,5 @@ def test_the_command_line_refuses_it(
 def test_an_unknown_name_is_answered_with_all_and_the_nearest(source: str, question: str) -> None:
     with pytest.raises(UnknownMotionError) as caught:
         read_motion(source)
-    assert f"no motion '{source}'; expected {DANCES}, synthetic" in str(caught.value)
+    assert f"no motion '{source}'; expected {HAND_MADE}, synthetic" in str(caught.value)
     assert str(caught.value).endswith(question)

@@ -57,7 +57,7 @@ def test_at_a_step_the_arms_and_the_ghost_are_exactly_there() -> None:
     np.testing.assert_array_equal(arms.physics.joint_angles(), MOTION.joint_angles[7])
 
 
-def test_a_part_has_its_steps_its_times_and_its_music(small_run: Path) -> None:
+def test_a_part_has_its_steps_its_times_and_its_sound(small_run: Path) -> None:
     folder = RunFolder(small_run)
     trace, motion = folder.read_trace(), folder.read_motion()
     sound = Soundtrack.of(Path("a.wav"), motion, len(trace), 3)

@@ -1,4 +1,4 @@
-"""Coordinates that are exchanged, or of something else: columns of a table that were moved."""
+"""Exchanged or constant coordinates: columns of a table that were moved."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from mpma_mj.motions.cleaning.trajectories import Trajectories
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.options import ReadingOptions
 
-__all__ = ["check_coordinates", "exchanged"]
+__all__ = ["check_coordinates", "exchanged_coordinates"]
 
 Array = NDArray[np.float64]
 
@@ -55,7 +55,7 @@ def check_coordinates(
         ]
     )
     titles = [f"{axis} of {name}" for name in names for axis in "xyz"]
-    pair = exchanged(places, weights)
+    pair = exchanged_coordinates(places, weights)
     if pair is not None:
         first, second = (titles[column] for column in pair)
         report.warn(
@@ -71,14 +71,14 @@ def check_coordinates(
         )
 
 
-def exchanged(places: Array, weights: Array) -> tuple[int, int] | None:
+def exchanged_coordinates(places: Array, weights: Array) -> tuple[int, int] | None:
     """Return the two coordinates of which the exchange makes distances much steadier.
 
     One distance then deviates far less from its mean, and none much more.
 
     Args:
-        places: Of markers, shape (M, T, 3), without gaps.
-        weights: Of the markers in the vectors of which the lengths are kept, shape (L, M).
+        places: Trajectories of markers, shape (M, T, 3), without gaps, in any unit.
+        weights: Weights of the markers in the vectors whose lengths bones keep, shape (L, M).
 
     Returns:
         Their numbers, from 0 to 3 M - 1; None if the places are best as they are.

@@ -32,7 +32,7 @@ _END_SHARE = 0.005  # of the arm's length, that an end is off
 # 68,208 beginnings within the public recordings 16 are off, all at flickers of a marker.
 _CURVES = ((10, 2, 4.0), (6, 4, 5.0))
 _WINDOWS = 14  # places near the end, its own included, that are compared
-_END = 3  # frames, of which single_frame_jumps does not know both sides
+_END = 3  # frames, which single_frame_jumps cannot compare with both sides
 _MOST_LISTED = 5
 
 

@@ -240,7 +240,7 @@ def euler_turn(joint: Joint, angles: Array) -> Array | None:
 def compare_orders(joints: Mapping[str, Joint], report: ImportReport) -> None:
     """Warn of the only joint whose axes come in another order than those of all others.
 
-    The root, of which CMU's recordings have an own one, may.
+    The root is left out: CMU's recordings give it an order of its own.
     """
     below = {name: joint for name, joint in joints.items() if joint.parent is not None}
     orders = {name: joint.axes for name, joint in below.items() if len(joint.axes) == 3}

@@ -1,4 +1,4 @@
-"""Coordinates that changed places, or are something else, are told."""
+"""Warnings of coordinates that changed places, or are something else."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from mpma_mj.motions import ymca
-from mpma_mj.motions.cleaning.coordinates import exchanged
+from mpma_mj.motions.cleaning.coordinates import exchanged_coordinates
 from mpma_mj.motions.loader import import_motion
 from mpma_mj.motions.options import ReadingOptions
 from tests.conftest import WriteTsv, dancer, doubts
@@ -45,7 +45,7 @@ def warnings(write_tsv: WriteTsv, points: dict[str, Array]) -> list[str]:
         (("left_shoulder", 2), ("neck", 2)),
     ],
 )
-def test_exchanged_columns_are_told(
+def test_exchanged_columns_are_warned_of(
     write_tsv: WriteTsv, one: tuple[str, int], other: tuple[str, int]
 ) -> None:
     points = body()
@@ -56,7 +56,7 @@ def test_exchanged_columns_are_told(
     assert any(warning.startswith(expected) for warning in warnings(write_tsv, points))
 
 
-def test_the_only_coordinate_that_never_changes_is_told(write_tsv: WriteTsv) -> None:
+def test_the_only_coordinate_that_never_changes_is_warned_of(write_tsv: WriteTsv) -> None:
     points = body()
     points["pelvis"][:, 0] = 45.0
     expected = "x of pelvis is 45 in all frames, while all other coordinates change"
@@ -69,4 +69,4 @@ def test_the_only_coordinate_that_never_changes_is_told(write_tsv: WriteTsv) -> 
 def test_no_movement_looks_exchanged(seed: int, noise: float) -> None:
     points = np.stack([*dancer(singular(seed).posture).values()])
     points += np.random.default_rng(seed).normal(0.0, noise, points.shape)
-    assert exchanged(points, ARMS) is None
+    assert exchanged_coordinates(points, ARMS) is None

@@ -263,7 +263,7 @@ def test_two_rates_that_differ_are_reported(tmp_path: Path) -> None:
     assert "the header declares 50 Hz, the parameters 100 Hz, which is used" in report.warnings[0]
 
 
-def test_a_block_that_is_doubled_is_told(tmp_path: Path) -> None:
+def test_a_block_that_is_doubled_is_warned_of(tmp_path: Path) -> None:
     path = writers.write_c3d_of(
         tmp_path / "dance.c3d", writers.arm_points(), "intel", whole_numbers=False
     )

@@ -546,7 +546,7 @@ def test_a_frame_that_lacks_a_bone_is_named(tmp_path: Path) -> None:
         read(path)
 
 
-def test_an_axis_unlike_that_of_the_other_side_is_told(tmp_path: Path) -> None:
+def test_an_axis_unlike_that_of_the_other_side_is_warned_of(tmp_path: Path) -> None:
     path, _ = random_acclaim(tmp_path, 0)
     skeleton = path.with_suffix(".asf")
     assert not any("the axis of" in warning for warning in read(path)[2].warnings)
@@ -592,7 +592,7 @@ def test_an_offset_unlike_the_other_sides_is_told(
     assert len(found) == bool(told)
 
 
-def test_an_order_of_axes_unlike_all_others_is_told(tmp_path: Path) -> None:
+def test_an_order_of_axes_unlike_all_others_is_warned_of(tmp_path: Path) -> None:
     path = tmp_path / "dance.bvh"
     angles, places = random_angles(0)
     text = writers.bvh_text(angles, {"Hips": places["Hips"]})

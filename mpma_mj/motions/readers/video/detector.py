@@ -30,7 +30,7 @@ LANDMARKS = {
 }
 """Number of each point among the detector's landmarks."""
 
-_HALF = 0.5  # confidence from which a person is taken as found, the library's default
+_CONFIDENCE = 0.5  # from which a person is taken as found, the library's default
 _MARGIN = 0.15  # of the trunk's length by which hands and hair exceed the landmarks (choice)
 _NEAR = 0.4  # of the first person's trunk, from which another is no passer-by far off (choice)
 
@@ -42,7 +42,7 @@ class Pose(NamedTuple):
         places: Places in the picture, x to the right and y down, shape (8, 2), pixels.
         space: Places in space, z away from the camera, the origin between the hips, shape (8, 3),
             m, as the detector estimates them.
-        visibility: How sure the detector is that each point is seen, shape (8,), 0 to 1.
+        visibility: Confidence that each point is seen, shape (8,), 0 to 1.
         extent: Lowest x and y and highest x and y of the whole body, shape (4,), pixels.
     """
 
@@ -59,7 +59,7 @@ class Pose(NamedTuple):
 
 
 class Detector(Protocol):
-    """What finds people in pictures, shape (height, width, 3)."""
+    """Detector of people in pictures, shape (height, width, 3)."""
 
     def find(self, picture: Picture) -> Pose | None:
         """Return the person, who is followed from picture to picture."""
@@ -89,7 +89,7 @@ def pose_detector(path: Path) -> Iterator[Detector]:
                 f"{path}: is a video, and reading one needs mediapipe 0.10.14, which {why}; in the"
                 " checkout, pip install -e '.[video]'"
             ) from None
-        fixed = {"model_complexity": 1, "min_detection_confidence": _HALF}
+        fixed = {"model_complexity": 1, "min_detection_confidence": _CONFIDENCE}
         # Landmarks are not smoothed, which delays them; the recording is filtered without delay.
         with (
             pose.Pose(smooth_landmarks=False, **fixed) as following,

@@ -20,8 +20,8 @@ __all__ = ["Clip", "is_video", "open_clip"]
 
 Picture = NDArray[np.uint8]
 
-# By the first bytes, at an offset.
-_SIGNS = (
+# Containers by their first bytes, at an offset.
+_SIGNATURES = (
     *((4, kind) for kind in (b"ftyp", b"moov", b"mdat", b"wide", b"free")),  # MP4, MOV
     *((0, b"\x1a\x45\xdf\xa3"), (0, b"GIF8"), (8, b"AVI "), (0, b"OggS"), (0, b"FLV\x01")),
     *((0, b"\x00\x00\x01\xba"), (0, b"\x00\x00\x01\xb3"), (0, b"\x30\x26\xb2\x75\x8e\x66\xcf\x11")),
@@ -32,14 +32,14 @@ _RATE = 30.0  # Hz at most: motions have 20 (choice)
 _UNKNOWN_RATE = 25.0  # Hz, if the file declares none (choice)
 _LONGEST = 600.0  # s that are read (choice)
 _WHOLE = 0.95  # share of the declared frames (choice)
-_SPEAKER = re.compile(r"^(\[[^]]*\] )+")  # the part of ffmpeg that reports
+_PART = re.compile(r"^(\[[^]]*\] )+")  # the part of ffmpeg that reports
 # Square pixels, upright as the file says, and no larger than needed.
 _SCALE = rf"scale=w='if(gt(dar\,1)\,{_SIDE}\,{_SIDE}*dar)':h='if(gt(dar\,1)\,{_SIDE}/dar\,{_SIDE})'"
 
 
 def is_video(head: bytes) -> bool:
-    """Return whether the first bytes are those of a container of pictures that move."""
-    return any(head.startswith(sign, at) for at, sign in _SIGNS)
+    """Return whether the first bytes of a file are those of a video."""
+    return any(head.startswith(sign, at) for at, sign in _SIGNATURES)
 
 
 @dataclass(frozen=True)
@@ -61,23 +61,19 @@ class Clip:
     duration: float
 
     @property
-    def before(self) -> int:
+    def frames_before(self) -> int:
         """Number of frames before `start`."""
         return round(self.start * self.rate)
 
     @property
-    def is_whole(self) -> bool:
-        """Whether the rest of the file is read."""
-        return self.end >= self.duration
-
-    def expected(self) -> int:
-        """Return the number of frames that are declared; 0 if it is unknown."""
+    def declared_frames(self) -> int:
+        """Number of frames that the file declares in this part; 0 if it is unknown."""
         end = min(self.end, self.duration) if self.duration else self.end
         return int((end - self.start) * self.rate) if end < np.inf else 0
 
     def is_cut_short(self, frames: int) -> bool:
         """Return whether a number of frames is clearly less than what is declared."""
-        return frames < _WHOLE * self.expected() - 2.0
+        return frames < _WHOLE * self.declared_frames - 2.0
 
     def frames(self) -> Iterator[Picture]:
         """Decode the frames, each shape (height, width, 3).
@@ -89,7 +85,7 @@ class Clip:
         last = (
             min(most, int((self.end - self.start) * self.rate) + 1) if self.end < np.inf else most
         )
-        begin = ["-ss", f"{self.before / self.rate:.6f}"] if self.before else []
+        begin = ["-ss", f"{self.frames_before / self.rate:.6f}"] if self.frames_before else []
         output = ["-map", "0:v:0", "-vf", f"fps={self.rate:.6f},{_SCALE}"]
         with _ffmpeg(self.path, begin, output) as (meta, decoded):
             width, height = meta["size"]
@@ -162,7 +158,7 @@ def _ffmpeg(
 
 
 def _is_serious(record: logging.LogRecord) -> bool:
-    """Return whether a message of the library is more than that the size is another."""
+    """Return whether a message of the library reports more than another size of frames."""
     return "frame size" not in record.getMessage()
 
 
@@ -182,7 +178,7 @@ def _failure(path: Path, log: str) -> MotionFileError:
             f"{path}: has sound, but no pictures",
             remedy="give a video or a recording, and sound with {audio}",
         )
-    lines = [_SPEAKER.sub("", line.strip()) for line in log.splitlines() if line.startswith("[")]
+    lines = [_PART.sub("", line.strip()) for line in log.splitlines() if line.startswith("[")]
     cause = f" ({one_line(lines[0])})" if lines else ""
     return MotionFileError(
         f"{path}: cannot be decoded as a video{cause}; it is damaged, cut short or of another kind:"

@@ -25,20 +25,20 @@ Array = NDArray[np.float64]
 
 FORMAT = "video"
 
-# A video has its own points, axes, unit and rate.
-_USELESS = {"map", "skeleton", "unit", "up", "left_handed", "rate_in"}
+# Options for recordings of points; a video has its own points, axes, unit and rate.
+_OF_POINTS = {"map", "skeleton", "unit", "up", "left_handed", "rate_in"}
 _FEWEST = 8  # frames
 _SEEN = 0.5  # visibility from which a point counts as seen
 _UNSURE = 0.8  # usual visibility of a point below which it may be a guess (choice, as measured)
 _OUTSIDE = 0.02  # of the picture's side, by which a point that is seen may be outside of it
 _HARDLY = 0.1  # share of the frames, below which a person or a point is not there (choice)
-_LOOKED = 1.0  # s between looks for another person (choice)
-_OFTEN = 0.5  # share of those looks, from which the video is one of two people (choice)
+_SEARCH_EVERY = 1.0  # s, for another person (choice)
+_OFTEN = 0.5  # share of those searches, from which the video is one of two people (choice)
 _JUMP = 0.5  # of the trunk's length from one frame to the next, which no hips move (choice)
 
 
 class People(NamedTuple):
-    """What is found in a video.
+    """People that are found in a video.
 
     Attributes:
         poses: The person in each frame, None where nobody is found.
@@ -63,15 +63,14 @@ def read_video(path: Path, options: ReadingOptions, report: ImportReport) -> Rec
         BadOptionError: An option is one of other recordings, or mediapipe is not installed.
         MotionFileError: The video cannot be decoded, or does not show one person with arms.
     """
-    useless = given(options) & _USELESS
-    if useless:
+    if refused := given(options) & _OF_POINTS:
         raise BadOptionError(
             f"{path}: is a video",
-            remedy=f"leave out {{{min(useless)}}}, which is for recordings of points",
+            remedy=f"leave out {{{min(refused)}}}, which is for recordings of points",
         )
     clip = open_clip(path, options.start, options.end)
-    changed = path.stat()
-    people = _find_people(clip, changed.st_mtime_ns, changed.st_size)
+    file = path.stat()
+    people = _find_people(clip, file.st_mtime_ns, file.st_size)
     report.warn(
         "poses from a video are experimental: "
         + (
@@ -88,7 +87,7 @@ def read_video(path: Path, options: ReadingOptions, report: ImportReport) -> Rec
     check_view({name: tracks[name] for name in names}, clip.start, clip.rate, report)
     if options.depth == "flat":
         bridge_end_on(tracks)
-    before = np.full((clip.before, 3), np.nan)  # which is cut off
+    before = np.full((clip.frames_before, 3), np.nan)  # which is cut off
 
     def load(wanted: Sequence[str]) -> Tracks:
         return {name: np.concatenate([before, tracks[name]]) for name in wanted}
@@ -100,18 +99,24 @@ def read_video(path: Path, options: ReadingOptions, report: ImportReport) -> Rec
 
 @functools.lru_cache(maxsize=1)  # a tempo that is looked for reads the file many times
 def _find_people(clip: Clip, modified: int, size: int) -> People:
-    """Look at all frames of a clip, which is the same as long as time and size of its file are."""
+    """Find people in all frames of a clip.
+
+    Args:
+        clip: The clip.
+        modified: Time at which its file was modified, ns, by which a changed file is read again.
+        size: Size of its file, bytes; likewise.
+    """
     poses: list[Pose | None] = []
     others: dict[int, bool] = {}
-    width = height = look = 0
+    width = height = next_search = 0
     with pose_detector(clip.path) as detector:
         for number, picture in enumerate(clip.frames()):
             height, width = picture.shape[:2]
             pose = detector.find(picture)
             poses.append(pose)
-            if pose is not None and number >= look:
+            if pose is not None and number >= next_search:
                 others[number] = detector.find_other(picture, pose)
-                look = number + round(_LOOKED * clip.rate)
+                next_search = number + round(_SEARCH_EVERY * clip.rate)
     return People(tuple(poses), others, (width, height))
 
 
@@ -128,8 +133,8 @@ def _check_people(clip: Clip, people: People, report: ImportReport) -> None:
         )
     if clip.is_cut_short(frames):
         report.warn(
-            f"only {frames} of {clip.expected()} frames can be decoded: the file is damaged or cut"
-            " short"
+            f"only {frames} of {clip.declared_frames} frames can be decoded: the file is damaged or"
+            " cut short"
         )
     found = {i: pose for i, pose in enumerate(people.poses) if pose is not None}
     if len(found) < max(2, _HARDLY * frames):

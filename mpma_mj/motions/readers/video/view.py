@@ -1,4 +1,4 @@
-"""How a person in a video is seen: whether arms and torso are parallel to the picture."""
+"""View of a person in a video: segments that are foreshortened, whose directions are lost."""
 
 from __future__ import annotations
 

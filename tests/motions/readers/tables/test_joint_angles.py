@@ -213,7 +213,7 @@ def test_a_first_or_last_row_that_is_off_is_told(path: Path, row: int) -> None:
 
 @pytest.mark.parametrize("row", [3, 13, 40, 76])
 @pytest.mark.parametrize("joint", range(8))
-def test_a_small_error_of_an_angle_is_told(path: Path, row: int, joint: int) -> None:
+def test_a_small_error_of_an_angle_is_warned_of(path: Path, row: int, joint: int) -> None:
     angles = ANGLES.copy()
     angles[row, joint] += 0.02
     (warning,) = read(write(path, angles))[1].warnings
@@ -231,7 +231,7 @@ def test_a_robot_that_starts_turns_and_stops_at_once_does_not_jump(
 
 
 @pytest.mark.parametrize(("one", "other"), [(0, 1), (1, 6), (2, 6), (3, 7)])
-def test_exchanged_titles_are_told(path: Path, one: int, other: int) -> None:
+def test_exchanged_titles_are_warned_of(path: Path, one: int, other: int) -> None:
     titles = [*IN_RADIANS]
     titles[one], titles[other] = titles[other], titles[one]
     (warning,) = read(write(path, ANGLES, titles))[1].warnings

@@ -66,7 +66,7 @@ def test_uneven_times_are_interpolated_whatever_the_shape() -> None:
     np.testing.assert_allclose(np.diff(even[:, 1, 2]), np.diff(even[:, 1, 2])[0])
 
 
-def test_numbers_of_frames_that_are_not_whole_are_told() -> None:
+def test_numbers_of_frames_that_are_not_whole_are_warned_of() -> None:
     report, numbers = ImportReport(), np.arange(20.0) + 0.25
     assert arrangement(np.arange(20.0) / 25.0, numbers, where, report) is None
     assert report.warnings[0].startswith("the numbers of frames are not whole, the first at line 2")

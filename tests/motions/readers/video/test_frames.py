@@ -66,7 +66,7 @@ def test_a_part_is_read_alone(tmp_path: Path) -> None:
     whole = list(open_clip(path, None, None).frames())
     clip = open_clip(path, 0.5, 1.0)
     part = list(clip.frames())
-    assert clip.before == 10
+    assert clip.frames_before == 10
     assert len(part) == 11
     np.testing.assert_allclose(part[0].mean(), whole[10].mean(), atol=0.5)
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mpma_mj.browser.saved_agent import SavedAgent, other_arms
+from mpma_mj.browser.episode_factory import EpisodeFactory, other_arms
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.plants import Plant
 from mpma_mj.errors import RunFolderError
@@ -23,9 +23,9 @@ def test_a_live_episode_is_that_of_an_evaluation_to_the_bit(
     small_run: Path, changes: dict[str, Any]
 ) -> None:
     folder = RunFolder(small_run)
-    agent = SavedAgent.of_run(folder)
-    options = other_arms(agent.config.env) if changes else None
-    episode = agent.episode(EVALUATION_EPISODE, options)
+    factory = EpisodeFactory.of_run(folder)
+    options = other_arms(factory.config.env) if changes else None
+    episode = factory.make(EVALUATION_EPISODE, options)
     while not episode.is_over:
         episode.advance()
     condition = EvalCondition("live", folder.read_motion(), changes)
@@ -40,8 +40,8 @@ def test_a_live_episode_is_that_of_an_evaluation_to_the_bit(
 
 
 def test_a_motion_without_a_run_is_followed_by_the_feedback_controller() -> None:
-    episode = SavedAgent.of_motion(ymca()).episode(0)
-    assert episode.pairs is None
+    episode = EpisodeFactory.of_motion(ymca()).make(0)
+    assert episode.paired_models is None
     for _ in range(50):
         episode.advance()
     errors = [np.abs(m.posture - m.reference).mean() for m in episode.moments]
@@ -64,4 +64,4 @@ def test_ideal_arms_lack_mass_and_plants() -> None:
 
 def test_a_folder_that_is_no_run_is_refused(tmp_path: Path) -> None:
     with pytest.raises(RunFolderError, match="is not a run"):
-        SavedAgent.of_run(RunFolder(tmp_path))
+        EpisodeFactory.of_run(RunFolder(tmp_path))

@@ -1,4 +1,4 @@
-"""Film of the study `switching`: an episode with several agents next to each other."""
+"""Video of the study `switching`: an episode with several agents next to each other."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from mpma_mj.experiments.records import Record
 from mpma_mj.visualization.colours import INK, PAPER, hex_to_rgb, module_colours
 from mpma_mj.visualization.video import Progress, write_frames
 
-__all__ = ["smoothed_error", "write_film"]
+__all__ = ["smoothed_error", "write_video"]
 
 Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
 
-# Pixels of an agent's part of the film; the height of all is even, which encoders take.
+# Pixels of an agent's part of the video; the height of all is even, which encoders take.
 _WIDTH, _ARMS, _TITLE = 480, 360, 32
 _GAP = 8  # to the right of each
 _PLANTS, _ERRORS, _SHARES = 24, 104, 40
@@ -33,14 +33,14 @@ _HEADROOM = 1.15  # top of the errors' axis over the largest
 _UNMATCHED = "#b9bec7"  # plants of the agent that answer for no true one
 
 
-def write_film(
+def write_video(
     path: Path,
     episodes: Mapping[str, Record],
     plants: Sequence[str],
     options: EnvironmentOptions,
     progress: Progress,
 ) -> None:
-    """Write the film of an episode in which plants switch unannounced.
+    """Write the video of an episode in which plants switch unannounced.
 
     Args:
         path: The `.mp4` file.
@@ -72,7 +72,7 @@ def smoothed_error(episode: Record) -> Array:
 
 
 class _Part:
-    """One agent's part of the film: title with the error, arms, and what happens over time."""
+    """One agent's part of the video: title with the error, arms, and what happens over time."""
 
     def __init__(
         self,

@@ -1,4 +1,4 @@
-"""Agents of which live episodes are made: that of a run, or the feedback controller alone."""
+"""Factory of live episodes: of a run's agent, or of the feedback controller alone."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from mpma_mj.training.config import RunConfig
 from mpma_mj.training.factory import agent_of
 from mpma_mj.training.run_folder import RunFolder
 
-__all__ = ["SavedAgent", "for_arms", "other_arms"]
+__all__ = ["EpisodeFactory", "intervention_for", "other_arms"]
 
 
 @dataclass(frozen=True, eq=False)
-class SavedAgent:
-    """An agent with its motion and its arms.
+class EpisodeFactory:
+    """An agent with its motion and its arms, of which episodes are made.
 
     Attributes:
         config: Config of the run.
@@ -42,7 +42,7 @@ class SavedAgent:
     source: Path | None = None
 
     @classmethod
-    def of_run(cls, folder: RunFolder) -> SavedAgent:
+    def of_run(cls, folder: RunFolder) -> EpisodeFactory:
         """Return the agent of a run's best epoch.
 
         Raises:
@@ -53,12 +53,12 @@ class SavedAgent:
         return cls(config, folder.read_motion(), state, folder.checkpoint("best"))
 
     @classmethod
-    def of_motion(cls, motion: Motion, arms: Arms = "physics") -> SavedAgent:
-        """Return the feedback controller, which alone lets arms follow a motion."""
+    def of_motion(cls, motion: Motion, arms: Arms = "physics") -> EpisodeFactory:
+        """Return the feedback controller, by which arms follow a motion without a run."""
         env = EnvironmentOptions(arms=arms)
         return cls(RunConfig(env=env, agent=FeedbackOnlyConfig()), motion)
 
-    def episode(self, number: int, options: EnvironmentOptions | None = None) -> LiveEpisode:
+    def make(self, number: int, options: EnvironmentOptions | None = None) -> LiveEpisode:
         """Return an episode at its beginning.
 
         Args:
@@ -85,6 +85,6 @@ def other_arms(options: EnvironmentOptions) -> EnvironmentOptions:
     return dataclasses.replace(options, arms="kinematic", **changes)
 
 
-def for_arms(options: EnvironmentOptions, intervention: Intervention) -> Intervention:
+def intervention_for(options: EnvironmentOptions, intervention: Intervention) -> Intervention:
     """Return what is set by hand, without a plant where arms of these options have one only."""
     return intervention if options.plants else dataclasses.replace(intervention, plant=None)

@@ -1,4 +1,4 @@
-"""Films of a comparison."""
+"""Videos of a comparison."""
 
 import dataclasses
 from pathlib import Path
@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from mpma_mj.experiments.compare import Transfer
-from mpma_mj.experiments.compare_film import overlaid, write_overlaid, write_side_by_side
 from mpma_mj.experiments.compare_report import SHOWN, first_episodes
+from mpma_mj.experiments.compare_video import overlaid, write_overlaid, write_side_by_side
 from mpma_mj.motions import ymca
 from mpma_mj.trace import Trace
 from tests.experiments.test_compare import transfers

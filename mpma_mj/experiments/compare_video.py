@@ -1,4 +1,4 @@
-"""Films of a comparison: arms next to each other, and heavy arms over ideal ones."""
+"""Videos of a comparison: arms next to each other, and heavy arms over ideal ones."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def write_side_by_side(
     steps = range(min(len(episode.trace.action) for episode in episodes.values()))
     with contextlib.ExitStack() as stack:
         size = _WIDTH, _HEIGHT + STRIP_HEIGHT
-        films = [
+        videos = [
             stack.enter_context(
                 contextlib.closing(
                     episode_frames(Scene(episode.trace, motion, episode.options, size=size))
@@ -63,7 +63,7 @@ def write_side_by_side(
             for episode in episodes.values()
         ]
         frames = (
-            np.concatenate([titles, np.concatenate([_apart(next(film)) for film in films], axis=1)])
+            np.concatenate([titles, np.concatenate([_apart(next(one)) for one in videos], axis=1)])
             for _ in progress(steps)
         )
         repeats = next(iter(episodes.values())).options.repeats
@@ -91,7 +91,7 @@ def overlaid(episodes: Mapping[str, Episode], motion: Motion, sound: Path | None
 
 
 def write_overlaid(video: Path, picture: Path, scene: Scene, progress: Progress) -> None:
-    """Write the film of `overlaid` and a picture of the middle of its first labels.
+    """Write the video of `overlaid` and a picture of the middle of its first labels.
 
     Args:
         video: The `.mp4` file.
