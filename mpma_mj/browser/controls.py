@@ -22,7 +22,8 @@ def on_user(widget: Any, act: Callable[[Any], None]) -> None:
     """Call a function with the value of a widget where a user has changed it.
 
     Values that this program sets call back, too, but without a client. Coroutines are called in
-    order, in the thread of the server; other functions in any thread of a pool.
+    order, in the thread of the server; other functions in any thread of a pool. A number that is
+    typed beside a slider may lie beyond its ends: the nearest end counts.
 
     Args:
         widget: Handle of viser, of a button or an input.
@@ -31,7 +32,8 @@ def on_user(widget: Any, act: Callable[[Any], None]) -> None:
 
     async def callback(event: Any) -> None:
         if event.client_id is not None:
-            act(event.target.value)
+            value, highest = event.target.value, getattr(event.target, "max", None)
+            act(value if highest is None else min(max(value, event.target.min), highest))
 
     (widget.on_click if hasattr(widget, "on_click") else widget.on_update)(callback)
 

@@ -18,6 +18,7 @@ from mpma_mj.context import active_label
 from mpma_mj.envs.interventions import Intervention
 from mpma_mj.envs.moment import EnvironmentMoment
 from mpma_mj.envs.physics import KinematicArms
+from mpma_mj.envs.randomisation import PlantValues
 from mpma_mj.errors import BadOptionError
 from mpma_mj.metrics import posture_error_percent
 
@@ -42,6 +43,7 @@ class Moment:
         responsibility: Responsibilities of the modules in the action that led here, shape (M,);
             None at the beginning, and of an agent without modules.
         plant: Index of the plant that is on; None in an environment without plants.
+        plant_values: Its payload and other values, with those that are set by hand.
         push: Forces on left and right hand that led here, shape (2, 3), N.
         summed_error: Sum of the posture errors of the steps so far, percent.
         environment: State of the environment.
@@ -53,6 +55,7 @@ class Moment:
     label: str
     responsibility: Array | None
     plant: int | None
+    plant_values: PlantValues
     push: Array
     summed_error: float
     environment: EnvironmentMoment
@@ -155,6 +158,13 @@ class LiveEpisode:
         self.moments[index].environment.pose(physics.model.ptr, self._past)
         return self._past
 
+    def model(self, index: int | None = None) -> mujoco.MjModel:
+        """Return the model of the arms at a moment, with its payload; see `data`."""
+        physics = self.env.physics
+        if index is None or index >= len(self.moments) or isinstance(physics, KinematicArms):
+            return physics.model.ptr
+        return physics.compiled_plants.compiler.compile(self.moments[index].plant_values)
+
     def hand_positions(self, index: int | None = None) -> Array | None:
         """Return the positions of left and right hand at a moment, shape (2, 3), m; see `data`.
 
@@ -218,6 +228,7 @@ class LiveEpisode:
             label="" if label < 0 else task.motion.labels[label],
             responsibility=None if paired_models is None else paired_models.responsibility,
             plant=task.plant,
+            plant_values=self.env.physics.compiled_plants.values,
             push=push,
             summed_error=summed_error,
             environment=EnvironmentMoment.of(self.env),

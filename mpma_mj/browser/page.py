@@ -114,7 +114,7 @@ class Page:
         if simulation.error or simulation.playing:  # it paused; also for those who come later
             self._error = simulation.error
         with self._server.atomic():
-            self._arms.update(simulation.data)
+            self._arms.update(simulation.data, simulation.model)
             self._ghost.update(simulation.site_positions(moment.reference))
             hands = simulation.hand_positions
             if hands is not None:

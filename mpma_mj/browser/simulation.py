@@ -139,8 +139,8 @@ class LiveSimulation:
 
     @property
     def model(self) -> mujoco.MjModel:
-        """Model of the arms of the run, whose payload changes."""
-        return self.episode.env.physics.model.ptr
+        """Model of the arms of the run at the moment that is shown, whose payload changes."""
+        return self.episode.model(self.shown)
 
     @property
     def data(self) -> mujoco.MjData:

@@ -53,7 +53,7 @@ def check_new_file(
         return
     if path.suffix not in endings:
         expected = f"a file name that ends in {' or '.join(endings)}"
-        near = did_you_mean(path.suffix, endings)
+        near = did_you_mean(path.suffix.lower(), endings)
         raise BadOptionError(option=option, value=str(path), expected=expected, remedy=near)
     if path.exists() and not overwrite:
         raise BadOptionError(f"{path}: already exists", remedy="{overwrite} replaces it")

@@ -172,6 +172,9 @@ class Play:
         useful = _LOOKS if is_video else () if self.browser else _LOOKS_OF.get(ending, ())
         for option in _LOOKS:
             if option in self.given and option not in useful:
+                if self.browser:
+                    remedy = "leave it out, as the page has its own"
+                    raise BadOptionError("is not for the page", option=option, remedy=remedy)
                 remedy = "give {out=dance.mp4}"
                 raise BadOptionError("is for a video file", option=option, remedy=remedy)
         if self.camera == "orbit" and not is_video:
@@ -223,9 +226,9 @@ class Play:
 
         of_recordings = {field.name for field in fields(ReadingOptions)}.difference(useful)
         for option in sorted(self.given & of_recordings):
-            raise BadOptionError(
-                f"{self.source} is a run", remedy=f"leave {{{option}}} out: it is for a recording"
-            )
+            cut = option in ("start", "end")
+            why = "the page plays it as a whole" if cut else "it is for a recording"
+            raise BadOptionError(f"{self.source} is a run", remedy=f"leave {{{option}}} out: {why}")
         self.reading.check()
         return RunFolder(Path(self.source))
 

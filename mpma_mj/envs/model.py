@@ -219,6 +219,11 @@ class CompiledPlants:
             self._plant, self._values = -1, values
             self.become(self.compiler.compile(values))
 
+    @property
+    def values(self) -> PlantValues:
+        """Values of the plant that the live model is; not to be changed."""
+        return self._values
+
     def become(self, model: mujoco.MjModel) -> None:
         """Give the live model the parameters of another one; simulations stay."""
         _copy_parameters(model, self.live, self._differing)

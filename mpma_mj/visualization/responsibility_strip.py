@@ -22,6 +22,7 @@ _MOST_NAMED_MODULES = 7  # with more modules the legend has numbers only
 STRIP_HEIGHT = 96
 """Height of the strip, pixels."""
 
+_TALL = "fl"  # as high as most labels
 LABEL_SIZE = 72
 """Size of the label in the corner of a frame, pixels."""
 
@@ -135,7 +136,8 @@ def _label_mask(label: str, width: int) -> Array:
     """Return the opacity of a large label, shape (h, w, 1), in [0, 1]; w is at most a width."""
     full_width = ImageFont.load_default(LABEL_SIZE).getlength(label)
     font = ImageFont.load_default(LABEL_SIZE * min(1.0, width / max(full_width, 1.0)))
-    left, top, right, bottom = font.getbbox(label)
+    left, _, right, bottom = font.getbbox(label)
+    top = min(font.getbbox(letters)[1] for letters in (_TALL, label))  # labels share a line
     image = Image.new("L", (round(right - left), round(bottom - top)))
     ImageDraw.Draw(image).text((-left, -top), label, 255, font)
     return np.asarray(image, np.float64)[:, :, None] / 255.0

@@ -117,8 +117,9 @@ class ArmNodes:
                 )
         self._looks = self._present_looks()
 
-    def update(self, data: mujoco.MjData) -> None:
-        """Take the pose of `data`, and the present colours and sizes of the model."""
+    def update(self, data: mujoco.MjData, model: mujoco.MjModel | None = None) -> None:
+        """Take the pose of `data`, and colours and sizes of a model; of the present one if None."""
+        self._model = self._model if model is None else model
         for body in self._moving:
             node = self._bodies[body]
             node.position, node.wxyz = data.xpos[body], data.xquat[body]
