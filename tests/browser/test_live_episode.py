@@ -20,6 +20,7 @@ from mpma_mj.browser.live_episode import (
 )
 from mpma_mj.envs.interventions import Intervention
 from mpma_mj.envs.load import make_environment
+from mpma_mj.envs.model import geom_colours
 from mpma_mj.envs.plants import Plant
 from mpma_mj.errors import BadOptionError
 from mpma_mj.metrics import posture_error_percent
@@ -233,3 +234,17 @@ def test_memory_of_a_moment_is_small() -> None:
                 whole = value if value.base is None else value.base
                 arrays[id(whole)] = whole.nbytes
     assert sum(arrays.values()) / len(episode.moments) < 4000
+
+
+def test_the_past_has_the_payload_that_it_had() -> None:
+    plants = (Plant(), Plant(payload=3.0))
+    episode = made(0, agent="resolved_rate", plants=plants, switch_every=(0.5, 0.6))
+    while episode.moments[-1].plant == 0:
+        advance(episode, 1)
+    episode.intervene(Intervention(payload=1.0))
+    advance(episode, 1)
+    now = len(episode.moments)
+    light, heavy, by_hand = (episode.model(moment) for moment in (1, now - 2, now))
+    ball = heavy.geom("left_hand_payload").id
+    assert [geom_colours(model)[ball, 3] for model in (light, heavy, by_hand)] == [0.0, 1.0, 1.0]
+    assert heavy.geom_size[ball, 0] == pytest.approx(by_hand.geom_size[ball, 0] * 3.0 ** (1 / 3))

@@ -112,6 +112,10 @@ def test_tempo_payload_gain_and_latency_follow_their_sliders(stage: Stage) -> No
     until(lambda: live.intervention.latency == 2)
     assert live.tempo == 2.0
     assert (live.intervention.payload, live.intervention.actuator_gain) == (3.0, 0.5)
+    viewer.set("payload, kg", 99.0)  # as it can be typed beside the slider
+    until(lambda: live.intervention.payload == 5.0)
+    viewer.set("payload, kg", values["payload, kg"])
+    until(lambda: live.intervention.payload == 3.0)
     other = stage.viewer()
     other.set("Take the controls", True)
     until(lambda: other.find("latency, steps"))

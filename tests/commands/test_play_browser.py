@@ -79,8 +79,8 @@ def test_open_page_is_warned_of(serve: Callable[[list[str]], Any]) -> None:
         (["--host", "127.0.0.1"], "--host is for the page; give --browser"),
         (["--port", "8080"], "--port is for the page"),
         (["--browser", "--out", "dance.mp4"], "--browser writes no file; leave --out out"),
-        (["--browser", "--size", "640x480"], "--size is for a video file"),
-        (["--browser", "--camera", "side"], "--camera is for a video file"),
+        (["--browser", "--size", "640x480"], "--size is not for the page; leave it out"),
+        (["--browser", "--camera", "side"], "--camera is not for the page"),
     ],
 )
 def test_options_that_contradict_are_one_line(
