@@ -239,12 +239,12 @@ def test_memory_of_a_moment_is_small() -> None:
 def test_the_past_has_the_payload_that_it_had() -> None:
     plants = (Plant(), Plant(payload=3.0))
     episode = made(0, agent="resolved_rate", plants=plants, switch_every=(0.5, 0.6))
-    while episode.moments[-1].plant == 0:
-        advance(episode, 1)
+    advance(episode, 30)
+    on = [moment.plant for moment in episode.moments]
     episode.intervene(Intervention(payload=1.0))
     advance(episode, 1)
     now = len(episode.moments)
-    light, heavy, by_hand = (episode.model(moment) for moment in (1, now - 2, now))
+    light, heavy, by_hand = (episode.model(i) for i in (on.index(0), on.index(1), now))
     ball = heavy.geom("left_hand_payload").id
     assert [geom_colours(model)[ball, 3] for model in (light, heavy, by_hand)] == [0.0, 1.0, 1.0]
     assert heavy.geom_size[ball, 0] == pytest.approx(by_hand.geom_size[ball, 0] * 3.0 ** (1 / 3))

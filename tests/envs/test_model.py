@@ -170,8 +170,8 @@ def test_what_is_only_looked_at_touches_nothing_and_hands_touch_undrawn() -> Non
     undrawn = {model.geom(i).name for i in np.flatnonzero(touching & (model.geom_group > 2))}
     only_seen = {model.geom(i).name for i in np.flatnonzero(~touching)}
     parts = ("palm", "thumb", "index", "middle", "little", "eye")
-    assert undrawn == {"left_hand", "right_hand"}
-    assert only_seen == {"shadow"} | {f"{side}_{part}" for side in SIDES for part in parts}
+    assert undrawn == {"left_hand", "right_hand", "visor"}
+    assert only_seen == {"shadow", "face"} | {f"{side}_{part}" for side in SIDES for part in parts}
 
 
 # Linear RGB as seen without long, middle or short cones: Machado, Oliveira & Fernandes (2009), A
