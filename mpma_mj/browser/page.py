@@ -37,7 +37,7 @@ LOOK_AT, FIELD_OF_VIEW = (0.0, 0.0, 1.12), math.radians(40.0)
 CAMERAS = {
     "front": (2.7, 0.0, 1.45),
     "side": (0.0, 2.7, 1.45),
-    "oblique": (1.95, 1.65, 1.75),
+    "three_quarter": (1.95, 1.65, 1.75),
 }
 """Places of the camera, m, by name."""
 
