@@ -147,7 +147,7 @@ def test_frames_of_a_real_video_are_timed(monkeypatch: pytest.MonkeyPatch) -> No
 
     pictures: list[int] = []
 
-    def few(trace: object, motion: object) -> Iterable[int]:
+    def few(scene: object) -> Iterable[int]:
         pictures.append(1)
         return iter(())
 
