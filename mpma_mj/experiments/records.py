@@ -48,7 +48,7 @@ def value(record: Record, *path: str) -> float | None:
     for name in path:
         found = found.get(name) if isinstance(found, Mapping) else None
     if isinstance(found, Mapping):
-        return statistics.fmean(found.values())
+        return statistics.fmean(found.values()) if found else None
     return None if found is None else float(found)
 
 

@@ -55,3 +55,9 @@ def test_runs_that_did_not_end_well_are_counted() -> None:
 
 def test_nested_entries_get_their_path_as_name() -> None:
     assert flat({"a": {"b": 1, "c": {"d": 2}}, "e": 3}) == {"a.b": 1, "a.c.d": 2, "e": 3}
+
+
+def test_a_measure_without_entries_has_no_value() -> None:
+    assert value({"modules": {"Y": 1, "M": 3}}, "modules") == 2.0
+    assert value({"modules": {}}, "modules") is None
+    assert measured([{"modules": {}}, {"modules": {"Y": 1}}], "modules") == [1.0]
