@@ -25,12 +25,13 @@ _SWING = (0.35, 0.75)  # of abduction and rotation, rad, to either side
 _FORWARD, _ELBOW = 0.2, 0.8  # flexion and elbow, rad
 
 FIGURES = {
-    "to the left": (1.45, (2, 3, 1, 0)),
-    "to the right": (1.45, (1, 0, 2, 3)),
-    "together": (2.1, (0, 1, 0, 1)),
+    "left": (1.45, (2, 3, 1, 0)),
+    "right": (1.45, (1, 0, 2, 3)),
+    "both": (2.1, (0, 1, 0, 1)),
     "in turn": (1.2, (4, 5, 0, 1)),
 }
-"""Figures of the wave: mean abduction, rad, and when a crest passes left upper arm and forearm,
+"""Figures of the wave, which runs to the left, to the right, through both arms together, or through
+one after the other: mean abduction, rad, and when a crest passes left upper arm and forearm,
 right upper arm and forearm, in eighths of a swing."""
 
 # Conductor: ways of the wrists through points at each half of a beat, beginning with the first.

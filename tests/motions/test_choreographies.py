@@ -87,7 +87,7 @@ def test_a_crest_runs_through_the_arms_in_the_order_of_the_figure() -> None:
         assert np.abs(difference).max() < 0.01, name
 
 
-def test_together_is_symmetrical() -> None:
+def test_both_is_symmetrical() -> None:
     motion = wave()
     held = motion.joint_angles[len(motion) * 5 // 8 : len(motion) * 3 // 4]
     np.testing.assert_allclose(held[:, :4], held[:, 4:], atol=1e-9)
