@@ -97,7 +97,13 @@ class Controls:
 
     def _show(self, index: int) -> None:
         self._scrubbed = time.monotonic()
-        self._simulation.request(self._simulation.show, index)
+        self._simulation.request(self._show_moment, index)
+
+    def _show_moment(self, index: int) -> None:
+        """Show a moment of the past, the latest for one to come; in the owning thread."""
+        self._simulation.show(index)
+        if self._simulation.shown != index:  # else a slider that is still moved would jump back
+            self.scrub.value = self._simulation.shown
 
     def _label_play(self) -> None:
         playing, icons = self._playing, self._icons

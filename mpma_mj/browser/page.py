@@ -111,7 +111,8 @@ class Page:
         """Show the present state of the simulation."""
         simulation = self._simulation
         moment = simulation.moment
-        if simulation.error or simulation.playing:  # it paused; also for those who come later
+        # It paused; an error is shown until the simulation goes on or begins anew.
+        if simulation.error or simulation.playing or len(simulation.moments) == 1:
             self._error = simulation.error
         with self._server.atomic():
             self._arms.update(simulation.data, simulation.model)

@@ -96,6 +96,10 @@ def test_scrubbing_shows_the_past_and_starts_there(stage: Stage) -> None:
     viewer.set("step", 7)
     until(lambda: live.shown == 7 and "step 7;" in viewer.text())
     assert not live.playing
+    viewer.set("step", 200)  # which is still to come
+    until(lambda: viewer.value("step") == live.shown == len(live.moments) - 1)
+    viewer.set("step", 7)
+    until(lambda: live.shown == 7)
     viewer.set("move", "start here")
     until(lambda: len(live.moments) == 8 and live.shown is None)
     viewer.set("move", "step")
@@ -202,6 +206,10 @@ def test_errors_are_shown_in_the_page_and_the_next_request_goes_on(stage: Stage)
     assert not live.playing
     late = stage.viewer()
     until(lambda: "another one" in late.text())
+    viewer.set("move", "restart")
+    until(lambda: "another one" not in viewer.text())
+    live.request(fail)
+    until(lambda: "another one" in viewer.text())
     viewer.set("Play", True)
     until(lambda: live.playing and "another one" not in viewer.text())
 
