@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -50,6 +51,14 @@ QUALISYS_NAMES = {
 
 
 NO_TRUNK = "has no points of the trunk, so that the torso is assumed to be upright"
+
+
+def pytest_configure() -> None:
+    """Handle signals as at a terminal, also in the background, which ignores them."""
+    usual = {signal.SIGINT: signal.default_int_handler, signal.SIGHUP: signal.SIG_DFL}
+    for number, handler in usual.items():
+        if signal.getsignal(number) == signal.SIG_IGN:
+            signal.signal(number, handler)
 
 
 def dancer(posture: Array) -> dict[str, Array]:
