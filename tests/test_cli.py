@@ -181,17 +181,20 @@ def test_a_signal_before_the_command_line_is_imported_is_one_line(
     assert (result.returncode, result.stderr) == (code, b"mpma: interrupted\n")
 
 
+def ended_by(run: str) -> tuple[int, bytes]:
+    """Return exit code and errors of a command line whose work is done by the function `run`."""
+    code = f"import signal, sys, weakref\nfrom mpma_mj import cli\n{run}"
+    code += "cli._run = run\nsys.exit(cli.main([]))\n"
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, check=False)
+    return result.returncode, result.stderr
+
+
 def test_a_signal_in_code_from_text_leaves_the_exit_code() -> None:
     code = """
-import signal, sys
-from mpma_mj import cli
 def run(words):
     exec("signal.raise_signal(signal.SIGTERM)", globals())
-cli._run = run
-sys.exit(cli.main([]))
 """
-    result = subprocess.run([sys.executable, "-c", code], capture_output=True, check=False)
-    assert (result.returncode, result.stderr) == (143, b"mpma: interrupted\n")
+    assert ended_by(code) == (143, b"mpma: interrupted\n")
 
 
 def test_a_signal_in_a_callback_of_a_weak_reference_is_not_lost(
@@ -214,18 +217,13 @@ def test_a_signal_in_a_callback_of_a_weak_reference_is_not_lost(
 
 def test_a_signal_that_is_lost_at_the_end_changes_nothing() -> None:
     code = """
-import signal, sys, weakref
-from mpma_mj import cli
 class Thing: pass
 def run(words):
     thing = Thing()
     weakref.finalize(thing, signal.raise_signal, signal.SIGTERM)
     del thing
-cli._run = run
-sys.exit(cli.main([]))
 """
-    result = subprocess.run([sys.executable, "-c", code], capture_output=True, check=False)
-    assert (result.returncode, result.stderr) == (0, b"")
+    assert ended_by(code) == (0, b"")
 
 
 def test_what_other_libraries_log_is_not_shown(

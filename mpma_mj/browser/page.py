@@ -111,7 +111,7 @@ class Page:
         """Show the present state of the simulation."""
         simulation = self._simulation
         moment = simulation.moment
-        # It paused; an error is shown until the simulation goes on or begins anew.
+        # Any request clears the simulation's error; the page keeps it until play or restart.
         if simulation.error or simulation.playing or len(simulation.moments) == 1:
             self._error = simulation.error
         with self._server.atomic():
