@@ -66,11 +66,11 @@ class Soundtrack:
         """
         samples = round(self.period * _RATE)
         begin, end = self.start, self.start + self.motion_duration * self.tempo
-        # Silence follows the sound, however late the motion begins.
-        steps = ["apad", f"atrim=start={begin}:end={end}", "asetpts=PTS-STARTPTS"]
+        steps = [f"atrim=start={begin}:end={end}", "asetpts=PTS-STARTPTS"]
         steps.append(f"aresample={_RATE}")
         if self.tempo != 1.0:
             steps.append(f"rubberband=tempo={self.tempo}")
+        # Silence follows the sound, also where it ends before the motion begins.
         steps += [f"apad=whole_len={samples}", f"atrim=end_sample={samples}"]
         repeats = math.ceil((self.begin + self.duration) / self.period)
         steps.append(f"aloop=loop={repeats}:size={samples}")
