@@ -116,7 +116,7 @@ def test_recordings_models_and_maps_import_nothing(here: Path, name: str) -> Non
     )
     (here / "dance.pkl").write_bytes(b"cevil\nEvil\n.")
     for words in (
-        ["imitate", "ymca", "--model", "robot.xml", "--epochs", "1", "--no-video", "--out", "a"],
+        ["imitate", "ymca", "--robot", "robot.xml", "--epochs", "1", "--no-video", "--out", "a"],
         ["motion", "dance.csv", "--map", "map.toml"],
         ["motion", "dance.csv"],
         ["motion", "dance.npz"],

@@ -19,6 +19,7 @@ from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.randomisation import PlantValues, plants_of
 from mpma_mj.errors import BadOptionError, one_line
 from mpma_mj.kinematics import JOINT_NAMES
+from mpma_mj.options import TWO_ARM
 
 __all__: list[str] = [
     "MODEL_PATH",
@@ -77,13 +78,13 @@ class ModelCompiler:
         # Where one hand holds balls all do, some of them without mass, which change no bit.
         self._balls = any(plant["payload"] > 0 for plant in plants_of(options))
         self._collisions = options.collisions
-        self._path = MODEL_PATH if options.model is None else Path(options.model)
+        self._path = MODEL_PATH if options.robot == TWO_ARM else Path(options.robot)
         with _errors_in_one_line(self._path):
             spec = read_model_file(self._path)
             check_complete(self._path, spec, hands=self._balls or options.perturbed)
             if adjustable:
                 self._balls = all(spec.body(name) is not None for name in HANDS)
-            if options.model is not None:
+            if options.robot != TWO_ARM:
                 given = spec.compile()
                 check_finite(self._path, given)
                 spec.memory = max(given.narena, _MEMORY)

@@ -12,8 +12,8 @@ import numpy as np
 
 from mpma_mj.envs.option_checks import (
     checked_dwell,
-    checked_path,
     checked_perturbation,
+    checked_robot,
     checked_weights,
 )
 from mpma_mj.envs.plants import (
@@ -27,7 +27,7 @@ from mpma_mj.envs.plants import (
 )
 from mpma_mj.errors import BadOptionError
 from mpma_mj.kinematics import JOINT_NAMES
-from mpma_mj.options import Arms
+from mpma_mj.options import TWO_ARM, Arms
 from mpma_mj.utils.text import did_you_mean
 from mpma_mj.utils.validation import Bounds, Range, check_fields, is_integer
 
@@ -64,7 +64,8 @@ class EnvironmentOptions:
 
     Attributes:
         arms: "physics" for simulated arms, "kinematic" for arms that move ideally.
-        model: MJCF file of other arms; the package's arms if not given.
+        robot: "two_arm", the package's arms, or the path of an MJCF file of other arms with its
+            joints.
         repeats: Number of repetitions of the motion in an episode.
         reference_noise: Standard deviation of the noise on each coordinate of the demonstrated unit
             vectors, which are normalised again; the paper's 1 % is 0.01.
@@ -110,7 +111,7 @@ class EnvironmentOptions:
     """
 
     arms: Arms = "physics"
-    model: str | Path | None = None
+    robot: str | Path = TWO_ARM
     repeats: Annotated[int, Bounds(1, 1000)] = 3
     reference_noise: Noise | Range = 0.01
     control_timestep: Annotated[
@@ -142,8 +143,7 @@ class EnvironmentOptions:
     def __post_init__(self) -> None:
         """Check every option, and keep copies of plain types."""
         check_fields(self)
-        if self.model is not None:
-            object.__setattr__(self, "model", checked_path(self.model))
+        object.__setattr__(self, "robot", checked_robot(self.robot))
         joint: object = self.locked_joint
         if not (joint is None or (isinstance(joint, str) and joint in JOINT_NAMES)):
             expected = f"one of {', '.join(JOINT_NAMES)}"

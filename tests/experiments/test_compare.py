@@ -47,7 +47,7 @@ def test_a_users_arms_are_compared_as_they_are(tmp_path: Path) -> None:
         job = CompareJob(UNTRAINED, (config,), ymca(), epochs=1, fine_tune=1)
         return job.do()[1].values("mean_torque_nm")[0]
 
-    assert torque(config.replace(model=str(own))) > 1.1 * torque(config)
+    assert torque(config.replace(robot=str(own))) > 1.1 * torque(config)
 
 
 def test_workers_bring_the_same_in_the_same_order(transfers: list[Transfer]) -> None:

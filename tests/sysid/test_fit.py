@@ -111,7 +111,7 @@ def test_what_is_0_in_ones_own_model_is_told_and_the_rest_found(tmp_path: Path) 
     own, robot = tmp_path / "own.xml", tmp_path / "robot.xml"
     own.write_text(MODEL_PATH.read_text().replace('damping="0.3"', 'damping="0"'))
     write_model(robot, {"kv_elbow": 1.2}, own)
-    found = identify(dance_of(robot, 6.0, latency=0), model=own)
+    found = identify(dance_of(robot, 6.0, latency=0), robot=own)
     assert len(found.missing) == 4
     assert all(name.startswith("damping_") for name in found.missing)
     assert found.factors.keys().isdisjoint(found.missing)
@@ -123,7 +123,7 @@ def test_what_is_0_in_ones_own_model_is_told_and_the_rest_found(tmp_path: Path) 
 def test_arms_whose_weight_is_carried_are_told_from_those_that_sink(tmp_path: Path) -> None:
     robot = tmp_path / "robot.xml"
     write_model(robot, {"forearm_mass": 1.2})
-    env = mpma_mj.load("ymca", model=robot, repeats=20, gravity_compensation=True)
+    env = mpma_mj.load("ymca", robot=robot, repeats=20, gravity_compensation=True)
     agent = mpma_mj.make_agent(env, kind="feedback_only")
     agent.reset(0)
     log = record(env, agent.act, 6.0)

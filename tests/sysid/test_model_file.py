@@ -27,9 +27,9 @@ def assert_same(one: mujoco.MjModel, other: mujoco.MjModel) -> None:
 def test_a_written_model_is_that_in_memory_and_can_be_danced_with(tmp_path: Path) -> None:
     factors = perturbed(1)
     write_model(tmp_path / "a.xml", factors)
-    assert_same(make_model(EnvironmentOptions(model=tmp_path / "a.xml")), scaled(MODEL, factors))
+    assert_same(make_model(EnvironmentOptions(robot=tmp_path / "a.xml")), scaled(MODEL, factors))
     env = mpma_mj.load(
-        "ymca", model=tmp_path / "a.xml", latency=2, actuator_strength=2.0, payload=1.0
+        "ymca", robot=tmp_path / "a.xml", latency=2, actuator_strength=2.0, payload=1.0
     )
     env.reset()
     assert np.isfinite(env.step(np.ones(8)).observation["posture"]).all()
@@ -37,19 +37,19 @@ def test_a_written_model_is_that_in_memory_and_can_be_danced_with(tmp_path: Path
 
 def test_a_written_model_without_factors_is_the_base(tmp_path: Path) -> None:
     write_model(tmp_path / "a.xml", {})
-    assert_same(make_model(EnvironmentOptions(model=tmp_path / "a.xml")), MODEL)
+    assert_same(make_model(EnvironmentOptions(robot=tmp_path / "a.xml")), MODEL)
 
 
 def test_a_model_may_have_a_name_and_a_folder_that_are_not_utf8(tmp_path: Path) -> None:
     factors = perturbed(1)
     written = tmp_path / "robots\udcff" / "a\udcff.xml"
     write_model(written, factors)
-    assert_same(make_model(EnvironmentOptions(model=written)), scaled(MODEL, factors))
+    assert_same(make_model(EnvironmentOptions(robot=written)), scaled(MODEL, factors))
     for copy in ("b.xml", "c.xml"):  # the second holds the folder of the first
         write_model(tmp_path / copy, {}, written)
         written = tmp_path / "robots\udcff" / copy
         (tmp_path / copy).rename(written)
-        assert_same(make_model(EnvironmentOptions(model=written)), scaled(MODEL, factors))
+        assert_same(make_model(EnvironmentOptions(robot=written)), scaled(MODEL, factors))
 
 
 def test_a_model_that_cannot_be_written_is_an_error_of_its_folder(
@@ -80,6 +80,6 @@ def test_masses_from_geoms_and_meshes_in_folders_are_kept(tmp_path: Path) -> Non
     base.write_text(text)
     written = tmp_path / "elsewhere" / "a.xml"
     write_model(written, {"forearm_mass": 1.2}, base)
-    expected = scaled(make_model(EnvironmentOptions(model=base)), {"forearm_mass": 1.2})
+    expected = scaled(make_model(EnvironmentOptions(robot=base)), {"forearm_mass": 1.2})
     assert expected.body("torso").mass != MODEL.body("torso").mass  # from geoms
-    assert_same(make_model(EnvironmentOptions(model=written)), expected)
+    assert_same(make_model(EnvironmentOptions(robot=written)), expected)
