@@ -23,6 +23,7 @@ CHAIN = (
     ("agents", "envs"),
     ("motions", "esn"),
     ("metrics", "feedback"),
+    ("arm_kinematics",),
     ("context", "joint_paths"),
     ("kinematics",),
     ("utils", "options"),

@@ -131,7 +131,7 @@ def arm_limits(arms: Arms | EnvironmentOptions = "physics") -> JointLimits:
 
 
 def _limits(physics: PhysicsArms) -> JointLimits:
-    return JointLimits(physics.max_joint_speed, *physics.joint_range)
+    return JointLimits(physics.max_joint_speed, *physics.joint_range, physics.kinematics)
 
 
 def _physics_steps(rate: float, timestep: float) -> int:

@@ -116,7 +116,9 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         self.metadata = self.metadata | own
         view: dict[str, Any] = {"width": width, "height": height, "camera": camera}
         self._renderer = make_renderer(self.arms, self.render_mode, **view)
-        self._demonstration = Demonstration(self.motion, chosen, self.max_joint_speed)
+        self._demonstration = Demonstration(
+            self.motion, chosen, self.max_joint_speed, self.arms.kinematics
+        )
         self._randomisation = self._demonstration.randomisation
         self._starts = AdaptiveStarts.if_chosen(chosen, num_envs, self._demonstration)
         self._observer = Observer(self._demonstration, chosen)
