@@ -1,0 +1,1 @@
+"""Robots with two arms: files that describe them, and models made of them."""
