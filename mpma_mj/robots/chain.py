@@ -41,8 +41,8 @@ class Chain:
         joints: Names of the joints, for messages.
 
     Raises:
-        BadOptionError: A direction is zero or not finite, neighbouring axes are parallel, the
-            elbow cannot bend, or a range is empty.
+        BadOptionError: A direction is zero or not finite, neighbouring axes of the shoulder are
+            parallel, the elbow cannot bend, or a range is empty.
     """
 
     axes: Array
@@ -73,11 +73,11 @@ class Chain:
         self._check()
 
     def _check(self) -> None:
-        for i in range(3):
+        for i in range(2):
             if _sine(self.axes[i], self.axes[i + 1]) < _PARALLEL:
                 raise BadOptionError(
                     f"{self.joints[i]} and {self.joints[i + 1]} turn about parallel axes",
-                    remedy="neighbouring joints of an arm have different axes",
+                    remedy="neighbouring joints of a shoulder have different axes",
                 )
         for name, direction in (("upper arm", self.upper_arm), ("forearm", self.forearm)):
             if _sine(self.axes[3], direction) < _PARALLEL:

@@ -28,7 +28,7 @@ def nearest_posture(
     Args:
         chain: The arm.
         directions: Unit vectors d*, u and f, shape (..., 6).
-        start: Joint angles from which the search starts, shape (..., 4), rad, clipped to the ranges.
+        start: Joint angles from which the search starts, shape (..., 4), rad.
         steps: Largest number of steps.
 
     Returns:
