@@ -96,11 +96,8 @@ def branches(chain: Chain, directions: Array, near: Array | None = None) -> Bran
     ).reshape(*upper_arm.shape[:-1], 4, 4)
     angles = nearest_turns(chain, angles, held[..., None, :])
     deviation = chain.directions(angles) - goal.reshape(directions.shape)[..., None, :]
-    return Branches(
-        angles,
-        np.abs(deviation).max(axis=-1) <= _HOLDS,
-        ((angles >= chain.lowest - _WITHIN) & (angles <= chain.highest + _WITHIN)).all(axis=-1),
-    )
+    within = (angles >= chain.lowest - _WITHIN) & (angles <= chain.highest + _WITHIN)
+    return Branches(angles, np.abs(deviation).max(axis=-1) <= _HOLDS, np.all(within, axis=-1))
 
 
 def nearest_branch(chain: Chain, directions: Array, near: Array) -> Array:
