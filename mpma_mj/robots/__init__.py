@@ -1,1 +1,1 @@
-"""Robots with two arms: files that describe them, and models made of them."""
+"""Robots with two arms of four hinges each: their files, models and kinematics."""
