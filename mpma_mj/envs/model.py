@@ -13,13 +13,13 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.envs.model_file import read_model_file
 from mpma_mj.envs.model_validation import HANDS, check_actuators, check_complete, check_finite
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.randomisation import PlantValues, plants_of
 from mpma_mj.errors import BadOptionError, one_line
 from mpma_mj.kinematics import JOINT_NAMES
 from mpma_mj.options import TWO_ARM
+from mpma_mj.robots.model_file import read_model_file
 
 __all__: list[str] = [
     "MODEL_PATH",

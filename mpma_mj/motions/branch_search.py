@@ -2,11 +2,8 @@
 
 A dynamic program over candidates for the joint angles of each step: both exact branches, a grid of
 abductions and, on the exact branches, a grid of rotations, as these may be nearly free; each with
-the whole turns that lie within the joints' ranges. The cost of a path is
-
-    Σ_t |d(q_t) - d*_t|² + 0.02 (Δq/s)² + 3 max(|Δq|/s - 0.8, 0)²        summed over joints
-
-with s the largest step. It is a start for a fit where ranges exclude the nearest branch.
+the whole turns that lie within the joints' ranges. It is a start for a fit where ranges exclude the
+nearest branch.
 """
 
 from __future__ import annotations
@@ -17,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj import kinematics
+from mpma_mj.motions.cheapest_path import cheapest_path
 from mpma_mj.motions.joint_fit import StepLimits
 
 __all__ = ["best_branches"]
@@ -25,8 +23,6 @@ Array = NDArray[np.float64]
 
 # Choices.
 _ABDUCTIONS, _ROTATIONS = 32, 16  # angles of the grids
-_MOVING, _HURRYING, _HURRY = 0.02, 3.0, 0.8  # of the cost
-_FARTHEST = 0.3  # squared distance to the directions, above the least, of a candidate
 _UNLIMITED = 4.0  # rad: range of joints without one, more than a turn
 
 
@@ -47,26 +43,10 @@ def best_branches(directions: Array, limits: StepLimits) -> Array:
     within = ((angles >= lowest) & (angles <= highest)).all(axis=-1)
     shown = kinematics.segment_jacobian(angles.reshape(-1, 4))[0].reshape(*angles.shape[:2], 6)
     distance = np.where(within, np.sum((shown - directions[:, None]) ** 2, axis=-1), np.inf)
-    near = distance <= distance.min(axis=1, keepdims=True) + _FARTHEST
     if not np.all(np.any(within, axis=1)):  # ranges of less than a step of the grids
         return np.clip(angles[:, 0], lowest, highest)
 
-    chosen = np.flatnonzero(near[0])
-    cost, places, origins = distance[0, chosen], [chosen], []
-    for t in range(1, len(angles)):
-        chosen = np.flatnonzero(near[t])
-        step = np.abs(angles[t, chosen, None] - angles[t - 1, places[-1]]) / limits.step
-        hurry = np.maximum(step - _HURRY, 0.0)
-        total = cost + np.sum(_MOVING * step**2 + _HURRYING * hurry**2, axis=-1)
-        origins.append(total.argmin(axis=1))
-        cost = total.min(axis=1) + distance[t, chosen]
-        places.append(chosen)
-    best = int(cost.argmin())
-    path = [places[-1][best]]
-    for place, origin in zip(places[-2::-1], reversed(origins), strict=True):
-        best = int(origin[best])
-        path.append(place[best])
-    return angles[np.arange(len(angles)), path[::-1]]
+    return cheapest_path(angles, distance, limits.step)
 
 
 _ELBOW = np.array([False, False, False, True])

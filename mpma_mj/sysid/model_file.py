@@ -11,10 +11,10 @@ import mujoco
 import numpy as np
 
 from mpma_mj.envs.model import MODEL_PATH
-from mpma_mj.envs.model_file import read_model_file
 from mpma_mj.errors import one_line
 from mpma_mj.kinematics import JOINT_NAMES
 from mpma_mj.options import TWO_ARM
+from mpma_mj.robots.model_file import read_model_file
 from mpma_mj.sysid.parameters import scaled
 from mpma_mj.utils.atomic_files import atomic_write
 

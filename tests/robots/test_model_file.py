@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from mpma_mj.envs.load import load
-from mpma_mj.envs.model_file import read_model_file
 from mpma_mj.errors import BadOptionError
+from mpma_mj.robots.model_file import read_model_file
 from mpma_mj.sysid.model_file import write_model
 from tests.envs.user_models import OURS, edited
 
