@@ -88,6 +88,7 @@ class Demonstration:
         phase: Sine and cosine of the progress of the repetition, shape (T, 2).
         randomisation: Options that are drawn for each episode.
         kinematics: Kinematics of the arms.
+        top_speeds: Joint velocities that action 1 commands, shape (8,), rad/s.
         largest_move: Move of each joint in a step at its top speed, shape (8,), rad.
     """
 
@@ -110,7 +111,7 @@ class Demonstration:
         self._options, self.kinematics = options, kinematics
         self._max_joint_speed = max_joint_speed
         self.largest_move = 1.0 / motion.rate * max_joint_speed
-        self._top_speeds = top_speeds(max_joint_speed, options.locked_joint)
+        self.top_speeds = top_speeds(max_joint_speed, kinematics.joint_names, options.locked_joint)
         self._plants = PlantSchedule(options, motion.rate)
         self._latencies = LatencySchedule(options, motion.rate)
         self.randomisation = Randomisation(options)
@@ -159,7 +160,7 @@ class Demonstration:
             return self._first_angles, np.zeros(8)
         now, after = self._angles[episode.start : episode.start + 2]
         velocity = (after - now) * self.motion.rate
-        return now, np.clip(velocity, -self._top_speeds, self._top_speeds)
+        return now, np.clip(velocity, -self.top_speeds, self.top_speeds)
 
     @property
     def has_angles(self) -> bool:

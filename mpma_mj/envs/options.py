@@ -145,7 +145,8 @@ class EnvironmentOptions:
         check_fields(self)
         object.__setattr__(self, "robot", checked_robot(self.robot))
         joint: object = self.locked_joint
-        if not (joint is None or (isinstance(joint, str) and joint in JOINT_NAMES)):
+        own = self.robot != TWO_ARM or joint in JOINT_NAMES  # others are checked with the model
+        if not (joint is None or (isinstance(joint, str) and own)):
             expected = f"one of {', '.join(JOINT_NAMES)}"
             raise BadOptionError(option="locked_joint", value=joint, expected=expected)
         object.__setattr__(self, "perturbation", checked_perturbation(self.perturbation))

@@ -64,7 +64,7 @@ class PhysicsArms(dm_mujoco.Physics):
         options = options or EnvironmentOptions()
         models = CompiledPlants(options, adjustable=adjustable)
         arms: Self = cls.from_model(MjModel(models.live))
-        arms.compiled_plants = models
+        arms.compiled_plants, arms.kinematics = models, models.compiler.kinematics
         arms.plant_gains = tuple(plant["actuator_gain"] for plant in models.plants)
         return arms
 

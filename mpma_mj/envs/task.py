@@ -102,7 +102,9 @@ class TwoArmImitation(control.Task):
         self._randomisation = self._demonstration.randomisation
         self._starts = AdaptiveStarts.if_chosen(options, 1, self._demonstration)
         self._observer = Observer(self._demonstration, options)
-        self._rules = StepRules(options, self.steps, self.max_joint_speed, physics.segment_lengths)
+        self._rules = StepRules(
+            options, self.steps, self._demonstration.top_speeds, physics.segment_lengths
+        )
         self.push: Array | None = None
         self.intervention: Intervention | None = None
         self._adjustable = adjustable

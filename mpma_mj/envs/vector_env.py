@@ -124,7 +124,9 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         self._observer = Observer(self._demonstration, chosen)
         self.steps, self.period = self._demonstration.steps, self._demonstration.period
         self.context = self._demonstration.context
-        self._rules = StepRules(chosen, self.steps, self.max_joint_speed, self.arms.segment_lengths)
+        self._rules = StepRules(
+            chosen, self.steps, self._demonstration.top_speeds, self.arms.segment_lengths
+        )
         self._batch = make_batch(
             self.arms, num_envs, nstep, perturbed=chosen.perturbed, threads=threads
         )
@@ -135,8 +137,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         self.last_observation: dict[str, Array] = {}
         self.posture = np.zeros((num_envs, 12))
         self.episode = np.zeros(num_envs, int)
-        self._rows = np.arange(num_envs)
-        self._seeds = [seed + row for row in range(num_envs)]
+        self._rows, self._seeds = np.arange(num_envs), [seed + i for i in range(num_envs)]
         self._step = np.zeros(num_envs, int)
         self._tracking = Tracking(num_envs, self.steps, self.arms.keypoints)
         self._over: Mask = np.ones(num_envs, bool)

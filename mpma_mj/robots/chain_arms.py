@@ -59,7 +59,9 @@ class ChainArms(ArmKinematics):
         """Return the joint angles within the ranges that come nearest to a posture nearby."""
         near = np.broadcast_to(near, (*posture.shape[:-1], 8))
         found = [
-            nearest_posture(chain, posture[..., 6 * arm : 6 * arm + 6], near[..., 4 * arm :][..., :4])
+            nearest_posture(
+                chain, posture[..., 6 * arm : 6 * arm + 6], near[..., 4 * arm :][..., :4]
+            )
             for arm, chain in enumerate(self.chains)
         ]
         return np.concatenate([angles for angles, _ in found], axis=-1)
@@ -72,7 +74,7 @@ class ChainArms(ArmKinematics):
     def correction(self, posture: Array, near: Array) -> Array:
         """Return one damped step of Gauss and Newton, within the joints' ranges.
 
-            (JᵀJ + 0.01 I) Δq = Jᵀ (d* - d(q))
+        (JᵀJ + 0.01 I) Δq = Jᵀ (d* - d(q))
         """
         near = np.broadcast_to(near, (*posture.shape[:-1], 8))
         steps = []

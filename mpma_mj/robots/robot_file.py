@@ -76,7 +76,7 @@ def read_robot(robot: str | Path) -> Robot:
     path = Path(robot)
     if path.suffix.lower() == ".toml":
         return _read(path)
-    if path.suffix.lower() in _KINDS or isinstance(robot, Path) or path.is_file():
+    if path.suffix.lower() in _KINDS or len(path.parts) > 1 or path.exists():
         name = re.sub(r"[^\w-]+", "_", path.stem, flags=re.ASCII) or "robot"
         return Robot(name, path.name, UNKNOWN, path, path, complete=True)
     raise BadOptionError(

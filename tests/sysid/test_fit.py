@@ -11,9 +11,10 @@ from mujoco import sysid
 from numpy.typing import NDArray
 
 import mpma_mj
-from mpma_mj.envs.model import MODEL_PATH, make_model
+from mpma_mj.envs.model import make_model
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import BadOptionError
+from mpma_mj.robots.robot_file import read_robot
 from mpma_mj.sysid import RobotLog, identify, record, write_model
 from mpma_mj.sysid.fit import half_widths
 from mpma_mj.sysid.parameters import REFERENCE, UNITS, scaled
@@ -109,7 +110,7 @@ def test_noise_leaves_parameters_near(noise: float, off: float, tmp_path: Path) 
 @pytest.mark.slow
 def test_what_is_0_in_ones_own_model_is_told_and_the_rest_found(tmp_path: Path) -> None:
     own, robot = tmp_path / "own.xml", tmp_path / "robot.xml"
-    own.write_text(MODEL_PATH.read_text().replace('damping="0.3"', 'damping="0"'))
+    own.write_text(read_robot("two_arm").model.read_text().replace('damping="0.3"', 'damping="0"'))
     write_model(robot, {"kv_elbow": 1.2}, own)
     found = identify(dance_of(robot, 6.0, latency=0), robot=own)
     assert len(found.missing) == 4

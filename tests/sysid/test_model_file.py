@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 import mpma_mj
-from mpma_mj.envs.model import MODEL_PATH, make_model
+from mpma_mj.envs.model import make_model
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import RunFolderError
+from mpma_mj.robots.robot_file import read_robot
 from mpma_mj.sysid import write_model
 from mpma_mj.sysid.parameters import scaled
 from tests.sysid.conftest import perturbed
@@ -70,7 +71,11 @@ def test_masses_from_geoms_and_meshes_in_folders_are_kept(tmp_path: Path) -> Non
     faces = ((1, 3, 2), (1, 2, 4), (1, 4, 3), (2, 3, 4))
     lines = [f"v {x} {y} {z}" for x, y, z in corners] + [f"f {a} {b} {c}" for a, b, c in faces]
     (tmp_path / "meshes" / "plate.obj").write_text("\n".join(lines))
-    text = MODEL_PATH.read_text().replace('inertiafromgeom="false"', 'inertiafromgeom="true"')
+    text = (
+        read_robot("two_arm")
+        .model.read_text()
+        .replace('inertiafromgeom="false"', 'inertiafromgeom="true"')
+    )
     text = text.replace("<compiler ", '<compiler meshdir="meshes" ')
     text = text.replace("<asset>", '<asset><mesh name="plate" file="plate.obj"/>')
     text = text.replace(
