@@ -10,10 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj import joint_paths, kinematics
+from mpma_mj.arm_kinematics import ArmKinematics
 from mpma_mj.errors import InfeasibleMotionError
 from mpma_mj.motions.feasibility import CHANGED, JointLimits, beyond_limits, turned
 from mpma_mj.motions.motion import Motion
 from mpma_mj.motions.transforms import leads_on
+from mpma_mj.robots.chain_arms import ChainArms
 
 __all__ = ["MotionChange", "feasible", "feasible_tempo"]
 
@@ -55,10 +57,10 @@ class MotionChange:
 def feasible(motion: Motion, limits: JointLimits) -> tuple[Motion, MotionChange | None]:
     """Return a motion that arms can follow.
 
-    A motion within the limits is returned as it is. Otherwise joint angles are fitted to the whole
-    motion (`fit_joint_angles`), within the joints' ranges and 90 % of their top speeds, and cyclic
-    where its end leads into its start. They become `feasible_angles`; the posture stays, so that
-    errors are those from the original.
+    A motion within the limits of `two_arm` is returned as it is. Otherwise joint angles are fitted
+    to the whole motion (`fit_joint_angles`), within the ranges of joints and 90 % of their speeds,
+    those of other robots within 80 % (`fit_chain`), and cyclic where its end leads into its start.
+    They become `feasible_angles`; the posture stays, so that errors are those from the original.
 
     Args:
         motion: The motion.
@@ -67,13 +69,22 @@ def feasible(motion: Motion, limits: JointLimits) -> tuple[Motion, MotionChange 
     Returns:
         The motion, and what was changed; None where no segment is turned by more than 1°.
     """
-    reason = beyond_limits(motion, limits)
+    arms = limits.kinematics
+    if motion.angles_of != arms.name:
+        motion = dataclasses.replace(motion, feasible_angles=None, angles_of=arms.name)
+    if motion.feasible_angles is None and isinstance(arms, ChainArms):
+        reason = f"{arms.robot} has joints and speeds of its own"
+    else:
+        reason = beyond_limits(motion, limits)
     if not reason:
         return motion, None
     original = dataclasses.replace(motion, feasible_angles=None)
-    angles = _fitted(original, limits)
+    if isinstance(arms, ChainArms):
+        angles = _fitted_to_chains(original, limits, arms)
+    else:
+        angles = _fitted(original, limits)
     fitted = dataclasses.replace(motion, feasible_angles=angles)
-    change = _change(fitted, reason)
+    change = _change(fitted, reason, arms)
     return fitted, change if change.changed else None
 
 
@@ -134,13 +145,33 @@ def _fitted(motion: Motion, limits: JointLimits) -> Array:
     return angles
 
 
-def _change(motion: Motion, reason: str) -> MotionChange:
+def _fitted_to_chains(motion: Motion, limits: JointLimits, arms: ChainArms) -> Array:
+    """Return the joint angles of other arms that come closest to a motion, shape (T, 8), rad."""
+    from mpma_mj.motions.chain_fit import fit_chain
+
+    cyclic = leads_on(motion)
+    return np.concatenate(
+        [
+            fit_chain(
+                motion.posture[:, 6 * arm : 6 * arm + 6],
+                chain,
+                limits.max_speed[4 * arm : 4 * arm + 4],
+                motion.rate,
+                cyclic,
+            )
+            for arm, chain in enumerate(arms.chains)
+        ],
+        axis=1,
+    )
+
+
+def _change(motion: Motion, reason: str, arms: ArmKinematics) -> MotionChange:
     from mpma_mj.metrics import posture_error_percent
 
-    degrees = turned(motion)
+    degrees = turned(motion, arms)
     step, segment = np.unravel_index(np.argmax(degrees), degrees.shape)
     most = degrees.max(axis=1)
-    shown = kinematics.posture_from_angles(motion.joint_angles)
+    shown = arms.posture(motion.joint_angles)
     name = kinematics.SEGMENT_NAMES[segment].replace("_", " ")
     return MotionChange(
         reason=reason,

@@ -23,6 +23,7 @@ class ChainArms(ArmKinematics):
     """Kinematics of a left and a right chain.
 
     Attributes:
+        robot: Name of the robot.
         chains: Left and right arm.
     """
 
@@ -34,7 +35,7 @@ class ChainArms(ArmKinematics):
             left: Left arm.
             right: Right arm.
         """
-        self.chains = left, right
+        self.robot, self.chains = robot, (left, right)
         self.joint_names = left.joints + right.joints
         self._lowest = np.concatenate([left.lowest, right.lowest])
         self._highest = np.concatenate([left.highest, right.highest])

@@ -83,7 +83,7 @@ def read_robot(robot: str | Path) -> Robot:
         option="robot",
         value=robot,
         expected=f"one of {', '.join(catalogue())}, or the path of a robot file (.toml)",
-        remedy=did_you_mean(robot, catalogue()),
+        remedy=did_you_mean(str(robot), catalogue()),
     )
 
 
