@@ -88,6 +88,7 @@ _METAVARS = {
     "map": "POINTS|PATH",
     "motion": "MOTION",
     "perturbation": "RATE SIZE",
+    "robots": "[NAME|PATH ...]",
     "reward_weights": "[TERM WEIGHT ...]",
     "rule": "NAME",
     "unseen": "[PATH ...]",

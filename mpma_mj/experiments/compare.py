@@ -28,7 +28,17 @@ from mpma_mj.training.config import RunConfig
 from mpma_mj.training.history import epoch_metrics
 from mpma_mj.training.trainer import check, train_agents
 
-__all__ = ["ARMS", "UNTRAINED", "CompareJob", "Episode", "Transfer", "compare", "jobs"]
+__all__ = [
+    "ARMS",
+    "UNTRAINED",
+    "CompareJob",
+    "Episode",
+    "Transfer",
+    "compare",
+    "died",
+    "jobs",
+    "measured",
+]
 
 Array = NDArray[np.float64]
 
@@ -52,7 +62,7 @@ class Episode:
     Attributes:
         trace: Its signals, as `record_epoch` returns them.
         options: Options of its environment.
-        effort: Its effort; None on ideal arms.
+        effort: Its effort; None on ideal arms, and where commands are late or hands are pushed.
         measures: Its measures by name.
     """
 
@@ -183,13 +193,18 @@ def compare(
     found: dict[str, list[Transfer]] = {}
     for job, done in get_done(spec, backend):
         if done is None:
-            raise WorkerError(
-                "a worker process died repeatedly, perhaps for lack of memory",
-                remedy="use fewer {runs}, or smaller {nodes}",
-            )
+            raise died()
         found[job.trained_on] = done
         on_trained(job.trained_on)
     return [one for trained_on in (UNTRAINED, *ARMS) for one in found[trained_on]]
+
+
+def died() -> WorkerError:
+    """Return the error of work that no worker has survived."""
+    return WorkerError(
+        "a worker process died repeatedly, perhaps for lack of memory",
+        remedy="use fewer {runs}, or smaller {nodes}",
+    )
 
 
 def _transfer(
@@ -198,7 +213,7 @@ def _transfer(
     options = dataclasses.replace(trained.configs[0].env, **condition.options)
     arms = PhysicsArms.make(options)
     episodes = tuple(
-        None if trace is None else _episode(trace, options, condition.motion.rate, arms)
+        None if trace is None else measured(trace, options, condition.motion.rate, arms)
         for trace in evaluate(trained, condition)
     )
     epochs, fine_tuned = trained.epochs.astype(float), np.full(len(trained.seeds), np.nan)
@@ -212,8 +227,17 @@ def _transfer(
     return Transfer(trained_on, condition.name, seeds, epochs, episodes, fine_tuned)
 
 
-def _episode(trace: Trace, options: EnvironmentOptions, rate: float, arms: PhysicsArms) -> Episode:
-    cost = effort(trace, options, rate)
+def measured(trace: Trace, options: EnvironmentOptions, rate: float, arms: PhysicsArms) -> Episode:
+    """Return an episode with its measures.
+
+    Args:
+        trace: Its signals.
+        options: Options of its environment.
+        rate: Control steps per second, Hz.
+        arms: Arms of these options.
+    """
+    delayed_or_pushed = options.longest_latency > 0 or options.perturbed
+    cost = None if delayed_or_pushed else effort(trace, options, rate)
     measures = epoch_metrics(arms.site_positions, trace)
     measures["mpkpe_mm"] = 1e3 * measures.pop("mpkpe_m")
     measures["lag_ms"] = 1e3 * phase_lag(trace.posture[1:], trace.reference[1:], 1.0 / rate)

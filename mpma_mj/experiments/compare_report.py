@@ -25,6 +25,7 @@ __all__ = [
     "as_csv",
     "as_markdown",
     "first_episodes",
+    "number",
     "write_episodes",
     "write_transfer",
 ]
@@ -52,16 +53,16 @@ def as_markdown(transfers: Sequence[Transfer], fine_tune: int) -> str:
     head = ["trained on", "evaluated on", "epochs", "p_e, %", f"after {fine_tune} epochs"]
     rows = [
         [
-            *(one.trained_on, one.evaluated_on, _number(one.epochs, 1)),
+            *(one.trained_on, one.evaluated_on, number(one.epochs, 1)),
             *(interval(values).text(2) for values in (one.values("p_e_percent"), one.tuned)),
-            *(_number(one.values(name), digits) for _, name, digits in _COLUMNS),
+            *(number(one.values(name), digits) for _, name, digits in _COLUMNS),
         ]
         for one in transfers
     ]
     joints = [
         [
             f"{one.trained_on} → {one.evaluated_on}",
-            *(_number(one.values(f"rms_{name}_deg"), 2) for name in JOINT_NAMES),
+            *(number(one.values(f"rms_{name}_deg"), 2) for name in JOINT_NAMES),
         ]
         for one in transfers
     ]
@@ -93,7 +94,7 @@ def as_csv(transfers: Sequence[Transfer]) -> str:
     return csv_text(rows)
 
 
-def _number(values: Sequence[float] | Array, digits: int) -> str:
+def number(values: Sequence[float] | Array, digits: int) -> str:
     """Return the mean of values, or a dash where there is none."""
     mean = float(np.mean(values)) if len(values) else math.nan
     return f"{mean:.{digits}f}" if math.isfinite(mean) else "–"

@@ -1,4 +1,4 @@
-"""Videos of a comparison: arms next to each other, and heavy arms over ideal ones."""
+"""Videos and pictures of comparisons: arms next to each other, and heavy arms over ideal ones."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from mpma_mj.visualization.responsibility_strip import STRIP_HEIGHT, label_runs
 from mpma_mj.visualization.scene import Scene
 from mpma_mj.visualization.video import Progress, episode_frames, write_frames, write_video
 
-__all__ = ["overlaid", "write_overlaid", "write_side_by_side"]
+__all__ = ["overlaid", "write_overlaid", "write_postures", "write_side_by_side"]
 
 Picture = NDArray[np.uint8]
 
@@ -104,15 +104,46 @@ def write_overlaid(video: Path, picture: Path, scene: Scene, progress: Progress)
         VideoError: The encoder is missing, or fails.
     """
     write_video(video, scene, progress)
-    middles = [(start + end) // 2 for _, start, end in label_runs(scene.trace.context[:-1])]
-    size = _WIDTH, _HEIGHT
-    row = []
-    for step in middles[:_PICTURES]:
-        still = replace(scene, trace=scene.trace.cut(step, step + 1), captions=False, size=size)
-        row.append(_apart(next(episode_frames(still))))
-    if row:
-        with atomic_write(picture) as temporary:
-            Image.fromarray(np.concatenate(row, axis=1)).save(temporary, format="png")
+    if row := _stills(replace(scene, captions=False)):
+        _write_picture(picture, np.concatenate(row, axis=1))
+
+
+def write_postures(path: Path, episodes: Mapping[str, Episode], motion: Motion) -> None:
+    """Write a picture with a column for each episode: the arms in the middle of its first labels.
+
+    Each label stands in the corner of its pictures.
+
+    Args:
+        path: The `.png` file.
+        episodes: Episodes by their titles.
+        motion: The motion; nothing is written where it has no label.
+
+    Raises:
+        RenderingError: OpenGL does not draw.
+    """
+    columns = []
+    for title, episode in episodes.items():
+        stills = _stills(Scene(episode.trace, motion, episode.options))
+        columns.append(np.concatenate([_title(title), *stills]))
+    if label_runs(motion.context):
+        _write_picture(path, np.concatenate(columns, axis=1))
+
+
+def _stills(scene: Scene) -> list[Picture]:
+    """Return pictures of the middles of the first labels, with a gap to their right."""
+    size = _WIDTH, _HEIGHT + STRIP_HEIGHT * scene.captions
+    runs = label_runs(scene.trace.context[:-1])[:_PICTURES]
+    pictures = []
+    for step in ((start + end) // 2 for _, start, end in runs):
+        still = replace(scene, trace=scene.trace.cut(step, step + 1), size=size)
+        with contextlib.closing(episode_frames(still)) as frames:
+            pictures.append(_apart(next(frames)[:_HEIGHT]))
+    return pictures
+
+
+def _write_picture(path: Path, picture: Picture) -> None:
+    with atomic_write(path) as temporary:
+        Image.fromarray(picture).save(temporary, format="png")
 
 
 def _title(name: str) -> Picture:

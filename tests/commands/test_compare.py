@@ -45,6 +45,48 @@ def test_ctrl_c_reports_that_nothing_is_saved(
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.usefixtures("opengl")
+def test_robots_are_compared_in_tables_a_video_and_a_picture(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "overlaid.mp4").touch()  # of an earlier comparison
+    words = "compare ymca --robots two_arm cmu_humanoid --repeats 1 --runs 1 --nodes 5 --modules 2"
+    capsys.readouterr()
+    assert main([*words.split(), "--epochs", "2", "--out", str(tmp_path)]) == 0
+    printed = capsys.readouterr()
+    assert (tmp_path / "compare.md").read_text().strip() in printed.out
+    assert "cmu_humanoid has joints and speeds of its own" in printed.err
+    content = json.loads((tmp_path / "compare.json").read_text())
+    assert content["robots"] == ["two_arm", "cmu_humanoid"]
+    assert "fine_tune" not in content
+    assert {path.name for path in tmp_path.iterdir()} == {
+        *("compare.md", "compare.csv", "compare.json", "robots.png", "robots.mp4"),
+    }
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("ymca --robots", "--robots has no value; give one"),
+        ("ymca --robots two_arm cmu_humanoit", "--robots is 'cmu_humanoit'; expected one of"),
+        ("ymca --robots two_arm --robot cmu_humanoid", "--robot is for one robot"),
+        ("ymca --robots two_arm --fine-tune 2", "--fine-tune is for kinds of arms"),
+        ("ymca --robots two_arm --tempo auto", "--tempo auto is another tempo for each robot"),
+        ("ymca --robots two_arm --locked-joint left_elbow", "--locked-joint is a joint of one"),
+        ("ymca --robots two_arm --runs 0", "--runs is 0; expected at least 1"),
+        ("ymca --robots two_arm --epochs 0", "--epochs is 0; expected at least 1"),
+        ("ymca --robots two_arm two_arm", "robot two_arm is given twice"),
+        ("--robots two_arm ymca", "no motion given; try: mpma compare ymca"),
+    ],
+)
+def test_bad_robots_are_one_line_and_exit_2(
+    words: str, message: str, tmp_path: Path, refused: Refused
+) -> None:
+    out = tmp_path / "out"
+    refused(["compare", *words.split(), "--no-video", "--out", str(out)], message)
+    assert not out.exists()
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [

@@ -1,0 +1,142 @@
+"""Reach of a robot: postures that its joints' ranges allow, and those that its speeds leave.
+
+Two measures that are never to be mixed: *reachable* is said of each posture alone, whatever the
+speed; *feasible* of the postures of a whole motion, after it is fitted to ranges and speeds.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from typing import NamedTuple
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from mpma_mj.kinematics import JOINT_NAMES
+from mpma_mj.metrics import posture_error_percent
+from mpma_mj.motions.feasibility import JointLimits, segment_angles
+from mpma_mj.motions.feasible_motion import feasible
+from mpma_mj.motions.motion import Motion
+from mpma_mj.robots.branches import nearest_branch
+from mpma_mj.robots.chain import Chain
+from mpma_mj.robots.chain_arms import ChainArms
+from mpma_mj.robots.geometry import chains
+from mpma_mj.robots.scene import TWO_ARM
+
+__all__ = ["CLOSE", "Reach", "close_tempo", "reach_lines", "reach_of"]
+
+Array = NDArray[np.float64]
+
+CLOSE = 5.0
+"""Degrees up to which both segments of both arms count as being where they should (choice)."""
+
+_TEMPI = np.arange(5, 20) / 20.0  # that are tried (choice)
+
+
+class Reach(NamedTuple):
+    """How much of a motion a robot can do.
+
+    Attributes:
+        reachable: Share of the postures within 5° of one that the joints' ranges allow.
+        feasible: Share of the postures within 5° of the feasible motion.
+        unavoidable: Posture error of the feasible motion, which no controller can avoid, percent.
+    """
+
+    reachable: float
+    feasible: float
+    unavoidable: float
+
+
+def reach_of(motion: Motion, limits: JointLimits) -> Reach:
+    """Return how much of a motion a robot can do.
+
+    Args:
+        motion: The motion, feasible for the robot (`feasible`).
+        limits: Limits of the robot's joints.
+    """
+    angles = motion.joint_angles
+    shown = limits.kinematics.posture(angles)
+    nearest = np.concatenate(
+        [
+            chain.directions(
+                nearest_branch(
+                    chain, motion.posture[:, 6 * arm :][:, :6], angles[:, 4 * arm :][:, :4]
+                )
+            )
+            for arm, chain in enumerate(_chains(limits))
+        ],
+        axis=1,
+    )
+    return Reach(
+        _share_close(nearest, motion.posture),
+        _share_close(shown, motion.posture),
+        posture_error_percent(shown, motion.posture),
+    )
+
+
+def close_tempo(read: Callable[[float], Motion], limits: JointLimits) -> float | None:
+    """Return the tempo, in steps of 0.05, up to which a robot does all of a motion within 5°.
+
+    Args:
+        read: Reads the motion at a tempo.
+        limits: Limits of the robot's joints.
+
+    Returns:
+        The tempo, from 0.25 to 0.95; None where slower ones would be needed, or none is enough.
+    """
+    found, fails = -1, len(_TEMPI)
+    while fails - found > 1:
+        tried = (found + fails) // 2
+        motion, _ = feasible(read(float(_TEMPI[tried])), limits)
+        shown = limits.kinematics.posture(motion.joint_angles)
+        if _share_close(shown, motion.posture) == 1.0:
+            found = tried
+        else:
+            fails = tried
+    return None if found < 0 else float(_TEMPI[found])
+
+
+def reach_lines(reach: Reach, read: Callable[[float], Motion], limits: JointLimits) -> list[str]:
+    """Describe how much of a motion a robot can do, in lines of text.
+
+    Args:
+        reach: What it can do.
+        read: Reads the motion at a tempo, relative to the present one.
+        limits: Limits of the robot's joints.
+    """
+    lines = [
+        f"reachable: {100 * reach.reachable:.1f} % of the postures, each alone: within {CLOSE:g}°"
+        " of one that the joints' ranges allow",
+        f"feasible: {100 * reach.feasible:.1f} % of them in the whole motion: within {CLOSE:g}° of"
+        " the closest one at the joints' speeds, which has an error of"
+        f" {reach.unavoidable:.2f} % that no controller can avoid",
+    ]
+    if reach.feasible == 1.0:
+        return lines
+    if reach.reachable < 1.0:
+        return [*lines, "no tempo brings all of it within 5°, as the ranges do not allow it"]
+    tempo = close_tempo(read, limits)
+    slow = f"no tempo from {_TEMPI[0]:g} up" if tempo is None else f"tempo {tempo:g}"
+    return [*lines, f"{slow} brings all of it within {CLOSE:g}°"]
+
+
+def _share_close(posture: Array, other: Array) -> float:
+    """Return the share of postures of which no segment is turned by more than 5°."""
+    return float(np.mean(segment_angles(posture, other).max(axis=1) <= CLOSE))
+
+
+def _chains(limits: JointLimits) -> tuple[Chain, ...]:
+    """Return the left and the right arm."""
+    if isinstance(limits.kinematics, ChainArms):
+        return limits.kinematics.chains
+    model = mujoco.MjModel.from_xml_path(str(TWO_ARM))
+    return tuple(
+        dataclasses.replace(
+            chain,
+            lowest=limits.lowest[4 * arm : 4 * arm + 4],
+            highest=limits.highest[4 * arm : 4 * arm + 4],
+        )
+        for arm, chain in enumerate(chains(model, JOINT_NAMES))
+    )

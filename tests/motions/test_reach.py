@@ -1,0 +1,77 @@
+"""What a robot can reach, and what it can do at its speeds."""
+
+import numpy as np
+import pytest
+
+from mpma_mj.envs.load import arm_limits
+from mpma_mj.envs.options import EnvironmentOptions
+from mpma_mj.motions import Motion, read_motion, ymca
+from mpma_mj.motions.feasibility import JointLimits
+from mpma_mj.motions.feasible_motion import feasible
+from mpma_mj.motions.reach import Reach, close_tempo, reach_lines, reach_of
+
+
+@pytest.fixture(scope="module")
+def humanoid() -> JointLimits:
+    return arm_limits(EnvironmentOptions(arms="kinematic", robot="cmu_humanoid"))
+
+
+def _slower(limits: JointLimits, factor: float) -> JointLimits:
+    return limits._replace(max_speed=factor * limits.max_speed)
+
+
+def _tempo(tempo: float) -> Motion:
+    return read_motion("ymca", tempo=tempo)
+
+
+def test_own_arms_reach_every_posture_and_do_all_of_ymca() -> None:
+    reach = reach_of(ymca(), arm_limits())
+    assert (reach.reachable, reach.feasible) == (1.0, 1.0)
+    assert reach.unavoidable < 1e-9
+
+
+def test_what_ranges_do_not_allow_is_not_reachable(humanoid: JointLimits) -> None:
+    reach = reach_of(feasible(ymca(), humanoid)[0], humanoid)
+    assert reach.reachable == pytest.approx(0.88, abs=0.01)
+    narrow = arm_limits()._replace(highest=np.tile([np.inf, np.inf, np.inf, 1.0], 2))
+    assert 0.2 < reach_of(feasible(ymca(), narrow)[0], narrow).reachable < 0.8
+
+
+@pytest.mark.parametrize("factor", [1.0, 0.3, 0.1])
+def test_speeds_change_what_is_feasible_and_not_what_is_reachable(
+    humanoid: JointLimits, factor: float
+) -> None:
+    slow = _slower(humanoid, factor)
+    reach = reach_of(feasible(ymca(), slow)[0], slow)
+    assert reach.reachable == reach_of(feasible(ymca(), humanoid)[0], humanoid).reachable
+    assert reach.feasible <= reach.reachable
+    if factor < 1.0:
+        assert reach.feasible < 0.8
+
+
+def test_a_slow_robot_does_all_at_the_tempo_that_is_found() -> None:
+    slow = _slower(arm_limits(), 0.2)
+    tempo = close_tempo(_tempo, slow)
+    assert tempo is not None
+    assert reach_of(feasible(_tempo(tempo), slow)[0], slow).feasible == 1.0
+    faster = feasible(_tempo(tempo + 0.05), slow)[0]
+    assert reach_of(faster, slow).feasible < 1.0
+    assert close_tempo(_tempo, _slower(arm_limits(), 0.02)) is None
+
+
+@pytest.mark.parametrize(
+    ("reach", "factor", "line"),
+    [
+        (Reach(1.0, 1.0, 0.0), 1.0, None),
+        (Reach(0.9, 0.8, 0.5), 1.0, "no tempo brings all of it within 5°, as the ranges"),
+        (Reach(1.0, 0.8, 0.5), 0.2, "tempo 0."),
+        (Reach(1.0, 0.1, 9.0), 0.02, "no tempo from 0.25 up brings all of it within 5°"),
+    ],
+)
+def test_lines_say_at_which_tempo_all_is_feasible(
+    reach: Reach, factor: float, line: str | None
+) -> None:
+    lines = reach_lines(reach, _tempo, _slower(arm_limits(), factor))
+    assert lines[0].startswith(f"reachable: {100 * reach.reachable:.1f} % of the postures")
+    assert f"an error of {reach.unavoidable:.2f} %" in lines[1]
+    assert len(lines) == 2 if line is None else lines[2].startswith(line)
