@@ -24,7 +24,7 @@ _SHORTEST = 0.01  # m, of a segment, and between shoulders
 _ALONG = 0.5  # cosine between up and the line of the shoulders, which are level
 _LISTED = 20
 
-_HINGE, _SLIDE = mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE
+_HINGE, _SLIDE = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
 
 
 def check_joints(robot: Robot, model: mujoco.MjModel) -> None:
