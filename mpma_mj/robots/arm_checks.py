@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 # Choices.
 _RANGE = (0.1, 25.0)  # rad, between lowest and highest angle
-_SHORTEST = 0.01  # m, of a segment, and between shoulders
+_SHORTEST = 0.02  # m, of a segment, and between shoulders
 _ALONG = 0.5  # cosine between up and the line of the shoulders, which are level
 _LISTED = 20
 

@@ -222,7 +222,8 @@ def _mark_points(
             body = int(bare.jnt_bodyid[joints[4 * arm + joint]])
             inside = _in_body(data, body, place)
             bodies[body].add_site(empty.default, name=f"{side}_{point}", pos=inside, **_SITE)
-        bodies[body].add_body(name=f"{side}_hand", pos=inside)
+        hand = bodies[body].add_body(name=f"{side}_hand", pos=inside)
+        hand.explicitinertial, hand.ipos = True, np.zeros(3)  # by default ipos would be pos
 
 
 def _stand(
