@@ -58,6 +58,8 @@ def add_scene(spec: mujoco.MjSpec, shoulders: Array, reach: float) -> None:
             fovy=camera.fovy,
         )
     for geom in own.worldbody.geoms:
+        if (namesake := spec.geom(geom.name)) is not None:
+            namesake.name = f"{geom.name}_of_robot"
         look = own.material(geom.material)
         material = spec.add_material(
             empty.default, name=_PREFIX + look.name, **_attributes(look, _MATERIAL)

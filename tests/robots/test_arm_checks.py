@@ -70,11 +70,10 @@ def test_arms_that_reach_nothing_are_refused(
 
 
 def test_a_forearm_without_an_end_is_refused(tmp_path: Path) -> None:
-    small = '"0.001 0.001 0.001" pos="0 0 0" mass="1"'
     changes = {
-        '<geom type="capsule" size="0.03" fromto="0 0 0 0 0 -0.2"/>': '<geom size="0.001" mass="1"/>',
+        'type="capsule" size="0.03" fromto="0 0 0 0 0 -0.2"': 'size="0.001" mass="1"',
         'pos="0 0 -0.25" gravcomp="1"': 'pos="0 0 0"',
-        '"0.02 0.02 0.05" pos="0 0 -0.05"': small,
+        '"0.02 0.02 0.05" pos="0 0 -0.05"': '"0.001 0.001 0.001" mass="1"',
     }
     path = write_small_robot(tmp_path, {WRISTS: 'forearm = "tip"'}, changes)
     with pytest.raises(BadOptionError, match="forearm has no end: nothing below it is away from"):

