@@ -19,7 +19,7 @@ from mpma_mj.robots.scene import add_scene
 from mpma_mj.robots.self_contact import exclude_touching
 from mpma_mj.robots.surface import bodies_below, lowest_point, reach, seen_geoms
 
-__all__ = ["assemble"]
+__all__ = ["HANDS", "assemble"]
 
 Array = NDArray[np.float64]
 
