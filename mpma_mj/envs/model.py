@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.arm_kinematics import TWO_ARMS, ArmKinematics
-from mpma_mj.envs.model_validation import HANDS, check_actuators, check_complete, check_finite
+from mpma_mj.envs.model_validation import check_actuators, check_complete, check_finite
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.randomisation import PlantValues, plants_of
 from mpma_mj.errors import BadOptionError, one_line
 from mpma_mj.options import TWO_ARM
-from mpma_mj.robots.assembly import assemble
+from mpma_mj.robots.assembly import HANDS, assemble
 from mpma_mj.robots.chain_arms import ChainArms
 from mpma_mj.robots.geometry import chains
 from mpma_mj.robots.robot_file import read_robot

@@ -11,22 +11,22 @@ import numpy as np
 
 from mpma_mj.errors import BadOptionError
 from mpma_mj.kinematics import JOINT_NAMES, SEGMENT_NAMES, SIDES
+from mpma_mj.robots.assembly import HANDS
+from mpma_mj.robots.geometry import POINTS
 
 if TYPE_CHECKING:
     from mpma_mj.envs.physics import PhysicsArms
 
 __all__: list[str] = [
-    "HANDS",
     "check_actuators",
     "check_complete",
     "check_finite",
     "check_geometry",
 ]
 
-HANDS = tuple(f"{side}_hand" for side in SIDES)
 """Bodies that carry the payload and that perturbations act on."""
 
-_SITES = tuple(f"{side}_{point}" for side in SIDES for point in ("shoulder", "elbow", "wrist"))
+_SITES = tuple(f"{side}_{point}" for side in SIDES for point in POINTS)
 _TOLERANCE = 1e-3  # on unit vectors
 _DERIVED = re.compile(r"(?!qpos).*0|.*_(aabb|rbound|subtreemass)")  # names of what is computed
 _OF_VELOCITY = (

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from mpma_mj.arm_kinematics import TWO_ARMS, ArmKinematics
 from mpma_mj.envs.gl_context import BoundContext
 from mpma_mj.envs.model import CompiledPlants, geom_colours
-from mpma_mj.envs.model_validation import HANDS
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.randomisation import PlantValues
 from mpma_mj.kinematics import SIDES
+from mpma_mj.robots.assembly import HANDS
 
 __all__: list[str] = ["KinematicArms", "PhysicsArms", "ideal_move"]
 

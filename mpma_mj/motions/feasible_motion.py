@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -21,7 +22,10 @@ __all__ = ["MotionChange", "feasible", "feasible_tempo"]
 
 Array = NDArray[np.float64]
 
-_HEADROOM = 0.9  # share of the joints' top speed; the rest is the controller's (choice)
+HEADROOM = 0.9
+"""Share of the joints' top speed; the rest is the controller's (choice)."""
+
+_KEPT = 16  # fits of a process, each of which takes up to seconds
 
 
 @dataclass(frozen=True)
@@ -58,9 +62,9 @@ def feasible(motion: Motion, limits: JointLimits) -> tuple[Motion, MotionChange 
     """Return a motion that arms can follow.
 
     A motion within the limits of `two_arm` is returned as it is. Otherwise joint angles are fitted
-    to the whole motion (`fit_joint_angles`), within the ranges of joints and 90 % of their speeds,
-    those of other robots within 80 % (`fit_chain`), and cyclic where its end leads into its start.
-    They become `feasible_angles`; the posture stays, so that errors are those from the original.
+    to the whole motion within the ranges of joints and 90 % of their speeds, and cyclic where its
+    end leads into its start; those of other robots in any case. They become `feasible_angles`; the
+    posture stays, so that errors are those from the original.
 
     Args:
         motion: The motion.
@@ -80,7 +84,8 @@ def feasible(motion: Motion, limits: JointLimits) -> tuple[Motion, MotionChange 
         return motion, None
     original = dataclasses.replace(motion, feasible_angles=None)
     if isinstance(arms, ChainArms):
-        angles = _fitted_to_chains(original, limits, arms)
+        speeds, cyclic = limits.max_speed.tobytes(), leads_on(original)
+        angles = _fitted_to_chains(original.posture.tobytes(), original.rate, cyclic, speeds, arms)
     else:
         angles = _fitted(original, limits)
     fitted = dataclasses.replace(motion, feasible_angles=angles)
@@ -130,7 +135,7 @@ def _fitted(motion: Motion, limits: JointLimits) -> Array:
     for arm, directions in enumerate(kinematics.as_left_arms(motion.posture)):
         own = slice(4 * arm, 4 * arm + 4)
         lowest, highest = limits.lowest[own], limits.highest[own]
-        step = _HEADROOM * limits.max_speed[own] / motion.rate
+        step = HEADROOM * limits.max_speed[own] / motion.rate
         arm_limits = StepLimits(step, lowest, highest)
         limited = np.isfinite(lowest[:3]).any() or np.isfinite(highest[:3]).any()
         starts = [start[:, own]]
@@ -145,24 +150,20 @@ def _fitted(motion: Motion, limits: JointLimits) -> Array:
     return angles
 
 
-def _fitted_to_chains(motion: Motion, limits: JointLimits, arms: ChainArms) -> Array:
+@functools.lru_cache(maxsize=_KEPT)
+def _fitted_to_chains(
+    posture: bytes, rate: float, cyclic: bool, max_speed: bytes, arms: ChainArms
+) -> Array:
     """Return the joint angles of other arms that come closest to a motion, shape (T, 8), rad."""
     from mpma_mj.motions.chain_fit import fit_chain
 
-    cyclic = leads_on(motion)
-    return np.concatenate(
-        [
-            fit_chain(
-                motion.posture[:, 6 * arm : 6 * arm + 6],
-                chain,
-                limits.max_speed[4 * arm : 4 * arm + 4],
-                motion.rate,
-                cyclic,
-            )
-            for arm, chain in enumerate(arms.chains)
-        ],
-        axis=1,
-    )
+    directions = np.frombuffer(posture).reshape(-1, 2, 6)
+    speeds = np.frombuffer(max_speed).reshape(2, 4)
+    fits = [
+        fit_chain(directions[:, arm], chain, speeds[arm], rate, cyclic)
+        for arm, chain in enumerate(arms.chains)
+    ]
+    return np.concatenate(fits, axis=1)
 
 
 def _change(motion: Motion, reason: str, arms: ArmKinematics) -> MotionChange:

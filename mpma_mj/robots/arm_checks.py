@@ -20,11 +20,11 @@ Array = NDArray[np.float64]
 
 # Choices.
 _RANGE = (0.1, 25.0)  # rad, between lowest and highest angle
-_SHORTEST = 0.01  # m, of a segment, and between shoulders
+_SHORTEST = 0.02  # m, of a segment, and between shoulders
 _ALONG = 0.5  # cosine between up and the line of the shoulders, which are level
 _LISTED = 20
 
-_HINGE, _SLIDE = mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE
+_HINGE, _SLIDE = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
 
 
 def check_joints(robot: Robot, model: mujoco.MjModel) -> None:
@@ -113,10 +113,10 @@ def check_points(robot: Robot, points: Array) -> None:
 def _check_exists(robot: Robot, model: mujoco.MjModel, key: str, name: str) -> None:
     names = [model.joint(index).name for index in range(model.njnt)]
     if name not in names:
-        shown = listing([known for known in names if known], _LISTED)
+        known = f"it has {listing(list(filter(None, names)), _LISTED) or 'none'}"
         raise BadOptionError(
-            f"{robot.path}: {key}: {robot.model.name} has no joint {name}",
-            remedy=did_you_mean(name, names).replace("{", "(") or f"it has {shown or 'none'}",
+            f"{robot.path}: {key}: {robot.model.name} has no joint {name};"
+            f" {did_you_mean(name, names) or known}"
         )
 
 

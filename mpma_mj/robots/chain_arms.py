@@ -44,9 +44,17 @@ class ChainArms(ArmKinematics):
             np.concatenate([chain.axes.ravel(), chain.upper_arm, chain.forearm])
             for chain in self.chains
         ]
+        geometry = np.concatenate([*numbers, self._lowest, self._highest]).round(9) + 0.0
         # Joint angles of a robot whose file was changed are those of another.
-        digest = hashlib.sha256(np.concatenate(numbers).round(9).tobytes()).hexdigest()
-        self.name = f"{robot} {digest[:8]}"
+        self.name = f"{robot} {hashlib.sha256(geometry.tobytes()).hexdigest()[:8]}"
+
+    def __eq__(self, other: object) -> bool:
+        """Return whether others have the same joints, and so the same feasible motions."""
+        return isinstance(other, ChainArms) and self.name == other.name
+
+    def __hash__(self) -> int:
+        """Return the hash of the name."""
+        return hash(self.name)
 
     def posture(self, joint_angles: Array) -> Array:
         """Return the posture of joint angles."""
