@@ -16,7 +16,6 @@ from mpma_mj.envs.interventions import Intervention
 from mpma_mj.envs.load import make_environment
 from mpma_mj.envs.options import FIELDS_OF_PLANTS, MASS_OPTIONS, EnvironmentOptions
 from mpma_mj.motions import Motion
-from mpma_mj.options import Arms
 from mpma_mj.training.checkpoints import load_state
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.factory import agent_of
@@ -53,9 +52,9 @@ class EpisodeFactory:
         return cls(config, folder.read_motion(), state, folder.checkpoint("best"))
 
     @classmethod
-    def of_motion(cls, motion: Motion, arms: Arms = "physics") -> EpisodeFactory:
+    def of_motion(cls, motion: Motion, options: EnvironmentOptions | None = None) -> EpisodeFactory:
         """Return the feedback controller, by which arms follow a motion without a run."""
-        env = EnvironmentOptions(arms=arms)
+        env = options or EnvironmentOptions()
         return cls(RunConfig(env=env, agent=FeedbackOnlyConfig()), motion)
 
     def make(self, number: int, options: EnvironmentOptions | None = None) -> LiveEpisode:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import re
 import warnings
@@ -18,6 +19,7 @@ from mpma_mj.envs.gl import require_backend
 from mpma_mj.errors import BadOptionError, OptionWarning
 from mpma_mj.motions.export import MOTION_FORMATS, export_motion, write_joint_angles
 from mpma_mj.motions.options import ReadingOptions
+from mpma_mj.options import TWO_ARM
 from mpma_mj.utils.input_files import is_web_address
 from mpma_mj.utils.text import shell_word
 from mpma_mj.utils.validation import Bounds, check_fields
@@ -26,7 +28,9 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from mpma_mj.envs.options import EnvironmentOptions
     from mpma_mj.motions import Motion
+    from mpma_mj.motions.feasibility import JointLimits
     from mpma_mj.training.run_folder import RunFolder
     from mpma_mj.visualization.scene import Scene
 
@@ -43,7 +47,8 @@ _GIF_FPS = 50.0  # Hz: browsers slow down what is faster
 class Play:
     """Play a trained run, or arms that follow a motion ideally, in a window or as a file.
 
-    Such as mpma play runs/ymca --out dance.mp4 for a video, or --out joints.csv for a robot. With
+    Such as mpma play runs/ymca --out dance.mp4 for a video, or mpma play ymca --robot h1 --out
+    joints.csv for a robot, which then does the closest that its joints can. With
     --browser the agent dances live in a page, where it can be pushed and loaded, and its modules
     switched off; the feedback controller follows a motion there.
     """
@@ -72,6 +77,8 @@ class Play:
     or 0.0.0.0 to let all of them watch and control it."""
     port: int | None = None
     """Port of the page, or the next one that is free; 8080 if not given."""
+    robot: str = TWO_ARM
+    """Robot that shows a motion, by its name or the path of its file; a run has its own."""
     reading: Reading = ReadingOptions()
     """Options of reading a recording."""
     given: Given = frozenset()
@@ -104,7 +111,7 @@ class Play:
         elif self._is_run:
             _export_run(self.out, scene)
         else:
-            export_motion(self.out, scene.motion)
+            export_motion(self.out, scene.motion, self._limits)
         return self.out
 
     def _show(self, scene: Scene) -> None:
@@ -159,7 +166,8 @@ class Play:
         if self._is_run:
             factory = EpisodeFactory.of_run(self._folder())
         else:
-            factory = EpisodeFactory.of_motion(self._read_motion()[0])
+            motion = self._read_motion()[0]
+            factory = EpisodeFactory.of_motion(motion, self._arms)
         serve(address, LiveSimulation(factory), on_open=lambda url: print(url, flush=True))
 
     def _check_looks(self, ending: str, *, is_video: bool) -> None:
@@ -229,6 +237,9 @@ class Play:
             cut = option in ("start", "end")
             why = "the page plays it as a whole" if cut else "it is for a recording"
             raise BadOptionError(f"{self.source} is a run", remedy=f"leave {{{option}}} out: {why}")
+        if "robot" in self.given:
+            remedy = "leave {robot} out: it has its own"
+            raise BadOptionError(f"{self.source} is a run", remedy=remedy)
         self.reading.check()
         return RunFolder(Path(self.source))
 
@@ -236,18 +247,32 @@ class Play:
         from mpma_mj.visualization.scene import ideal_scene
 
         motion, times = self._read_motion()
-        return ideal_scene(motion, self.reading.audio, times)
+        return ideal_scene(motion, self.reading.audio, times, self._arms, self._limits.kinematics)
+
+    @functools.cached_property
+    def _arms(self) -> EnvironmentOptions:
+        """Arms that follow a motion: ideal ones; for the page simulated ones, if they are known."""
+        from mpma_mj.envs.options import EnvironmentOptions
+        from mpma_mj.robots.robot_file import read_robot
+
+        simulated = self.browser and not read_robot(self.robot).unknown
+        return EnvironmentOptions(arms="physics" if simulated else "kinematic", robot=self.robot)
+
+    @functools.cached_property
+    def _limits(self) -> JointLimits:
+        from mpma_mj.envs.load import arm_limits
+
+        return arm_limits(self._arms)
 
     def _read_motion(self) -> tuple[Motion, NDArray[np.float64]]:
         """Return the motion and its times in the recording."""
-        from mpma_mj.envs.load import arm_limits
         from mpma_mj.motions.built_in import built_in, unknown_motion
         from mpma_mj.motions.loader import import_motion
 
         known = built_in(self.source) or Path(self.source).exists()
         if not (known or is_web_address(self.source)):
             raise unknown_motion(self.source, "run or motion", "the folder of a run, ")
-        motion, report = import_motion(self.source, self.reading, limits=arm_limits("physics"))
+        motion, report = import_motion(self.source, self.reading, limits=self._limits)
         report.emit_warnings(self.source)
         return motion, report.times
 
@@ -259,17 +284,14 @@ def _export_run(path: Path, scene: Scene) -> None:
     and the joint velocities commanded in the step.
     """
     from mpma_mj.envs.load import arm_limits
-    from mpma_mj.joint_paths import unwound
 
     trace, motion = scene.trace, scene.motion
     if path.suffix == ".csv":
         limits = arm_limits(scene.options or "physics")
         angles = trace.true_joint_angles(limits.kinematics)[:-1]
-        free = limits.highest - limits.lowest == math.inf
-        angles[:, free] = unwound(angles[:, free])
-        write_joint_angles(path, angles, motion.rate, trace.action * limits.max_speed)
+        write_joint_angles(path, angles, motion.rate, trace.action * limits.max_speed, limits)
         return
     source = f"arms that imitate {motion.source}"
     posture, context = trace.posture[:-1], trace.context[:-1]
-    done = replace(motion, posture=posture, context=context, source=source, feasible_angles=None)
-    export_motion(path, done)
+    still = replace(motion, feasible_angles=None, angles_of=TWO_ARM)
+    export_motion(path, replace(still, posture=posture, context=context, source=source))

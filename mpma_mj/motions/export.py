@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
@@ -11,24 +12,15 @@ from numpy.typing import NDArray
 from mpma_mj.errors import BadOptionError
 from mpma_mj.joint_paths import unwound
 from mpma_mj.kinematics import JOINT_NAMES, SIDES, angles_from_posture, wrap
+from mpma_mj.motions.feasibility import JointLimits
 from mpma_mj.motions.motion import Motion, save_motion
+from mpma_mj.options import TWO_ARM
 from mpma_mj.utils.atomic_files import atomic_write
 from mpma_mj.utils.text import printable
 
-__all__ = [
-    "ANGLE_COLUMNS",
-    "COMMAND_COLUMNS",
-    "MOTION_FORMATS",
-    "export_motion",
-    "write_joint_angles",
-]
+__all__ = ["MOTION_FORMATS", "export_motion", "write_joint_angles"]
 
 Array = NDArray[np.float64]
-
-ANGLE_COLUMNS = tuple(f"{joint}_rad" for joint in JOINT_NAMES)
-"""Titles of the columns of joint angles."""
-COMMAND_COLUMNS = tuple(f"{joint}_command_rad/s" for joint in JOINT_NAMES)
-"""Titles of the columns of commanded joint velocities."""
 
 # Proportions of the package's arms and their torso, m.
 _UPPER_ARM, _FOREARM, _HAND = 0.2817, 0.2689, 0.12
@@ -60,31 +52,51 @@ _ENDS = {"Head": (0.0, 0.2, 0.0), "LeftHand": (_HAND, 0.0, 0.0), "RightHand": (-
 _CENTIMETRES = 100.0  # a metre's, the unit of a BVH
 
 
-def export_motion(path: str | Path, motion: Motion) -> None:
+def export_motion(path: str | Path, motion: Motion, limits: JointLimits | None = None) -> None:
     """Write a motion, at its own rate and tempo, to a file for other programs.
 
     The ending of the name decides: `.csv` has columns of time, s, and of the motion's joint angles,
-    rad, less whole turns (`joint_paths.unwound`), titled `ANGLE_COLUMNS`; `.bvh` has a skeleton of
-    the upper body that turns to the postures, cm and y up; `.trc` has shoulders, elbows, wrists,
-    pelvis and neck, mm and y up; `.npz` has the motion itself, with its context.
+    rad, less whole turns (`joint_paths.unwound`) where a joint has no range, titled by the joints;
+    `.bvh` has a skeleton of the upper body that turns to the postures, cm and y up; `.trc` has
+    shoulders, elbows, wrists, pelvis and neck, mm and y up; `.npz` has the motion itself, with its
+    context.
 
     Args:
         path: The file; an existing one is replaced.
         motion: The motion.
+        limits: Limits of the robot whose joint angles the motion has, as `arm_limits` returns them;
+            `.bvh` and `.trc` then have its postures. Those of the package's arms need not be given.
 
     Raises:
-        BadOptionError: The name has another ending.
+        BadOptionError: The name has another ending, or the joint angles are of another robot.
         RunFolderError: The file cannot be written.
     """
     path = Path(path)
     if path.suffix not in _WRITERS:
         expected = f"a file name that ends in {' or '.join(MOTION_FORMATS)}"
         raise BadOptionError(option="path", value=str(path), expected=expected)
-    _WRITERS[path.suffix](path, motion)
+    of_limits = TWO_ARM if limits is None else limits.kinematics.name
+    if path.suffix != ".npz" and motion.angles_of != of_limits:
+        problem = f"{motion.name} has joint angles of {motion.angles_of}, not of {of_limits}"
+        raise BadOptionError(problem, remedy="give {limits} of the robot for which it was read")
+    if limits is None or of_limits == TWO_ARM or path.suffix == ".npz":
+        _WRITERS[path.suffix](path, motion)
+    elif path.suffix == ".csv":
+        write_joint_angles(path, motion.joint_angles, motion.rate, limits=limits)
+    else:
+        posture = limits.kinematics.posture(motion.joint_angles)
+        shown = dataclasses.replace(
+            motion, posture=posture, feasible_angles=None, angles_of=TWO_ARM
+        )
+        _WRITERS[path.suffix](path, shown)
 
 
 def write_joint_angles(
-    path: Path, joint_angles: Array, rate: float, commands: Array | None = None
+    path: Path,
+    joint_angles: Array,
+    rate: float,
+    commands: Array | None = None,
+    limits: JointLimits | None = None,
 ) -> None:
     """Write joint angles, and perhaps the commands that followed them, as CSV.
 
@@ -94,14 +106,20 @@ def write_joint_angles(
         rate: Rows per second, Hz.
         commands: Joint velocities commanded from each row's time until the next, shape (T, 8),
             rad/s.
+        limits: Limits of the arms, whose joints title the columns and, where they have no range,
+            lose whole turns; if not given, joints of the package's arms, whose angles stay.
 
     Raises:
         RunFolderError: The file cannot be written.
     """
-    titles = ["time", *ANGLE_COLUMNS]
+    names = JOINT_NAMES
+    if limits is not None:
+        names, free = limits.kinematics.joint_names, limits.highest - limits.lowest == np.inf
+        joint_angles = np.where(free, unwound(joint_angles), joint_angles)
+    titles = ["time", *(f"{joint}_rad" for joint in names)]
     columns = [_times(joint_angles, rate), joint_angles]
     if commands is not None:
-        titles += COMMAND_COLUMNS
+        titles += (f"{joint}_command_rad/s" for joint in names)
         columns.append(commands)
     _write(path, [",".join(titles)], np.column_stack(columns), "%.9f", ",")
 

@@ -102,20 +102,23 @@ def demand_lines(motion: Motion, limits: JointLimits) -> list[str]:
         motion: The motion.
         limits: Limits of the arms.
     """
-    lines = ["joints:                      range, rad      top speed of its limit, rad/s"]
+    names = limits.kinematics.joint_names
+    width = max(25, *map(len, names))
+    lines = [f"{'joints:':<{width + 4}}range, rad      top speed of its limit, rad/s"]
     angles = motion.joint_angles
     fastest = joint_speeds(motion).max(axis=0)
-    for joint, name in enumerate(limits.kinematics.joint_names):
+    for joint, name in enumerate(names):
         low, high = angles[:, joint].min(), angles[:, joint].max()
         lines.append(
-            f"  {name:<25} {low:6.2f} to {high:5.2f}   {fastest[joint]:6.1f} of"
+            f"  {name:<{width}} {low:6.2f} to {high:5.2f}   {fastest[joint]:6.1f} of"
             f" {limits.max_speed[joint]:g}"
         )
-    forward, straight = near_singularity(angles)
-    lines.append(
-        f"near a singularity: an upper arm points straight forward or back {100 * forward:.0f} %"
-        f" of the time, an elbow is straight {100 * straight:.0f} %"
-    )
+    if limits.kinematics is TWO_ARMS:  # others are singular elsewhere
+        forward, straight = near_singularity(angles)
+        lines.append(
+            f"near a singularity: an upper arm points straight forward or back"
+            f" {100 * forward:.0f} % of the time, an elbow is straight {100 * straight:.0f} %"
+        )
     changed = float(np.mean(turned(motion, limits.kinematics).max(axis=1) > CHANGED))
     lines.append(
         f"the arms follow the closest motion that they can, with {100 * changed:.1f} % of the steps"

@@ -118,7 +118,9 @@ def reach_lines(reach: Reach, read: Callable[[float], Motion], limits: JointLimi
     if reach.reachable < 1.0:
         return [*lines, "no tempo brings all of it within 5°, as the ranges do not allow it"]
     tempo = close_tempo(read, limits)
-    slow = f"no tempo from {_TEMPI[0]:g} up" if tempo is None else f"tempo {tempo:g}"
+    slow = f"no slower tempo, down to {_TEMPI[0]:g} of this one,"
+    if tempo is not None:
+        slow = f"{tempo:g} of this tempo"
     return [*lines, f"{slow} brings all of it within {CLOSE:g}°"]
 
 

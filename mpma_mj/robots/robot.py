@@ -75,6 +75,12 @@ class Robot:
     physical: Mapping[str, JointValues] = field(default_factory=dict)
     complete: bool = False
 
+    @property
+    def unknown(self) -> list[str]:
+        """Physical values that the file does not know, without which arms are ideal ones only."""
+        known = (name for name, one in self.physical.items() if one.values is not None)
+        return [] if self.complete else sorted(set(QUANTITIES).difference(known))
+
     def values(self, quantity: str, otherwise: float | None = None) -> Array:
         """Return a physical value of each joint, shape (8,), in its unit.
 

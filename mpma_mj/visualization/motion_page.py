@@ -10,7 +10,8 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from mpma_mj import joint_paths, kinematics
-from mpma_mj.motions.feasibility import CHANGED, joint_speeds, turned
+from mpma_mj.arm_kinematics import TWO_ARMS
+from mpma_mj.motions.feasibility import CHANGED, JointLimits, joint_speeds, turned
 from mpma_mj.motions.import_report import ImportReport
 from mpma_mj.motions.motion import Motion
 from mpma_mj.visualization.colours import DEMONSTRATED, INK, module_colours
@@ -33,14 +34,14 @@ _LEAST = 0.2  # rad that an axis of angles spans at least, or rounding errors fi
 _LENGTHS = (0.3, 0.27)  # m: upper arm, forearm
 
 
-def write_page(path: Path, motion: Motion, report: ImportReport, max_joint_speed: Array) -> None:
+def write_page(path: Path, motion: Motion, report: ImportReport, limits: JointLimits) -> None:
     """Write a page: storyboard, joint angles, joint speeds and their limits, context, gaps.
 
     Args:
         path: The `.png` file.
         motion: The motion.
         report: Times and gaps of its recording.
-        max_joint_speed: Largest speed of each joint, shape (8,), rad/s.
+        limits: Limits of the arms.
     """
     times = report.times
     with figure_file(path, 11.0, 10.5) as figure:
@@ -50,13 +51,14 @@ def write_page(path: Path, motion: Motion, report: ImportReport, max_joint_speed
         _draw_story(story, motion.posture, times)
         angles = motion.joint_angles
         original = None
-        if turned(motion).max() > CHANGED:
+        arms = limits.kinematics
+        if arms is TWO_ARMS and turned(motion).max() > CHANGED:
             original = joint_paths.held_angles(motion.posture)
-        speeds = joint_speeds(motion) / max_joint_speed
+        speeds = joint_speeds(motion) / limits.max_speed
         for side, name in enumerate(kinematics.SIDES):
             for joint in range(4):
                 column = 4 * side + joint
-                label = kinematics.JOINT_NAMES[column].removeprefix(f"{name}_").replace("_", " ")
+                label = arms.joint_names[column].removeprefix(f"{name}_").replace("_", " ")
                 rows[side].plot(
                     times, angles[:, column], color=f"C{joint}", linewidth=1, label=label
                 )
@@ -82,6 +84,9 @@ def write_page(path: Path, motion: Motion, report: ImportReport, max_joint_speed
         notes = ["time in the recording, s"]
         if original is not None:
             notes.append("dotted: angles of the recording, which the arms cannot follow")
+        most = float(turned(motion, arms).max())
+        if arms is not TWO_ARMS and most > CHANGED:
+            notes.append(f"figures: the recording, from which the robot is up to {most:.0f}° off")
         if report.gaps:
             notes.append("grey: gaps")
         rows[-1].set_xlabel("; ".join(notes))

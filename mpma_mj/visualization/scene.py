@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from mpma_mj.arm_kinematics import TWO_ARMS, ArmKinematics
 from mpma_mj.context import active_label
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.soundtrack import Soundtrack
@@ -107,17 +108,26 @@ class Scene:
         return context / total, self.motion.labels
 
 
-def ideal_scene(motion: Motion, audio: str | None = None, times: Array | None = None) -> Scene:
-    """Return the scene of arms in exactly the demonstrated postures.
+def ideal_scene(
+    motion: Motion,
+    audio: str | None = None,
+    times: Array | None = None,
+    options: EnvironmentOptions | None = None,
+    kinematics: ArmKinematics = TWO_ARMS,
+) -> Scene:
+    """Return the scene of arms in the demonstrated postures, or as close as a robot's come.
 
     Args:
-        motion: The motion.
+        motion: The motion; for other arms than `two_arm` feasible for them.
         audio: Sound file of the music to which the motion belongs.
         times: Time of each posture as it is displayed, shape (T + 1,), s; from 0 if not given.
+        options: Options of the environment, whose arms are shown; the defaults if None.
+        kinematics: Kinematics of the arms.
     """
     steps = len(motion) - 1
+    exact = kinematics is TWO_ARMS
     trace = Trace(
-        posture=motion.posture,
+        posture=motion.posture if exact else kinematics.posture(motion.joint_angles),
         reference=motion.posture,
         context=motion.context,
         joint_angles=motion.joint_angles,
@@ -126,4 +136,4 @@ def ideal_scene(motion: Motion, audio: str | None = None, times: Array | None = 
         reward=np.zeros(steps),
     )
     path = None if audio is None else Path(audio)
-    return Scene(trace, motion, times=times, sound=Soundtrack.of(path, motion, steps, 1))
+    return Scene(trace, motion, options, times=times, sound=Soundtrack.of(path, motion, steps, 1))

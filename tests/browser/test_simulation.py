@@ -333,4 +333,9 @@ def test_a_motion_is_followed_without_modules() -> None:
     assert simulation.episode_error_percent > 1.0
     assert simulation.hand_positions is not None
     assert simulation.site_positions(simulation.moment.reference).shape == (2, 3, 3)
-    assert LiveSimulation(EpisodeFactory.of_motion(ymca(), "kinematic")).hand_positions is None
+    assert (
+        LiveSimulation(
+            EpisodeFactory.of_motion(ymca(), EnvironmentOptions(arms="kinematic"))
+        ).hand_positions
+        is None
+    )

@@ -48,6 +48,22 @@ def test_it_tells_what_the_file_holds(
     assert len(np.unique(page.reshape(-1, page.shape[2]), axis=0)) > 20
 
 
+def test_what_a_robot_can_do_is_reported(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["motion", "ymca", "--robot", "cmu_humanoid"]) == 0
+    printed = capsys.readouterr()
+    assert "cmu_humanoid has joints and speeds of its own" in printed.err
+    for told in (
+        "  lhumerusrz                 ",
+        " of 20\n",
+        "reachable: 88.2 % of the postures, each alone",
+        "feasible: 88.2 % of them in the whole motion",
+        "no tempo brings all of it within 5°, as the ranges do not allow it",
+    ):
+        assert told in printed.out
+    assert "near a singularity" not in printed.out
+    assert imageio.imread("ymca-motion.png").shape[0] > 800
+
+
 def test_what_is_changed_of_a_motion_is_reported(
     write_tsv: WriteTsv, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -215,6 +215,17 @@ def test_how_to_read_is_refused_for_a_run_even_as_the_default(
     assert message in capsys.readouterr().err
 
 
+def test_a_robot_is_refused_for_a_run_and_an_unknown_one_for_a_motion(
+    small_run: Path, refused: Refused
+) -> None:
+    words = ["--robot", "two_arm"]
+    message = f"{small_run} is a run; leave --robot out: it has its own"
+    refused(["play", str(small_run), *words], message)
+    for command in ("play", "motion"):
+        refused([command, "ymca", "--robot", "cmu_humanoit"], "--robot is 'cmu_humanoit'")
+        refused([command, "ymca", "--robot", "gone.toml"], "gone.toml: no such file")
+
+
 def test_a_run_without_a_trace_is_one_line(
     small_run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

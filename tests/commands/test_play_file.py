@@ -18,9 +18,10 @@ from PIL import Image, ImageSequence
 from mpma_mj.arm_kinematics import TWO_ARMS
 from mpma_mj.cli import main
 from mpma_mj.envs import gl
-from mpma_mj.envs.load import load
+from mpma_mj.envs.load import arm_limits, load
+from mpma_mj.envs.options import EnvironmentOptions
+from mpma_mj.kinematics import JOINT_NAMES
 from mpma_mj.motions import loader, read_motion, ymca
-from mpma_mj.motions.export import ANGLE_COLUMNS, COMMAND_COLUMNS
 from mpma_mj.trace import OBSERVED, Trace
 from mpma_mj.training.run_folder import RunFolder
 from tests.conftest import DISK_FULL, FAILED, Encoder, Refused
@@ -139,7 +140,8 @@ def test_a_motion_becomes_a_file_read_as_its_options_say(tmp_path: Path) -> None
 def test_a_robot_gets_what_the_arms_of_a_run_did_and_what_was_commanded(short_run: Path) -> None:
     assert main(["play", str(short_run), "--out", str(short_run / "x.csv")]) == 0
     head, *rows = (short_run / "x.csv").read_text().splitlines()
-    assert head.split(",") == ["time", *ANGLE_COLUMNS, *COMMAND_COLUMNS]
+    columns = [f"{joint}_{what}" for what in ("rad", "command_rad/s") for joint in JOINT_NAMES]
+    assert head.split(",") == ["time", *columns]
     table = np.array([row.split(",") for row in rows], float)
     trace = RunFolder(short_run).read_trace()
     np.testing.assert_allclose(table[:, 0], np.arange(20) / 20.0)
@@ -160,6 +162,54 @@ def test_a_robot_gets_no_turns_that_can_be_left_out_unless_a_joint_has_a_range(
     expected = trace.joint_angles[:-1].copy()
     expected[:, 3::4] += 6 * np.pi  # the elbows have a range
     np.testing.assert_allclose(table, expected, atol=1e-8)
+
+
+@pytest.mark.filterwarnings("ignore:ymca")
+def test_another_robot_gets_its_own_joints_within_their_limits(tmp_path: Path) -> None:
+    words = ["ymca", "--robot", "cmu_humanoid", "--out"]
+    assert main(["play", *words, str(tmp_path / "x.csv")]) == 0
+    picture = ["--picture", str(tmp_path / "a.png")]
+    assert main(["motion", *words, str(tmp_path / "y.csv"), *picture]) == 0
+    assert (tmp_path / "x.csv").read_text() == (tmp_path / "y.csv").read_text()
+    head, *rows = (tmp_path / "x.csv").read_text().splitlines()
+    limits = arm_limits(EnvironmentOptions(robot="cmu_humanoid"))
+    joints = limits.kinematics.joint_names
+    assert head.split(",") == ["time", *(f"{joint}_rad" for joint in joints)]
+    angles = np.array([row.split(",") for row in rows], float)[:, 1:]
+    assert (angles >= limits.lowest - 1e-6).all()
+    assert (angles <= limits.highest + 1e-6).all()
+    assert (np.abs(np.diff(angles, axis=0)) * 20.0 <= limits.max_speed).all()
+    shown = limits.kinematics.posture(angles)
+    assert 0.0 < np.abs(shown - ymca().posture).mean() < 0.01
+
+
+@pytest.mark.filterwarnings("ignore:ymca")
+def test_a_run_of_another_robot_has_its_joints(tmp_path: Path) -> None:
+    words = "--robot cmu_humanoid --nodes 5 --modules 2 --epochs 1 --repeats 1 --no-video"
+    run = tmp_path / "run"
+    assert main(["imitate", "ymca", *words.split(), "--out", str(run)]) == 0
+    assert main(["play", str(run), "--out", str(tmp_path / "x.csv")]) == 0
+    head = (tmp_path / "x.csv").read_text().splitlines()[0].split(",")
+    assert (head[1], head[16]) == ("lhumerusrz_rad", "rradiusrx_command_rad/s")
+    assert main(["play", str(run), "--out", str(tmp_path / "x.bvh")]) == 0
+    done = read_motion(tmp_path / "x.bvh", cutoff=9.0)
+    posture = RunFolder(run).read_trace().posture[:-1]
+    assert np.abs(done.posture - posture).max() < 0.05
+
+
+@pytest.mark.usefixtures("opengl")
+@pytest.mark.filterwarnings("ignore:ymca")
+def test_a_robot_is_drawn_in_its_feasible_motion(tmp_path: Path) -> None:
+    pictures = {}
+    for robot in ("two_arm", "cmu_humanoid"):
+        out = tmp_path / f"{robot}.webp"
+        words = ["--robot", robot, "--to", "0.5", "--size", "320x240", "--out", str(out)]
+        assert main(["play", "ymca", *words]) == 0
+        pictures[robot] = frames_of(out).astype(float)
+    own, other = pictures.values()
+    assert own.shape == other.shape
+    assert np.abs(own - other)[:, :144].max() > 100
+    assert np.abs(other[0] - other[-1])[:144].max() > 50
 
 
 @pytest.mark.parametrize("ending", [".bvh", ".trc", ".npz"])

@@ -9,13 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from mpma_mj.envs.load import arm_limits
+from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import BadOptionError, RunFolderError
-from mpma_mj.kinematics import posture_from_angles
+from mpma_mj.kinematics import JOINT_NAMES, posture_from_angles
 from mpma_mj.motions import Motion, read_motion, ymca
 from mpma_mj.motions.body import posture_from_points
 from mpma_mj.motions.export import (
-    ANGLE_COLUMNS,
-    COMMAND_COLUMNS,
     MOTION_FORMATS,
     export_motion,
     write_joint_angles,
@@ -125,8 +125,7 @@ def test_joint_angles_are_columns_by_name_and_unit(tmp_path: Path) -> None:
     motion = ymca(rate=30.0)
     export_motion(tmp_path / "x.csv", motion)
     titles, table = table_of(tmp_path / "x.csv")
-    assert titles == ["time", *ANGLE_COLUMNS]
-    assert ANGLE_COLUMNS[3] == "left_elbow_rad"
+    assert titles == ["time", *(f"{joint}_rad" for joint in JOINT_NAMES)]
     np.testing.assert_allclose(table[:, 0], np.arange(len(motion)) / 30.0, atol=1e-9)
     np.testing.assert_allclose(table[:, 1:], motion.joint_angles, atol=1e-9)
 
@@ -160,9 +159,29 @@ def test_commands_have_their_unit_in_their_title(tmp_path: Path) -> None:
     angles, commands = np.random.default_rng(0).normal(size=(2, 4, 8))
     write_joint_angles(tmp_path / "x.csv", angles, 20.0, commands)
     titles, table = table_of(tmp_path / "x.csv")
-    assert titles == ["time", *ANGLE_COLUMNS, *COMMAND_COLUMNS]
-    assert COMMAND_COLUMNS[3] == "left_elbow_command_rad/s"
+    assert titles[1:9] == [f"{joint}_rad" for joint in JOINT_NAMES]
+    assert titles[9:] == [f"{joint}_command_rad/s" for joint in JOINT_NAMES]
     np.testing.assert_allclose(table[:, 9:], commands, atol=1e-9)
+
+
+@pytest.mark.filterwarnings("ignore:ymca")
+def test_a_motion_of_a_robot_needs_the_limits_of_that_robot(tmp_path: Path) -> None:
+    humanoid = arm_limits(EnvironmentOptions(robot="cmu_humanoid"))
+    motion = read_motion("ymca", limits=humanoid)
+    for limits, message in ((None, "not of two_arm"), (arm_limits(), "not of two_arm")):
+        with pytest.raises(BadOptionError, match=message):
+            export_motion(tmp_path / "x.csv", motion, limits)
+    with pytest.raises(BadOptionError, match="joint angles of two_arm, not of cmu_humanoid"):
+        export_motion(tmp_path / "x.csv", ymca(), humanoid)
+    for ending, largest in ((".bvh", 1e-6), (".trc", 1e-6)):
+        export_motion(tmp_path / f"x{ending}", motion, humanoid)
+        shown = humanoid.kinematics.posture(motion.joint_angles)
+        found = posture_in(tmp_path / f"x{ending}")
+        np.testing.assert_allclose(found, shown, rtol=0.0, atol=largest)
+    export_motion(tmp_path / "x.npz", motion, humanoid)
+    again = read_motion(tmp_path / "x.npz", limits=humanoid)
+    np.testing.assert_array_equal(again.posture, motion.posture)
+    np.testing.assert_array_equal(again.joint_angles, motion.joint_angles)
 
 
 @pytest.mark.parametrize("name", ["take$1_$2", "dance\udcff", "two\nlines", "tab\tin it", "踊り🕺"])

@@ -64,8 +64,8 @@ def test_a_slow_robot_does_all_at_the_tempo_that_is_found() -> None:
     [
         (Reach(1.0, 1.0, 0.0), 1.0, None),
         (Reach(0.9, 0.8, 0.5), 1.0, "no tempo brings all of it within 5°, as the ranges"),
-        (Reach(1.0, 0.8, 0.5), 0.2, "tempo 0."),
-        (Reach(1.0, 0.1, 9.0), 0.02, "no tempo from 0.25 up brings all of it within 5°"),
+        (Reach(1.0, 0.8, 0.5), 0.2, " of this tempo brings all of it within 5°"),
+        (Reach(1.0, 0.1, 9.0), 0.02, "no slower tempo, down to 0.25 of this one, brings"),
     ],
 )
 def test_lines_say_at_which_tempo_all_is_feasible(
@@ -74,4 +74,4 @@ def test_lines_say_at_which_tempo_all_is_feasible(
     lines = reach_lines(reach, _tempo, _slower(arm_limits(), factor))
     assert lines[0].startswith(f"reachable: {100 * reach.reachable:.1f} % of the postures")
     assert f"an error of {reach.unavoidable:.2f} %" in lines[1]
-    assert len(lines) == 2 if line is None else lines[2].startswith(line)
+    assert len(lines) == 2 if line is None else line in lines[2]
