@@ -16,23 +16,31 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mpma_mj.browser.controls import Controls, on_user
 from mpma_mj.browser.readings import bars_html, status_html, timeline_html
 from mpma_mj.browser.server import Address, open_server
 from mpma_mj.browser.simulation import LiveSimulation
+from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.errors import OptionWarning
 from mpma_mj.robots.assembly import HANDS
 from mpma_mj.visualization.viser_arms import ArmNodes, ForceNode, GhostNodes, add_lights
 
 __all__ = ["CAMERAS", "FIELD_OF_VIEW", "LOOK_AT", "Page", "serve"]
 
+Array = NDArray[np.float64]
+
 _BESIDE = 1.3  # m from the arms of the run to the compared ones (choice)
+_LABEL_ABOVE = 0.63  # m, of the names of arms above the middle of the picture (choice)
 _REACH = 0.98  # m, from the middle of the shoulders to the end of a stretched arm, and some more
 _GRAB_RADIUS, _GRAB_COLOUR = 0.085, (240, 228, 66)
 _TEXTS_EVERY, _TIMELINE_EVERY = 0.1, 0.4  # s (choice)
 LOOK_AT, FIELD_OF_VIEW = (0.0, 0.0, 1.12), math.radians(40.0)
-"""Point in the middle of the picture, m, and vertical angle of view, rad, of all cameras."""
+"""Point in the middle of the picture, m, and vertical angle of view, rad, of all cameras.
+
+The point, and places and lengths here, are those of the package's arms; a robot's are scaled."""
+_SHOULDERS, _ARM = (0.0, 0.0, 1.15), 0.7406  # m: their middle, and from there to a stretched wrist
 
 CAMERAS = {
     "front": (2.7, 0.0, 1.45),
@@ -93,6 +101,7 @@ class Page:
             simulation: The simulation.
         """
         self._server, self._simulation = server, simulation
+        self._middle, self._scale = _view(simulation.episode.env.physics)
         self.viewers: dict[int, Any] = {}
         self.controls: Controls | None = None
         self.in_control: int | None = None
@@ -144,8 +153,8 @@ class Page:
         server, simulation = self._server, self._simulation
         scene, physics = server.scene, simulation.episode.env.physics
         add_lights(scene)
-        server.initial_camera.position = CAMERAS["front"]
-        server.initial_camera.look_at = LOOK_AT
+        server.initial_camera.position = self._middle + self._scale * _eye("front")
+        server.initial_camera.look_at = self._middle
         server.initial_camera.fov = FIELD_OF_VIEW
         self._arms = ArmNodes(scene, simulation.model, simulation.data)
         self._ghost = GhostNodes(scene, physics.segment_lengths)
@@ -160,7 +169,7 @@ class Page:
         simulation, name = self._simulation, HANDS[hand]
         node = self._server.scene.add_icosphere(
             f"/arms/{name}/grab",
-            _GRAB_RADIUS,
+            self._scale * _GRAB_RADIUS,
             _GRAB_COLOUR,
             opacity=0.22,
             cast_shadow=False,
@@ -188,13 +197,14 @@ class Page:
                 self._look_from("front")
             return
         if self._beside is None:
-            place, physics = (0.0, _BESIDE, 0.0), episode.env.physics
+            apart, physics = self._scale * _BESIDE, episode.env.physics
+            place, above = (0.0, apart, 0.0), self._middle[2] + self._scale * _LABEL_ABOVE
             kinds = [one.env.task.options.arms for one in (simulation.episode, episode)]
             self._beside = (
                 ArmNodes(scene, physics.model.ptr, data, name="/beside", position=place),
                 GhostNodes(scene, physics.segment_lengths, name="/ghost_beside", position=place),
                 [
-                    scene.add_label(f"/kind/{i}", kind, position=(0.0, i * _BESIDE, 1.75))
+                    scene.add_label(f"/kind/{i}", kind, position=(0.0, i * apart, above))
                     for i, kind in enumerate(kinds)
                 ],
             )
@@ -218,11 +228,11 @@ class Page:
 
     def _look_from(self, name: str, viewer: Any = None) -> None:
         """Move the camera of a viewer, or of all, to where all arms fit into the picture."""
-        middle, half_width = np.array(LOOK_AT), _REACH
+        middle, half_width = self._middle.copy(), self._scale * _REACH
         if self._beside is not None:
-            middle[1] += _BESIDE / 2.0
-            half_width += _BESIDE / 2.0
-        eye = np.array(CAMERAS[name]) - LOOK_AT
+            middle[1] += self._scale * _BESIDE / 2.0
+            half_width += self._scale * _BESIDE / 2.0
+        eye = self._scale * _eye(name)
         for each in [viewer] if viewer is not None else self.viewers.values():
             camera = each.camera
             width = math.tan(FIELD_OF_VIEW / 2.0) * camera.aspect * float(np.linalg.norm(eye))
@@ -266,3 +276,17 @@ class Page:
         take = viewer.gui.add_button("Take the controls", order=10)
         take.hint = "Another viewer has them, and can only watch afterwards."
         on_user(take, lambda _: self._simulation.request(self._give_controls, viewer))
+
+
+def _view(physics: PhysicsArms) -> tuple[Array, float]:
+    """Return the middle of the picture, shape (3,), m, and the size of arms, 1 of our own."""
+    shoulders = physics.site_positions(np.zeros(12))[:, 0]
+    lengths = physics.segment_lengths.reshape(2, 2).sum(axis=1)
+    apart = float(np.linalg.norm(shoulders[0] - shoulders[1]))
+    scale = (apart / 2.0 + float(lengths.max())) / _ARM
+    return shoulders.mean(axis=0) + scale * np.subtract(LOOK_AT, _SHOULDERS), scale
+
+
+def _eye(name: str) -> Array:
+    """Return the way from the middle of the picture to a camera, shape (3,), m, of our own arms."""
+    return np.subtract(CAMERAS[name], LOOK_AT)
