@@ -48,7 +48,7 @@ def test_a_robot_dances(dance: Motion, arms: Any) -> None:
     unavoidable = metrics.posture_error_percent(
         env.task.kinematics.posture(dance.joint_angles), dance.posture
     )
-    assert 0.05 < unavoidable < 0.2
+    assert 0.1 < unavoidable < 0.3
     most = unavoidable + (0.1 if arms == "kinematic" else 0.5)
     assert env.task.tracking_errors(env.physics)["p_e_percent"] < most
 
