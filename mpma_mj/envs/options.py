@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -111,7 +110,7 @@ class EnvironmentOptions:
     """
 
     arms: Arms = "physics"
-    robot: str | Path = TWO_ARM
+    robot: str = TWO_ARM
     repeats: Annotated[int, Bounds(1, 1000)] = 3
     reference_noise: Noise | Range = 0.01
     control_timestep: Annotated[

@@ -86,7 +86,7 @@ def identify(
             " -e '.[sysid]'"
         )
     physics = PhysicsArms.make(
-        EnvironmentOptions(robot=robot, gravity_compensation=gravity_compensation)
+        EnvironmentOptions(robot=str(robot), gravity_compensation=gravity_compensation)
     )
     if robot != TWO_ARM:
         check_geometry(Path(robot), physics)
