@@ -91,8 +91,10 @@ class Robot:
         if known is None and otherwise is not None:
             return np.full(8, otherwise)
         if known is None:
+            mend = f"give [{quantity}] with values = [four, from the shoulder outward] and source"
+            ideal = "" if quantity == "speed" else ", or choose {arms=kinematic}"
             raise BadOptionError(
-                f"{self.path}: {quantity} of the joints, {QUANTITIES[quantity]}, is unknown; give"
-                f" [{quantity}] values = [four numbers, from the shoulder outward] and their source"
+                f"{self.path}: {quantity} of the joints, {QUANTITIES[quantity]}, is unknown",
+                remedy=f"{mend}{ideal}",
             )
         return np.tile(known, 2)
