@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -64,8 +63,8 @@ class EnvironmentOptions:
 
     Attributes:
         arms: "physics" for simulated arms, "kinematic" for arms that move ideally.
-        robot: "two_arm", the package's arms, or the path of an MJCF file of other arms with its
-            joints.
+        robot: Name of a robot, such as "h1"; or the path of a robot file, or of an MJCF file with
+            the joints of "two_arm". See docs/guides/robots.md.
         repeats: Number of repetitions of the motion in an episode.
         reference_noise: Standard deviation of the noise on each coordinate of the demonstrated unit
             vectors, which are normalised again; the paper's 1 % is 0.01.
@@ -111,7 +110,7 @@ class EnvironmentOptions:
     """
 
     arms: Arms = "physics"
-    robot: str | Path = TWO_ARM
+    robot: str = TWO_ARM
     repeats: Annotated[int, Bounds(1, 1000)] = 3
     reference_noise: Noise | Range = 0.01
     control_timestep: Annotated[

@@ -51,7 +51,7 @@ TIP = "tip"
 _NAME = re.compile(r"[A-Za-z0-9][\w-]*", re.ASCII)
 _MODELS = (".xml", ".mjcf")
 _TEXTS = ("name", "title", "licence")
-_GEOMETRY = ("left", "right", "wrist", "forearm", "up", "rest")
+_GEOMETRY = ("left", "right", "wrist", "forearm", "up", "rest", "range")
 _MAY_BE_ZERO = ("armature", "damping")
 
 
@@ -116,6 +116,8 @@ def write_robot(path: Path, robot: Robot) -> None:
             f"up = {_toml(robot.up)}  # of the torso, in the model's frame",
             *["[model.rest]  # rad"] * bool(robot.rest),
             *(f"{_toml(joint)} = {_toml(angle)}" for joint, angle in robot.rest.items()),
+            *["[model.range]  # rad"] * bool(robot.ranges),
+            *(f"{_toml(joint)} = {_toml(limits)}" for joint, limits in robot.ranges.items()),
         ]
         for quantity, unit in QUANTITIES.items():
             known = robot.physical.get(quantity, JointValues())
@@ -186,7 +188,21 @@ def _geometry(model: _Table, *, complete: bool) -> dict[str, Any]:
         "wrists": model.names("wrist", 2) if "wrist" in given else None,
         "up": up,
         "rest": model.angles("rest"),
+        "ranges": _ranges(model),
     }
+
+
+def _ranges(model: _Table) -> dict[str, tuple[float, ...]]:
+    """Return the ranges that replace those of the model; raises a BadOptionError."""
+    content = model.content.get("range", {})
+    if not isinstance(content, dict):
+        raise model.refuse("range", "expected a table of joints with their ranges, rad")
+    inner = _Table(model.path, content, "model.range.")
+    ranges = {name: inner.numbers(name, 2) for name in content}
+    for name, (low, high) in ranges.items():
+        if not low < high:
+            raise inner.refuse(name, "expected the lowest angle, then the highest, rad")
+    return ranges
 
 
 def _joint_values(table: _Table, quantity: str) -> JointValues:

@@ -26,6 +26,7 @@ from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.errors import BadOptionError
 from mpma_mj.kinematics import JOINT_NAMES
 from mpma_mj.options import TWO_ARM
+from mpma_mj.robots.robot_file import read_robot
 from mpma_mj.sysid.log import RobotLog, check_log
 from mpma_mj.sysid.parameters import LATENCY, REFERENCE, UNITS, scaled, values
 from mpma_mj.sysid.replay import Replay
@@ -85,8 +86,11 @@ def identify(
             "identification needs libraries that are not installed; in the checkout, pip install"
             " -e '.[sysid]'"
         )
+    if not read_robot(robot).complete:
+        expected = "two_arm, or an MJCF file with its joints, whose parameters are fitted"
+        raise BadOptionError(option="robot", value=robot, expected=expected)
     physics = PhysicsArms.make(
-        EnvironmentOptions(robot=robot, gravity_compensation=gravity_compensation)
+        EnvironmentOptions(robot=str(robot), gravity_compensation=gravity_compensation)
     )
     if robot != TWO_ARM:
         check_geometry(Path(robot), physics)
