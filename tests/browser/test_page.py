@@ -2,6 +2,7 @@
 
 import dataclasses
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,10 +11,12 @@ pytest.importorskip("viser")
 
 from mpma_mj.agents import FeedbackOnlyConfig
 from mpma_mj.browser.episode_factory import EpisodeFactory
+from mpma_mj.browser.page import LOOK_AT
 from mpma_mj.browser.simulation import LiveSimulation
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions import ymca
+from mpma_mj.robots.robot_file import CATALOGUE
 from mpma_mj.training.config import RunConfig
 from tests.browser.conftest import Stage, served
 from tests.browser.viewer import until
@@ -230,6 +233,41 @@ def test_latency_of_the_run_may_be_longer_than_by_hand() -> None:
         until(lambda: viewer.find("kinematic arms"))
         assert viewer.value("latency, steps") == 15
         assert stage.simulation.error == ""
+
+
+@pytest.mark.filterwarnings("ignore:ymca")
+def test_a_robot_of_another_size_is_seen_as_our_own_arms() -> None:
+    seen = {}
+    for robot in ("two_arm", "cmu_humanoid"):
+        with served(without_modules(EnvironmentOptions(robot=robot, repeats=1))) as stage:
+            viewer = stage.viewer()
+            until(lambda v=viewer: v.find("Pause"))
+            places = [m for m in viewer.messages if m["type"] == "SetCameraPositionMessage"]
+            middles = [m for m in viewer.messages if m["type"] == "SetCameraLookAtMessage"]
+            physics = stage.simulation.episode.env.physics
+            shoulders = physics.site_positions(np.zeros(12))[:, 0].mean(axis=0)
+            seen[robot] = [
+                (np.array(middles[-1]["look_at"]) - shoulders),
+                (np.array(places[-1]["position"]) - middles[-1]["look_at"]),
+            ]
+            assert stage.simulation.error == ""
+    np.testing.assert_allclose(seen["two_arm"][0], np.array(LOOK_AT) - [0.0, 0.0, 1.15], atol=1e-6)
+    ratios = [np.linalg.norm(b) / np.linalg.norm(a) for a, b in zip(*seen.values(), strict=True)]
+    assert ratios == pytest.approx([0.7291 / 0.7406] * 2, rel=1e-3)
+
+
+@pytest.mark.filterwarnings("ignore:ymca")
+def test_a_robot_whose_forces_are_unknown_has_ideal_arms_only(tmp_path: Path) -> None:
+    text = (CATALOGUE / "cmu_humanoid.toml").read_text("utf-8")
+    start = text.index("[force]")
+    own = tmp_path / "own.toml"
+    own.write_text(f'{text[:start]}[force]\nsource = "unknown"\n')
+    env = EnvironmentOptions(arms="kinematic", robot=str(own), repeats=1)
+    with served(without_modules(env)) as stage:
+        viewer = stage.viewer()
+        viewer.set("physics arms", True)
+        until(lambda: "is unknown" in viewer.text())
+        assert stage.simulation.compared is None
 
 
 def test_page_has_no_button_to_share_it(stage: Stage) -> None:

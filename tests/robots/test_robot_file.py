@@ -9,7 +9,7 @@ import pytest
 
 from mpma_mj.errors import BadOptionError, MpmaError, RunFolderError
 from mpma_mj.kinematics import JOINT_NAMES
-from mpma_mj.robots.robot import QUANTITIES, UNKNOWN
+from mpma_mj.robots.robot import QUANTITIES, UNKNOWN, JointValues
 from mpma_mj.robots.robot_file import catalogue, read_robot, write_robot
 from mpma_mj.robots.scene import TWO_ARM
 from tests.robots.small_robot import installed, write_small_robot
@@ -195,3 +195,11 @@ def test_an_unknown_value_is_refused_by_name(tmp_path: Path, quantity: str) -> N
     with pytest.raises(MpmaError, match=rf"small.toml: {quantity} of the joints, .* is unknown"):
         robot.values(quantity)
     assert robot.values(quantity, 2.0).tolist() == [2.0] * 8
+
+
+def test_a_robot_says_which_of_its_physical_values_are_unknown() -> None:
+    assert read_robot("cmu_humanoid").unknown == read_robot("two_arm").unknown == []
+    robot = read_robot("cmu_humanoid")
+    forceless = {name: one for name, one in robot.physical.items() if name != "force"}
+    unsure = forceless | {"kv": JointValues()}
+    assert dataclasses.replace(robot, physical=unsure).unknown == ["force", "kv"]

@@ -13,6 +13,7 @@ from mpma_mj.cli import main
 from mpma_mj.training.run_folder import RunFolder
 from mpma_mj.visualization.colours import hex_to_rgb, module_colours
 from tests.conftest import Refused
+from tests.robots.small_robot import installed
 
 
 def test_without_viser_it_is_said_what_to_install(
@@ -79,3 +80,13 @@ def test_without_captions_a_page_has_neither(tmp_path: Path) -> None:
 def test_ten_seconds_are_a_file_that_can_be_sent(small_run: Path, tmp_path: Path) -> None:
     page_of(small_run, tmp_path / "a.html", "--to", "10")
     assert (tmp_path / "a.html").stat().st_size < 1_200_000
+
+
+@pytest.mark.filterwarnings("ignore:ymca")
+@pytest.mark.parametrize(("robot", "largest"), [("cmu_humanoid", 1_200_000), ("h1", 6_000_000)])
+def test_a_page_of_a_robot_can_be_sent_too(robot: str, largest: int, tmp_path: Path) -> None:
+    installed(robot)
+    page = page_of(Path("ymca"), tmp_path / "a.html", "--robot", robot)
+    assert (tmp_path / "a.html").stat().st_size < largest
+    meshes = [m for _, m in recording_of(page)["messages"] if m["type"] == "MeshMessage"]
+    assert len(meshes) > 20

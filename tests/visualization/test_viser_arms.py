@@ -17,6 +17,7 @@ from mpma_mj.visualization.viser_arms import (  # noqa: E402
     GhostNodes,
     quaternion_from_z,
 )
+from tests.robots.small_robot import installed  # noqa: E402
 
 
 @pytest.fixture(scope="module")
@@ -41,6 +42,25 @@ def test_quaternion_turns_the_z_axis_to_the_direction(direction: tuple[float, ..
     turned = np.zeros(3)
     mujoco.mju_rotVecQuat(turned, np.array([0.0, 0.0, 1.0]), quaternion_from_z(np.array(direction)))
     np.testing.assert_allclose(turned, np.array(direction) / np.linalg.norm(direction), atol=1e-12)
+
+
+@pytest.mark.parametrize("robot", ["cmu_humanoid", "h1"])
+def test_a_robot_is_drawn_with_all_its_meshes(robot: str, scene: "viser.SceneApi") -> None:
+    installed(robot)
+    arms = PhysicsArms.make(EnvironmentOptions(robot=robot))
+    model, data = arms.model.ptr, arms.data.ptr
+    nodes = ArmNodes(scene, model, data)
+    arms.set_joint_state(np.linspace(0.2, 0.9, 8), np.zeros(8))
+    nodes.update(data)
+    assert [*nodes.geoms] == np.flatnonzero(model.geom_group < 3).tolist()
+    for joint in arms.kinematics.joint_names:
+        body = data.body(int(model.joint(joint).bodyid[0]))
+        frame = scene.get_handle_by_name(f"/arms/{body.name}")
+        np.testing.assert_allclose(frame.position, body.xpos)
+        np.testing.assert_allclose(frame.wxyz, body.xquat)
+    for geom, node in nodes.geoms.items():
+        if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH:
+            assert len(node.faces) == model.mesh_facenum[model.geom_dataid[geom]]
 
 
 def test_arms_are_where_the_simulation_has_them(scene: "viser.SceneApi") -> None:
