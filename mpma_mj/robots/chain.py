@@ -43,7 +43,7 @@ class Chain:
 
     Raises:
         BadOptionError: A direction is zero or not finite, neighbouring axes of the shoulder are
-            parallel, the elbow cannot bend, or a range is empty.
+            parallel, the elbow cannot bend, or a range is empty or has one end only.
     """
 
     axes: Array
@@ -52,6 +52,11 @@ class Chain:
     lowest: Array
     highest: Array
     joints: tuple[str, ...] = ("joint 1", "joint 2", "joint 3", "joint 4")
+
+    @property
+    def endless(self) -> NDArray[np.bool_]:
+        """Whether a joint has no range, so that it may turn on and on, shape (4,)."""
+        return np.isinf(self.lowest)
 
     def __post_init__(self) -> None:
         """Copy the arrays, with directions of length 1, and check them."""
@@ -89,6 +94,8 @@ class Chain:
         for joint, low, high in zip(self.joints, self.lowest, self.highest, strict=True):
             if not low < high:
                 raise BadOptionError(f"the range of {joint} is empty: {low:g} to {high:g} rad")
+            if np.isinf(low) != np.isinf(high):
+                raise BadOptionError(f"the range of {joint} has one end: {low:g} to {high:g} rad")
 
     def directions(self, joint_angles: Array) -> Array:
         """Return the directions u and f, shape (..., 6), at joint angles, shape (..., 4), rad."""

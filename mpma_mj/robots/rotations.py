@@ -9,6 +9,8 @@ __all__ = ["about", "across", "between", "circle", "frame", "rotated"]
 
 Array = NDArray[np.float64]
 
+_PARALLEL = 1e-150  # length of a cross product whose square underflows
+
 
 def rotated(vector: Array, axis: Array, angle: Array) -> Array:
     """Return vectors, shape (..., 3), rotated about a unit vector, (3,), by angles (...), rad.
@@ -79,7 +81,8 @@ def frame(upper_arm: Array, forearm: Array) -> Array:
     upper_arm, forearm = np.broadcast_arrays(upper_arm, forearm)
     normal = np.cross(upper_arm, forearm)
     length = np.linalg.norm(normal, axis=-1, keepdims=True)
-    normal = np.where(length > 0.0, normal / np.where(length > 0.0, length, 1.0), across(upper_arm))
+    parallel = length < _PARALLEL
+    normal = np.where(parallel, across(upper_arm), normal / np.where(parallel, 1.0, length))
     return np.stack([upper_arm, np.cross(normal, upper_arm), normal], axis=-1)
 
 
