@@ -6,7 +6,7 @@ import pytest
 
 from mpma_mj.metrics import posture_error_percent
 from mpma_mj.motions import Motion, read_motion, ymca
-from mpma_mj.motions.chain_fit import HEADROOM, fit_chain
+from mpma_mj.motions.chain_fit import fit_chain
 from mpma_mj.motions.chain_search import starting_paths
 from mpma_mj.motions.joint_fit import StepLimits, fit_joint_angles
 from mpma_mj.motions.transforms import leads_on
@@ -54,7 +54,7 @@ def test_ranges_and_80_percent_of_the_speeds_are_kept(name: str, cyclic: bool) -
     directions = singular(1, frames=80).posture[:, :6]
     angles = fit_chain(directions, chain, SPEEDS[name], 20.0, cyclic)
     assert ((angles >= chain.lowest) & (angles <= chain.highest)).all()
-    assert (steps(angles, cyclic) <= 1.002 * HEADROOM * SPEEDS[name] / 20.0).all()
+    assert (steps(angles, cyclic) <= 1.002 * SPEEDS[name] / 20.0).all()
 
 
 @pytest.mark.parametrize("name", CHAINS)
@@ -75,7 +75,7 @@ def test_a_joint_without_a_range_may_turn_on_and_on() -> None:
     turned = found[-1] - found[0]
     assert abs(turned[0]) == pytest.approx(2.0 * np.pi, abs=0.1)
     end = found[-1] - 2.0 * np.pi * np.round(turned / (2.0 * np.pi))
-    assert (np.abs(found[0] - end) <= 1.002 * HEADROOM * 8.0 / 20.0).all()
+    assert (np.abs(found[0] - end) <= 1.002 * 8.0 / 20.0).all()
 
 
 @pytest.mark.parametrize(("name", "percent"), [("tilted", 0.1), ("narrow", 0.5)])
@@ -115,7 +115,7 @@ def test_higher_speeds_are_not_worse(name: str) -> None:
 
 def test_several_starts_come_closer_than_the_nearest_path() -> None:
     chain, directions = CHAINS["tilted"], ymca().posture[:, :6]
-    limits = StepLimits(HEADROOM * SPEEDS["tilted"] / 20.0, chain.lowest, chain.highest)
+    limits = StepLimits(SPEEDS["tilted"] / 20.0, chain.lowest, chain.highest)
     nearest = starting_paths(directions, chain, limits.step, 20.0, False)[0]
     alone = fit_joint_angles(directions, chain.jacobian, nearest, limits)[1]
     angles = fit_chain(directions, chain, SPEEDS["tilted"], 20.0, cyclic=False)
