@@ -6,6 +6,7 @@ speed; *feasible* of the postures of a whole motion, after it is fitted to range
 
 from __future__ import annotations
 
+import bisect
 import dataclasses
 from collections.abc import Callable
 from typing import NamedTuple
@@ -32,7 +33,7 @@ Array = NDArray[np.float64]
 CLOSE = 5.0
 """Degrees up to which both segments of both arms count as being where they should (choice)."""
 
-_TEMPI = np.arange(5, 20) / 20.0  # that are tried (choice)
+_TEMPI = [number / 20.0 for number in range(5, 20)]  # that are tried (choice)
 
 
 class Reach(NamedTuple):
@@ -76,26 +77,27 @@ def reach_of(motion: Motion, limits: JointLimits) -> Reach:
     )
 
 
-def close_tempo(read: Callable[[float], Motion], limits: JointLimits) -> float | None:
-    """Return the tempo, in steps of 0.05, up to which a robot does all of a motion within 5°.
+def close_tempo(read: Callable[[float], Motion], limits: JointLimits) -> tuple[float, float]:
+    """Return the tempo up to which a robot does all of a motion within 5°.
 
     Args:
         read: Reads the motion at a tempo.
         limits: Limits of the robot's joints.
 
     Returns:
-        The tempo, from 0.25 to 0.95; None where slower ones would be needed, or none is enough.
+        The tempo, in steps of 0.05 from 0.25 to 0.95, and the share of the postures that is
+        feasible there: 1, or less where not all is at 0.25 either.
     """
-    found, fails = -1, len(_TEMPI)
-    while fails - found > 1:
-        tried = (found + fails) // 2
-        motion, _ = feasible(read(float(_TEMPI[tried])), limits)
-        shown = limits.kinematics.posture(motion.joint_angles)
-        if _share_close(shown, motion.posture) == 1.0:
-            found = tried
-        else:
-            fails = tried
-    return None if found < 0 else float(_TEMPI[found])
+
+    def share(tempo: float) -> float:
+        motion, _ = feasible(read(tempo), limits)
+        return _share_close(limits.kinematics.posture(motion.joint_angles), motion.posture)
+
+    slowest = share(_TEMPI[0])
+    if slowest < 1.0:
+        return _TEMPI[0], slowest
+    last = bisect.bisect_right(_TEMPI[1:], 0.0, key=lambda tempo: 1.0 - share(tempo))
+    return _TEMPI[last], 1.0
 
 
 def reach_lines(reach: Reach, read: Callable[[float], Motion], limits: JointLimits) -> list[str]:
@@ -116,12 +118,10 @@ def reach_lines(reach: Reach, read: Callable[[float], Motion], limits: JointLimi
     if reach.feasible == 1.0:
         return lines
     if reach.reachable < 1.0:
-        return [*lines, "no tempo brings all of it within 5°, as the ranges do not allow it"]
-    tempo = close_tempo(read, limits)
-    slow = f"no slower tempo, down to {_TEMPI[0]:g} of this one,"
-    if tempo is not None:
-        slow = f"{tempo:g} of this tempo"
-    return [*lines, f"{slow} brings all of it within {CLOSE:g}°"]
+        return [*lines, "at no tempo all of it is feasible, as the ranges do not allow it"]
+    tempo, share = close_tempo(read, limits)
+    part = "all" if share == 1.0 else f"{100 * share:.1f} %"
+    return [*lines, f"at {tempo:g} of this tempo {part} of it is feasible"]
 
 
 def _share_close(posture: Array, other: Array) -> float:

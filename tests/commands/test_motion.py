@@ -55,9 +55,9 @@ def test_what_a_robot_can_do_is_reported(capsys: pytest.CaptureFixture[str]) -> 
     for told in (
         "  lhumerusrz                 ",
         " of 20\n",
-        "reachable: 88.2 % of the postures, each alone",
-        "feasible: 88.2 % of them in the whole motion",
-        "no tempo brings all of it within 5°, as the ranges do not allow it",
+        " % of the postures, each alone: within 5° of one that the joints' ranges allow",
+        " % of them in the whole motion: within 5° of the closest one at the joints' speeds",
+        "at no tempo all of it is feasible, as the ranges do not allow it",
     ):
         assert told in printed.out
     assert "near a singularity" not in printed.out
