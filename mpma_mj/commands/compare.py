@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Generic, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Generic, TypeVar
 
 import tyro
 
@@ -15,7 +15,7 @@ from mpma_mj.commands.folders import hint_if_interrupted, results_folder, write_
 from mpma_mj.commands.run_options import Given, Motions, RunOptions
 from mpma_mj.commands.run_video import missing_opengl
 from mpma_mj.errors import BadOptionError
-from mpma_mj.training.config import versions
+from mpma_mj.training.config import RunConfig, versions
 
 if TYPE_CHECKING:
     from mpma_mj.experiments.compare import Transfer
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 __all__ = ["Compare"]
 
 AgentT = TypeVar("AgentT", bound=AgentConfig)
+R = TypeVar("R")
 
 _FIGURES = ("transfer.png", "episodes.png")
 _VIDEOS = ("episodes.mp4", "overlaid.mp4", "overlaid.png")
@@ -65,7 +66,6 @@ class Compare(Generic[AgentT]):
         if self.robots:
             return self._compare_robots()
         missing_gl = missing_opengl() if self.video else None
-        from mpma_mj.experiments.backend import open_backend
         from mpma_mj.experiments.batching import seeds
         from mpma_mj.experiments.compare import compare, jobs
         from mpma_mj.experiments.compare_report import (
@@ -75,26 +75,13 @@ class Compare(Generic[AgentT]):
             write_transfer,
         )
         from mpma_mj.training.dataset import read_motions
-        from mpma_mj.utils.data_files import FORMAT, write_json
-        from mpma_mj.utils.progress import show_runs
 
         config = self.options.run_config(self.motions, "compare")
         motion = read_motions(config)
         spec = jobs(seeds(config, self.runs), motion, epochs=self.epochs, fine_tune=self.fine_tune)
         with results_folder(self.out, "compare") as folder:
-            with (
-                hint_if_interrupted("nothing is saved: a comparison is written at its end"),
-                open_backend("processes", self.workers, None) as backend,
-                show_runs(len(spec) * self.runs, 0, "training and evaluating") as show,
-            ):
-                transfers = compare(
-                    spec, backend, lambda arms: show(self.runs, f"trained on {arms}")
-                )
-            numbers = {"runs": self.runs, "epochs": self.epochs, "fine_tune": self.fine_tune}
-            content = {"format": FORMAT, "config": config.to_json(), "versions": versions()}
-            # Not config.json, which identifies a run.
-            write_json(folder / "compare.json", content | numbers)
-            _remove_earlier(folder)
+            transfers = self._done(compare, spec)
+            self._begin(folder, config, fine_tune=self.fine_tune)
             write_transfer(folder / "transfer.png", transfers, self.fine_tune)
             write_episodes(folder / "episodes.png", transfers, motion)
             write_tables(
@@ -114,27 +101,14 @@ class Compare(Generic[AgentT]):
             remedy = "leave it out, or leave {robots} out"
             raise BadOptionError(problem, option="fine_tune", remedy=remedy)
         missing_gl = missing_opengl() if self.video else None
-        from mpma_mj.experiments.backend import open_backend
         from mpma_mj.experiments.compare_robots import compare_robots, robot_jobs
         from mpma_mj.experiments.compare_robots_report import as_csv, as_markdown
-        from mpma_mj.utils.data_files import FORMAT, write_json
-        from mpma_mj.utils.progress import show_runs
 
         config = self.options.run_config(self.motions, "compare")
         jobs = robot_jobs(config, self.robots, runs=self.runs, epochs=self.epochs)
         with results_folder(self.out, "compare") as folder:
-            with (
-                hint_if_interrupted("nothing is saved: a comparison is written at its end"),
-                open_backend("processes", self.workers, None) as backend,
-                show_runs(len(jobs) * self.runs, 0, "training and evaluating") as show,
-            ):
-                results = compare_robots(
-                    jobs, backend, lambda robot: show(self.runs, f"trained on {robot}")
-                )
-            numbers = {"runs": self.runs, "epochs": self.epochs, "robots": list(self.robots)}
-            content = {"format": FORMAT, "config": config.to_json(), "versions": versions()}
-            write_json(folder / "compare.json", content | numbers)
-            _remove_earlier(folder)
+            results = self._done(compare_robots, jobs)
+            self._begin(folder, config, robots=list(self.robots))
             write_tables(folder, "compare", as_markdown(results), as_csv(results))
             if missing_gl is not None:
                 print(missing_gl, file=sys.stderr)
@@ -143,11 +117,28 @@ class Compare(Generic[AgentT]):
                 _draw_robots(folder, results, None if audio is None else Path(audio))
             return folder
 
+    def _done(self, compare: Callable[..., list[R]], jobs: Sequence[Any]) -> list[R]:
+        """Do jobs in parallel and show the progress."""
+        from mpma_mj.experiments.backend import open_backend
+        from mpma_mj.utils.progress import show_runs
 
-def _remove_earlier(folder: Path) -> None:
-    """Remove the figures and videos of an earlier comparison, which may be of another kind."""
-    for name in (*_FIGURES, *_VIDEOS, *_OF_ROBOTS):
-        (folder / name).unlink(missing_ok=True)
+        with (
+            hint_if_interrupted("nothing is saved: a comparison is written at its end"),
+            open_backend("processes", self.workers, None) as backend,
+            show_runs(len(jobs) * self.runs, 0, "training and evaluating") as show,
+        ):
+            return compare(jobs, backend, lambda name: show(self.runs, f"trained on {name}"))
+
+    def _begin(self, folder: Path, config: RunConfig, **own: Any) -> None:
+        """Write what is compared, and remove what an earlier comparison has drawn."""
+        from mpma_mj.utils.data_files import FORMAT, write_json
+
+        content = {"format": FORMAT, "config": config.to_json(), "versions": versions()}
+        # Not config.json, which identifies a run.
+        numbers = {"runs": self.runs, "epochs": self.epochs}
+        write_json(folder / "compare.json", content | numbers | own)
+        for name in (*_FIGURES, *_VIDEOS, *_OF_ROBOTS):
+            (folder / name).unlink(missing_ok=True)
 
 
 def _draw_robots(folder: Path, results: Sequence[OnRobot], sound: Path | None) -> None:

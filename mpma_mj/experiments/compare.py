@@ -35,7 +35,7 @@ __all__ = [
     "Episode",
     "Transfer",
     "compare",
-    "died",
+    "done_by_name",
     "jobs",
     "measured",
 ]
@@ -190,21 +190,24 @@ def compare(
         DivergedError: A simulation diverged in training.
         WorkerError: A worker died repeatedly.
     """
-    found: dict[str, list[Transfer]] = {}
-    for job, done in get_done(spec, backend):
-        if done is None:
-            raise died()
-        found[job.trained_on] = done
-        on_trained(job.trained_on)
+    found: dict[str, list[Transfer]] = done_by_name(spec, backend, on_trained)
     return [one for trained_on in (UNTRAINED, *ARMS) for one in found[trained_on]]
 
 
-def died() -> WorkerError:
-    """Return the error of work that no worker has survived."""
-    return WorkerError(
-        "a worker process died repeatedly, perhaps for lack of memory",
-        remedy="use fewer {runs}, or smaller {nodes}",
-    )
+def done_by_name(
+    jobs: Sequence[Any], backend: Backend, on_trained: Callable[[str], None]
+) -> dict[str, Any]:
+    """Do jobs, and return their results by what they are trained on; errors as of `compare`."""
+    found = {}
+    for job, done in get_done(jobs, backend):
+        if done is None:
+            raise WorkerError(
+                "a worker process died repeatedly, perhaps for lack of memory",
+                remedy="use fewer {runs}, or smaller {nodes}",
+            )
+        found[job.trained_on] = done
+        on_trained(job.trained_on)
+    return found
 
 
 def _transfer(

@@ -14,9 +14,9 @@ from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.envs.plants import PLANT_OPTIONS
 from mpma_mj.errors import BadOptionError, DivergedError
 from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, posture_errors_percent
-from mpma_mj.experiments.backend import Backend, Work, get_done
+from mpma_mj.experiments.backend import Backend, Work
 from mpma_mj.experiments.batching import seeds
-from mpma_mj.experiments.compare import Episode, died, measured
+from mpma_mj.experiments.compare import Episode, done_by_name, measured
 from mpma_mj.motions import Motion
 from mpma_mj.motions.feasibility import JointLimits
 from mpma_mj.motions.reach import Reach, reach_of
@@ -79,7 +79,7 @@ class RobotJob(Work):
     epochs: int
 
     @property
-    def name(self) -> str:
+    def trained_on(self) -> str:
         """The robot as it was given."""
         return str(self.configs[0].env.robot)
 
@@ -89,13 +89,13 @@ class RobotJob(Work):
         Raises:
             DivergedError: A simulation diverged in training.
         """
-        condition = EvalCondition(self.name, self.motion, {})
+        condition = EvalCondition(self.trained_on, self.motion, {})
         untrained = [config.replace(agent="feedback_only") for config in self.configs]
         try:
             trained = train_agents(self.configs, self.motion, self.epochs, {})
             feedback = train_agents(untrained, self.motion, 1, {})
         except DivergedError as error:
-            raise error.with_context(self.name) from None
+            raise error.with_context(self.trained_on) from None
         options = self.configs[0].env
         arms, limits = PhysicsArms.make(options), arm_limits(options)
         episodes = tuple(
@@ -177,13 +177,8 @@ def compare_robots(
         DivergedError: A simulation diverged in training.
         WorkerError: A worker died repeatedly.
     """
-    found: dict[str, OnRobot] = {}
-    for job, done in get_done(jobs, backend):
-        if done is None:
-            raise died()
-        found[job.name] = done
-        on_trained(job.name)
-    return [found[job.name] for job in jobs]
+    found: dict[str, OnRobot] = done_by_name(jobs, backend, on_trained)
+    return [found[job.trained_on] for job in jobs]
 
 
 def _check(config: RunConfig, robots: Sequence[str], epochs: int) -> None:
