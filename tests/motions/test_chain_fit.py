@@ -49,7 +49,7 @@ def fitted(motion: Motion, name: str) -> np.ndarray:
 
 @pytest.mark.parametrize("cyclic", [False, True])
 @pytest.mark.parametrize("name", CHAINS)
-def test_ranges_and_80_percent_of_the_speeds_are_kept(name: str, cyclic: bool) -> None:
+def test_ranges_and_speeds_are_kept(name: str, cyclic: bool) -> None:
     chain = CHAINS[name]
     directions = singular(1, frames=60).posture[:, :6]
     angles = fit_chain(directions, chain, SPEEDS[name], 20.0, cyclic)
