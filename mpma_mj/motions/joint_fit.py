@@ -23,11 +23,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solveh_banded
 
-__all__ = ["Chain", "Seam", "StepLimits", "fit_joint_angles"]
+__all__ = ["Jacobian", "Seam", "StepLimits", "fit_joint_angles"]
 
 Array = NDArray[np.float64]
 
-Chain = Callable[[Array], tuple[Array, Array]]
+Jacobian = Callable[[Array], tuple[Array, Array]]
 """Directions of segments, (T, K), and their derivatives, (T, K, n), at joint angles, (T, n)."""
 
 # Choices; the fit of a motion takes 5 to 20 rounds, with up to 10 steps each.
@@ -72,7 +72,7 @@ class _Problem:
     """One sum of squares: the distance, and the penalties of the constraints."""
 
     target: Array
-    chain: Chain
+    jacobian: Jacobian
     limits: StepLimits
     seam: Seam | None
     penalty: float = _FIRST_PENALTY
@@ -109,7 +109,7 @@ class _Problem:
         """Return the sum that is minimised."""
         scaled = self.scaled(angles)
         penalties = sum(float(np.sum(b * b)) for b in self.beyond(scaled))
-        errors = self.chain(angles)[0] - self.target
+        errors = self.jacobian(angles)[0] - self.target
         smoothness = _SMOOTHNESS * float(np.sum(scaled[0] ** 2))
         return float(np.sum(errors * errors)) + smoothness + self.penalty * penalties
 
@@ -124,14 +124,14 @@ class _Problem:
             Gradient, shape (T, n); the Hessian's blocks on the diagonal, (T, n, n); and the
             couplings with the next step, shape (T or T - 1, n), which are minus its others.
         """
-        directions, jacobian = self.chain(angles)
+        directions, derivatives = self.jacobian(angles)
         scaled = self.scaled(angles)
         step, place = self.beyond(scaled)
-        gradient = np.einsum("tkn,tk->tn", jacobian, directions - self.target)
+        gradient = np.einsum("tkn,tk->tn", derivatives, directions - self.target)
         gradient += self.penalty * place / self.half
         pull = (_SMOOTHNESS * scaled[0] + self.penalty * step) / self.limits.step
         coupling = (_SMOOTHNESS + self.penalty * (step != 0.0)) / self.limits.step**2
-        blocks = np.einsum("tki,tkj->tij", jacobian, jacobian)
+        blocks = np.einsum("tki,tkj->tij", derivatives, derivatives)
         diagonal = np.einsum("tii->ti", blocks)  # a view
         diagonal += self.penalty * (place != 0.0) / self.half**2
         inner = len(angles) - 1  # steps without the seam
@@ -146,13 +146,13 @@ class _Problem:
 
 
 def fit_joint_angles(
-    target: Array, chain: Chain, start: Array, limits: StepLimits, seam: Seam | None = None
+    target: Array, jacobian: Jacobian, start: Array, limits: StepLimits, seam: Seam | None = None
 ) -> tuple[Array, float]:
     """Fit joint angles to directions, within limits.
 
     Args:
         target: Directions d*, shape (T, K).
-        chain: Directions and derivatives of the chain.
+        jacobian: Directions and derivatives of the chain.
         start: Joint angles from which the fit starts, shape (T, n), rad; may be beyond limits.
         limits: Limits of the joints.
         seam: How a cyclic motion goes on after its end; None for one that does not.
@@ -161,7 +161,7 @@ def fit_joint_angles(
         Joint angles, shape (T, n), rad, within the ranges, with steps up to 0.1 % beyond the
         largest; and the sum of squared distances.
     """
-    problem = _Problem(target, chain, limits, seam)
+    problem = _Problem(target, jacobian, limits, seam)
     angles, last = start, np.inf
     for _ in range(_ROUNDS):
         angles = _minimised(problem, angles)
@@ -174,7 +174,7 @@ def fit_joint_angles(
             problem.penalty = min(_FACTOR * problem.penalty, _LARGEST_PENALTY)
         last = violation
     angles = np.clip(angles, limits.lowest, limits.highest)
-    return angles, float(np.sum((chain(angles)[0] - target) ** 2))
+    return angles, float(np.sum((jacobian(angles)[0] - target) ** 2))
 
 
 def _minimised(problem: _Problem, angles: Array) -> Array:

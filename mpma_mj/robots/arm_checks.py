@@ -20,11 +20,11 @@ Array = NDArray[np.float64]
 
 # Choices.
 _RANGE = (0.1, 25.0)  # rad, between lowest and highest angle
-_SHORTEST = 0.01  # m, of a segment, and between shoulders
+_SHORTEST = 0.02  # m, of a segment, and between shoulders
 _ALONG = 0.5  # cosine between up and the line of the shoulders, which are level
 _LISTED = 20
 
-_HINGE, _SLIDE = mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE
+_HINGE, _SLIDE = int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)
 
 
 def check_joints(robot: Robot, model: mujoco.MjModel) -> None:

@@ -32,6 +32,7 @@ _REMOVED = (
     *("keys", "sensors", "actuators", "tendons", "equalities", "pairs", "tuples"),
     *("sites", "cameras", "lights"),
 )
+_HIDDEN = 3  # first group of geoms that is not drawn by default
 _ABOVE_FLOOR = 0.05  # m, of hanging arms above the floor (choice)
 _IF_IDEAL = {"force": 1.0, "armature": 0.01, "damping": 0.0, "kv": 1.0}
 """Values of ideal arms where they are unknown, which nothing depends on."""
@@ -87,6 +88,7 @@ def _build(robot: Robot, spec: mujoco.MjSpec, *, ideal: bool) -> None:
         if geom.type == mujoco.mjtGeom.mjGEOM_PLANE:
             spec.delete(geom)
     bodies = {body.id: body for body in spec.bodies}
+    _hide_duplicates(bodies)
     _name_bodies(spec, bodies)
     _pose_bodies(robot, bare, data, bodies)
     _replace_joints(spec, bare, data, bodies, joints)
@@ -108,6 +110,20 @@ def _at_rest(robot: Robot, model: mujoco.MjModel) -> mujoco.MjData:
         data.qpos[model.joint(name).qposadr] = angle
     mujoco.mj_kinematics(model, data)
     return data
+
+
+def _hide_duplicates(bodies: Mapping[int, Any]) -> None:
+    """Hide meshes that collide where the same ones are drawn, as drawing takes most of the time."""
+    for body in bodies.values():
+        meshes = [geom for geom in body.geoms if geom.type == mujoco.mjtGeom.mjGEOM_MESH]
+        drawn = [_mesh_at_place(g) for g in meshes if not (g.contype or g.conaffinity)]
+        for geom in meshes:
+            if (geom.contype or geom.conaffinity) and _mesh_at_place(geom) in drawn:
+                geom.group = _HIDDEN
+
+
+def _mesh_at_place(geom: Any) -> tuple[str, bytes, bytes]:
+    return geom.meshname, geom.pos.tobytes(), geom.quat.tobytes()
 
 
 def _name_bodies(spec: mujoco.MjSpec, bodies: Mapping[int, Any]) -> None:
@@ -151,14 +167,14 @@ def _replace_joints(
 
     Plain ones have neither springs nor friction nor limits of force.
     """
-    plain = mujoco.MjSpec().default
+    empty = mujoco.MjSpec()  # whose defaults are MuJoCo's, not the robot's own
     for index in joints:
         name, body = bare.joint(index).name, int(bare.jnt_bodyid[index])
         old = spec.joint(name)
         limited, limits = old.limited, old.range.copy()
         spec.delete(old)
         bodies[body].add_joint(
-            plain,
+            empty.default,
             name=name,
             type=mujoco.mjtJoint.mjJNT_HINGE,
             pos=_in_body(data, body, data.xanchor[index]),
@@ -176,7 +192,7 @@ def _replace_joints(
 
 def _add_actuators(robot: Robot, spec: mujoco.MjSpec, *, ideal: bool) -> None:
     """Add velocity actuators of the joints' names, with the physical values of the robot."""
-    plain, speed = mujoco.MjSpec().default, robot.values("speed")
+    empty, speed = mujoco.MjSpec(), robot.values("speed")
     force, armature, damping, kv = (
         robot.values(quantity, otherwise if ideal else None)
         for quantity, otherwise in _IF_IDEAL.items()
@@ -185,7 +201,7 @@ def _add_actuators(robot: Robot, spec: mujoco.MjSpec, *, ideal: bool) -> None:
         joint = spec.joint(name)
         joint.armature, joint.damping = armature[index], [damping[index], 0.0, 0.0]
         actuator = spec.add_actuator(
-            plain, name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT
+            empty.default, name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT
         )
         actuator.set_to_velocity(kv=kv[index])
         actuator.ctrllimited, actuator.ctrlrange = True, [-speed[index], speed[index]]
@@ -200,13 +216,14 @@ def _mark_points(
     points: Array,
 ) -> None:
     """Add sites at the points of the arms, and bodies at the wrists."""
-    plain = mujoco.MjSpec().default
+    empty = mujoco.MjSpec()
     for arm, side in enumerate(SIDES):
         for point, place, joint in zip(POINTS, points[arm], (2, 3, 3), strict=True):
             body = int(bare.jnt_bodyid[joints[4 * arm + joint]])
             inside = _in_body(data, body, place)
-            bodies[body].add_site(plain, name=f"{side}_{point}", pos=inside, **_SITE)
-        bodies[body].add_body(name=f"{side}_hand", pos=inside)
+            bodies[body].add_site(empty.default, name=f"{side}_{point}", pos=inside, **_SITE)
+        hand = bodies[body].add_body(name=f"{side}_hand", pos=inside)
+        hand.explicitinertial, hand.ipos = True, np.zeros(3)  # by default ipos would be pos
 
 
 def _stand(

@@ -18,8 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.errors import BadOptionError
+from mpma_mj.robots.rotations import rotated
 
-__all__ = ["Chain", "rotated"]
+__all__ = ["Chain"]
 
 Array = NDArray[np.float64]
 
@@ -122,18 +123,6 @@ class Chain:
         shape = joint_angles.shape[:-1]
         derivatives = np.swapaxes(turned, -1, -2).reshape(*shape, 6, 4)
         return directions.reshape(*shape, 6), derivatives
-
-
-def rotated(vector: Array, axis: Array, angle: Array) -> Array:
-    """Return vectors, shape (..., 3), rotated about a unit vector, (3,), by angles (...), rad.
-
-    cos θ v + sin θ (a × v) + (1 - cos θ) (a · v) a        (Rodrigues)
-    """
-    cosine, sine = np.cos(angle)[..., None], np.sin(angle)[..., None]
-    x, y, z = axis
-    cross = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])  # v @ cross = a × v
-    along = (vector @ axis)[..., None] * axis
-    return along + cosine * (vector - along) + sine * (vector @ cross)
 
 
 def _sine(one: Array, other: Array) -> float:

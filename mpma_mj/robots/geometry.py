@@ -78,12 +78,13 @@ def torso_axes(points: Array, up: Sequence[float]) -> Array:
 
     Args:
         points: Points of the left and the right arm, shape (2, 3, 3), m.
-        up: Direction that is up, of any length; what of it lies along the shoulders is left out.
+        up: Direction that is up, of any length; left is what of the line of the shoulders is
+            across it.
     """
-    left = points[0, 0] - points[1, 0]
+    upright = np.asarray(up, float) / np.linalg.norm(up)
+    across = points[0, 0] - points[1, 0]
+    left = across - upright * (upright @ across)
     left /= np.linalg.norm(left)
-    upright = np.asarray(up, float) - left * (left @ np.asarray(up, float))
-    upright /= np.linalg.norm(upright)
     return np.stack([np.cross(left, upright), left, upright])
 
 

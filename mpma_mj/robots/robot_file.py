@@ -49,7 +49,7 @@ TIP = "tip"
 """Value of `forearm`: it ends with the vertices that are farthest from the elbow."""
 
 _NAME = re.compile(r"[A-Za-z0-9][\w-]*", re.ASCII)
-_KINDS = (".toml", ".xml", ".mjcf", ".urdf")
+_MODELS = (".xml", ".mjcf")
 _TEXTS = ("name", "title", "licence")
 _GEOMETRY = ("left", "right", "wrist", "forearm", "up", "rest")
 _MAY_BE_ZERO = ("armature", "damping")
@@ -73,17 +73,23 @@ def read_robot(robot: str | Path) -> Robot:
     """
     if isinstance(robot, str) and robot in catalogue():
         return _read(CATALOGUE / f"{robot}.toml")
-    path = Path(robot)
-    if path.suffix.lower() == ".toml":
-        return _read(path)
-    if path.suffix.lower() in _KINDS or isinstance(robot, Path) or path.is_file():
-        name = re.sub(r"[^\w-]+", "_", path.stem, flags=re.ASCII) or "robot"
-        return Robot(name, path.name, UNKNOWN, path, path, complete=True)
+    if isinstance(robot, str | Path):
+        path = Path(robot)
+        kind = path.suffix.lower()
+        if kind == ".toml":
+            return _read(path)
+        if kind == ".urdf":
+            raise BadOptionError(
+                f"{path}: a URDF file alone is no robot; give a robot file (.toml) that names it"
+            )
+        if kind in _MODELS or isinstance(robot, Path) or path.is_file():
+            name = re.sub(r"[^\w-]+", "_", path.stem, flags=re.ASCII) or "robot"
+            return Robot(name, path.name, UNKNOWN, path, path, complete=True)
     raise BadOptionError(
         option="robot",
         value=robot,
         expected=f"one of {', '.join(catalogue())}, or the path of a robot file (.toml)",
-        remedy=did_you_mean(robot, catalogue()),
+        remedy=did_you_mean(str(robot), catalogue()),
     )
 
 
@@ -115,7 +121,8 @@ def write_robot(path: Path, robot: Robot) -> None:
         for quantity, unit in QUANTITIES.items():
             known = robot.physical.get(quantity, JointValues())
             lines += ["", f"[{quantity}]  # {unit}"]
-            lines += [f"values = {_toml(known.values)}"] * (known.values is not None)
+            if known.values is not None:
+                lines += [f"values = {_toml(known.values)}"]
             lines += [f"source = {_toml(known.source)}"]
     write_text(path, "\n".join(lines) + "\n")
 
@@ -138,37 +145,25 @@ def _read(path: Path) -> Robot:
     except (ValueError, RecursionError) as error:  # ValueError: neither TOML nor UTF-8
         raise BadOptionError(f"{path}: is no TOML file: {one_line(error)}; correct it") from None
     table = _Table(path, content)
-    models = content.get("model")
-    models = models if isinstance(models, list) else [models]
+    listed = content.get("model")
+    models: list[Any] = listed if isinstance(listed, list) else [listed]
     if not models or not all(isinstance(model, dict) for model in models):
-        raise table.refuse("model", "give the table [model], with file = the path of its model")
-    for model in models:
-        _check_model(_Table(path, model, "model."))
-    index, model_path = find_model(path, models)
-    complete = not set(_GEOMETRY) & models[index].keys()
+        raise table.refuse("model", "expected a table [model], with file = the path of its model")
+    complete = not any(set(_GEOMETRY) & model.keys() for model in models)
     table.check_keys((*_TEXTS, "model", *(() if complete else QUANTITIES)))
     name, title, licence = (table.text(key) for key in _TEXTS)
     if not _NAME.fullmatch(name):
         raise table.refuse("name", "expected letters, digits, _ and -")
+    geometries = [_geometry(_Table(path, model, "model."), complete=complete) for model in models]
+    physical = {quantity: _joint_values(table, quantity) for quantity in QUANTITIES}
+    index, model_path = find_model(path, models)
     if complete:
         return Robot(name, title, licence, path, model_path, complete=True)
-    model = _Table(path, models[index], "model.")
-    return Robot(
-        name,
-        title,
-        licence,
-        path,
-        model_path,
-        joints=model.names("left", 4) + model.names("right", 4),
-        up=model.numbers("up", 3),
-        wrists=model.names("wrist", 2) if "wrist" in models[index] else None,
-        rest=model.angles("rest"),
-        physical={quantity: _joint_values(table, quantity) for quantity in QUANTITIES},
-    )
+    return Robot(name, title, licence, path, model_path, physical=physical, **geometries[index])
 
 
-def _check_model(model: _Table) -> None:
-    """Check the keys of a table of a model; raises a BadOptionError."""
+def _geometry(model: _Table, *, complete: bool) -> dict[str, Any]:
+    """Return what a table of a model says of the arms; raises a BadOptionError."""
     model.check_keys((*REGISTRIES, "file", *_GEOMETRY))
     given = model.content.keys()
     places = [key for key in REGISTRIES if key in given]
@@ -176,21 +171,23 @@ def _check_model(model: _Table) -> None:
         raise model.refuse(places[1], f"leave it out, or {places[0]}")
     for key in (*places, *(() if "description" in places else ("file",))):
         model.text(key)
-    if not set(_GEOMETRY) & given:
-        return
-    for key in ("left", "right"):
-        model.names(key, 4)
-    if "wrist" in given:
-        model.names("wrist", 2)
+    if complete:
+        return {}
     if ("wrist" in given) == ("forearm" in given) or model.content.get("forearm", TIP) != TIP:
         raise model.refuse(
             "forearm",
             f'expected forearm = "{TIP}", where it ends with what is farthest from the elbow, or'
             " wrist = [the joint at the end of the left forearm, that of the right]",
         )
-    if not math.hypot(*model.numbers("up", 3)) > 0.0:
+    up = model.numbers("up", 3)
+    if not math.hypot(*up) > 0.0:
         raise model.refuse("up", "expected a direction, such as [0, 0, 1]")
-    model.angles("rest")
+    return {
+        "joints": model.names("left", 4) + model.names("right", 4),
+        "wrists": model.names("wrist", 2) if "wrist" in given else None,
+        "up": up,
+        "rest": model.angles("rest"),
+    }
 
 
 def _joint_values(table: _Table, quantity: str) -> JointValues:

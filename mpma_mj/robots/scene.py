@@ -37,30 +37,38 @@ def add_scene(spec: mujoco.MjSpec, shoulders: Array, reach: float) -> None:
     """
     own = mujoco.MjSpec.from_file(str(TWO_ARM))
     model, middle, scale = own.compile(), own.body("torso").pos, reach / _REACH
-    spec.option, spec.visual, spec.stat = own.option, own.visual, mujoco.MjSpec().stat
+    empty = mujoco.MjSpec()  # whose defaults are MuJoCo's, not the robot's own
+    spec.option, spec.visual, spec.stat = own.option, own.visual, empty.stat
     for texture in list(spec.textures):
         if texture.type == mujoco.mjtTexture.mjTEXTURE_SKYBOX:
             spec.delete(texture)
     for texture in own.textures:
-        spec.add_texture(name=_PREFIX + texture.name, **_attributes(texture, _TEXTURE))
+        spec.add_texture(
+            empty.default, name=_PREFIX + texture.name, **_attributes(texture, _TEXTURE)
+        )
     world = spec.worldbody
     for light in own.worldbody.lights:
-        world.add_light(pos=scale * light.pos, **_attributes(light, _LIGHT))
+        world.add_light(empty.default, pos=scale * light.pos, **_attributes(light, _LIGHT))
     for camera in own.worldbody.cameras:
         world.add_camera(
+            empty.default,
             name=camera.name,
             pos=shoulders + scale * (camera.pos - middle),
             quat=model.camera(camera.name).quat,
             fovy=camera.fovy,
         )
     for geom in own.worldbody.geoms:
+        if (namesake := spec.geom(geom.name)) is not None:
+            namesake.name = f"{geom.name}_of_robot"
         look = own.material(geom.material)
-        material = spec.add_material(name=_PREFIX + look.name, **_attributes(look, _MATERIAL))
+        material = spec.add_material(
+            empty.default, name=_PREFIX + look.name, **_attributes(look, _MATERIAL)
+        )
         material.textures = [name and _PREFIX + name for name in look.textures]
-        radius, half_height, _ = geom.size
         world.add_geom(
-            pos=geom.pos,
-            size=[scale * radius, half_height, 0.0],
+            empty.default,
+            pos=scale * geom.pos,
+            size=scale * geom.size,
             material=material.name,
             **_attributes(geom, _GEOM),
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 
 import mujoco
@@ -33,8 +34,10 @@ def exclude_touching(
     pairs: set[tuple[int, int]] = set()
     for shoulder in (joints[:3], joints[4:7]):
         links = {int(model.joint(name).bodyid[0]) for name in shoulder}
-        overlapping = sorted(links | {int(model.body_parentid[min(links)])})
-        pairs |= {(a, b) for a in overlapping for b in overlapping if a < b}
+        torso = int(model.body_parentid[min(links)])
+        while torso and not model.body_geomnum[torso]:
+            torso = int(model.body_parentid[torso])
+        pairs |= set(itertools.combinations(sorted(links | {torso}), 2))
     data = mujoco.MjData(model)
     flags = int(model.opt.disableflags)
     model.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_CONTACT)

@@ -114,6 +114,33 @@ def test_attached_models_count_as_often_as_they_are_attached(own: Path) -> None:
     assert "elements; expected at most 10,000" in refused(own)
 
 
+def urdf(folder: Path) -> tuple[Path, Path]:
+    """Write a URDF file that names a mesh of its package, which is two folders above."""
+    path = folder / "my_robot" / "urdf" / "my.urdf"
+    mesh = folder / "my_robot" / "meshes" / "cube.obj"
+    path.parent.mkdir(parents=True)
+    mesh.parent.mkdir()
+    path.write_text(
+        '<robot name="r"><link name="a"><collision><geometry>'
+        '<mesh filename="package://my_robot/meshes/cube.obj"/>'
+        "</geometry></collision></link></robot>"
+    )
+    return path, mesh
+
+
+def test_a_mesh_of_a_ros_package_is_found(tmp_path: Path) -> None:
+    path, mesh = urdf(tmp_path)
+    vertices = "".join(f"v {n & 1} {n >> 1 & 1} {n >> 2}\n" for n in range(8))
+    mesh.write_text(f"{vertices}f 1 2 3\nf 4 5 6\nf 6 7 8\n")
+    assert read_model_file(path).compile().nmesh == 1
+
+
+def test_a_mesh_of_a_ros_package_is_a_file(tmp_path: Path) -> None:
+    path, mesh = urdf(tmp_path)
+    os.mkfifo(mesh)
+    assert "is a pipe" in refused(path)
+
+
 @pytest.mark.parametrize("kind", ["missing", "pipe", "device"])
 def test_a_model_is_a_file(own: Path, kind: str) -> None:
     if kind == "pipe":
