@@ -38,6 +38,7 @@ _UNEQUAL = 0.3  # share by which both arms' lengths may differ
 _DOUBT = 0.5  # factor on the score of arms that are not mirrored
 _BEYOND = 0.3  # of the upper arm, from the elbow to the wrist at least
 _ALONG = 0.9  # cosine from which a hinge turns about the forearm and does not end it
+_LEVEL = 0.5  # cosine between up and the line of the shoulders, which are level, at most
 _LISTED = 7
 
 _REMEDY = "where that is wrong, name the arms' joints with {left} and {right}"
@@ -209,6 +210,12 @@ def _score(pose: _Pose, arms: _Arms) -> tuple[float, FoundArms]:
 def _up(pose: _Pose, arms: _Arms) -> tuple[tuple[float, ...], str]:
     """Return what is up for the torso, and from what it was guessed; "" where it is known."""
     if pose.up is not None:
+        across = arms.points[0, 0] - arms.points[1, 0]
+        if abs(np.dot(pose.up, across)) > _LEVEL * np.linalg.norm(across):
+            raise BadOptionError(
+                "points along the line of the shoulders; give the direction from pelvis to head",
+                option="up",
+            )
         return pose.up, ""
     return guess_up(pose.model, pose.data, arms.hinges, arms.points)
 

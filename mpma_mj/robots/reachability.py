@@ -11,7 +11,7 @@ from mpma_mj.kinematics import posture_from_angles
 from mpma_mj.robots.branches import nearest_branch
 from mpma_mj.robots.chain import Chain
 
-__all__ = ["MIRRORED", "PROBES", "REACHED", "deviation", "reachable_share"]
+__all__ = ["MIRRORED", "PROBES", "REACHED", "both_arms", "deviation", "reachable_share"]
 
 Array = NDArray[np.float64]
 
@@ -28,6 +28,11 @@ PROBES: Array = posture_from_angles(
     np.tile(np.radians([*itertools.product(*_ANGLES)], dtype=np.float64), 2)
 )[:, :6]
 """Directions u and f of a left arm in postures of people, shape (240, 6)."""
+
+
+def both_arms() -> Array:
+    """Return directions u and f of both arms in mirrored postures of people, shape (240, 12)."""
+    return np.hstack([PROBES, PROBES * MIRRORED])
 
 
 def deviation(chain: Chain, joint_angles: Array, directions: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Physical values that a model states of its joints, which are no maker's."""
+"""Physical values of joints that a model states."""
 
 from __future__ import annotations
 
@@ -12,57 +12,60 @@ from numpy.typing import NDArray
 
 from mpma_mj.robots.robot import JointValues
 
-__all__ = ["stated_values", "values_to_check"]
+__all__ = ["stated_values"]
 
 Array = NDArray[np.float64]
 
-_ALSO = "not compared with a data sheet"
 _KV = "choice: an error of 1 rad/s asks for the whole force"
 
 
 def stated_values(
     path: Path, model: mujoco.MjModel, joints: Sequence[str]
-) -> dict[str, JointValues]:
-    """Return speed and force where a model states limits, and kv where there is a force.
+) -> tuple[dict[str, JointValues], dict[str, str]]:
+    """Return the physical values that a model states, of both arms the lower ones.
 
-    Speeds are `velocity` of a URDF's <limit>, or the `ctrlrange` of velocity actuators; forces are
-    `effort`, or what limits actuators and joints. Of both arms, the lower value is taken.
+    Speed and force are `velocity` and `effort` in a URDF's <limit>, which makers write; speed is
+    also the `ctrlrange` of velocity actuators. Forces of an MJCF, armature and damping are invented
+    in most models: they are no more than comments.
 
     Args:
         path: The model's file, read before.
         model: The same, compiled.
         joints: Names of the eight joints.
+
+    Returns:
+        Values with their source, and comments, each by quantity.
     """
+    indices = [model.joint(joint).id for joint in joints]
+    dofs = model.jnt_dofadr[indices]
+    comments = {"armature": model.dof_armature[dofs], "damping": model.dof_damping[dofs]}
+    values = {"speed": ("ctrlrange of its actuators", [_speed(model, j) for j in indices])}
     if path.suffix.lower() == ".urdf":
         limits = _urdf_limits(path)
-        stated = {
-            "speed": ("velocity in <limit>", [limits.get((j, "velocity"), 0.0) for j in joints]),
-            "force": ("effort in <limit>", [limits.get((j, "effort"), 0.0) for j in joints]),
-        }
+        for quantity, attribute in (("speed", "velocity"), ("force", "effort")):
+            each = [limits.get((joint, attribute), 0.0) for joint in joints]
+            values[quantity] = f"{attribute} in <limit>", each
     else:
-        indices = [model.joint(joint).id for joint in joints]
-        stated = {
-            "speed": ("ctrlrange of its actuators", [_speed(model, joint) for joint in indices]),
-            "force": ("limits of its actuators", [_force(model, joint) for joint in indices]),
-        }
-    found = {}
-    for quantity, (place, values) in stated.items():
-        lower = np.reshape(values, (2, 4)).min(axis=0)
-        if np.all(np.isfinite(lower) & (lower > 0.0)):
-            source = f"{path.name}: {place}; {_ALSO}"
-            found[quantity] = JointValues(tuple(map(_rounded, lower)), source)
-    if "force" in found:
-        found["kv"] = JointValues(found["force"].values, _KV)
-    return found
+        comments["force"] = np.array([_force(model, joint) for joint in indices])
+    known = {
+        quantity: JointValues(lower, f"{path.name}: {place}; compare it with a data sheet")
+        for quantity, (place, each) in values.items()
+        if min(lower := _lower(each)) > 0.0
+    }
+    if "force" in known:
+        known["kv"] = JointValues(known["force"].values, _KV)
+    stated = {quantity: _lower(each) for quantity, each in comments.items()}
+    return known, {
+        quantity: f"{path.name} has {', '.join(f'{value:g}' for value in lower)}; often invented"
+        for quantity, lower in stated.items()
+        if any(lower)
+    }
 
 
-def values_to_check(model: mujoco.MjModel, joints: Sequence[str]) -> dict[str, str]:
-    """Return armature and damping of the left arm as text, which models mostly invent."""
-    found = {}
-    for quantity, values in (("armature", model.dof_armature), ("damping", model.dof_damping)):
-        four = [float(values[model.joint(joint).dofadr[0]]) for joint in joints[:4]]
-        found[quantity] = ", ".join(f"{value:.4g}" for value in four)
-    return found
+def _lower(values: Sequence[float] | Array) -> tuple[float, ...]:
+    """Return the lower of the values of both arms; 0 for all where one is not finite."""
+    lower = np.reshape(np.asarray(values, float), (2, 4)).min(axis=0)
+    return tuple(float(f"{value:.6g}") for value in lower * bool(np.isfinite(lower).all()))
 
 
 def _urdf_limits(path: Path) -> dict[tuple[str, str], float]:
@@ -111,7 +114,3 @@ def _force(model: mujoco.MjModel, joint: int) -> float:
     if model.jnt_actfrclimited[joint]:
         limits.append(float(np.abs(model.jnt_actfrcrange[joint]).min()))
     return min(limits, default=0.0)
-
-
-def _rounded(value: float) -> float:
-    return float(f"{value:.6g}")
