@@ -128,7 +128,7 @@ def _draw(path: Path, report: RobotReport) -> None:
     from mpma_mj.visualization.robot_poses import write_poses
 
     robot = report.robot
-    title = f"{robot.name}: left blue, right orange; grey where the segments should be"
+    title = f"{robot.name}: left blue, right orange; thin lines where the segments should be"
     write_poses(path, report.model, robot.joints, report.poses, title)
 
 

@@ -229,7 +229,8 @@ def _found(pose: _Pose, arms: _Arms, up: tuple[float, ...], *guesses: str) -> Fo
 def _reached(pose: _Pose, arms: _Arms, up: Sequence[float]) -> float:
     """Return the share of `PROBES` that two arms reach; raises a BadOptionError for no arm."""
     torso, model, shares = torso_axes(arms.points, up), pose.model, []
-    for arm, points, factors in zip(arms.hinges, arms.points, (1.0, MIRRORED), strict=True):
+    both = np.ones(6), MIRRORED
+    for arm, points, factors in zip(arms.hinges, arms.points, both, strict=True):
         joints = list(arm)
         limited = model.jnt_limited[joints].astype(bool)
         lowest, highest = np.where(limited, model.jnt_range[joints].T, [[-np.inf], [np.inf]])

@@ -38,8 +38,8 @@ class PoseResult:
 
     def __str__(self) -> str:
         """Return the deviations as text."""
-        left, right = self.deviations
-        text = f"{left:.1f}° off" if left == right else f"left {left:.1f}°, right {right:.1f}° off"
+        left, right = (f"{degrees:.1f}°" for degrees in self.deviations)
+        text = f"{left} off" if left == right else f"left {left}, right {right} off"
         return f"{text}, out of reach" if self.deviations.max() > REACHED else text
 
 

@@ -13,7 +13,7 @@ from mpma_mj.envs.gl_context import BoundContext
 from mpma_mj.kinematics import SIDES
 from mpma_mj.robots.geometry import POINTS
 from mpma_mj.robots.report import PoseResult
-from mpma_mj.visualization.colours import DEMONSTRATED, hex_to_rgb, module_colours
+from mpma_mj.visualization.colours import INK, hex_to_rgb, module_colours
 from mpma_mj.visualization.figure_file import figure_file, fitting
 
 __all__ = ["write_poses"]
@@ -24,7 +24,7 @@ Picture = NDArray[np.uint8]
 _CAMERAS = ("front", "three_quarter")
 _WIDTH, _HEIGHT = 480, 400  # pixels of a picture
 _INCHES = 3.4  # width of a picture on the page
-_BONE, _WANTED = 0.012, 0.02  # radii of lines, in lengths of an arm
+_SEGMENT, _WANTED = 0.025, 0.012  # radii of lines, in lengths of an arm
 _COLOURS = dict(zip(SIDES, module_colours(2), strict=True))
 
 
@@ -38,7 +38,7 @@ def write_poses(
     """Draw a robot in poses, each from in front and from the side, with a caption.
 
     The segments that take part in imitation, from shoulder over elbow to wrist, are drawn in blue
-    on the left and in orange on the right, and where they should be in grey.
+    on the left and in orange on the right, and thin black lines show where they should be.
 
     Args:
         path: The PNG file.
@@ -77,7 +77,8 @@ def _pictures(
     options.flags[mujoco.mjtVisFlag.mjVIS_TRANSPARENT] = True  # bones are seen within limbs
     context = BoundContext(lambda: mujoco.Renderer(model, _HEIGHT, _WIDTH), mujoco.Renderer.close)
     try:
-        renderer, pictures = context.get(), {}
+        renderer = context.get()
+        pictures: dict[str, list[Picture]] = {}
         for name, result in poses.items():
             data.qpos[places] = result.joint_angles
             mujoco.mj_forward(model, data)
@@ -101,16 +102,14 @@ def _add_segments(scene: mujoco.MjvScene, data: mujoco.MjData, wanted: Array) ->
             points[:-1], points[1:], lengths, directions, strict=True
         ):
             next_goal = goal + length * direction
-            _add_line(scene, goal, next_goal, _WANTED * lengths.sum(), DEMONSTRATED, 0.5)
-            _add_line(scene, start, end, _BONE * lengths.sum(), _COLOURS[side], 1.0)
+            _add_line(scene, goal, next_goal, _WANTED * lengths.sum(), INK)
+            _add_line(scene, start, end, _SEGMENT * lengths.sum(), _COLOURS[side])
             goal = next_goal
 
 
-def _add_line(
-    scene: mujoco.MjvScene, start: Array, end: Array, radius: float, colour: str, alpha: float
-) -> None:
+def _add_line(scene: mujoco.MjvScene, start: Array, end: Array, radius: float, colour: str) -> None:
     kind, geom = mujoco.mjtGeom.mjGEOM_CAPSULE, scene.geoms[scene.ngeom]
-    rgba = np.array([*(value / 255.0 for value in hex_to_rgb(colour)), alpha], np.float32)
+    rgba = np.array([*(value / 255.0 for value in hex_to_rgb(colour)), 1.0], np.float32)
     mujoco.mjv_initGeom(geom, kind, np.full(3, radius), start, np.eye(3).ravel(), rgba)
     mujoco.mjv_connector(geom, kind, radius, start, end)
     geom.emission = 0.6
