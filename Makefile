@@ -8,7 +8,7 @@ BIN := .venv/bin
 
 SECONDS ?= 600
 
-.PHONY: help dance test test-slow test-web test-video test-lowest coverage check format bench campaign docs gallery build clean
+.PHONY: help dance test test-slow test-web test-video test-robots test-lowest coverage check format bench campaign docs gallery build clean
 
 dance: .venv/installed  ## train the built-in dance and make its video
 	@echo "Training two arms to dance, and drawing the video"
@@ -30,6 +30,11 @@ test-video: .venv/installed-dev  ## dance from video, with mediapipe
 	@echo "Installing mediapipe into .venv"
 	$(BIN)/pip install --quiet --disable-pip-version-check --editable '.[video]'
 	$(BIN)/pytest -q -rs tests/motions/readers/video
+
+test-robots: .venv/installed-dev  ## robots of other packages: H1, G1, YuMi, OpenArm
+	@echo "Installing robosuite-models and openarm-mujoco, which hold the models, into .venv"
+	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps robosuite-models openarm-mujoco
+	$(BIN)/pytest -q -rs tests/robots
 
 test-lowest: .venv/installed-dev  ## quick tests with the lowest versions that pyproject.toml declares
 	@echo "Installing the lowest versions into .venv-lowest"

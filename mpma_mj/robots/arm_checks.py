@@ -113,10 +113,10 @@ def check_points(robot: Robot, points: Array) -> None:
 def _check_exists(robot: Robot, model: mujoco.MjModel, key: str, name: str) -> None:
     names = [model.joint(index).name for index in range(model.njnt)]
     if name not in names:
-        shown = listing([known for known in names if known], _LISTED)
+        known = f"it has {listing(list(filter(None, names)), _LISTED) or 'none'}"
         raise BadOptionError(
-            f"{robot.path}: {key}: {robot.model.name} has no joint {name}",
-            remedy=did_you_mean(name, names).replace("{", "(") or f"it has {shown or 'none'}",
+            f"{robot.path}: {key}: {robot.model.name} has no joint {name};"
+            f" {did_you_mean(name, names) or known}"
         )
 
 

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Sequence
 from pathlib import Path
 
+import mujoco
+import numpy as np
 import pytest
 
 from mpma_mj.errors import BadOptionError
+from mpma_mj.robots.assembly import assemble
 from mpma_mj.robots.robot import Robot
 from mpma_mj.robots.robot_file import read_robot
 
@@ -134,3 +139,23 @@ def installed(name: str) -> Robot:
         if "finds no model: " not in str(error):
             raise
         pytest.skip(f"{name}: {error}")
+
+
+def compiled(robot: Robot) -> mujoco.MjModel:
+    return assemble(robot, ideal=True).compile()
+
+
+@functools.cache
+def compiled_once(name: str) -> mujoco.MjModel:
+    return compiled(installed(name))
+
+
+def placed(
+    model: mujoco.MjModel, robot: Robot, angles: Sequence[float] | np.ndarray
+) -> mujoco.MjData:
+    """Return the simulation at some angles of the eight joints."""
+    data = mujoco.MjData(model)
+    for name, angle in zip(robot.joints, angles, strict=True):
+        data.qpos[model.joint(name).qposadr] = angle
+    mujoco.mj_fwdPosition(model, data)
+    return data

@@ -1,6 +1,5 @@
 """Models of robots: what is kept, what is removed, and that nothing moves but by one turn."""
 
-import functools
 from pathlib import Path
 
 import mujoco
@@ -16,7 +15,13 @@ from mpma_mj.robots.poses import POSES, pose_angles
 from mpma_mj.robots.robot import Robot
 from mpma_mj.robots.robot_file import read_robot
 from mpma_mj.robots.scene import TWO_ARM
-from tests.robots.small_robot import installed, write_small_robot
+from tests.robots.small_robot import (
+    compiled,
+    compiled_once,
+    installed,
+    placed,
+    write_small_robot,
+)
 
 Array = NDArray[np.float64]
 
@@ -28,24 +33,6 @@ REST = {"waist = 0.0": "waist = 0.5\nl_wrist = 0.3\nl_clavicle = -0.4"}
 @pytest.fixture
 def small(tmp_path: Path) -> Robot:
     return read_robot(write_small_robot(tmp_path, REST))
-
-
-def compiled(robot: Robot) -> mujoco.MjModel:
-    return assemble(robot, ideal=True).compile()
-
-
-@functools.cache
-def compiled_once(name: str) -> mujoco.MjModel:
-    return compiled(installed(name))
-
-
-def placed(model: mujoco.MjModel, robot: Robot, angles: Array) -> mujoco.MjData:
-    """Return the simulation at some angles of the eight joints."""
-    data = mujoco.MjData(model)
-    for name, angle in zip(robot.joints, angles, strict=True):
-        data.qpos[model.joint(name).qposadr] = angle
-    mujoco.mj_fwdPosition(model, data)
-    return data
 
 
 def shown(data: mujoco.MjData) -> Array:
@@ -164,39 +151,6 @@ def test_the_hands_are_bodies_at_the_wrists(small: Robot) -> None:
     assert all(names)
 
 
-def test_the_scene_is_that_of_two_arm(small: Robot) -> None:
-    model, ours = assemble(small).compile(), mujoco.MjModel.from_xml_path(str(TWO_ARM))
-    for name in ("timestep", "integrator", "gravity", "disableflags"):
-        np.testing.assert_array_equal(getattr(model.opt, name), getattr(ours.opt, name))
-    assert (model.vis.global_.offwidth, model.vis.global_.offheight) == (1920, 1088)
-    for kind in ("camera", "light"):
-        number = getattr(ours, {"camera": "ncam", "light": "nlight"}[kind])
-        names = [getattr(model, kind)(index).name for index in range(number)]
-        assert names == [getattr(ours, kind)(index).name for index in range(number)]
-    skies = model.tex_type == mujoco.mjtTexture.mjTEXTURE_SKYBOX
-    assert skies.sum() == 1
-    assert "ground" not in [model.geom(index).name for index in range(model.ngeom)]
-    np.testing.assert_array_equal(model.geom("floor").friction, ours.geom("floor").friction)
-    marks = model.site("left_wrist")
-    assert (marks.group[0], marks.size[0]) == (4, 0.01)
-
-
-@pytest.mark.parametrize("camera", ["front", "side", "three_quarter"])
-@pytest.mark.parametrize("pose", POSES)
-def test_cameras_see_the_arms(small: Robot, camera: str, pose: str) -> None:
-    model = assemble(small).compile()
-    data = placed(model, small, pose_angles(chains(model, small.joints), pose))
-    mujoco.mj_camlight(model, data)
-    seen = data.camera(camera)
-    slope = np.tan(np.radians(model.camera(camera).fovy[0]) / 2.0)
-    for side in SIDES:
-        for part in (f"{side}_hand_link", f"{side[0]}_forearm", f"{side[0]}_link1"):
-            x, y, z = (data.body(part).xpos - seen.xpos) @ seen.xmat.reshape(3, 3)
-            assert abs(y / z) < slope
-            assert abs(x / z) < slope * 4.0 / 3.0
-            assert z < 0.0
-
-
 def test_unknown_values_are_refused_where_physics_needs_them(tmp_path: Path) -> None:
     unknown = {'values = [40.0, 30.0, 20.0, 10.0]\nsource = "data sheet"': 'source = "unknown"'}
     robot = read_robot(write_small_robot(tmp_path, unknown))
@@ -221,13 +175,6 @@ def test_a_model_that_cannot_be_read_is_refused_in_one_line(tmp_path: Path) -> N
             assemble(robot)
         assert str(caught.value).startswith(f"{robot.model}: ")
         assert "\n" not in str(caught.value)
-
-
-def test_names_of_the_scene_are_free(tmp_path: Path) -> None:
-    model = {'name="pedestal"': 'name="floor"'}
-    found = compiled(read_robot(write_small_robot(tmp_path, model=model)))
-    assert found.geom("floor").type[0] == mujoco.mjtGeom.mjGEOM_CYLINDER
-    assert found.geom("floor_of_robot").type[0] == mujoco.mjtGeom.mjGEOM_BOX
 
 
 def test_meshes_are_drawn_once(tmp_path: Path) -> None:
