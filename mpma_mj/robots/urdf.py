@@ -1,0 +1,52 @@
+"""Parts of URDF files that MuJoCo refuses, though arms do without them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["mend_urdf", "unreadable_meshes"]
+
+Array = NDArray[np.float64]
+
+_MESHES = (".stl", ".obj", ".msh")  # which MuJoCo reads
+# Smallest mass and moments of inertia, which links of no mass get (choice: next to nothing).
+_MASS, _INERTIA = 1e-6, 1e-9  # kg, kg m²
+_LEAST = 1e-12  # kg m², which MuJoCo takes for a positive moment
+
+
+def mend_urdf(spec: mujoco.MjSpec) -> None:
+    """Change a model that was read from a URDF so that it compiles.
+
+    Geoms of meshes in formats that MuJoCo does not read are left out; what is seen of the scene
+    stays; links of impossible mass and inertia, such as mere frames, get possible ones. Links that
+    have both as they should keep them.
+    """
+    compiler = spec.compiler
+    compiler.discardvisual, compiler.balanceinertia = False, True
+    compiler.boundmass, compiler.boundinertia = _MASS, _INERTIA
+    left_out = set(unreadable_meshes(spec))
+    for geom in list(spec.geoms):
+        if geom.meshname in left_out:
+            spec.delete(geom)
+    for mesh in list(spec.meshes):
+        if mesh.name in left_out:
+            spec.delete(mesh)
+        else:
+            mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL  # some have no volume
+    for body in spec.bodies:
+        if body.explicitinertial and not np.linalg.eigvalsh(_matrix(body.fullinertia))[0] > _LEAST:
+            body.fullinertia, body.inertia = np.full(6, np.nan), np.full(3, _INERTIA)
+
+
+def unreadable_meshes(spec: mujoco.MjSpec) -> list[str]:
+    """Return the names of meshes in formats that MuJoCo does not read, such as Collada."""
+    return [mesh.name for mesh in spec.meshes if Path(mesh.file).suffix.lower() not in _MESHES]
+
+
+def _matrix(full: Array) -> Array:
+    """Return the matrix of inertia, given as in MJCF: xx, yy, zz, xy, xz, yz."""
+    return full[[[0, 3, 4], [3, 1, 5], [4, 5, 2]]]
