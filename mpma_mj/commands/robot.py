@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ["DescribeRobot"]
 
+_MODELS = (".xml", ".mjcf", ".urdf")
 _JOINTS = tyro.conf.arg(metavar="JOINT JOINT JOINT JOINT")
 
 
@@ -53,7 +54,9 @@ class DescribeRobot:
         from mpma_mj.robots.robot_file import catalogue, write_robot
         from mpma_mj.utils.text import printable, shell_word
 
-        is_robot = self.robot in catalogue() or Path(self.robot).suffix.lower() == ".toml"
+        path = Path(self.robot)
+        is_model = path.suffix.lower() in _MODELS or (path.is_file() and path.suffix != ".toml")
+        is_robot = self.robot in catalogue() or not is_model
         name = self._name(is_robot=is_robot)
         out = self.out or Path(f"{name}.toml")
         if not is_robot:
@@ -121,7 +124,7 @@ def _lines(new: NewRobot, report: RobotReport) -> list[str]:
         f"{'reachable':<10}{of_ymca:.0%} of the postures of ymca and {of_people:.0%} of others of"
         f" people, within {REACHED:g}°"
     )
-    return [*lines, *report.physical_lines(), *(f"{'':<10}{c}" for c in new.comments.values())]
+    return [*lines, *report.physical_lines(new.comments)]
 
 
 def _draw(path: Path, report: RobotReport) -> None:
@@ -134,7 +137,8 @@ def _draw(path: Path, report: RobotReport) -> None:
 
 def _next(word: str, file: str | Path, report: RobotReport) -> str:
     """Return what to do next."""
-    if "speed" in report.unknown:
-        return f"next: give [speed] values and their source in {file}; a data sheet has them"
     kinematic = " --arms kinematic" if report.unknown else ""
-    return f"next: mpma imitate ymca --robot {word}{kinematic}"
+    command = f"mpma imitate ymca --robot {word}{kinematic}"
+    if "speed" in report.unknown:
+        return f"next: write the joints' top speeds and their source into {file}, then {command}"
+    return f"next: {command}"

@@ -67,9 +67,9 @@ def describe_model(
     _check_numbers(left, right, wrist)
     model = _compiled(path)
     if not left and _is_complete(model):
-        whole = Robot(name, path.name, UNKNOWN, path, path, complete=True)
+        whole = Robot(name, name, UNKNOWN, path, path, complete=True)
         return NewRobot(whole, (), {})
-    robot = Robot(name, path.name, UNKNOWN, path, path, up=tuple(up or (0.0, 0.0, 1.0)))
+    robot = Robot(name, name, UNKNOWN, path, path, up=tuple(up or (0.0, 0.0, 1.0)))
     try:
         if left:
             robot = replace(robot, joints=(*left, *right))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import mujoco
@@ -74,7 +74,8 @@ class RobotReport:
     def lines(self) -> list[str]:
         """Return what the robot is, as lines of text."""
         robot = self.robot
-        lines = [f"{robot.name}: {robot.title}, {robot.model}"]
+        title = "" if robot.title == robot.name else f"{robot.title}, "
+        lines = [f"{robot.name}: {title}{robot.model}"]
         for side, four in zip(SIDES, (robot.joints[:4], robot.joints[4:]), strict=True):
             lines.append(f"{side:<10}{', '.join(four)}")
         if not robot.complete:
@@ -86,8 +87,12 @@ class RobotReport:
             lines.append(f"{'' if pose in list(POSES)[1:] else 'poses':<10}{pose:<14}{result}")
         return lines
 
-    def physical_lines(self) -> list[str]:
-        """Return the physical values with their sources, as lines of text."""
+    def physical_lines(self, comments: Mapping[str, str]) -> list[str]:
+        """Return the physical values with their sources, as lines of text.
+
+        Args:
+            comments: Comments on unknown values by their quantity.
+        """
         if self.robot.complete:
             return [f"{'physical':<10}as the model has it"]
         lines = []
@@ -97,7 +102,8 @@ class RobotReport:
                 numbers = ", ".join(f"{value:g}" for value in known.values)
                 lines.append(f"{quantity:<10}{numbers} {unit} ({known.source})")
             else:
-                lines.append(f"{quantity:<10}unknown")
+                comment = f"; {comments[quantity]}" if quantity in comments else ""
+                lines.append(f"{quantity:<10}unknown{comment}")
         return lines
 
     @property
