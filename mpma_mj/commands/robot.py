@@ -116,13 +116,15 @@ def _lines(new: NewRobot, report: RobotReport) -> list[str]:
     from mpma_mj.motions import ymca
     from mpma_mj.robots.reachability import REACHED, both_arms
 
-    of_ymca, of_people = report.reachable(ymca().posture), report.reachable(both_arms())
     lines = report.lines()
     if new.guesses:
         lines.insert(1, f"{'guessed':<10}{'; '.join(new.guesses)}")
+    of_ymca, of_people = (
+        f"{100 * report.reachable(postures):.0f} %" for postures in (ymca().posture, both_arms())
+    )
     lines.append(
-        f"{'reachable':<10}{of_ymca:.0%} of the postures of ymca and {of_people:.0%} of others of"
-        f" people, within {REACHED:g}°"
+        f"{'reachable':<10}{of_ymca} of the postures of ymca and {of_people} of others of people,"
+        f" within {REACHED:g}°"
     )
     return [*lines, *report.physical_lines(new.comments)]
 

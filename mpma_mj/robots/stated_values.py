@@ -65,7 +65,9 @@ def stated_values(
 def _lower(values: Sequence[float] | Array) -> tuple[float, ...]:
     """Return the lower of the values of both arms; 0 for all where one is not finite."""
     lower = np.reshape(np.asarray(values, float), (2, 4)).min(axis=0)
-    return tuple(float(f"{value:.6g}") for value in lower * bool(np.isfinite(lower).all()))
+    if not np.isfinite(lower).all():
+        return (0.0,) * 4
+    return tuple(float(f"{value:.6g}") for value in lower)
 
 
 def _urdf_limits(path: Path) -> dict[tuple[str, str], float]:

@@ -38,7 +38,7 @@ def mend_urdf(spec: mujoco.MjSpec) -> None:
         else:
             mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL  # some have no volume
     for body in spec.bodies:
-        if body.explicitinertial and not np.linalg.eigvalsh(_matrix(body.fullinertia))[0] > _LEAST:
+        if body.explicitinertial and not _moments(body.fullinertia)[0] > _LEAST:
             body.fullinertia, body.inertia = np.full(6, np.nan), np.full(3, _INERTIA)
 
 
@@ -47,6 +47,7 @@ def unreadable_meshes(spec: mujoco.MjSpec) -> list[str]:
     return [mesh.name for mesh in spec.meshes if Path(mesh.file).suffix.lower() not in _MESHES]
 
 
-def _matrix(full: Array) -> Array:
-    """Return the matrix of inertia, given as in MJCF: xx, yy, zz, xy, xz, yz."""
-    return full[[[0, 3, 4], [3, 1, 5], [4, 5, 2]]]
+def _moments(full: Array) -> Array:
+    """Return the principal moments of inertia, ascending, from xx, yy, zz, xy, xz and yz."""
+    matrix = np.nan_to_num(full)[[[0, 3, 4], [3, 1, 5], [4, 5, 2]]]
+    return np.asarray(np.linalg.eigvalsh(matrix))
