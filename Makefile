@@ -34,7 +34,7 @@ test-video: .venv/installed-dev  ## dance from video, with mediapipe
 test-robots: .venv/installed-dev  ## robots of other packages: H1, G1, YuMi, OpenArm
 	@echo "Installing robosuite-models and openarm-mujoco, which hold the models, into .venv"
 	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps robosuite-models openarm-mujoco
-	$(BIN)/pytest -q -rs tests/robots
+	$(BIN)/pytest -q -rs tests/robots tests/envs/test_robots.py
 
 test-lowest: .venv/installed-dev  ## quick tests with the lowest versions that pyproject.toml declares
 	@echo "Installing the lowest versions into .venv-lowest"

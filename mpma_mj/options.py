@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-__all__ = ["Arms", "BackendName", "ContextSignal", "EfferenceCopy", "Models", "RuleName"]
+__all__ = ["TWO_ARM", "Arms", "BackendName", "ContextSignal", "EfferenceCopy", "Models", "RuleName"]
 
 Arms = Literal["physics", "kinematic"]
 RuleName = Literal["weighted", "gated"]
@@ -12,3 +12,6 @@ BackendName = Literal["processes", "ray"]
 Models = Literal["joint", "posture"]
 EfferenceCopy = Literal["total", "module"]
 ContextSignal = Literal["labels", "nothing", "constant", "shuffled", "halves"]
+
+TWO_ARM = "two_arm"
+"""Name of the package's own robot."""

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.agents.base import MODULE_SIGNALS, ModuleSignals
+from mpma_mj.arm_kinematics import ArmKinematics
 from mpma_mj.errors import StateError
-from mpma_mj.kinematics import angles_from_posture, posture_from_angles
 from mpma_mj.utils.saved_arrays import Expected, array_problem
 
 __all__ = ["OBSERVED", "SIGNALS", "Trace", "trace_problem"]
@@ -103,15 +103,18 @@ class Trace:
         """Return the number of steps, T."""
         return len(self.action)
 
-    def true_joint_angles(self) -> Array:
+    def true_joint_angles(self, kinematics: ArmKinematics) -> Array:
         """Return joint angles of the true postures, shape (T + 1, …, 8), rad.
 
         Where the observed ones have no noise, these are they.
+
+        Args:
+            kinematics: Kinematics of the arms.
         """
-        observed = posture_from_angles(self.joint_angles)
+        observed = kinematics.posture(self.joint_angles)
         noisy = np.abs(observed - self.posture).max(axis=-1, keepdims=True) > _ROUNDING
         return np.where(
-            noisy, angles_from_posture(self.posture, near=self.joint_angles), self.joint_angles
+            noisy, kinematics.angles(self.posture, near=self.joint_angles), self.joint_angles
         )
 
     def with_modules(self) -> ModuleSignals:

@@ -24,6 +24,7 @@ CHAIN = (
     ("motions", "esn"),
     ("robots",),
     ("metrics", "feedback"),
+    ("arm_kinematics",),
     ("context", "joint_paths"),
     ("kinematics",),
     ("utils", "options"),

@@ -12,9 +12,9 @@ import pytest
 import mpma_mj
 from mpma_mj.agents import MPMAConfig
 from mpma_mj.cli import main
-from mpma_mj.envs.model import MODEL_PATH
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import MpmaError
+from mpma_mj.robots.robot_file import read_robot
 from mpma_mj.training.config import RunConfig
 from mpma_mj.training.run import resume
 from mpma_mj.training.run_folder import RunFolder, open_runs
@@ -105,7 +105,7 @@ def test_the_folder_of_a_study_imports_nothing(here: Path, name: str) -> None:
 
 @pytest.mark.parametrize("name", ["evil:Evil", "evil.py", "evil.so"])
 def test_recordings_models_and_maps_import_nothing(here: Path, name: str) -> None:
-    text = MODEL_PATH.read_text()
+    text = read_robot("two_arm").model.read_text()
     extension = f'<extension><plugin plugin="{name}"><instance name="a"/></plugin></extension>'
     model = text.replace("</mujoco>", f"{extension}</mujoco>")
     (here / "robot.xml").write_text(model)
@@ -116,7 +116,7 @@ def test_recordings_models_and_maps_import_nothing(here: Path, name: str) -> Non
     )
     (here / "dance.pkl").write_bytes(b"cevil\nEvil\n.")
     for words in (
-        ["imitate", "ymca", "--model", "robot.xml", "--epochs", "1", "--no-video", "--out", "a"],
+        ["imitate", "ymca", "--robot", "robot.xml", "--epochs", "1", "--no-video", "--out", "a"],
         ["motion", "dance.csv", "--map", "map.toml"],
         ["motion", "dance.csv"],
         ["motion", "dance.npz"],

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.agents.config import AgentConfig
+from mpma_mj.arm_kinematics import TWO_ARMS, ArmKinematics
 from mpma_mj.errors import StateError
 from mpma_mj.feedback import feedback_action
 from mpma_mj.kinematics import wrap
@@ -98,6 +99,7 @@ class AgentSpec:
             and unknown.
         longest_latency: Largest latency, control steps.
         lookahead: Number of targets in the observation `lookahead`; 0 where there is none.
+        kinematics: Kinematics of the arms.
     """
 
     context_size: int
@@ -106,10 +108,12 @@ class AgentSpec:
     latency: int | None = 0
     longest_latency: int = 0
     lookahead: int = 0
+    kinematics: ArmKinematics = TWO_ARMS
 
     def feedback(self, joint_angles: Array, reference: Array) -> Array:
         """Return the feedback controller's action, u_fb, before its gain; see `feedback_action`."""
-        return feedback_action(joint_angles, reference, self.max_joint_speed, self.control_timestep)
+        limits = self.max_joint_speed, self.control_timestep
+        return feedback_action(joint_angles, reference, *limits, self.kinematics)
 
     @functools.cached_property
     def largest_move(self) -> Array:

@@ -7,7 +7,6 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj import joint_paths, kinematics
 from mpma_mj.agents.base import Agent, AgentSignals, AgentSpec, Observation, Seeds
 from mpma_mj.agents.config import (
     JOINTS,
@@ -78,19 +77,18 @@ class OpenLoop(Agent):
         angles, target = self._angles, followed(observation, "target")
         if angles is None:  # near 0, as the arms start
             still = np.zeros((*target.shape[:-1], JOINTS))
-            angles = still + _way(still, followed(observation, "reference"))
-        way = _way(angles, target)
+            angles = still + self._way(still, followed(observation, "reference"))
+        way = self._way(angles, target)
         farthest = self.spec.largest_move
         action = np.clip(way / farthest, -1.0, 1.0)
         self._angles = angles + farthest * action
         return action
 
-
-def _way(angles: Array, target: Array) -> Array:
-    """Return the way from joint angles, shape (..., 8), rad, to a posture or joint angles."""
-    if target.shape[-1] == JOINTS:
-        return joint_paths.nearest_turn(target, near=angles)
-    return kinematics.angles_from_posture(target, near=angles) - angles
+    def _way(self, angles: Array, target: Array) -> Array:
+        """Return the way from joint angles, shape (..., 8), rad, to a posture or joint angles."""
+        if target.shape[-1] == JOINTS:
+            return self.spec.kinematics.step_to(target, near=angles)
+        return self.spec.kinematics.angles(target, near=angles) - angles
 
 
 class FeedbackOnly(Agent):

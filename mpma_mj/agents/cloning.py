@@ -52,7 +52,8 @@ def policy_features(observation: Observation, spec: AgentSpec) -> Array:
         ahead = ahead[..., None, :]
     paths = np.concatenate([ahead, reference], axis=-2)  # (..., n + 1, 12 or 8)
     still = np.broadcast_to(angles[..., None, :], (*paths.shape[:-1], JOINTS))
-    moves = (joint_error(still, paths) / spec.largest_move).reshape(*angles.shape[:-1], -1)
+    errors = joint_error(still, paths, spec.kinematics)
+    moves = (errors / spec.largest_move).reshape(*angles.shape[:-1], -1)
     speeds = observation["joint_velocities"] / spec.max_joint_speed
     one = np.ones((*angles.shape[:-1], 1))
     return np.concatenate([moves, speeds, np.sin(angles), np.cos(angles), one], axis=-1)

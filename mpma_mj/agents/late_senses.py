@@ -15,8 +15,7 @@ from mpma_mj.agents.plant_models import gaussian_log_likelihood
 from mpma_mj.agents.senses import Senses, Steps
 from mpma_mj.agents.state_models import StateEstimate, StateModels, state_inputs
 from mpma_mj.agents.switching import filtered, predicted
-from mpma_mj.joint_paths import nearest_turn
-from mpma_mj.kinematics import angles_from_posture, posture_from_angles
+from mpma_mj.arm_kinematics import TWO_ARMS, ArmKinematics
 
 __all__ = ["LateSenses", "eased_target"]
 
@@ -28,7 +27,9 @@ _CORRECTION = 0.5  # α: part of the present error that a late command corrects
 _ERROR = 4.0  # variances of the state model's error that a state estimate expects: it is not white
 
 
-def eased_target(joint_angles: Array, reference: Array, target: Array) -> Array:
+def eased_target(
+    joint_angles: Array, reference: Array, target: Array, kinematics: ArmKinematics = TWO_ARMS
+) -> Array:
     """Return a target at which only a part of the present error is corrected.
 
         q* = q + (q'_{s+1} - q'_s) + α (q'_s - q)        α = ½
@@ -40,18 +41,19 @@ def eased_target(joint_angles: Array, reference: Array, target: Array) -> Array:
         joint_angles: Expected joint angles q, shape (..., 8), rad.
         reference: Posture that is demonstrated then, shape (..., 12), or joint angles, (..., 8).
         target: Posture or joint angles one step later, of the same shape.
+        kinematics: Kinematics of the arms.
 
     Returns:
         Posture of q*, shape (..., 12), or q* itself, (..., 8), rad.
     """
     if reference.shape[-1] == JOINTS:
-        error = nearest_turn(reference, near=joint_angles)
-        move = nearest_turn(target, near=joint_angles + error)
+        error = kinematics.step_to(reference, near=joint_angles)
+        move = kinematics.step_to(target, near=joint_angles + error)
         return joint_angles + move + _CORRECTION * error
-    shown = angles_from_posture(reference, near=joint_angles)
-    following = angles_from_posture(target, near=shown)
+    shown = kinematics.angles(reference, near=joint_angles)
+    following = kinematics.angles(target, near=shown)
     error = shown - joint_angles
-    return posture_from_angles(joint_angles + (following - shown) + _CORRECTION * error)
+    return kinematics.posture(joint_angles + (following - shown) + _CORRECTION * error)
 
 
 class LateSenses(Senses):
@@ -204,9 +206,9 @@ class LateSenses(Senses):
         observed = {
             "joint_angles": angles,
             "joint_velocities": velocities,
-            "posture": posture_from_angles(angles),
+            "posture": self._spec.kinematics.posture(angles),
         }
-        last = last | {"posture": posture_from_angles(last["joint_angles"])}
+        last = last | {"posture": self._spec.kinematics.posture(last["joint_angles"])}
         following = {
             name: np.concatenate([array[1:], last[name][None]])[acted]
             for name, array in observed.items()
@@ -276,7 +278,8 @@ class LateSenses(Senses):
         reference = np.take_along_axis(shown, place, axis=-2)[..., 0, :]
         target = np.take_along_axis(shown, place + 1, axis=-2)[..., 0, :]
         late = (self.delay > 0)[..., None]
-        eased = np.where(late, eased_target(angles, reference, target), target)
+        eased = eased_target(angles, reference, target, self._spec.kinematics)
+        eased = np.where(late, eased, target)
         return {f"reference{kind}": reference, f"target{kind}": eased}
 
     def _coming(self, observation: Observation) -> Array:
@@ -291,7 +294,7 @@ class LateSenses(Senses):
         return dict(observation) | {
             "joint_angles": angles,
             "joint_velocities": speed * self._spec.max_joint_speed,
-            "posture": posture_from_angles(angles),
+            "posture": self._spec.kinematics.posture(angles),
         }
 
     def _adapt(self, angles: Array, speed: Array) -> None:

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from mpma_mj.agents.base import AgentSpec, Observation
 from mpma_mj.agents.config import JOINTS, POSTURE, PairedConfig
 from mpma_mj.feedback import followed
-from mpma_mj.kinematics import posture_from_angles
 from mpma_mj.utils.clipping import clip
 
 __all__ = ["Before", "JointSpace", "ModelSpace", "PostureSpace", "model_space", "module_action"]
@@ -222,7 +221,7 @@ class JointSpace(ModelSpace):
         angles = joint_angles[..., None, :] + self.spec.control_timestep * (
             self.spec.max_joint_speed * outputs
         )
-        return posture_from_angles(angles)
+        return self.spec.kinematics.posture(angles)
 
     def outcome(self, before: Array, after: Array, posture: Array) -> Array:
         """Return the move, [q_{t+1} - q_t] / (Δt v)."""

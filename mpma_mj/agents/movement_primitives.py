@@ -14,6 +14,7 @@ from mpma_mj.agents.baselines import FeedbackOnly
 from mpma_mj.agents.config import JOINTS, AgentConfig, DMPConfig, ProMPConfig
 from mpma_mj.agents.episode_buffer import EpisodeBuffer
 from mpma_mj.agents.gain_schedule import FINAL_GAINS
+from mpma_mj.arm_kinematics import ArmKinematics
 from mpma_mj.errors import StateError
 from mpma_mj.feedback import followed, joint_error
 from mpma_mj.utils.clipping import clip
@@ -110,12 +111,13 @@ class MovementPrimitive(FeedbackOnly):
         """Return the action, shape (..., 8), in [-1, 1]."""
         angles, step = observation["joint_angles"], len(self._steps)
         now, after = followed(observation, "reference"), followed(observation, "target")
-        demonstrated = _angles_of(observation, "reference")
+        demonstrated = _angles_of(observation, "reference", self.spec.kinematics)
         if not self.is_recording:
             if self._movement is None:
                 self._movement = self.begin(*self._statistics(), angles)
             now = self._movement[..., min(step, self._moments - 1), :]
-            after = self.next_angles(step + 1, _angles_of(observation, "target"))
+            coming = _angles_of(observation, "target", self.spec.kinematics)
+            after = self.next_angles(step + 1, coming)
         feedback = FINAL_GAINS.feedback * self.spec.feedback(angles, now)
         self._steps.append({"feedback": feedback, "demonstrated": demonstrated})
         self._last = None
@@ -152,7 +154,7 @@ class MovementPrimitive(FeedbackOnly):
         if self.is_recording:
             steps, end = (
                 self._steps.episode()["demonstrated"],
-                _angles_of(self._last, "reference"),
+                _angles_of(self._last, "reference", self.spec.kinematics),
             )
             learned = self.parameters(np.moveaxis(np.concatenate([steps, end[None]]), 0, -2))
             if self._epochs == 0:
@@ -285,10 +287,10 @@ class DMP(MovementPrimitive):
         return canonical[:, None] * self._basis(moments)[:-1]
 
 
-def _angles_of(observation: Observation, name: str) -> Array:
+def _angles_of(observation: Observation, name: str, kinematics: ArmKinematics) -> Array:
     """Return the joint angles, (..., 8), rad, of the reference or target, on the arms' branch."""
     angles = observation["joint_angles"]
-    return angles + joint_error(angles, followed(observation, name))
+    return angles + joint_error(angles, followed(observation, name), kinematics)
 
 
 def _least_squares(features: Array, values: Array) -> Array:

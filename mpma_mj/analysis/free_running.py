@@ -16,6 +16,7 @@ from mpma_mj.agents.config import POSTURE
 from mpma_mj.agents.wrappers import Frozen, paired_models_of
 from mpma_mj.context import active_label, equal_segments
 from mpma_mj.envs.demonstration import Demonstration
+from mpma_mj.envs.task import TwoArmImitation
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions import Motion
 from mpma_mj.training.checkpoints import load_state
@@ -199,7 +200,7 @@ def run_freely(folder: RunFolder, beat: float | None = None) -> tuple[dict[str, 
     env = make_environments(config, config.seed, motion, options)
     clock = env.task.context[:period] if beat is None else _beats(period, motion.rate, beat)
     agent = load_state(agent_of(config, env, config.seed), state, folder.checkpoint("best"))
-    anticipation = _learned(config, motion, env.task.max_joint_speed, clock)
+    anticipation = _learned(config, env.task, clock)
     sources: dict[str, DemonstrationSource] = {
         OWN_PREDICTION: OwnPrediction(agent),
         ANTICIPATION: ClosedLoop(anticipation, clock),
@@ -250,17 +251,16 @@ def _beats(period: int, rate: float, beat: float) -> Array:
     return equal_segments(period, round(period / rate / beat))[0]
 
 
-def _learned(config: RunConfig, motion: Motion, speeds: Array, clock: Array) -> Anticipation:
+def _learned(config: RunConfig, task: TwoArmImitation, clock: Array) -> Anticipation:
     """Return a reservoir that has learned to anticipate the demonstration of a run.
 
     Args:
         config: Config of the run, with the noise of its demonstration.
-        motion: The motion.
-        speeds: Top speed of each joint, shape (8,), rad/s.
+        task: Task of the run's environment.
         clock: Context of one repetition, shape (P, C).
     """
     options = dataclasses.replace(config.env, random_start=False)
-    demonstration = Demonstration(motion, options, speeds)
+    demonstration = Demonstration(task.motion, options, task.max_joint_speed, task.kinematics)
     anticipation = Anticipation(clock.shape[1], config.seed, 1, _NODES)
     for number in range(_LESSONS):
         reference = demonstration.episode(config.seed, number).reference

@@ -8,7 +8,7 @@ responsibility: one that is responsible half of the time has half of most things
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -71,6 +71,7 @@ class ModuleAnalysis:
         synergies: Synergies of the motor outputs.
         module_output: Each module's share of all motor output, shape (M,).
         repetition: Repetition of activation patterns.
+        joints: Names of the joints.
     """
 
     shares: Mapping[str, Mapping[str, Array]]
@@ -78,12 +79,14 @@ class ModuleAnalysis:
     synergies: Synergies
     module_output: Array
     repetition: Repetition
+    joints: Sequence[str] = JOINT_NAMES
 
     def as_json(self) -> dict[str, Any]:
         """Return what `write_json` can write."""
         content = dataclasses.asdict(self)
         del content["repetition"]["repetitions"]
-        content["synergies"]["joints"] = [f"{sign}{j}" for sign in "+-" for j in JOINT_NAMES]
+        joints = content.pop("joints")
+        content["synergies"]["joints"] = [f"{sign}{j}" for sign in "+-" for j in joints]
         return content
 
 
@@ -92,6 +95,7 @@ def analyse_modules(
     labels: tuple[str, ...],
     period: int,
     progress: Callable[[range], Iterable[int]] = lambda numbers: numbers,
+    joints: Sequence[str] = JOINT_NAMES,
 ) -> ModuleAnalysis:
     """Analyse the modules in an epoch.
 
@@ -100,6 +104,7 @@ def analyse_modules(
         labels: Names of the context's entries.
         period: Steps of one repetition.
         progress: Wraps the numbers of synergies that are tried, to show the progress.
+        joints: Names of the joints.
     """
     signals = trace.with_modules()
     responsibility = signals.responsibility
@@ -110,7 +115,7 @@ def analyse_modules(
     shares = {
         "label": (labels, group_share(responsibility, label, len(labels))),
         "segment": (SEGMENT_NAMES, segment_share(responsibility, segment_movement(trace.posture))),
-        "joint": (JOINT_NAMES, joint_share(output)),
+        "joint": (joints, joint_share(output)),
         "posture region": (regions, group_share(responsibility, region, len(regions))),
     }
     modules = range(responsibility.shape[1])
@@ -133,6 +138,7 @@ def analyse_modules(
         synergies=find_synergies(output, progress),
         module_output=np.abs(output).sum(axis=(0, 2)) / np.abs(output).sum(),
         repetition=repeated,
+        joints=tuple(joints),
     )
 
 

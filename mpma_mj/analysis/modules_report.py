@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -33,19 +34,20 @@ def as_markdown(analysis: ModuleAnalysis) -> str:
             _shares(analysis),
             _information(analysis.information),
             _information_of_each(analysis.information),
-            _synergies(analysis.synergies, analysis.module_output),
+            _synergies(analysis.synergies, analysis.module_output, analysis.joints),
             _repetition(analysis.repetition),
         ]
     )
 
 
-def joint_terms(pattern: Array) -> list[str]:
+def joint_terms(pattern: Array, joints: Sequence[str] = JOINT_NAMES) -> list[str]:
     """Return the joints that are strongest in a synergy, such as "+left elbow".
 
     Args:
         pattern: Joints in the positive and the negative direction, shape (16,), of length 1.
+        joints: Names of the joints.
     """
-    names = [f"{sign}{joint.replace('_', ' ')}" for sign in "+-" for joint in JOINT_NAMES]
+    names = [f"{sign}{joint.replace('_', ' ')}" for sign in "+-" for joint in joints]
     order = np.argsort(-pattern, kind="stable")
     count = 1 + int(np.searchsorted(np.cumsum(pattern[order] ** 2), _DESCRIBED))
     return [names[i].replace("shoulder ", "") for i in order[:count]]
@@ -94,14 +96,15 @@ def _information_of_each(information: ResponsibilityInformation) -> str:
     )
 
 
-def _synergies(synergies: Synergies, output: Array) -> str:
+def _synergies(synergies: Synergies, output: Array, joints: Sequence[str]) -> str:
     factors = len(synergies.weights)
     reached = synergies.variance_accounted_for[factors - 1]
+    named = [joint_terms(pattern, joints) for pattern in synergies.patterns]
     head = ("synergy", "strength, %", *_modules(len(output)), "joints")
     rows = [
-        (str(k + 1), _percent(weight), *map(_percent, load), ", ".join(joint_terms(pattern)))
-        for k, (weight, load, pattern) in enumerate(
-            zip(synergies.weights, synergies.loads, synergies.patterns, strict=True)
+        (str(k + 1), _percent(weight), *map(_percent, load), ", ".join(terms))
+        for k, (weight, load, terms) in enumerate(
+            zip(synergies.weights, synergies.loads, named, strict=True)
         )
     ]
     rows.append(("motor output", "100", *map(_percent, output), ""))

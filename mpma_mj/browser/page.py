@@ -21,8 +21,8 @@ from mpma_mj.browser.controls import Controls, on_user
 from mpma_mj.browser.readings import bars_html, status_html, timeline_html
 from mpma_mj.browser.server import Address, open_server
 from mpma_mj.browser.simulation import LiveSimulation
-from mpma_mj.envs.model_validation import HANDS
 from mpma_mj.errors import OptionWarning
+from mpma_mj.robots.assembly import HANDS
 from mpma_mj.visualization.viser_arms import ArmNodes, ForceNode, GhostNodes, add_lights
 
 __all__ = ["CAMERAS", "FIELD_OF_VIEW", "LOOK_AT", "Page", "serve"]

@@ -48,6 +48,7 @@ class Modules:
                     motion.labels,
                     demonstration.period,
                     lambda factors: show_range(factors, "looking for synergies"),
+                    demonstration.kinematics.joint_names,
                 )
                 write_result(folder.results_of("modules"), motion.name, analysis.as_json())
                 picture = folder.figures / "modules.png"

@@ -9,6 +9,7 @@ from typing import Annotated
 import tyro
 
 from mpma_mj.commands.folders import results_folder
+from mpma_mj.options import TWO_ARM
 
 __all__ = ["Identify"]
 
@@ -24,7 +25,7 @@ class Identify:
     log: Annotated[Path, tyro.conf.Positional, tyro.conf.arg(metavar="LOG")]
     """CSV file of commands and measurements: time, and command_, angle_ and velocity_ of each
     joint."""
-    model: Path | None = None
+    robot: str = TWO_ARM
     """MJCF file of your arms, with initial guesses of the parameters."""
     gravity_compensation: bool = False
     """Whether the robot compensates for gravity."""
@@ -44,12 +45,12 @@ class Identify:
             with show_count("simulating the log with other parameters") as tick:
                 identified = identify(
                     log,
-                    model=self.model,
+                    robot=self.robot,
                     gravity_compensation=self.gravity_compensation,
                     tick=tick,
                 )
             write_json(folder / "identified.json", {"log": str(self.log)} | identified.as_json())
-            write_model(folder / "identified.xml", identified.factors, self.model)
+            write_model(folder / "identified.xml", identified.factors, self.robot)
             write_figure(folder / "identified.png", identified)
             print(as_markdown(identified))
             return folder

@@ -263,7 +263,8 @@ def _export_run(path: Path, scene: Scene) -> None:
 
     trace, motion = scene.trace, scene.motion
     if path.suffix == ".csv":
-        limits, angles = arm_limits(scene.options or "physics"), trace.true_joint_angles()[:-1]
+        limits = arm_limits(scene.options or "physics")
+        angles = trace.true_joint_angles(limits.kinematics)[:-1]
         free = limits.highest - limits.lowest == math.inf
         angles[:, free] = unwound(angles[:, free])
         write_joint_angles(path, angles, motion.rate, trace.action * limits.max_speed)

@@ -81,7 +81,8 @@ Given = Annotated[frozenset[str], tyro.conf.Fixed, tyro.conf.Suppress]
 _METAVARS = {
     "agent": "NAME",
     "agents": "[NAME ...]",
-    **dict.fromkeys(("audio", "labels", "model", "skeleton"), "PATH"),
+    **dict.fromkeys(("audio", "labels", "skeleton"), "PATH"),
+    "robot": "NAME|PATH",
     **dict.fromkeys(("latency_every", "switch_every"), "LOW HIGH"),
     "locked_joint": "JOINT",
     "map": "POINTS|PATH",

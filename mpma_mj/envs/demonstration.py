@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj import joint_paths, kinematics
+from mpma_mj import joint_paths
+from mpma_mj.arm_kinematics import TWO_ARMS, ArmKinematics
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.randomisation import Randomisation
 from mpma_mj.envs.schedules import LatencySchedule, PlantSchedule
@@ -86,21 +87,38 @@ class Demonstration:
         context: Context at each of the T moments, shape (T, C).
         phase: Sine and cosine of the progress of the repetition, shape (T, 2).
         randomisation: Options that are drawn for each episode.
+        kinematics: Kinematics of the arms.
+        top_speeds: Joint velocities that action 1 commands, shape (8,), rad/s.
         largest_move: Move of each joint in a step at its top speed, shape (8,), rad.
     """
 
-    def __init__(self, motion: Motion, options: EnvironmentOptions, max_joint_speed: Array) -> None:
-        """Repeat the motion, given the top speed of each joint, shape (8,), rad/s."""
+    def __init__(
+        self,
+        motion: Motion,
+        options: EnvironmentOptions,
+        max_joint_speed: Array,
+        kinematics: ArmKinematics = TWO_ARMS,
+    ) -> None:
+        """Repeat the motion.
+
+        Args:
+            motion: The motion; for other arms than `two_arm` with feasible angles.
+            options: Options of the environment.
+            max_joint_speed: Top speed of each joint, shape (8,), rad/s.
+            kinematics: Kinematics of the arms.
+        """
         self.motion = motion
-        self._options = options
+        self._options, self.kinematics = options, kinematics
         self._max_joint_speed = max_joint_speed
         self.largest_move = 1.0 / motion.rate * max_joint_speed
-        self._top_speeds = top_speeds(max_joint_speed, options.locked_joint)
+        self.top_speeds = top_speeds(max_joint_speed, kinematics.joint_names, options.locked_joint)
         self._plants = PlantSchedule(options, motion.rate)
         self._latencies = LatencySchedule(options, motion.rate)
         self.randomisation = Randomisation(options)
         repeats = options.repeats
-        self._clean, self.context, self._feasible = repeat(motion, repeats, max_joint_speed)
+        self._clean, self.context, self._feasible = repeat(
+            motion, repeats, max_joint_speed, kinematics
+        )
         between = len(self._clean) - repeats * len(motion)  # postures of all return moves
         self.period = len(motion) + between // max(repeats - 1, 1)
         turn = 2.0 * np.pi * np.arange(len(self._clean)) / self.period
@@ -142,7 +160,7 @@ class Demonstration:
             return self._first_angles, np.zeros(8)
         now, after = self._angles[episode.start : episode.start + 2]
         velocity = (after - now) * self.motion.rate
-        return now, np.clip(velocity, -self._top_speeds, self._top_speeds)
+        return now, np.clip(velocity, -self.top_speeds, self.top_speeds)
 
     @property
     def has_angles(self) -> bool:
@@ -153,7 +171,7 @@ class Demonstration:
     def _first_angles(self) -> Array:
         if self._feasible is not None:
             return self._feasible[0]
-        return kinematics.angles_from_posture(self._clean[0], near=np.zeros(8))
+        return self.kinematics.angles(self._clean[0], near=np.zeros(8))
 
     @functools.cached_property
     def _angles(self) -> Array:
@@ -173,9 +191,9 @@ class Demonstration:
         if angles is None:
             vectors = vectors + size * rng.standard_normal(vectors.shape)
         else:
-            still = kinematics.posture_from_angles(angles)
+            still = self.kinematics.posture(angles)
             angles = angles + size * rng.standard_normal(angles.shape)
-            moved = kinematics.posture_from_angles(angles) - still
+            moved = self.kinematics.posture(angles) - still
             vectors = vectors + moved.reshape(vectors.shape)
             angles = self._with_end(angles)
         vectors /= np.linalg.norm(vectors, axis=-1, keepdims=True)

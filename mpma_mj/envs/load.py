@@ -19,7 +19,7 @@ from mpma_mj.errors import BadOptionError, RecordingWarning
 from mpma_mj.motions import Motion, read_motion
 from mpma_mj.motions.feasibility import JointLimits
 from mpma_mj.motions.feasible_motion import feasible
-from mpma_mj.options import Arms
+from mpma_mj.options import TWO_ARM, Arms
 from mpma_mj.utils.validation import Range
 
 __all__: list[str] = ["arm_limits", "load", "make_environment", "prepare"]
@@ -32,7 +32,7 @@ def load(  # noqa: D417 # the fields of `EnvironmentOptions` are documented ther
     *,
     seed: int = 0,
     arms: Arms = "physics",
-    model: str | Path | None = None,
+    robot: str | Path = TWO_ARM,
     repeats: int = 3,
     reference_noise: float | Range = 0.01,
     control_timestep: float | None = None,
@@ -109,8 +109,8 @@ def prepare(
     """
     motion = _read(motion, options.control_timestep)
     physics = _KINDS[options.arms].make(options, adjustable=adjustable)
-    if options.model is not None:
-        check_geometry(Path(options.model), physics)
+    if options.robot != TWO_ARM:
+        check_geometry(Path(options.robot), physics)
     motion, change = feasible(motion, _limits(physics))
     if change is not None:
         warnings.warn(RecordingWarning(f"{motion.name}: {change}"), stacklevel=4)
@@ -131,7 +131,7 @@ def arm_limits(arms: Arms | EnvironmentOptions = "physics") -> JointLimits:
 
 
 def _limits(physics: PhysicsArms) -> JointLimits:
-    return JointLimits(physics.max_joint_speed, *physics.joint_range)
+    return JointLimits(physics.max_joint_speed, *physics.joint_range, physics.kinematics)
 
 
 def _physics_steps(rate: float, timestep: float) -> int:

@@ -13,7 +13,7 @@ from mpma_mj.envs.plants import PlantsLike
 from mpma_mj.envs.vector_env import FlatVectorImitationEnv, VectorImitationEnv
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions import Motion
-from mpma_mj.options import Arms
+from mpma_mj.options import TWO_ARM, Arms
 from mpma_mj.utils.validation import Range
 
 __all__: list[str] = ["make_vec"]
@@ -32,7 +32,7 @@ def make_vec(  # noqa: D417 # the fields of `EnvironmentOptions` are documented 
     camera: str = "front",
     threads: int | None = None,
     arms: Arms = "physics",
-    model: str | Path | None = None,
+    robot: str | Path = TWO_ARM,
     repeats: int = 3,
     reference_noise: float | Range = 0.01,
     control_timestep: float | None = None,

@@ -1,4 +1,4 @@
-"""MuJoCo models of the arms: the package's or a user's, changed by the options; one a plant."""
+"""MuJoCo models of a robot's arms, changed by the options; one a plant."""
 
 from __future__ import annotations
 
@@ -13,22 +13,23 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.envs.model_validation import HANDS, check_actuators, check_complete, check_finite
+from mpma_mj.arm_kinematics import TWO_ARMS, ArmKinematics
+from mpma_mj.envs.model_validation import check_actuators, check_complete, check_finite
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.randomisation import PlantValues, plants_of
 from mpma_mj.errors import BadOptionError, one_line
-from mpma_mj.kinematics import JOINT_NAMES
-from mpma_mj.robots.model_file import read_model_file
+from mpma_mj.options import TWO_ARM
+from mpma_mj.robots.assembly import HANDS, assemble
+from mpma_mj.robots.chain_arms import ChainArms
+from mpma_mj.robots.geometry import chains
+from mpma_mj.robots.robot_file import read_robot
 
 __all__: list[str] = [
-    "MODEL_PATH",
     "CompiledPlants",
     "ModelCompiler",
     "geom_colours",
     "make_model",
 ]
-
-MODEL_PATH = Path(__file__).parent.parent / "assets" / "two_arm.xml"
 
 _FIXED = 1e9  # inertia of a locked joint, kg m² (choice)
 _IRON = 7870.0  # density, kg/m³
@@ -62,7 +63,13 @@ def geom_colours(model: Any) -> NDArray[np.float64]:
 
 
 class ModelCompiler:
-    """Compiler of the models of plants, all of the same sizes, from a file that is read once."""
+    """Compiler of the models of plants, all of the same sizes, from a file that is read once.
+
+    Attributes:
+        kinematics: Kinematics of the robot's arms.
+    """
+
+    kinematics: ArmKinematics
 
     def __init__(self, options: EnvironmentOptions, *, adjustable: bool = False) -> None:
         """Read the file, and change what all plants have.
@@ -77,19 +84,24 @@ class ModelCompiler:
         # Where one hand holds balls all do, some of them without mass, which change no bit.
         self._balls = any(plant["payload"] > 0 for plant in plants_of(options))
         self._collisions = options.collisions
-        self._path = MODEL_PATH if options.model is None else Path(options.model)
+        self._robot = robot = read_robot(options.robot)
+        self._path, self.kinematics = robot.path, TWO_ARMS
         with _errors_in_one_line(self._path):
-            spec = read_model_file(self._path)
-            check_complete(self._path, spec, hands=self._balls or options.perturbed)
+            spec = assemble(robot, ideal=options.arms == "kinematic")
+            if robot.complete:
+                check_complete(self._path, spec, hands=self._balls or options.perturbed)
             if adjustable:
                 self._balls = all(spec.body(name) is not None for name in HANDS)
-            if options.model is not None:
+            if options.robot != TWO_ARM:
                 given = spec.compile()
                 check_finite(self._path, given)
                 spec.memory = max(given.narena, _MEMORY)
+                if not robot.complete:
+                    self.kinematics = ChainArms(robot.name, *chains(given, robot.joints))
             if options.gravity_compensation:
-                _compensate_gravity(spec)
+                _compensate_gravity(spec, robot.joints)
             if options.locked_joint is not None:
+                _check_joint(options.locked_joint, robot.joints)
                 # Fixed for every integrator, in contacts too.
                 spec.joint(options.locked_joint).armature = _FIXED
             if self._balls:
@@ -112,8 +124,9 @@ class ModelCompiler:
             for hand in HANDS:  # only now, or the compiler would leave the balls out of its trees
                 ball = model.geom(f"{hand}_payload")
                 ball.contype[:], ball.conaffinity[:] = 0, 0
-        check_actuators(path, model, forces=plant["actuator_strength"] != 1.0)
-        for name in JOINT_NAMES:
+        if self._robot.complete:
+            check_actuators(path, model, forces=plant["actuator_strength"] != 1.0)
+        for name in self._robot.joints:
             actuator = model.actuator(name)
             actuator.forcerange[:] *= plant["actuator_strength"]
             actuator.gainprm[0] *= plant["actuator_gain"]  # aims at gain x command
@@ -140,9 +153,16 @@ def _errors_in_one_line(path: Path) -> Iterator[None]:
         raise BadOptionError(f"{path}: {one_line(error)}") from None
 
 
-def _compensate_gravity(spec: mujoco.MjSpec) -> None:
+def _check_joint(joint: str, joints: Sequence[str]) -> None:
+    """Check that a robot has the joint that is to be locked; raises a BadOptionError."""
+    if joint not in joints:
+        expected = f"one of {', '.join(joints)}"
+        raise BadOptionError(option="locked_joint", value=joint, expected=expected)
+
+
+def _compensate_gravity(spec: mujoco.MjSpec, joints: Sequence[str]) -> None:
     """Compensate gravity for all bodies that the arms' joints move."""
-    below = [spec.joint(name).parent for name in JOINT_NAMES]
+    below = [spec.joint(name).parent for name in joints]
     while below:
         body = below.pop()
         body.gravcomp = 1.0

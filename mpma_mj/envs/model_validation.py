@@ -9,25 +9,24 @@ from typing import TYPE_CHECKING
 import mujoco
 import numpy as np
 
-from mpma_mj import kinematics
 from mpma_mj.errors import BadOptionError
 from mpma_mj.kinematics import JOINT_NAMES, SEGMENT_NAMES, SIDES
+from mpma_mj.robots.assembly import HANDS
+from mpma_mj.robots.geometry import POINTS
 
 if TYPE_CHECKING:
     from mpma_mj.envs.physics import PhysicsArms
 
 __all__: list[str] = [
-    "HANDS",
     "check_actuators",
     "check_complete",
     "check_finite",
     "check_geometry",
 ]
 
-HANDS = tuple(f"{side}_hand" for side in SIDES)
 """Bodies that carry the payload and that perturbations act on."""
 
-_SITES = tuple(f"{side}_{point}" for side in SIDES for point in ("shoulder", "elbow", "wrist"))
+_SITES = tuple(f"{side}_{point}" for side in SIDES for point in POINTS)
 _TOLERANCE = 1e-3  # on unit vectors
 _DERIVED = re.compile(r"(?!qpos).*0|.*_(aabb|rbound|subtreemass)")  # names of what is computed
 _OF_VELOCITY = (
@@ -135,7 +134,7 @@ def check_actuators(path: Path, model: mujoco.MjModel, *, forces: bool) -> None:
 
 
 def check_geometry(path: Path, arms: PhysicsArms) -> None:
-    """Check that joint angles lead to the postures that `kinematics` computes.
+    """Check that joint angles lead to the postures that the arms' kinematics computes.
 
     Args:
         path: File of the model.
@@ -152,12 +151,12 @@ def check_geometry(path: Path, arms: PhysicsArms) -> None:
         pose = np.zeros(8)
         pose[joint // 4 * 4 + 3] = 1.0  # or rotation would not show
         pose[joint] += 0.5
-        poses[f"where {JOINT_NAMES[joint]} turns"] = pose
+        poses[f"where {arms.kinematics.joint_names[joint]} turns"] = pose
     poses |= {"where all joints turn (order of axes?)": np.tile([0.4, 0.5, 0.6, 0.7], 2)}
     for moment, pose in poses.items():
         with arms.reset_context():
             arms.set_joint_state(pose, np.zeros(8))
-        off = np.abs(arms.posture() - kinematics.posture_from_angles(pose))
+        off = np.abs(arms.posture() - arms.kinematics.posture(pose))
         if not off.max() <= _TOLERANCE:
             raise BadOptionError(
                 f"{path}: {SEGMENT_NAMES[int(off.argmax()) // 3]} does not point where the joint"

@@ -40,6 +40,7 @@ class Observer:
     def __init__(self, demonstration: Demonstration, options: EnvironmentOptions) -> None:
         """Take context and phase of the demonstration, and the choice of observations."""
         self._context, self._phase = demonstration.context, demonstration.phase
+        self._kinematics = demonstration.kinematics
         self._lookahead, self._shows_phase = options.lookahead, options.phase
         self._shows_move, self._largest_move = options.error_observation, demonstration.largest_move
         self.shapes: dict[str, tuple[int, ...]] = {
@@ -101,7 +102,8 @@ class Observer:
         if self._shows_phase:
             observation["phase"] = self._phase[step].copy()
         if self._shows_move:
-            error = joint_error(joint_angles, followed(observation, "target"))
+            target = followed(observation, "target")
+            error = joint_error(joint_angles, target, self._kinematics)
             observation["move"] = error / self._largest_move
         return observation
 

@@ -15,8 +15,8 @@ from mpma_mj.utils.validation import Bounds, is_number
 
 __all__: list[str] = [
     "checked_dwell",
-    "checked_path",
     "checked_perturbation",
+    "checked_robot",
     "checked_weights",
     "is_within",
 ]
@@ -26,11 +26,11 @@ _RATE, _FORCE = Bounds(0.0, 100.0), Bounds(0.0, 10_000.0)  # 1/s, N
 _DWELL = Bounds(0.0, 1e6, above=True)  # s
 
 
-def checked_path(path: object) -> str:
-    """Return the path of a model as text; raises a BadOptionError for anything else."""
-    if not isinstance(path, str | Path):
-        raise BadOptionError(option="model", value=path, expected="the path of an MJCF file")
-    return os.fspath(path)
+def checked_robot(robot: object) -> str:
+    """Return the name or the path of a robot as text; raises a BadOptionError for anything else."""
+    if not isinstance(robot, str | Path):
+        raise BadOptionError(option="robot", value=robot, expected="a name or a path")
+    return os.fspath(robot)
 
 
 def is_within(bounds: Bounds, value: object) -> bool:

@@ -5,15 +5,14 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
 
 from mpma_mj.envs.option_checks import (
     checked_dwell,
-    checked_path,
     checked_perturbation,
+    checked_robot,
     checked_weights,
 )
 from mpma_mj.envs.plants import (
@@ -27,7 +26,7 @@ from mpma_mj.envs.plants import (
 )
 from mpma_mj.errors import BadOptionError
 from mpma_mj.kinematics import JOINT_NAMES
-from mpma_mj.options import Arms
+from mpma_mj.options import TWO_ARM, Arms
 from mpma_mj.utils.text import did_you_mean
 from mpma_mj.utils.validation import Bounds, Range, check_fields, is_integer
 
@@ -64,7 +63,8 @@ class EnvironmentOptions:
 
     Attributes:
         arms: "physics" for simulated arms, "kinematic" for arms that move ideally.
-        model: MJCF file of other arms; the package's arms if not given.
+        robot: "two_arm", the package's arms, or the path of an MJCF file of other arms with its
+            joints.
         repeats: Number of repetitions of the motion in an episode.
         reference_noise: Standard deviation of the noise on each coordinate of the demonstrated unit
             vectors, which are normalised again; the paper's 1 % is 0.01.
@@ -110,7 +110,7 @@ class EnvironmentOptions:
     """
 
     arms: Arms = "physics"
-    model: str | Path | None = None
+    robot: str = TWO_ARM
     repeats: Annotated[int, Bounds(1, 1000)] = 3
     reference_noise: Noise | Range = 0.01
     control_timestep: Annotated[
@@ -142,10 +142,10 @@ class EnvironmentOptions:
     def __post_init__(self) -> None:
         """Check every option, and keep copies of plain types."""
         check_fields(self)
-        if self.model is not None:
-            object.__setattr__(self, "model", checked_path(self.model))
+        object.__setattr__(self, "robot", checked_robot(self.robot))
         joint: object = self.locked_joint
-        if not (joint is None or (isinstance(joint, str) and joint in JOINT_NAMES)):
+        own = self.robot != TWO_ARM or joint in JOINT_NAMES  # others are checked with the model
+        if not (joint is None or (isinstance(joint, str) and own)):
             expected = f"one of {', '.join(JOINT_NAMES)}"
             raise BadOptionError(option="locked_joint", value=joint, expected=expected)
         object.__setattr__(self, "perturbation", checked_perturbation(self.perturbation))

@@ -12,12 +12,13 @@ from dm_control._render.base import ContextBase
 from dm_control.mujoco.wrapper import MjModel
 from numpy.typing import NDArray
 
+from mpma_mj.arm_kinematics import TWO_ARMS, ArmKinematics
 from mpma_mj.envs.gl_context import BoundContext
 from mpma_mj.envs.model import CompiledPlants, geom_colours
-from mpma_mj.envs.model_validation import HANDS
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.randomisation import PlantValues
-from mpma_mj.kinematics import JOINT_NAMES, SIDES
+from mpma_mj.kinematics import SIDES
+from mpma_mj.robots.assembly import HANDS
 
 __all__: list[str] = ["KinematicArms", "PhysicsArms", "ideal_move"]
 
@@ -41,11 +42,13 @@ class PhysicsArms(dm_mujoco.Physics):
         divergence: Why the simulation diverged since the last reset; empty if it did not.
         compiled_plants: Models of the plants; one where there are no plants.
         plant_gains: Actuator gain of each plant.
+        kinematics: Relation between joint angles and postures.
     """
 
     divergence = ""
     compiled_plants: CompiledPlants
     plant_gains: tuple[float, ...]
+    kinematics: ArmKinematics = TWO_ARMS
 
     @classmethod
     def make(cls, options: EnvironmentOptions | None = None, *, adjustable: bool = False) -> Self:
@@ -61,7 +64,7 @@ class PhysicsArms(dm_mujoco.Physics):
         options = options or EnvironmentOptions()
         models = CompiledPlants(options, adjustable=adjustable)
         arms: Self = cls.from_model(MjModel(models.live))
-        arms.compiled_plants = models
+        arms.compiled_plants, arms.kinematics = models, models.compiler.kinematics
         arms.plant_gains = tuple(plant["actuator_gain"] for plant in models.plants)
         return arms
 
@@ -86,20 +89,24 @@ class PhysicsArms(dm_mujoco.Physics):
 
         self._context = BoundContext(make, ContextBase.free)
 
+    @property
+    def _joints(self) -> tuple[str, ...]:
+        return self.kinematics.joint_names
+
     @functools.cached_property
     def qpos_indices(self) -> Index:
-        """Indices of the eight joints in `qpos`, in the order of `JOINT_NAMES`."""
-        return _as_slice([int(self.model.joint(name).qposadr[0]) for name in JOINT_NAMES])
+        """Indices of the eight joints in `qpos`, left arm first."""
+        return _as_slice([int(self.model.joint(name).qposadr[0]) for name in self._joints])
 
     @functools.cached_property
     def dof_indices(self) -> Index:
         """Indices of the eight joints in `qvel`."""
-        return _as_slice([int(self.model.joint(name).dofadr[0]) for name in JOINT_NAMES])
+        return _as_slice([int(self.model.joint(name).dofadr[0]) for name in self._joints])
 
     @functools.cached_property
     def actuator_indices(self) -> Index:
         """Indices of the eight joints' actuators in `ctrl`."""
-        return _as_slice([int(self.model.actuator(name).id) for name in JOINT_NAMES])
+        return _as_slice([int(self.model.actuator(name).id) for name in self._joints])
 
     @functools.cached_property
     def hand_ids(self) -> list[int]:
@@ -114,7 +121,7 @@ class PhysicsArms(dm_mujoco.Physics):
     @functools.cached_property
     def joint_range(self) -> tuple[Array, Array]:
         """Lowest and highest joint angles, each shape (8,), rad; infinite where unlimited."""
-        joints = [self.model.joint(name) for name in JOINT_NAMES]
+        joints = [self.model.joint(name) for name in self._joints]
         limited = np.array([joint.limited[0] for joint in joints], bool)
         low, high = np.array([joint.range for joint in joints]).T
         return np.where(limited, low, -np.inf), np.where(limited, high, np.inf)
@@ -205,7 +212,7 @@ class PhysicsArms(dm_mujoco.Physics):
     def _arm_geoms(self) -> NDArray[np.intp]:
         """Indices of the geoms that the arms' joints move and that are seen."""
         model = self.model
-        moved = {int(model.joint(name).bodyid[0]) for name in JOINT_NAMES}
+        moved = {int(model.joint(name).bodyid[0]) for name in self._joints}
         for body in range(model.nbody):  # parents come first
             if int(model.body_parentid[body]) in moved:
                 moved.add(body)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.reward import mean_reward, reward_weights, segment_rewards, site_distance
 from mpma_mj.errors import BadOptionError
-from mpma_mj.kinematics import JOINT_NAMES
 from mpma_mj.utils.clipping import clip
 
 __all__: list[str] = [
@@ -74,7 +74,7 @@ class StepRules:
         self,
         options: EnvironmentOptions,
         steps: int,
-        max_joint_speed: Array,
+        top_speeds: Array,
         segment_lengths: Array,
     ) -> None:
         """Take the parameters of the rules.
@@ -82,14 +82,14 @@ class StepRules:
         Args:
             options: Options of the environment.
             steps: Step at which the demonstration is over.
-            max_joint_speed: Top speeds of the joints, shape (8,), rad/s.
+            top_speeds: Joint velocities that action 1 commands, shape (8,), rad/s.
             segment_lengths: Lengths of the four segments, shape (4,), m.
         """
         self._steps = steps
         self._segment_lengths = segment_lengths
         self._termination_distance = options.termination_distance
         self._weights = reward_weights(options.reward_weights)
-        self._top_speeds = top_speeds(max_joint_speed, options.locked_joint)
+        self._top_speeds = top_speeds
 
     def joint_velocities(self, action: Array) -> Array:
         """Return the joint velocities that an action commands, shape (..., 8), rad/s."""
@@ -161,14 +161,15 @@ def check_action(action: ArrayLike, shape: tuple[int, ...] = (8,)) -> Array:
     return values
 
 
-def top_speeds(max_joint_speed: Array, locked_joint: str | None) -> Array:
+def top_speeds(max_joint_speed: Array, joints: Sequence[str], locked_joint: str | None) -> Array:
     """Return the joint velocities that action 1 commands, shape (8,), rad/s.
 
     Args:
         max_joint_speed: Top speeds of the joints, shape (8,), rad/s.
+        joints: Names of the joints.
         locked_joint: Name of the joint that is held fixed, None for none.
     """
-    return np.where([name == locked_joint for name in JOINT_NAMES], 0.0, max_joint_speed)
+    return np.where([name == locked_joint for name in joints], 0.0, max_joint_speed)
 
 
 def delayed(pending: Array, action: Array, latency: Steps | None = None) -> tuple[Array, Array]:

@@ -53,6 +53,7 @@ class TwoArmImitation(control.Task):
         motion: The motion.
         options: Options of the environment.
         max_joint_speed: Joint speeds that action 1 commands, shape (8,), rad/s.
+        kinematics: Kinematics of the arms.
         steps: Number of steps of an episode that starts at the beginning.
         period: Number of steps from one repetition to the next.
         context: Context at each moment of the repeated motion, shape (T, C).
@@ -87,19 +88,23 @@ class TwoArmImitation(control.Task):
             adjustable: Whether `intervene` can be called; the arms are adjustable, too.
         """
         self.motion, self.options = motion, options
-        self.max_joint_speed = physics.max_joint_speed
+        self.max_joint_speed, self.kinematics = physics.max_joint_speed, physics.kinematics
         self.episode = 0
         self.seed = seed
         self.termination_reason = ""
         self.visualize_reward = False
         self._generator = _generator(seed)
-        self._demonstration = Demonstration(motion, options, self.max_joint_speed)
+        self._demonstration = Demonstration(
+            motion, options, self.max_joint_speed, physics.kinematics
+        )
         self.steps, self.period = self._demonstration.steps, self._demonstration.period
         self.context = self._demonstration.context
         self._randomisation = self._demonstration.randomisation
         self._starts = AdaptiveStarts.if_chosen(options, 1, self._demonstration)
         self._observer = Observer(self._demonstration, options)
-        self._rules = StepRules(options, self.steps, self.max_joint_speed, physics.segment_lengths)
+        self._rules = StepRules(
+            options, self.steps, self._demonstration.top_speeds, physics.segment_lengths
+        )
         self.push: Array | None = None
         self.intervention: Intervention | None = None
         self._adjustable = adjustable
@@ -224,7 +229,7 @@ class TwoArmImitation(control.Task):
     def action_spec(self, physics: PhysicsArms) -> specs.BoundedArray:
         """Return the specification of actions."""
         return specs.BoundedArray(
-            (8,), np.float64, -1.0, 1.0, name="\t".join(kinematics.JOINT_NAMES)
+            (8,), np.float64, -1.0, 1.0, name="\t".join(self.kinematics.joint_names)
         )
 
     def observation_spec(self, physics: PhysicsArms) -> dict[str, specs.Array]:

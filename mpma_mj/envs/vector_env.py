@@ -116,13 +116,17 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         self.metadata = self.metadata | own
         view: dict[str, Any] = {"width": width, "height": height, "camera": camera}
         self._renderer = make_renderer(self.arms, self.render_mode, **view)
-        self._demonstration = Demonstration(self.motion, chosen, self.max_joint_speed)
+        self._demonstration = Demonstration(
+            self.motion, chosen, self.max_joint_speed, self.arms.kinematics
+        )
         self._randomisation = self._demonstration.randomisation
         self._starts = AdaptiveStarts.if_chosen(chosen, num_envs, self._demonstration)
         self._observer = Observer(self._demonstration, chosen)
         self.steps, self.period = self._demonstration.steps, self._demonstration.period
         self.context = self._demonstration.context
-        self._rules = StepRules(chosen, self.steps, self.max_joint_speed, self.arms.segment_lengths)
+        self._rules = StepRules(
+            chosen, self.steps, self._demonstration.top_speeds, self.arms.segment_lengths
+        )
         self._batch = make_batch(
             self.arms, num_envs, nstep, perturbed=chosen.perturbed, threads=threads
         )
@@ -133,8 +137,7 @@ class VectorImitationEnv(VectorEnv[Any, Any, Any]):
         self.last_observation: dict[str, Array] = {}
         self.posture = np.zeros((num_envs, 12))
         self.episode = np.zeros(num_envs, int)
-        self._rows = np.arange(num_envs)
-        self._seeds = [seed + row for row in range(num_envs)]
+        self._rows, self._seeds = np.arange(num_envs), [seed + i for i in range(num_envs)]
         self._step = np.zeros(num_envs, int)
         self._tracking = Tracking(num_envs, self.steps, self.arms.keypoints)
         self._over: Mask = np.ones(num_envs, bool)

@@ -15,12 +15,12 @@ from mpma_mj.envs.load import prepare
 from mpma_mj.envs.options import FIELDS_OF_PLANTS, MASS_OPTIONS, EnvironmentOptions
 from mpma_mj.errors import BadOptionError, MotionFileError
 from mpma_mj.evaluation.evaluate import EvalCondition
-from mpma_mj.kinematics import JOINT_NAMES
 from mpma_mj.motions import BUILT_IN, Motion, read_motion
 from mpma_mj.motions.built_in import built_in, file_stem
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.motions.transforms import at_rate, mirrored, with_context_of
 from mpma_mj.options import Arms
+from mpma_mj.robots.robot_file import read_robot
 from mpma_mj.training.config import RunConfig
 from mpma_mj.utils.text import did_you_mean
 
@@ -150,9 +150,9 @@ _ALL = (
     Disturbance(
         "locked",
         "locked joint",
-        ("none", *JOINT_NAMES[:4]),
+        ("none",),  # and the joints of the robot's left arm
         _option("locked_joint", lambda level: None if level == "none" else level),
-        ("none", *JOINT_NAMES),
+        ("none",),
     ),
     Disturbance("unseen", "unseen motion", (), _unseen, ()),
 )
@@ -208,11 +208,12 @@ def disturbance_levels(
             cannot be read, or was learned.
     """
     possible = (d.name for d in DISTURBANCES.values() if arms == "physics" or not d.needs_mass)
-    chosen = [_disturbance(name) for name in dict.fromkeys(disturbances or possible)]
+    joints = read_robot(config.env.robot).joints
+    chosen = [_disturbance(name, joints) for name in dict.fromkeys(disturbances or possible)]
     if levels and len(chosen) != 1:
         problem = "levels are given, but they belong to a single disturbance"
         raise BadOptionError(problem, remedy="name it with {disturbances}")
-    if motions and (levels or DISTURBANCES["unseen"] not in chosen):
+    if motions and (levels or "unseen" not in (disturbance.name for disturbance in chosen)):
         problem = "unseen motions are given, but not evaluated"
         remedy = "leave {motions} out, or choose {disturbances=unseen} without {levels}"
         raise BadOptionError(problem, remedy=remedy)
@@ -235,13 +236,18 @@ def disturbance_levels(
     return tuple(found)
 
 
-def _disturbance(name: str) -> Disturbance:
+def _disturbance(name: str, joints: Sequence[str]) -> Disturbance:
+    """Return a disturbance by its name, for a robot with joints of these names."""
     if name not in DISTURBANCES:
         raise BadOptionError(
             f"no disturbance '{name}'; expected one or more of {', '.join(DISTURBANCES)}",
             remedy=did_you_mean(name, DISTURBANCES),
         )
-    return DISTURBANCES[name]
+    disturbance = DISTURBANCES[name]
+    if name == "locked":
+        levels = ("none", *joints)
+        return dataclasses.replace(disturbance, levels=levels[:5], names=levels)
+    return disturbance
 
 
 def _unseen_motions(config: RunConfig) -> Sequence[str]:

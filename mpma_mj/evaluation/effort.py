@@ -73,7 +73,8 @@ def effort(trace: Trace, options: EnvironmentOptions, rate: float) -> Effort | N
         return None
     arms = PhysicsArms.make(options)
     model, timestep = arms.model.ptr, arms.timestep()
-    speeds = top_speeds(arms.max_joint_speed, options.locked_joint)
+    joints = arms.kinematics.joint_names
+    speeds = top_speeds(arms.max_joint_speed, joints, options.locked_joint)
     control = np.zeros((len(trace), model.nu))
     control[:, arms.actuator_indices] = clip(trace.action) * speeds
     control = np.repeat(control, round(1.0 / rate / timestep), axis=0)

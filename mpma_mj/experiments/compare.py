@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.agents.registry import check_trainable
+from mpma_mj.arm_kinematics import ArmKinematics
 from mpma_mj.envs.options import MASS_OPTIONS, EnvironmentOptions
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.envs.plants import PLANT_OPTIONS
@@ -19,7 +20,6 @@ from mpma_mj.evaluation.effort import Effort, effort
 from mpma_mj.evaluation.evaluate import EvalCondition, evaluate, fine_tune, posture_errors_percent
 from mpma_mj.experiments.backend import Backend, Work, get_done
 from mpma_mj.feedback import joint_error
-from mpma_mj.kinematics import JOINT_NAMES
 from mpma_mj.metrics import phase_lag
 from mpma_mj.motions import Motion
 from mpma_mj.trace import Trace
@@ -196,9 +196,9 @@ def _transfer(
     trained: TrainedAgents, trained_on: str, condition: EvalCondition, fine_tune_epochs: int
 ) -> Transfer:
     options = dataclasses.replace(trained.configs[0].env, **condition.options)
-    site_positions = PhysicsArms.make(options).site_positions
+    arms = PhysicsArms.make(options)
     episodes = tuple(
-        None if trace is None else _episode(trace, options, condition.motion.rate, site_positions)
+        None if trace is None else _episode(trace, options, condition.motion.rate, arms)
         for trace in evaluate(trained, condition)
     )
     epochs, fine_tuned = trained.epochs.astype(float), np.full(len(trained.seeds), np.nan)
@@ -212,17 +212,12 @@ def _transfer(
     return Transfer(trained_on, condition.name, seeds, epochs, episodes, fine_tuned)
 
 
-def _episode(
-    trace: Trace,
-    options: EnvironmentOptions,
-    rate: float,
-    site_positions: Callable[[Array], Array],
-) -> Episode:
+def _episode(trace: Trace, options: EnvironmentOptions, rate: float, arms: PhysicsArms) -> Episode:
     cost = effort(trace, options, rate)
-    measures = epoch_metrics(site_positions, trace)
+    measures = epoch_metrics(arms.site_positions, trace)
     measures["mpkpe_mm"] = 1e3 * measures.pop("mpkpe_m")
     measures["lag_ms"] = 1e3 * phase_lag(trace.posture[1:], trace.reference[1:], 1.0 / rate)
-    measures |= _joint_errors(trace)
+    measures |= _joint_errors(trace, arms.kinematics)
     if cost is not None:
         measures |= {
             "mean_torque_nm": cost.mean_torque,
@@ -232,8 +227,10 @@ def _episode(
     return Episode(trace, options, cost, measures)
 
 
-def _joint_errors(trace: Trace) -> dict[str, float]:
+def _joint_errors(trace: Trace, kinematics: ArmKinematics) -> dict[str, float]:
     """Return the root mean square of each joint's error, deg; see `joint_error`."""
-    error = joint_error(trace.joint_angles[1:], trace.reference[1:])
+    error = joint_error(trace.joint_angles[1:], trace.reference[1:], kinematics)
     rms = np.degrees(np.sqrt(np.mean(error**2, axis=0)))
-    return {f"rms_{name}_deg": float(x) for name, x in zip(JOINT_NAMES, rms, strict=True)}
+    return {
+        f"rms_{name}_deg": float(x) for name, x in zip(kinematics.joint_names, rms, strict=True)
+    }

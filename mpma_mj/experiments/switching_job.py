@@ -17,6 +17,7 @@ from mpma_mj import metrics
 from mpma_mj.agents import Agent, agent_class
 from mpma_mj.agents.wrappers import paired_models_of
 from mpma_mj.context import active_label
+from mpma_mj.envs.load import arm_limits
 from mpma_mj.evaluation.evaluate import EVALUATION_EPISODE, learn_episodes, posture_errors_percent
 from mpma_mj.experiments.study import DRAWN, Record, StudyJob
 from mpma_mj.motions import Motion
@@ -195,6 +196,7 @@ class SwitchingJob(StudyJob):
 
     def _drawn(self, traces: Sequence[Trace], matched: Sequence[int] | None) -> Record:
         """Return the signals of the episode with most plants, as lists."""
+        kinematics = arm_limits(self.configs[0].env).kinematics
         trace = max(traces, key=lambda one: len(np.unique(_true_plants(one))))
         drawn: Record = {
             "rate": self.motion.rate,
@@ -202,7 +204,7 @@ class SwitchingJob(StudyJob):
             "label": active_label(trace.context[:-1]).tolist(),
             "labels": list(self.motion.labels),
             "error": _rounded(metrics.error_over_time(trace.posture, trace.reference)[1:]),
-            "joint_angles": _rounded(trace.true_joint_angles()[1:]),
+            "joint_angles": _rounded(trace.true_joint_angles(kinematics)[1:]),
             "reference": _rounded(trace.reference[1:]),
         }
         if matched is not None:

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj import joint_paths, kinematics
+from mpma_mj.arm_kinematics import TWO_ARMS, ArmKinematics
 from mpma_mj.motions.motion import Motion
 
 __all__ = [
@@ -37,11 +38,13 @@ class JointLimits(NamedTuple):
         max_speed: Top speeds, shape (8,), rad/s.
         lowest: Lowest angles, shape (8,), rad, -inf where there is none.
         highest: Highest angles, shape (8,), rad, inf where there is none.
+        kinematics: Kinematics of the arms.
     """
 
     max_speed: Array
     lowest: Array
     highest: Array
+    kinematics: ArmKinematics = TWO_ARMS
 
 
 def joint_speeds(motion: Motion) -> Array:
@@ -60,12 +63,12 @@ def beyond_limits(motion: Motion, limits: JointLimits) -> str:
         What a joint would have to do: to leave its range, to turn too fast, or to turn by an angle
         that the posture does not show. Empty where the arms can follow the motion.
     """
-    angles = motion.joint_angles
+    angles, names = motion.joint_angles, limits.kinematics.joint_names
     beyond = np.maximum(limits.lowest - angles, angles - limits.highest)
     step, joint = _largest(beyond)
     if beyond[step, joint] > 0.0:
         return (
-            f"{kinematics.JOINT_NAMES[joint]} would have to be at {angles[step, joint]:.2f} rad"
+            f"{names[joint]} would have to be at {angles[step, joint]:.2f} rad"
             f" at {motion.time(step):.2f} s, but its range is {limits.lowest[joint]:g} to"
             f" {limits.highest[joint]:g}"
         )
@@ -73,7 +76,7 @@ def beyond_limits(motion: Motion, limits: JointLimits) -> str:
     step, joint = _largest(speeds / limits.max_speed)
     if speeds[step, joint] > limits.max_speed[joint]:
         return (
-            f"{kinematics.JOINT_NAMES[joint]} would have to turn at {speeds[step, joint]:.1f} rad/s"
+            f"{names[joint]} would have to turn at {speeds[step, joint]:.1f} rad/s"
             f" at {motion.time(step):.2f} s, but its actuator reaches {limits.max_speed[joint]:g}"
         )
     if motion.feasible_angles is not None:
@@ -81,10 +84,7 @@ def beyond_limits(motion: Motion, limits: JointLimits) -> str:
     hidden = ~joint_paths.angles_seen(kinematics.angles_from_posture(motion.posture))
     step, joint = _largest(hidden)
     if hidden[step, joint]:
-        return (
-            f"the angle of {kinematics.JOINT_NAMES[joint]} cannot be seen at"
-            f" {motion.time(step):.2f} s"
-        )
+        return f"the angle of {names[joint]} cannot be seen at {motion.time(step):.2f} s"
     return ""
 
 
@@ -104,7 +104,7 @@ def demand_lines(motion: Motion, limits: JointLimits) -> list[str]:
     lines = ["joints:                      range, rad      top speed of its limit, rad/s"]
     angles = motion.joint_angles
     fastest = joint_speeds(motion).max(axis=0)
-    for joint, name in enumerate(kinematics.JOINT_NAMES):
+    for joint, name in enumerate(limits.kinematics.joint_names):
         low, high = angles[:, joint].min(), angles[:, joint].max()
         lines.append(
             f"  {name:<25} {low:6.2f} to {high:5.2f}   {fastest[joint]:6.1f} of"
@@ -115,7 +115,7 @@ def demand_lines(motion: Motion, limits: JointLimits) -> list[str]:
         f"near a singularity: an upper arm points straight forward or back {100 * forward:.0f} %"
         f" of the time, an elbow is straight {100 * straight:.0f} %"
     )
-    changed = float(np.mean(turned(motion).max(axis=1) > CHANGED))
+    changed = float(np.mean(turned(motion, limits.kinematics).max(axis=1) > CHANGED))
     lines.append(
         f"the arms follow the closest motion that they can, with {100 * changed:.1f} % of the steps"
         f" changed by more than {CHANGED:g}°"
@@ -125,11 +125,16 @@ def demand_lines(motion: Motion, limits: JointLimits) -> list[str]:
     return lines
 
 
-def turned(motion: Motion) -> Array:
-    """Return by how much each segment is turned in a feasible motion, shape (T, 4), degrees."""
+def turned(motion: Motion, arms: ArmKinematics = TWO_ARMS) -> Array:
+    """Return by how much each segment is turned in a feasible motion, shape (T, 4), degrees.
+
+    Args:
+        motion: The motion.
+        arms: Kinematics of the arms whose joint angles it has.
+    """
     if motion.feasible_angles is None:
         return np.zeros((len(motion), 4))
-    shown = kinematics.posture_from_angles(motion.feasible_angles)
+    shown = arms.posture(motion.feasible_angles)
     cosines = np.vecdot(shown.reshape(-1, 4, 3), motion.posture.reshape(-1, 4, 3))
     return np.degrees(np.arccos(np.clip(cosines, -1.0, 1.0)))
 

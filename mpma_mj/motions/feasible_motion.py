@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -10,16 +11,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj import joint_paths, kinematics
+from mpma_mj.arm_kinematics import ArmKinematics
 from mpma_mj.errors import InfeasibleMotionError
 from mpma_mj.motions.feasibility import CHANGED, JointLimits, beyond_limits, turned
 from mpma_mj.motions.motion import Motion
 from mpma_mj.motions.transforms import leads_on
+from mpma_mj.robots.chain_arms import ChainArms
 
 __all__ = ["MotionChange", "feasible", "feasible_tempo"]
 
 Array = NDArray[np.float64]
 
-_HEADROOM = 0.9  # share of the joints' top speed; the rest is the controller's (choice)
+HEADROOM = 0.9
+"""Share of the joints' top speed; the rest is the controller's (choice)."""
+
+_KEPT = 16  # fits of a process, each of which takes up to seconds
 
 
 @dataclass(frozen=True)
@@ -55,10 +61,10 @@ class MotionChange:
 def feasible(motion: Motion, limits: JointLimits) -> tuple[Motion, MotionChange | None]:
     """Return a motion that arms can follow.
 
-    A motion within the limits is returned as it is. Otherwise joint angles are fitted to the whole
-    motion (`fit_joint_angles`), within the joints' ranges and 90 % of their top speeds, and cyclic
-    where its end leads into its start. They become `feasible_angles`; the posture stays, so that
-    errors are those from the original.
+    A motion within the limits of `two_arm` is returned as it is. Otherwise joint angles are fitted
+    to the whole motion within the ranges of joints and 90 % of their speeds, and cyclic where its
+    end leads into its start; those of other robots in any case. They become `feasible_angles`; the
+    posture stays, so that errors are those from the original.
 
     Args:
         motion: The motion.
@@ -67,13 +73,23 @@ def feasible(motion: Motion, limits: JointLimits) -> tuple[Motion, MotionChange 
     Returns:
         The motion, and what was changed; None where no segment is turned by more than 1°.
     """
-    reason = beyond_limits(motion, limits)
+    arms = limits.kinematics
+    if motion.angles_of != arms.name:
+        motion = dataclasses.replace(motion, feasible_angles=None, angles_of=arms.name)
+    if motion.feasible_angles is None and isinstance(arms, ChainArms):
+        reason = f"{arms.robot} has joints and speeds of its own"
+    else:
+        reason = beyond_limits(motion, limits)
     if not reason:
         return motion, None
     original = dataclasses.replace(motion, feasible_angles=None)
-    angles = _fitted(original, limits)
+    if isinstance(arms, ChainArms):
+        speeds, cyclic = limits.max_speed.tobytes(), leads_on(original)
+        angles = _fitted_to_chains(original.posture.tobytes(), original.rate, cyclic, speeds, arms)
+    else:
+        angles = _fitted(original, limits)
     fitted = dataclasses.replace(motion, feasible_angles=angles)
-    change = _change(fitted, reason)
+    change = _change(fitted, reason, arms)
     return fitted, change if change.changed else None
 
 
@@ -119,7 +135,7 @@ def _fitted(motion: Motion, limits: JointLimits) -> Array:
     for arm, directions in enumerate(kinematics.as_left_arms(motion.posture)):
         own = slice(4 * arm, 4 * arm + 4)
         lowest, highest = limits.lowest[own], limits.highest[own]
-        step = _HEADROOM * limits.max_speed[own] / motion.rate
+        step = HEADROOM * limits.max_speed[own] / motion.rate
         arm_limits = StepLimits(step, lowest, highest)
         limited = np.isfinite(lowest[:3]).any() or np.isfinite(highest[:3]).any()
         starts = [start[:, own]]
@@ -134,13 +150,29 @@ def _fitted(motion: Motion, limits: JointLimits) -> Array:
     return angles
 
 
-def _change(motion: Motion, reason: str) -> MotionChange:
+@functools.lru_cache(maxsize=_KEPT)
+def _fitted_to_chains(
+    posture: bytes, rate: float, cyclic: bool, max_speed: bytes, arms: ChainArms
+) -> Array:
+    """Return the joint angles of other arms that come closest to a motion, shape (T, 8), rad."""
+    from mpma_mj.motions.chain_fit import fit_chain
+
+    directions = np.frombuffer(posture).reshape(-1, 2, 6)
+    speeds = np.frombuffer(max_speed).reshape(2, 4)
+    fits = [
+        fit_chain(directions[:, arm], chain, speeds[arm], rate, cyclic)
+        for arm, chain in enumerate(arms.chains)
+    ]
+    return np.concatenate(fits, axis=1)
+
+
+def _change(motion: Motion, reason: str, arms: ArmKinematics) -> MotionChange:
     from mpma_mj.metrics import posture_error_percent
 
-    degrees = turned(motion)
+    degrees = turned(motion, arms)
     step, segment = np.unravel_index(np.argmax(degrees), degrees.shape)
     most = degrees.max(axis=1)
-    shown = kinematics.posture_from_angles(motion.joint_angles)
+    shown = arms.posture(motion.joint_angles)
     name = kinematics.SEGMENT_NAMES[segment].replace("_", " ")
     return MotionChange(
         reason=reason,

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from mpma_mj import joint_paths
 from mpma_mj.errors import MotionFileError
 from mpma_mj.motions.readers.npz import is_archive, read_archive
+from mpma_mj.options import TWO_ARM
 from mpma_mj.utils.atomic_files import atomic_write
 from mpma_mj.utils.text import printable
 
@@ -44,6 +45,7 @@ class Motion:
         start: Where it begins in the recording, s.
         feasible_angles: Joint angles of the closest motion that arms can follow, shape (T, 8), rad;
             None for a motion that needs no change. See `feasible`.
+        angles_of: Name of the arms whose joint angles they are; see `ArmKinematics`.
 
     Raises:
         MotionFileError: Shapes do not fit, a value is not finite, a vector has not length 1,
@@ -59,6 +61,7 @@ class Motion:
     tempo: float = 1.0
     start: float = 0.0
     feasible_angles: Array | None = None
+    angles_of: str = TWO_ARM
 
     def __repr__(self) -> str:
         """Return name and length in one line, without the arrays."""
@@ -188,6 +191,7 @@ def motion_of_arrays(arrays: Mapping[str, NDArray[Any]], path: Path) -> Motion:
             tempo,
             float(arrays.get("start", 0.0)),
             arrays.get("feasible_angles"),
+            str(arrays.get("angles_of", TWO_ARM)),
         )
     except KeyError as error:
         raise MotionFileError(f"{path}: lacks {error.args[0]}; add it as an array") from None

@@ -12,9 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj import joint_paths, kinematics
+from mpma_mj.arm_kinematics import TWO_ARMS, ArmKinematics
 from mpma_mj.context import one_hot
 from mpma_mj.motions.cleaning.filtering import anti_alias, resample
 from mpma_mj.motions.motion import Motion
+from mpma_mj.options import TWO_ARM
 
 __all__ = [
     "PEAK_SPEED",
@@ -59,8 +61,8 @@ def mirrored(motion: Motion) -> Motion:
     arms = motion.posture.reshape(-1, 2, 2, 3)  # (T, arm, segment, xyz)
     posture = (arms[:, ::-1] * _SIDEWAYS).reshape(-1, 12)
     angles = motion.feasible_angles
-    if angles is not None:  # equal angles hold mirrored postures
-        angles = np.roll(angles, 4, axis=1)
+    if angles is not None:  # equal angles of `two_arm` hold mirrored postures
+        angles = np.roll(angles, 4, axis=1) if motion.angles_of == TWO_ARM else None
     return dataclasses.replace(motion, posture=posture, feasible_angles=angles)
 
 
@@ -133,7 +135,9 @@ class Repetitions(NamedTuple):
     angles: Array | None
 
 
-def repeat(motion: Motion, times: int, max_joint_speed: Array) -> Repetitions:
+def repeat(
+    motion: Motion, times: int, max_joint_speed: Array, arms: ArmKinematics = TWO_ARMS
+) -> Repetitions:
     """Join repetitions of a motion.
 
     Where it ends elsewhere than it starts, the arms return by a minimum-jerk move at half the
@@ -144,21 +148,27 @@ def repeat(motion: Motion, times: int, max_joint_speed: Array) -> Repetitions:
         motion: The motion, T postures.
         times: Number of repetitions.
         max_joint_speed: Largest speed of each joint, shape (8,), rad/s.
+        arms: Kinematics of the arms.
     """
     way_back = np.empty((0, 8))
-    if not leads_on(motion):
-        way_back = move_between(motion, motion, max_joint_speed)
+    if not leads_on(motion, arms):
+        way_back = move_between(motion, motion, max_joint_speed, arms)
     back_context = np.repeat(motion.context[:1], len(way_back), axis=0)
-    posture = [motion.posture, kinematics.posture_from_angles(way_back)] * times
+    posture = [motion.posture, arms.posture(way_back)] * times
     context = [motion.context, back_context] * times
     angles = None
     if motion.feasible_angles is not None:
-        angles = _continued(([motion.feasible_angles, way_back] * times)[:-1])
+        angles = _continued(([motion.feasible_angles, way_back] * times)[:-1], arms)
     return Repetitions(np.concatenate(posture[:-1]), np.concatenate(context[:-1]), angles)
 
 
-def leads_on(motion: Motion) -> bool:
-    """Return whether the step from a motion's end to its start is like those around it."""
+def leads_on(motion: Motion, arms: ArmKinematics = TWO_ARMS) -> bool:
+    """Return whether the step from a motion's end to its start is like those around it.
+
+    Args:
+        motion: The motion.
+        arms: Kinematics of the arms whose feasible angles it has, if any.
+    """
     near = 1 + max(1, round(_AROUND * motion.rate))
     step = motion.posture[0] - motion.posture[-1]
     around = [np.diff(motion.posture[stretch], axis=0) for stretch in (np.s_[:near], np.s_[-near:])]
@@ -167,7 +177,7 @@ def leads_on(motion: Motion) -> bool:
     if motion.feasible_angles is None:
         return True
     angles = motion.feasible_angles
-    back = np.abs(joint_paths.nearest_turn(angles[0], near=angles[-1]))
+    back = np.abs(arms.step_to(angles[0], near=angles[-1]))
     return bool((back <= _LIKE * np.abs(np.diff(angles, axis=0)).max(axis=0)).all())
 
 
@@ -175,22 +185,25 @@ def _longest(steps: Array) -> float:
     return float(np.linalg.norm(steps.reshape(-1, 3), axis=1).max())
 
 
-def move_between(motion: Motion, following: Motion, max_joint_speed: Array) -> Array:
+def move_between(
+    motion: Motion, following: Motion, max_joint_speed: Array, arms: ArmKinematics = TWO_ARMS
+) -> Array:
     """Return a minimum-jerk move from the end of a motion to the start of another.
 
     Args:
         motion: The motion.
         following: The motion to which the move leads.
         max_joint_speed: Largest speed of each joint, shape (8,), rad/s.
+        arms: Kinematics of the arms.
 
     Returns:
         The joint angles in between, shape (N, 8), rad; N is 0 if one sample is enough.
     """
     end = motion.joint_angles[-1]
     if following.feasible_angles is not None:
-        way = joint_paths.nearest_turn(following.feasible_angles[0], near=end)
+        way = arms.step_to(following.feasible_angles[0], near=end)
     else:
-        way = kinematics.angles_from_posture(following.posture[0], near=end) - end
+        way = arms.angles(following.posture[0], near=end) - end
     time = PEAK_SPEED * np.max(np.abs(way) / max_joint_speed) / _SPEED  # s
     count = int(np.ceil(time * motion.rate))
     if count <= 1:
@@ -199,7 +212,9 @@ def move_between(motion: Motion, following: Motion, max_joint_speed: Array) -> A
     return end + share * way
 
 
-def join(motions: Sequence[Motion], max_joint_speed: Array) -> Motion:
+def join(
+    motions: Sequence[Motion], max_joint_speed: Array, arms: ArmKinematics = TWO_ARMS
+) -> Motion:
     """Join motions into one, in which each has one label: its name.
 
     A minimum-jerk move leads from the end of each to the start of the next, whose label it has.
@@ -207,13 +222,14 @@ def join(motions: Sequence[Motion], max_joint_speed: Array) -> Motion:
     Args:
         motions: The motions, of one rate.
         max_joint_speed: Largest speed of each joint, shape (8,), rad/s.
+        arms: Kinematics of the arms.
     """
     names = _distinct([motion.name for motion in motions])
     postures, angles = [motions[0].posture], [motions[0].joint_angles]
     labels = [0] * len(motions[0])
     for number, (before, motion) in enumerate(itertools.pairwise(motions), start=1):
-        way = move_between(before, motion, max_joint_speed)
-        postures += [kinematics.posture_from_angles(way), motion.posture]
+        way = move_between(before, motion, max_joint_speed, arms)
+        postures += [arms.posture(way), motion.posture]
         angles += [way, motion.joint_angles]
         labels += [number] * (len(way) + len(motion))
     changed = any(motion.feasible_angles is not None for motion in motions)
@@ -225,16 +241,17 @@ def join(motions: Sequence[Motion], max_joint_speed: Array) -> Motion:
         "repertoire",
         "; ".join(motion.source for motion in motions),
         motions[0].tempo,
-        feasible_angles=_continued(angles) if changed else None,
+        feasible_angles=_continued(angles, arms) if changed else None,
+        angles_of=motions[0].angles_of,
     )
 
 
-def _continued(parts: Sequence[Array]) -> Array:
+def _continued(parts: Sequence[Array], arms: ArmKinematics) -> Array:
     """Join joint angles, each part on the branch and turn on which the part before ends."""
     joined = [parts[0]]
     for part in parts[1:]:
         if len(part):
-            sign, offset = joint_paths.continuation(part[0], near=joined[-1][-1])
+            sign, offset = arms.continuation(part[0], near=joined[-1][-1])
             joined.append(sign * part + offset)
     return np.concatenate(joined)
 

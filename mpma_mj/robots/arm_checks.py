@@ -39,7 +39,12 @@ def check_joints(robot: Robot, model: mujoco.MjModel) -> None:
             wrong side, or has a range that nobody means.
     """
     arms = dict(zip(SIDES, (robot.joints[:4], robot.joints[4:]), strict=True))
-    for key, names in (*arms.items(), ("wrist", robot.wrists or ()), ("rest", robot.rest)):
+    for key, names in (
+        *arms.items(),
+        ("wrist", robot.wrists or ()),
+        ("rest", robot.rest),
+        ("range", robot.ranges),
+    ):
         for name in names:
             _check_exists(robot, model, key, name)
     for name in set(robot.joints[:4]) & set(robot.joints[4:]):
@@ -66,6 +71,9 @@ def check_joints(robot: Robot, model: mujoco.MjModel) -> None:
                 f"{robot.path}: wrist: joint {wrist} does not hang on {elbow}; give the joint at"
                 " the end of that forearm, the left one first"
             )
+    for name in robot.ranges:
+        if name not in robot.joints:
+            raise BadOptionError(f"{robot.path}: range: joint {name} is of no arm; leave it out")
     for name in robot.rest:
         if name in robot.joints or model.joint(name).type[0] not in (_HINGE, _SLIDE):
             what = "one of an arm" if name in robot.joints else "neither a hinge nor a slide"
@@ -136,13 +144,14 @@ def _check_order(robot: Robot, model: mujoco.MjModel, key: str, inner: str, oute
 
 
 def _check_range(robot: Robot, model: mujoco.MjModel, name: str) -> None:
-    joint = model.joint(name)
-    low, high = joint.range
+    joint, own = model.joint(name), robot.ranges.get(name)
+    low, high = joint.range if own is None else own
     least, most = _RANGE
-    if joint.limited[0] and not least <= high - low <= most:
+    if (joint.limited[0] or own) and not least <= high - low <= most:
+        path, or_else = (robot.path, "") if own else (robot.model, ", or <compiler angle=…>")
         raise BadOptionError(
-            f"{robot.model}: the range of joint {name} is {low:.4g} to {high:.4g} rad; are degrees"
-            " and radians mixed up? correct it, or <compiler angle=…>"
+            f"{path}: the range of joint {name} is {low:.4g} to {high:.4g} rad; are degrees and"
+            f" radians mixed up? correct it{or_else}"
         )
 
 

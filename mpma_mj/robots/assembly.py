@@ -19,7 +19,7 @@ from mpma_mj.robots.scene import add_scene
 from mpma_mj.robots.self_contact import exclude_touching
 from mpma_mj.robots.surface import bodies_below, lowest_point, reach, seen_geoms
 
-__all__ = ["assemble"]
+__all__ = ["HANDS", "assemble"]
 
 Array = NDArray[np.float64]
 
@@ -91,7 +91,7 @@ def _build(robot: Robot, spec: mujoco.MjSpec, *, ideal: bool) -> None:
     _hide_duplicates(bodies)
     _name_bodies(spec, bodies)
     _pose_bodies(robot, bare, data, bodies)
-    _replace_joints(spec, bare, data, bodies, joints)
+    _replace_joints(robot, spec, bare, data, bodies, joints)
     _add_actuators(robot, spec, ideal=ideal)
     _mark_points(bare, data, bodies, joints, points)
     _stand(robot, spec, bare, data, joints, points)
@@ -157,6 +157,7 @@ def _pose_bodies(
 
 
 def _replace_joints(
+    robot: Robot,
     spec: mujoco.MjSpec,
     bare: mujoco.MjModel,
     data: mujoco.MjData,
@@ -172,6 +173,8 @@ def _replace_joints(
         name, body = bare.joint(index).name, int(bare.jnt_bodyid[index])
         old = spec.joint(name)
         limited, limits = old.limited, old.range.copy()
+        if own := robot.ranges.get(name):
+            limited, limits = True, np.degrees(own) if spec.compiler.degree else np.array(own)
         spec.delete(old)
         bodies[body].add_joint(
             empty.default,

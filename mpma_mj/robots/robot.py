@@ -58,6 +58,7 @@ class Robot:
         wrists: Joints at the ends of the left and the right forearm; None where it ends with the
             vertices that are farthest from the elbow.
         rest: Angles, rad, or displacements, m, of joints that do not move; 0 where not given.
+        ranges: Lowest and highest angle, rad, of joints of which the model has a wrong range.
         physical: Values of the joints by their quantity, one of `QUANTITIES`.
         complete: Whether the model has the joints, sites and actuators of `two_arm.xml`, and is
             used as it is.
@@ -72,6 +73,7 @@ class Robot:
     up: tuple[float, ...] = (0.0, 0.0, 1.0)
     wrists: tuple[str, ...] | None = None
     rest: Mapping[str, float] = field(default_factory=dict)
+    ranges: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     physical: Mapping[str, JointValues] = field(default_factory=dict)
     complete: bool = False
 
@@ -89,8 +91,10 @@ class Robot:
         if known is None and otherwise is not None:
             return np.full(8, otherwise)
         if known is None:
+            mend = f"give [{quantity}] with values = [four, from the shoulder outward] and source"
+            ideal = "" if quantity == "speed" else ", or choose {arms=kinematic}"
             raise BadOptionError(
-                f"{self.path}: {quantity} of the joints, {QUANTITIES[quantity]}, is unknown; give"
-                f" [{quantity}] values = [four numbers, from the shoulder outward] and their source"
+                f"{self.path}: {quantity} of the joints, {QUANTITIES[quantity]}, is unknown",
+                remedy=f"{mend}{ideal}",
             )
         return np.tile(known, 2)

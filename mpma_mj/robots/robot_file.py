@@ -53,7 +53,7 @@ NAME = re.compile(r"[A-Za-z0-9][\w-]*", re.ASCII)
 
 _MODELS = (".xml", ".mjcf")
 _TEXTS = ("name", "title", "licence")
-_GEOMETRY = ("left", "right", "wrist", "forearm", "up", "rest")
+_GEOMETRY = ("left", "right", "wrist", "forearm", "up", "rest", "range")
 _MAY_BE_ZERO = ("armature", "damping")
 
 
@@ -75,18 +75,17 @@ def read_robot(robot: str | Path) -> Robot:
     """
     if isinstance(robot, str) and robot in catalogue():
         return _read(CATALOGUE / f"{robot}.toml")
-    if isinstance(robot, str | Path):
-        path = Path(robot)
-        kind = path.suffix.lower()
-        if kind == ".toml":
-            return _read(path)
-        if kind == ".urdf":
-            raise BadOptionError(
-                f"{path}: a URDF file alone is no robot; give a robot file (.toml) that names it"
-            )
-        if kind in _MODELS or isinstance(robot, Path) or path.is_file():
-            name = re.sub(r"[^\w-]+", "_", path.stem, flags=re.ASCII) or "robot"
-            return Robot(name, path.name, UNKNOWN, path, path, complete=True)
+    path = Path(robot)
+    kind = path.suffix.lower()
+    if kind == ".toml":
+        return _read(path)
+    if kind == ".urdf":
+        raise BadOptionError(
+            f"{path}: a URDF file alone is no robot; give a robot file (.toml) that names it"
+        )
+    if kind in _MODELS or len(path.parts) > 1 or path.exists():
+        name = re.sub(r"[^\w-]+", "_", path.stem, flags=re.ASCII) or "robot"
+        return Robot(name, path.name, UNKNOWN, path, path, complete=True)
     raise BadOptionError(
         option="robot",
         value=robot,
@@ -120,6 +119,8 @@ def write_robot(path: Path, robot: Robot, comments: Mapping[str, str] | None = N
             f"up = {_toml(robot.up)}  # of the torso, in the model's frame",
             *["[model.rest]  # rad"] * bool(robot.rest),
             *(f"{_toml(joint)} = {_toml(angle)}" for joint, angle in robot.rest.items()),
+            *["[model.range]  # rad"] * bool(robot.ranges),
+            *(f"{_toml(joint)} = {_toml(limits)}" for joint, limits in robot.ranges.items()),
         ]
         for quantity, unit in QUANTITIES.items():
             known = robot.physical.get(quantity, JointValues())
@@ -192,7 +193,21 @@ def _geometry(model: _Table, *, complete: bool) -> dict[str, Any]:
         "wrists": model.names("wrist", 2) if "wrist" in given else None,
         "up": up,
         "rest": model.angles("rest"),
+        "ranges": _ranges(model),
     }
+
+
+def _ranges(model: _Table) -> dict[str, tuple[float, ...]]:
+    """Return the ranges that replace those of the model; raises a BadOptionError."""
+    content = model.content.get("range", {})
+    if not isinstance(content, dict):
+        raise model.refuse("range", "expected a table of joints with their ranges, rad")
+    inner = _Table(model.path, content, "model.range.")
+    ranges = {name: inner.numbers(name, 2) for name in content}
+    for name, (low, high) in ranges.items():
+        if not low < high:
+            raise inner.refuse(name, "expected the lowest angle, then the highest, rad")
+    return ranges
 
 
 def _joint_values(table: _Table, quantity: str) -> JointValues:

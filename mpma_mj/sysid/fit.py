@@ -25,6 +25,8 @@ from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.errors import BadOptionError
 from mpma_mj.kinematics import JOINT_NAMES
+from mpma_mj.options import TWO_ARM
+from mpma_mj.robots.robot_file import read_robot
 from mpma_mj.sysid.log import RobotLog, check_log
 from mpma_mj.sysid.parameters import LATENCY, REFERENCE, UNITS, scaled, values
 from mpma_mj.sysid.replay import Replay
@@ -59,7 +61,7 @@ _RESOLUTION = 1e-4  # rad; no log is taken to be more exact (choice)
 def identify(
     log: RobotLog,
     *,
-    model: str | Path | None = None,
+    robot: str | Path = TWO_ARM,
     gravity_compensation: bool = False,
     tick: Callable[[], None] = lambda: None,
 ) -> Identified:
@@ -69,7 +71,7 @@ def identify(
 
     Args:
         log: Commands and measurements.
-        model: MJCF file of your arms; the package's if not given.
+        robot: MJCF file of your arms, with the joints of `two_arm`.
         gravity_compensation: Whether the robot compensates for gravity.
         tick: Called after each simulation of the log.
 
@@ -84,11 +86,14 @@ def identify(
             "identification needs libraries that are not installed; in the checkout, pip install"
             " -e '.[sysid]'"
         )
+    if not read_robot(robot).complete:
+        expected = "two_arm, or an MJCF file with its joints, whose parameters are fitted"
+        raise BadOptionError(option="robot", value=robot, expected=expected)
     physics = PhysicsArms.make(
-        EnvironmentOptions(model=model, gravity_compensation=gravity_compensation)
+        EnvironmentOptions(robot=str(robot), gravity_compensation=gravity_compensation)
     )
-    if model is not None:
-        check_geometry(Path(model), physics)
+    if robot != TWO_ARM:
+        check_geometry(Path(robot), physics)
     arms: mujoco.MjModel = physics.model.ptr
     timestep = float(arms.opt.timestep)
     steps = check_log(log, arms)

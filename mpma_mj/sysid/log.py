@@ -212,14 +212,14 @@ def check_log(log: RobotLog, model: mujoco.MjModel) -> int:
             f"{log.source}: has a row every {1000.0 * log.period:.5g} ms; expected a whole number"
             f" of physics steps of {timestep:g} ms, such as {fewer * timestep:g} or"
             f" {(fewer + 1) * timestep:g} ms",
-            remedy="record it so, or give a {model} with another timestep",
+            remedy="record it so, or give a {robot} with another timestep",
         )
     most = np.array([model.actuator(name).ctrlrange[1] for name in JOINT_NAMES])
     for i, joint in np.argwhere(np.abs(log.command) > most * (1.0 + 1e-9))[:1]:
         raise RobotLogError(
             f"{row(i)}, column command_{JOINT_NAMES[joint]}: {log.command[i, joint]:g} rad/s, but"
             f" the model takes {most[joint]:g} at most",
-            remedy="check the unit, or give a {model} with a wider ctrlrange",
+            remedy="check the unit, or give a {robot} with a wider ctrlrange",
         )
     if np.ptp(log.command, axis=0).max() < _STILL:
         raise RobotLogError(

@@ -10,30 +10,29 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from mpma_mj.envs.model import MODEL_PATH
 from mpma_mj.errors import one_line
 from mpma_mj.kinematics import JOINT_NAMES
+from mpma_mj.options import TWO_ARM
 from mpma_mj.robots.model_file import read_model_file
+from mpma_mj.robots.robot_file import read_robot
 from mpma_mj.sysid.parameters import scaled
 from mpma_mj.utils.atomic_files import atomic_write
 
 __all__ = ["write_model"]
 
 
-def write_model(
-    path: str | Path, factors: Mapping[str, float], base: str | Path | None = None
-) -> None:
+def write_model(path: str | Path, factors: Mapping[str, float], base: str | Path = TWO_ARM) -> None:
     """Write a model whose parameters are multiplied by factors.
 
     Numbers are written with six digits. Masses and inertias stand in the file as numbers, even
     where the base takes them from its geoms.
 
     Args:
-        path: The MJCF file, for `mpma_mj.load(..., model=path)`.
+        path: The MJCF file, for `mpma_mj.load(..., robot=path)`.
         factors: Factor on each parameter of `UNITS`, by name; 1 where there is none.
-        base: MJCF file of the model that is changed; the package's if not given.
+        base: MJCF file of the model that is changed; the package's robot if not given.
     """
-    base = MODEL_PATH if base is None else Path(base)
+    base = read_robot(base).model
     spec = read_model_file(base)
     model = scaled(spec.compile(), factors)
     for name in JOINT_NAMES:

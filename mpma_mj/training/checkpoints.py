@@ -113,7 +113,8 @@ def demonstrated(folder: RunFolder) -> tuple[Demonstration, Trace]:
     """
     config, trace, motion = folder.read_config(), folder.read_trace(), folder.read_motion()
     options = dataclasses.replace(config.env, reference_noise=0.0)
-    demonstration = Demonstration(motion, options, arm_limits(config.env).max_speed)
+    limits = arm_limits(config.env)
+    demonstration = Demonstration(motion, options, limits.max_speed, limits.kinematics)
     moments, expected = len(trace.posture), demonstration.steps + 1
     if moments != expected:
         raise CheckpointError(

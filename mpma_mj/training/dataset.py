@@ -98,4 +98,6 @@ def read_motions(config: RunConfig) -> Motion:
         motion, report = import_motion(source, options, limits=limits, **rate)
         report.emit_warnings(source)
         motions.append(motion)
-    return join(motions, limits.max_speed) if len(motions) > 1 else motions[0]
+    if len(motions) == 1:
+        return motions[0]
+    return join(motions, limits.max_speed, limits.kinematics)

@@ -152,6 +152,7 @@ def _spec(env: Environments) -> AgentSpec:
     if isinstance(env, VectorImitationEnv):
         context_size, options = len(env.motion.labels), env.options
         max_joint_speed, control_timestep = env.max_joint_speed, env.control_timestep
+        kinematics = env.arms.kinematics
     elif not isinstance(getattr(env, "task", None), TwoArmImitation):
         raise BadOptionError(
             f"env is {env}; expected what mpma_mj.load or mpma_mj.make_vec returned, not flat"
@@ -159,6 +160,7 @@ def _spec(env: Environments) -> AgentSpec:
     else:
         context_size, options = len(env.task.motion.labels), env.task.options
         max_joint_speed, control_timestep = env.task.max_joint_speed, env.control_timestep()
+        kinematics = env.task.kinematics
     return AgentSpec(
         context_size=context_size,
         max_joint_speed=max_joint_speed,
@@ -166,4 +168,5 @@ def _spec(env: Environments) -> AgentSpec:
         latency=options.latency if isinstance(options.latency, int) else None,
         longest_latency=options.longest_latency,
         lookahead=options.lookahead,
+        kinematics=kinematics,
     )

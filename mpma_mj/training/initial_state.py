@@ -22,7 +22,7 @@ __all__ = ["begin_from", "initial_state"]
 Array = NDArray[np.float64]
 
 # Options of the environment that determine the arms an agent has learned to move.
-_BODY = ("arms", "model")
+_BODY = ("arms", "robot")
 
 
 def begin_from(config: RunConfig, path: str | Path, given: Collection[str]) -> RunConfig:

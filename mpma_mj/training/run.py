@@ -21,6 +21,7 @@ from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import BadOptionError, DivergedError, OptionWarning
 from mpma_mj.motions import Motion
 from mpma_mj.motions.options import ReadingOptions
+from mpma_mj.robots.robot_file import read_robot
 from mpma_mj.trace import Trace
 from mpma_mj.training.checkpoints import load_state
 from mpma_mj.training.config import RunConfig
@@ -104,7 +105,8 @@ class Run:
     def write_figures(self, folder: RunFolder) -> None:
         """Write the figures of the best epoch to a run folder."""
         plants = int(self.summary.get("plants", 1))
-        write_figures(folder.figures, self.trace, self.motion, plants=plants)
+        joints = read_robot(self.config.env.robot).joints
+        write_figures(folder.figures, self.trace, self.motion, plants=plants, joints=joints)
 
     def _write_epoch(self, folder: RunFolder, epochs: int, *, new: bool, best: bool) -> None:
         """Write what a later `resume` needs; of a new run, which is the best, all it consists of.

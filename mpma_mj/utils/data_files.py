@@ -37,7 +37,7 @@ __all__ = [
     "write_json",
 ]
 
-FORMAT = 7
+FORMAT = 8
 """Version of the format of files; files of other versions are refused."""
 
 TRAIN_AGAIN = "train again with {overwrite}"

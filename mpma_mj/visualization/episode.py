@@ -32,7 +32,7 @@ class EpisodeArms:
             BadOptionError: The environment's model cannot be read.
         """
         self.physics = PhysicsArms.make(options)
-        self._joint_angles = trace.true_joint_angles()
+        self._joint_angles = trace.true_joint_angles(self.physics.kinematics)
         self._reference = trace.reference
         self._plant = trace.plant
 

@@ -27,7 +27,14 @@ _COLUMNS = 4  # of a legend
 _TICKS = 12.0 / 72.0  # inches of ticks and the space around their labels, in any size of font
 
 
-def write_figures(folder: Path, trace: Trace, motion: Motion, *, plants: int = 1) -> None:
+def write_figures(
+    folder: Path,
+    trace: Trace,
+    motion: Motion,
+    *,
+    plants: int = 1,
+    joints: Sequence[str] = JOINT_NAMES,
+) -> None:
     """Write the figures of the best epoch.
 
     `responsibility.png` is the paper's figure 3a (λ and the responsibility predictors' output
@@ -40,12 +47,13 @@ def write_figures(folder: Path, trace: Trace, motion: Motion, *, plants: int = 1
         trace: Trace of the epoch, of an agent with modules.
         motion: The motion that was imitated.
         plants: Number of plants that were recruited, each with the same number of modules.
+        joints: Names of the joints.
     """
     _trajectory(folder / "trajectory.png", trace, motion)
     if trace.modules is not None:
         names = _module_names(trace.modules.responsibility.shape[1], plants)
         _responsibility(folder / "responsibility.png", trace, motion, names)
-        _module_output(folder / "module_output.png", trace, motion, names)
+        _module_output(folder / "module_output.png", trace, motion, names, joints)
 
 
 def _module_names(modules: int, plants: int) -> list[str]:
@@ -71,7 +79,9 @@ def _responsibility(path: Path, trace: Trace, motion: Motion, names: Sequence[st
             axis.set(ylim=(-0.03, 1.03), ylabel=names[i])
 
 
-def _module_output(path: Path, trace: Trace, motion: Motion, names: Sequence[str]) -> None:
+def _module_output(
+    path: Path, trace: Trace, motion: Motion, names: Sequence[str], joint_names: Sequence[str]
+) -> None:
     """Draw figure 3b: a row for each module, a line for each joint."""
     output = trace.with_modules().responsibility[:, :, None] * trace.with_modules().module_actions
     steps, modules, joints = output.shape
@@ -83,7 +93,7 @@ def _module_output(path: Path, trace: Trace, motion: Motion, names: Sequence[str
         for i, axis in enumerate(axes):
             for j in range(joints):
                 style = "-" if j < joints // 2 else ":"
-                label = JOINT_NAMES[j].replace("_", " ")
+                label = joint_names[j].replace("_", " ")
                 axis.plot(time, output[:, i, j], style, color=colours[j], linewidth=1, label=label)
             axis.set(ylim=(-limit, limit), ylabel=names[i])
 

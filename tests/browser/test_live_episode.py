@@ -216,7 +216,7 @@ def test_ideal_arms_cannot_be_pushed() -> None:
 def test_arms_without_hands_cannot_be_pushed(tmp_path: Path) -> None:
     changes = ('name="left_hand"', 'name="left_tool"'), ('name="right_hand"', 'name="right_tool"')
     model = edited(tmp_path / "arms.xml", *changes)
-    episode = made(agent="feedback_only", model=str(model))
+    episode = made(agent="feedback_only", robot=str(model))
     assert episode.hand_positions() is None
     episode.advance(episode.pull(0, np.zeros(3)))
     assert episode.moments[-1].step == 1

@@ -49,8 +49,9 @@ def test_a_log_gives_a_table_and_a_model_that_dances_like_the_robot(
             "gone.csv: no such file; check the path; a robot's log is CSV with the header time,",
         ),
         (["bad.csv"], "mpma: bad.csv: lacks command_left_shoulder_abduction, "),
-        (["robot.csv", "--model", "robot.csv"], "robot.csv: is no MJCF file: no XML in UTF-8"),
-        (["robot.csv", "--model", "gone.xml"], "gone.xml: no such file; check the path"),
+        (["robot.csv", "--robot", "robot.csv"], "robot.csv: is no MJCF file: no XML in UTF-8"),
+        (["robot.csv", "--robot", "cmu_humanoid"], "--robot is 'cmu_humanoid'; expected two_arm"),
+        (["robot.csv", "--robot", "gone.xml"], "gone.xml: no such file; check the path"),
     ],
 )
 def test_bad_input_is_one_line_and_exit_2(

@@ -15,6 +15,7 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image, ImageSequence
 
+from mpma_mj.arm_kinematics import TWO_ARMS
 from mpma_mj.cli import main
 from mpma_mj.envs import gl
 from mpma_mj.envs.load import load
@@ -142,7 +143,7 @@ def test_a_robot_gets_what_the_arms_of_a_run_did_and_what_was_commanded(short_ru
     table = np.array([row.split(",") for row in rows], float)
     trace = RunFolder(short_run).read_trace()
     np.testing.assert_allclose(table[:, 0], np.arange(20) / 20.0)
-    np.testing.assert_allclose(table[:, 1:9], trace.true_joint_angles()[:-1], atol=1e-8)
+    np.testing.assert_allclose(table[:, 1:9], trace.true_joint_angles(TWO_ARMS)[:-1], atol=1e-8)
     speed = load("ymca", control_timestep=0.05).task.max_joint_speed
     np.testing.assert_allclose(table[:, 9:], trace.action * speed, atol=1e-8)
 

@@ -29,7 +29,7 @@ def without_cameras(tmp_path: Path) -> PhysicsArms:
     changes = [(name, f'name="{i}"') for i, name in enumerate(names)]
     far = ('name="torso" pos="0 0 1.15"', 'name="torso" pos="3 1 2"')
     path = edited(tmp_path / "arms.xml", *changes, far)
-    return PhysicsArms.make(EnvironmentOptions(model=str(path)))
+    return PhysicsArms.make(EnvironmentOptions(robot=str(path)))
 
 
 @pytest.mark.parametrize("name", ["front", "side", "three_quarter"])

@@ -173,9 +173,9 @@ def test_without_plants_none_can_be_set() -> None:
 def test_a_model_without_hands_can_be_set_but_for_its_payload(tmp_path: Path) -> None:
     changes = ('name="left_hand"', 'name="left_tool"'), ('name="right_hand"', 'name="right_tool"')
     model = edited(tmp_path / "arms.xml", *changes)
-    env = made(model=model)
+    env = made(robot=model)
     intervene(env, actuator_gain=0.6)
-    np.testing.assert_array_equal(episode(env), episode(made(model=model, actuator_gain=0.6)))
+    np.testing.assert_array_equal(episode(env), episode(made(robot=model, actuator_gain=0.6)))
     with pytest.raises(
         BadOptionError, match=r"payload is 1\.0; expected 0, since the model has no"
     ):

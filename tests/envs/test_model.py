@@ -7,10 +7,10 @@ import pytest
 from numpy.typing import NDArray
 
 from mpma_mj.envs.load import load
-from mpma_mj.envs.model import MODEL_PATH
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.kinematics import JOINT_NAMES, SIDES, posture_from_angles
 from mpma_mj.motions import Motion, ymca
+from mpma_mj.robots.robot_file import read_robot
 
 BODY_MASS = 73.0
 
@@ -25,7 +25,7 @@ DE_LEVA = {
 
 @pytest.fixture(scope="module")
 def model() -> mujoco.MjModel:
-    return mujoco.MjModel.from_xml_path(str(MODEL_PATH))
+    return mujoco.MjModel.from_xml_path(str(read_robot("two_arm").model))
 
 
 def test_every_element_has_a_name(model: mujoco.MjModel) -> None:

@@ -18,7 +18,7 @@ def own(tmp_path: Path) -> Path:
 
 def refused(path: Path, **options: object) -> str:
     with pytest.raises(BadOptionError) as caught:
-        load("ymca", model=path, **options)
+        load("ymca", robot=path, **options)
     message = str(caught.value)
     assert "\n" not in message
     assert message.startswith(str(path))
@@ -29,7 +29,7 @@ def test_a_folder_is_no_model(tmp_path: Path) -> None:
     with pytest.raises(
         BadOptionError, match="is a folder; give the path of a file in it; expected an MJCF"
     ):
-        load("ymca", model=tmp_path)
+        load("ymca", robot=tmp_path)
 
 
 def test_all_missing_elements_are_listed(own: Path) -> None:
@@ -61,12 +61,12 @@ def test_numbers_are_finite(own: Path, old: str, new: str, message: str) -> None
 
 
 def test_ranges_may_be_infinite(own: Path) -> None:
-    load("ymca", model=edited(own, ('forcerange="-70 70"', 'forcerange="-inf inf"')))
+    load("ymca", robot=edited(own, ('forcerange="-70 70"', 'forcerange="-inf inf"')))
 
 
 def test_hands_are_needed_for_payload_and_perturbations_only(own: Path) -> None:
     edited(own, ('<body name="left_hand"', '<body name="left_fist"'))
-    load("ymca", model=own)
+    load("ymca", robot=own)
     assert "lacks body left_hand" in refused(own, payload=1.0)
     assert "lacks body left_hand" in refused(own, perturbation=(1.0, 10.0))
 
@@ -182,7 +182,7 @@ def test_arms_of_another_structure_are_refused(own: Path, old: str, new: str, me
 
 def test_actuator_strength_needs_force_limits(own: Path) -> None:
     edited(own, (' forcerange="-60 60"', ""))
-    load("ymca", model=own)
+    load("ymca", robot=own)
     message = "actuator left_elbow has no forcerange; add one, or leave actuator_strength out"
     assert message in refused(own, actuator_strength=0.5)
 
@@ -190,7 +190,7 @@ def test_actuator_strength_needs_force_limits(own: Path) -> None:
 def test_a_motion_is_fitted_to_slower_actuators(own: Path) -> None:
     edited(own, ('ctrlrange="-15 15"', 'ctrlrange="-1 1"'))
     with pytest.warns(RecordingWarning, match="left_elbow would have to turn at"):
-        angles = load("ymca", model=own).task.motion.feasible_angles
+        angles = load("ymca", robot=own).task.motion.feasible_angles
     assert np.abs(np.diff(angles[:, 3::4], axis=0)).max() * 20.0 <= 0.901
 
 
@@ -199,9 +199,9 @@ def test_pictures_need_their_camera(own: Path) -> None:
     with pytest.raises(
         BadOptionError, match="camera is 'front'; expected one of the model's cameras: mine, side"
     ):
-        ImitationEnv(model=own, render_mode="rgb_array")
-    ImitationEnv(model=own, render_mode="rgb_array", camera="mine")
-    ImitationEnv(model=own)
+        ImitationEnv(robot=own, render_mode="rgb_array")
+    ImitationEnv(robot=own, render_mode="rgb_array", camera="mine")
+    ImitationEnv(robot=own)
 
 
 def test_a_motion_is_fitted_to_the_joint_ranges(own: Path) -> None:
@@ -209,7 +209,7 @@ def test_a_motion_is_fitted_to_the_joint_ranges(own: Path) -> None:
     edited(own, (f"{axis}/>", f'{axis} range="-0.1 0.1"/>'))
     message = r"left_shoulder_abduction would have to be at .* rad at .* s, but .* -0.1 to 0.1"
     with pytest.warns(RecordingWarning, match=message):
-        angles = load("ymca", model=own).task.motion.feasible_angles
+        angles = load("ymca", robot=own).task.motion.feasible_angles
     assert np.abs(angles[:, 0]).max() <= 0.1
 
 

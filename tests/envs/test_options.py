@@ -84,9 +84,9 @@ class Run:
         ("perturbation", (1.0, 10_001.0), "perturbation is (1.0, 10001.0)"),
         ("perturbation", (True, 1.0), "perturbation is (True, 1.0)"),
         ("perturbation", (0, 10**400), "perturbation is (0, 1000"),
-        ("model", 5, "model is 5; expected the path of an MJCF file"),
+        ("robot", 5, "robot is 5; expected a name or a path"),
         (
-            "model",
+            "robot",
             "none.xml",
             "none.xml: no such file; check the path; expected an MJCF file",
         ),
@@ -106,12 +106,12 @@ def test_options_are_plain_copies() -> None:
     options = EnvironmentOptions(
         repeats=np.uint8(200), reference_noise=Fraction(1, 100), phase=np.True_,
         perturbation=np.array([0.5, 30.0]),
-        reward_weights=weights, model=Path("arms.xml"),
+        reward_weights=weights, robot=Path("arms.xml"),
     )  # fmt: skip
     weights["left_forearm"] = np.float32(-1)
     assert options.reward_weights == {"left_forearm": 2.0}
     assert type(options.repeats) is int
-    assert options.model == "arms.xml"
+    assert options.robot == "arms.xml"
     assert (options.reference_noise, options.phase, options.perturbation) == (
         0.01,
         True,
@@ -171,7 +171,7 @@ def test_equal_options_have_equal_hashes() -> None:
 
 def test_options_survive_a_file() -> None:
     options = EnvironmentOptions(
-        model="arms.xml", perturbation=(0.5, 30.0), reward_weights={"left_forearm": 2.0}
+        robot="arms.xml", perturbation=(0.5, 30.0), reward_weights={"left_forearm": 2.0}
     )
     assert EnvironmentOptions(**json.loads(json.dumps(vars(options)))) == options
 
@@ -179,6 +179,6 @@ def test_options_survive_a_file() -> None:
 def test_the_command_line_takes_them_as_they_are() -> None:
     given = tyro.cli(
         tyro.conf.OmitArgPrefixes[Run],
-        args=["--payload", "1.0", "--perturbation", "0.5", "30", "--model", "arms.xml"],
+        args=["--payload", "1.0", "--perturbation", "0.5", "30", "--robot", "arms.xml"],
     )
-    assert given.env == EnvironmentOptions(payload=1.0, perturbation=(0.5, 30.0), model="arms.xml")
+    assert given.env == EnvironmentOptions(payload=1.0, perturbation=(0.5, 30.0), robot="arms.xml")

@@ -286,7 +286,7 @@ def test_a_copy_of_gymnasiums_environment_continues_as_the_same_plant() -> None:
 
 def test_an_own_model_may_change_its_plant(tmp_path: Path) -> None:
     path = edited(tmp_path / "arms.xml")
-    env = load("ymca", model=path, repeats=1, plants=PLANTS, switch_every=OFTEN)
+    env = load("ymca", robot=path, repeats=1, plants=PLANTS, switch_every=OFTEN)
     assert len(set(plants_of(env, 60))) > 1
 
 

@@ -101,7 +101,7 @@ def test_an_episode_is_that_of_an_environment_with_its_drawn_options(
 
 @pytest.mark.parametrize("own", [False, True])
 def test_a_live_model_has_all_parameters_of_the_episodes_plant(own: bool, tmp_path: Path) -> None:
-    shared = {"model": edited(tmp_path / "arms.xml")} if own else {}
+    shared = {"robot": edited(tmp_path / "arms.xml")} if own else {}
     options = {name: ALL[name] for name in PLANT_OPTIONS} | {"collisions": True}
     env = load("ymca", **options, **shared)
     for _ in range(4):

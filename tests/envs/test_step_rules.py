@@ -80,9 +80,9 @@ def test_an_action_takes_effect_after_the_latency(latency: int, batch: tuple[int
 
 
 def test_only_the_locked_joint_has_no_top_speed() -> None:
-    np.testing.assert_array_equal(top_speeds(SPEEDS, None), SPEEDS)
+    np.testing.assert_array_equal(top_speeds(SPEEDS, JOINT_NAMES, None), SPEEDS)
     for number, name in enumerate(JOINT_NAMES):
-        assert np.flatnonzero(top_speeds(SPEEDS, name) == 0.0).tolist() == [number]
+        assert np.flatnonzero(top_speeds(SPEEDS, JOINT_NAMES, name) == 0.0).tolist() == [number]
 
 
 def test_clipped_entries_are_counted_for_each_of_many() -> None:

@@ -26,7 +26,7 @@ def own(tmp_path: Path) -> Path:
 
 
 def test_a_copy_of_the_packages_arms_moves_alike(own: Path) -> None:
-    envs = load("ymca", model=edited(own)), load("ymca")
+    envs = load("ymca", robot=edited(own)), load("ymca")
     for env in envs:
         env.reset()
     rng = np.random.default_rng(0)
@@ -51,8 +51,8 @@ def test_further_joints_and_another_order_change_nothing(own: Path) -> None:
         text = text.replace(line, "")
     text = text.replace("<actuator>\n", "<actuator>\n" + "".join(actuators[4:] + actuators[:4]))
     own.write_text(text)
-    env, plain = (load("ymca", model=m, seed=1, repeats=1) for m in (own, None))
-    many = make_vec(2, "ymca", model=own, seed=1, repeats=1)
+    env, plain = (load("ymca", robot=m, seed=1, repeats=1) for m in (own, "two_arm"))
+    many = make_vec(2, "ymca", robot=own, seed=1, repeats=1)
     one, expected = env.reset(), plain.reset()
     observations, _ = many.reset()
     rng = np.random.default_rng(0)
@@ -70,9 +70,9 @@ def test_further_joints_and_another_order_change_nothing(own: Path) -> None:
 
 def test_contacts_have_the_memory_that_mujoco_reserves(own: Path) -> None:
     edited(own, ('<size memory="1M"/>', ""))
-    assert load("ymca", model=own).physics.model.narena >= 2**24
+    assert load("ymca", robot=own).physics.model.narena >= 2**24
     edited(own, ('<size memory="1M"/>', '<size memory="64M"/>'))
-    assert load("ymca", model=own).physics.model.narena == 2**26
+    assert load("ymca", robot=own).physics.model.narena == 2**26
 
 
 INERTIAL = re.compile(r"\s*<inertial [^>]*/>")
@@ -82,7 +82,7 @@ INERTIAL = re.compile(r"\s*<inertial [^>]*/>")
 def test_payload_has_its_mass_with_any_definition_of_inertia(own: Path, from_geoms: str) -> None:
     edited(own, ('inertiafromgeom="false"', f'inertiafromgeom="{from_geoms}"'))
     own.write_text(INERTIAL.sub("", own.read_text()))
-    bare, loaded = load("ymca", model=own), load("ymca", model=own, payload=2.0)
+    bare, loaded = load("ymca", robot=own), load("ymca", robot=own, payload=2.0)
     extra = loaded.physics.model.body_mass.sum() - bare.physics.model.body_mass.sum()
     assert extra == pytest.approx(4.0)
     ball = loaded.physics.model.body("left_hand_payload")
@@ -110,7 +110,7 @@ BALL = (
 
 
 def test_gravity_compensation_acts_on_the_arms_only(own: Path) -> None:
-    env = load("ymca", model=edited(own, BALL), gravity_compensation=True)
+    env = load("ymca", robot=edited(own, BALL), gravity_compensation=True)
     env.reset()
     for _ in range(10):
         env.step(np.zeros(8))
@@ -121,14 +121,14 @@ def test_gravity_compensation_acts_on_the_arms_only(own: Path) -> None:
 
 
 def test_divergence_names_the_joint_or_its_number(own: Path) -> None:
-    env = load("ymca", model=edited(own, BALL))
+    env = load("ymca", robot=edited(own, BALL))
     for address, name in ((7, "left_shoulder_abduction"), (14, "right_elbow"), (2, "free")):
         env.reset()
         env.physics.data.qpos[address] = np.inf
         assert env.step(np.zeros(8)).last()
         assert f"the angle of {name} ran away" in env.task.termination_reason
     nameless = (BALL[0], BALL[1].replace(' name="free"', ""))
-    env = load("ymca", model=edited(own, nameless))
+    env = load("ymca", robot=edited(own, nameless))
     env.reset()
     env.physics.data.qpos[2] = np.inf
     env.step(np.zeros(8))
@@ -137,7 +137,7 @@ def test_divergence_names_the_joint_or_its_number(own: Path) -> None:
 
 def test_a_model_without_automatic_reset_diverges_as_others(own: Path) -> None:
     edited(own, ('<flag contact="disable"/>', '<flag contact="disable" autoreset="disable"/>'))
-    env = load("ymca", model=own)
+    env = load("ymca", robot=own)
     env.reset()
     env.physics.data.qvel[3] = np.nan
     assert env.step(np.zeros(8)).discount == 0.0
@@ -146,7 +146,7 @@ def test_a_model_without_automatic_reset_diverges_as_others(own: Path) -> None:
 def test_contacts_of_a_model_are_off_without_collisions(own: Path) -> None:
     edited(own, ('<flag contact="disable"/>', ""))
     for collisions in (False, True):
-        env = load("ymca", model=own, collisions=collisions)
+        env = load("ymca", robot=own, collisions=collisions)
         with env.physics.reset_context():
             env.physics.data.qpos[:] = np.array([0.0, 0.9, -1.5, 1.6] * 2)
         assert (env.physics.data.ncon > 0) == collisions
@@ -161,7 +161,7 @@ def test_divergence_in_the_last_physics_step_is_detected(own: Path) -> None:
         ('damping="0.3"', 'damping="0"'),
     )
     turned, speed, joint = 9.99e9, 9.9e9, 2  # rotation of a straight arm, which moves nothing else
-    env, many = load("ymca", model=own), make_vec(2, "ymca", model=own)
+    env, many = load("ymca", robot=own), make_vec(2, "ymca", robot=own)
     env.reset(), many.reset()
     angles, velocities = np.zeros(8), np.zeros(8)
     angles[joint], velocities[joint] = turned, speed
@@ -186,7 +186,7 @@ def test_delayed_actuators_are_the_same_alone_and_in_a_vector(own: Path) -> None
             ' nsample="8"/>',
         ),
     )
-    env, many = load("ymca", model=own), make_vec(2, "ymca", model=own)
+    env, many = load("ymca", robot=own), make_vec(2, "ymca", robot=own)
     env.reset(), many.reset()
     for action in np.random.default_rng(0).uniform(-1, 1, (30, 8)):
         expected = env.step(action).observation["joint_angles"]
@@ -203,7 +203,7 @@ def test_a_camera_on_an_arm_moves_with_it(own: Path) -> None:
     )
     places = {}
     for arms in ("physics", "kinematic"):
-        env = ImitationEnv(model=own, arms=arms, render_mode="rgb_array", repeats=1)
+        env = ImitationEnv(robot=own, arms=arms, render_mode="rgb_array", repeats=1)
         env.reset()
         for _ in range(10):
             env.step(np.full(8, 0.3))
@@ -228,7 +228,7 @@ def test_unstable_gains_end_the_episode_and_not_the_next(
     own: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    env = load("ymca", model=edited(own, *WILD, (' forcerange="-60 60"', "")))
+    env = load("ymca", robot=edited(own, *WILD, (' forcerange="-60 60"', "")))
     for _ in range(2):
         timestep = env.reset()
         assert all(np.isfinite(value).all() for value in timestep.observation.values())
@@ -246,7 +246,7 @@ def test_divergence_of_one_environment_leaves_the_others_alone(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     wild = edited(own, *WILD, (' forcerange="-60 60"', ""))
-    many, one = make_vec(3, "ymca", model=wild), load("ymca", model=wild)
+    many, one = make_vec(3, "ymca", robot=wild), load("ymca", robot=wild)
     many.reset(), one.reset()
     actions = np.zeros((3, 8))
     actions[0, 3] = 1.0  # only the first does anything
@@ -283,7 +283,7 @@ def quick(own: Path) -> Path:
 
 def test_a_run_is_checked_and_drawn_with_its_own_arms(quick: Path, tmp_path: Path) -> None:
     out = tmp_path / "run"
-    words = f"imitate ymca --model {quick} --tempo 2 --to 2.5 --repeats 2 --nodes 5 --modules 2"
+    words = f"imitate ymca --robot {quick} --tempo 2 --to 2.5 --repeats 2 --nodes 5 --modules 2"
     assert main([*words.split(), "--epochs", "1", "--no-video", "--out", str(out)]) == 0
     folder = RunFolder(out)
     trace, options = demonstrated(folder)[1], folder.read_config().env
@@ -295,8 +295,8 @@ def test_a_run_is_checked_and_drawn_with_its_own_arms(quick: Path, tmp_path: Pat
 
 
 def test_a_repertoire_may_be_as_fast_as_its_own_arms(quick: Path) -> None:
-    config = RunConfig.of("ymca", "ymca", model=str(quick), tempo=2.0)
+    config = RunConfig.of("ymca", "ymca", robot=str(quick), tempo=2.0)
     assert read_motions(config).feasible_angles is None
     with pytest.warns(RecordingWarning, match="the closest motion"):
-        changed = read_motions(config.replace(model=None))
+        changed = read_motions(config.replace(robot="two_arm"))
     assert changed.feasible_angles is not None

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from mpma_mj.envs.model import MODEL_PATH
+from mpma_mj.robots.robot_file import read_robot
 
-OURS = MODEL_PATH.read_text(encoding="utf-8")
+OURS = read_robot("two_arm").model.read_text(encoding="utf-8")
 
 
 def edited(path: Path, *changes: tuple[str, str]) -> Path:

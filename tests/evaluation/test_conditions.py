@@ -47,7 +47,7 @@ def test_no_disturbance_is_none_to_the_bit(
 
 @pytest.mark.parametrize("name", NONE)
 def test_the_hardest_level_changes_p_e(name: str, small: TrainedAgents, undisturbed: Trace) -> None:
-    (hardest,) = levels_of(name, str(DISTURBANCES[name].levels[-1]))
+    hardest = levels_of(name)[-1]
     disturbed = posture_errors_percent(evaluate(small, hardest.condition))
     assert disturbed != posture_errors_percent([undisturbed])
 

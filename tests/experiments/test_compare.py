@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mpma_mj.envs.model import MODEL_PATH
 from mpma_mj.experiments.backend import open_backend
 from mpma_mj.experiments.compare import ARMS, UNTRAINED, CompareJob, Transfer, compare, jobs
 from mpma_mj.experiments.compare_report import (
@@ -18,6 +17,7 @@ from mpma_mj.experiments.compare_report import (
     write_transfer,
 )
 from mpma_mj.motions import ymca
+from mpma_mj.robots.robot_file import read_robot
 from mpma_mj.training.config import RunConfig
 
 SMALL = tuple(RunConfig.of(nodes=20, modules=2, repeats=1, seed=seed) for seed in (0, 1))
@@ -39,7 +39,7 @@ def test_every_agent_is_evaluated_on_every_kind_of_arms(transfers: list[Transfer
 
 def test_a_users_arms_are_compared_as_they_are(tmp_path: Path) -> None:
     own = tmp_path / "strong.xml"
-    text = MODEL_PATH.read_text(encoding="utf-8")
+    text = read_robot("two_arm").model.read_text(encoding="utf-8")
     own.write_text(text.replace('kv="20"', 'kv="40"'), encoding="utf-8")
     config = RunConfig.of(agent="single", nodes=5, repeats=1)
 
@@ -47,7 +47,7 @@ def test_a_users_arms_are_compared_as_they_are(tmp_path: Path) -> None:
         job = CompareJob(UNTRAINED, (config,), ymca(), epochs=1, fine_tune=1)
         return job.do()[1].values("mean_torque_nm")[0]
 
-    assert torque(config.replace(model=str(own))) > 1.1 * torque(config)
+    assert torque(config.replace(robot=str(own))) > 1.1 * torque(config)
 
 
 def test_workers_bring_the_same_in_the_same_order(transfers: list[Transfer]) -> None:

@@ -44,7 +44,7 @@ def test_values_have_the_type_of_their_setting(word: str, values: list[object]) 
 
 
 # None of one word, or not varied.
-PLAIN = ("perturbation", "reward_weights", "model", "plants", "switch_every", "latency_every")
+PLAIN = ("perturbation", "reward_weights", "plants", "switch_every", "latency_every")
 PLAIN += ("seed",)
 
 

@@ -28,6 +28,8 @@ wrist = ["l_wrist", "r_wrist"]
 up = [0, 0, 2]
 [model.rest]
 waist = 0.0
+[model.range]
+r_roll = [-1.5, 3.0]
 
 [speed]
 values = [9, 8.0, 7.0, 6.0]

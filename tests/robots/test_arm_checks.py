@@ -31,6 +31,9 @@ RIGHT = '"r_pitch", "r_roll", "r_yaw", "r_elbow"'
         (LEFT, '"l_roll", "l_yaw", "l_elbow", "l_wrist"', "wrist: joint l_wrist does not hang on"),
         (WRISTS, 'wrist = ["r_wrist", "l_wrist"]', "wrist: joint r_wrist does not hang on l_elbow"),
         (WRISTS, 'wrist = ["l_elbow", "r_elbow"]', "wrist: joint l_elbow does not hang on l_elbow"),
+        ("r_roll = ", "waist = ", "range: joint waist is of no arm; leave it out"),
+        ("r_roll = ", "r_rol = ", "range: small.xml has no joint r_rol; did you mean r_roll?"),
+        ("[-1.5, 3.0]", "[0.0, 0.05]", "the range of joint r_roll is 0 to 0.05 rad; are degrees"),
         ("up = [0, 0, 2]", "up = [1, 0, 0.1]", "up is [1.0, 0.0, 0.1], along the line of the"),
     ],
 )

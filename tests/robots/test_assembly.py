@@ -111,6 +111,7 @@ def test_a_rest_angle_and_a_joint_s_own_zero_need_no_remedy(tmp_path: Path) -> N
     assert plain.njnt == 8
     assert not plain.qpos0.any()
     assert plain.joint("l_elbow").range.tolist() == [-0.5, 2.5]
+    assert plain.joint("r_roll").range.tolist() == [-1.5, 3.0]
 
 
 def test_degrees_stay_degrees(tmp_path: Path) -> None:
@@ -118,6 +119,7 @@ def test_degrees_stay_degrees(tmp_path: Path) -> None:
     model |= {"-0.5 2.5": "-30 150", 'ref="0.2"': 'ref="10"'}
     compiled = assemble(read_robot(write_small_robot(tmp_path, model=model))).compile()
     assert compiled.joint("l_elbow").range == pytest.approx(np.radians([-30.0, 150.0]))
+    assert compiled.joint("r_roll").range == pytest.approx([-1.5, 3.0])  # the file's, rad
 
 
 def test_only_the_file_acts_on_the_joints(small: Robot) -> None:
@@ -154,7 +156,9 @@ def test_the_hands_are_bodies_at_the_wrists(small: Robot) -> None:
 def test_unknown_values_are_refused_where_physics_needs_them(tmp_path: Path) -> None:
     unknown = {'values = [40.0, 30.0, 20.0, 10.0]\nsource = "data sheet"': 'source = "unknown"'}
     robot = read_robot(write_small_robot(tmp_path, unknown))
-    with pytest.raises(BadOptionError, match=r"small.toml: force of the joints, N m, is unknown"):
+    with pytest.raises(
+        BadOptionError, match=r"small.toml: force of the joints, N m, is unknown; .* arms=kinematic"
+    ):
         assemble(robot)
     assert assemble(robot, ideal=True).compile().nu == 8
     slow = {'values = [9, 8.0, 7.0, 6.0]\nsource = "data sheet"': 'source = "unknown"'}

@@ -148,6 +148,6 @@ def test_a_model_is_a_file(own: Path, kind: str) -> None:
     path = Path("/dev/zero") if kind == "device" else own
     expected = "no such file" if kind == "missing" else f"is a {kind}"
     with pytest.raises(BadOptionError, match=expected):
-        load("ymca", model=path)
+        load("ymca", robot=path)
     with pytest.raises(BadOptionError, match=expected):
         write_model(own.with_name("new.xml"), {}, path)

@@ -28,10 +28,10 @@ def perturbed(seed: int) -> dict[str, float]:
     return {name: float(rng.uniform(0.7, 1.3)) for name in UNITS}
 
 
-def dance_of(model: Path, seconds: float, *, latency: int, noise: float = 0.0) -> RobotLog:
+def dance_of(model: Path | str, seconds: float, *, latency: int, noise: float = 0.0) -> RobotLog:
     """Return the log of arms of a model that dance YMCA by feedback."""
     env = mpma_mj.load(
-        "ymca", model=model, latency=latency, repeats=20, observation_noise=noise, seed=0
+        "ymca", robot=model, latency=latency, repeats=20, observation_noise=noise, seed=0
     )
     agent = mpma_mj.make_agent(env, kind="feedback_only")
     agent.reset(0)
@@ -52,9 +52,9 @@ def log(factors: dict[str, float], tmp_path_factory: pytest.TempPathFactory) -> 
     return dance_of(model, 6.0, latency=LATENCY)
 
 
-def gentle_log(model: Path | None, seconds: float) -> RobotLog:
+def gentle_log(model: Path | str, seconds: float) -> RobotLog:
     """Return a log in which no actuator reaches its greatest force, without the first second."""
-    env = mpma_mj.load("ymca", model=model, repeats=20)
+    env = mpma_mj.load("ymca", robot=model, repeats=20)
     rng = np.random.default_rng(0)
     turn, phase = rng.uniform(1.0, 12.0, 8), rng.uniform(0.0, 6.0, 8)
     moments = iter(range(1000))
@@ -72,7 +72,7 @@ def gentle_log(model: Path | None, seconds: float) -> RobotLog:
 @pytest.fixture(scope="session")
 def gentle() -> RobotLog:
     """Return a log of the model's own arms in which no actuator reaches its greatest force."""
-    log = gentle_log(None, 6.0)
+    log = gentle_log("two_arm", 6.0)
     assert np.abs(20.0 * (log.command - log.velocity)).max() < 40.0  # N m, the least of these
     return log
 

@@ -11,9 +11,10 @@ from mujoco import sysid
 from numpy.typing import NDArray
 
 import mpma_mj
-from mpma_mj.envs.model import MODEL_PATH, make_model
+from mpma_mj.envs.model import make_model
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import BadOptionError
+from mpma_mj.robots.robot_file import read_robot
 from mpma_mj.sysid import RobotLog, identify, record, write_model
 from mpma_mj.sysid.fit import half_widths
 from mpma_mj.sysid.parameters import REFERENCE, UNITS, scaled
@@ -109,9 +110,9 @@ def test_noise_leaves_parameters_near(noise: float, off: float, tmp_path: Path) 
 @pytest.mark.slow
 def test_what_is_0_in_ones_own_model_is_told_and_the_rest_found(tmp_path: Path) -> None:
     own, robot = tmp_path / "own.xml", tmp_path / "robot.xml"
-    own.write_text(MODEL_PATH.read_text().replace('damping="0.3"', 'damping="0"'))
+    own.write_text(read_robot("two_arm").model.read_text().replace('damping="0.3"', 'damping="0"'))
     write_model(robot, {"kv_elbow": 1.2}, own)
-    found = identify(dance_of(robot, 6.0, latency=0), model=own)
+    found = identify(dance_of(robot, 6.0, latency=0), robot=own)
     assert len(found.missing) == 4
     assert all(name.startswith("damping_") for name in found.missing)
     assert found.factors.keys().isdisjoint(found.missing)
@@ -123,7 +124,7 @@ def test_what_is_0_in_ones_own_model_is_told_and_the_rest_found(tmp_path: Path) 
 def test_arms_whose_weight_is_carried_are_told_from_those_that_sink(tmp_path: Path) -> None:
     robot = tmp_path / "robot.xml"
     write_model(robot, {"forearm_mass": 1.2})
-    env = mpma_mj.load("ymca", model=robot, repeats=20, gravity_compensation=True)
+    env = mpma_mj.load("ymca", robot=robot, repeats=20, gravity_compensation=True)
     agent = mpma_mj.make_agent(env, kind="feedback_only")
     agent.reset(0)
     log = record(env, agent.act, 6.0)

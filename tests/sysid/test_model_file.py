@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 import mpma_mj
-from mpma_mj.envs.model import MODEL_PATH, make_model
+from mpma_mj.envs.model import make_model
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.errors import RunFolderError
+from mpma_mj.robots.robot_file import read_robot
 from mpma_mj.sysid import write_model
 from mpma_mj.sysid.parameters import scaled
 from tests.sysid.conftest import perturbed
@@ -27,9 +28,9 @@ def assert_same(one: mujoco.MjModel, other: mujoco.MjModel) -> None:
 def test_a_written_model_is_that_in_memory_and_can_be_danced_with(tmp_path: Path) -> None:
     factors = perturbed(1)
     write_model(tmp_path / "a.xml", factors)
-    assert_same(make_model(EnvironmentOptions(model=tmp_path / "a.xml")), scaled(MODEL, factors))
+    assert_same(make_model(EnvironmentOptions(robot=tmp_path / "a.xml")), scaled(MODEL, factors))
     env = mpma_mj.load(
-        "ymca", model=tmp_path / "a.xml", latency=2, actuator_strength=2.0, payload=1.0
+        "ymca", robot=tmp_path / "a.xml", latency=2, actuator_strength=2.0, payload=1.0
     )
     env.reset()
     assert np.isfinite(env.step(np.ones(8)).observation["posture"]).all()
@@ -37,19 +38,19 @@ def test_a_written_model_is_that_in_memory_and_can_be_danced_with(tmp_path: Path
 
 def test_a_written_model_without_factors_is_the_base(tmp_path: Path) -> None:
     write_model(tmp_path / "a.xml", {})
-    assert_same(make_model(EnvironmentOptions(model=tmp_path / "a.xml")), MODEL)
+    assert_same(make_model(EnvironmentOptions(robot=tmp_path / "a.xml")), MODEL)
 
 
 def test_a_model_may_have_a_name_and_a_folder_that_are_not_utf8(tmp_path: Path) -> None:
     factors = perturbed(1)
     written = tmp_path / "robots\udcff" / "a\udcff.xml"
     write_model(written, factors)
-    assert_same(make_model(EnvironmentOptions(model=written)), scaled(MODEL, factors))
+    assert_same(make_model(EnvironmentOptions(robot=written)), scaled(MODEL, factors))
     for copy in ("b.xml", "c.xml"):  # the second holds the folder of the first
         write_model(tmp_path / copy, {}, written)
         written = tmp_path / "robots\udcff" / copy
         (tmp_path / copy).rename(written)
-        assert_same(make_model(EnvironmentOptions(model=written)), scaled(MODEL, factors))
+        assert_same(make_model(EnvironmentOptions(robot=written)), scaled(MODEL, factors))
 
 
 def test_a_model_that_cannot_be_written_is_an_error_of_its_folder(
@@ -70,7 +71,11 @@ def test_masses_from_geoms_and_meshes_in_folders_are_kept(tmp_path: Path) -> Non
     faces = ((1, 3, 2), (1, 2, 4), (1, 4, 3), (2, 3, 4))
     lines = [f"v {x} {y} {z}" for x, y, z in corners] + [f"f {a} {b} {c}" for a, b, c in faces]
     (tmp_path / "meshes" / "plate.obj").write_text("\n".join(lines))
-    text = MODEL_PATH.read_text().replace('inertiafromgeom="false"', 'inertiafromgeom="true"')
+    text = (
+        read_robot("two_arm")
+        .model.read_text()
+        .replace('inertiafromgeom="false"', 'inertiafromgeom="true"')
+    )
     text = text.replace("<compiler ", '<compiler meshdir="meshes" ')
     text = text.replace("<asset>", '<asset><mesh name="plate" file="plate.obj"/>')
     text = text.replace(
@@ -80,6 +85,6 @@ def test_masses_from_geoms_and_meshes_in_folders_are_kept(tmp_path: Path) -> Non
     base.write_text(text)
     written = tmp_path / "elsewhere" / "a.xml"
     write_model(written, {"forearm_mass": 1.2}, base)
-    expected = scaled(make_model(EnvironmentOptions(model=base)), {"forearm_mass": 1.2})
+    expected = scaled(make_model(EnvironmentOptions(robot=base)), {"forearm_mass": 1.2})
     assert expected.body("torso").mass != MODEL.body("torso").mass  # from geoms
-    assert_same(make_model(EnvironmentOptions(model=written)), expected)
+    assert_same(make_model(EnvironmentOptions(robot=written)), expected)

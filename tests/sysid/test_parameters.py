@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import strategies
 
-from mpma_mj.envs.model import MODEL_PATH, make_model
+from mpma_mj.envs.model import make_model
 from mpma_mj.envs.options import EnvironmentOptions
+from mpma_mj.robots.robot_file import read_robot
 from mpma_mj.sysid.parameters import UNITS, scaled, values
 
 MODEL = make_model(EnvironmentOptions())
@@ -35,7 +36,7 @@ def test_masses_are_those_of_the_arms_and_no_others() -> None:
 
 
 def test_joints_in_bodies_of_their_own_belong_to_the_upper_arm() -> None:
-    spec = mujoco.MjSpec.from_file(str(MODEL_PATH))
+    spec = mujoco.MjSpec.from_file(str(read_robot("two_arm").model))
     for side in ("left", "right"):
         bone = spec.body(f"{side}_upper_arm").add_body(name=f"{side}_bone", mass=0.5)
         bone.inertia, bone.explicitinertial = np.full(3, 1e-3), True

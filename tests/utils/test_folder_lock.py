@@ -56,7 +56,7 @@ def run(small_run: Path, tmp_path: Path) -> Path:
 def robot_log(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the file of a short log."""
     path = tmp_path_factory.mktemp("robot") / "log.csv"
-    write_log(path, dance_of(None, 1.0, latency=0))
+    write_log(path, dance_of("two_arm", 1.0, latency=0))
     return path
 
 

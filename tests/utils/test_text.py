@@ -18,7 +18,7 @@ def test_a_question_names_the_nearest_of_the_known_or_is_empty() -> None:
     assert did_you_mean("paylaod", known) == "did you mean payload?"
     assert did_you_mean("paylaod", known, "{{{}}}") == "did you mean {payload}?"
     assert did_you_mean("gravity", known) == ""
-    options = ("lookahead", "locked_joint", "model", "actuator_strength", "random_start")
+    options = ("lookahead", "locked_joint", "robot", "actuator_strength", "random_start")
     assert did_you_mean("locked", options) == "did you mean locked_joint?"
     assert did_you_mean("strength", options) == "did you mean actuator_strength?"
     assert did_you_mean("delay", options) == did_you_mean("", options) == ""

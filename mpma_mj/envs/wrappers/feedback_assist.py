@@ -12,6 +12,7 @@ from gymnasium.utils import RecordConstructorArgs
 from gymnasium.vector import VectorEnv, VectorWrapper
 from numpy.typing import ArrayLike, NDArray
 
+from mpma_mj.arm_kinematics import ArmKinematics
 from mpma_mj.envs.gym_env import ImitationEnv
 from mpma_mj.envs.option_checks import is_within
 from mpma_mj.envs.step_rules import check_action
@@ -37,7 +38,12 @@ class _Controller:
     """
 
     def __init__(
-        self, gain: float, max_joint_speed: Array, control_timestep: float, *batch: int
+        self,
+        gain: float,
+        max_joint_speed: Array,
+        control_timestep: float,
+        kinematics: ArmKinematics,
+        *batch: int,
     ) -> None:
         """Begin without an error.
 
@@ -45,10 +51,11 @@ class _Controller:
             gain: Gain K.
             max_joint_speed: Joint speeds that action 1 commands, shape (8,), rad/s.
             control_timestep: Time between two actions, s.
+            kinematics: Kinematics of the arms.
             *batch: Leading shape of actions.
         """
         self.gain = checked_gain("gain", gain)
-        self._limits = max_joint_speed, control_timestep
+        self._limits = max_joint_speed, control_timestep, kinematics
         self._feedback = np.zeros((*batch, 8))
 
     def observe(self, observation: Mapping[str, Array]) -> None:
@@ -102,7 +109,9 @@ class FeedbackAssist(_Assisted, Wrapper):
             BadOptionError: The gain is not between 0 and 1, or the interface is not dm_env's.
         """
         super().__init__(env)
-        self._controller = _Controller(gain, self.task.max_joint_speed, self.control_timestep())
+        self._controller = _Controller(
+            gain, self.task.max_joint_speed, self.control_timestep(), self.task.kinematics
+        )
         self.last_action = self.last_feedback = np.zeros(8)
 
     def step(self, action: Array) -> dm_env.TimeStep:
@@ -142,7 +151,10 @@ class GymFeedbackAssist(_Assisted, gymnasium.Wrapper[Any, Any, Any, Any], Record
         """
         self._inner = unwrap(env, ImitationEnv)
         self._controller = _Controller(
-            gain, self._inner.max_joint_speed, self._inner.control_timestep
+            gain,
+            self._inner.max_joint_speed,
+            self._inner.control_timestep,
+            self._inner.physics.kinematics,
         )
         RecordConstructorArgs.__init__(self, gain=gain)
         gymnasium.Wrapper.__init__(self, env)
@@ -186,7 +198,11 @@ class VectorFeedbackAssist(_Assisted, VectorWrapper):
         """
         self._inner = unwrap(env, VectorImitationEnv)
         self._controller = _Controller(
-            gain, self._inner.max_joint_speed, self._inner.control_timestep, self._inner.num_envs
+            gain,
+            self._inner.max_joint_speed,
+            self._inner.control_timestep,
+            self._inner.arms.kinematics,
+            self._inner.num_envs,
         )
         super().__init__(env)
 

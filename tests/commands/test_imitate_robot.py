@@ -1,0 +1,49 @@
+"""Runs of other robots as a user types them: trained, continued, analysed and evaluated."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mpma_mj.cli import main
+from mpma_mj.training.run_folder import RunFolder
+from tests.conftest import Refused
+
+ROBOT = "cmu_humanoid"
+WORDS = ["imitate", "ymca", "--robot", ROBOT, "--no-video", "--repeats", "2", "--nodes", "10"]
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("runs") / "robot"
+    assert main([*WORDS, "--epochs", "1", "--out", str(folder)]) == 0
+    return folder
+
+
+def test_a_run_keeps_its_robot(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = RunFolder(run)
+    assert folder.read_config().env.robot == ROBOT
+    motion = folder.read_motion()
+    assert motion.feasible_angles is not None
+    assert motion.angles_of.startswith(ROBOT)
+    assert main(["imitate", "--resume", str(run), "--epochs", "2", "--no-video"]) == 0
+    assert "epoch   2" in capsys.readouterr().err
+    again = folder.read_motion().joint_angles
+    np.testing.assert_array_equal(again, motion.joint_angles)
+
+
+def test_joints_have_the_names_of_the_robot(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["analyse", str(run), "modules"]) == 0
+    assert "| joint lhumerusrz |" in capsys.readouterr().out
+    words = ["evaluate", str(run), "--disturbances", "locked", "--no-baselines"]
+    assert main([*words, "--levels", "none", "lradiusrx"]) == 0
+    assert "| locked joint | lradiusrx |" in capsys.readouterr().out
+
+
+def test_a_joint_of_another_robot_is_no_level(run: Path, refused: Refused) -> None:
+    words = ["evaluate", str(run), "--disturbances", "locked", "--levels", "left_elbow"]
+    refused(words, "locked has no level 'left_elbow'; expected some of none, lhumerusrz, ")
+
+
+def test_an_unknown_robot_is_answered_with_the_nearest(refused: Refused) -> None:
+    refused(["imitate", "ymca", "--robot", "cmu"], "--robot is 'cmu'; expected one of cmu_humanoid")
