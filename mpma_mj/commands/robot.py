@@ -98,7 +98,7 @@ class DescribeRobot:
         from mpma_mj.robots.torso_guess import UPS
 
         if is_robot:
-            new = NewRobot(read_robot(self.robot), (), {})
+            new = NewRobot(read_robot(self.robot))
         else:
             new = describe_model(
                 Path(self.robot),
@@ -126,6 +126,12 @@ def _lines(new: NewRobot, report: RobotReport) -> list[str]:
         f"{'reachable':<10}{of_ymca} of the postures of ymca and {of_people} of others of people,"
         f" within {REACHED:g}°"
     )
+    if new.unread:
+        endings = ", ".join(sorted({Path(file).suffix for file in new.unread}))
+        lines.append(
+            f"{'meshes':<10}{len(new.unread)} left out, as MuJoCo does not read {endings}; as"
+            " .obj or .stl they are seen"
+        )
     return [*lines, *report.physical_lines(new.comments)]
 
 

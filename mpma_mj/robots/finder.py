@@ -256,14 +256,16 @@ def _refusal(pose: _Pose) -> BadOptionError:
     if len(lone) >= 4 and len(pair[0]) < 2:
         problem = f"has one arm only ({names(lone)}), or none that mirrors it"
     elif pair[0]:
-        about = turning_about_shoulder(pose.data, pair[0])
+        about, hinges = turning_about_shoulder(pose.data, pair[0]), len(pair[0])
         problem = (
-            f"has limbs of {len(pair[0])} hinges ({names(pair[0])}), of which {about} turn about"
-            " the shoulder; an arm needs three there and one in the elbow"
+            f"has limbs of {hinges} hinge{'s' * (hinges > 1)} ({names(pair[0])}), {about} of them"
+            " about the shoulder; an arm needs three there and one in the elbow"
         )
     elif pairs:
         longest = max(pairs, key=lambda pair: len(pair[0]))
         problem = f"has no arms, but what is called legs, fingers or the like ({names(longest[0])})"
     else:
         problem = f"has no two arms; an arm needs four hinges, and it has {model.njnt} joints"
+    if (model.jnt_type == mujoco.mjtJoint.mjJNT_BALL).any():
+        problem += ", and not a ball joint"
     return BadOptionError(problem, remedy=_REMEDY)

@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import NamedTuple
 
 import mujoco
@@ -19,6 +20,7 @@ from mpma_mj.robots.model_file import read_model_file
 from mpma_mj.robots.robot import UNKNOWN, Robot
 from mpma_mj.robots.robot_file import TIP
 from mpma_mj.robots.stated_values import stated_values
+from mpma_mj.robots.urdf import unread_meshes
 
 __all__ = ["NewRobot", "describe_model", "robot_name"]
 
@@ -35,11 +37,13 @@ class NewRobot(NamedTuple):
         robot: The robot; messages name its model, as it has no file.
         guesses: What was guessed, and from what.
         comments: Comments on physical values by their quantity.
+        unread: Files of meshes that are left out, as MuJoCo does not read them.
     """
 
     robot: Robot
-    guesses: tuple[str, ...]
-    comments: Mapping[str, str]
+    guesses: tuple[str, ...] = ()
+    comments: Mapping[str, str] = MappingProxyType({})
+    unread: tuple[str, ...] = ()
 
 
 def describe_model(
@@ -68,7 +72,7 @@ def describe_model(
     model = _compiled(path)
     if not left and _is_complete(model):
         whole = Robot(name, name, UNKNOWN, path, path, complete=True)
-        return NewRobot(whole, (), {})
+        return NewRobot(whole)
     robot = Robot(name, name, UNKNOWN, path, path, up=tuple(up or (0.0, 0.0, 1.0)))
     try:
         if left:
@@ -90,7 +94,7 @@ def describe_model(
         physical=physical,
     )
     check_joints(robot, model)
-    return NewRobot(robot, found.guesses, comments)
+    return NewRobot(robot, found.guesses, comments, unread_meshes(path))
 
 
 def robot_name(path: Path) -> str:

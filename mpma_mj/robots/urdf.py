@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["mend_urdf", "unreadable_meshes"]
+__all__ = ["mend_urdf", "unread_meshes"]
 
 Array = NDArray[np.float64]
 
@@ -28,7 +29,7 @@ def mend_urdf(spec: mujoco.MjSpec) -> None:
     compiler = spec.compiler
     compiler.discardvisual, compiler.balanceinertia = False, True
     compiler.boundmass, compiler.boundinertia = _MASS, _INERTIA
-    left_out = set(unreadable_meshes(spec))
+    left_out = {mesh.name for mesh in spec.meshes if not _is_read(mesh.file)}
     for geom in list(spec.geoms):
         if geom.meshname in left_out:
             spec.delete(geom)
@@ -42,9 +43,20 @@ def mend_urdf(spec: mujoco.MjSpec) -> None:
             body.fullinertia, body.inertia = np.full(6, np.nan), np.full(3, _INERTIA)
 
 
-def unreadable_meshes(spec: mujoco.MjSpec) -> list[str]:
-    """Return the names of meshes in formats that MuJoCo does not read, such as Collada."""
-    return [mesh.name for mesh in spec.meshes if Path(mesh.file).suffix.lower() not in _MESHES]
+def unread_meshes(path: Path) -> tuple[str, ...]:
+    """Return the files that a URDF names and `mend_urdf` leaves out; none for an MJCF.
+
+    Args:
+        path: The model, which has been read before.
+    """
+    if path.suffix.lower() != ".urdf":
+        return ()
+    meshes = mujoco.MjSpec.from_file(os.fsencode(path)).meshes
+    return tuple(mesh.file for mesh in meshes if not _is_read(mesh.file))
+
+
+def _is_read(file: str) -> bool:
+    return Path(file).suffix.lower() in _MESHES
 
 
 def _moments(full: Array) -> Array:

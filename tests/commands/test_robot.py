@@ -42,6 +42,13 @@ def test_a_urdf_becomes_a_robot_that_can_dance_ideally(capsys: pytest.CaptureFix
     assert not Path("my-poses.png").exists()
 
 
+def test_meshes_that_are_left_out_are_named(capsys: pytest.CaptureFixture[str]) -> None:
+    mesh = '<geometry><mesh filename="forearm.dae"/></geometry>'
+    Path("my.urdf").write_text(urdf_figure(visible=mesh))
+    assert main(["robot", "my.urdf", "--no-picture"]) == 0
+    assert "meshes    1 left out, as MuJoCo does not read .dae; " in capsys.readouterr().out
+
+
 @pytest.mark.usefixtures("opengl")
 def test_the_picture_is_next_to_the_file(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["robot", "my.xml", "--out", "robots/dancer.toml", "--name", "dancer"]) == 0
@@ -99,7 +106,7 @@ def test_joints_and_up_can_be_given(capsys: pytest.CaptureFixture[str]) -> None:
         (["my.xml", "--up", "w"], "--up"),
         (["my.xml", "--up", "y"], "--up points along the line of the shoulders"),
         (["one.xml"], "one.xml: has one arm only"),
-        (["two.xml"], "two.xml: has limbs of 3 hinges (left_pitch, left_roll, left_elbow), of"),
+        (["two.xml"], "two.xml: has limbs of 3 hinges (left_pitch, left_roll, left_elbow), 2 of"),
         (["flat.xml"], "flat.xml: the range of joint left_elbow is -0.04363 to 0.0017"),
     ],
 )

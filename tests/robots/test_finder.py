@@ -148,7 +148,7 @@ ROLLS = {"pitch": "0 1 0", "roll": "1 0 0", "yaw": "0 1 0", "elbow": "0 0 1"}
     [
         (
             {"arm": NO_YAW, "wrist": ()},
-            "has limbs of 3 hinges (left_pitch, left_roll, left_elbow), of which 2 turn about the"
+            "has limbs of 3 hinges (left_pitch, left_roll, left_elbow), 2 of them about the"
             " shoulder; an arm needs three there and one in the elbow",
         ),
         ({"arm": NO_YAW, "wrist": ("0 1 0",)}, "has limbs of 4 hinges (left_pitch, left_roll,"),
@@ -158,7 +158,7 @@ ROLLS = {"pitch": "0 1 0", "roll": "1 0 0", "yaw": "0 1 0", "elbow": "0 0 1"}
         ({"arm": TWICE, "wrist": ()}, "left_pitch and left_again turn about parallel axes"),
         (
             {"arm": ROLLS, "wrist": ()},
-            "(left_pitch, left_roll, left_yaw, left_elbow), of which 4 turn",
+            "(left_pitch, left_roll, left_yaw, left_elbow), 4 of them",
         ),
         ({"form": ""}, "is one of an arm; give it a name in the model"),
     ],
@@ -167,6 +167,18 @@ def test_models_without_such_arms_are_refused(options: dict[str, object], proble
     assert problem in refused(compile_figure(**options))
 
 
+def test_a_ball_joint_is_no_shoulder() -> None:
+    arm = {"pitch": "0 1 0", "elbow": "0 1 0"}
+    text = figure(arm=arm, wrist=(), waist=0)
+    for side in ("left", "right"):
+        hinge = f'<joint name="{side}_pitch" axis="0 1 0" range="-3 3"/>'
+        assert hinge in text
+        text = text.replace(hinge, f'<joint name="{side}_ball" type="ball"/>')
+    message = refused(mujoco.MjModel.from_xml_string(text))
+    assert "has limbs of 1 hinge (left_elbow), 1 of them about the shoulder; " in message
+    assert "an arm needs three there and one in the elbow, and not a ball joint; " in message
+
+
 def test_the_humanoid_of_two_hinges_a_shoulder_is_refused() -> None:
     model = mujoco.MjModel.from_xml_path(os.fspath(DM_CONTROL / "suite/humanoid.xml"))
-    assert "(right_shoulder1, right_shoulder2, right_elbow), of which 2 turn" in refused(model)
+    assert "(right_shoulder1, right_shoulder2, right_elbow), 2 of them about" in refused(model)

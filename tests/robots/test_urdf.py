@@ -2,18 +2,20 @@
 
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pytest
 
 from mpma_mj.robots.model_file import read_model_file
-from mpma_mj.robots.urdf import mend_urdf
+from mpma_mj.robots.scene import TWO_ARM
+from mpma_mj.robots.urdf import mend_urdf, unread_meshes
 from tests.robots.figures import urdf_figure
 
 BALL = '<geometry><sphere radius="0.03"/></geometry>'
 MESH = '<geometry><mesh filename="forearm.dae"/></geometry>'
 
 
-def read(folder: Path, text: str):
+def read(folder: Path, text: str) -> mujoco.MjSpec:
     path = folder / "my.urdf"
     path.write_text(text)
     return read_model_file(path)
@@ -37,6 +39,8 @@ def test_meshes_that_mujoco_does_not_read_are_left_out(tmp_path: Path) -> None:
     spec = read(tmp_path, urdf_figure(visible=MESH))
     assert (len(spec.meshes), len(spec.geoms)) == (0, 1)
     spec.compile()
+    assert unread_meshes(tmp_path / "my.urdf") == ("forearm.dae",)
+    assert unread_meshes(TWO_ARM) == ()
 
 
 def test_mending_twice_is_mending_once(tmp_path: Path) -> None:
