@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ["DescribeRobot"]
 
+_UNEQUAL = 0.05  # share of postures by which arms that are mirror images may differ (choice)
 _MODELS = (".xml", ".mjcf", ".urdf")
 _JOINTS = tyro.conf.arg(metavar="JOINT JOINT JOINT JOINT")
 
@@ -119,13 +120,18 @@ def _lines(new: NewRobot, report: RobotReport) -> list[str]:
     lines = report.lines()
     if new.guesses:
         lines.insert(1, f"{'guessed':<10}{'; '.join(new.guesses)}")
-    of_ymca, of_people = (
-        f"{100 * report.reachable(postures):.0f} %" for postures in (ymca().posture, both_arms())
-    )
+    shares = [report.reachable(postures) for postures in (ymca().posture, both_arms())]
+    of_ymca, of_people = (f"{50 * (left + right):.0f} %" for left, right in shares)
     lines.append(
         f"{'reachable':<10}{of_ymca} of the postures of ymca and {of_people} of others of people,"
         f" within {REACHED:g}°"
     )
+    left, right = shares[1]  # the same for mirror images
+    if abs(left - right) > _UNEQUAL:
+        lines.append(
+            f"{'':<10}left {100 * left:.0f} %, right {100 * right:.0f} % of these others: where the"
+            " model's ranges are not mirrored, give [model.range] in the robot file"
+        )
     if new.unread:
         endings = ", ".join(sorted({Path(file).suffix for file in new.unread}))
         lines.append(

@@ -62,14 +62,15 @@ class RobotReport:
         self.chains = chains(self.model, robot.joints)
         self.poses = {pose: _pose_result(self.chains, pose) for pose in POSES}
 
-    def reachable(self, directions: Array) -> float:
-        """Return the share of postures that both arms reach to 5°.
+    def reachable(self, directions: Array) -> tuple[float, float]:
+        """Return the share of postures that the left and the right arm reach to 5°.
 
         Args:
             directions: Directions u and f of both arms, shape (N, 12).
         """
-        arms = zip(self.chains, (directions[:, :6], directions[:, 6:]), strict=True)
-        return float(np.mean([reachable_share(chain, goals) for chain, goals in arms]))
+        left, right = self.chains
+        halves = directions[:, :6], directions[:, 6:]
+        return reachable_share(left, halves[0]), reachable_share(right, halves[1])
 
     def lines(self) -> list[str]:
         """Return what the robot is, as lines of text."""

@@ -25,7 +25,7 @@ def test_the_small_robot_reaches_all(robot: Robot) -> None:
     for result in report.poses.values():
         assert result.deviations.max() < 1.2  # its elbow is askew
         assert str(result) == f"{result.deviations[0]:.1f}° off"
-    assert report.reachable(ymca().posture) == 1.0
+    assert report.reachable(ymca().posture) == (1.0, 1.0)
     lines = "\n".join(report.lines() + report.physical_lines({}))
     for text in (
         "small: Small robot, ",
@@ -61,4 +61,4 @@ def test_two_arm_has_its_values_in_the_model() -> None:
     report = RobotReport(read_robot("two_arm"))
     assert report.unknown == []
     assert report.physical_lines({}) == ["physical  as the model has it"]
-    assert report.reachable(ymca().posture) == 1.0
+    assert report.reachable(ymca().posture) == (1.0, 1.0)
