@@ -126,6 +126,26 @@ def test_recordings_models_and_maps_import_nothing(here: Path, name: str) -> Non
     assert not (here / "sprung").exists()
 
 
+@pytest.mark.parametrize(
+    "place",
+    [
+        'package = "evil"\nfile = "evil.sub/arms.xml"',
+        'package = "evil.sub"\nfile = "evil/arms.xml"',
+        'description = "evil"',
+        'description = "../evil"',
+        'menagerie = "evil"\nfile = "evil.py"',
+        'file = "evil.py"',
+    ],
+)
+def test_robot_files_import_nothing(here: Path, place: str) -> None:
+    arms = 'left = ["a", "b", "c", "d"]\nright = ["e", "f", "g", "h"]\nforearm = "tip"\n'
+    head = 'name = "evil"\ntitle = "Evil"\nlicence = "?"\n[model]\n'
+    (here / "evil.toml").write_text(f"{head}{place}\nup = [0, 0, 1]\n{arms}")
+    assert main(["imitate", "ymca", "--robot", "evil.toml", "--no-video", "--out", "a"]) == 2
+    assert not (here / "sprung").exists()
+    assert "evil" not in sys.modules
+
+
 class Bomb:
     """What springs the trap when it is unpickled."""
 

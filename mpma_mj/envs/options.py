@@ -63,8 +63,8 @@ class EnvironmentOptions:
 
     Attributes:
         arms: "physics" for simulated arms, "kinematic" for arms that move ideally.
-        robot: "two_arm", the package's arms, or the path of an MJCF file of other arms with its
-            joints.
+        robot: Name of a robot, such as "h1"; or the path of a robot file, or of an MJCF file with
+            the joints of "two_arm". See docs/guides/robots.md.
         repeats: Number of repetitions of the motion in an episode.
         reference_noise: Standard deviation of the noise on each coordinate of the demonstrated unit
             vectors, which are normalised again; the paper's 1 % is 0.01.

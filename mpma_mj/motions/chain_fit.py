@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.motions.chain_search import best_of_paths, starting_paths
+from mpma_mj.motions.chain_search import best_of_paths, interpolated, starting_paths
 from mpma_mj.motions.joint_fit import Seam, StepLimits, fit_joint_angles
 from mpma_mj.robots.chain import Chain
 
@@ -16,6 +16,9 @@ Array = NDArray[np.float64]
 HEADROOM = 0.8
 """Share of the joints' top speed; the rest is the controller's (choice)."""
 
+# Choices.
+_HALVINGS = 2  # of the tempo
+_SHORTEST = 8  # steps of a motion that is made faster
 _BEYOND = 1.01  # of the largest step, up to which a fit counts as within the limits
 
 
@@ -24,9 +27,10 @@ def fit_chain(
 ) -> Array:
     """Fit joint angles of a chain to a motion, within its ranges and 80 % of its top speeds.
 
-    The fit has local minima; it is made from several paths (`starting_paths`) and then from the
-    best path that changes between the fitted ones, and the closest is kept. Accelerations are not
-    limited.
+    As a fit has local minima, it starts from several paths (`starting_paths`), among them the fit
+    of the same motion at twice and four times its tempo, so that a slower tempo is not worse; and
+    then from the best path that changes between the fitted ones. The closest is kept. Accelerations
+    are not limited.
 
     Args:
         directions: Directions u and f, shape (T, 6), unit vectors.
@@ -36,30 +40,37 @@ def fit_chain(
         cyclic: Whether the end leads into the start.
 
     Returns:
-        Joint angles, shape (T, 4), rad. Those of a cyclic motion lead on, too, within the same
-        speeds; joints without a range may have turned by whole turns then.
+        Joint angles, shape (T, 4), rad. Those of a cyclic motion lead on within the same speeds,
+        too, where joints without a range may have made whole turns.
     """
-    limits = StepLimits(HEADROOM * max_speed / rate, chain.lowest, chain.highest)
-    fits = [
-        _fit(start, directions, chain, limits, cyclic)
-        for start in starting_paths(directions, chain, limits, rate, cyclic)
-    ]
-    mixed = best_of_paths([angles for angles, _ in fits], directions, chain, limits, cyclic)
-    fits.append(_fit(mixed, directions, chain, limits, cyclic))
+    step = HEADROOM * max_speed / rate
+    return _closest(directions, chain, step, rate, cyclic, _HALVINGS)
+
+
+def _closest(
+    directions: Array, chain: Chain, step: Array, rate: float, cyclic: bool, halvings: int
+) -> Array:
+    starts = starting_paths(directions, chain, step, rate, cyclic)
+    if halvings and len(directions) > _SHORTEST:
+        faster = _closest(directions[::2], chain, step, rate, cyclic, halvings - 1)
+        starts.append(interpolated(faster, 2, len(directions), chain, cyclic))
+    fits = [_fit(start, directions, chain, step, cyclic) for start in starts]
+    mixed = best_of_paths([angles for angles, _ in fits], directions, chain, step, cyclic)
+    fits.append(_fit(mixed, directions, chain, step, cyclic))
     return min(fits, key=lambda fit: fit[1])[0]
 
 
 def _fit(
-    start: Array, directions: Array, chain: Chain, limits: StepLimits, cyclic: bool
+    start: Array, directions: Array, chain: Chain, step: Array, cyclic: bool
 ) -> tuple[Array, tuple[bool, float]]:
     """Return a fit, shape (T, 4), rad, and whether it breaks a limit and its distance."""
     seam = None
     if cyclic:
-        endless = np.isinf(chain.lowest) & np.isinf(chain.highest)
         turns = np.round((start[-1] - start[0]) / (2.0 * np.pi))
-        seam = Seam(np.ones(4), np.where(endless, 2.0 * np.pi * turns, 0.0))
+        seam = Seam(np.ones(4), np.where(chain.endless, 2.0 * np.pi * turns, 0.0))
+    limits = StepLimits(step, chain.lowest, chain.highest)
     angles, distance = fit_joint_angles(directions, chain.jacobian, start, limits, seam)
     steps = np.diff(angles, axis=0)
     if seam is not None:
         steps = np.concatenate([steps, angles[:1] + seam.offset - angles[-1:]])
-    return angles, (bool((np.abs(steps) > _BEYOND * limits.step).any()), distance)
+    return angles, (bool((np.abs(steps) > _BEYOND * step).any()), distance)

@@ -14,9 +14,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from mpma_mj.kinematics import wrap
+
 __all__ = ["PathCost", "cheapest_cycle", "cheapest_path"]
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 
 class PathCost(NamedTuple):
@@ -36,7 +39,11 @@ class PathCost(NamedTuple):
 
 
 def cheapest_path(
-    angles: Array, distance: Array, step: Array, cost: PathCost | None = None
+    angles: Array,
+    distance: Array,
+    step: Array,
+    cost: PathCost | None = None,
+    endless: Mask | None = None,
 ) -> Array:
     """Return the path with the least cost.
 
@@ -45,16 +52,21 @@ def cheapest_path(
         distance: Their squared distance to the directions, shape (T, N); inf excludes one.
         step: Largest change of an angle from one step to the next, shape (n,), rad.
         cost: The cost.
+        endless: Which joints may make whole turns, shape (n,); none if not given.
 
     Returns:
         Joint angles, shape (T, n), rad.
     """
-    places = _places(angles, distance, step, cost or PathCost())
-    return angles[np.arange(len(angles)), places]
+    places = _places(angles, distance, step, cost or PathCost(), endless)
+    return _path(angles, places, endless)
 
 
 def cheapest_cycle(
-    angles: Array, distance: Array, step: Array, cost: PathCost | None = None
+    angles: Array,
+    distance: Array,
+    step: Array,
+    cost: PathCost | None = None,
+    endless: Mask | None = None,
 ) -> Array:
     """Return a path with the least cost, of those whose end leads into their start.
 
@@ -66,41 +78,48 @@ def cheapest_cycle(
         distance: Their squared distance to the directions, shape (T, N); inf excludes one.
         step: Largest change of an angle from one step to the next, shape (n,), rad.
         cost: The cost.
+        endless: Which joints may make whole turns, shape (n,); none if not given.
 
     Returns:
         Joint angles, shape (T, n), rad.
     """
     frames = len(angles)
-    places = np.array(
-        _places(
-            np.concatenate([angles] * 3),
-            np.concatenate([distance] * 3),
-            step,
-            cost or PathCost(),
-        )
-    )
+    thrice = np.concatenate([angles] * 3), np.concatenate([distance] * 3)
+    places = _places(*thrice, step, cost or PathCost(), endless)
     same = np.flatnonzero(places[:-frames] == places[frames:])
     first = int(same[np.argmin(np.abs(same - frames))]) if len(same) else frames
-    own = np.roll(places[first : first + frames], first)
-    return angles[np.arange(frames), own]
+    return _path(angles, np.roll(places[first : first + frames], first), endless)
 
 
-def _places(angles: Array, distance: Array, step: Array, cost: PathCost) -> list[int]:
+def _path(angles: Array, places: NDArray[np.intp], endless: Mask | None) -> Array:
+    """Return the candidates at places, without the jumps of joints that may make whole turns."""
+    path: Array = angles[np.arange(len(angles)), places]
+    if endless is not None:
+        path[:, endless] = np.unwrap(path[:, endless], axis=0)
+    return path
+
+
+def _places(
+    angles: Array, distance: Array, step: Array, cost: PathCost, endless: Mask | None
+) -> NDArray[np.intp]:
     """Return the index of the cheapest path's candidate in each step."""
     near = distance <= distance.min(axis=1, keepdims=True) + cost.farthest
     chosen = np.flatnonzero(near[0])
     total, places, origins = distance[0, chosen], [chosen], []
     for t in range(1, len(angles)):
         chosen = np.flatnonzero(near[t])
-        change = np.abs(angles[t, chosen, None] - angles[t - 1, places[-1]]) / step
+        turn = angles[t, chosen, None] - angles[t - 1, places[-1]]
+        if endless is not None:
+            turn[..., endless] = wrap(turn[..., endless])
+        change = np.abs(turn) / step
         hurry = np.maximum(change - cost.hurry, 0.0)
         way = total + np.sum(cost.moving * change**2 + cost.hurrying * hurry**2, axis=-1)
         origins.append(way.argmin(axis=1))
         total = way.min(axis=1) + distance[t, chosen]
         places.append(chosen)
     best = int(total.argmin())
-    path = [int(places[-1][best])]
+    path = [places[-1][best]]
     for place, origin in zip(places[-2::-1], reversed(origins), strict=True):
         best = int(origin[best])
-        path.append(int(place[best]))
-    return path[::-1]
+        path.append(place[best])
+    return np.array(path[::-1])

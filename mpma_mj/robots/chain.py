@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.errors import BadOptionError
-from mpma_mj.robots.rotations import rotated
+from mpma_mj.robots.rotations import turned
 
 __all__ = ["Chain"]
 
@@ -43,7 +43,7 @@ class Chain:
 
     Raises:
         BadOptionError: A direction is zero or not finite, neighbouring axes of the shoulder are
-            parallel, the elbow cannot bend, or a range is empty.
+            parallel, the elbow cannot bend, or a range is empty or has one end only.
     """
 
     axes: Array
@@ -52,6 +52,11 @@ class Chain:
     lowest: Array
     highest: Array
     joints: tuple[str, ...] = ("joint 1", "joint 2", "joint 3", "joint 4")
+
+    @property
+    def endless(self) -> NDArray[np.bool_]:
+        """Whether a joint has no range, so that it may turn on and on, shape (4,)."""
+        return np.isinf(self.lowest)
 
     def __post_init__(self) -> None:
         """Copy the arrays, with directions of length 1, and check them."""
@@ -89,14 +94,13 @@ class Chain:
         for joint, low, high in zip(self.joints, self.lowest, self.highest, strict=True):
             if not low < high:
                 raise BadOptionError(f"the range of {joint} is empty: {low:g} to {high:g} rad")
+            if np.isinf(low) != np.isinf(high):
+                raise BadOptionError(f"the range of {joint} has one end: {low:g} to {high:g} rad")
 
     def directions(self, joint_angles: Array) -> Array:
         """Return the directions u and f, shape (..., 6), at joint angles, shape (..., 4), rad."""
-        forearm = rotated(self.forearm, self.axes[3], joint_angles[..., 3])
-        both = np.stack([np.broadcast_to(self.upper_arm, forearm.shape), forearm], axis=-2)
-        for i in (2, 1, 0):
-            both = rotated(both, self.axes[i], joint_angles[..., i, None])
-        return both.reshape(*joint_angles.shape[:-1], 6)
+        moved = self._moved(joint_angles, axes=0)
+        return np.moveaxis(moved, 2, 0).swapaxes(1, 2).reshape(*joint_angles.shape[:-1], 6)
 
     def jacobian(self, joint_angles: Array) -> tuple[Array, Array]:
         """Compute the directions and their derivatives.
@@ -109,20 +113,31 @@ class Chain:
         Returns:
             Directions u and f, shape (..., 6), and their derivatives, shape (..., 6, 4).
         """
-        forearm = rotated(self.forearm, self.axes[3], joint_angles[..., 3])
-        moved = np.stack([np.broadcast_to(self.upper_arm, forearm.shape), forearm], axis=-2)
-        for i in (2, 1, 0):  # with the axes that come after joint i
-            axis = np.broadcast_to(self.axes[i + 1], (*moved.shape[:-2], 1, 3))
-            moved = np.concatenate([moved, axis], axis=-2)
-            moved = rotated(moved, self.axes[i], joint_angles[..., i, None])
-        directions = moved[..., :2, :]
-        first = np.broadcast_to(self.axes[:1], (*moved.shape[:-2], 1, 3))
-        axes = np.concatenate([first, moved[..., :1:-1, :]], axis=-2)
-        turned = np.cross(axes[..., None, :, :], directions[..., :, None, :])  # (..., 2, 4, 3)
-        turned[..., 0, 3, :] = 0.0  # the elbow does not move the upper arm
+        moved = self._moved(joint_angles, axes=4)
+        (a, b, c), (x, y, z) = moved[:, :2, None], moved[:, None, :1:-1]
+        derivatives = np.stack([y * c - z * b, z * a - x * c, x * b - y * a])  # (3, 2, 4, N)
+        derivatives[:, 0, 3] = 0.0  # the elbow does not move the upper arm
         shape = joint_angles.shape[:-1]
-        derivatives = np.swapaxes(turned, -1, -2).reshape(*shape, 6, 4)
-        return directions.reshape(*shape, 6), derivatives
+        return (
+            np.moveaxis(moved[:, :2], 2, 0).swapaxes(1, 2).reshape(*shape, 6),
+            derivatives.transpose(3, 1, 0, 2).reshape(*shape, 6, 4),
+        )
+
+    def _moved(self, joint_angles: Array, axes: int) -> Array:
+        """Return u, f and so many of the axes 4, 3, 2 and 1, shape (3, 2 + axes, N).
+
+        Each component is an array of its own, which numpy computes three times as fast.
+        """
+        angles = joint_angles.reshape(-1, 4).T
+        cosine, sine = np.cos(angles), np.sin(angles)
+        moved = np.empty((3, 2 + axes, angles.shape[1]))
+        moved[:, 0], moved[:, 1] = self.upper_arm[:, None], self.forearm[:, None]
+        moved[:, 2:] = self.axes[::-1][:axes].T[:, :, None]
+        moved[:, 1] = turned(moved[:, 1], self.axes[3], cosine[3], sine[3])
+        for i in (2, 1, 0):
+            outward = np.s_[:, : min(5 - i, 2 + axes)]
+            moved[outward] = turned(moved[outward], self.axes[i], cosine[i], sine[i])
+        return moved
 
 
 def _sine(one: Array, other: Array) -> float:

@@ -72,8 +72,9 @@ def _in_package(name: str, file: str) -> Path:
             if f"/{installed.as_posix()}".endswith(f"/{file}"):
                 return Path(str(installed.locate())).resolve()
     folder, _, rest = file.partition("/")
-    with contextlib.suppress(ImportError, ValueError):  # an editable install lists no files
-        found = importlib.util.find_spec(folder)
+    # An editable install lists no files. With a dot in its name the packages around are imported.
+    with contextlib.suppress(ImportError, ValueError):
+        found = importlib.util.find_spec(folder) if folder.isidentifier() else None
         for place in (found and found.submodule_search_locations) or ():
             if (path := Path(place) / rest).is_file():
                 return path
@@ -97,6 +98,8 @@ def _in_descriptions(name: str, *, fetch: bool) -> Path:
     _registry("description")
     if not fetch:
         raise _AbsentError
+    if not name.isidentifier():
+        raise _AbsentError(f"robot_descriptions has no {name}")
     try:
         with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
             module = importlib.import_module(f"robot_descriptions.{name}")

@@ -5,21 +5,30 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["about", "across", "between", "circle", "frame", "rotated"]
+__all__ = ["about", "across", "between", "circle", "frame", "rotated", "turned"]
 
 Array = NDArray[np.float64]
 
+_PARALLEL = 1e-150  # length of a cross product whose square underflows
+
 
 def rotated(vector: Array, axis: Array, angle: Array) -> Array:
-    """Return vectors, shape (..., 3), rotated about a unit vector, (3,), by angles (...), rad.
+    """Return vectors, shape (..., 3), rotated about a unit vector, (3,), by angles (...), rad."""
+    missing = max(0, angle.ndim - vector.ndim + 1)
+    vector = np.moveaxis(vector.reshape(*(1,) * missing, *vector.shape), -1, 0)
+    return np.moveaxis(turned(vector, axis, np.cos(angle), np.sin(angle)), 0, -1)
 
-    cos θ v + sin θ (a × v) + (1 - cos θ) (a · v) a        (Rodrigues)
+
+def turned(vector: Array, axis: Array, cosine: Array, sine: Array) -> Array:
+    """Return vectors, shape (3, ...), rotated about a unit vector, (3,).
+
+    (a · v) a + cos θ (v - (a · v) a) + sin θ (a × v)        (Rodrigues)
     """
-    cosine, sine = np.cos(angle)[..., None], np.sin(angle)[..., None]
     x, y, z = axis
-    cross = np.array([[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]])  # v @ cross = a × v
-    along = (vector @ axis)[..., None] * axis
-    return along + cosine * (vector - along) + sine * (vector @ cross)
+    products = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0], *np.outer(axis, axis)])
+    both = (products @ vector.reshape(3, -1)).reshape(6, *vector.shape[1:])
+    across, along = both[:3], both[3:]
+    return along + cosine * (vector - along) + sine * across
 
 
 def circle(axis: Array, moved: Array, fixed: Array, angle: Array) -> Array:
@@ -79,7 +88,8 @@ def frame(upper_arm: Array, forearm: Array) -> Array:
     upper_arm, forearm = np.broadcast_arrays(upper_arm, forearm)
     normal = np.cross(upper_arm, forearm)
     length = np.linalg.norm(normal, axis=-1, keepdims=True)
-    normal = np.where(length > 0.0, normal / np.where(length > 0.0, length, 1.0), across(upper_arm))
+    parallel = length < _PARALLEL
+    normal = np.where(parallel, across(upper_arm), normal / np.where(parallel, 1.0, length))
     return np.stack([upper_arm, np.cross(normal, upper_arm), normal], axis=-1)
 
 

@@ -76,7 +76,11 @@ NAMES = ("l_pitch", "l_roll", "l_yaw", "l_elbow")
         ({"axes": np.full((4, 3), np.nan)}, "axes of a chain is zero or not finite"),
         ({"axes": np.eye(3)}, r"axes of a chain has shape \(3, 3\), not \(4, 3\)"),
         ({"lowest": [0, 0, 0.5, 0], "highest": [1, 1, 0.5, 1]}, "the range of l_yaw is empty: 0.5"),
-        ({"lowest": [0, 0, np.nan, 0]}, "the range of l_yaw is empty: nan to inf rad"),
+        (
+            {"lowest": [0, -1, 0, 0], "highest": [1, np.inf, 1, 1]},
+            "the range of l_roll has one end",
+        ),
+        ({"lowest": [0, 0, np.nan, 0], "highest": np.ones(4)}, "the range of l_yaw is empty: nan"),
     ],
 )
 def test_a_chain_that_is_no_arm_is_refused(change: dict[str, Any], message: str) -> None:
