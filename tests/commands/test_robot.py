@@ -80,14 +80,11 @@ def test_a_robot_that_has_a_file_is_shown_only(
 
 
 def test_ranges_that_are_not_mirrored_are_pointed_out(capsys: pytest.CaptureFixture[str]) -> None:
-    humanoid = str(read_robot("cmu_humanoid").model)  # its file mends this fault
-    assert main(["robot", humanoid, "--no-picture"]) == 0
-    assert (
-        "where the model's ranges are not mirrored, give [model.range]" in capsys.readouterr().out
-    )
-    for robot in ("cmu_humanoid", "my.xml"):
-        assert main(["robot", robot, "--no-picture"]) == 0
-        assert "mirrored" not in capsys.readouterr().out
+    Path("inward.xml").write_text(figure(ranges={"roll": "0 3"}))  # of the right arm, too
+    assert main(["robot", "inward.xml", "--no-picture"]) == 0
+    assert "where the model's ranges are not mirrored, give [model.range]" in capsys.readouterr().out
+    assert main(["robot", "my.xml", "--no-picture"]) == 0
+    assert "mirrored" not in capsys.readouterr().out
 
 
 def test_a_complete_model_is_a_robot_of_one_line() -> None:
