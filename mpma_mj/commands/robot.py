@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["DescribeRobot"]
 
 _UNEQUAL = 0.05  # share of postures by which arms that are mirror images may differ (choice)
+_ROBOT = ".toml"
 _MODELS = (".xml", ".mjcf", ".urdf")
 _JOINTS = tyro.conf.arg(metavar="JOINT JOINT JOINT JOINT")
 
@@ -56,12 +57,12 @@ class DescribeRobot:
         from mpma_mj.utils.text import printable, shell_word
 
         path = Path(self.robot)
-        is_model = path.suffix.lower() in _MODELS or (path.is_file() and path.suffix != ".toml")
+        is_model = path.suffix.lower() in _MODELS or (path.is_file() and path.suffix != _ROBOT)
         is_robot = self.robot in catalogue() or not is_model
         name = self._name(is_robot=is_robot)
-        out = self.out or Path(f"{name}.toml")
+        out = path if path.suffix == _ROBOT else self.out or Path(f"{name}.toml")
         if not is_robot:
-            check_new_file("out", out, (".toml",), overwrite=self.overwrite)
+            check_new_file("out", out, (_ROBOT,), overwrite=self.overwrite)
         picture = out.with_name(f"{out.stem}-poses.png") if self.picture else None
         if picture is not None:
             require_backend()
@@ -78,8 +79,7 @@ class DescribeRobot:
 
     def _name(self, *, is_robot: bool) -> str:
         """Return the name of the robot; raises a BadOptionError for options that do not apply."""
-        from mpma_mj.robots.new_robot import robot_name
-        from mpma_mj.robots.robot_file import NAME
+        from mpma_mj.robots.robot_file import NAME, robot_name
 
         if is_robot:
             for option in ("left", "right", "wrist", "up", "name", "out"):

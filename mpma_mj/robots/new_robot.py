@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -22,12 +21,11 @@ from mpma_mj.robots.robot_file import TIP
 from mpma_mj.robots.stated_values import stated_values
 from mpma_mj.robots.urdf import unread_meshes
 
-__all__ = ["NewRobot", "describe_model", "robot_name"]
+__all__ = ["NewRobot", "describe_model"]
 
 _FOUR = "four joints, from the shoulder outward: three of the shoulder, then the elbow"
 _TWO = f"the joints at the ends of the left and the right forearm, or {TIP}"
 _SITES = [f"{side}_{point}" for side in SIDES for point in POINTS]
-_NO_NAMES = ("robot", "model", "scene", "main")
 
 
 class NewRobot(NamedTuple):
@@ -73,18 +71,17 @@ def describe_model(
     if not left and _is_complete(model):
         whole = Robot(name, name, UNKNOWN, path, path, complete=True)
         return NewRobot(whole)
-    robot = Robot(name, name, UNKNOWN, path, path, up=tuple(up or (0.0, 0.0, 1.0)))
+    robot = Robot(name, name, UNKNOWN, path, path)
+    if left:
+        robot = replace(robot, joints=(*left, *right))
+        check_joints(robot, model)
     try:
         if left:
-            robot = replace(robot, joints=(*left, *right))
-            check_joints(robot, model)
-            found = describe_arms(model, [model.joint(joint).id for joint in robot.joints], up)
+            found = describe_arms(model, [model.joint(name).id for name in robot.joints], up)
         else:
             found = find_arms(model, up)
     except BadOptionError as error:
-        raise (
-            error if str(path) in str(error) or error.option else error.with_context(path)
-        ) from None
+        raise error.with_context(path) from None
     physical, comments = stated_values(path, model, found.joints)
     robot = replace(
         robot,
@@ -95,15 +92,6 @@ def describe_model(
     )
     check_joints(robot, model)
     return NewRobot(robot, found.guesses, comments, unread_meshes(path))
-
-
-def robot_name(path: Path) -> str:
-    """Return a name for the robot of a model: that of its file, or of its folder."""
-    words = (
-        re.sub(r"[^\w-]+", "_", part, flags=re.ASCII).strip("_-")
-        for part in (path.stem, path.absolute().parent.name)
-    )
-    return next((word for word in words if word and word not in _NO_NAMES), "robot")
 
 
 def _compiled(path: Path) -> mujoco.MjModel:

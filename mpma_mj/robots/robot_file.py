@@ -40,7 +40,7 @@ from mpma_mj.utils.input_files import SMALL_FILE, file_problem
 from mpma_mj.utils.text import did_you_mean
 from mpma_mj.utils.validation import is_number
 
-__all__ = ["CATALOGUE", "NAME", "TIP", "catalogue", "read_robot", "write_robot"]
+__all__ = ["CATALOGUE", "NAME", "TIP", "catalogue", "read_robot", "robot_name", "write_robot"]
 
 CATALOGUE = Path(__file__).with_name("catalogue")
 """Folder of the robots that are known by name."""
@@ -51,6 +51,7 @@ TIP = "tip"
 NAME = re.compile(r"[A-Za-z0-9][\w-]*", re.ASCII)
 """What names of robots consist of."""
 
+_NO_NAMES = ("robot", "model", "scene", "main")  # of files that tell nothing
 _MODELS = (".xml", ".mjcf")
 _TEXTS = ("name", "title", "licence")
 _GEOMETRY = ("left", "right", "wrist", "forearm", "up", "rest", "range")
@@ -92,6 +93,15 @@ def read_robot(robot: str | Path) -> Robot:
         expected=f"one of {', '.join(catalogue())}, or the path of a robot file (.toml)",
         remedy=did_you_mean(str(robot), catalogue()),
     )
+
+
+def robot_name(path: Path) -> str:
+    """Return a name for the robot of a model: that of its file, or of its folder."""
+    words = (
+        re.sub(r"[^\w-]+", "_", part, flags=re.ASCII).strip("_-")
+        for part in (path.stem, path.absolute().parent.name)
+    )
+    return next((word for word in words if word and word not in _NO_NAMES), "robot")
 
 
 def write_robot(path: Path, robot: Robot, comments: Mapping[str, str] | None = None) -> None:

@@ -57,6 +57,9 @@ def test_the_picture_is_next_to_the_file(capsys: pytest.CaptureFixture[str]) -> 
     assert lines[-1].startswith("next: write the joints' top speeds and their source into robots/")
     assert imageio.imread("robots/dancer-poses.png").shape[1] > 1000
     assert read_robot("robots/dancer.toml").name == "dancer"
+    Path("robots/dancer-poses.png").unlink()
+    assert main(["robot", "robots/dancer.toml"]) == 0
+    assert Path("robots/dancer-poses.png").exists()
 
 
 def test_a_robot_file_is_never_replaced_unless_that_is_asked_for(refused: Refused) -> None:
@@ -82,7 +85,9 @@ def test_a_robot_that_has_a_file_is_shown_only(
 def test_ranges_that_are_not_mirrored_are_pointed_out(capsys: pytest.CaptureFixture[str]) -> None:
     Path("inward.xml").write_text(figure(ranges={"roll": "0 3"}))  # of the right arm, too
     assert main(["robot", "inward.xml", "--no-picture"]) == 0
-    assert "where the model's ranges are not mirrored, give [model.range]" in capsys.readouterr().out
+    assert (
+        "where the model's ranges are not mirrored, give [model.range]" in capsys.readouterr().out
+    )
     assert main(["robot", "my.xml", "--no-picture"]) == 0
     assert "mirrored" not in capsys.readouterr().out
 

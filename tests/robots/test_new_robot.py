@@ -8,7 +8,7 @@ import pytest
 from mpma_mj.errors import BadOptionError
 from mpma_mj.robots.assembly import assemble
 from mpma_mj.robots.geometry import chains
-from mpma_mj.robots.new_robot import describe_model, robot_name
+from mpma_mj.robots.new_robot import describe_model
 from mpma_mj.robots.robot_file import read_robot, write_robot
 from mpma_mj.robots.scene import TWO_ARM
 from tests.robots.figures import figure, names, urdf_figure
@@ -97,16 +97,3 @@ def test_models_that_will_not_do_are_refused(tmp_path: Path, content: str, probl
     assert problem in message
     assert message.count("my.xml") == 1
     assert "\n" not in message
-
-
-@pytest.mark.parametrize(
-    ("path", "name"),
-    [
-        ("my robot.xml", "my_robot"),
-        ("h1/robot.xml", "h1"),
-        ("a b/model.urdf", "a_b"),
-        ("/robot.xml", "robot"),
-    ],
-)
-def test_a_robot_has_the_name_of_its_file_or_folder(path: str, name: str) -> None:
-    assert robot_name(Path(path)) == name
