@@ -10,7 +10,7 @@ import pytest
 from mpma_mj.errors import BadOptionError, MpmaError, RunFolderError
 from mpma_mj.kinematics import JOINT_NAMES
 from mpma_mj.robots.robot import QUANTITIES, UNKNOWN
-from mpma_mj.robots.robot_file import catalogue, read_robot, write_robot
+from mpma_mj.robots.robot_file import catalogue, read_robot, robot_name, write_robot
 from mpma_mj.robots.scene import TWO_ARM
 from tests.robots.small_robot import installed, write_small_robot
 
@@ -195,3 +195,16 @@ def test_an_unknown_value_is_refused_by_name(tmp_path: Path, quantity: str) -> N
     with pytest.raises(MpmaError, match=rf"small.toml: {quantity} of the joints, .* is unknown"):
         robot.values(quantity)
     assert robot.values(quantity, 2.0).tolist() == [2.0] * 8
+
+
+@pytest.mark.parametrize(
+    ("path", "name"),
+    [
+        ("my robot.xml", "my_robot"),
+        ("h1/robot.xml", "h1"),
+        ("a b/model.urdf", "a_b"),
+        ("/robot.xml", "robot"),
+    ],
+)
+def test_a_robot_has_the_name_of_its_file_or_folder(path: str, name: str) -> None:
+    assert robot_name(Path(path)) == name
