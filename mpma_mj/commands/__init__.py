@@ -10,6 +10,7 @@ from mpma_mj.commands.imitate import Imitate
 from mpma_mj.commands.motion import InspectMotion
 from mpma_mj.commands.play import Play
 from mpma_mj.commands.record import Record
+from mpma_mj.commands.robot import DescribeRobot
 from mpma_mj.commands.study import Study
 from mpma_mj.commands.sweep import Sweep
 
@@ -31,7 +32,8 @@ GROUPS: dict[str, dict[str, tuple[Any, str]]] = {
         "compare": (Compare, "mpma compare ymca --runs 5"),
         "study": (Study, "mpma study agents --runs 10"),
     },
-    "Fit the model to a robot": {
+    "Use another robot": {
+        "robot": (DescribeRobot, "mpma robot my_robot.urdf"),
         "identify": (Identify, "mpma identify robot.csv"),
     },
 }

@@ -243,8 +243,11 @@ def _stand(
     arms = [bodies_below(bare, int(bare.jnt_bodyid[joint])) for joint in joints[::4]]
     lengths = [
         np.linalg.norm(elbow - shoulder)
-        + reach(bare, data, seen_geoms(bare, int(bare.jnt_bodyid[joint])), elbow)
-        for (shoulder, elbow, _), joint in zip(points, joints[3::4], strict=True)
+        + max(
+            reach(bare, data, seen_geoms(bare, int(bare.jnt_bodyid[joint])), elbow),
+            float(np.linalg.norm(wrist - elbow)),  # of arms of which nothing is seen
+        )
+        for (shoulder, elbow, wrist), joint in zip(points, joints[3::4], strict=True)
     ]
     fixed = [g for g in seen_geoms(bare) if int(bare.geom_bodyid[g]) not in arms[0] + arms[1]]
     floor = min(

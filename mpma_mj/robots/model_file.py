@@ -12,6 +12,7 @@ from xml.parsers import expat
 import mujoco
 
 from mpma_mj.errors import BadOptionError
+from mpma_mj.robots.urdf import mend_urdf
 from mpma_mj.utils.input_files import MISSING, SMALL_FILE, file_problem
 
 __all__ = ["read_model_file"]
@@ -63,6 +64,8 @@ def read_model_file(path: Path) -> mujoco.MjSpec:
     spec = mujoco.MjSpec.from_file(os.fsencode(path))  # the name may not be UTF-8
     for mesh in spec.meshes:
         mesh.file = _in_packages(path, mesh.file)
+    if path.suffix.lower() == ".urdf":
+        mend_urdf(spec)
     option = spec.option
     low, high = _TIMESTEP
     if not low <= option.timestep <= high:
@@ -184,7 +187,8 @@ def _in_packages(path: Path, name: str) -> str:
     """
     if not name.startswith(_PACKAGE):
         return name
-    places = (folder / name.removeprefix(_PACKAGE) for folder in path.absolute().parents)
+    inside = name.removeprefix(_PACKAGE).lstrip("/")
+    places = (folder / inside for folder in path.absolute().parents)
     return str(next((place for place in places if file_problem(place) != MISSING), name))
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from mpma_mj.robots.branches import nearest_branch
 from mpma_mj.robots.chain import Chain
 
-__all__ = ["POSES", "pose_angles"]
+__all__ = ["POSES", "pose_angles", "pose_directions"]
 
 Array = NDArray[np.float64]
 
@@ -23,6 +23,12 @@ POSES: dict[str, tuple[float, float, float]] = {
 """Direction of the straight left arm, x forward, y left, z up; the right arm mirrors it."""
 
 
+def pose_directions(pose: str) -> Array:
+    """Return the directions u and f of both arms in one of `POSES`, shape (2, 6)."""
+    x, y, z = POSES[pose]
+    return np.array([[x, y, z] * 2, [x, -y, z] * 2])
+
+
 def pose_angles(chains: Sequence[Chain], pose: str) -> Array:
     """Return the joint angles of a pose, or the nearest that are reachable, shape (8,), rad.
 
@@ -30,14 +36,12 @@ def pose_angles(chains: Sequence[Chain], pose: str) -> Array:
         chains: The left and the right arm.
         pose: One of `POSES`.
     """
-    x, y, z = POSES[pose]
-    goals = np.array([[x, y, z] * 2, [x, -y, z] * 2])
     return np.concatenate(
         [
             nearest_branch(
                 chain, goal[None], np.clip(np.zeros((1, 4)), chain.lowest, chain.highest)
             )
-            for chain, goal in zip(chains, goals, strict=True)
+            for chain, goal in zip(chains, pose_directions(pose), strict=True)
         ],
         axis=1,
     )[0]

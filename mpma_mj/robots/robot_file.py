@@ -32,7 +32,7 @@ from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
-from mpma_mj.errors import BadOptionError, one_line
+from mpma_mj.errors import BadOptionError, one_line, printable
 from mpma_mj.robots.model_sources import REGISTRIES, find_model
 from mpma_mj.robots.robot import QUANTITIES, UNKNOWN, JointValues, Robot
 from mpma_mj.utils.atomic_files import write_text
@@ -40,7 +40,7 @@ from mpma_mj.utils.input_files import SMALL_FILE, file_problem
 from mpma_mj.utils.text import did_you_mean
 from mpma_mj.utils.validation import is_number
 
-__all__ = ["CATALOGUE", "TIP", "catalogue", "read_robot", "write_robot"]
+__all__ = ["CATALOGUE", "NAME", "TIP", "catalogue", "read_robot", "robot_name", "write_robot"]
 
 CATALOGUE = Path(__file__).with_name("catalogue")
 """Folder of the robots that are known by name."""
@@ -48,7 +48,10 @@ CATALOGUE = Path(__file__).with_name("catalogue")
 TIP = "tip"
 """Value of `forearm`: it ends with the vertices that are farthest from the elbow."""
 
-_NAME = re.compile(r"[A-Za-z0-9][\w-]*", re.ASCII)
+NAME = re.compile(r"[A-Za-z0-9][\w-]*", re.ASCII)
+"""What names of robots consist of."""
+
+_NO_NAMES = ("robot", "model", "scene", "main")  # of files that tell nothing
 _MODELS = (".xml", ".mjcf")
 _TEXTS = ("name", "title", "licence")
 _GEOMETRY = ("left", "right", "wrist", "forearm", "up", "rest", "range")
@@ -92,12 +95,22 @@ def read_robot(robot: str | Path) -> Robot:
     )
 
 
-def write_robot(path: Path, robot: Robot) -> None:
+def robot_name(path: Path) -> str:
+    """Return a name for the robot of a model: that of its file, or of its folder."""
+    words = (
+        re.sub(r"[^\w-]+", "_", part, flags=re.ASCII).strip("_-")
+        for part in (path.stem, path.absolute().parent.name)
+    )
+    return next((word for word in words if word and word not in _NO_NAMES), "robot")
+
+
+def write_robot(path: Path, robot: Robot, comments: Mapping[str, str] | None = None) -> None:
     """Write a robot file, whose model is named relative to it.
 
     Args:
         path: The file, `.toml`.
         robot: The robot.
+        comments: Comments on physical values by their quantity.
 
     Raises:
         RunFolderError: The file cannot be written.
@@ -122,6 +135,8 @@ def write_robot(path: Path, robot: Robot) -> None:
         for quantity, unit in QUANTITIES.items():
             known = robot.physical.get(quantity, JointValues())
             lines += ["", f"[{quantity}]  # {unit}"]
+            if comments and quantity in comments:
+                lines += [f"# {printable(comments[quantity])}"]
             if known.values is not None:
                 lines += [f"values = {_toml(known.values)}"]
             lines += [f"source = {_toml(known.source)}"]
@@ -153,7 +168,7 @@ def _read(path: Path) -> Robot:
     complete = not any(set(_GEOMETRY) & model.keys() for model in models)
     table.check_keys((*_TEXTS, "model", *(() if complete else QUANTITIES)))
     name, title, licence = (table.text(key) for key in _TEXTS)
-    if not _NAME.fullmatch(name):
+    if not NAME.fullmatch(name):
         raise table.refuse("name", "expected letters, digits, _ and -")
     geometries = [_geometry(_Table(path, model, "model."), complete=complete) for model in models]
     physical = {quantity: _joint_values(table, quantity) for quantity in QUANTITIES}

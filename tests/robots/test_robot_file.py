@@ -10,7 +10,7 @@ import pytest
 from mpma_mj.errors import BadOptionError, MpmaError, RunFolderError
 from mpma_mj.kinematics import JOINT_NAMES
 from mpma_mj.robots.robot import QUANTITIES, UNKNOWN, JointValues
-from mpma_mj.robots.robot_file import catalogue, read_robot, write_robot
+from mpma_mj.robots.robot_file import catalogue, read_robot, robot_name, write_robot
 from mpma_mj.robots.scene import TWO_ARM
 from tests.robots.small_robot import installed, write_small_robot
 
@@ -203,3 +203,16 @@ def test_a_robot_says_which_of_its_physical_values_are_unknown() -> None:
     forceless = {name: one for name, one in robot.physical.items() if name != "force"}
     unsure = forceless | {"kv": JointValues()}
     assert dataclasses.replace(robot, physical=unsure).unknown == ["force", "kv"]
+
+
+@pytest.mark.parametrize(
+    ("path", "name"),
+    [
+        ("my robot.xml", "my_robot"),
+        ("h1/robot.xml", "h1"),
+        ("a b/model.urdf", "a_b"),
+        ("/robot.xml", "robot"),
+    ],
+)
+def test_a_robot_has_the_name_of_its_file_or_folder(path: str, name: str) -> None:
+    assert robot_name(Path(path)) == name
