@@ -10,7 +10,7 @@ from mpma_mj.evaluation.statistics import interval
 from mpma_mj.experiments.compare import Episode
 from mpma_mj.experiments.compare_report import number
 from mpma_mj.experiments.compare_robots import OnRobot
-from mpma_mj.motions.reach import CLOSE
+from mpma_mj.robots.reachability import REACHED
 from mpma_mj.utils.data_files import csv_text
 from mpma_mj.utils.text import markdown_table
 
@@ -101,8 +101,8 @@ def _of_joints(values: np.ndarray) -> str:
 
 def _notes(results: Sequence[OnRobot]) -> list[str]:
     notes = [
-        f"Reachable: postures of the motion, each alone, within {CLOSE:g}° of one that the ranges"
-        f" of the joints allow. Feasible: within {CLOSE:g}° after the whole motion is fitted to"
+        f"Reachable: postures of the motion, each alone, within {REACHED:g}° of one that the ranges"
+        f" of the joints allow. Feasible: within {REACHED:g}° after the whole motion is fitted to"
         " ranges and speeds. Unavoidable: the error of that fit, which no controller can avoid. All"
         " errors are from the original motion.",
         "One episode of each agent, without learning.",

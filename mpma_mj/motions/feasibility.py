@@ -18,7 +18,6 @@ __all__ = [
     "demand_lines",
     "joint_speeds",
     "near_singularity",
-    "segment_angles",
     "turned",
 ]
 
@@ -138,20 +137,8 @@ def turned(motion: Motion, arms: ArmKinematics = TWO_ARMS) -> Array:
     """
     if motion.feasible_angles is None:
         return np.zeros((len(motion), 4))
-    return segment_angles(arms.posture(motion.feasible_angles), motion.posture)
-
-
-def segment_angles(posture: Array, other: Array) -> Array:
-    """Return the angles between the segments of two sequences of postures, degrees.
-
-    Args:
-        posture: Postures, shape (T, 12).
-        other: Other postures, shape (T, 12).
-
-    Returns:
-        Angles, shape (T, 4), degrees.
-    """
-    cosines = np.vecdot(posture.reshape(-1, 4, 3), other.reshape(-1, 4, 3))
+    shown = arms.posture(motion.feasible_angles)
+    cosines = np.vecdot(shown.reshape(-1, 4, 3), motion.posture.reshape(-1, 4, 3))
     return np.degrees(np.arccos(np.clip(cosines, -1.0, 1.0)))
 
 

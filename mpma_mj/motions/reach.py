@@ -17,21 +17,19 @@ from numpy.typing import NDArray
 
 from mpma_mj.kinematics import JOINT_NAMES
 from mpma_mj.metrics import posture_error_percent
-from mpma_mj.motions.feasibility import JointLimits, segment_angles
+from mpma_mj.motions.feasibility import JointLimits, turned
 from mpma_mj.motions.feasible_motion import feasible
 from mpma_mj.motions.motion import Motion
 from mpma_mj.robots.branches import nearest_branch
 from mpma_mj.robots.chain import Chain
 from mpma_mj.robots.chain_arms import ChainArms
 from mpma_mj.robots.geometry import chains
+from mpma_mj.robots.reachability import REACHED, deviation
 from mpma_mj.robots.scene import TWO_ARM
 
-__all__ = ["CLOSE", "Reach", "close_tempo", "reach_lines", "reach_of"]
+__all__ = ["Reach", "close_tempo", "reach_lines", "reach_of"]
 
 Array = NDArray[np.float64]
-
-CLOSE = 5.0
-"""Degrees up to which both segments of both arms count as being where they should (choice)."""
 
 _TEMPI = [number / 20.0 for number in range(5, 20)]  # that are tried (choice)
 
@@ -57,22 +55,17 @@ def reach_of(motion: Motion, limits: JointLimits) -> Reach:
         motion: The motion, feasible for the robot (`feasible`).
         limits: Limits of the robot's joints.
     """
-    angles = motion.joint_angles
+    angles, feasible_ones = motion.joint_angles, _are_feasible(motion, limits)
+    missed = []
+    for arm, chain in enumerate(_chains(limits)):
+        directions = motion.posture[:, 6 * arm : 6 * arm + 6]
+        nearest = nearest_branch(chain, directions, angles[:, 4 * arm : 4 * arm + 4])
+        missed.append(deviation(chain, nearest, directions))
+    reachable = (np.max(missed, axis=0) <= REACHED) | feasible_ones
     shown = limits.kinematics.posture(angles)
-    nearest = np.concatenate(
-        [
-            chain.directions(
-                nearest_branch(
-                    chain, motion.posture[:, 6 * arm :][:, :6], angles[:, 4 * arm :][:, :4]
-                )
-            )
-            for arm, chain in enumerate(_chains(limits))
-        ],
-        axis=1,
-    )
     return Reach(
-        _share_close(nearest, motion.posture),
-        _share_close(shown, motion.posture),
+        float(np.mean(reachable)),
+        float(np.mean(feasible_ones)),
         posture_error_percent(shown, motion.posture),
     )
 
@@ -90,8 +83,7 @@ def close_tempo(read: Callable[[float], Motion], limits: JointLimits) -> tuple[f
     """
 
     def share(tempo: float) -> float:
-        motion, _ = feasible(read(tempo), limits)
-        return _share_close(limits.kinematics.posture(motion.joint_angles), motion.posture)
+        return float(np.mean(_are_feasible(feasible(read(tempo), limits)[0], limits)))
 
     slowest = share(_TEMPI[0])
     if slowest < 1.0:
@@ -109,10 +101,10 @@ def reach_lines(reach: Reach, read: Callable[[float], Motion], limits: JointLimi
         limits: Limits of the robot's joints.
     """
     lines = [
-        f"reachable: {100 * reach.reachable:.1f} % of the postures, each alone: within {CLOSE:g}°"
+        f"reachable: {100 * reach.reachable:.1f} % of the postures, each alone: within {REACHED:g}°"
         " of one that the joints' ranges allow",
-        f"feasible: {100 * reach.feasible:.1f} % of them in the whole motion: within {CLOSE:g}° of"
-        " the closest one at the joints' speeds, which has an error of"
+        f"feasible: {100 * reach.feasible:.1f} % of them in the whole motion: within {REACHED:g}°"
+        " of the closest one at the joints' speeds, which has an error of"
         f" {reach.unavoidable:.2f} % that no controller can avoid",
     ]
     if reach.feasible == 1.0:
@@ -124,9 +116,9 @@ def reach_lines(reach: Reach, read: Callable[[float], Motion], limits: JointLimi
     return [*lines, f"at {tempo:g} of this tempo {part} of it is feasible"]
 
 
-def _share_close(posture: Array, other: Array) -> float:
-    """Return the share of postures of which no segment is turned by more than 5°."""
-    return float(np.mean(segment_angles(posture, other).max(axis=1) <= CLOSE))
+def _are_feasible(motion: Motion, limits: JointLimits) -> NDArray[np.bool_]:
+    """Return of which postures no segment is turned by more than 5° in a feasible motion, (T,)."""
+    return turned(motion, limits.kinematics).max(axis=1) <= REACHED
 
 
 def _chains(limits: JointLimits) -> tuple[Chain, ...]:
