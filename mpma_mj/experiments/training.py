@@ -100,7 +100,8 @@ class TrainingStudy(Study):
         motions: dict[tuple[object, ...], Motion] = {}  # by all that reading depends on
         jobs = []
         for labels, config in points:
-            source = (config.motions, config.reading, config.env.arms)
+            env = config.env
+            source = (config.motions, config.reading, env.arms, env.robot, env.control_timestep)
             if source not in motions:
                 motions[source] = read_motions(config)
             configs = tuple(seeds(config, self.runs))

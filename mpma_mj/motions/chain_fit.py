@@ -9,12 +9,9 @@ from mpma_mj.motions.chain_search import best_of_paths, interpolated, starting_p
 from mpma_mj.motions.joint_fit import Seam, StepLimits, fit_joint_angles
 from mpma_mj.robots.chain import Chain
 
-__all__ = ["HEADROOM", "fit_chain"]
+__all__ = ["fit_chain"]
 
 Array = NDArray[np.float64]
-
-HEADROOM = 0.8
-"""Share of the joints' top speed; the rest is the controller's (choice)."""
 
 # Choices.
 _HALVINGS = 2  # of the tempo
@@ -25,7 +22,7 @@ _BEYOND = 1.01  # of the largest step, up to which a fit counts as within the li
 def fit_chain(
     directions: Array, chain: Chain, max_speed: Array, rate: float, cyclic: bool
 ) -> Array:
-    """Fit joint angles of a chain to a motion, within its ranges and 80 % of its top speeds.
+    """Fit joint angles of a chain to a motion, within ranges and speeds.
 
     As a fit has local minima, it starts from several paths (`starting_paths`), among them the fit
     of the same motion at twice and four times its tempo, so that a slower tempo is not worse; and
@@ -35,7 +32,7 @@ def fit_chain(
     Args:
         directions: Directions u and f, shape (T, 6), unit vectors.
         chain: The arm.
-        max_speed: Top speeds of its joints, shape (4,), rad/s.
+        max_speed: Largest speeds of its joints, shape (4,), rad/s.
         rate: Steps per second, Hz.
         cyclic: Whether the end leads into the start.
 
@@ -43,8 +40,7 @@ def fit_chain(
         Joint angles, shape (T, 4), rad. Those of a cyclic motion lead on within the same speeds,
         too, where joints without a range may have made whole turns.
     """
-    step = HEADROOM * max_speed / rate
-    return _closest(directions, chain, step, rate, cyclic, _HALVINGS)
+    return _closest(directions, chain, max_speed / rate, rate, cyclic, _HALVINGS)
 
 
 def _closest(

@@ -22,9 +22,7 @@ __all__ = ["MotionChange", "feasible", "feasible_tempo"]
 
 Array = NDArray[np.float64]
 
-HEADROOM = 0.9
-"""Share of the joints' top speed; the rest is the controller's (choice)."""
-
+_HEADROOM = 0.9  # share of the joints' top speed; the rest is the controller's (choice)
 _KEPT = 16  # fits of a process, each of which takes up to seconds
 
 
@@ -84,7 +82,7 @@ def feasible(motion: Motion, limits: JointLimits) -> tuple[Motion, MotionChange 
         return motion, None
     original = dataclasses.replace(motion, feasible_angles=None)
     if isinstance(arms, ChainArms):
-        speeds, cyclic = limits.max_speed.tobytes(), leads_on(original)
+        speeds, cyclic = (_HEADROOM * limits.max_speed).tobytes(), leads_on(original)
         angles = _fitted_to_chains(original.posture.tobytes(), original.rate, cyclic, speeds, arms)
     else:
         angles = _fitted(original, limits)
@@ -135,7 +133,7 @@ def _fitted(motion: Motion, limits: JointLimits) -> Array:
     for arm, directions in enumerate(kinematics.as_left_arms(motion.posture)):
         own = slice(4 * arm, 4 * arm + 4)
         lowest, highest = limits.lowest[own], limits.highest[own]
-        step = HEADROOM * limits.max_speed[own] / motion.rate
+        step = _HEADROOM * limits.max_speed[own] / motion.rate
         arm_limits = StepLimits(step, lowest, highest)
         limited = np.isfinite(lowest[:3]).any() or np.isfinite(highest[:3]).any()
         starts = [start[:, own]]

@@ -170,6 +170,13 @@ def test_an_unknown_agent_is_named_with_the_grid() -> None:
         sweep_of("agent=nobody").points()
 
 
+@pytest.mark.filterwarnings("ignore::mpma_mj.errors.RecordingWarning")
+@pytest.mark.parametrize("axis", ["robot=two_arm,cmu_humanoid", "control_timestep=0.05,0.025"])
+def test_a_motion_is_read_for_its_robot_and_rate(axis: str) -> None:
+    one, other = (job.motion for job in sweep_of(axis, "arms=kinematic").jobs())
+    assert (one.angles_of, one.rate) != (other.angles_of, other.rate)
+
+
 def test_what_varies_is_found_also_where_only_some_agents_have_it() -> None:
     (labels, _), *_ = sweep_of("context_signal=halves,labels").points()
     assert labels == {"context_signal": "halves"}
