@@ -71,17 +71,8 @@ def cheapest_cycle(
     """Return a path with the least cost, of those whose end leads into their start.
 
     It is a stretch of the cheapest path through three repetitions of the candidates, between two
-    places that are the same; the middle one where there are none.
-
-    Args:
-        angles: Candidates for the joint angles of each step, shape (T, N, n), rad.
-        distance: Their squared distance to the directions, shape (T, N); inf excludes one.
-        step: Largest change of an angle from one step to the next, shape (n,), rad.
-        cost: The cost.
-        endless: Which joints may make whole turns, shape (n,); none if not given.
-
-    Returns:
-        Joint angles, shape (T, n), rad.
+    places that are the same; the middle one where there are none. Arguments and result are those of
+    `cheapest_path`.
     """
     frames = len(angles)
     thrice = np.concatenate([angles] * 3), np.concatenate([distance] * 3)

@@ -15,6 +15,7 @@ from mpma_mj.robots.chain import Chain
 from mpma_mj.robots.geometry import arm_points, torso_axes
 from mpma_mj.robots.limbs import (
     Limb,
+    are_alike,
     are_called_otherwise,
     are_mirrored,
     hinge_name,
@@ -33,7 +34,7 @@ Array = NDArray[np.float64]
 
 # Choices.
 _SHORTEST = 0.02  # m, of an upper arm or forearm
-_SHOULDER = 0.5  # of the upper arm, within which all three axes of a shoulder pass
+_SHOULDER = 0.55  # of the upper arm, within which all three axes of a shoulder pass
 _UNEQUAL = 0.3  # share by which both arms' lengths may differ
 _DOUBT = 0.5  # factor on the score of arms that are not mirrored
 _BEYOND = 0.3  # of the upper arm, from the elbow to the wrist at least
@@ -249,12 +250,12 @@ def _refusal(pose: _Pose) -> BadOptionError:
     def names(limb: Limb) -> str:
         return listing([hinge_name(model, hinge) for hinge in limb], _LISTED)
 
-    pairs = [pair for pair in limb_pairs(model) if are_mirrored(pose.data, pair)]
+    pairs = [pair for pair in limb_pairs(model) if are_alike(pose.data, pair)]
     arms = [pair for pair in pairs if not are_called_otherwise(model, pair[0] + pair[1])]
     pair = max(arms, key=lambda pair: len(pair[0]), default=((), ()))
     lone = lone_limb(model)
     if len(lone) >= 4 and len(pair[0]) < 2:
-        problem = f"has one arm only ({names(lone)}), or none that mirrors it"
+        problem = f"has one arm only ({names(lone)}), or none like it"
     elif pair[0]:
         about, hinges = turning_about_shoulder(pose.data, pair[0]), len(pair[0])
         problem = (

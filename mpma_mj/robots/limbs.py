@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 __all__ = [
     "Limb",
+    "are_alike",
     "are_called_otherwise",
     "are_mirrored",
     "hinge_name",
@@ -24,7 +25,7 @@ Limb = tuple[int, ...]
 """Indices of hinges, from the torso outward."""
 
 _HINGE = mujoco.mjtJoint.mjJNT_HINGE
-_MIRRORED = 0.1  # of a limb's length, by which mirrored hinges may be elsewhere (choice)
+_NEAR = 0.1  # of a limb's length, by which hinges of the other may be elsewhere (choice)
 _ABOUT = 0.3  # of a limb's length, within which hinges turn about its first two (choice)
 
 # In names: what arms are not called, unless they are called arms, too.
@@ -78,7 +79,15 @@ def are_mirrored(data: mujoco.MjData, limbs: tuple[Limb, Limb]) -> bool:
     across /= apart
     middle = 0.5 * (one + other).mean(axis=0)
     image = other - 2.0 * ((other - middle) @ across)[:, None] * across
-    return bool(np.abs(one - image).max() <= _MIRRORED * np.abs(one - one[:, None]).max())
+    return bool(np.abs(one - image).max() <= _NEAR * np.abs(one - one[:, None]).max())
+
+
+def are_alike(data: mujoco.MjData, limbs: tuple[Limb, Limb]) -> bool:
+    """Return whether hinges of a limb follow one another as far apart as those of the other."""
+    one, other = (
+        np.linalg.norm(np.diff(data.xanchor[list(limb)], axis=0), axis=1) for limb in limbs
+    )
+    return bool((np.abs(one - other) <= _NEAR * one.sum()).all())
 
 
 def turning_about_shoulder(data: mujoco.MjData, limb: Limb) -> int:

@@ -4,6 +4,7 @@ import mujoco
 import pytest
 
 from mpma_mj.robots.limbs import (
+    are_alike,
     are_called_otherwise,
     are_mirrored,
     limb_pairs,
@@ -57,6 +58,8 @@ def test_mirror_images_are_told_from_copies() -> None:
     data.qpos[model.joint("left_pitch").qposadr] = 1.0
     mujoco.mj_kinematics(model, data)
     assert not are_mirrored(data, (arm, other))
+    assert are_alike(data, (arm, other))
+    assert not are_alike(data, (arm, arm[::-1]))
     assert [turning_about_shoulder(data, arm[:n]) for n in (1, 2, 3, 4)] == [1, 2, 3, 3]
 
 
