@@ -113,7 +113,8 @@ def prepare(
         check_geometry(Path(options.robot), physics)
     motion, change = feasible(motion, _limits(physics))
     if change is not None:
-        warnings.warn(RecordingWarning(f"{motion.name}: {change}"), stacklevel=4)
+        text = f"{motion.name}: {change}"
+        warnings.warn(RecordingWarning(text, remedy=change.remedy), stacklevel=4)
     return motion, physics, _physics_steps(motion.rate, physics.timestep())
 
 

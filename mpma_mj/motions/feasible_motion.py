@@ -18,7 +18,7 @@ from mpma_mj.motions.motion import Motion
 from mpma_mj.motions.transforms import leads_on
 from mpma_mj.robots.chain_arms import ChainArms
 
-__all__ = ["MotionChange", "feasible", "feasible_tempo"]
+__all__ = ["MotionChange", "feasible", "feasible_tempo", "fitted"]
 
 Array = NDArray[np.float64]
 
@@ -37,6 +37,7 @@ class MotionChange:
         largest: Largest change, degrees.
         where: Segment and time of the largest change.
         unavoidable: Posture error that no controller can avoid, percent.
+        remedy: What would change less, with a place for the option; empty if unknown.
     """
 
     reason: str
@@ -45,6 +46,7 @@ class MotionChange:
     largest: float
     where: str
     unavoidable: float
+    remedy: str = ""
 
     def __str__(self) -> str:
         """Return it in one line."""
@@ -57,7 +59,28 @@ class MotionChange:
 
 
 def feasible(motion: Motion, limits: JointLimits) -> tuple[Motion, MotionChange | None]:
-    """Return a motion that arms can follow.
+    """Return a motion that arms can follow, and what was changed of it.
+
+    Args:
+        motion: The motion.
+        limits: Limits of the arms.
+
+    Returns:
+        The motion, as of `fitted`; and the change, None where no segment is turned by more than 1°.
+    """
+    own, reason = fitted(motion, limits)
+    if not reason:
+        return own, None
+    change = _change(own, reason, limits.kinematics)
+    if isinstance(limits.kinematics, ChainArms):
+        from mpma_mj.motions.reach import slower_tempo  # which uses this module
+
+        change = dataclasses.replace(change, remedy=slower_tempo(own, limits))
+    return own, change if change.changed else None
+
+
+def fitted(motion: Motion, limits: JointLimits) -> tuple[Motion, str]:
+    """Return a motion with joint angles within the limits of arms, and why it has them.
 
     A motion within the limits of `two_arm` is returned as it is. Otherwise joint angles are fitted
     to the whole motion within the ranges of joints and 90 % of their speeds, and cyclic where its
@@ -69,7 +92,7 @@ def feasible(motion: Motion, limits: JointLimits) -> tuple[Motion, MotionChange 
         limits: Limits of the arms.
 
     Returns:
-        The motion, and what was changed; None where no segment is turned by more than 1°.
+        The motion, and why it was fitted; empty where it is as it was.
     """
     arms = limits.kinematics
     if motion.angles_of != arms.name:
@@ -79,33 +102,43 @@ def feasible(motion: Motion, limits: JointLimits) -> tuple[Motion, MotionChange 
     else:
         reason = beyond_limits(motion, limits)
     if not reason:
-        return motion, None
+        return motion, ""
     original = dataclasses.replace(motion, feasible_angles=None)
     if isinstance(arms, ChainArms):
         speeds, cyclic = (_HEADROOM * limits.max_speed).tobytes(), leads_on(original)
         angles = _fitted_to_chains(original.posture.tobytes(), original.rate, cyclic, speeds, arms)
     else:
         angles = _fitted(original, limits)
-    fitted = dataclasses.replace(motion, feasible_angles=angles)
-    change = _change(fitted, reason, arms)
-    return fitted, change if change.changed else None
+    return dataclasses.replace(motion, feasible_angles=angles), reason
 
 
 def feasible_tempo(read: Callable[[float], Motion], limits: JointLimits) -> float:
     """Return a tempo, up to 1, at which nothing of a motion has to be changed.
 
-    A slower motion is sampled more finely and may show higher peaks, so that tempos are tried.
+    A slower motion is sampled more finely and may show higher peaks, so that tempos are tried. For
+    other robots than `two_arm` it is one at which all postures are within 5° (`close_tempo`).
 
     Args:
         read: Reads the motion at a tempo.
         limits: Limits of the arms.
 
     Returns:
-        The tempo: at the next 0.01 more, something has to be changed.
+        The tempo: at the next 0.01 more, 0.05 for other robots, it is not so.
 
     Raises:
         InfeasibleMotionError: None was found, as a joint would have to leave its range.
     """
+    if isinstance(limits.kinematics, ChainArms):
+        from mpma_mj.motions.reach import close_tempo
+
+        tempo, share = close_tempo(read, limits)
+        if share < 1.0:
+            raise InfeasibleMotionError(
+                f"no tempo is slow enough: at {tempo:g} only {100 * share:.1f} % of the steps are"
+                " within 5°",
+                remedy=f"leave out {{tempo}}, or give {{tempo={tempo:g}}}",
+            )
+        return tempo
     passes, fails, tried = 0, 101, 100  # hundredths
     while fails - passes > 1:
         change = feasible(read(tried / 100.0), limits)[1]

@@ -129,14 +129,14 @@ def import_motion(
         except InfeasibleMotionError as error:
             raise error.with_context(source) from None
         imported = _at_tempo(source, options, rate, tempo)
-        imported.report.note(f"tempo {tempo:g}, at which the arms need no change")
+        imported.report.note(f"tempo {tempo:g}, at which the arms can follow it")
     else:
         imported = _import(source, options, rate)
     motion, change = feasible(imported.motion, limits)
     if change is not None and options.strict:
         raise InfeasibleMotionError(f"{source}: {change}", remedy="leave out {strict}")
     if change is not None:
-        imported.report.warn(str(change), remedy="{strict} refuses such a motion")
+        imported.report.warn(str(change), remedy=change.remedy or "{strict} refuses such a motion")
     return ImportedMotion(motion, imported.report)
 
 

@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 from mpma_mj.kinematics import JOINT_NAMES
 from mpma_mj.metrics import posture_error_percent
 from mpma_mj.motions.feasibility import JointLimits, turned
-from mpma_mj.motions.feasible_motion import feasible
+from mpma_mj.motions.feasible_motion import fitted
 from mpma_mj.motions.motion import Motion
+from mpma_mj.motions.transforms import at_rate
 from mpma_mj.robots.branches import nearest_branch
 from mpma_mj.robots.chain import Chain
 from mpma_mj.robots.chain_arms import ChainArms
@@ -27,11 +28,14 @@ from mpma_mj.robots.geometry import chains
 from mpma_mj.robots.reachability import REACHED, deviation
 from mpma_mj.robots.scene import TWO_ARM
 
-__all__ = ["Reach", "close_tempo", "reach_lines", "reach_of"]
+__all__ = ["Reach", "close_tempo", "reach_lines", "reach_of", "slower_tempo"]
 
 Array = NDArray[np.float64]
 
-_TEMPI = [number / 20.0 for number in range(5, 20)]  # that are tried (choice)
+# Choices.
+_TEMPI = [number / 20.0 for number in range(5, 21)]  # that are tried
+_SLOWER = (0.5, 0.25)  # that are tried where nobody asked
+_TOO_SLOW = 0.1  # share of steps that are reachable, but not feasible
 
 
 class Reach(NamedTuple):
@@ -52,7 +56,7 @@ def reach_of(motion: Motion, limits: JointLimits) -> Reach:
     """Return how much of a motion a robot can do.
 
     Args:
-        motion: The motion, feasible for the robot (`feasible`).
+        motion: The motion, feasible for the robot (`fitted`).
         limits: Limits of the robot's joints.
     """
     angles, feasible_ones = motion.joint_angles, _are_feasible(motion, limits)
@@ -78,18 +82,41 @@ def close_tempo(read: Callable[[float], Motion], limits: JointLimits) -> tuple[f
         limits: Limits of the robot's joints.
 
     Returns:
-        The tempo, in steps of 0.05 from 0.25 to 0.95, and the share of the postures that is
-        feasible there: 1, or less where not all is at 0.25 either.
+        The tempo, in steps of 0.05 from 0.25 to 1, and the share of the postures that is feasible
+        there: 1, or less where not all is at 0.25 either.
     """
 
     def share(tempo: float) -> float:
-        return float(np.mean(_are_feasible(feasible(read(tempo), limits)[0], limits)))
+        return _share(read(tempo), limits)
 
     slowest = share(_TEMPI[0])
     if slowest < 1.0:
         return _TEMPI[0], slowest
     last = bisect.bisect_right(_TEMPI[1:], 0.0, key=lambda tempo: 1.0 - share(tempo))
     return _TEMPI[last], 1.0
+
+
+def slower_tempo(motion: Motion, limits: JointLimits) -> str:
+    """Return a tempo at which a robot that is too slow for a motion can do more of it, as a remedy.
+
+    Args:
+        motion: The motion, feasible for the robot.
+        limits: Limits of the robot's joints.
+
+    Returns:
+        Text with a place for the option `tempo`; empty where the robot is fast enough.
+    """
+    reach = reach_of(motion, limits)
+    if reach.reachable - reach.feasible <= _TOO_SLOW:
+        return ""
+    for tempo in _SLOWER:
+        share = _share(at_rate(motion, motion.rate, tempo), limits)
+        if reach.reachable - share <= _TOO_SLOW:
+            break
+    return (
+        f"{{tempo={motion.tempo * tempo:.3g}}} leaves {100 * share:.0f} % of the steps within"
+        f" {REACHED:g}°, this one {100 * reach.feasible:.0f} %"
+    )
 
 
 def reach_lines(reach: Reach, read: Callable[[float], Motion], limits: JointLimits) -> list[str]:
@@ -114,6 +141,11 @@ def reach_lines(reach: Reach, read: Callable[[float], Motion], limits: JointLimi
     tempo, share = close_tempo(read, limits)
     part = "all" if share == 1.0 else f"{100 * share:.1f} %"
     return [*lines, f"at {tempo:g} of this tempo {part} of it is feasible"]
+
+
+def _share(motion: Motion, limits: JointLimits) -> float:
+    """Return the share of the postures of a motion that are feasible."""
+    return float(np.mean(_are_feasible(fitted(motion, limits)[0], limits)))
 
 
 def _are_feasible(motion: Motion, limits: JointLimits) -> NDArray[np.bool_]:

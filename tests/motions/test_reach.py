@@ -1,13 +1,16 @@
 """What a robot can reach, and what it can do at its speeds."""
 
+import re
+
 import numpy as np
 import pytest
 
 from mpma_mj.envs.load import arm_limits
 from mpma_mj.envs.options import EnvironmentOptions
+from mpma_mj.errors import InfeasibleMotionError
 from mpma_mj.motions import Motion, read_motion, ymca
 from mpma_mj.motions.feasibility import JointLimits
-from mpma_mj.motions.feasible_motion import feasible
+from mpma_mj.motions.feasible_motion import feasible, feasible_tempo
 from mpma_mj.motions.reach import Reach, close_tempo, reach_lines, reach_of
 
 
@@ -58,6 +61,30 @@ def test_a_slow_robot_does_all_at_the_tempo_that_is_found() -> None:
     tempo, share = close_tempo(_tempo, _slower(arm_limits(), 0.02))
     assert tempo == 0.25
     assert 0.0 < share < 1.0
+
+
+def test_who_is_too_slow_learns_which_tempo_would_do(humanoid: JointLimits) -> None:
+    motion, change = feasible(ymca(), humanoid)
+    assert change is not None
+    assert change.remedy == ""  # its ranges are why it cannot do more
+    slow = _slower(humanoid, 0.3)
+    _, change = feasible(motion, slow)
+    assert change is not None
+    with_tempo = re.fullmatch(
+        r"\{tempo=(0.5|0.25)\} leaves (\d+) % of the steps within 5°, this one (\d+) %",
+        change.remedy,
+    )
+    assert with_tempo is not None
+    tempo, share, now = map(float, with_tempo.groups())
+    assert share > now + 10
+    again = reach_of(feasible(_tempo(tempo), slow)[0], slow)
+    assert 100 * again.feasible == pytest.approx(share, abs=5)  # sampled otherwise
+
+
+def test_a_tempo_that_is_looked_for_may_not_exist(humanoid: JointLimits) -> None:
+    with pytest.raises(InfeasibleMotionError) as caught:
+        feasible_tempo(_tempo, humanoid)
+    assert re.search(r"no tempo is slow enough: at 0.25 only 8\d\.\d % of the", str(caught.value))
 
 
 @pytest.mark.parametrize(
