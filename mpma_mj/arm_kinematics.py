@@ -26,6 +26,14 @@ class ArmKinematics(ABC):
     name: str
     joint_names: tuple[str, ...]
 
+    def __eq__(self, other: object) -> bool:
+        """Return whether joint angles mean the same for others."""
+        return isinstance(other, ArmKinematics) and self.name == other.name
+
+    def __hash__(self) -> int:
+        """Return the hash of the name."""
+        return hash(self.name)
+
     @abstractmethod
     def posture(self, joint_angles: Array) -> Array:
         """Return the posture, shape (..., 12), of joint angles, shape (..., 8), rad."""

@@ -38,6 +38,8 @@ __all__ = [
 
 Array = NDArray[np.float64]
 
+_DEMONSTRATED = ("reference_angles", "target_angles", "lookahead_angles")
+
 
 class DemonstrationSource(Protocol):
     """Postures that stand in for the demonstration."""
@@ -79,7 +81,7 @@ class OwnPrediction:
         if shown:
             return observation
         predicted = self._pairs.predicted_posture()
-        return dict(observation) | {"target": predicted, "reference": predicted}
+        return _shown_instead(observation, predicted, predicted)
 
 
 class ClosedLoop:
@@ -106,13 +108,18 @@ class ClosedLoop:
     def __call__(self, observation: Observation, shown: bool) -> Observation:
         """Return the observation with what is anticipated as reference and target."""
         if not shown:
-            coming = {"reference": self._target, "target": self._following}
-            observation = dict(observation) | coming
+            observation = _shown_instead(observation, self._target, self._following)
         context = {"context": self._clock[self._step % len(self._clock)]}
         self._step += 1
         self._target = observation["target"]
         self._following = self._anticipation(dict(observation) | context)[..., 1, :]
         return observation
+
+
+def _shown_instead(observation: Observation, reference: Array, target: Array) -> Observation:
+    """Return an observation with other postures, and without joint angles of the demonstration."""
+    kept = {name: array for name, array in observation.items() if name not in _DEMONSTRATED}
+    return kept | {"reference": reference, "target": target}
 
 
 class FreeRunning(Frozen):

@@ -17,6 +17,7 @@ from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.randomisation import Randomisation
 from mpma_mj.envs.schedules import LatencySchedule, PlantSchedule
 from mpma_mj.envs.step_rules import top_speeds
+from mpma_mj.errors import StateError
 from mpma_mj.motions import Motion
 from mpma_mj.motions.transforms import repeat
 from mpma_mj.utils.seeding import stream
@@ -106,6 +107,9 @@ class Demonstration:
             options: Options of the environment.
             max_joint_speed: Top speed of each joint, shape (8,), rad/s.
             kinematics: Kinematics of the arms.
+
+        Raises:
+            StateError: The motion has no joint angles of arms that are not `two_arm`.
         """
         self.motion = motion
         self._options, self.kinematics = options, kinematics
@@ -116,6 +120,11 @@ class Demonstration:
         self._latencies = LatencySchedule(options, motion.rate)
         self.randomisation = Randomisation(options)
         repeats = options.repeats
+        if kinematics != TWO_ARMS and motion.angles_of != kinematics.name:
+            raise StateError(
+                f"{motion.name} has no joint angles of {kinematics.name}",
+                remedy="make it feasible for that robot",
+            )
         self._clean, self.context, self._feasible = repeat(
             motion, repeats, max_joint_speed, kinematics
         )

@@ -22,7 +22,7 @@ from mpma_mj.motions.feasible_motion import feasible
 from mpma_mj.options import TWO_ARM, Arms
 from mpma_mj.utils.validation import Range
 
-__all__: list[str] = ["arm_limits", "load", "make_environment", "prepare"]
+__all__: list[str] = ["arm_limits", "check_same_robot", "load", "make_environment", "prepare"]
 
 _KINDS = {"physics": PhysicsArms, "kinematic": KinematicArms}
 
@@ -111,11 +111,30 @@ def prepare(
     physics = _KINDS[options.arms].make(options, adjustable=adjustable)
     if options.robot != TWO_ARM:
         check_geometry(Path(options.robot), physics)
+    check_same_robot(motion.angles_of, physics.kinematics.name)
     motion, change = feasible(motion, _limits(physics))
     if change is not None:
         text = f"{motion.name}: {change}"
         warnings.warn(RecordingWarning(text, remedy=change.remedy), stacklevel=4)
     return motion, physics, _physics_steps(motion.rate, physics.timestep())
+
+
+def check_same_robot(before: str, now: str) -> None:
+    """Check that a robot is what it was when a motion was fitted to it.
+
+    Args:
+        before: Name of its kinematics then.
+        now: Name of its kinematics now.
+
+    Raises:
+        BadOptionError: It is of the same name, but has changed.
+    """
+    robot = before.partition(" ")[0]
+    if before != now and robot == now.partition(" ")[0]:
+        raise BadOptionError(
+            f"{robot} is not what it was: its robot file or its model has changed",
+            remedy="restore it, or read the motion and train again",
+        )
 
 
 def arm_limits(arms: Arms | EnvironmentOptions = "physics") -> JointLimits:

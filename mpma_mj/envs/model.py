@@ -97,7 +97,8 @@ class ModelCompiler:
                 check_finite(self._path, given)
                 spec.memory = max(given.narena, _MEMORY)
                 if not robot.complete:
-                    self.kinematics = ChainArms(robot.name, *chains(given, robot.joints))
+                    arms = chains(given, robot.joints)
+                    self.kinematics = ChainArms(robot.name, *arms, robot.numbers)
             if options.gravity_compensation:
                 _compensate_gravity(spec, robot.joints)
             if options.locked_joint is not None:

@@ -24,7 +24,6 @@ __all__: list[str] = [
     "check_geometry",
 ]
 
-"""Bodies that carry the payload and that perturbations act on."""
 
 _SITES = tuple(f"{side}_{point}" for side in SIDES for point in POINTS)
 _TOLERANCE = 1e-3  # on unit vectors

@@ -30,7 +30,9 @@ def checked_robot(robot: object) -> str:
     """Return the name or the path of a robot as text; raises a BadOptionError for anything else."""
     if not isinstance(robot, str | Path):
         raise BadOptionError(option="robot", value=robot, expected="a name or a path")
-    return os.fspath(robot)
+    name = os.fspath(robot)
+    # A path is kept as an absolute one, as a run looks for its robot from anywhere.
+    return os.fspath(Path(name).absolute()) if Path(name).suffix else name
 
 
 def is_within(bounds: Bounds, value: object) -> bool:

@@ -94,7 +94,10 @@ def _grids(chain: Chain, directions: Array) -> Array:
     """Return postures with first or third joint on a grid, shape (T, N, 4), rad."""
     found = []
     for joint, count, held in ((0, _FIRST, with_first), (2, _THIRD, with_third)):
-        low, high = np.maximum(chain.lowest[joint], -np.pi), np.minimum(chain.highest[joint], np.pi)
+        low, high = chain.lowest[joint], chain.highest[joint]
+        if chain.endless[joint]:
+            low, high = -np.pi, np.pi
+        high = min(high, low + 2.0 * np.pi)
         grid = np.broadcast_to(np.linspace(low, high, count), (len(directions), count))
         goal = np.broadcast_to(directions[:, None], (*grid.shape, 6))
         found.append(held(chain, goal, grid).reshape(len(directions), -1, 4))

@@ -112,7 +112,7 @@ def demand_lines(motion: Motion, limits: JointLimits) -> list[str]:
             f"  {name:<{width}} {low:6.2f} to {high:5.2f}   {fastest[joint]:6.1f} of"
             f" {limits.max_speed[joint]:g}"
         )
-    if limits.kinematics is TWO_ARMS:  # others are singular elsewhere
+    if limits.kinematics == TWO_ARMS:  # others are singular elsewhere
         forward, straight = near_singularity(angles)
         lines.append(
             f"near a singularity: an upper arm points straight forward or back"

@@ -96,7 +96,7 @@ def fitted(motion: Motion, limits: JointLimits) -> tuple[Motion, str]:
     """
     arms = limits.kinematics
     if motion.angles_of != arms.name:
-        motion = dataclasses.replace(motion, feasible_angles=None, angles_of=arms.name)
+        motion = dataclasses.replace(motion, feasible_angles=None)
     if motion.feasible_angles is None and isinstance(arms, ChainArms):
         reason = f"{arms.robot} has joints and speeds of its own"
     else:
@@ -109,7 +109,7 @@ def fitted(motion: Motion, limits: JointLimits) -> tuple[Motion, str]:
         angles = _fitted_to_chains(original.posture.tobytes(), original.rate, cyclic, speeds, arms)
     else:
         angles = _fitted(original, limits)
-    return dataclasses.replace(motion, feasible_angles=angles), reason
+    return dataclasses.replace(motion, feasible_angles=angles, angles_of=arms.name), reason
 
 
 def feasible_tempo(read: Callable[[float], Motion], limits: JointLimits) -> float:

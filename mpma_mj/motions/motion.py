@@ -72,6 +72,8 @@ class Motion:
         for field in ("name", "source"):
             object.__setattr__(self, field, printable(getattr(self, field)))
         object.__setattr__(self, "labels", tuple(map(printable, self.labels)))
+        if self.feasible_angles is None:  # then joint angles are those of a person
+            object.__setattr__(self, "angles_of", TWO_ARM)
         frames = len(self.posture)
         if not _RATES[0] <= self.rate <= _RATES[1]:
             hertz = f"{_RATES[0]:g} to {_RATES[1]:,.0f} Hz"

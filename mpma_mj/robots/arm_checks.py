@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 
 import mujoco
 import numpy as np
@@ -10,11 +11,12 @@ from numpy.typing import NDArray
 
 from mpma_mj.errors import BadOptionError
 from mpma_mj.kinematics import SIDES
+from mpma_mj.robots.geometry import is_shoulder
 from mpma_mj.robots.robot import Robot
 from mpma_mj.robots.surface import bodies_below
 from mpma_mj.utils.text import did_you_mean, listing
 
-__all__ = ["check_joints", "check_points"]
+__all__ = ["check_joints", "check_points", "check_shoulders"]
 
 Array = NDArray[np.float64]
 
@@ -116,6 +118,29 @@ def check_points(robot: Robot, points: Array) -> None:
             f"{robot.path}: up is {list(robot.up)}, along the line of the shoulders, {line}; give"
             " the direction from pelvis to head in the model's frame"
         )
+
+
+def check_shoulders(
+    robot: Robot, data: mujoco.MjData, joints: Sequence[int], points: Array
+) -> None:
+    """Check that the first three joints of each arm turn about its shoulder.
+
+    Args:
+        robot: The robot.
+        data: Simulation of its model at rest.
+        joints: Indices of the eight joints.
+        points: Shoulder, elbow and wrist of both arms, shape (2, 3, 3), m.
+
+    Raises:
+        BadOptionError: They do not, as where a shoulder has two hinges.
+    """
+    for arm, side in enumerate(SIDES):
+        if not is_shoulder(data, joints[4 * arm : 4 * arm + 4], points[arm]):
+            three = ", ".join(robot.joints[4 * arm : 4 * arm + 3])
+            raise BadOptionError(
+                f"{robot.path}: {side}: {three} do not turn about one shoulder; an arm needs three"
+                " hinges there and one in the elbow"
+            )
 
 
 def _check_exists(robot: Robot, model: mujoco.MjModel, key: str, name: str) -> None:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.errors import BadOptionError, one_line
 from mpma_mj.kinematics import SIDES
-from mpma_mj.robots.arm_checks import check_joints, check_points
+from mpma_mj.robots.arm_checks import check_joints, check_points, check_shoulders
 from mpma_mj.robots.geometry import POINTS, arm_points, chains, torso_axes
 from mpma_mj.robots.model_file import read_model_file
 from mpma_mj.robots.robot import Robot
@@ -81,6 +81,7 @@ def _build(robot: Robot, spec: mujoco.MjSpec, *, ideal: bool) -> None:
         [arm_points(bare, data, joints[4 * i : 4 * i + 4], wrists[i]) for i in range(2)]
     )
     check_points(robot, points)
+    check_shoulders(robot, data, joints, points)
     for kind in _REMOVED:
         for element in list(getattr(spec, kind)):
             spec.delete(element)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,34 +28,27 @@ class ChainArms(ArmKinematics):
         chains: Left and right arm.
     """
 
-    def __init__(self, robot: str, left: Chain, right: Chain) -> None:
+    def __init__(self, robot: str, left: Chain, right: Chain, values: Sequence[float] = ()) -> None:
         """Combine two chains.
 
         Args:
             robot: Name of the robot.
             left: Left arm.
             right: Right arm.
+            values: Physical values, which distinguish robots of one name, too.
         """
         self.robot, self.chains = robot, (left, right)
         self.joint_names = left.joints + right.joints
         self._lowest = np.concatenate([left.lowest, right.lowest])
         self._highest = np.concatenate([left.highest, right.highest])
-        self._free = np.isinf(self._lowest) & np.isinf(self._highest)
-        numbers = [
+        self._free = np.concatenate([left.endless, right.endless])
+        geometry = [
             np.concatenate([chain.axes.ravel(), chain.upper_arm, chain.forearm])
             for chain in self.chains
         ]
-        geometry = np.concatenate([*numbers, self._lowest, self._highest]).round(9) + 0.0
-        # Joint angles of a robot whose file was changed are those of another.
-        self.name = f"{robot} {hashlib.sha256(geometry.tobytes()).hexdigest()[:8]}"
-
-    def __eq__(self, other: object) -> bool:
-        """Return whether others have the same joints, and so the same feasible motions."""
-        return isinstance(other, ChainArms) and self.name == other.name
-
-    def __hash__(self) -> int:
-        """Return the hash of the name."""
-        return hash(self.name)
+        numbers = np.concatenate([*geometry, self._lowest, self._highest, values]).round(9) + 0.0
+        # A robot whose file or model was changed is another one.
+        self.name = f"{robot} {hashlib.sha256(numbers.tobytes()).hexdigest()[:8]}"
 
     def posture(self, joint_angles: Array) -> Array:
         """Return the posture of joint angles."""

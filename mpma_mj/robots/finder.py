@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.errors import BadOptionError
 from mpma_mj.robots.chain import Chain
-from mpma_mj.robots.geometry import arm_points, torso_axes
+from mpma_mj.robots.geometry import arm_points, is_shoulder, torso_axes
 from mpma_mj.robots.limbs import (
     Limb,
     are_alike,
@@ -34,7 +34,6 @@ Array = NDArray[np.float64]
 
 # Choices.
 _SHORTEST = 0.02  # m, of an upper arm or forearm
-_SHOULDER = 0.55  # of the upper arm, within which all three axes of a shoulder pass
 _UNEQUAL = 0.3  # share by which both arms' lengths may differ
 _DOUBT = 0.5  # factor on the score of arms that are not mirrored
 _BEYOND = 0.3  # of the upper arm, from the elbow to the wrist at least
@@ -152,7 +151,10 @@ def _pairs(pose: _Pose) -> Iterator[_Arms]:
         arms = _arms(pose, (one[-4:], other[-4:]))
         lengths = arms.lengths
         alike = np.abs(lengths[0] - lengths[1]) <= _UNEQUAL * lengths.max(axis=0)
-        if alike.all() and lengths.min() >= _SHORTEST and _have_shoulders(pose, arms):
+        shoulders = (
+            is_shoulder(pose.data, *arm) for arm in zip(arms.hinges, arms.points, strict=True)
+        )
+        if alike.all() and lengths.min() >= _SHORTEST and all(shoulders):
             yield arms
 
 
@@ -181,17 +183,6 @@ def _wrist(pose: _Pose, arm: Limb) -> int | None:
             if far and abs(forearm @ data.xaxis[joint]) < _ALONG * length:
                 return joint
     return None
-
-
-def _have_shoulders(pose: _Pose, arms: _Arms) -> bool:
-    """Return whether the first three axes of each arm pass one another near enough."""
-    anchors, axes = pose.data.xanchor, pose.data.xaxis
-    for arm, (shoulder, elbow, _) in zip(arms.hinges, arms.points, strict=True):
-        near = _SHOULDER * np.linalg.norm(elbow - shoulder)
-        off = np.cross(shoulder - anchors[list(arm[:2])], axes[list(arm[:2])])
-        if np.linalg.norm(off, axis=1).max() > near:
-            return False
-    return True
 
 
 def _score(pose: _Pose, arms: _Arms) -> tuple[float, FoundArms]:

@@ -16,6 +16,9 @@ __all__ = ["POINTS", "arm_points", "chains", "torso_axes"]
 
 Array = NDArray[np.float64]
 
+# Of the upper arm: farther from an axis a point is no shoulder (choice; a dual Sawyer has 0.51).
+_SHOULDER = 0.55
+
 POINTS = ("shoulder", "elbow", "wrist")
 """Points of an arm, which sites mark: `left_shoulder` to `right_wrist`."""
 
@@ -86,6 +89,20 @@ def torso_axes(points: Array, up: Sequence[float]) -> Array:
     left = across - upright * (upright @ across)
     left /= np.linalg.norm(left)
     return np.stack([np.cross(left, upright), left, upright])
+
+
+def is_shoulder(data: mujoco.MjData, joints: Sequence[int], points: Array) -> bool:
+    """Return whether the first three axes of an arm pass its shoulder, near enough.
+
+    Args:
+        data: Simulation of the model.
+        joints: Indices of the four joints.
+        points: Shoulder, elbow and wrist, shape (3, 3), m.
+    """
+    shoulder, elbow, _ = points
+    first = list(joints[:2])  # the third passes it by definition
+    off = np.cross(shoulder - data.xanchor[first], data.xaxis[first])
+    return bool(np.linalg.norm(off, axis=1).max() <= _SHOULDER * np.linalg.norm(elbow - shoulder))
 
 
 def _nearest(point: Array, axis: Array, other_point: Array, other_axis: Array) -> Array:

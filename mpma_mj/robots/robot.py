@@ -83,6 +83,12 @@ class Robot:
         known = (name for name, one in self.physical.items() if one.values is not None)
         return [] if self.complete else sorted(set(QUANTITIES).difference(known))
 
+    @property
+    def numbers(self) -> list[float]:
+        """All physical values in one order, -1 for those that are unknown."""
+        known = (self.physical.get(quantity, JointValues()).values for quantity in QUANTITIES)
+        return [value for values in known for value in values or (-1.0,)]
+
     def values(self, quantity: str, otherwise: float | None = None) -> Array:
         """Return a physical value of each joint, shape (8,), in its unit.
 

@@ -74,7 +74,7 @@ def read_robot(robot: str | Path) -> Robot:
         BadOptionError: There is no such robot; its file has a fault, and is named with the key; or
             its model is not installed.
     """
-    if isinstance(robot, str) and robot in catalogue():
+    if str(robot) in catalogue():
         return _read(CATALOGUE / f"{robot}.toml")
     path = Path(robot)
     kind = path.suffix.lower()

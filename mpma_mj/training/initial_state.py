@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mpma_mj.envs.load import check_same_robot
 from mpma_mj.errors import BadOptionError, CheckpointError
 from mpma_mj.motions import Motion
 from mpma_mj.training.config import Init, RunConfig
@@ -79,6 +80,7 @@ def initial_state(config: RunConfig, motion: Motion) -> dict[str, Array]:
     folder = RunFolder(Path(path))
     saved, before = folder.read_config(), folder.read_motion()
     _check_same(config, saved, path, _fixed(config))
+    check_same_robot(before.angles_of, motion.angles_of)
     labels, others = len(motion.labels), len(before.labels)
     if labels != others:
         raise BadOptionError(

@@ -52,7 +52,7 @@ def write_page(path: Path, motion: Motion, report: ImportReport, limits: JointLi
         angles = motion.joint_angles
         original = None
         arms = limits.kinematics
-        if arms is TWO_ARMS and turned(motion).max() > CHANGED:
+        if arms == TWO_ARMS and turned(motion).max() > CHANGED:
             original = joint_paths.held_angles(motion.posture)
         speeds = joint_speeds(motion) / limits.max_speed
         for side, name in enumerate(kinematics.SIDES):
@@ -85,7 +85,7 @@ def write_page(path: Path, motion: Motion, report: ImportReport, limits: JointLi
         if original is not None:
             notes.append("dotted: angles of the recording, which the arms cannot follow")
         most = float(turned(motion, arms).max())
-        if arms is not TWO_ARMS and most > CHANGED:
+        if arms != TWO_ARMS and most > CHANGED:
             notes.append(f"figures: the recording, from which the robot is up to {most:.0f}° off")
         if report.gaps:
             notes.append("grey: gaps")

@@ -125,7 +125,7 @@ def ideal_scene(
         kinematics: Kinematics of the arms.
     """
     steps = len(motion) - 1
-    exact = kinematics is TWO_ARMS
+    exact = kinematics == TWO_ARMS
     trace = Trace(
         posture=motion.posture if exact else kinematics.posture(motion.joint_angles),
         reference=motion.posture,

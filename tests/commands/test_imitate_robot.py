@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from mpma_mj.cli import main
+from mpma_mj.robots.robot_file import CATALOGUE
 from mpma_mj.training.run_folder import RunFolder
 from tests.conftest import Refused
 
@@ -43,6 +44,30 @@ def test_joints_have_the_names_of_the_robot(run: Path, capsys: pytest.CaptureFix
 def test_a_joint_of_another_robot_is_no_level(run: Path, refused: Refused) -> None:
     words = ["evaluate", str(run), "--disturbances", "locked", "--levels", "left_elbow"]
     refused(words, "locked has no level 'left_elbow'; expected some of none, lhumerusrz, ")
+
+
+def test_a_robot_that_has_changed_is_another(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    refused: Refused,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = (CATALOGUE / f"{ROBOT}.toml").read_text()
+    file = tmp_path / "own.toml"
+    file.write_text(text)
+    assert main([*WORDS, "--robot", "own.toml", "--epochs", "1", "--out", "run"]) == 0
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    assert main(["imitate", "--resume", "../run", "--epochs", "2", "--no-video"]) == 0
+    file.write_text(text.replace("[12.0, 20.0, 12.0, 15.0]", "[12.0, 20.0, 12.0, 14.0]"))
+    message = "cmu_humanoid is not what it was: its robot file or its model has changed"
+    refused(["imitate", "--resume", "../run", "--epochs", "3", "--no-video"], message)
+    begun = [*WORDS, "--robot", str(file), "--init", "../run", "--epochs", "1", "--out", "new"]
+    capsys.readouterr()
+    assert main(begun) == 2
+    assert message in capsys.readouterr().err.splitlines()[-1]
+    refused(["evaluate", "../run", "--disturbances", "noise", "--levels", "0"], message)
 
 
 def test_an_unknown_robot_is_answered_with_the_nearest(refused: Refused) -> None:

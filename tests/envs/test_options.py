@@ -111,7 +111,7 @@ def test_options_are_plain_copies() -> None:
     weights["left_forearm"] = np.float32(-1)
     assert options.reward_weights == {"left_forearm": 2.0}
     assert type(options.repeats) is int
-    assert options.robot == "arms.xml"
+    assert options.robot == str(Path("arms.xml").absolute())
     assert (options.reference_noise, options.phase, options.perturbation) == (
         0.01,
         True,
