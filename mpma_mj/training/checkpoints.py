@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from mpma_mj.agents.base import Agent
 from mpma_mj.envs.demonstration import Demonstration
-from mpma_mj.envs.load import arm_limits
+from mpma_mj.envs.load import arm_limits, check_same_robot
 from mpma_mj.envs.vector_env import VectorImitationEnv
 from mpma_mj.errors import CheckpointError, RunFolderError, placeholder
 from mpma_mj.metrics import posture_error_percent
@@ -110,10 +110,12 @@ def demonstrated(folder: RunFolder) -> tuple[Demonstration, Trace]:
     Raises:
         RunFolderError: There is no run.
         CheckpointError: The folder is damaged, or its motion is not the one of the trace.
+        BadOptionError: The robot has changed.
     """
     config, trace, motion = folder.read_config(), folder.read_trace(), folder.read_motion()
     options = dataclasses.replace(config.env, reference_noise=0.0)
     limits = arm_limits(config.env)
+    check_same_robot(motion.angles_of, limits.kinematics.name)
     demonstration = Demonstration(motion, options, limits.max_speed, limits.kinematics)
     moments, expected = len(trace.posture), demonstration.steps + 1
     if moments != expected:
