@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mpma_mj.agents.registry import check_trainable
-from mpma_mj.arm_kinematics import ArmKinematics
+from mpma_mj.arm_kinematics import TWO_ARMS, ArmKinematics
 from mpma_mj.envs.options import MASS_OPTIONS, EnvironmentOptions
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.envs.plants import PLANT_OPTIONS
@@ -255,8 +255,15 @@ def measured(trace: Trace, options: EnvironmentOptions, rate: float, arms: Physi
 
 
 def _joint_errors(trace: Trace, kinematics: ArmKinematics) -> dict[str, float]:
-    """Return the root mean square of each joint's error, deg; see `joint_error`."""
-    error = joint_error(trace.joint_angles[1:], trace.reference[1:], kinematics)
+    """Return the root mean square of each joint's error, deg.
+
+    It is that of `joint_error`, or, for other robots, the way to the nearest joint angles.
+    """
+    angles, reference = trace.joint_angles[1:], trace.reference[1:]
+    if kinematics == TWO_ARMS:
+        error = joint_error(angles, reference)
+    else:  # whose correction is damped
+        error = kinematics.angles(reference, near=angles) - angles
     rms = np.degrees(np.sqrt(np.mean(error**2, axis=0)))
     return {
         f"rms_{name}_deg": float(x) for name, x in zip(kinematics.joint_names, rms, strict=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.evaluation.statistics import interval
 from mpma_mj.experiments.compare import ARMS, Episode, Transfer
-from mpma_mj.kinematics import JOINT_NAMES, SIDES
+from mpma_mj.kinematics import SIDES
 from mpma_mj.metrics import error_over_time
 from mpma_mj.motions import Motion
 from mpma_mj.utils.data_files import csv_text
@@ -33,6 +34,7 @@ __all__ = [
 Array = NDArray[np.float64]
 
 # Title, name of the measure, digits after the point.
+_JOINT_ERROR = re.compile(r"\brms_(\S+)_deg\b")
 _COLUMNS = (
     ("mpkpe, mm", "mpkpe_mm", 1),
     ("feedback ratio", "feedback_ratio", 3),
@@ -59,10 +61,13 @@ def as_markdown(transfers: Sequence[Transfer], fine_tune: int) -> str:
         ]
         for one in transfers
     ]
+    episodes = (episode for one in transfers for episode in one.episodes if episode is not None)
+    measured = next(episodes, None)
+    names = [] if measured is None else _JOINT_ERROR.findall(" ".join(measured.measures))
     joints = [
         [
             f"{one.trained_on} → {one.evaluated_on}",
-            *(number(one.values(f"rms_{name}_deg"), 2) for name in JOINT_NAMES),
+            *(number(one.values(f"rms_{name}_deg"), 2) for name in names),
         ]
         for one in transfers
     ]
@@ -71,7 +76,7 @@ def as_markdown(transfers: Sequence[Transfer], fine_tune: int) -> str:
             [
                 markdown_table([*head, *(title for title, _, _ in _COLUMNS)], rows),
                 markdown_table(
-                    ["RMS error, deg", *(name.replace("_", " ") for name in JOINT_NAMES)], joints
+                    ["RMS error, deg", *(name.replace("_", " ") for name in names)], joints
                 ),
                 *_notes(transfers),
             ]

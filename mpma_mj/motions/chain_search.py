@@ -32,8 +32,12 @@ _APART = 0.1  # s between the steps of the coarser search
 _CLOSE = 100.0  # weight of squared distance beside squared steps, rad², on the nearest path
 
 _FINE = PathCost()
-_COARSE = PathCost(moving=0.002, hurry=1.0, farthest=1.5)  # moves from branch to branch, too
-_MIXED = PathCost(moving=1e-4, hurrying=100.0, hurry=1.0, farthest=np.inf)  # as of the fit
+_COARSE = PathCost(
+    speed_weight=0.002, excess_from=1.0, farthest=1.5
+)  # moves from branch to branch, too
+_MIXED = PathCost(
+    speed_weight=1e-4, excess_weight=100.0, excess_from=1.0, farthest=np.inf
+)  # as of the fit
 
 
 def starting_paths(

@@ -2,9 +2,9 @@
 
 The cost of a path is
 
-    Σ_t |d(q_t) - d*_t|² + moving (Δq/s)² + hurrying max(|Δq|/s - hurry, 0)²    summed over joints
+    Σ_t |d(q_t) - d*_t|² + speed_weight (Δq/s)² + excess_weight max(|Δq|/s - excess_from, 0)²
 
-with s the largest step.
+summed over joints, with s the largest step.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ class PathCost(NamedTuple):
     """Weights of the cost, and which candidates take part (choices).
 
     Attributes:
-        moving: Weight of squared steps.
-        hurrying: Weight of squared steps beyond `hurry`.
-        hurry: Share of the largest step.
+        speed_weight: Weight of squared steps.
+        excess_weight: Weight of squared steps beyond `excess_from`.
+        excess_from: Share of the largest step.
         farthest: Squared distance to the directions, above the least, of a candidate.
     """
 
-    moving: float = 0.02
-    hurrying: float = 3.0
-    hurry: float = 0.8
+    speed_weight: float = 0.02
+    excess_weight: float = 3.0
+    excess_from: float = 0.8
     farthest: float = 0.3
 
 
@@ -103,8 +103,10 @@ def _places(
         if endless is not None:
             turn[..., endless] = wrap(turn[..., endless])
         change = np.abs(turn) / step
-        hurry = np.maximum(change - cost.hurry, 0.0)
-        way = total + np.sum(cost.moving * change**2 + cost.hurrying * hurry**2, axis=-1)
+        excess = np.maximum(change - cost.excess_from, 0.0)
+        way = total + np.sum(
+            cost.speed_weight * change**2 + cost.excess_weight * excess**2, axis=-1
+        )
         origins.append(way.argmin(axis=1))
         total = way.min(axis=1) + distance[t, chosen]
         places.append(chosen)

@@ -7,30 +7,34 @@ speed; *feasible* of the postures of a whole motion, after it is fitted to range
 from __future__ import annotations
 
 import bisect
-import dataclasses
 from collections.abc import Callable
 from typing import NamedTuple
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.kinematics import JOINT_NAMES
-from mpma_mj.metrics import posture_error_percent
 from mpma_mj.motions.feasibility import JointLimits, turned
-from mpma_mj.motions.feasible_motion import fitted
+from mpma_mj.motions.fitted_motion import fitted
 from mpma_mj.motions.motion import Motion
 from mpma_mj.motions.transforms import at_rate
 from mpma_mj.robots.branches import nearest_branch
 from mpma_mj.robots.chain import Chain
 from mpma_mj.robots.chain_arms import ChainArms
-from mpma_mj.robots.geometry import chains
 from mpma_mj.robots.reachability import REACHED, deviation
-from mpma_mj.robots.scene import TWO_ARM
 
 __all__ = ["Reach", "close_tempo", "reach_lines", "reach_of", "slower_tempo"]
 
 Array = NDArray[np.float64]
+
+# Axes of the left and the right arm of `two_arm` at zero joint angles, where arms hang; see
+# `kinematics`.
+_AXES = np.array(
+    [
+        [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]],
+        [[-1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [0.0, -1.0, 0.0]],
+    ]
+)
+_DOWN = np.array([0.0, 0.0, -1.0])
 
 # Choices.
 _TEMPI = [number / 20.0 for number in range(5, 21)]  # that are tried
@@ -59,6 +63,9 @@ def reach_of(motion: Motion, limits: JointLimits) -> Reach:
         motion: The motion, feasible for the robot (`fitted`).
         limits: Limits of the robot's joints.
     """
+    # Here, as it takes longer to import than most motions to read.
+    from mpma_mj.metrics import posture_error_percent
+
     angles, feasible_ones = motion.joint_angles, _are_feasible(motion, limits)
     missed = []
     for arm, chain in enumerate(_chains(limits)):
@@ -157,12 +164,7 @@ def _chains(limits: JointLimits) -> tuple[Chain, ...]:
     """Return the left and the right arm."""
     if isinstance(limits.kinematics, ChainArms):
         return limits.kinematics.chains
-    model = mujoco.MjModel.from_xml_path(str(TWO_ARM))
     return tuple(
-        dataclasses.replace(
-            chain,
-            lowest=limits.lowest[4 * arm : 4 * arm + 4],
-            highest=limits.highest[4 * arm : 4 * arm + 4],
-        )
-        for arm, chain in enumerate(chains(model, JOINT_NAMES))
+        Chain(axes, _DOWN, _DOWN, limits.lowest[own], limits.highest[own])
+        for axes, own in zip(_AXES, (slice(0, 4), slice(4, 8)), strict=True)
     )

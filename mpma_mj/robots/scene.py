@@ -9,11 +9,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["TWO_ARM", "add_scene"]
+__all__ = ["TWO_ARM_MODEL", "add_scene"]
 
 Array = NDArray[np.float64]
 
-TWO_ARM = Path(__file__).parent.parent / "assets" / "two_arm.xml"
+TWO_ARM_MODEL = Path(__file__).parent.parent / "assets" / "two_arm.xml"
 """Model of the package's own arms."""
 
 _PREFIX = "scene_"  # of names that a robot may have, too
@@ -35,7 +35,7 @@ def add_scene(spec: mujoco.MjSpec, shoulders: Array, reach: float) -> None:
         shoulders: Middle of the shoulders, shape (3,), m.
         reach: Distance from there to the farthest fingertip, m.
     """
-    own = mujoco.MjSpec.from_file(str(TWO_ARM))
+    own = mujoco.MjSpec.from_file(str(TWO_ARM_MODEL))
     model, middle, scale = own.compile(), own.body("torso").pos, reach / _REACH
     empty = mujoco.MjSpec()  # whose defaults are MuJoCo's, not the robot's own
     spec.option, spec.visual, spec.stat = own.option, own.visual, empty.stat

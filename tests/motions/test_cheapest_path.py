@@ -11,8 +11,8 @@ ALL = PathCost(farthest=np.inf)
 
 def cost_of(path: np.ndarray, distance: float, cost: PathCost, closed: bool = False) -> float:
     change = np.abs(np.diff(np.concatenate([path, path[:1]]) if closed else path, axis=0)) / STEP
-    hurry = np.maximum(change - cost.hurry, 0.0)
-    return distance + float(np.sum(cost.moving * change**2 + cost.hurrying * hurry**2))
+    excess = np.maximum(change - cost.excess_from, 0.0)
+    return distance + float(np.sum(cost.speed_weight * change**2 + cost.excess_weight * excess**2))
 
 
 def cheapest_of_all(

@@ -14,7 +14,7 @@ from mpma_mj.robots.geometry import POINTS, chains
 from mpma_mj.robots.poses import POSES, pose_angles
 from mpma_mj.robots.robot import Robot
 from mpma_mj.robots.robot_file import read_robot
-from mpma_mj.robots.scene import TWO_ARM
+from mpma_mj.robots.scene import TWO_ARM_MODEL
 from tests.robots.small_robot import (
     compiled,
     compiled_once,
@@ -168,7 +168,7 @@ def test_unknown_values_are_refused_where_physics_needs_them(tmp_path: Path) -> 
 
 
 def test_a_complete_robot_is_taken_as_it_is() -> None:
-    ours = mujoco.MjSpec.from_file(str(TWO_ARM))
+    ours = mujoco.MjSpec.from_file(str(TWO_ARM_MODEL))
     assert assemble(read_robot("two_arm")).to_xml() == ours.to_xml()
 
 

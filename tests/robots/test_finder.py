@@ -16,7 +16,7 @@ from mpma_mj.kinematics import JOINT_NAMES
 from mpma_mj.robots.finder import describe_arms, find_arms
 from mpma_mj.robots.model_file import read_model_file
 from mpma_mj.robots.robot_file import catalogue
-from mpma_mj.robots.scene import TWO_ARM
+from mpma_mj.robots.scene import TWO_ARM_MODEL
 from tests.robots.figures import ARM, compile_figure, figure, names
 from tests.robots.small_robot import MODEL, installed
 
@@ -40,7 +40,7 @@ def refused(model: mujoco.MjModel) -> str:
 
 
 def test_the_arms_of_two_arm_are_found() -> None:
-    found = find_arms(mujoco.MjModel.from_xml_path(str(TWO_ARM)))
+    found = find_arms(mujoco.MjModel.from_xml_path(str(TWO_ARM_MODEL)))
     assert (found.joints, found.wrists, found.up) == (JOINT_NAMES, None, (0.0, 0.0, 1.0))
 
 

@@ -6,12 +6,12 @@ import pytest
 
 from mpma_mj.kinematics import JOINT_NAMES, posture_from_angles
 from mpma_mj.robots.geometry import arm_points, chains, torso_axes
-from mpma_mj.robots.scene import TWO_ARM
+from mpma_mj.robots.scene import TWO_ARM_MODEL
 
 
 @pytest.fixture
 def two_arm() -> mujoco.MjModel:
-    return mujoco.MjModel.from_xml_path(str(TWO_ARM))
+    return mujoco.MjModel.from_xml_path(str(TWO_ARM_MODEL))
 
 
 def test_chains_of_two_arm_are_its_closed_form(two_arm: mujoco.MjModel) -> None:

@@ -10,7 +10,7 @@ from mpma_mj.robots.assembly import assemble
 from mpma_mj.robots.geometry import chains
 from mpma_mj.robots.new_robot import describe_model
 from mpma_mj.robots.robot_file import read_robot, write_robot
-from mpma_mj.robots.scene import TWO_ARM
+from mpma_mj.robots.scene import TWO_ARM_MODEL
 from tests.robots.figures import figure, names, urdf_figure
 
 LEFT, RIGHT = names("left"), names("right")
@@ -42,7 +42,7 @@ def test_what_is_described_is_what_is_read_again(tmp_path: Path) -> None:
 
 
 def test_a_model_with_the_joints_and_sites_of_two_arm_is_a_robot_already(tmp_path: Path) -> None:
-    new = describe_model(TWO_ARM, name="ours")
+    new = describe_model(TWO_ARM_MODEL, name="ours")
     assert new.robot.complete
     write_robot(tmp_path / "ours.toml", new.robot)
     assert len((tmp_path / "ours.toml").read_text().splitlines()) == 6

@@ -11,7 +11,7 @@ from mpma_mj.errors import BadOptionError, MpmaError, RunFolderError
 from mpma_mj.kinematics import JOINT_NAMES
 from mpma_mj.robots.robot import QUANTITIES, UNKNOWN, JointValues
 from mpma_mj.robots.robot_file import catalogue, read_robot, robot_name, write_robot
-from mpma_mj.robots.scene import TWO_ARM
+from mpma_mj.robots.scene import TWO_ARM_MODEL
 from tests.robots.small_robot import installed, write_small_robot
 
 
@@ -137,12 +137,12 @@ def test_a_name_that_is_unknown_is_answered_with_the_nearest() -> None:
     assert "expected one of" in refused("nothing")
 
 
-@pytest.mark.parametrize("robot", [TWO_ARM, str(TWO_ARM), "two_arm"])
+@pytest.mark.parametrize("robot", [TWO_ARM_MODEL, str(TWO_ARM_MODEL), "two_arm"])
 def test_a_model_with_our_joints_is_a_robot(robot: str | Path) -> None:
     found = read_robot(robot)
     assert found.complete
     assert found.joints == JOINT_NAMES
-    assert found.model.samefile(TWO_ARM)
+    assert found.model.samefile(TWO_ARM_MODEL)
 
 
 def test_urdf_needs_a_robot_file(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from mpma_mj.robots.geometry import chains
 from mpma_mj.robots.poses import POSES, pose_angles
 from mpma_mj.robots.robot import Robot
 from mpma_mj.robots.robot_file import read_robot
-from mpma_mj.robots.scene import TWO_ARM
+from mpma_mj.robots.scene import TWO_ARM_MODEL
 from tests.robots.small_robot import compiled, placed, write_small_robot
 
 
@@ -22,7 +22,7 @@ def small(tmp_path: Path) -> Robot:
 
 
 def test_the_scene_is_that_of_two_arm(small: Robot) -> None:
-    model, ours = assemble(small).compile(), mujoco.MjModel.from_xml_path(str(TWO_ARM))
+    model, ours = assemble(small).compile(), mujoco.MjModel.from_xml_path(str(TWO_ARM_MODEL))
     for name in ("timestep", "integrator", "gravity", "disableflags"):
         np.testing.assert_array_equal(getattr(model.opt, name), getattr(ours.opt, name))
     assert (model.vis.global_.offwidth, model.vis.global_.offheight) == (1920, 1088)

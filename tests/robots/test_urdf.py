@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from mpma_mj.robots.model_file import read_model_file
-from mpma_mj.robots.scene import TWO_ARM
+from mpma_mj.robots.scene import TWO_ARM_MODEL
 from mpma_mj.robots.urdf import mend_urdf, unread_meshes
 from tests.robots.figures import urdf_figure
 
@@ -40,7 +40,7 @@ def test_meshes_that_mujoco_does_not_read_are_left_out(tmp_path: Path) -> None:
     assert (len(spec.meshes), len(spec.geoms)) == (0, 1)
     spec.compile()
     assert unread_meshes(tmp_path / "my.urdf") == ("forearm.dae",)
-    assert unread_meshes(TWO_ARM) == ()
+    assert unread_meshes(TWO_ARM_MODEL) == ()
 
 
 def test_mending_twice_is_mending_once(tmp_path: Path) -> None:
