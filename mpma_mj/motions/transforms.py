@@ -142,7 +142,8 @@ def repeat(
 
     Where it ends elsewhere than it starts, the arms return by a minimum-jerk move at half the
     joints' top speed, with the context of the first posture. A motion whose end leads into its
-    start within one sample, at rest or at the speed that it has there, is joined as it is.
+    start within one sample, at rest or at the speed that it has there, is joined as it is. The
+    postures of a move are those that the arms hold, also where they do not hold the motion's own.
 
     Args:
         motion: The motion, T postures.
