@@ -89,7 +89,7 @@ def _build(robot: Robot, spec: mujoco.MjSpec, *, ideal: bool) -> None:
         if geom.type == mujoco.mjtGeom.mjGEOM_PLANE:
             spec.delete(geom)
     bodies = {body.id: body for body in spec.bodies}
-    _hide_duplicates(bodies)
+    _hide_collision_shapes(bodies)
     _name_bodies(spec, bodies)
     _pose_bodies(robot, bare, data, bodies)
     _replace_joints(robot, spec, bare, data, bodies, joints)
@@ -113,18 +113,15 @@ def _at_rest(robot: Robot, model: mujoco.MjModel) -> mujoco.MjData:
     return data
 
 
-def _hide_duplicates(bodies: Mapping[int, Any]) -> None:
-    """Hide meshes that collide where the same ones are drawn, as drawing takes most of the time."""
+def _hide_collision_shapes(bodies: Mapping[int, Any]) -> None:
+    """Hide what collides on bodies that have a mesh for looks alone, as drawing takes time."""
     for body in bodies.values():
-        meshes = [geom for geom in body.geoms if geom.type == mujoco.mjtGeom.mjGEOM_MESH]
-        drawn = [_mesh_at_place(g) for g in meshes if not (g.contype or g.conaffinity)]
-        for geom in meshes:
-            if (geom.contype or geom.conaffinity) and _mesh_at_place(geom) in drawn:
-                geom.group = _HIDDEN
-
-
-def _mesh_at_place(geom: Any) -> tuple[str, bytes, bytes]:
-    return geom.meshname, geom.pos.tobytes(), geom.quat.tobytes()
+        colliding = [geom for geom in body.geoms if geom.contype or geom.conaffinity]
+        looks = any(
+            geom.type == mujoco.mjtGeom.mjGEOM_MESH and geom not in colliding for geom in body.geoms
+        )
+        for geom in colliding if looks else ():
+            geom.group = _HIDDEN
 
 
 def _name_bodies(spec: mujoco.MjSpec, bodies: Mapping[int, Any]) -> None:

@@ -181,7 +181,7 @@ def test_a_model_that_cannot_be_read_is_refused_in_one_line(tmp_path: Path) -> N
         assert "\n" not in str(caught.value)
 
 
-def test_meshes_are_drawn_once(tmp_path: Path) -> None:
+def test_what_collides_is_not_drawn_beside_meshes_for_looks(tmp_path: Path) -> None:
     mesh = '<geom name="{}" type="mesh" mesh="cube" pos="0 0 {}" contype="{}" conaffinity="{}"/>'
     meshes = (
         mesh.format("drawn", 0, 0, 0) + mesh.format("same", 0, 1, 1) + mesh.format("b", 1, 1, 1)
@@ -189,7 +189,11 @@ def test_meshes_are_drawn_once(tmp_path: Path) -> None:
     asset = '<asset><mesh name="cube" builtin="sphere" params="2"/>'
     text = {"<asset>": asset, '<joint name="waist"': f'{meshes}<joint name="waist"'}
     found = compiled(read_robot(write_small_robot(tmp_path, model=text)))
-    assert [found.geom(name).group[0] for name in ("drawn", "same", "b")] == [0, 3, 0]
+    assert [found.geom(name).group[0] for name in ("drawn", "same", "b")] == [0, 3, 3]
+    del text["<asset>"]
+    text['<joint name="waist"'] = '<geom name="b" size="0.1"/><joint name="waist"'
+    alone = compiled(read_robot(write_small_robot(tmp_path, model=text)))
+    assert alone.geom("b").group[0] == 0
 
 
 def test_the_same_robot_is_the_same_model(small: Robot) -> None:
