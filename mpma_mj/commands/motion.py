@@ -34,7 +34,7 @@ class InspectMotion:
     """Write a video of arms that follow the motion ideally, next to the page, as .mp4."""
     out: Path | None = None
     """Write the motion: joint angles as .csv, a skeleton as .bvh, points as .trc, or .npz, which
-    also has the context. All commands can read each of them."""
+    also has the context. All commands can read each of them, but a .csv of --robot."""
     overwrite: bool = False
     """Replace the files of --out and --picture if they exist."""
     robot: str = TWO_ARM

@@ -37,7 +37,7 @@ class DescribeRobot:
     """Joints of the left arm, from the shoulder outward; found if not given."""
     right: Annotated[tuple[str, ...], _JOINTS] = ()
     """Joints of the right arm."""
-    wrist: Annotated[tuple[str, ...], tyro.conf.arg(metavar="LEFT RIGHT|tip")] = ()
+    wrist: Annotated[tuple[str, ...], tyro.conf.arg(metavar="{LEFT RIGHT}|tip")] = ()
     """Joints at the ends of the forearms; or tip, where they end with what is farthest from the
     elbow; found if not given."""
     up: Literal["x", "-x", "y", "-y", "z", "-z"] | None = None

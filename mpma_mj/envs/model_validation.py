@@ -13,6 +13,7 @@ from mpma_mj.errors import BadOptionError
 from mpma_mj.kinematics import JOINT_NAMES, SEGMENT_NAMES, SIDES
 from mpma_mj.robots.assembly import HANDS
 from mpma_mj.robots.geometry import POINTS
+from mpma_mj.utils.text import shell_word
 
 if TYPE_CHECKING:
     from mpma_mj.envs.physics import PhysicsArms
@@ -57,7 +58,9 @@ def check_complete(path: Path, spec: mujoco.MjSpec, *, hands: bool) -> None:
     ]
     if missing:
         raise BadOptionError(
-            f"{path}: lacks {', '.join(missing)}; add them, or give yours these names"
+            f"{path}: lacks {', '.join(missing)}",
+            remedy=f"mpma robot {shell_word(path)} writes the robot file of any other robot; or add"
+            " them",
         )
     for name in JOINT_NAMES:
         if spec.joint(name).type != mujoco.mjtJoint.mjJNT_HINGE:

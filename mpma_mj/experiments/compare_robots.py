@@ -142,18 +142,12 @@ def robot_jobs(
             cannot be read.
     """
     _check(config, robots, epochs)
+    _check_names(robots)
     jobs = []
     for robot in robots:
-        try:
-            own = config.replace(robot=robot)
-            motion = read_motions(own)
-            check(own, motion)
-        except BadOptionError as error:
-            if error.option == "robot":
-                raise BadOptionError(
-                    option="robots", value=robot, expected=error.expected, remedy=error.remedy
-                ) from None
-            raise
+        own = config.replace(robot=robot)
+        motion = read_motions(own)
+        check(own, motion)
         jobs.append(RobotJob(tuple(seeds(own, runs)), motion, epochs))
     return jobs
 
@@ -181,13 +175,28 @@ def compare_robots(
     return [found[job.trained_on] for job in jobs]
 
 
+def _check_names(robots: Sequence[str]) -> None:
+    """Check that all robots exist, before any learns, and differ; raises a BadOptionError."""
+    names = list[str]()
+    for robot in robots:
+        try:
+            name = read_robot(robot).name
+        except BadOptionError as error:
+            if error.option == "robot":
+                raise BadOptionError(
+                    option="robots", value=robot, expected=error.expected, remedy=error.remedy
+                ) from None
+            raise
+        if name in names:
+            remedy = "give {robots} once each, and own robots names of their own"
+            raise BadOptionError(f"robot {name} is given twice", remedy=remedy)
+        names.append(name)
+
+
 def _check(config: RunConfig, robots: Sequence[str], epochs: int) -> None:
     """Check what does not depend on a robot; raises a BadOptionError."""
     if epochs < 1:
         raise BadOptionError(option="epochs", value=epochs, expected="at least 1")
-    for robot in robots:
-        if robots.count(robot) > 1:
-            raise BadOptionError(f"robot {robot} is given twice", remedy="give {robots} once each")
     env = config.env
     if env.robot != TWO_ARM:
         problem = "is for one robot, but several are compared"

@@ -39,6 +39,7 @@ _DOWN = np.array([0.0, 0.0, -1.0])
 # Choices.
 _TEMPI = [number / 20.0 for number in range(5, 21)]  # that are tried
 _SLOWER = (0.5, 0.25)  # that are tried where nobody asked
+_NEARLY = 0.05  # share of steps that do not count
 _TOO_SLOW = 0.1  # share of steps that are reachable, but not feasible
 
 
@@ -82,7 +83,10 @@ def reach_of(motion: Motion, limits: JointLimits) -> Reach:
 
 
 def close_tempo(read: Callable[[float], Motion], limits: JointLimits) -> tuple[float, float]:
-    """Return the tempo up to which a robot does all of a motion within 5°.
+    """Return the tempo up to which a robot does nearly all of a motion that it can do at all.
+
+    What it cannot do at a quarter of the tempo is not for lack of speed: ranges do not allow it, or
+    to go on it would have to change the branch.
 
     Args:
         read: Reads the motion at a tempo.
@@ -90,17 +94,15 @@ def close_tempo(read: Callable[[float], Motion], limits: JointLimits) -> tuple[f
 
     Returns:
         The tempo, in steps of 0.05 from 0.25 to 1, and the share of the postures that is feasible
-        there: 1, or less where not all is at 0.25 either.
+        there: at most 0.05 less than at 0.25.
     """
 
     def share(tempo: float) -> float:
         return _share(read(tempo), limits)
 
-    slowest = share(_TEMPI[0])
-    if slowest < 1.0:
-        return _TEMPI[0], slowest
-    last = bisect.bisect_right(_TEMPI[1:], 0.0, key=lambda tempo: 1.0 - share(tempo))
-    return _TEMPI[last], 1.0
+    enough = share(_TEMPI[0]) - _NEARLY
+    last = bisect.bisect_right(_TEMPI[1:], 0.0, key=lambda tempo: max(enough - share(tempo), 0.0))
+    return _TEMPI[last], share(_TEMPI[last])
 
 
 def slower_tempo(motion: Motion, limits: JointLimits) -> str:
@@ -120,6 +122,8 @@ def slower_tempo(motion: Motion, limits: JointLimits) -> str:
         share = _share(at_rate(motion, motion.rate, tempo), limits)
         if reach.reachable - share <= _TOO_SLOW:
             break
+    if share - reach.feasible <= _TOO_SLOW:
+        return ""
     return (
         f"{{tempo={motion.tempo * tempo:.3g}}} leaves {100 * share:.0f} % of the steps within"
         f" {REACHED:g}°, this one {100 * reach.feasible:.0f} %"
@@ -143,9 +147,9 @@ def reach_lines(reach: Reach, read: Callable[[float], Motion], limits: JointLimi
     ]
     if reach.feasible == 1.0:
         return lines
-    if reach.reachable < 1.0:
-        return [*lines, "at no tempo all of it is feasible, as the ranges do not allow it"]
     tempo, share = close_tempo(read, limits)
+    if tempo == 1.0:
+        return [*lines, "a slower tempo hardly changes that"]
     part = "all" if share == 1.0 else f"{100 * share:.1f} %"
     return [*lines, f"at {tempo:g} of this tempo {part} of it is feasible"]
 

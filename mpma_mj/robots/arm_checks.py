@@ -23,6 +23,7 @@ Array = NDArray[np.float64]
 # Choices.
 _RANGE = (0.1, 25.0)  # rad, between lowest and highest angle
 _SHORTEST = 0.02  # m, of a segment, and between shoulders
+_LONGEST = 10.0  # m, of a segment
 _ALONG = 0.5  # cosine between up and the line of the shoulders, which are level
 _LISTED = 20
 
@@ -99,6 +100,11 @@ def check_points(robot: Robot, points: Array) -> None:
             raise BadOptionError(
                 f"{robot.path}: {side}: the elbow {elbow} is at the shoulder; give four joints, of"
                 " which the last bends the elbow"
+            )
+        if max(upper_arm, forearm) > _LONGEST:
+            raise BadOptionError(
+                f"{robot.model}: the {side} arm has segments of {upper_arm:g} and {forearm:g} m;"
+                " are they millimetres? scale the model to metres"
             )
         if forearm < _SHORTEST:
             end = robot.wrists[SIDES.index(side)] if robot.wrists else "nothing below it"

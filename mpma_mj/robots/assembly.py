@@ -18,6 +18,7 @@ from mpma_mj.robots.robot import Robot
 from mpma_mj.robots.scene import add_scene
 from mpma_mj.robots.self_contact import exclude_touching
 from mpma_mj.robots.surface import bodies_below, lowest_point, reach, seen_geoms
+from mpma_mj.utils.input_files import file_problem
 
 __all__ = ["HANDS", "assemble"]
 
@@ -57,6 +58,8 @@ def assemble(robot: Robot, *, ideal: bool = False) -> mujoco.MjSpec:
         BadOptionError: The model cannot be read, does not fit the robot's file, or a physical value
             is unknown.
     """
+    if robot.path != robot.model and (problem := file_problem(robot.model)):
+        raise BadOptionError(f"{robot.path}: its model {robot.model}: {problem}")
     spec = read_model_file(robot.model)
     if robot.complete:
         return spec

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from mpma_mj.errors import BadOptionError
 from mpma_mj.kinematics import JOINT_NAMES
 
-__all__ = ["QUANTITIES", "UNKNOWN", "JointValues", "Robot"]
+__all__ = ["FASTEST", "QUANTITIES", "UNKNOWN", "JointValues", "Robot"]
 
 Array = NDArray[np.float64]
 
@@ -24,6 +24,9 @@ QUANTITIES = {
     "kv": "N m s/rad",
 }
 """Physical values of joints, with their units."""
+
+FASTEST = 100.0
+"""Top speed of joints up to which a number can be one, rad/s."""
 
 UNKNOWN = "unknown"
 """Source of values that no document gives."""
@@ -103,10 +106,10 @@ class Robot:
         if known is None and otherwise is not None:
             return np.full(8, otherwise)
         if known is None:
+            ideal = "" if quantity == "speed" else "choose {arms=kinematic}, or "
             mend = f"give [{quantity}] with values = [four, from the shoulder outward] and source"
-            ideal = "" if quantity == "speed" else ", or choose {arms=kinematic}"
             raise BadOptionError(
                 f"{self.path}: {quantity} of the joints, {QUANTITIES[quantity]}, is unknown",
-                remedy=f"{mend}{ideal}",
+                remedy=f"{ideal}{mend}",
             )
         return np.tile(known, 2)

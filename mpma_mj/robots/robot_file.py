@@ -34,10 +34,10 @@ from typing import Any
 
 from mpma_mj.errors import BadOptionError, one_line, printable
 from mpma_mj.robots.model_sources import REGISTRIES, find_model
-from mpma_mj.robots.robot import QUANTITIES, UNKNOWN, JointValues, Robot
+from mpma_mj.robots.robot import FASTEST, QUANTITIES, UNKNOWN, JointValues, Robot
 from mpma_mj.utils.atomic_files import write_text
 from mpma_mj.utils.input_files import SMALL_FILE, file_problem
-from mpma_mj.utils.text import did_you_mean
+from mpma_mj.utils.text import did_you_mean, shell_word
 from mpma_mj.utils.validation import is_number
 
 __all__ = ["CATALOGUE", "NAME", "TIP", "catalogue", "read_robot", "robot_name", "write_robot"]
@@ -74,6 +74,8 @@ def read_robot(robot: str | Path) -> Robot:
         BadOptionError: There is no such robot; its file has a fault, and is named with the key; or
             its model is not installed.
     """
+    if not str(robot).strip():
+        raise BadOptionError(option="robot", value=robot, expected=f"one of {_expected()}")
     if str(robot) in catalogue():
         return _read(CATALOGUE / f"{robot}.toml")
     path = Path(robot)
@@ -82,7 +84,8 @@ def read_robot(robot: str | Path) -> Robot:
         return _read(path)
     if kind == ".urdf":
         raise BadOptionError(
-            f"{path}: a URDF file alone is no robot; give a robot file (.toml) that names it"
+            f"{path}: a URDF file alone is no robot",
+            remedy=f"mpma robot {shell_word(path)} writes its robot file",
         )
     if kind in _MODELS or len(path.parts) > 1 or path.exists():
         name = re.sub(r"[^\w-]+", "_", path.stem, flags=re.ASCII) or "robot"
@@ -90,8 +93,8 @@ def read_robot(robot: str | Path) -> Robot:
     raise BadOptionError(
         option="robot",
         value=robot,
-        expected=f"one of {', '.join(catalogue())}, or the path of a robot file (.toml)",
-        remedy=did_you_mean(str(robot), catalogue()),
+        expected=f"one of {_expected()}",
+        remedy=did_you_mean(str(robot).lower(), catalogue()),
     )
 
 
@@ -102,6 +105,10 @@ def robot_name(path: Path) -> str:
         for part in (path.stem, path.absolute().parent.name)
     )
     return next((word for word in words if word and word not in _NO_NAMES), "robot")
+
+
+def _expected() -> str:
+    return f"{', '.join(catalogue())}, or the path of a robot file (.toml)"
 
 
 def write_robot(path: Path, robot: Robot, comments: Mapping[str, str] | None = None) -> None:
@@ -159,7 +166,8 @@ def _read(path: Path) -> Robot:
     try:
         content = tomllib.loads(path.read_text("utf-8"))
     except (ValueError, RecursionError) as error:  # ValueError: neither TOML nor UTF-8
-        raise BadOptionError(f"{path}: is no TOML file: {one_line(error)}; correct it") from None
+        problem = f"{path}: is no TOML file: {one_line(error)}"
+        raise BadOptionError(f"{problem}; correct it{_hint(error)}") from None
     table = _Table(path, content)
     listed = content.get("model")
     models: list[Any] = listed if isinstance(listed, list) else [listed]
@@ -176,6 +184,11 @@ def _read(path: Path) -> Robot:
     if complete:
         return Robot(name, title, licence, path, model_path, complete=True)
     return Robot(name, title, licence, path, model_path, physical=physical, **geometries[index])
+
+
+def _hint(error: Exception) -> str:
+    """Return what is often wrong where a value of TOML is none."""
+    return ", such as 0.05 for .05" if "Invalid value" in str(error) else ""
 
 
 def _geometry(model: _Table, *, complete: bool) -> dict[str, Any]:
@@ -239,6 +252,8 @@ def _joint_values(table: _Table, quantity: str) -> JointValues:
     if not lowest_is_right:
         most = "0 or more" if quantity in _MAY_BE_ZERO else "above 0"
         raise inner.refuse("values", f"expected four numbers, {most}, {QUANTITIES[quantity]}")
+    if quantity == "speed" and max(values) > FASTEST:
+        raise inner.refuse("values", f"expected at most {FASTEST:g} rad/s; are they degrees?")
     return JointValues(values, source)
 
 

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from mpma_mj.robots.robot import JointValues
+from mpma_mj.robots.robot import FASTEST, JointValues
 
 __all__ = ["stated_values"]
 
@@ -52,6 +52,9 @@ def stated_values(
         for quantity, (place, each) in values.items()
         if min(lower := _lower(each)) > 0.0
     }
+    if "speed" in known and max(known["speed"].values or ()) > FASTEST:  # a placeholder
+        comments["speed"] = np.array(values["speed"][1])
+        del known["speed"]
     if "force" in known:
         known["kv"] = JointValues(known["force"].values, _KV)
     stated = {quantity: _lower(each) for quantity, each in comments.items()}

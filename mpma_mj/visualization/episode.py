@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from mpma_mj.envs.load import check_same_robot
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.envs.physics import PhysicsArms
+from mpma_mj.options import TWO_ARM
 from mpma_mj.trace import Trace
 
 __all__ = ["EpisodeArms"]
@@ -21,17 +23,24 @@ class EpisodeArms:
         physics: The arms, with the plant of the current step where the episode has several.
     """
 
-    def __init__(self, trace: Trace, options: EnvironmentOptions | None = None) -> None:
+    def __init__(
+        self,
+        trace: Trace,
+        options: EnvironmentOptions | None = None,
+        robot: str = TWO_ARM,
+    ) -> None:
         """Make the arms.
 
         Args:
             trace: Trace of the episode.
             options: Options of the environment, whose arms are shown; the defaults if None.
+            robot: Name of the kinematics of the arms that moved so; see `Motion.angles_of`.
 
         Raises:
-            BadOptionError: The environment's model cannot be read.
+            BadOptionError: The environment's model cannot be read, or the robot has changed.
         """
         self.physics = PhysicsArms.make(options)
+        check_same_robot(robot, self.physics.kinematics.name)
         self._joint_angles = trace.true_joint_angles(self.physics.kinematics)
         self._reference = trace.reference
         self._plant = trace.plant

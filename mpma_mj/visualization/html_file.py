@@ -52,7 +52,7 @@ def write_html(path: Path, scene: Scene, progress: Progress = iter) -> None:
     require_web()
     import viser
 
-    arms, moments = EpisodeArms(scene.trace, scene.options), scene.moments
+    arms, moments = EpisodeArms(scene.trace, scene.options, scene.motion.angles_of), scene.moments
     physics = arms.physics
     # viser has no scene without a server, which prints its address also where it is not verbose.
     with contextlib.redirect_stdout(io.StringIO()), contextlib.ExitStack() as stack:

@@ -67,7 +67,7 @@ def play(scene: Scene, *, instead: str, on_open: Callable[[], None]) -> None:
         BadOptionError: The environment's model cannot be read, or has no such camera.
         RenderingError: There is no display, or OpenGL does not draw.
     """
-    arms = EpisodeArms(scene.trace, scene.options)
+    arms = EpisodeArms(scene.trace, scene.options, scene.motion.angles_of)
     times, labels = scene.displayed_times, scene.labels
     player = Player(len(times))
     pressed: queue.SimpleQueue[int] = queue.SimpleQueue()  # keys come from the window's thread

@@ -9,7 +9,7 @@ import pytest
 
 from mpma_mj.cli import main
 from mpma_mj.robots.robot_file import read_robot
-from mpma_mj.robots.scene import TWO_ARM
+from mpma_mj.robots.scene import TWO_ARM_MODEL
 from tests.conftest import Refused
 from tests.robots.figures import figure, names, urdf_figure
 
@@ -93,7 +93,7 @@ def test_ranges_that_are_not_mirrored_are_pointed_out(capsys: pytest.CaptureFixt
 
 
 def test_a_complete_model_is_a_robot_of_one_line() -> None:
-    assert main(["robot", str(TWO_ARM), "--no-picture", "--name", "ours"]) == 0
+    assert main(["robot", str(TWO_ARM_MODEL), "--no-picture", "--name", "ours"]) == 0
     assert read_robot("ours.toml").complete
 
 

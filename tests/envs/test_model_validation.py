@@ -40,7 +40,7 @@ def test_all_missing_elements_are_listed(own: Path) -> None:
         ('<site name="right_wrist" pos="0 0 -0.2689"/>', ""),
         ('<joint name="left_elbow" class="elbow" axis="0 -1 0"/>', ""),
     )
-    expected = "lacks joint left_elbow, actuator left_elbow, site right_wrist; add them"
+    expected = "lacks joint left_elbow, actuator left_elbow, site right_wrist; mpma robot "
     assert expected in refused(own)
 
 

@@ -146,7 +146,7 @@ def test_a_model_with_our_joints_is_a_robot(robot: str | Path) -> None:
 
 
 def test_urdf_needs_a_robot_file(tmp_path: Path) -> None:
-    assert "give a robot file (.toml)" in refused(tmp_path / "my.urdf")
+    assert "writes its robot file" in refused(tmp_path / "my.urdf")
 
 
 @pytest.mark.parametrize("name", catalogue())
