@@ -151,6 +151,19 @@ def test_several_starts_come_closer_than_the_nearest_path() -> None:
     assert np.sum((chain.directions(angles) - directions) ** 2) < 0.2 * alone
 
 
+# Each is a motion that only one of the starts brings so close: the nearest path, the coarse search.
+@pytest.mark.parametrize(
+    ("name", "seed", "frames", "factor", "most"),
+    [("narrow", 8, 24, 1.0, 6.2), ("tilted", 37, 32, 0.2, 0.65)],
+)
+def test_every_start_comes_closest_to_some_motion(
+    name: str, seed: int, frames: int, factor: float, most: float
+) -> None:
+    chain, directions = CHAINS[name], singular(seed, frames).posture[:, :6]
+    angles = fit_chain(directions, chain, factor * SPEEDS[name], 20.0, cyclic=False)
+    assert np.sum((chain.directions(angles) - directions) ** 2) < most
+
+
 def test_mirrored_arms_have_equal_angles() -> None:
     chain, directions = CHAINS["tilted"], singular(3, frames=30).posture[:, :6]
     mirrored = (directions.reshape(-1, 2, 3) * MIRROR).reshape(-1, 6)
