@@ -1,5 +1,6 @@
 """Free-running: own predictions and a closed loop in place of the demonstration."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -8,15 +9,23 @@ import pytest
 from mpma_mj import MPMAConfig, make_agent
 from mpma_mj.agents import Agent
 from mpma_mj.agents.wrappers import AlteredContext
+from mpma_mj.analysis import free_running
 from mpma_mj.analysis.free_running import (
+    ANTICIPATION,
+    OWN_PREDICTION,
     ClosedLoop,
     DemonstrationSource,
     FreeRunning,
     OwnPrediction,
+    run_freely,
 )
+from mpma_mj.cli import main
 from mpma_mj.envs.load import load
 from mpma_mj.errors import BadOptionError
+from mpma_mj.motions.motion import save_motion
 from mpma_mj.training.rollout import record_epoch
+from mpma_mj.training.run_folder import RunFolder
+from tests.robots.humanoid import HUMANOID, short_dance, without_two_arm
 
 Array = np.ndarray
 WARMUP_STEPS = 20
@@ -131,3 +140,16 @@ def test_predictions_of_late_agents_are_not_of_the_next_step() -> None:
     agent = make_agent(load("ymca", latency=2, lookahead=3), MPMAConfig(nodes=5))
     with pytest.raises(BadOptionError, match="latency is 2; expected an agent without latency"):
         OwnPrediction(agent)
+
+
+def test_what_is_learned_of_another_robot_is_with_its_kinematics(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    save_motion(tmp_path / "dance.npz", short_dance())
+    words = f"{tmp_path / 'dance.npz'} --robot {HUMANOID} --arms kinematic --out {tmp_path / 'run'}"
+    assert main(f"imitate {words} --nodes 10 --modules 2 --epochs 3 --no-video".split()) == 0
+    monkeypatch.setattr(free_running, "_DURATION", 1.0)
+    without_two_arm(monkeypatch)
+    runs, motion = run_freely(RunFolder(tmp_path / "run"))
+    np.testing.assert_array_equal(motion.feasible_angles, short_dance().feasible_angles)
+    assert list(runs) == [OWN_PREDICTION, ANTICIPATION]

@@ -14,6 +14,13 @@ from mpma_mj.envs.load import load
 from mpma_mj.envs.options import EnvironmentOptions
 from mpma_mj.kinematics import posture_from_angles
 from mpma_mj.motions import ymca
+from tests.robots.humanoid import (
+    HUMANOID,
+    check_limits,
+    humanoid_limits,
+    short_dance,
+    without_two_arm,
+)
 
 
 def at_rest(env: dm_env.Environment, steps: int) -> list[dm_env.TimeStep]:
@@ -149,3 +156,24 @@ def test_reference_noise_has_its_size_and_keeps_unit_length() -> None:
     # Two of three directions keep their noise when vectors are made unit again.
     assert error.std() == pytest.approx(0.01 * np.sqrt(2 / 3), rel=0.03)
     np.testing.assert_allclose(np.linalg.norm(references.reshape(-1, 3), axis=1), 1.0)
+
+
+def test_a_robot_returns_within_its_limits_by_postures_of_its_own(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    motion, limits = short_dance(), humanoid_limits()
+    options = EnvironmentOptions(robot=HUMANOID, repeats=3, reference_noise=0.0)
+    without_two_arm(monkeypatch)
+    demonstration = Demonstration(motion, options, limits.max_speed, limits.kinematics)
+    episode = demonstration.episode(0, 0)
+    angles = episode.reference_angles
+    assert angles is not None
+    check_limits(angles, motion.rate)
+    period, between = demonstration.period, 0
+    for step, (now, shown) in enumerate(zip(angles[: 3 * period], episode.reference, strict=False)):
+        if step % period < len(motion):
+            np.testing.assert_array_equal(now, motion.joint_angles[step % period])
+        elif step < 2 * period:
+            between += 1
+            np.testing.assert_allclose(shown, limits.kinematics.posture(now), atol=1e-9)
+    assert between > 10

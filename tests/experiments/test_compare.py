@@ -7,8 +7,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mpma_mj import load, make_agent
+from mpma_mj.envs.options import EnvironmentOptions
+from mpma_mj.envs.physics import PhysicsArms
 from mpma_mj.experiments.backend import open_backend
-from mpma_mj.experiments.compare import ARMS, UNTRAINED, CompareJob, Transfer, compare, jobs
+from mpma_mj.experiments.compare import (
+    ARMS,
+    UNTRAINED,
+    CompareJob,
+    Transfer,
+    compare,
+    jobs,
+    measured,
+)
 from mpma_mj.experiments.compare_report import (
     as_csv,
     as_markdown,
@@ -19,6 +30,8 @@ from mpma_mj.experiments.compare_report import (
 from mpma_mj.motions import ymca
 from mpma_mj.robots.robot_file import read_robot
 from mpma_mj.training.config import RunConfig
+from mpma_mj.training.rollout import record_epoch
+from tests.robots.humanoid import HUMANOID, short_dance, without_two_arm
 
 SMALL = tuple(RunConfig.of(nodes=20, modules=2, repeats=1, seed=seed) for seed in (0, 1))
 
@@ -122,3 +135,14 @@ def test_where_all_diverged_there_are_figures_and_no_episodes(
     write_transfer(tmp_path / "transfer.png", lost, 2)
     write_episodes(tmp_path / "episodes.png", lost, ymca())
     assert "24 of 24 episodes diverged" in as_markdown(lost, 2)
+
+
+def test_joint_errors_are_those_of_the_robot(monkeypatch: pytest.MonkeyPatch) -> None:
+    motion, options = short_dance(), EnvironmentOptions(robot=HUMANOID, repeats=1)
+    without_two_arm(monkeypatch)
+    env = load(motion, robot=HUMANOID, repeats=1)
+    trace = record_epoch(env, make_agent(env, kind="resolved_rate"), 0)
+    arms = PhysicsArms.make(options)
+    measures = measured(trace, options, motion.rate, arms).measures
+    errors = [measures[f"rms_{joint}_deg"] for joint in arms.kinematics.joint_names]
+    assert 0.0 < min(errors) <= max(errors) < 10.0

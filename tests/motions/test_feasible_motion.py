@@ -10,13 +10,15 @@ from mpma_mj.envs.load import arm_limits
 from mpma_mj.errors import InfeasibleMotionError
 from mpma_mj.joint_paths import nearest_turn
 from mpma_mj.kinematics import posture_from_angles
+from mpma_mj.metrics import posture_error_percent
 from mpma_mj.motions import Motion, read_motion, save_motion, ymca
 from mpma_mj.motions.feasibility import beyond_limits, joint_speeds
-from mpma_mj.motions.feasible_motion import feasible, feasible_tempo
+from mpma_mj.motions.feasible_motion import feasible, feasible_tempo, fitted
 from mpma_mj.motions.loader import import_motion
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.motions.transforms import at_rate, join, mirrored, repeat
 from tests.motions.known_motions import LIMITS, SPEED, moving, raising, singular
+from tests.robots.humanoid import check_limits, humanoid_limits, short_dance
 
 
 def changed(motion: Motion) -> Motion:
@@ -164,6 +166,17 @@ def test_a_mirrored_motion_has_mirrored_angles() -> None:
         ).posture,
         atol=1e-12,
     )
+
+
+def test_a_mirrored_motion_of_a_robot_is_fitted_again() -> None:
+    limits, dance = humanoid_limits(), short_dance()
+    motion = fitted(mirrored(dance), limits)[0]
+    check_limits(motion.joint_angles, motion.rate)
+    off = [
+        posture_error_percent(limits.kinematics.posture(one.joint_angles), one.posture)
+        for one in (dance, motion)
+    ]
+    assert off[1] < 1.5 * off[0]
 
 
 def test_a_repertoire_with_it_has_angles_throughout() -> None:

@@ -13,6 +13,7 @@ from mpma_mj.context import equal_segments
 from mpma_mj.errors import BadOptionError
 from mpma_mj.motions import Motion, ymca
 from mpma_mj.motions.feasibility import beyond_limits
+from mpma_mj.motions.feasible_motion import fitted
 from mpma_mj.motions.loader import import_motion
 from mpma_mj.motions.options import ReadingOptions
 from mpma_mj.motions.synthetic import synthetic_motion
@@ -23,11 +24,19 @@ from mpma_mj.motions.transforms import (
     join,
     minimum_jerk,
     mirrored,
+    move_between,
     repeat,
     with_context_of,
 )
 from tests.conftest import WriteTsv, dancer, markers_of
 from tests.motions.known_motions import LIMITS, SPEED, check_equal, raising
+from tests.robots.humanoid import (
+    check_limits,
+    cut,
+    humanoid_limits,
+    short_dance,
+    without_two_arm,
+)
 
 
 def test_mirrored_twice_is_the_same() -> None:
@@ -339,3 +348,26 @@ def test_the_sources_of_all_are_reported() -> None:
     joined = join([wandering(0, 5, "a"), wandering(1, 5, "b")], SPEED)
     assert joined.source == "source of a; source of b"
     assert joined.rate == 20.0
+
+
+def test_a_robot_moves_to_the_joint_angles_with_which_it_goes_on() -> None:
+    limits, dance = humanoid_limits(), short_dance()
+    following = dataclasses.replace(dance, feasible_angles=0.8 * dance.joint_angles)
+    way = move_between(dance, following, limits.max_speed, limits.kinematics)
+    steps = np.diff([dance.joint_angles[-1], *way, following.joint_angles[0]], axis=0)
+    assert len(way) > 5
+    assert (np.abs(steps[[0, -1]]) <= 0.5 * np.abs(steps).max(axis=0)).all()
+
+
+def test_a_robot_repeats_a_motion_that_leads_on_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    limits, there = humanoid_limits(), cut(ymca(), 10, 40)
+    posture, context = (
+        np.concatenate([rows, rows[-2:0:-1]]) for rows in (there.posture, there.context)
+    )
+    motion = fitted(dataclasses.replace(there, posture=posture, context=context), limits)[0]
+    without_two_arm(monkeypatch)
+    repeated = repeat(motion, 2, limits.max_speed, limits.kinematics)
+    np.testing.assert_array_equal(repeated.posture, np.tile(motion.posture, (2, 1)))
+    assert repeated.angles is not None
+    np.testing.assert_array_equal(repeated.angles, np.tile(motion.joint_angles, (2, 1)))
+    check_limits(repeated.angles, motion.rate)

@@ -60,6 +60,11 @@ def test_exchanged_arms_are_noticed_by_their_names(tmp_path: Path) -> None:
         ('joint name="l_elbow" axis="1 0 0"', 'joint name="l_elbow" axis="0 0 1"', "cannot bend"),
         ('joint name="r_elbow" axis="1 0 0"', 'joint name="r_elbow" axis="nan 0 0"', "small"),
         ('name="r_forearm" pos="0 0 -0.3"', 'name="r_forearm"', "r_elbow is at the shoulder"),
+        (
+            '"r_clavicle" pos="-0.12 0',
+            '"r_clavicle" pos="0.46 0',
+            "both shoulders are at one point",
+        ),
         ('name="right_hand" pos="0 0 -0.25"', 'name="right_hand"', "the right forearm has no end"),
     ],
 )

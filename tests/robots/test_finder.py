@@ -152,6 +152,10 @@ ROLLS = {"pitch": "0 1 0", "roll": "1 0 0", "yaw": "0 1 0", "elbow": "0 0 1"}
             " shoulder; an arm needs three there and one in the elbow",
         ),
         ({"arm": NO_YAW, "wrist": ("0 1 0",)}, "has limbs of 4 hinges (left_pitch, left_roll,"),
+        (
+            {"arm": NO_YAW, "fingers": 1},
+            "(left_pitch, left_roll, left_elbow, left_wrist0), 2 of them about the shoulder",
+        ),
         ({"arms": ("left",)}, "has one arm only (waist0, left_pitch, left_roll, left_yaw, left_"),
         ({"arms": ()}, "has no arms, but what is called legs, fingers or the like (left_hip"),
         ({"arms": (), "legs": False}, "has no two arms; an arm needs four hinges"),

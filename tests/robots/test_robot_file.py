@@ -62,6 +62,7 @@ TABLES = "[model.rest]\nwaist = 0.0\n[model.range]\nr_roll = [-1.5, 3.0]\n"
         ('file = "small.xml"', 'package = "x"\nmenagerie = "x"', "model.package is 'x'; leave it"),
         (', "l_elbow"]', "]", "model.left is ['l_pitch', 'l_roll', 'l_yaw']; expected four joints"),
         ('"r_elbow"', '"r_elbow", "r_wrist"', "expected four joints, from the shoulder outward"),
+        ('"r_elbow"', '"r_elbow", "r_elbow"', "'r_elbow', 'r_elbow']; expected four joints"),
         (
             '"r_elbow"',
             '"r_yaw"',

@@ -13,6 +13,7 @@ from gymnasium.utils.env_checker import check_env
 
 from mpma_mj import load, make_vec
 from mpma_mj.agents import AgentSpec, FeedbackOnly, FeedbackOnlyConfig
+from mpma_mj.envs.gym_env import ImitationEnv
 from mpma_mj.envs.wrappers import (
     FeedbackAssist,
     GymEvaluate,
@@ -22,7 +23,9 @@ from mpma_mj.envs.wrappers import (
 from mpma_mj.errors import (
     BadOptionError,
 )
+from mpma_mj.feedback import feedback_action
 from tests.envs.episodes import assert_same, at_random, danced, nothing, ymca
+from tests.robots.humanoid import HUMANOID, short_dance, without_two_arm
 
 
 @pytest.mark.parametrize("arms", ["physics", "kinematic"])
@@ -59,6 +62,28 @@ def test_a_gain_out_of_bounds_is_refused(gain: float) -> None:
     env = FeedbackAssist(ymca())
     with pytest.raises(BadOptionError, match="expected 0 to 1"):
         env.gain = gain
+
+
+def test_other_robots_are_assisted_with_their_own_kinematics(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    motion = short_dance()
+    options: dict[str, Any] = {"robot": HUMANOID, "repeats": 1}
+    without_two_arm(monkeypatch)
+    env = FeedbackAssist(load(motion, **options), 0.5)
+    gym = GymFeedbackAssist(ImitationEnv(motion, **options), 0.5)
+    seen, _ = env.reset().observation, gym.reset(seed=0)
+    with closing(VectorFeedbackAssist(make_vec(1, motion, **options), 0.5)) as envs:
+        envs.reset(seed=0)
+        for action in actions(10):
+            limits = env.task.max_joint_speed, env.control_timestep(), env.task.kinematics
+            expected = 0.5 * feedback_action(
+                seen["joint_angles"], seen["reference_angles"], *limits
+            )
+            seen = env.step(action).observation
+            np.testing.assert_array_equal(env.last_feedback, expected)
+            np.testing.assert_array_equal(gym.step(action)[4]["feedback"], expected)
+            np.testing.assert_array_equal(envs.step(action[None])[4]["feedback"][0], expected)
 
 
 NAMES = ("TwoArmImitation-v0", "TwoArmImitationFlat-v0")
