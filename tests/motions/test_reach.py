@@ -7,7 +7,6 @@ import pytest
 
 from mpma_mj.envs.load import arm_limits
 from mpma_mj.envs.options import EnvironmentOptions
-from mpma_mj.errors import InfeasibleMotionError
 from mpma_mj.motions import Motion, read_motion, ymca
 from mpma_mj.motions.feasibility import JointLimits
 from mpma_mj.motions.feasible_motion import feasible, feasible_tempo, fitted
@@ -21,10 +20,6 @@ def humanoid() -> JointLimits:
 
 def _slower(limits: JointLimits, factor: float) -> JointLimits:
     return limits._replace(max_speed=factor * limits.max_speed)
-
-
-def _tempo(tempo: float) -> Motion:
-    return read_motion("ymca", tempo=tempo)
 
 
 def _half(tempo: float = 1.0) -> Motion:
@@ -51,15 +46,15 @@ def test_speeds_change_what_is_feasible_and_not_what_is_reachable(humanoid: Join
     assert reach.feasible < 0.8 < fast_reach.feasible <= fast_reach.reachable
 
 
-def test_a_slow_robot_does_all_at_the_tempo_that_is_found() -> None:
+def test_a_slow_robot_does_nearly_all_at_the_tempo_that_is_found() -> None:
     slow = _slower(arm_limits(), 0.2)
-    tempo, share = close_tempo(_tempo, slow)
-    assert share == reach_of(fitted(_tempo(tempo), slow)[0], slow).feasible == 1.0
-    faster = fitted(_tempo(tempo + 0.05), slow)[0]
-    assert reach_of(faster, slow).feasible < 1.0
-    tempo, share = close_tempo(_tempo, _slower(arm_limits(), 0.02))
-    assert tempo == 0.25
-    assert 0.0 < share < 1.0
+    tempo, share = close_tempo(_half, slow)
+    assert 0.25 < tempo < 1.0
+    slowest, found, faster = (
+        reach_of(fitted(_half(one), slow)[0], slow).feasible for one in (0.25, tempo, tempo + 0.05)
+    )
+    assert share == found >= slowest - 0.05
+    assert faster < slowest - 0.05
 
 
 def test_who_is_too_slow_learns_which_tempo_would_do(humanoid: JointLimits) -> None:
@@ -80,25 +75,23 @@ def test_who_is_too_slow_learns_which_tempo_would_do(humanoid: JointLimits) -> N
     assert 100 * again.feasible == pytest.approx(share, abs=5)  # sampled otherwise
 
 
-def test_a_tempo_that_is_looked_for_may_not_exist(humanoid: JointLimits) -> None:
-    with pytest.raises(InfeasibleMotionError) as caught:
-        feasible_tempo(_half, humanoid)
-    assert re.search(r"no tempo is slow enough: at 0.25 only 8\d\.\d % of the", str(caught.value))
+def test_a_robot_that_is_fast_enough_keeps_its_tempo(humanoid: JointLimits) -> None:
+    assert feasible_tempo(_half, humanoid) == 1.0
 
 
 @pytest.mark.parametrize(
     ("reach", "factor", "line"),
     [
         (Reach(1.0, 1.0, 0.0), 1.0, None),
-        (Reach(0.9, 0.8, 0.5), 1.0, "at no tempo all of it is feasible, as the ranges"),
-        (Reach(1.0, 0.8, 0.5), 0.2, " of this tempo all of it is feasible"),
+        (Reach(0.9, 0.8, 0.5), 1.0, "a slower tempo hardly changes that"),
+        (Reach(1.0, 0.8, 0.5), 0.2, "of this tempo all of it is feasible"),
         (Reach(1.0, 0.1, 9.0), 0.02, " % of it is feasible"),
     ],
 )
 def test_lines_say_at_which_tempo_all_is_feasible(
     reach: Reach, factor: float, line: str | None
 ) -> None:
-    lines = reach_lines(reach, _tempo, _slower(arm_limits(), factor))
+    lines = reach_lines(reach, _half, _slower(arm_limits(), factor))
     assert lines[0].startswith(f"reachable: {100 * reach.reachable:.1f} % of the postures")
     assert f"an error of {reach.unavoidable:.2f} %" in lines[1]
     assert len(lines) == 2 if line is None else line in lines[2]
